@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Instructions of a tick by part, from the samples of `replay TAPE profile` (host_tests/target/replay.cpp).
+"""Instructions of a tick by part, from the samples of `replay RECORDING profile` (host_tests/target/replay.cpp).
 
 Usage: profile_report.py IMAGE.elf SAMPLES.txt [--functions N]
 """
@@ -12,7 +12,7 @@ import sys
 
 PARTS = [("mpc", "m100::mpc::"), ("est", "m100::est::"), ("protocol", "m100::protocol::"), ("ref", "m100::ref::"),
          ("ctl", "m100::ctl::"), ("sysid", "m100::sysid::"), ("safety", "m100::safety::"), ("vrc", "m100::vrc::"),
-         ("log", "m100::log::"), ("core", "m100::core::"), ("app", "m100::app::"), ("tape", "m100::golden::")]
+         ("log", "m100::log::"), ("core", "m100::core::"), ("app", "m100::app::"), ("recording", "m100::golden::")]
 
 
 def part_of(name):

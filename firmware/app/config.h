@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "firmware/app/measure.h"
+#include "firmware/app/sensor_adapter.h"
 #include "firmware/core/fence.h"
 #include "firmware/ctl/excitation.h"
-#include "firmware/est/cross_check.h"
+#include "firmware/est/consistency/velocity_consistency.h"
 #include "firmware/link/serial_link.h"
 #include "firmware/mpc/law.h"
 #include "firmware/safety/limits.h"
@@ -16,7 +16,7 @@ struct FlightConfig {
   link::LinkConfig link;
   safety::Limits limits;
   safety::Envelope envelope;
-  Plausible plausible;
+  SensorLimits sensor_limits;
   core::Fence fence;
   /// An order to fly has no effect farther than this from where the course begins [m]: the law would fly there at once.
   double reach_m = 1e9;
@@ -24,16 +24,16 @@ struct FlightConfig {
   /// The horizontal programs are solved only in the ticks whose command is due; at 25 Hz three in four solutions are
   /// never sent. For slow processors; the granted command is held between two commands.
   bool solves_when_due = false;
-  bool answers_swings = true;        ///< false: no reaction to a swing, and no report (tests of the law alone)
-  est::CheckSet checks_off = 0;      ///< checks of pose against autopilot that the operator has switched off by name
-  ctl::ExcitationPlan excitation{};  ///< empty: none. Virtual RC only; what it views must outlive the flight
+  bool responds_to_limit_cycles = true;  ///< false: no reaction to a swing, and no report (tests of the law alone)
+  est::CheckSet disabled_checks = 0;  ///< checks of pose against autopilot that the operator has switched off by name
+  ctl::ExcitationPlan excitation{};   ///< empty: none. Virtual RC only; what it views must outlive the flight
   /// Age of the attitude in a telemetry package when a tick reads it. Its parts, none of which the autopilot states:
   /// half a period of 100 Hz inside the autopilot, 1.5 ms on the wire at 921600 (protocol, section 10), and half a tick
   /// until the tick reads it.
   core::Duration attitude_age = std::chrono::milliseconds(10);
   std::uint32_t pose_baud = 115200;  ///< of the second UART
   /// How long an order to fly stays valid while start-up and requests for control take their time.
-  core::Duration order_lasts = std::chrono::seconds(20);
+  core::Duration order_timeout = std::chrono::seconds(20);
 };
 
 inline constexpr FlightConfig kDefaultFlight{};

@@ -4,7 +4,7 @@
 #include "firmware/core/assert.h"
 #include "firmware/core/frames.h"
 #include "firmware/core/maths.h"
-#include "firmware/ctl/settle.h"
+#include "firmware/ctl/law/brake_and_hold.h"
 
 namespace m100::app {
 namespace {
@@ -31,15 +31,15 @@ template <typename T, typename S>
       pose_tap_(log, log::Stream::kPoseIn, log::Stream::kPoseOut),
       link_(autopilot, config.link, &autopilot_tap_),
       pose_link_(pose, config.pose_baud, &pose_tap_),
-      measure_(config.plausible),
+      sensors_(config.sensor_limits),
       observer_(vehicle),
-      trust_(config.checks_off),
+      fault_isolation_(config.disabled_checks),
       trajectory_(trajectory),
       law_(vehicle, tables, {.horizontal = config.law}),
       braking_(ctl::braking_of(vehicle, static_cast<double>(law_.slope_limit()))),
-      fence_(config.fence, braking_),
-      place_(braking_),
-      swing_(braking_, config.answers_swings),
+      geofence_(config.fence, braking_),
+      authority_monitor_(braking_),
+      limit_cycle_(braking_, config.responds_to_limit_cycles),
       excitation_(config.excitation),
       supervisor_(config.limits, config.envelope),
       commands_(vehicle),
@@ -51,36 +51,36 @@ template <typename T, typename S>
 
 template <typename T, typename S>
 core::Status FlightController<T, S>::tick(core::TimePoint now) {
-  note_time(now);
-  take_orders(now);
+  update_time(now);
+  handle_orders(now);
   const protocol::Telemetry& telemetry = link_.receive(now);  // bytes -> frames -> telemetry
   if (!link_.authority().in_control) {
-    in_force_ = pilots_command(telemetry);
+    applied_command_ = pilots_command(telemetry);
   }
-  est::Measurement<T> measured = measure_.update<T>(telemetry, config_.attitude_age, pose(now), now);
-  measured.push = trust_.push();                                // what was felt beside the tilt
-  timing_.update(measured, estimate_.yaw_rad);                  // times of capture as they were, not as told
-  estimate_ = observer_.update(measured, in_force_, elapsed_);  // -> state estimate
-  trust_.update(Measure::felt<T>(telemetry, measured), measured, estimate_, observer_.asked_tilt_rad(),
-                supervisor_.rung(), elapsed_);  // against autopilot
-  stand_ready(now);                             // a flight that begins in this tick begins here
+  est::Measurement<T> measured = sensors_.update<T>(telemetry, config_.attitude_age, pose(now), now);
+  measured.disturbance_acceleration = fault_isolation_.disturbance_acceleration();  // what was felt beside the tilt
+  timing_.update(measured, estimate_.yaw_rad);                         // times of capture as they were, not as told
+  estimate_ = observer_.update(measured, applied_command_, elapsed_);  // -> state estimate
+  fault_isolation_.update(SensorAdapter::imu_sample<T>(telemetry, measured), measured, estimate_,
+                          observer_.model_tilt_rad(), supervisor_.failsafe_state(), elapsed_);  // against autopilot
+  prepare_start(now);  // a flight that begins in this tick begins here
   const bool solves = may_leave(now);
   const std::size_t points = solves ? ref::kHorizon + 1 : 1;
   trajectory_.fill(reference_, now, law_.lead(), points);  // -> reference
-  fence_.hold(reference_, estimate_, points);              // inside the fence, and where one can stop
-  wanted_ = law_.update(estimate_, reference_, in_force_, elapsed_, solves);  // -> control
+  geofence_.limit(reference_, estimate_, points);          // inside the fence, and where one can stop
+  commanded_ = law_.update(estimate_, reference_, applied_command_, elapsed_, solves);  // -> control
   excite(now);  // one stick by the plan, where there is one
-  const safety::Rung before = supervisor_.rung();
-  place_.update(estimate_, reference_, safety::passes_law(before), core::seconds<T>(elapsed_));
-  swing_.update(estimate_, reference_, safety::passes_law(before), excitation_.moves(), core::seconds<T>(elapsed_),
-                law_);
+  const safety::FailsafeState before = supervisor_.failsafe_state();
+  authority_monitor_.update(estimate_, reference_, safety::passes_law(before), core::seconds<T>(elapsed_));
+  limit_cycle_.update(estimate_, reference_, safety::passes_law(before), excitation_.moves(),
+                      core::seconds<T>(elapsed_), law_);
   observed_ = observation(now);
-  grant_ = granted(solves);  // takes away
+  supervised_ = supervise(solves);  // takes away
   start_when_nominal(before, now);
-  give_back_unused(now);
-  const core::Status sent = send(grant_, now);  // -> Virtual RC -> bytes
-  remember(measured);
-  watch_residual();
+  release_unused(now);
+  const core::Status sent = send(supervised_, now);  // -> Virtual RC -> bytes
+  store_measurement(measured);
+  update_residual();
   if (log_ != nullptr) {
     if (excitation_.state() != ctl::Excitation<T>::State::kIdle) {
       log_->append(excitation_record(now));
@@ -91,19 +91,19 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
 }
 
 template <typename T, typename S>
-void FlightController<T, S>::take_orders(core::TimePoint now) {
+void FlightController<T, S>::handle_orders(core::TimePoint now) {
   tick_orders_ = orders_;
   orders_ = 0;
-  if ((tick_orders_ & log::kOrderEngage) != 0 && !safety::passes_law(supervisor_.rung()) && is_in_reach()) {
+  if ((tick_orders_ & log::kOrderEngage) != 0 && !safety::passes_law(supervisor_.failsafe_state()) && is_in_reach()) {
     link_.request_control(now);
-    order_until_ = now + config_.order_lasts;
+    order_until_ = now + config_.order_timeout;
   }
-  if (order_stands_ && now >= order_until_ && supervisor_.rung() == safety::Rung::kSilent) {
+  if (order_stands_ && now >= order_until_ && supervisor_.failsafe_state() == safety::FailsafeState::kSilent) {
     link_.release(now);  // the order has expired: an ask that still waits must not be served later
   }
   if ((tick_orders_ & log::kOrderRelease) != 0) {
     order_until_ = now;
-    if (supervisor_.rung() == safety::Rung::kSilent) {
+    if (supervisor_.failsafe_state() == safety::FailsafeState::kSilent) {
       link_.release(now);  // nothing flies yet: requested or granted control goes back at once
     }
   }
@@ -121,8 +121,8 @@ bool FlightController<T, S>::is_in_reach() const {
 }
 
 template <typename T, typename S>
-void FlightController<T, S>::give_back_unused(core::TimePoint now) {
-  const bool unused = link_.authority().in_control && grant_.rung == safety::Rung::kSilent;
+void FlightController<T, S>::release_unused(core::TimePoint now) {
+  const bool unused = link_.authority().in_control && supervised_.failsafe_state == safety::FailsafeState::kSilent;
   unused_since_ = unused ? unused_since_ : now;
   if (unused && now - unused_since_ > kUnusedControl) {
     link_.release(now);
@@ -130,7 +130,7 @@ void FlightController<T, S>::give_back_unused(core::TimePoint now) {
 }
 
 template <typename T, typename S>
-void FlightController<T, S>::note_time(core::TimePoint now) {
+void FlightController<T, S>::update_time(core::TimePoint now) {
   M100_ASSERT(stats_.ticks == 0 || now >= last_tick_);
   elapsed_ = stats_.ticks == 0 ? core::kTickPeriod : now - last_tick_;
   stats_.stalls += elapsed_ > kStall ? 1U : 0U;
@@ -140,7 +140,7 @@ void FlightController<T, S>::note_time(core::TimePoint now) {
 }
 
 template <typename T, typename S>
-void FlightController<T, S>::remember(const est::Measurement<T>& measured) {
+void FlightController<T, S>::store_measurement(const est::Measurement<T>& measured) {
   if (measured.pose.is_new) {
     measured_.pose = measured.pose;
   }
@@ -152,7 +152,7 @@ void FlightController<T, S>::remember(const est::Measurement<T>& measured) {
 }
 
 template <typename T, typename S>
-void FlightController<T, S>::watch_residual() {
+void FlightController<T, S>::update_residual() {
   const bool flies_sticks = config_.link.channel.channel == link::Channel::kVirtualRc && link_.authority().in_control;
   trim_.update(estimate_, flies_sticks && reference_.constant && !excitation_.moves(), core::seconds<T>(elapsed_));
   if (!flies_sticks || !measured_.attitude.is_new || elapsed_ > kStall) {
@@ -163,7 +163,7 @@ void FlightController<T, S>::watch_residual() {
   // In the order of sysid::MonitoredAxis; the yaw stick is positive to the right. The gyro's z rate is the heading's
   // rate only while the aircraft is level: at 20 degrees of roll it includes a third of the pitch rate.
   const typename est::Measurement<T>::Attitude& attitude = measured_.attitude;
-  const core::Turn<T>& roll = attitude.roll();
+  const core::SinCos<T>& roll = attitude.roll();
   const T heading_rate_rad_s =
       (roll.sine * attitude.rate_b_rad_s.y() + roll.cosine * attitude.rate_b_rad_s.z()) / attitude.pitch().cosine;
   const est::TrimCounts<T>& trim = trim_.now();
@@ -175,7 +175,7 @@ void FlightController<T, S>::watch_residual() {
 template <typename T, typename S>
 core::Pose<double> FlightController<T, S>::pose(core::TimePoint now) {
   const core::Expected<core::Pose<double>> came = pose_link_.receive(now);
-  pose_link_.ask_time(now);
+  pose_link_.request_time(now);
   if (elapsed_ > kStall) {
     // Poses that waited during the stall are older than they state, by an unknown time: the next tick has a fresh one.
     for (int backlog = 0; backlog < kBacklogReads && pose_link_.receive(now); ++backlog) {
@@ -188,22 +188,23 @@ core::Pose<double> FlightController<T, S>::pose(core::TimePoint now) {
 /// Braking by feedback might keep the aircraft swinging. Then only trim and wind are compensated, and the hand-over
 /// does not wait for the speed, which nothing reduces.
 template <typename T, typename S>
-bool FlightController<T, S>::levels_a_swing() const {
-  const bool settles = supervisor_.rung() == safety::Rung::kLevel || supervisor_.rung() == safety::Rung::kRelease;
-  return swing_.goes_on() || (settles && supervisor_.descent().cause == safety::Cause::kSwinging);
+bool FlightController<T, S>::levels_limit_cycle() const {
+  const bool settles = supervisor_.failsafe_state() == safety::FailsafeState::kLevel ||
+                       supervisor_.failsafe_state() == safety::FailsafeState::kRelease;
+  return limit_cycle_.persists() || (settles && supervisor_.descent().reason == safety::FailsafeReason::kLimitCycle);
 }
 
 /// Braking by a contradicted estimate would follow the false poses.
 template <typename T, typename S>
-ctl::Command<T> FlightController<T, S>::settled() const {
+ctl::Command<T> FlightController<T, S>::brake_and_hold() const {
   if ((tick_orders_ & log::kOrderTakesOff) != 0) {  // on the ground there is nothing to brake
     return {};
   }
-  est::Estimate<T> motion = trust_.motion(estimate_);
-  if (levels_a_swing()) {
+  est::Estimate<T> motion = fault_isolation_.motion(estimate_);
+  if (levels_limit_cycle()) {
     motion.x.velocity_variance_m2_s2 = motion.y.velocity_variance_m2_s2 = kNotToBeUsed<T>;
   }
-  return ctl::settle(motion, braking_);
+  return ctl::brake_and_hold(motion, braking_);
 }
 
 template <typename T, typename S>
@@ -212,43 +213,44 @@ safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
       .now = now,
       .pose_age = estimate_.pose_age,
       .telemetry_age = link_.health().telemetry_age,
-      .pose_latency = {.least = timing_.report().least,
+      .pose_latency = {.min_latency = timing_.report().min_latency,
                        .jitter = timing_.report().jitter,
                        .interval = timing_.report().interval},
       .error_m =
           static_cast<double>(T(kErrorSigmas) * core::sqrt(core::clamp(estimate_.x.position_variance_m2,
                                                                        estimate_.y.position_variance_m2, T(1e6)))),
-      .reserve_m = static_cast<double>(fence_.reserve_m()),
-      .outside_m = static_cast<double>(fence_.outside_m()),
-      .place_lost_for = core::Duration(static_cast<core::Duration::rep>(place_.lost_s() * T(1e6))),
-      .push_m_s2 = static_cast<double>(place_.push_m_s2()),
-      .swing_rad = static_cast<double>(swing_.seen().height_rad),
-      .swing_hz = static_cast<double>(swing_.seen().frequency_hz),
-      .swings = law_.calm(),
-      .swings_on = swing_.goes_on(),
+      .reserve_m = static_cast<double>(geofence_.reserve_m()),
+      .outside_m = static_cast<double>(geofence_.outside_m()),
+      .authority_exceeded_for =
+          core::Duration(static_cast<core::Duration::rep>(authority_monitor_.exceeded_s() * T(1e6))),
+      .disturbance_acceleration_m_s2 = static_cast<double>(authority_monitor_.disturbance_acceleration_m_s2()),
+      .limit_cycle_rad = static_cast<double>(limit_cycle_.seen().height_rad),
+      .limit_cycle_hz = static_cast<double>(limit_cycle_.seen().frequency_hz),
+      .limit_cycle_detected = law_.fallback(),
+      .limit_cycle_persists = limit_cycle_.persists(),
       .estimate_healthy = estimate_.healthy,
       .authority = link_.authority().in_control,
       .mode_f = link_.authority().mode_f,
       .operator_engages = now < order_until_ && is_in_reach(),
       .operator_releases = (tick_orders_ & log::kOrderRelease) != 0,
       .task_flies = (tick_orders_ & (log::kOrderTakesOff | log::kOrderLands)) != 0,
-      .left_model = {residual_.report(sysid::MonitoredAxis::kRoll).departed,
-                     residual_.report(sysid::MonitoredAxis::kPitch).departed,
-                     residual_.report(sysid::MonitoredAxis::kYawRate).departed,
-                     residual_.report(sysid::MonitoredAxis::kClimb).departed},
+      .model_mismatch = {residual_.report(sysid::MonitoredAxis::kRoll).departed,
+                         residual_.report(sysid::MonitoredAxis::kPitch).departed,
+                         residual_.report(sysid::MonitoredAxis::kYawRate).departed,
+                         residual_.report(sysid::MonitoredAxis::kClimb).departed},
       .trim_drifted = trim_.report().drifted};
-  trust_.tell(observed, estimate_, config_.limits.gate_shut);
-  if (levels_a_swing()) {
+  fault_isolation_.report_to(observed, estimate_, config_.limits.gate_shut);
+  if (levels_limit_cycle()) {
     observed.speed_m_s = 0.0;
-  } else if (supervisor_.rung() == safety::Rung::kLevel) {
-    observed.speed_then_m_s = trust_.speed_then_m_s(estimate_, config_.limits.neutral);
+  } else if (supervisor_.failsafe_state() == safety::FailsafeState::kLevel) {
+    observed.speed_then_m_s = fault_isolation_.speed_then_m_s(estimate_, config_.limits.neutral);
   }
   return observed;
 }
 
 template <typename T, typename S>
-void FlightController<T, S>::stand_ready(core::TimePoint now) {
-  if (safety::passes_law(supervisor_.rung())) {
+void FlightController<T, S>::prepare_start(core::TimePoint now) {
+  if (safety::passes_law(supervisor_.failsafe_state())) {
     return;
   }
   trajectory_.start(now);
@@ -257,27 +259,28 @@ void FlightController<T, S>::stand_ready(core::TimePoint now) {
 
 /// The granted command is held until the next one can leave: the slew limit is between commands that leave.
 template <typename T, typename S>
-safety::Grant<T> FlightController<T, S>::granted(bool solved) {
-  const safety::Passes passes = supervisor_.step_ladder(wanted_, observed_);
+safety::SupervisedCommand<T> FlightController<T, S>::supervise(bool solved) {
+  const safety::CommandSource passes = supervisor_.update_failsafe(commanded_, observed_);
   slew_time_ += elapsed_;
-  if (passes == safety::Passes::kWanted && !solved) {
-    return supervisor_.limit_command(passes, grant_.command, T(0));
+  if (passes == safety::CommandSource::kLaw && !solved) {
+    return supervisor_.limit_command(passes, supervised_.command, T(0));
   }
   const T step_s = core::seconds<T>(slew_time_);
   slew_time_ = core::Duration{0};
-  return supervisor_.limit_command(passes, passes == safety::Passes::kSettled ? settled() : wanted_, step_s);
+  return supervisor_.limit_command(
+      passes, passes == safety::CommandSource::kBrakeAndHold ? brake_and_hold() : commanded_, step_s);
 }
 
 template <typename T, typename S>
 bool FlightController<T, S>::may_leave(core::TimePoint now) const {
-  const bool flies = safety::passes_law(supervisor_.rung()) && link_.authority().in_control;
-  return !config_.solves_when_due || !flies || law_.calm() || link_.due(now);
+  const bool flies = safety::passes_law(supervisor_.failsafe_state()) && link_.authority().in_control;
+  return !config_.solves_when_due || !flies || law_.fallback() || link_.due(now);
 }
 
 template <typename T, typename S>
-void FlightController<T, S>::start_when_nominal(safety::Rung before, core::TimePoint now) {
-  const bool flew = before == safety::Rung::kNominal || before == safety::Rung::kCoast;
-  if (grant_.rung != safety::Rung::kNominal || flew) {
+void FlightController<T, S>::start_when_nominal(safety::FailsafeState before, core::TimePoint now) {
+  const bool flew = before == safety::FailsafeState::kNominal || before == safety::FailsafeState::kCoast;
+  if (supervised_.failsafe_state != safety::FailsafeState::kNominal || flew) {
     return;
   }
   order_until_ = now;

@@ -4,18 +4,18 @@
 #include <cstdint>
 
 #include "firmware/app/config.h"
-#include "firmware/app/measure.h"
-#include "firmware/app/pose_trust.h"
-#include "firmware/ctl/braking.h"
+#include "firmware/app/fault_isolation.h"
+#include "firmware/app/sensor_adapter.h"
 #include "firmware/ctl/excitation.h"
-#include "firmware/ctl/fence_keeper.h"
-#include "firmware/ctl/flight_law.h"
-#include "firmware/ctl/place_watch.h"
-#include "firmware/ctl/swing_answer.h"
-#include "firmware/est/disturbance_ekf.h"
-#include "firmware/est/pose_timing.h"
-#include "firmware/est/trim_watch.h"
-#include "firmware/link/pose_link.h"
+#include "firmware/ctl/law/braking.h"
+#include "firmware/ctl/law/flight_law.h"
+#include "firmware/ctl/law/geofence_limiter.h"
+#include "firmware/ctl/monitor/control_authority_monitor.h"
+#include "firmware/ctl/monitor/limit_cycle_response.h"
+#include "firmware/est/filter/disturbance_ekf.h"
+#include "firmware/est/timing/pose_timing.h"
+#include "firmware/est/trim_monitor.h"
+#include "firmware/link/pose/pose_link.h"
 #include "firmware/link/serial_link.h"
 #include "firmware/log/flight_log.h"
 #include "firmware/model/vehicle.h"
@@ -31,7 +31,7 @@ namespace m100::app {
 /// Tick timing.
 struct TickStats {
   std::uint32_t ticks = 0;
-  std::uint32_t stalls = 0;  ///< more than two periods since the last tick (R9); the ladder sees the old pose
+  std::uint32_t stalls = 0;  ///< more than two periods since the last tick (R9); the failsafe sees the old pose
   core::Duration longest{0};
 };
 
@@ -65,19 +65,19 @@ class FlightController {
                    hal::Uart& autopilot, hal::Uart& pose, ref::Trajectory<T>& trajectory, log::FlightLogWriter* log);
 
   /// One period of 10 ms; `now` is never before that of the last one. @returns the result of the command: see
-  ///   SerialLink::send; kRefused: silent by the ladder.
+  ///   SerialLink::send; kRefused: silent by the failsafe.
   core::Status tick(core::TimePoint now);
 
-  /// The operator's two orders. engage(): control is requested as the protocol requires, and the ladder may step up;
+  /// The operator's two orders. engage(): control is requested as the protocol requires, and the failsafe may step up;
   /// the trajectory begins when it does. No effect while the law already flies. release(): neutral sticks, then control
   /// goes back to the pilot. Both take effect in the next tick and are logged in its record.
   void engage() { orders_ |= log::kOrderEngage; }
   void release() { orders_ |= log::kOrderRelease; }
 
   /// Take-off and landing by the autopilot's own tasks, by the operator's order. `task_flies` is valid for the next
-  /// tick only; call it before each tick for as long as the autopilot flies its task. The ladder is at level then, with
-  /// sticks that brake and hold, or that rest during a take-off. `begin_task` sends the request to the autopilot, once.
-  /// Another part watches the task, so an image without tasks contains no code for it.
+  /// tick only; call it before each tick for as long as the autopilot flies its task. The failsafe is at level then,
+  /// with sticks that brake and hold, or that rest during a take-off. `begin_task` sends the request to the autopilot,
+  /// once. Another part watches the task, so an image without tasks contains no code for it.
   void task_flies(protocol::Task task) {
     orders_ |= task == protocol::Task::kTakeOff ? log::kOrderTakesOff : log::kOrderLands;
   }
@@ -92,12 +92,12 @@ class FlightController {
   const safety::Supervisor<T>& supervisor() const { return supervisor_; }
   const est::Estimate<T>& estimate() const { return estimate_; }
   /// The poses have been compared with the autopilot for long enough to notice a body that moves by itself.
-  bool has_looked() const { return trust_.has_looked(); }
+  bool is_converged() const { return fault_isolation_.is_converged(); }
   const ref::Window<T>& reference() const { return reference_; }
-  const safety::Grant<T>& grant() const { return grant_; }
+  const safety::SupervisedCommand<T>& grant() const { return supervised_; }
   /// The supervisor's inputs of the last tick.
   const safety::Observation& observed() const { return observed_; }
-  const MeasureStats& measure_stats() const { return measure_.stats(); }
+  const SensorAdapterStats& sensor_stats() const { return sensors_.stats(); }
   /// Timing of the poses: latency, jitter, and how much older they are than their time stamps say.
   const est::PoseTimingReport<T>& pose_timing() const { return timing_.report(); }
   est::EkfCounters observer_counters() const { return observer_.counters(); }
@@ -108,36 +108,36 @@ class FlightController {
   /// How far the balancing points have moved from the vehicle file's; Virtual RC only.
   const est::TrimReport<T>& trim() const { return trim_.report(); }
   /// Whether the autopilot's telemetry contradicts the poses.
-  est::Contradiction<T> contradiction() const { return trust_.contradiction(); }
+  est::Contradiction<T> contradiction() const { return fault_isolation_.contradiction(); }
   const TickStats& stats() const { return stats_; }
-  /// When the ladder last reached its top from silence or level: where the trajectory's time began.
+  /// When the failsafe last reached its top from silence or level: where the trajectory's time began.
   core::TimePoint started() const { return started_; }
 
  private:
-  void note_time(core::TimePoint now);
-  void take_orders(core::TimePoint now);
+  void update_time(core::TimePoint now);
+  void handle_orders(core::TimePoint now);
   bool is_in_reach() const;
   core::Pose<double> pose(core::TimePoint now);
-  /// The command of the level rung: it brakes, then holds.
-  ctl::Command<T> settled() const;
+  /// The command of the level state: it brakes, then holds.
+  ctl::Command<T> brake_and_hold() const;
   safety::Observation observation(core::TimePoint now);
-  void give_back_unused(core::TimePoint now);
-  /// Resets course and integral in every tick in which the law does not fly, because the ladder steps up only after the
-  /// law has computed the command that then leaves.
-  void stand_ready(core::TimePoint now);
+  void release_unused(core::TimePoint now);
+  /// Resets course and integral in every tick in which the law does not fly, because the failsafe steps up only after
+  /// the law has computed the command that then leaves.
+  void prepare_start(core::TimePoint now);
   /// Whether the programs are solved in this tick: in each, unless FlightConfig::solves_when_due is set.
   bool may_leave(core::TimePoint now) const;
-  safety::Grant<T> granted(bool solved);
-  void start_when_nominal(safety::Rung before, core::TimePoint now);
-  bool levels_a_swing() const;
+  safety::SupervisedCommand<T> supervise(bool solved);
+  void start_when_nominal(safety::FailsafeState before, core::TimePoint now);
+  bool levels_limit_cycle() const;
   void excite(core::TimePoint now);
   vrc::Stick excited_stick() const;
   vrc::Sticks excited(vrc::Sticks mapped) const;
-  core::Status send(const safety::Grant<T>& grant, core::TimePoint now);
-  core::Status tell(const ctl::Command<T>& command, core::TimePoint now);
+  core::Status send(const safety::SupervisedCommand<T>& grant, core::TimePoint now);
+  core::Status send_command(const ctl::Command<T>& command, core::TimePoint now);
   ctl::Command<T> pilots_command(const protocol::Telemetry& telemetry) const;
-  void remember(const est::Measurement<T>& measured);
-  void watch_residual();
+  void store_measurement(const est::Measurement<T>& measured);
+  void update_residual();
   log::TickRecord record(core::TimePoint now, core::Status sent) const;
   log::ExcitationRecord excitation_record(core::TimePoint now) const;
 
@@ -145,31 +145,31 @@ class FlightController {
   LogTap pose_tap_;
   link::SerialLink link_;
   link::PoseLink pose_link_;
-  Measure measure_;
+  SensorAdapter sensors_;
   est::PoseTiming<T> timing_;
   est::DisturbanceEkf<S, T> observer_;
-  PoseTrust<T> trust_;
+  FaultIsolation<T> fault_isolation_;
   ref::Trajectory<T>& trajectory_;
   ctl::FlightLaw<T> law_;
   ctl::Braking braking_;
-  ctl::FenceKeeper<T> fence_;
-  ctl::PlaceWatch<T> place_;
-  ctl::SwingAnswer<T> swing_;
+  ctl::GeofenceLimiter<T> geofence_;
+  ctl::ControlAuthorityMonitor<T> authority_monitor_;
+  ctl::LimitCycleResponse<T> limit_cycle_;
   ctl::Excitation<T> excitation_;
   safety::Supervisor<T> supervisor_;
   vrc::CommandMap commands_;
   sysid::ResidualMonitor<T> residual_;
-  est::TrimWatch<T> trim_;
+  est::TrimMonitor<T> trim_;
   log::FlightLogWriter* log_;
   FlightConfig config_;
 
   est::Measurement<T> measured_;  ///< newest pose and attitude; is_new of this tick
   est::Estimate<T> estimate_;
   ref::Window<T> reference_;
-  ctl::Command<T> wanted_{};  ///< of the law, in every tick; its tilts as last solved
+  ctl::Command<T> commanded_{};  ///< of the law, in every tick; its tilts as last solved
   safety::Observation observed_;
-  safety::Grant<T> grant_;
-  ctl::Command<T> in_force_{};  ///< command last sent to the autopilot, after rounding to its stick counts
+  safety::SupervisedCommand<T> supervised_;
+  ctl::Command<T> applied_command_{};  ///< command last sent to the autopilot, after rounding to its stick counts
   vrc::Sticks last_sticks_{};
   core::TimePoint last_tick_{};
   core::Duration elapsed_ = core::kTickPeriod;

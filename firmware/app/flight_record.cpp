@@ -43,19 +43,19 @@ log::TickRecord FlightController<T, S>::record(core::TimePoint now, core::Status
   const auto& a = measured_.attitude;
   out.imu_attitude = numbers_of(a.roll_rad, a.pitch_rad, a.yaw_rad);
   out.imu_rate = numbers_of(a.rate_b_rad_s.x(), a.rate_b_rad_s.y(), a.rate_b_rad_s.z());
-  out.wanted = numbers(wanted_);
-  out.granted = numbers(grant_.command);
+  out.wanted = numbers(commanded_);
+  out.granted = numbers(supervised_.command);
   out.pose_age = core::seconds<float>(e.pose_age);
   out.telemetry_age = core::seconds<float>(link_.health().telemetry_age);
   out.late = core::seconds<float>(elapsed_ - core::kTickPeriod);
   out.sticks = {counts(last_sticks_.roll), counts(last_sticks_.pitch), counts(last_sticks_.throttle),
                 counts(last_sticks_.yaw)};
-  out.facts = static_cast<std::uint32_t>(supervisor_.signs());
+  out.facts = static_cast<std::uint32_t>(supervisor_.conditions());
   out.refused_poses = e.refused_poses;
   out.dropped_messages = log_ != nullptr ? log_->dropped() : 0U;
   out.residual = static_cast<float>(residual_.report(residual_.worst()).ratio);
   out.orders = tick_orders_;
-  out.state = static_cast<std::uint8_t>(grant_.rung);
+  out.state = static_cast<std::uint8_t>(supervised_.failsafe_state);
   out.sent = sent == core::Status::kOk ? 1 : 0;
   out.pose_new = measured_.pose.is_new ? 1 : 0;
   out.imu_new = a.is_new ? 1 : 0;

@@ -45,15 +45,15 @@ vrc::Stick FlightController<T, S>::excited_stick() const {
 
 template <typename T, typename S>
 void FlightController<T, S>::excite(core::TimePoint now) {
-  const bool may = supervisor_.rung() == safety::Rung::kNominal && link_.authority().in_control;
+  const bool may = supervisor_.failsafe_state() == safety::FailsafeState::kNominal && link_.authority().in_control;
   if (excitation_.returns()) {
     const est::TrimCounts<T> holding = trim_.holding(estimate_);
     excitation_.rest_at({.roll_counts = holding.roll, .pitch_counts = holding.pitch});
   }
-  excitation_.update(estimate_, reference_, may, fence_.brakes(), now);
+  excitation_.update(estimate_, reference_, may, geofence_.brakes(), now);
   if (excitation_.moves()) {
     const auto axis = static_cast<std::size_t>(excitation_.axis());
-    ctl::value_of(wanted_, axis) = static_cast<T>(commands_.map(axis).to_command(excited_stick()));
+    ctl::value_of(commanded_, axis) = static_cast<T>(commands_.map(axis).to_command(excited_stick()));
   }
 }
 
@@ -62,7 +62,7 @@ void FlightController<T, S>::excite(core::TimePoint now) {
 template <typename T, typename S>
 vrc::Sticks FlightController<T, S>::excited(vrc::Sticks mapped) const {
   const auto axis = static_cast<std::size_t>(excitation_.axis());
-  if (excitation_.moves() && ctl::value_of(grant_.command, axis) == ctl::value_of(wanted_, axis)) {
+  if (excitation_.moves() && ctl::value_of(supervised_.command, axis) == ctl::value_of(commanded_, axis)) {
     const std::array<vrc::Stick*, ctl::kStickAxes> all{&mapped.roll, &mapped.pitch, &mapped.throttle, &mapped.yaw};
     *all[axis] = excited_stick();
   }
@@ -70,21 +70,21 @@ vrc::Sticks FlightController<T, S>::excited(vrc::Sticks mapped) const {
 }
 
 template <typename T, typename S>
-core::Status FlightController<T, S>::send(const safety::Grant<T>& grant, core::TimePoint now) {
+core::Status FlightController<T, S>::send(const safety::SupervisedCommand<T>& grant, core::TimePoint now) {
   if (grant.release) {
     link_.release(now);
   }
   if (!grant.transmit) {
     return core::Status::kRefused;
   }
-  return link_.due(now) ? tell(grant.command, now) : core::Status::kNotReady;
+  return link_.due(now) ? send_command(grant.command, now) : core::Status::kNotReady;
 }
 
 template <typename T, typename S>
-core::Status FlightController<T, S>::tell(const ctl::Command<T>& command, core::TimePoint now) {
+core::Status FlightController<T, S>::send_command(const ctl::Command<T>& command, core::TimePoint now) {
   if (config_.link.channel.channel == link::Channel::kMovement) {
     const core::Status sent = link_.send(cast<double>(command), now);
-    in_force_ = sent == core::Status::kOk ? command : in_force_;
+    applied_command_ = sent == core::Status::kOk ? command : applied_command_;
     return sent;
   }
   const core::Expected<vrc::Sticks> mapped = commands_.to_sticks(cast<float>(command));
@@ -95,7 +95,7 @@ core::Status FlightController<T, S>::tell(const ctl::Command<T>& command, core::
   const core::Status sent = link_.send(sticks, now);
   if (sent == core::Status::kOk) {
     last_sticks_ = sticks;
-    in_force_ = cast<T>(commands_.to_command(sticks));
+    applied_command_ = cast<T>(commands_.to_command(sticks));
   }
   return sent;
 }
@@ -103,9 +103,10 @@ core::Status FlightController<T, S>::tell(const ctl::Command<T>& command, core::
 template void FlightController<double>::excite(core::TimePoint);
 template void FlightController<float>::excite(core::TimePoint);
 template void FlightController<float, core::Fixed>::excite(core::TimePoint);
-template core::Status FlightController<double>::send(const safety::Grant<double>&, core::TimePoint);
-template core::Status FlightController<float>::send(const safety::Grant<float>&, core::TimePoint);
-template core::Status FlightController<float, core::Fixed>::send(const safety::Grant<float>&, core::TimePoint);
+template core::Status FlightController<double>::send(const safety::SupervisedCommand<double>&, core::TimePoint);
+template core::Status FlightController<float>::send(const safety::SupervisedCommand<float>&, core::TimePoint);
+template core::Status FlightController<float, core::Fixed>::send(const safety::SupervisedCommand<float>&,
+                                                                 core::TimePoint);
 template ctl::Command<double> FlightController<double>::pilots_command(const protocol::Telemetry&) const;
 template ctl::Command<float> FlightController<float>::pilots_command(const protocol::Telemetry&) const;
 template ctl::Command<float> FlightController<float, core::Fixed>::pilots_command(const protocol::Telemetry&) const;

@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include "firmware/companion/files/plain_number.h"
+#include "firmware/companion/files/text/plain_number.h"
 
 namespace m100::companion {
 
@@ -31,7 +31,7 @@ inline void fill_standard_streams() {
 }
 
 /// Whether everything printed was written: a full disk would lose an answer silently.
-inline bool said_everything() {
+inline bool all_output_written() {
   std::cout.flush();
   return std::cout && std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
 }
@@ -120,7 +120,8 @@ inline std::string unknown_option(const CLI::App& app, std::span<char* const> wo
 }
 
 /// The message for a command line on which something is missing.
-inline std::string what_lacks(const CLI::App& app, std::span<char* const> words, const CLI::RequiredError& wrong) {
+inline std::string missing_option_message(const CLI::App& app, std::span<char* const> words,
+                                          const CLI::RequiredError& wrong) {
   const std::string unknown = unknown_option(app, words);
   return (unknown.empty() ? wrong.what() : unknown + ": no such option") + "; see --help";
 }

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "firmware/companion/command_line.h"
-#include "firmware/companion/files/printable.h"
+#include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/companion/version.h"
 
@@ -58,7 +58,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
   } catch (const CLI::Success& help) {
     return m100.exit(help);
   } catch (const CLI::RequiredError& wrong) {
-    const std::string lacks = m100::companion::what_lacks(m100, std::span(argv + 1, argv + argc), wrong);
+    const std::string lacks = m100::companion::missing_option_message(m100, std::span(argv + 1, argv + argc), wrong);
     std::cerr << "m100: " << m100::companion::printable(m100::companion::without_keys(lacks)) << "\n";
     return m100::companion::kBadInput;
   } catch (const std::exception& wrong) {
@@ -67,7 +67,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
   }
   // Output that could not be written does not change the exit code of a flight.
   const bool flew = m100.got_subcommand("fly") || m100.got_subcommand("handshake") || m100.got_subcommand("record");
-  if (!flew && !m100::companion::said_everything()) {
+  if (!flew && !m100::companion::all_output_written()) {
     std::cerr << "m100: standard output: cannot be written\n";
     return m100::companion::kBadInput;
   }

@@ -4,19 +4,19 @@
 namespace m100::core {
 namespace {
 
-AssertionHandler handler_in_force = nullptr;
+AssertionHandler active_handler = nullptr;
 
 }  // namespace
 
 AssertionHandler set_assertion_handler(AssertionHandler handler) {
-  const AssertionHandler former = handler_in_force;
-  handler_in_force = handler;
+  const AssertionHandler former = active_handler;
+  active_handler = handler;
   return former;
 }
 
 void assertion_failed(const char* file, int line) {
-  if (handler_in_force != nullptr) {
-    handler_in_force(file, line);
+  if (active_handler != nullptr) {
+    active_handler(file, line);
   }
   __builtin_trap();
 }

@@ -67,12 +67,12 @@ Quaternion<T> quaternion_of(const Euler<T>& e) {
 
 /// Turns a horizontal vector by yaw: body-heading axes -> world axes. Use -yaw for the inverse.
 template <typename T>
-Vector<T, 2> rotate(const Vector<T, 2>& v, const Turn<T>& yaw) {
+Vector<T, 2> rotate(const Vector<T, 2>& v, const SinCos<T>& yaw) {
   return {yaw.cosine * v.x() - yaw.sine * v.y(), yaw.sine * v.x() + yaw.cosine * v.y()};
 }
 template <typename T>
 Vector<T, 2> rotate_by_yaw(const Vector<T, 2>& v, T yaw_rad) {
-  return rotate(v, turn_of(yaw_rad));
+  return rotate(v, sin_cos_of(yaw_rad));
 }
 
 }  // namespace m100::core

@@ -85,7 +85,7 @@ T sine_of(const Reduced<T>& angle, std::int32_t turn) {
 }
 
 template <typename T>
-Turn<T> both(T angle_rad) {
+SinCos<T> both(T angle_rad) {
   constexpr T kNotReduced_rad = T(0.78);  // below pi/4: the reduction would return the angle itself and zero
   if (within(angle_rad, kNotReduced_rad)) {
     return {.sine = sine_kernel(angle_rad, T(0)), .cosine = cosine_kernel(angle_rad, T(0))};
@@ -233,7 +233,7 @@ T cos(T angle_rad) {
   return in_reach(angle_rad) ? sine_after(angle_rad, 1) : far_sine_after(angle_rad, 1);
 }
 template <typename T>
-Turn<T> turn_of(T angle_rad) {
+SinCos<T> sin_cos_of(T angle_rad) {
   if (!in_reach(angle_rad)) {
     return {.sine = far_sine_after(angle_rad, 0), .cosine = far_sine_after(angle_rad, 1)};
   }
@@ -244,7 +244,7 @@ T tan(T angle_rad) {
   if (!within(angle_rad, static_cast<T>(kLargestAngle_rad))) {
     return kNan<T>;
   }
-  const Turn<T> turn = turn_of(angle_rad);
+  const SinCos<T> turn = sin_cos_of(angle_rad);
   return turn.sine / turn.cosine;
 }
 template <typename T>
@@ -277,14 +277,14 @@ T wrap_pi(T angle_rad) {
   return wrapped < kHalfTurn ? wrapped : kHalfTurn;
 }
 
-#define M100_INSTANTIATE(T)       \
-  template T sin<T>(T);           \
-  template T cos<T>(T);           \
-  template T tan<T>(T);           \
-  template Turn<T> turn_of<T>(T); \
-  template T atan2<T>(T, T);      \
-  template T asin<T>(T);          \
-  template T exp<T>(T);           \
+#define M100_INSTANTIATE(T)            \
+  template T sin<T>(T);                \
+  template T cos<T>(T);                \
+  template T tan<T>(T);                \
+  template SinCos<T> sin_cos_of<T>(T); \
+  template T atan2<T>(T, T);           \
+  template T asin<T>(T);               \
+  template T exp<T>(T);                \
   template T wrap_pi<T>(T);
 M100_INSTANTIATE(float)
 M100_INSTANTIATE(double)

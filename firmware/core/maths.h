@@ -23,12 +23,12 @@ template <typename T>
 T cos(T angle_rad);
 /// Both at once, at less than the cost of two calls: the same bits.
 template <typename T>
-struct Turn {
+struct SinCos {
   T sine{0};
   T cosine{1};
 };
 template <typename T>
-Turn<T> turn_of(T angle_rad);
+SinCos<T> sin_cos_of(T angle_rad);
 /// Tangent as sine over cosine; |angle| < pi/2 is the caller's responsibility.
 template <typename T>
 T tan(T angle_rad);

@@ -15,13 +15,13 @@ namespace m100::core {
 /// restarted, and a count half-way between two ticks would alternate between 0 and 2.
 class TickCount {
  public:
-  static constexpr Duration kMostBehind = std::chrono::milliseconds(500);  ///< more than this is discarded
+  static constexpr Duration kMaxBehind = std::chrono::milliseconds(500);  ///< more than this is discarded
 
   /// @returns 0 to `most` periods. @param elapsed since the last call, not negative
   int take(Duration elapsed, int most) {
     behind_ += elapsed;
-    behind_ = behind_ > kMostBehind ? kMostBehind : behind_;
-    // In 32 bits, which is enough for kMostBehind: on some machines a 64-bit division is a call into a library.
+    behind_ = behind_ > kMaxBehind ? kMaxBehind : behind_;
+    // In 32 bits, which is enough for kMaxBehind: on some machines a 64-bit division is a call into a library.
     const auto rounded = static_cast<std::int32_t>((behind_ + kTickPeriod / 2).count()) / kPeriod;
     const int ticks = rounded > most ? most : rounded;
     behind_ -= ticks * kTickPeriod;

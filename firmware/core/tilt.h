@@ -28,26 +28,28 @@ struct Slope {
 
 /// Sines and cosines of an attitude, computed once for all later uses.
 template <typename T>
-struct AttitudeTurns {
-  Turn<T> roll;
-  Turn<T> pitch;
-  Turn<T> yaw;
+struct AttitudeSinCos {
+  SinCos<T> roll;
+  SinCos<T> pitch;
+  SinCos<T> yaw;
 };
 
 template <typename T>
-AttitudeTurns<T> turns_of(const Euler<T>& attitude) {
-  return {.roll = turn_of(attitude.roll_rad), .pitch = turn_of(attitude.pitch_rad), .yaw = turn_of(attitude.yaw_rad)};
+AttitudeSinCos<T> attitude_sin_cos(const Euler<T>& attitude) {
+  return {.roll = sin_cos_of(attitude.roll_rad),
+          .pitch = sin_cos_of(attitude.pitch_rad),
+          .yaw = sin_cos_of(attitude.yaw_rad)};
 }
 
 /// Slope of the body's z axis forward and left, in heading axes.
 template <typename T>
-Vector<T, 2> heading_slope_of(const Turn<T>& roll, const Turn<T>& pitch) {
+Vector<T, 2> heading_slope_of(const SinCos<T>& roll, const SinCos<T>& pitch) {
   return {pitch.sine / pitch.cosine, -(roll.sine / (roll.cosine * pitch.cosine))};
 }
 
 /// Body roll and pitch at a heading -> slopes. |roll|, |pitch| < pi/2.
 template <typename T>
-Slope<T> slope_of(const AttitudeTurns<T>& a) {
+Slope<T> slope_of(const AttitudeSinCos<T>& a) {
   const Vector<T, 2> w = rotate<T>(heading_slope_of(a.roll, a.pitch), a.yaw);
   return {.x = w.x(), .y = -w.y()};
 }
@@ -55,13 +57,13 @@ Slope<T> slope_of(const AttitudeTurns<T>& a) {
 /// Caches the heading slope of a roll and pitch that stay constant for several ticks while the heading turns: the same
 /// numbers as slope_of, at a lower cost.
 template <typename T>
-class StandingSlope {
+class CachedTilt {
  public:
-  Slope<T> at(T roll_rad, T pitch_rad, const Turn<T>& yaw) {
+  Slope<T> at(T roll_rad, T pitch_rad, const SinCos<T>& yaw) {
     if (!(roll_rad == roll_rad_ && pitch_rad == pitch_rad_)) {
       roll_rad_ = roll_rad;
       pitch_rad_ = pitch_rad;
-      slope_ = heading_slope_of(turn_of(roll_rad), turn_of(pitch_rad));
+      slope_ = heading_slope_of(sin_cos_of(roll_rad), sin_cos_of(pitch_rad));
     }
     const Vector<T, 2> w = rotate<T>(slope_, yaw);
     return {.x = w.x(), .y = -w.y()};
@@ -80,12 +82,12 @@ Tilt<T> tilt_of(const Slope<T>& slope) {
 
 template <typename T>
 Tilt<T> tilt_of(const Euler<T>& attitude) {
-  return tilt_of(slope_of(turns_of(attitude)));
+  return tilt_of(slope_of(attitude_sin_cos(attitude)));
 }
 
 /// Slopes -> the roll and pitch that give them at a heading: the inverse of slope_of.
 template <typename T>
-Euler<T> attitude_of(const Slope<T>& slope, T yaw_rad, const Turn<T>& yaw) {
+Euler<T> attitude_of(const Slope<T>& slope, T yaw_rad, const SinCos<T>& yaw) {
   const Vector<T, 2> b = rotate<T>({slope.x, -slope.y}, {.sine = -yaw.sine, .cosine = yaw.cosine});
   const T cos_pitch = T(1) / core::sqrt(T(1) + b.x() * b.x());
   return {.roll_rad = core::atan2(-b.y() * cos_pitch, T(1)), .pitch_rad = core::atan2(b.x(), T(1)), .yaw_rad = yaw_rad};
@@ -93,12 +95,12 @@ Euler<T> attitude_of(const Slope<T>& slope, T yaw_rad, const Turn<T>& yaw) {
 
 template <typename T>
 Euler<T> attitude_of(const Tilt<T>& tilt, T yaw_rad) {
-  return attitude_of(Slope<T>{.x = core::tan(tilt.x_rad), .y = core::tan(tilt.y_rad)}, yaw_rad, turn_of(yaw_rad));
+  return attitude_of(Slope<T>{.x = core::tan(tilt.x_rad), .y = core::tan(tilt.y_rad)}, yaw_rad, sin_cos_of(yaw_rad));
 }
 
 /// Rate of change of the tilt at these body rates (FLU). A turn about the body's z axis changes nothing, exactly.
 template <typename T>
-Tilt<T> tilt_rate_of(const AttitudeTurns<T>& a, const Vector<T, 3>& rate_b_rad_s) {
+Tilt<T> tilt_rate_of(const AttitudeSinCos<T>& a, const Vector<T, 3>& rate_b_rad_s) {
   const T sr = a.roll.sine, cr = a.roll.cosine;
   const T sp = a.pitch.sine, cp = a.pitch.cosine;
   // z axis of the body and its derivative R (w x e3), in heading axes: R = Ry(pitch) Rx(roll), w x e3 = (q, -p, 0).
@@ -115,12 +117,12 @@ Tilt<T> tilt_rate_of(const AttitudeTurns<T>& a, const Vector<T, 3>& rate_b_rad_s
 
 template <typename T>
 Tilt<T> tilt_rate_of(const Euler<T>& attitude, const Vector<T, 3>& rate_b_rad_s) {
-  return tilt_rate_of(turns_of(attitude), rate_b_rad_s);
+  return tilt_rate_of(attitude_sin_cos(attitude), rate_b_rad_s);
 }
 
 /// Yaw rate of the z-y-x angles at these body rates: psi' = (q sin(roll) + r cos(roll)) / cos(pitch).
 template <typename T>
-T yaw_rate_of(const AttitudeTurns<T>& a, const Vector<T, 3>& rate_b_rad_s) {
+T yaw_rate_of(const AttitudeSinCos<T>& a, const Vector<T, 3>& rate_b_rad_s) {
   return (rate_b_rad_s.y() * a.roll.sine + rate_b_rad_s.z() * a.roll.cosine) / a.pitch.cosine;
 }
 

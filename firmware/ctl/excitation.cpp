@@ -11,7 +11,7 @@ namespace {
 constexpr double kNear_m = 0.3;
 constexpr double kStill_m_s = 0.15;
 constexpr double kNear_rad = 0.15;
-constexpr double kMostHolding_counts = 200.0;  // a tilt of 10 degrees: larger than any trim, too windy to excite
+constexpr double kMaxHolding_counts = 200.0;  // a tilt of 10 degrees: larger than any trim, too windy to excite
 
 template <typename T>
 T absolute(T value) {
@@ -25,8 +25,8 @@ std::string_view Excitation<T>::name(Abort abort) {
   switch (abort) {
     case Abort::kNone:
       return "none";
-    case Abort::kLadder:
-      return "ladder";
+    case Abort::kFailsafe:
+      return "failsafe";
     case Abort::kFence:
       return "fence";
     case Abort::kDistance:
@@ -60,7 +60,7 @@ void Excitation<T>::end(Abort why) {
 }
 
 template <typename T>
-void Excitation<T>::look(const est::Estimate<T>& estimate, const ref::Window<T>& reference) {
+void Excitation<T>::update_distance(const est::Estimate<T>& estimate, const ref::Window<T>& reference) {
   // Along the body's axes, as the stick pushes: pitch forward, roll to the right.
   const core::Vector<T, 2> away_b =
       core::rotate_by_yaw(core::Vector<T, 2>(estimate.x.position_m - reference.x[0].position_m,
@@ -121,7 +121,7 @@ void Excitation<T>::rest_at(const HoldingSticks<T>& holding) {
 
 template <typename T>
 int Excitation<T>::holding_counts() const {
-  constexpr T kMost = static_cast<T>(kMostHolding_counts);
+  constexpr T kMost = static_cast<T>(kMaxHolding_counts);
   const T counts = axis() == ExcitedStick::kRoll    ? holding_.roll_counts
                    : axis() == ExcitedStick::kPitch ? holding_.pitch_counts
                                                     : T(0);
@@ -136,9 +136,9 @@ void Excitation<T>::update(const est::Estimate<T>& estimate, const ref::Window<T
     return;
   }
   ended_ = now;
-  look(estimate, reference);
+  update_distance(estimate, reference);
   if (!may) {
-    end(Abort::kLadder);
+    end(Abort::kFailsafe);
     return;
   }
   if (state_ == State::kReturning) {

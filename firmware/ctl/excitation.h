@@ -66,7 +66,7 @@ class Excitation {
   /// Why it was aborted.
   enum class Abort : std::uint8_t {
     kNone,
-    kLadder,    ///< control is gone (the pilot's switch), or the ladder left its top
+    kFailsafe,  ///< control is gone (the pilot's switch), or the failsafe left its top
     kFence,     ///< the aircraft could not stop before a side of the fence
     kDistance,  ///< or not within the excitation's own distance
     kTilt,
@@ -78,7 +78,7 @@ class Excitation {
 
   explicit Excitation(const ExcitationPlan& plan) : plan_(plan) {}
 
-  /// Starts with the first piece, if there is one: the ladder reached its top.
+  /// Starts with the first piece, if there is one: the failsafe reached its top.
   void start(core::TimePoint now);
 
   /// Once per tick, before update(): the roll and pitch sticks, in counts from the balancing point, that would hold the
@@ -86,7 +86,8 @@ class Excitation {
   /// this a constant push would carry the aircraft away for as long as the piece lasts.
   void rest_at(const HoldingSticks<T>& holding);
   /// Once per tick, before a command is chosen.
-  /// @param may the ladder is at its top. @param brakes the fence keeper brakes: the stopping distance reaches a side.
+  /// @param may the failsafe is at its top. @param brakes the fence keeper brakes: the stopping distance reaches a
+  /// side.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& reference, bool may, bool brakes,
               core::TimePoint now);
 
@@ -105,14 +106,14 @@ class Excitation {
   /// From the place, along axis(), and how fast.
   T distance() const { return distance_; }
   T speed() const { return speed_; }
-  /// From the ladder's top to the end or the abort; until now, while it lasts.
+  /// From the failsafe's top to the end or the abort; until now, while it lasts.
   core::TimePoint began() const { return began_; }
   core::TimePoint ended() const { return ended_; }
   static std::string_view name(Abort abort);
 
  private:
   bool moves_piece() const { return piece_ < plan_.pieces.size(); }
-  void look(const est::Estimate<T>& estimate, const ref::Window<T>& reference);
+  void update_distance(const est::Estimate<T>& estimate, const ref::Window<T>& reference);
   Abort limit_reached(const est::Estimate<T>& estimate, bool brakes) const;
   bool at_rest(const est::Estimate<T>& estimate, const ref::Window<T>& reference) const;
   void end(Abort why);

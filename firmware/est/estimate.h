@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "firmware/core/standing_turn.h"
+#include "firmware/core/cached_sin_cos.h"
 #include "firmware/core/time.h"
 
 namespace m100::est {
@@ -24,7 +24,7 @@ struct AxisEstimate {
   // The observer's own estimate of its errors in position and velocity; it includes the uncertainty of the poses' time
   // of capture.
   T position_variance_m2{0};
-  T filter_variance_m2{0};      ///< of the position, from the filter alone, without LagWatch
+  T filter_variance_m2{0};      ///< of the position, from the filter alone, without CovarianceInflation
   T position_velocity_m2_s{0};  ///< covariance of position and velocity
   T velocity_variance_m2_s2{0};
 };
@@ -51,12 +51,12 @@ struct Estimate {
   std::uint32_t refused_poses = 0;  ///< by the innovation gate, in a row
   core::Duration refused_for{0};    ///< from the first to the last of the refused poses that agree with each other
   Refusal<T> refusal;
-  bool predicts = false;  ///< started, settled and the attitude is known: the model's prediction is valid
-  bool healthy = false;   ///< predicts, and a pose was used in the last second
-  mutable core::StandingTurn<T> heading_turn{};
+  bool prediction_valid = false;  ///< started, settled and the attitude is known: the model's prediction is valid
+  bool healthy = false;           ///< predicts, and a pose was used in the last second
+  mutable core::CachedSinCos<T> heading_sin_cos{};
 
   /// Sine and cosine of the yaw, computed once for all callers.
-  const core::Turn<T>& heading() const { return heading_turn.of(yaw_rad); }
+  const core::SinCos<T>& heading() const { return heading_sin_cos.of(yaw_rad); }
 };
 
 }  // namespace m100::est

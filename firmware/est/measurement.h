@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "firmware/core/cached_sin_cos.h"
 #include "firmware/core/eigen.h"
 #include "firmware/core/frames.h"
 #include "firmware/core/pose.h"
-#include "firmware/core/standing_turn.h"
 #include "firmware/core/time.h"
 
 namespace m100::est {
@@ -12,7 +12,7 @@ namespace m100::est {
 /// The part of the specific force that the tilt does not explain: acceleration by wind and drag (world, horizontal,
 /// m/s^2), without the offset of the force.
 template <typename T>
-struct Push {
+struct DisturbanceAcceleration {
   bool is_known = false;                                        ///< a valid force arrives
   core::Vector<T, 2> now_w_m_s2 = core::Vector<T, 2>::Zero();   ///< of the newest message, with the rotors' vibration
   core::Vector<T, 2> mean_w_m_s2 = core::Vector<T, 2>::Zero();  ///< mean over a tenth of a second
@@ -30,16 +30,16 @@ struct Measurement {
     T pitch_rad{0};
     T yaw_rad{0};
     core::Vector<T, 3> rate_b_rad_s = core::Vector<T, 3>::Zero();
-    mutable core::TiltTurns<T> turns{};
+    mutable core::RollPitchSinCos<T> sin_cos{};
 
     /// Sine and cosine, computed once for all callers.
-    const core::Turn<T>& roll() const { return turns.roll.of(roll_rad); }
-    const core::Turn<T>& pitch() const { return turns.pitch.of(pitch_rad); }
+    const core::SinCos<T>& roll() const { return sin_cos.roll.of(roll_rad); }
+    const core::SinCos<T>& pitch() const { return sin_cos.pitch.of(pitch_rad); }
   };
   core::TimePoint now{};  ///< time of this tick; ages count up to it
   core::Pose<T> pose;     ///< from motion capture or another source of pose
   Attitude attitude;
-  Push<T> push;  ///< from CrossCheck, of the tick before
+  DisturbanceAcceleration<T> disturbance_acceleration;  ///< from VelocityConsistency, of the tick before
 };
 
 }  // namespace m100::est

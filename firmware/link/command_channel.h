@@ -10,7 +10,7 @@
 #include "firmware/core/time.h"
 #include "firmware/ctl/command.h"
 #include "firmware/vrc/sticks.h"
-#include "protocol/commands.h"
+#include "protocol/dji/commands.h"
 
 namespace m100::link {
 
@@ -44,7 +44,7 @@ class RateLimiter {
   static constexpr core::Duration kSlack = std::chrono::milliseconds(2);
   static constexpr core::Duration kWindow = std::chrono::seconds(1);
   /// DJI's maximum per second, on any channel; at a faster rate (the paper's) only the spacing is limited.
-  static constexpr std::size_t kMostPerWindow = 50;
+  static constexpr std::size_t kMaxPerWindow = 50;
 
   explicit RateLimiter(core::Duration period)
       : period_(period), per_window_(static_cast<std::size_t>((kWindow + period - core::Duration{1}) / period)) {}
@@ -57,8 +57,8 @@ class RateLimiter {
     const core::TimePoint on_grid = next_ + period_;
     const core::TimePoint from_now = now + period_ - kSlack;
     next_ = used_ && on_grid > from_now ? on_grid : now + period_;
-    newest_ = (newest_ + 1) % kMostPerWindow;
-    count_ += count_ < kMostPerWindow ? 1U : 0U;
+    newest_ = (newest_ + 1) % kMaxPerWindow;
+    count_ += count_ < kMaxPerWindow ? 1U : 0U;
     used_ = true;
     left(now);
   }
@@ -71,10 +71,10 @@ class RateLimiter {
 
  private:
   bool window_has_room(core::TimePoint now) const {
-    if (per_window_ > kMostPerWindow || count_ < per_window_) {
+    if (per_window_ > kMaxPerWindow || count_ < per_window_) {
       return true;
     }
-    return now - times_[(newest_ + kMostPerWindow + 1 - per_window_) % kMostPerWindow] >= kWindow;
+    return now - times_[(newest_ + kMaxPerWindow + 1 - per_window_) % kMaxPerWindow] >= kWindow;
   }
 
   core::Duration period_;
@@ -82,7 +82,7 @@ class RateLimiter {
   core::TimePoint next_{};
   core::TimePoint last_{};
   bool used_ = false;
-  std::array<core::TimePoint, kMostPerWindow> times_{};  ///< of the last commands, in a ring
+  std::array<core::TimePoint, kMaxPerWindow> times_{};  ///< of the last commands, in a ring
   std::size_t newest_ = 0;
   std::size_t count_ = 0;
 };

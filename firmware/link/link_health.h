@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "firmware/core/time.h"
-#include "protocol/frame_parser.h"
-#include "protocol/session.h"
+#include "protocol/dji/frame_parser.h"
+#include "protocol/dji/session.h"
 
 namespace m100::link {
 

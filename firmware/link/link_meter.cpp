@@ -9,8 +9,8 @@ namespace {
 constexpr core::Duration kWindow = std::chrono::seconds(1);
 constexpr double kBitsPerByte = 10.0;
 /// Bounds of the adapter delay: the least of a UART, and more than any adapter has (a USB one waits 16 ms by default).
-constexpr core::Duration kLeastAdapterDelay = std::chrono::milliseconds(2);
-constexpr core::Duration kMostAdapterDelay = std::chrono::milliseconds(40);
+constexpr core::Duration kMinAdapterDelay = std::chrono::milliseconds(2);
+constexpr core::Duration kMaxAdapterDelay = std::chrono::milliseconds(40);
 
 std::size_t bin_of(core::Duration jitter) {
   std::size_t bin = 0;
@@ -48,11 +48,11 @@ void LinkMeter::timed_package(core::TimePoint now, core::Duration autopilot_time
     const core::Duration jitter = (now - last_timed_) - (autopilot_time - last_autopilot_time_);
     ++health_.jitter_histogram[bin_of(std::chrono::abs(jitter))];
     // The two clocks drift apart: the least offset follows by 100 parts per million.
-    least_offset_ = std::min(offset, least_offset_ + (now - last_timed_) / 10000);
+    min_offset_ = std::min(offset, min_offset_ + (now - last_timed_) / 10000);
   } else {
-    least_offset_ = offset;
+    min_offset_ = offset;
   }
-  health_.transport_delay = offset - least_offset_;
+  health_.transport_delay = offset - min_offset_;
   window_delay_ = std::max(window_delay_, health_.transport_delay);
   has_time_ = true;
   last_timed_ = now;
@@ -66,7 +66,7 @@ void LinkMeter::restart() {
 
 core::Duration LinkMeter::adapter_delay() const {
   const core::Duration longest = std::max(window_delay_, former_delay_);
-  return has_time_ ? std::clamp(longest, kLeastAdapterDelay, kMostAdapterDelay) : kMostAdapterDelay;
+  return has_time_ ? std::clamp(longest, kMinAdapterDelay, kMaxAdapterDelay) : kMaxAdapterDelay;
 }
 
 void LinkMeter::tick(core::TimePoint now) {

@@ -41,7 +41,7 @@ class LinkMeter {
   core::Duration last_autopilot_time_{0};
   core::Duration window_delay_{0};  ///< longest transport delay of this second; former_delay_: of the last one
   core::Duration former_delay_{0};
-  core::Duration least_offset_{0};  ///< our clock minus the autopilot's, for the fastest package
+  core::Duration min_offset_{0};  ///< our clock minus the autopilot's, for the fastest package
 };
 
 }  // namespace m100::link

@@ -2,13 +2,13 @@
 #include "firmware/link/serial_link.h"
 
 #include "firmware/core/assert.h"
-#include "firmware/link/answer_meaning.h"
-#include "protocol/catalogue.h"
+#include "firmware/link/ack_condition.h"
+#include "protocol/dji/catalogue.h"
 
 namespace m100::link {
 namespace {
 
-using safety::AuthoritySign;
+using safety::AuthorityCondition;
 using safety::when;
 
 core::Duration period_or_assert(const ChannelConfig& config) {
@@ -33,7 +33,7 @@ const protocol::Telemetry& SerialLink::receive(core::TimePoint now) {
   if (!behind_) {
     poll_sessions(now);
     step_authority(now);
-    listen_for_an_echo(now);
+    check_uplink(now);
     flush(now);
   }
   meter_.tick(now);
@@ -51,15 +51,16 @@ void SerialLink::poll_sessions(core::TimePoint now) {
     if (due->kind == protocol::Due::Kind::kRepeat) {
       (void)outbox_.add_request(due->frame.bytes);  // with a full outbox this retry is lost: the next one follows
     } else {
-      edges_ |= when(is_question_of(state_.stage, due->command), AuthoritySign::kNoAnswer);
+      edges_ |= when(awaits_ack_of(state_.stage, due->command), AuthorityCondition::kNoAnswer);
     }
   }
 }
 
-void SerialLink::listen_for_an_echo(core::TimePoint now) {
+void SerialLink::check_uplink(core::TimePoint now) {
   const bool is_asked = sessions_.is_open(protocol::ids::kVersionQuery);
   if (authority_.in_control && !is_asked && now - last_echo_ >= kEchoSpacing) {
-    (void)ask(protocol::VersionQuery{}, kEchoTransmissions, now);  // a query that cannot leave gets no answer either
+    (void)send_request(protocol::VersionQuery{}, kEchoTransmissions,
+                       now);  // a query that cannot leave gets no answer either
   }
 }
 
@@ -75,7 +76,7 @@ core::TimePoint SerialLink::received_at(protocol::TelemetryItem item) const {
   return item_times_[index];
 }
 
-safety::AuthoritySign SerialLink::level_signs(core::TimePoint now) const {
+safety::AuthorityCondition SerialLink::level_conditions(core::TimePoint now) const {
   using Item = protocol::TelemetryItem;
   const protocol::Telemetry::Control& control = telemetry_.control;
   const bool uses_virtual_rc = config_.channel.channel == Channel::kVirtualRc;
@@ -83,24 +84,25 @@ safety::AuthoritySign SerialLink::level_signs(core::TimePoint now) const {
   // Then only the control item shows the switch. Once the RC item has shown F, it shows the real switch.
   const bool shows_our_mode =
       uses_virtual_rc && !rc_item_is_real_ && control.virtual_rc_on() && telemetry_.rc.mode == protocol::kRcModeA;
-  return when(ever_heard_ && now - last_frame_ <= kHeardFor, AuthoritySign::kHeard) |
-         when(recent(Item::kRc, now, kHeardFor) && recent(Item::kControl, now, kHeardFor), AuthoritySign::kItemsFresh) |
-         when(telemetry_.rc.mode == protocol::kRcModeF || shows_our_mode, AuthoritySign::kModeF) |
-         when(telemetry_.rc.gear == 0, AuthoritySign::kRcOff) |
-         when(control.device() == protocol::ControlDevice::kOnboardComputer, AuthoritySign::kDeviceOurs) |
-         when(control.virtual_rc_on(), AuthoritySign::kVirtualRcOn) |
-         when(uses_virtual_rc, AuthoritySign::kNeedsVirtualRc);
+  return when(ever_received_ && now - last_frame_ <= kLinkTimeout, AuthorityCondition::kLinkAlive) |
+         when(recent(Item::kRc, now, kLinkTimeout) && recent(Item::kControl, now, kLinkTimeout),
+              AuthorityCondition::kItemsFresh) |
+         when(telemetry_.rc.mode == protocol::kRcModeF || shows_our_mode, AuthorityCondition::kModeF) |
+         when(telemetry_.rc.gear == 0, AuthorityCondition::kRcOff) |
+         when(control.device() == protocol::ControlDevice::kOnboardComputer, AuthorityCondition::kDeviceOurs) |
+         when(control.virtual_rc_on(), AuthorityCondition::kVirtualRcOn) |
+         when(uses_virtual_rc, AuthorityCondition::kNeedsVirtualRc);
 }
 
 void SerialLink::step_authority(core::TimePoint now) {
-  const AuthoritySign levels = level_signs(now);
-  edges_ |= when(now - last_step_ > kOwnStall, AuthoritySign::kOwnStall);
+  const AuthorityCondition levels = level_conditions(now);
+  edges_ |= when(now - last_step_ > kOwnStall, AuthorityCondition::kOwnStall);
   const safety::AuthorityStep made = safety::step(state_, levels | edges_, now - last_step_);
-  edges_ = AuthoritySign::kNone;
+  edges_ = AuthorityCondition::kNone;
   last_step_ = now;
   state_ = made.state;
   if (made.moved) {
-    give_up_open_request();
+    cancel_open_request();
     outbox_.drop_requests();  // requests that have not left yet are void as well
   }
   commanded_ = commanded_ && safety::may_command(state_.stage);
@@ -112,15 +114,15 @@ void SerialLink::step_authority(core::TimePoint now) {
   authority_.stage = state_.stage;
   authority_.reason = state_.reason;
   authority_.in_control = safety::may_command(state_.stage);
-  authority_.asked = state_.asked;
-  authority_.owed = state_.owed;
+  authority_.control_requested = state_.control_requested;
+  authority_.release_pending = state_.release_pending;
   authority_.port_gone = port_was_gone_;
-  authority_.mode_f = safety::any(levels, AuthoritySign::kModeF);
-  authority_.heard = safety::any(levels, AuthoritySign::kHeard);
+  authority_.mode_f = safety::any(levels, AuthorityCondition::kModeF);
+  authority_.link_alive = safety::any(levels, AuthorityCondition::kLinkAlive);
   authority_.telemetry_fresh = meter_.health().packages > 0 && meter_.health().telemetry_age <= kFreshFor;
 }
 
-void SerialLink::give_up_open_request() {
+void SerialLink::cancel_open_request() {
   sessions_.cancel(protocol::ids::kVersionQuery);
   sessions_.cancel(protocol::ids::kActivation);
   sessions_.cancel(protocol::ids::kTelemetryFrequency);

@@ -8,20 +8,20 @@
 
 #include "firmware/core/time.h"
 #include "firmware/link/byte_tap.h"
-#include "firmware/link/candidate_watch.h"
 #include "firmware/link/command_channel.h"
+#include "firmware/link/false_header_detector.h"
 #include "firmware/link/link_health.h"
 #include "firmware/link/link_meter.h"
 #include "firmware/link/outbox.h"
 #include "firmware/link/telemetry_clock.h"
 #include "firmware/safety/authority.h"
 #include "hal/uart.h"
-#include "protocol/acks.h"
 #include "protocol/cipher.h"
-#include "protocol/frame_parser.h"
-#include "protocol/session.h"
-#include "protocol/telemetry.h"
-#include "protocol/telemetry_layout.h"
+#include "protocol/dji/acks.h"
+#include "protocol/dji/frame_parser.h"
+#include "protocol/dji/session.h"
+#include "protocol/dji/telemetry.h"
+#include "protocol/dji/telemetry_layout.h"
 
 namespace m100::link {
 
@@ -40,16 +40,16 @@ struct LinkConfig {
 
 /// State of start-up and authority, with its reason.
 struct AuthorityView {
-  safety::Stage stage = safety::Stage::kListening;
-  safety::Reason reason = safety::Reason::kStarting;
+  safety::AuthorityStage stage = safety::AuthorityStage::kListening;
+  safety::AuthorityReason reason = safety::AuthorityReason::kStarting;
   protocol::AckMeaning answer;  ///< of the autopilot to the last command; says more if reason is kAnswer
   bool in_control = false;      ///< commands may leave
   bool mode_f = false;
-  bool asked = false;            ///< the operator's ask is not served yet
-  bool owed = false;             ///< control or Virtual RC may be ours; false: telemetry shows the transmitter
-  bool port_gone = false;        ///< the device itself is gone: our bytes cannot leave
-  bool heard = false;            ///< a frame within the last 500 ms
-  bool telemetry_fresh = false;  ///< a telemetry package within the last 100 ms
+  bool control_requested = false;  ///< the operator's ask is not served yet
+  bool release_pending = false;    ///< control or Virtual RC may be ours; false: telemetry shows the transmitter
+  bool port_gone = false;          ///< the device itself is gone: our bytes cannot leave
+  bool link_alive = false;         ///< a frame within the last 500 ms
+  bool telemetry_fresh = false;    ///< a telemetry package within the last 100 ms
 };
 
 /// The autopilot at the other end of a UART: bytes to telemetry, and commands to bytes, by the authority table only.
@@ -72,7 +72,8 @@ class SerialLink {
 #endif
   /// A tick that has not read all waiting bytes sends nothing, because its telemetry is stale.
   static constexpr std::size_t kBatchesPerTick = 16;
-  static constexpr core::Duration kHeardFor = std::chrono::milliseconds(500);  ///< promise sheet: link silent, RELEASE
+  static constexpr core::Duration kLinkTimeout =
+      std::chrono::milliseconds(500);  ///< promise sheet: link silent, RELEASE
   /// If the RC item shows mode F this long after Virtual RC data (of mode A) began, it shows the real switch.
   static constexpr core::Duration kOwnModeShows = std::chrono::milliseconds(200);
   /// Two calls of receive() that are further apart mean that our own program stalled: control goes back.
@@ -124,30 +125,30 @@ class SerialLink {
   core::Duration command_period() const { return limiter_.period(); }
 
  private:
-  void forget_autopilot();
+  void reset_autopilot();
   void collect(core::TimePoint now);
   std::span<const std::byte> read_waiting(core::TimePoint now);
-  void give_up_false_frames(core::TimePoint now);
+  void reject_false_frames(core::TimePoint now);
   core::TimePoint arrived(const protocol::FrameView& frame, core::TimePoint now) const;
   void handle(const protocol::FrameView& frame, core::TimePoint now);
   /// @returns false: repeated or overtaken telemetry.
   bool handle_telemetry(const protocol::Message& message, core::TimePoint now);
   void handle_answer(const protocol::Message& message, core::TimePoint now);
   void handle_push(const protocol::Message& message);
-  bool watch_clock(core::TimePoint now);
-  void watch_mode_switch(core::TimePoint now);
-  safety::AuthoritySign sign_of(const protocol::Answer& answer);
-  safety::AuthoritySign level_signs(core::TimePoint now) const;
+  bool detect_restart(core::TimePoint now);
+  void update_mode_switch(core::TimePoint now);
+  safety::AuthorityCondition ack_condition(const protocol::Answer& answer);
+  safety::AuthorityCondition level_conditions(core::TimePoint now) const;
   void poll_sessions(core::TimePoint now);
-  void listen_for_an_echo(core::TimePoint now);
+  void check_uplink(core::TimePoint now);
   void step_authority(core::TimePoint now);
-  void act(safety::Action action, core::TimePoint now);
-  void give_up_open_request();
+  void act(safety::AuthorityAction action, core::TimePoint now);
+  void cancel_open_request();
   template <typename Command>
-  core::Status ask(const Command& command, std::uint8_t transmissions, core::TimePoint now);
+  core::Status send_request(const Command& command, std::uint8_t transmissions, core::TimePoint now);
   template <typename Command>
-  core::Status tell(const Command& command, bool is_control);
-  core::Status give_back(core::TimePoint now);
+  core::Status transmit(const Command& command, bool is_control);
+  core::Status send_release(core::TimePoint now);
   void flush(core::TimePoint now);
   bool recent(protocol::TelemetryItem item, core::TimePoint now, core::Duration age) const;
 
@@ -155,7 +156,7 @@ class SerialLink {
   LinkConfig config_;
   ByteTap* tap_;
   protocol::FrameParser parser_;
-  CandidateWatch candidates_;
+  FalseHeaderDetector candidates_;
   std::array<std::byte, kBatchBytes> waiting_{};
   std::uint64_t batch_end_ = 0;      ///< position in the stream after the last read
   std::uint64_t dropped_bytes_ = 0;  ///< by the parser, when the frame before was found
@@ -170,7 +171,7 @@ class SerialLink {
   std::array<core::TimePoint, protocol::kTelemetryItemCount> item_times_{};
   std::uint16_t seen_items_ = 0;
   safety::AuthorityState state_;
-  safety::AuthoritySign edges_ = safety::AuthoritySign::kNone;
+  safety::AuthorityCondition edges_ = safety::AuthorityCondition::kNone;
   AuthorityView authority_;
   RateLimiter limiter_;
   Outbox outbox_;
@@ -178,7 +179,7 @@ class SerialLink {
   core::TimePoint last_step_{};
   core::TimePoint last_frame_{};
   core::TimePoint last_echo_{};  ///< the autopilot last answered anything
-  bool ever_heard_ = false;
+  bool ever_received_ = false;
   bool commanded_ = false;  ///< since control was granted
   core::TimePoint first_command_{};
   bool rc_item_is_real_ = false;  ///< it shows the transmitter even while Virtual RC is on

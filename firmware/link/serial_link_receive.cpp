@@ -2,15 +2,15 @@
 // The receiving half of SerialLink: bytes to frames, frames to telemetry, answers and pushes.
 #include <algorithm>
 
-#include "firmware/link/answer_meaning.h"
+#include "firmware/link/ack_condition.h"
 #include "firmware/link/serial_link.h"
 #include "firmware/link/telemetry_check.h"
-#include "protocol/pushes.h"
+#include "protocol/dji/pushes.h"
 
 namespace m100::link {
 namespace {
 
-using safety::AuthoritySign;
+using safety::AuthorityCondition;
 
 }  // namespace
 
@@ -25,7 +25,7 @@ std::span<const std::byte> SerialLink::read_waiting(core::TimePoint now) {
     }
     if (port_was_gone_) {
       port_was_gone_ = false;
-      forget_autopilot();
+      reset_autopilot();
     }
     if (*count == 0) {
       break;
@@ -39,12 +39,12 @@ std::span<const std::byte> SerialLink::read_waiting(core::TimePoint now) {
   return std::span(waiting_).first(used);
 }
 
-void SerialLink::forget_autopilot() {
-  edges_ |= AuthoritySign::kPortBack;
+void SerialLink::reset_autopilot() {
+  edges_ |= AuthorityCondition::kPortBack;
   answers_.reset();
-  ever_heard_ = false;
+  ever_received_ = false;
   seen_items_ = 0;
-  clock_.forget();
+  clock_.reset();
   rc_item_is_real_ = false;
   sdk_version_ = 0;
   layout_ = protocol::TelemetryLayout::kM100;
@@ -57,12 +57,12 @@ void SerialLink::collect(core::TimePoint now) {
     const std::span<const std::byte> bytes = read_waiting(now);
     batch_end_ = parser_.stats().bytes + bytes.size();
     parser_.consume(bytes, [&](const protocol::FrameView& frame) { handle(frame, arrived(frame, now)); });
-    give_up_false_frames(now);
+    reject_false_frames(now);
     behind_ = bytes.size() == waiting_.size();
   }
 }
 
-void SerialLink::give_up_false_frames(core::TimePoint now) {
+void SerialLink::reject_false_frames(core::TimePoint now) {
   while (candidates_.is_false(parser_, now, meter_.adapter_delay())) {
     parser_.abandon_candidate();
     for (auto frame = parser_.poll(); frame; frame = parser_.poll()) {
@@ -89,7 +89,7 @@ void SerialLink::handle(const protocol::FrameView& frame, core::TimePoint now) {
     handle_push(*message);
   }
   last_frame_ = says_something_new ? now : last_frame_;
-  ever_heard_ = ever_heard_ || says_something_new;
+  ever_received_ = ever_received_ || says_something_new;
   dropped_bytes_ = parser_.stats().bytes_dropped;
 }
 
@@ -103,37 +103,37 @@ bool SerialLink::handle_telemetry(const protocol::Message& message, core::TimePo
     ++meter_.counters().bad_packages;
     return true;
   }
-  if (telemetry_.has(protocol::TelemetryItem::kTime) && !watch_clock(now)) {
+  if (telemetry_.has(protocol::TelemetryItem::kTime) && !detect_restart(now)) {
     telemetry_ = former;
     ++meter_.counters().old_packages;
     return false;
   }
-  meter_.counters().refused_items += keep_finite(telemetry_, former);
+  meter_.counters().refused_items += reject_non_finite(telemetry_, former);
   meter_.package(now);
   for (std::size_t item = 0; item < item_times_.size(); ++item) {
     if (((std::uint32_t{telemetry_.items} >> item) & 1U) != 0) {
       item_times_[item] = now;
     }
   }
-  watch_mode_switch(now);
+  update_mode_switch(now);
   seen_items_ = static_cast<std::uint16_t>(seen_items_ | telemetry_.items);
   telemetry_.items = static_cast<std::uint16_t>(telemetry_.items | former.items);
   return true;
 }
 
-void SerialLink::watch_mode_switch(core::TimePoint now) {
+void SerialLink::update_mode_switch(core::TimePoint now) {
   const bool ours_would_show = commanded_ && now - first_command_ >= kOwnModeShows;
   rc_item_is_real_ =
       rc_item_is_real_ || (telemetry_.has(protocol::TelemetryItem::kRc) && ours_would_show &&
                            telemetry_.control.virtual_rc_on() && telemetry_.rc.mode == protocol::kRcModeF);
 }
 
-bool SerialLink::watch_clock(core::TimePoint now) {
+bool SerialLink::detect_restart(core::TimePoint now) {
   // The package arrived between the last read and now. After our own stall this time is long, but it is no restart.
   const std::uint32_t ticks = telemetry_.time.ticks;
-  const TelemetryClock::Verdict verdict = clock_.note(ticks, last_step_, now);
+  const TelemetryClock::Verdict verdict = clock_.update(ticks, last_step_, now);
   if (verdict.restarted) {
-    edges_ |= AuthoritySign::kRestarted;
+    edges_ |= AuthorityCondition::kRestarted;
     meter_.restart();
   }
   // A package after dropped bytes may have waited for the parser to find it: its delay says nothing about the adapter.
@@ -150,17 +150,17 @@ void SerialLink::handle_answer(const protocol::Message& message, core::TimePoint
     if (safety::may_command(state_.stage) && answer->command == protocol::ids::kVersionQuery) {
       return;  // in control the version query only tests that our bytes arrive
     }
-    const AuthoritySign sign = sign_of(*answer);
-    edges_ |= is_question_of(state_.stage, answer->command) ? sign : AuthoritySign::kNone;
+    const AuthorityCondition sign = ack_condition(*answer);
+    edges_ |= awaits_ack_of(state_.stage, answer->command) ? sign : AuthorityCondition::kNone;
   }
 }
 
-safety::AuthoritySign SerialLink::sign_of(const protocol::Answer& answer) {
+safety::AuthorityCondition SerialLink::ack_condition(const protocol::Answer& answer) {
   if (answer.command == protocol::ids::kVersionQuery) {
     const core::Expected<protocol::VersionAnswer> version = protocol::decode_version_answer(answer.value);
     if (!version) {
       ++meter_.counters().bad_packages;
-      return AuthoritySign::kNoAnswer;
+      return AuthorityCondition::kNoAnswer;
     }
     version_ = *version;
     sdk_version_ = protocol::sdk_version(*version).value_or(0);
@@ -170,20 +170,20 @@ safety::AuthoritySign SerialLink::sign_of(const protocol::Answer& answer) {
                            .name = protocol::name(layout_),
                            .verdict = protocol::AckVerdict::kRefused,
                            .remedy = protocol::remedy(layout_)};
-      return AuthoritySign::kRefused;
+      return AuthorityCondition::kRefused;
     }
-    return AuthoritySign::kDone;  // activated or not, both are valid
+    return AuthorityCondition::kDone;  // activated or not, both are valid
   }
   const core::Expected<std::uint16_t> code = protocol::decode_ack(answer.value);
   if (!code) {
     ++meter_.counters().bad_packages;
-    return AuthoritySign::kNoAnswer;
+    return AuthorityCondition::kNoAnswer;
   }
   const protocol::AckMeaning meaning = protocol::ack_meaning(answer.command, *code);
   const bool to_a_release =
-      answer.command == protocol::ids::kControlRequest && !is_question_of(state_.stage, answer.command);
+      answer.command == protocol::ids::kControlRequest && !awaits_ack_of(state_.stage, answer.command);
   authority_.answer = to_a_release ? authority_.answer : meaning;  // telemetry shows the result of a release
-  return meaning_of(meaning, answer.command);
+  return condition_of(meaning, answer.command);
 }
 
 void SerialLink::handle_push(const protocol::Message& message) {
@@ -201,7 +201,7 @@ void SerialLink::handle_push(const protocol::Message& message) {
     return;
   }
   if (std::holds_alternative<protocol::ControlLost>(*push)) {
-    edges_ |= AuthoritySign::kLostPush;
+    edges_ |= AuthorityCondition::kControlLostPush;
     outbox_.drop_command();
     if (message.header.session >= protocol::kFirstReliableSession) {
       const core::Expected<protocol::Outgoing> answer =

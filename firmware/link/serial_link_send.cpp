@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The sending half of SerialLink: actions of the authority table, the operator's requests, and flight commands.
 #include "firmware/link/serial_link.h"
-#include "protocol/catalogue.h"
-#include "protocol/commands.h"
+#include "protocol/dji/catalogue.h"
+#include "protocol/dji/commands.h"
 
 namespace m100::link {
 namespace {
 
-using safety::Action;
-using safety::AuthoritySign;
+using safety::AuthorityAction;
+using safety::AuthorityCondition;
 using safety::when;
 
 /// DJI's thirty-two characters of the SDK of the M100's time (protocol, 4.2).
@@ -31,55 +31,56 @@ std::uint8_t usual_transmissions(protocol::MessageId id) { return protocol::find
 
 }  // namespace
 
-void SerialLink::act(safety::Action action, core::TimePoint now) {
+void SerialLink::act(safety::AuthorityAction action, core::TimePoint now) {
   // Requests for control are sent once each: the table repeats them itself, two seconds apart.
   core::Status sent = core::Status::kOk;
   switch (action) {
-    case Action::kNone:
+    case AuthorityAction::kNone:
       return;
-    case Action::kAskVersion:
-      sent = ask(protocol::VersionQuery{}, usual_transmissions(protocol::ids::kVersionQuery), now);
+    case AuthorityAction::kRequestVersion:
+      sent = send_request(protocol::VersionQuery{}, usual_transmissions(protocol::ids::kVersionQuery), now);
       break;
-    case Action::kActivate: {
+    case AuthorityAction::kActivate: {
       protocol::Activation activation{
           .app_id = config_.app_id, .api_level = 2, .version = sdk_version_, .bundle_id = {}};
       activation.bundle_id.fill(kBundleCharacter);
-      sent = ask(activation, usual_transmissions(protocol::ids::kActivation), now);
+      sent = send_request(activation, usual_transmissions(protocol::ids::kActivation), now);
       break;
     }
-    case Action::kSetRates:
-      sent = ask(wanted_rates(config_.rates, layout_), usual_transmissions(protocol::ids::kTelemetryFrequency), now);
+    case AuthorityAction::kSetRates:
+      sent = send_request(wanted_rates(config_.rates, layout_), usual_transmissions(protocol::ids::kTelemetryFrequency),
+                          now);
       break;
-    case Action::kRequestControl:
-      sent = ask(protocol::ControlRequest{.obtain = true}, kOnce, now);
+    case AuthorityAction::kRequestControl:
+      sent = send_request(protocol::ControlRequest{.obtain = true}, kOnce, now);
       break;
-    case Action::kSwitchVirtualRcOn:
-      sent = tell(protocol::VirtualRcSwitch{.on = true, .fall_back_to_rc = true, .reserved = 0}, false);
+    case AuthorityAction::kSwitchVirtualRcOn:
+      sent = transmit(protocol::VirtualRcSwitch{.on = true, .fall_back_to_rc = true, .reserved = 0}, false);
       break;
-    case Action::kReleaseControl:
-      (void)give_back(now);  // the table retries a release that did not leave
+    case AuthorityAction::kReleaseControl:
+      (void)send_release(now);  // the table retries a release that did not leave
       break;
   }
-  edges_ |= when(sent != core::Status::kOk, AuthoritySign::kNoAnswer);
+  edges_ |= when(sent != core::Status::kOk, AuthorityCondition::kNoAnswer);
 }
 
-core::Status SerialLink::give_back(core::TimePoint now) {
+core::Status SerialLink::send_release(core::TimePoint now) {
   if (outbox_.has_requests()) {
     return core::Status::kNotReady;  // the line is stuck: only one release waits for it, not many
   }
   if (config_.channel.channel == Channel::kVirtualRc || telemetry_.control.virtual_rc_on()) {
     const core::Status sent =
-        tell(protocol::VirtualRcSwitch{.on = false, .fall_back_to_rc = true, .reserved = 0}, false);
+        transmit(protocol::VirtualRcSwitch{.on = false, .fall_back_to_rc = true, .reserved = 0}, false);
     if (sent != core::Status::kOk) {
       return sent;
     }
   }
   sessions_.cancel(protocol::ids::kControlRequest);
-  return ask(protocol::ControlRequest{.obtain = false}, kOnce, now);
+  return send_request(protocol::ControlRequest{.obtain = false}, kOnce, now);
 }
 
 template <typename Command>
-core::Status SerialLink::ask(const Command& command, std::uint8_t transmissions, core::TimePoint now) {
+core::Status SerialLink::send_request(const Command& command, std::uint8_t transmissions, core::TimePoint now) {
   const core::Expected<protocol::Value> value = encode(command);
   if (!value) {
     return value.status();
@@ -95,10 +96,10 @@ core::Status SerialLink::ask(const Command& command, std::uint8_t transmissions,
   return outbox_.add_request(frame->bytes) ? core::Status::kOk : core::Status::kResourceExhausted;
 }
 // serial_link.cpp uses this instance; a compiler that inlines every use here would not emit it.
-template core::Status SerialLink::ask(const protocol::VersionQuery&, std::uint8_t, core::TimePoint);
+template core::Status SerialLink::send_request(const protocol::VersionQuery&, std::uint8_t, core::TimePoint);
 
 template <typename Command>
-core::Status SerialLink::tell(const Command& command, bool is_control) {
+core::Status SerialLink::transmit(const Command& command, bool is_control) {
   const core::Expected<protocol::Value> value = encode(command);
   if (!value) {
     return value.status();
@@ -125,8 +126,8 @@ core::Status SerialLink::send(const ChannelCommand& command, core::TimePoint now
     return core::Status::kNotReady;
   }
   const bool replaces = outbox_.has_command();
-  const core::Status made = is_sticks ? tell(to_virtual_rc(std::get<vrc::Sticks>(command)), true)
-                                      : tell(to_movement(std::get<ctl::Command<double>>(command)), true);
+  const core::Status made = is_sticks ? transmit(to_virtual_rc(std::get<vrc::Sticks>(command)), true)
+                                      : transmit(to_movement(std::get<ctl::Command<double>>(command)), true);
   if (made != core::Status::kOk) {
     ++meter_.counters().commands_refused;
     return made;
@@ -156,19 +157,19 @@ void SerialLink::flush(core::TimePoint now) {
   }
 }
 
-void SerialLink::request_control(core::TimePoint) { edges_ |= AuthoritySign::kAsked; }
+void SerialLink::request_control(core::TimePoint) { edges_ |= AuthorityCondition::kControlRequested; }
 
-void SerialLink::release(core::TimePoint) { edges_ |= AuthoritySign::kReleaseAsked; }
+void SerialLink::release(core::TimePoint) { edges_ |= AuthorityCondition::kReleaseRequested; }
 
 core::Status SerialLink::request(const protocol::MotorRequest& request, core::TimePoint now) {
   const bool possible = authority_.in_control && !sessions_.is_open(id_of(request));
-  return possible ? ask(request, usual_transmissions(id_of(request)), now) : core::Status::kRefused;
+  return possible ? send_request(request, usual_transmissions(id_of(request)), now) : core::Status::kRefused;
 }
 
 core::Status SerialLink::request(const protocol::TaskRequest& request, core::TimePoint now) {
   const bool possible = authority_.in_control && !sessions_.is_open(id_of(request));
   authority_.answer = possible ? protocol::AckMeaning{} : authority_.answer;
-  return possible ? ask(request, usual_transmissions(id_of(request)), now) : core::Status::kRefused;
+  return possible ? send_request(request, usual_transmissions(id_of(request)), now) : core::Status::kRefused;
 }
 
 }  // namespace m100::link

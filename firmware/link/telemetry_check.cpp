@@ -60,7 +60,7 @@ void restore(protocol::Telemetry& telemetry, const protocol::Telemetry& former, 
 
 }  // namespace
 
-std::uint32_t keep_finite(protocol::Telemetry& telemetry, const protocol::Telemetry& former) {
+std::uint32_t reject_non_finite(protocol::Telemetry& telemetry, const protocol::Telemetry& former) {
   const std::uint16_t bad = not_finite_items(telemetry);
   restore(telemetry, former, bad);
   return static_cast<std::uint32_t>(std::popcount(bad));

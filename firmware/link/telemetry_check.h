@@ -3,13 +3,13 @@
 
 #include <cstdint>
 
-#include "protocol/telemetry.h"
+#include "protocol/dji/telemetry.h"
 
 namespace m100::link {
 
 /// Removes numbers that are not finite: an item that holds one gets its former values back and loses its bit in
 /// `items`.
 /// @returns how many items were refused.
-std::uint32_t keep_finite(protocol::Telemetry& telemetry, const protocol::Telemetry& former);
+std::uint32_t reject_non_finite(protocol::Telemetry& telemetry, const protocol::Telemetry& former);
 
 }  // namespace m100::link

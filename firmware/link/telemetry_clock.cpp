@@ -15,7 +15,7 @@ TelemetryClock::Step TelemetryClock::step_of(const Mark& from, const Mark& to) {
   return stepped < to.earliest - from.latest - kJump ? Step::kJump : Step::kOnwards;
 }
 
-TelemetryClock::Verdict TelemetryClock::note(std::uint32_t ticks, core::TimePoint earliest, core::TimePoint latest) {
+TelemetryClock::Verdict TelemetryClock::update(std::uint32_t ticks, core::TimePoint earliest, core::TimePoint latest) {
   const Mark now{.known = true, .ticks = ticks, .earliest = earliest, .latest = latest};
   const Step step = trusted_.known ? step_of(trusted_, now) : Step::kOnwards;
   if (step == Step::kOnwards) {

@@ -26,8 +26,8 @@ class TelemetryClock {
     bool restarted = false;
   };
   /// @param ticks of the package. @param earliest, latest it arrived between these two times.
-  Verdict note(std::uint32_t ticks, core::TimePoint earliest, core::TimePoint latest);
-  void forget() { trusted_.known = after_jump_.known = false; }
+  Verdict update(std::uint32_t ticks, core::TimePoint earliest, core::TimePoint latest);
+  void reset() { trusted_.known = after_jump_.known = false; }
 
  private:
   enum class Step { kOnwards, kBack, kJump };

@@ -41,7 +41,7 @@ struct TickRecord {
   std::uint32_t facts = 0;
   std::uint32_t refused_poses = 0;
   std::uint32_t dropped_messages = 0;  ///< of this log
-  std::uint8_t state = 0;              ///< safety::Rung
+  std::uint8_t state = 0;              ///< safety::FailsafeState
   std::uint8_t sent = 0;               ///< 1: a control frame left in this tick
   std::uint8_t pose_new = 0;
   std::uint8_t imu_new = 0;
@@ -81,7 +81,7 @@ struct ExcitationRecord {
   std::uint8_t piece = 0;
   std::uint8_t axis = 0;   ///< 0 roll, 1 pitch, 2 throttle, 3 yaw
   std::uint8_t state = 0;  ///< 1 the law returns to the place, 2 the stick moves, 3 over, 4 aborted
-  std::uint8_t abort = 0;  ///< 0 none, 1 ladder, 2 fence, 3 distance, 4 tilt, 5 speed, 6 not at rest
+  std::uint8_t abort = 0;  ///< 0 none, 1 failsafe, 2 fence, 3 distance, 4 tilt, 5 speed, 6 not at rest
 };
 static_assert(sizeof(ExcitationRecord) == 24);
 

@@ -23,11 +23,11 @@ struct Bounds {
 };
 
 /// At most kMost of something, in the order given.
-template <typename T, std::size_t kMost>
-struct Few {
-  std::array<T, kMost> items{};
+template <typename T, std::size_t kMax>
+struct InlineVector {
+  std::array<T, kMax> items{};
   std::size_t count = 0;
-  constexpr Few(std::initializer_list<T> list) {
+  constexpr InlineVector(std::initializer_list<T> list) {
     for (const T& item : list) {
       items[count++] = item;
     }
@@ -67,7 +67,7 @@ struct MidFlight {
   double step = 0.0;  ///< of the derivative
   double low = 0.0;   ///< bounds of the value on either side of the change
   double high = 0.0;
-  double least = 0.0;         ///< a smaller change has no name
+  double min_relevant = 0.0;  ///< a smaller change has no name
   bool at_the_stick = false;  ///< the transport delay comes after it
 };
 
@@ -85,10 +85,10 @@ struct AxisNumber {
   std::string_view field{};  ///< name of the member where the key of roll and pitch is another
   FileEntry file{};
   FitUnit unit = FitUnit::kPlain;
-  Bounds fit{};              ///< bounds in `unit`; a fit that ends at one is no effect but a misfit
-  bool logarithmic = false;  ///< fitted as its logarithm
-  double step = 2e-4;        ///< of the derivative: small against what matters, large against kinks
-  double least = 0.0;        ///< distance from `neutral` that means something (of a logarithm where it is one)
+  Bounds fit{};               ///< bounds in `unit`; a fit that ends at one is no effect but a misfit
+  bool logarithmic = false;   ///< fitted as its logarithm
+  double step = 2e-4;         ///< of the derivative: small against what matters, large against kinks
+  double min_relevant = 0.0;  ///< distance from `neutral` that means something (of a logarithm where it is one)
   double neutral = 0.0;
   bool must_exceed_air = false;  ///< nothing below the air's own mean over the flight
   MidFlight change{};
@@ -104,11 +104,11 @@ struct Typical {
 
 struct AxisEffect {
   std::string_view name;
-  Few<AxisNumber, 3> numbers{};
-  Few<std::array<double, 3>, 3> starts{};  ///< of a fit, in the units of the numbers; one row per start
-  std::string_view variant{};              ///< a second form of the effect, fitted too
-  std::string_view needs{};                ///< without this effect it cannot be
-  std::string_view not_beside{};           ///< this effect contains it
+  InlineVector<AxisNumber, 3> numbers{};
+  InlineVector<std::array<double, 3>, 3> starts{};  ///< of a fit, in the units of the numbers; one row per start
+  std::string_view variant{};                       ///< a second form of the effect, fitted too
+  std::string_view needs{};                         ///< without this effect it cannot be
+  std::string_view not_beside{};                    ///< this effect contains it
   bool needs_other_stick = false;
   Typical typical{};
   InFlight in_flight = InFlight::kLeftToTheObserver;

@@ -24,7 +24,7 @@ inline constexpr AxisNumber kScale{.parameter = "gain",
                                               .step = 0.02,
                                               .low = -8.0,
                                               .high = 8.0,
-                                              .least = 0.03,
+                                              .min_relevant = 0.03,
                                               .at_the_stick = true}};
 inline constexpr AxisNumber kDelay{
     .parameter = "delay_s",
@@ -37,16 +37,17 @@ inline constexpr AxisNumber kDelay{
     .step = 5e-4,
     // The time at which a stick moved between two rows is unknown: two clocks that drift
     // against each other look like a change by half a row.
-    .change = {.name = "transport_delay", .suffix = "_s", .step = 0.005, .low = 0.0, .high = 0.6, .least = 0.008}};
+    .change = {
+        .name = "transport_delay", .suffix = "_s", .step = 0.005, .low = 0.0, .high = 0.6, .min_relevant = 0.008}};
 /// A change of a number that is never zero, relative to its value.
-constexpr MidFlight relative(std::string_view name, std::string_view suffix, double step, double least) {
+constexpr MidFlight relative(std::string_view name, std::string_view suffix, double step, double min_relevant) {
   return {.name = name,
           .suffix = suffix,
           .of = MidFlight::Of::kItself,
           .step = step,
           .low = 0.1,
           .high = 10.0,
-          .least = least};
+          .min_relevant = min_relevant};
 }
 /// A change of a number in stick counts; bounds as shares of the largest deflection.
 constexpr MidFlight in_counts(std::string_view name, double low, double high) {
@@ -56,11 +57,11 @@ constexpr MidFlight in_counts(std::string_view name, double low, double high) {
           .step = 4.0,
           .low = low,
           .high = high,
-          .least = 4.0,
+          .min_relevant = 4.0,
           .at_the_stick = true};
 }
-constexpr AxisNumber least(AxisNumber number, double least) {
-  number.least = least;
+constexpr AxisNumber min_relevant(AxisNumber number, double min_relevant) {
+  number.min_relevant = min_relevant;
   return number;
 }
 }  // namespace detail
@@ -96,7 +97,7 @@ inline constexpr std::array kAxisEffects{
                .in_flight = InFlight::kInThePrediction,
                .sentence = "The axis overshoots or lags as a second-order system: estimator and prediction use it."},
     AxisEffect{.name = "transport_delay",
-               .numbers = {detail::least(detail::kDelay, 0.015)},
+               .numbers = {detail::min_relevant(detail::kDelay, 0.015)},
                .starts = {{0.03}, {0.1}, {0.2}},
                .not_beside = "lead_zero",
                .typical = {0.05, Typical::Of::kBesideOwn},
@@ -107,7 +108,7 @@ inline constexpr std::array kAxisEffects{
                                       .member = &StickAxis::lead_zero_s,
                                       .file = everywhere("lead_zero_s", {-0.5, 0.5}, 6),
                                       .fit = {0.0, 1.0},
-                                      .least = 0.01},
+                                      .min_relevant = 0.01},
                            detail::kDelay},
                .starts = {{0.05, 0.03}, {0.15, 0.08}, {0.1, 0.15}},
                .needs = "second_order",
@@ -120,7 +121,7 @@ inline constexpr std::array kAxisEffects{
                                       .file = everywhere("dead_zone_counts", {0.0, 300.0}, 7, 7),
                                       .unit = AxisNumber::FitUnit::kStick,
                                       .fit = {0.0, 0.7},
-                                      .least = 4.0,
+                                      .min_relevant = 4.0,
                                       .change = detail::in_counts("dead_zone", 0.0, 0.7)}},
                .starts = {{0.04}, {0.12}, {0.25}},
                .variant = "jump",
@@ -178,7 +179,7 @@ inline constexpr std::array kAxisEffects{
                                       .file = everywhere("gain_asymmetry", {0.2, 5.0}, 11, 12),
                                       .fit = {0.25, 4.0},
                                       .logarithmic = true,
-                                      .least = 0.08,
+                                      .min_relevant = 0.08,
                                       .neutral = 1.0}},
                .starts = {{1.0}},
                .typical = {1.2},
@@ -190,7 +191,7 @@ inline constexpr std::array kAxisEffects{
                                       .file = everywhere("trim_counts", {-300.0, 300.0}, 8, 8),
                                       .unit = AxisNumber::FitUnit::kStick,
                                       .fit = {-0.7, 0.7},
-                                      .least = 6.0,
+                                      .min_relevant = 6.0,
                                       .must_exceed_air = true,
                                       .change = detail::in_counts("trim_offset", -1.0, 1.0)}},
                .starts = {{0.0}},
@@ -203,7 +204,7 @@ inline constexpr std::array kAxisEffects{
                                       .file = everywhere("stick_exponent", {0.3, 4.0}, 12, 9),
                                       .fit = {0.3, 4.0},
                                       .logarithmic = true,
-                                      .least = 0.05,
+                                      .min_relevant = 0.05,
                                       .neutral = 1.0}},
                .starts = {{1.0}, {1.5}},
                .typical = {1.3},
@@ -215,7 +216,7 @@ inline constexpr std::array kAxisEffects{
                                       .file = everywhere("backlash_counts", {0.0, 200.0}, 13),
                                       .unit = AxisNumber::FitUnit::kStick,
                                       .fit = {0.0, 0.5},
-                                      .least = 3.0}},
+                                      .min_relevant = 3.0}},
                .starts = {{0.03}, {0.12}},
                .typical = {15.0},
                .sentence = "The stick has play: expect a small limit cycle; the observer cannot remove it."},
@@ -225,7 +226,7 @@ inline constexpr std::array kAxisEffects{
                                .member = &StickAxis::gain_drift_per_minute,
                                .file = everywhere("gain_drift_per_minute", {-1.0, 1.0}, 14),
                                .fit = {-1.0, 1.0},
-                               .least = 0.05}},
+                               .min_relevant = 0.05}},
         .starts = {{0.0}},
         .typical = {0.25},
         .sentence = "The gain changes over the flight (battery, temperature): identify again, watch the residual."},
@@ -234,7 +235,7 @@ inline constexpr std::array kAxisEffects{
                                       .member = &StickAxis::cross_axis,
                                       .file = {{"cross_axis"}, {{{-1.0, 1.0}}}, 15},
                                       .fit = {-2.0, 2.0},
-                                      .least = 0.02}},
+                                      .min_relevant = 0.02}},
                .starts = {{0.0}},
                .needs_other_stick = true,
                .typical = {0.15},

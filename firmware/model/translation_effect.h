@@ -52,7 +52,7 @@ struct EffectParameter {
 /// How the search begins for a parameter in which the prediction is not linear.
 enum class Start : std::uint8_t {
   kGrid,           ///< from each of the given values
-  kStrongestLine,  ///< from the strongest spectral line of what the other effects leave
+  kStrongestPeak,  ///< from the strongest spectral line of what the other effects leave
   kWindSpeed,      ///< from the steady acceleration; searched only beside a drag that grows faster than the speed
 };
 
@@ -73,7 +73,7 @@ struct SearchedParameter {
 struct MidFlightForce {
   std::string_view name = {};  ///< in the answer; empty: no change of this effect is looked for
   std::string_view unit = {};  ///< of the reported change, as the JSON spells it
-  double least = 0.0;          ///< a smaller change has no name
+  double min_relevant = 0.0;   ///< a smaller change has no name
 };
 
 /// What a log must have for an effect to show in it.
@@ -103,14 +103,14 @@ double first_of(std::span<const double> parameters);
 /// All that a translation effect declares. The prediction is
 ///   a = thrust vector - g + sum over effects of columns * linear parameters, after each reshape() of the thrust.
 struct TranslationEffect {
-  static constexpr std::size_t kMostParameters = 3;
-  static constexpr std::size_t kMostSearched = 2;
+  static constexpr std::size_t kMaxParameters = 3;
+  static constexpr std::size_t kMaxSearched = 2;
 
   std::string_view name;
   int place = 0;  ///< in files, tables and in the search: lower numbers come first, and no two are equal
   Needs needs = {};
-  std::array<EffectParameter, kMostParameters> parameters = {};
-  double least = 0.0;  ///< a smaller size() has no meaning for a controller
+  std::array<EffectParameter, kMaxParameters> parameters = {};
+  double min_relevant = 0.0;  ///< a smaller size() has no meaning for a controller
   double (*size)(std::span<const double> parameters) = first_of;
 
   std::size_t columns = 0;  ///< linear parameters; none may be searched at the same time as wind speed
@@ -119,30 +119,31 @@ struct TranslationEffect {
   Acts acts = Acts::kAsForce;
   Drag drag = Drag::kNone;
 
-  std::array<SearchedParameter, kMostSearched> searched = {};
+  std::array<SearchedParameter, kMaxSearched> searched = {};
   void (*reshape)(const ThrustSeries& series, double searched) = nullptr;
-  bool own_clock = false;  ///< an outer force with a period: it must foretell, and must not be the vehicle's own motion
+  bool is_periodic =
+      false;  ///< an outer force with a period: it must foretell, and must not be the vehicle's own motion
 
   /// The reported numbers; null: they are the linear parameters.
   void (*report)(std::span<const double> searched, std::span<const double> linear, std::span<double> out) = nullptr;
-  std::string_view twin = {};  ///< the effect that is the same as this one while the heading is constant
+  std::string_view equivalent = {};  ///< the effect that is the same as this one while the heading is constant
 
   MidFlightForce change = {};
 
   InFlight in_flight = InFlight::kNowhere;
-  std::string_view sentence;       ///< what the finding means for the flight
-  std::string_view homeless = {};  ///< why the vehicle file has no place for it, after the effect's name
+  std::string_view sentence;          ///< what the finding means for the flight
+  std::string_view not_in_file = {};  ///< why the vehicle file has no place for it, after the effect's name
 
   constexpr std::size_t parameter_count() const {
     std::size_t count = 0;
-    while (count < kMostParameters && !parameters[count].name.empty()) {
+    while (count < kMaxParameters && !parameters[count].name.empty()) {
       ++count;
     }
     return count;
   }
   constexpr std::size_t searched_count() const {
     std::size_t count = 0;
-    while (count < kMostSearched && searched[count].low < searched[count].high) {
+    while (count < kMaxSearched && searched[count].low < searched[count].high) {
       ++count;
     }
     return count;
@@ -178,6 +179,6 @@ inline void report_gain(std::span<const double>, std::span<const double> linear,
 }
 
 /// Bounds of an acceleration that air or an unbalance can cause.
-inline constexpr double kMostAcceleration_m_s2 = 20.0;
+inline constexpr double kMaxAcceleration_m_s2 = 20.0;
 
 }  // namespace m100::model

@@ -14,14 +14,14 @@ enum class Law : std::uint8_t {
   kLqr,  ///< the baseline: the optimum without limits, clipped to them (Path::kClipped where a limit binds)
 };
 
-struct LawWord {
+struct LawName {
   Law law;
   std::string_view word;  ///< in options, logs and reports
 };
-inline constexpr std::array kLawWords{LawWord{Law::kMpc, "mpc"}, LawWord{Law::kLqr, "lqr"}};
+inline constexpr std::array kLawNames{LawName{Law::kMpc, "mpc"}, LawName{Law::kLqr, "lqr"}};
 
 constexpr std::string_view name(Law law) {
-  for (const LawWord& row : kLawWords) {
+  for (const LawName& row : kLawNames) {
     if (row.law == law) {
       return row.word;
     }
@@ -29,7 +29,7 @@ constexpr std::string_view name(Law law) {
   return "";
 }
 constexpr std::optional<Law> law_of(std::string_view word) {
-  for (const LawWord& row : kLawWords) {
+  for (const LawName& row : kLawNames) {
     if (row.word == word) {
       return row.law;
     }

@@ -124,11 +124,11 @@ Node CurveTimes::at(double time_s) const {
     phase.p = total_rad - phase.p;
     phase.p2 = -phase.p2;
   }
-  const core::Turn<double> one = core::turn_of(phase.p);
+  const core::SinCos<double> one = core::sin_cos_of(phase.p);
   Node node;
   add(node, 0, curve_.a_m, chain(one.sine, one.cosine, 1.0, phase));
   if (curve_.eight) {
-    const core::Turn<double> two = core::turn_of(2.0 * phase.p);
+    const core::SinCos<double> two = core::sin_cos_of(2.0 * phase.p);
     add(node, 1, curve_.b_m, chain(two.sine, 2.0 * two.cosine, 2.0, phase));
   } else {
     node.position[1] = curve_.b_m;

@@ -3,7 +3,7 @@
 
 #include "firmware/core/assert.h"
 #include "firmware/core/maths.h"
-#include "firmware/ref/way_parts.h"
+#include "firmware/ref/trajectory_detail.h"
 
 namespace m100::ref {
 namespace {
@@ -78,7 +78,7 @@ core::Status Trajectory<T>::append_quintic(const Waypoint<T>& place, const Speed
   double duration_s = larger(kQuinticSpeedPeak * way / limits.speed_m_s,
                              core::sqrt(kQuinticAccelerationPeak * way / limits.acceleration_m_s2));
   duration_s = larger(duration_s, kQuinticSpeedPeak * (turn < 0.0 ? -turn : turn) / limits.yaw_rate_rad_s);
-  return append_quintic(place, duration_of(core::clamp(duration_s, kShortestPiece_s, kLongestPiece_s)));
+  return append_quintic(place, duration_of(core::clamp(duration_s, kMinPiece_s, kMaxPiece_s)));
 }
 
 template <typename T>
@@ -150,7 +150,7 @@ AxisReference<T> Trajectory<T>::sample(const Moment& moment, std::size_t axis) {
 }
 
 template <typename T>
-void Trajectory<T>::stand(Window<T>& window, const Waypoint<T>& place) const {
+void Trajectory<T>::fill_constant(Window<T>& window, const Waypoint<T>& place) const {
   window.x.fill({.position_m = place.position_w_m.x()});
   window.y.fill({.position_m = place.position_w_m.y()});
   window.height = {.position_m = place.position_w_m.z()};
@@ -164,7 +164,7 @@ void Trajectory<T>::fill(Window<T>& window, core::TimePoint now, core::Duration 
   M100_ASSERT(lead >= core::Duration(0) && points >= 1 && points <= kHorizon + 1);
   const core::Duration time = now - begin_;
   if (count_ == 0) {
-    stand(window, start_);
+    fill_constant(window, start_);
     return;
   }
   std::size_t piece = begun_by(time);  // a set point applies from its beginning, without preview

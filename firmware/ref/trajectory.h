@@ -70,9 +70,9 @@ class Trajectory {
   /// (integral of the squared fourth derivative) for times shared by distance. All times are then scaled by one factor
   /// until speed, acceleration, tilt and yaw rate just keep their limits (within 1 %).
   core::Status append_minimum_snap(std::span<const Waypoint<T>> waypoints, const SpeedLimits& limits);
-  /// Appends a way from the present end, at rest, through the waypoints at their times, at least kShortestWay apart, to
-  /// rest at the last, with the least snap. Limits are not checked.
-  /// kInvalidArgument: no waypoint, or times too close together.
+  /// Appends a way from the present end, at rest, through the waypoints at their times, at least kMinWaypointSpacing
+  /// apart, to rest at the last, with the least snap. Limits are not checked. kInvalidArgument: no waypoint, or times
+  /// too close together.
   core::Status append_timed(std::span<const TimedWaypoint<T>> waypoints);
   /// Appends a curve from the present end, at rest at both ends. Half of the acceleration limit is used for speeding up
   /// and slowing down; whether the rest is enough for the bends is not checked.
@@ -123,7 +123,7 @@ class Trajectory {
   };
   static Moment moment(const Piece& piece, core::Duration time);
   static AxisReference<T> sample(const Moment& moment, std::size_t axis);
-  void stand(Window<T>& window, const Waypoint<T>& place) const;
+  void fill_constant(Window<T>& window, const Waypoint<T>& place) const;
   /// The piece at a time: the last that has begun by then, or the first. There must be one.
   std::size_t begun_by(core::Duration time) const;
   /// The piece at a time, searched forward from piece `from`, but not past the beginning of a future set point.
@@ -138,7 +138,7 @@ class Trajectory {
 };
 
 /// Least time between two waypoints of append_timed().
-inline constexpr core::Duration kShortestWay = std::chrono::milliseconds(50);
+inline constexpr core::Duration kMinWaypointSpacing = std::chrono::milliseconds(50);
 
 extern template class Trajectory<float>;
 extern template class Trajectory<double>;

@@ -5,16 +5,16 @@
 #include <string_view>
 
 #include "firmware/core/time.h"
-#include "firmware/safety/signs.h"
+#include "firmware/safety/condition_set.h"
 
 namespace m100::safety {
 
 // Start-up and authority of an onboard computer at the autopilot (protocol, section 11; promise R4), as one table.
 // Nothing here touches a wire: signs come in, a stage and an action come out, and the owner of the link carries it out.
 
-enum class Stage : std::uint8_t {
+enum class AuthorityStage : std::uint8_t {
   kListening,          ///< no frame yet; after kListenTime sends the version query nevertheless
-  kAskingVersion,      ///< version query open
+  kRequestingVersion,  ///< version query open
   kActivating,         ///< activation open
   kSettingRates,       ///< telemetry frequencies open
   kPausing,            ///< start-up failed for a reason that may pass; starts again after kPauseTime
@@ -32,16 +32,16 @@ enum class Stage : std::uint8_t {
 inline constexpr std::size_t kStageCount = 15;
 
 /// Conditions that the authority table tests. Levels are set for as long as they are true, edges for one step.
-enum class AuthoritySign : std::uint32_t {
+enum class AuthorityCondition : std::uint32_t {
   kNone = 0,
   // The operator (edges; kAsked is kept until it is served or refused).
-  kAsked = 1U << 0U,
-  kReleaseAsked = 1U << 1U,
+  kControlRequested = 1U << 0U,
+  kReleaseRequested = 1U << 1U,
   // The link (levels, but for the restart).
-  kHeard = 1U << 2U,       ///< a good frame within the last 500 ms
-  kItemsFresh = 1U << 3U,  ///< RC and control items within the last 500 ms
-  kRestarted = 1U << 4U,   ///< the autopilot's clock jumped
-  kLostPush = 1U << 5U,    ///< control-lost push
+  kLinkAlive = 1U << 2U,        ///< a good frame within the last 500 ms
+  kItemsFresh = 1U << 3U,       ///< RC and control items within the last 500 ms
+  kRestarted = 1U << 4U,        ///< the autopilot's clock jumped
+  kControlLostPush = 1U << 5U,  ///< control-lost push
   // Telemetry (levels).
   kModeF = 1U << 6U,
   kRcOff = 1U << 7U,
@@ -51,18 +51,18 @@ enum class AuthoritySign : std::uint32_t {
   kNeedsVirtualRc = 1U << 10U,
   // The answer to what is open (edges).
   kDone = 1U << 11U,
-  kAgain = 1U << 12U,    ///< "in progress: send the request again"
-  kRetry = 1U << 13U,    ///< may pass: mobile app, internet, version
-  kRefused = 1U << 14U,  ///< a repetition is useless
+  kSendAgain = 1U << 12U,  ///< "in progress: send the request again"
+  kRetry = 1U << 13U,      ///< may pass: mobile app, internet, version
+  kRefused = 1U << 14U,    ///< a repetition is useless
   kNotActivated = 1U << 15U,
   kNoAnswer = 1U << 16U,
   // Made by step() from ages and counters.
-  kSpaced = 1U << 17U,        ///< the last request for control is at least kRequestSpacing old
-  kTriesLeft = 1U << 18U,     ///< of the request that the stage is about
-  kSwitchSpaced = 1U << 19U,  ///< the last Virtual RC "on" is at least kRequestSpacing old
+  kRequestSpaced = 1U << 17U,  ///< the last request for control is at least kRequestSpacing old
+  kTriesLeft = 1U << 18U,      ///< of the request that the stage is about
+  kSwitchSpaced = 1U << 19U,   ///< the last Virtual RC "on" is at least kRequestSpacing old
   kSwitchesLeft = 1U << 20U,
-  kTimeOver = 1U << 21U,  ///< the stage has lasted as long as it may
-  kOwed = 1U << 22U,      ///< control or Virtual RC may be ours
+  kTimeOver = 1U << 21U,        ///< the stage has lasted as long as it may
+  kReleasePending = 1U << 22U,  ///< control or Virtual RC may be ours
   // Ourselves (edge).
   kOwnStall = 1U << 23U,  ///< our own program stood still for longer than it may
   // The link (edge).
@@ -70,12 +70,12 @@ enum class AuthoritySign : std::uint32_t {
 };
 
 template <>
-inline constexpr bool kIsSign<AuthoritySign> = true;
+inline constexpr bool kIsCondition<AuthorityCondition> = true;
 
 /// What the owner of the link must do on a transition, besides dropping any open request.
-enum class Action : std::uint8_t {
+enum class AuthorityAction : std::uint8_t {
   kNone,
-  kAskVersion,
+  kRequestVersion,
   kActivate,
   kSetRates,
   kRequestControl,
@@ -84,10 +84,10 @@ enum class Action : std::uint8_t {
 };
 
 /// Why the last transition was made, for the operator.
-enum class Reason : std::uint8_t {
+enum class AuthorityReason : std::uint8_t {
   kNone,
   kStarting,
-  kNothingHeard,
+  kNothingReceived,
   kNoAnswer,
   kAnswer,  ///< the autopilot's answer: its own name and remedy say more
   kNotActivated,
@@ -106,14 +106,14 @@ enum class Reason : std::uint8_t {
   kTaken,
   kVirtualRcEnded,
   kOwnStall,
-  kUnheard,
+  kUplinkSilent,
   kPortBack,
 };
 
-std::string_view name(Stage stage);
-std::string_view name(Reason reason);
+std::string_view name(AuthorityStage stage);
+std::string_view name(AuthorityReason reason);
 /// What the operator should do about it.
-std::string_view remedy(Reason reason);
+std::string_view remedy(AuthorityReason reason);
 
 inline constexpr core::Duration kRequestSpacing = std::chrono::seconds(2);  ///< R4; "on" of Virtual RC too
 inline constexpr std::uint8_t kRequestsPerAction = 3;                       ///< R4, of each kind
@@ -136,13 +136,13 @@ inline constexpr core::Duration kAgeLimit = std::chrono::seconds(6);
 /// Everything the table remembers. It stores ages instead of times, so that the state does not depend on the absolute
 /// time and an exhaustive walk ends.
 struct AuthorityState {
-  Stage stage = Stage::kListening;
-  Reason reason = Reason::kStarting;
-  bool asked = false;
-  std::uint8_t requests = 0;  ///< for control, since the operator asked
-  std::uint8_t switches = 0;  ///< Virtual RC "on", since the operator asked
-  bool owed = false;          ///< control or Virtual RC may be ours, until telemetry shows otherwise
-  bool must_release = false;  ///< a release is due whatever telemetry shows
+  AuthorityStage stage = AuthorityStage::kListening;
+  AuthorityReason reason = AuthorityReason::kStarting;
+  bool control_requested = false;
+  std::uint8_t requests = 0;     ///< for control, since the operator asked
+  std::uint8_t switches = 0;     ///< Virtual RC "on", since the operator asked
+  bool release_pending = false;  ///< control or Virtual RC may be ours, until telemetry shows otherwise
+  bool must_release = false;     ///< a release is due whatever telemetry shows
   core::Duration since_entry{0};
   core::Duration since_request = kAgeLimit;
   core::Duration since_switch = kAgeLimit;
@@ -153,18 +153,18 @@ struct AuthorityState {
 
 struct AuthorityStep {
   AuthorityState state;
-  Action action = Action::kNone;
+  AuthorityAction action = AuthorityAction::kNone;
   bool moved = false;  ///< a row matched: any open request is void
 };
 
 /// True in the one stage in which commands may leave.
-constexpr bool may_command(Stage stage) { return stage == Stage::kInControl; }
+constexpr bool may_command(AuthorityStage stage) { return stage == AuthorityStage::kInControl; }
 
 /// One step: at most one row of the table, then the releases that are not in the table (promise R15). In a stage that
 /// does not want control, everything that telemetry shows as ours, or that may be ours while telemetry is silent, is
 /// given back, at most five times a second, until telemetry shows that the transmitter has it. Pure: the caller keeps
 /// the state.
 /// @param elapsed since the step before, not negative.
-AuthorityStep step(const AuthorityState& state, AuthoritySign signs, core::Duration elapsed);
+AuthorityStep step(const AuthorityState& state, AuthorityCondition conditions, core::Duration elapsed);
 
 }  // namespace m100::safety

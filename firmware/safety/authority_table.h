@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "firmware/safety/authority.h"
-#include "firmware/safety/rows.h"
+#include "firmware/safety/transition_table.h"
 
 namespace m100::safety {
 
@@ -14,108 +14,114 @@ namespace m100::safety {
 struct StageSet {
   std::uint32_t bits = 0;
   constexpr StageSet() = default;
-  constexpr StageSet(Stage stage) : bits(1U << static_cast<unsigned>(stage)) {}  // NOLINT: a stage is a set of one
-  constexpr bool has(Stage stage) const { return (bits >> static_cast<unsigned>(stage) & 1U) != 0; }
+  constexpr StageSet(AuthorityStage stage)
+      : bits(1U << static_cast<unsigned>(stage)) {}  // NOLINT: a stage is a set of one
+  constexpr bool has(AuthorityStage stage) const { return (bits >> static_cast<unsigned>(stage) & 1U) != 0; }
   friend constexpr StageSet operator|(StageSet a, StageSet b) {
     a.bits |= b.bits;
     return a;
   }
 };
-constexpr StageSet operator|(Stage a, Stage b) { return StageSet(a) | StageSet(b); }
+constexpr StageSet operator|(AuthorityStage a, AuthorityStage b) { return StageSet(a) | StageSet(b); }
 
-struct AuthorityRow {
+struct AuthorityTransition {
   StageSet from;
-  AuthoritySign with;     ///< all of them
-  AuthoritySign without;  ///< none of them
-  Stage to;
-  Action action;
-  Reason reason;
+  AuthorityCondition with;     ///< all of them
+  AuthorityCondition without;  ///< none of them
+  AuthorityStage to;
+  AuthorityAction action;
+  AuthorityReason reason;
 };
 
-inline constexpr StageSet kStartUp = Stage::kAskingVersion | Stage::kActivating | Stage::kSettingRates;
-inline constexpr StageSet kIdle = Stage::kAwaitingTelemetry | Stage::kReady | Stage::kSilent;
-inline constexpr StageSet kAcquiring = Stage::kObtaining | Stage::kSpacing | Stage::kConfirming | Stage::kEnabling;
-inline constexpr StageSet kHolding = Stage::kInControl | Stage::kReleasing;
-inline constexpr StageSet kEveryStage =
-    kStartUp | kIdle | kAcquiring | kHolding | Stage::kListening | Stage::kPausing | Stage::kSilentCold;
+inline constexpr StageSet kStartUp =
+    AuthorityStage::kRequestingVersion | AuthorityStage::kActivating | AuthorityStage::kSettingRates;
+inline constexpr StageSet kIdle = AuthorityStage::kAwaitingTelemetry | AuthorityStage::kReady | AuthorityStage::kSilent;
+inline constexpr StageSet kAcquiring =
+    AuthorityStage::kObtaining | AuthorityStage::kSpacing | AuthorityStage::kConfirming | AuthorityStage::kEnabling;
+inline constexpr StageSet kHolding = AuthorityStage::kInControl | AuthorityStage::kReleasing;
+inline constexpr StageSet kEveryStage = kStartUp | kIdle | kAcquiring | kHolding | AuthorityStage::kListening |
+                                        AuthorityStage::kPausing | AuthorityStage::kSilentCold;
 
 /// Read from top to bottom, the first row that matches wins. If no row matches, the stage stays.
 inline constexpr auto kAuthorityTable = [] {
-  using enum AuthoritySign;
-  using S = Stage;
-  using A = Action;
-  using R = Reason;
+  using enum AuthorityCondition;
+  using S = AuthorityStage;
+  using A = AuthorityAction;
+  using R = AuthorityReason;
   return std::array{
       // Loss of authority is tested before anything else. Control that is still ours then is given back by step().
-      AuthorityRow{kEveryStage, kPortBack, kNone, S::kListening, A::kNone, R::kPortBack},
-      AuthorityRow{kAcquiring | kHolding, kOwnStall, kNone, S::kSilent, A::kReleaseControl, R::kOwnStall},
-      AuthorityRow{kAcquiring | kHolding | kIdle, kRestarted, kNone, S::kSilentCold, A::kNone, R::kRestarted},
-      AuthorityRow{kStartUp | S::kPausing, kRestarted, kNone, S::kListening, A::kNone, R::kRestarted},
-      AuthorityRow{kAcquiring | kHolding, kLostPush, kNone, S::kSilent, A::kNone, R::kControlLost},
-      AuthorityRow{kAcquiring | kHolding | kIdle, kNone, kHeard, S::kSilentCold, A::kNone, R::kLinkSilent},
-      AuthorityRow{kAcquiring | kHolding, kNone, kItemsFresh, S::kSilentCold, A::kNone, R::kLinkSilent},
-      AuthorityRow{kAcquiring | kHolding, kNone, kModeF, S::kSilent, A::kNone, R::kLeftModeF},
-      AuthorityRow{S::kEnabling | S::kInControl, kNone, kDeviceOurs, S::kSilent, A::kNone, R::kTaken},
-      AuthorityRow{S::kInControl, kNeedsVirtualRc, kVirtualRcOn, S::kSilent, A::kNone, R::kVirtualRcEnded},
-      AuthorityRow{S::kInControl, kNoAnswer, kNone, S::kSilent, A::kReleaseControl, R::kUnheard},
+      AuthorityTransition{kEveryStage, kPortBack, kNone, S::kListening, A::kNone, R::kPortBack},
+      AuthorityTransition{kAcquiring | kHolding, kOwnStall, kNone, S::kSilent, A::kReleaseControl, R::kOwnStall},
+      AuthorityTransition{kAcquiring | kHolding | kIdle, kRestarted, kNone, S::kSilentCold, A::kNone, R::kRestarted},
+      AuthorityTransition{kStartUp | S::kPausing, kRestarted, kNone, S::kListening, A::kNone, R::kRestarted},
+      AuthorityTransition{kAcquiring | kHolding, kControlLostPush, kNone, S::kSilent, A::kNone, R::kControlLost},
+      AuthorityTransition{kAcquiring | kHolding | kIdle, kNone, kLinkAlive, S::kSilentCold, A::kNone, R::kLinkSilent},
+      AuthorityTransition{kAcquiring | kHolding, kNone, kItemsFresh, S::kSilentCold, A::kNone, R::kLinkSilent},
+      AuthorityTransition{kAcquiring | kHolding, kNone, kModeF, S::kSilent, A::kNone, R::kLeftModeF},
+      AuthorityTransition{S::kEnabling | S::kInControl, kNone, kDeviceOurs, S::kSilent, A::kNone, R::kTaken},
+      AuthorityTransition{S::kInControl, kNeedsVirtualRc, kVirtualRcOn, S::kSilent, A::kNone, R::kVirtualRcEnded},
+      AuthorityTransition{S::kInControl, kNoAnswer, kNone, S::kSilent, A::kReleaseControl, R::kUplinkSilent},
 
       // The operator gives control back.
-      AuthorityRow{kAcquiring | S::kInControl, kReleaseAsked, kNone, S::kReleasing, A::kReleaseControl, R::kNone},
-      AuthorityRow{S::kReleasing, kNone, kOwed, S::kReady, A::kNone, R::kReleased},
+      AuthorityTransition{kAcquiring | S::kInControl, kReleaseRequested, kNone, S::kReleasing, A::kReleaseControl,
+                          R::kNone},
+      AuthorityTransition{S::kReleasing, kNone, kReleasePending, S::kReady, A::kNone, R::kReleased},
 
       // Start-up, by itself, until the first loss.
-      AuthorityRow{S::kListening, kHeard, kNone, S::kAskingVersion, A::kAskVersion, R::kStarting},
-      AuthorityRow{S::kListening, kTimeOver, kNone, S::kAskingVersion, A::kAskVersion, R::kNothingHeard},
-      AuthorityRow{S::kAskingVersion, kDone, kNone, S::kActivating, A::kActivate, R::kStarting},
-      AuthorityRow{S::kAskingVersion, kNoAnswer, kHeard, S::kPausing, A::kNone, R::kNothingHeard},
-      AuthorityRow{S::kActivating, kDone, kNone, S::kSettingRates, A::kSetRates, R::kStarting},
-      AuthorityRow{S::kSettingRates, kDone, kNone, S::kAwaitingTelemetry, A::kNone, R::kStarting},
-      AuthorityRow{kStartUp, kRetry, kNone, S::kPausing, A::kNone, R::kAnswer},
-      AuthorityRow{kStartUp, kNoAnswer, kNone, S::kPausing, A::kNone, R::kNoAnswer},
-      AuthorityRow{kStartUp, kAgain, kNone, S::kPausing, A::kNone, R::kAnswer},
-      AuthorityRow{kStartUp, kRefused, kNone, S::kSilentCold, A::kNone, R::kAnswer},
-      AuthorityRow{kStartUp, kNotActivated, kNone, S::kPausing, A::kNone, R::kNotActivated},
-      AuthorityRow{S::kPausing, kTimeOver, kNone, S::kListening, A::kNone, R::kStarting},
-      AuthorityRow{S::kAwaitingTelemetry, kItemsFresh, kNone, S::kReady, A::kNone, R::kNone},
-      AuthorityRow{S::kAwaitingTelemetry, kTimeOver, kNone, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
+      AuthorityTransition{S::kListening, kLinkAlive, kNone, S::kRequestingVersion, A::kRequestVersion, R::kStarting},
+      AuthorityTransition{S::kListening, kTimeOver, kNone, S::kRequestingVersion, A::kRequestVersion,
+                          R::kNothingReceived},
+      AuthorityTransition{S::kRequestingVersion, kDone, kNone, S::kActivating, A::kActivate, R::kStarting},
+      AuthorityTransition{S::kRequestingVersion, kNoAnswer, kLinkAlive, S::kPausing, A::kNone, R::kNothingReceived},
+      AuthorityTransition{S::kActivating, kDone, kNone, S::kSettingRates, A::kSetRates, R::kStarting},
+      AuthorityTransition{S::kSettingRates, kDone, kNone, S::kAwaitingTelemetry, A::kNone, R::kStarting},
+      AuthorityTransition{kStartUp, kRetry, kNone, S::kPausing, A::kNone, R::kAnswer},
+      AuthorityTransition{kStartUp, kNoAnswer, kNone, S::kPausing, A::kNone, R::kNoAnswer},
+      AuthorityTransition{kStartUp, kSendAgain, kNone, S::kPausing, A::kNone, R::kAnswer},
+      AuthorityTransition{kStartUp, kRefused, kNone, S::kSilentCold, A::kNone, R::kAnswer},
+      AuthorityTransition{kStartUp, kNotActivated, kNone, S::kPausing, A::kNone, R::kNotActivated},
+      AuthorityTransition{S::kPausing, kTimeOver, kNone, S::kListening, A::kNone, R::kStarting},
+      AuthorityTransition{S::kAwaitingTelemetry, kItemsFresh, kNone, S::kReady, A::kNone, R::kNone},
+      AuthorityTransition{S::kAwaitingTelemetry, kTimeOver, kNone, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
 
       // The operator asks.
-      AuthorityRow{S::kSilentCold, kAsked, kNone, S::kListening, A::kNone, R::kStarting},
-      AuthorityRow{S::kSilent, kAsked, kNone, S::kAwaitingTelemetry, A::kNone, R::kStarting},
-      AuthorityRow{S::kReady, kNone, kItemsFresh, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
-      AuthorityRow{S::kReady, kAsked | kRcOff, kNone, S::kReady, A::kNone, R::kRcOff},
-      AuthorityRow{S::kReady, kAsked, kModeF, S::kReady, A::kNone, R::kNotModeF},
-      AuthorityRow{S::kReady, kAsked | kSpaced, kOwed, S::kObtaining, A::kRequestControl, R::kStarting},
+      AuthorityTransition{S::kSilentCold, kControlRequested, kNone, S::kListening, A::kNone, R::kStarting},
+      AuthorityTransition{S::kSilent, kControlRequested, kNone, S::kAwaitingTelemetry, A::kNone, R::kStarting},
+      AuthorityTransition{S::kReady, kNone, kItemsFresh, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
+      AuthorityTransition{S::kReady, kControlRequested | kRcOff, kNone, S::kReady, A::kNone, R::kRcOff},
+      AuthorityTransition{S::kReady, kControlRequested, kModeF, S::kReady, A::kNone, R::kNotModeF},
+      AuthorityTransition{S::kReady, kControlRequested | kRequestSpaced, kReleasePending, S::kObtaining,
+                          A::kRequestControl, R::kStarting},
 
       // Every request has to be sent twice: the first is answered "again" (protocol, 6.1). Telemetry may show that
       // control is ours before the answer does, or instead of it.
-      AuthorityRow{S::kObtaining | S::kSpacing, kDeviceOurs, kNone, S::kConfirming, A::kNone, R::kGranted},
-      AuthorityRow{S::kObtaining, kDone, kNone, S::kConfirming, A::kNone, R::kGranted},
-      AuthorityRow{S::kObtaining, kAgain | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kStarting},
-      AuthorityRow{S::kObtaining, kNoAnswer | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kNoAnswer},
-      AuthorityRow{S::kObtaining, kAgain, kNone, S::kSilent, A::kNone, R::kEndlessObtaining},
-      AuthorityRow{S::kObtaining, kNoAnswer, kNone, S::kSilent, A::kNone, R::kNoAnswer},
-      AuthorityRow{S::kObtaining, kRetry, kNone, S::kSilent, A::kNone, R::kAnswer},
-      AuthorityRow{S::kObtaining, kRefused, kNone, S::kSilent, A::kNone, R::kAnswer},
-      AuthorityRow{S::kObtaining, kNotActivated, kNone, S::kSilentCold, A::kNone, R::kNotActivated},
-      AuthorityRow{S::kSpacing, kSpaced, kNone, S::kObtaining, A::kRequestControl, R::kStarting},
-      AuthorityRow{S::kConfirming, kDeviceOurs, kNeedsVirtualRc, S::kInControl, A::kNone, R::kGranted},
-      AuthorityRow{S::kConfirming, kDeviceOurs | kSwitchSpaced, kNone, S::kEnabling, A::kSwitchVirtualRcOn,
-                   R::kGranted},
-      AuthorityRow{S::kConfirming, kTimeOver, kDeviceOurs, S::kSilent, A::kReleaseControl, R::kNotConfirmed},
-      AuthorityRow{S::kEnabling, kVirtualRcOn, kNone, S::kInControl, A::kNone, R::kGranted},
-      AuthorityRow{S::kEnabling, kTimeOver | kSwitchesLeft, kNone, S::kConfirming, A::kNone, R::kGranted},
-      AuthorityRow{S::kEnabling, kTimeOver, kNone, S::kSilent, A::kReleaseControl, R::kVirtualRcRefused},
+      AuthorityTransition{S::kObtaining | S::kSpacing, kDeviceOurs, kNone, S::kConfirming, A::kNone, R::kGranted},
+      AuthorityTransition{S::kObtaining, kDone, kNone, S::kConfirming, A::kNone, R::kGranted},
+      AuthorityTransition{S::kObtaining, kSendAgain | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kStarting},
+      AuthorityTransition{S::kObtaining, kNoAnswer | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kNoAnswer},
+      AuthorityTransition{S::kObtaining, kSendAgain, kNone, S::kSilent, A::kNone, R::kEndlessObtaining},
+      AuthorityTransition{S::kObtaining, kNoAnswer, kNone, S::kSilent, A::kNone, R::kNoAnswer},
+      AuthorityTransition{S::kObtaining, kRetry, kNone, S::kSilent, A::kNone, R::kAnswer},
+      AuthorityTransition{S::kObtaining, kRefused, kNone, S::kSilent, A::kNone, R::kAnswer},
+      AuthorityTransition{S::kObtaining, kNotActivated, kNone, S::kSilentCold, A::kNone, R::kNotActivated},
+      AuthorityTransition{S::kSpacing, kRequestSpaced, kNone, S::kObtaining, A::kRequestControl, R::kStarting},
+      AuthorityTransition{S::kConfirming, kDeviceOurs, kNeedsVirtualRc, S::kInControl, A::kNone, R::kGranted},
+      AuthorityTransition{S::kConfirming, kDeviceOurs | kSwitchSpaced, kNone, S::kEnabling, A::kSwitchVirtualRcOn,
+                          R::kGranted},
+      AuthorityTransition{S::kConfirming, kTimeOver, kDeviceOurs, S::kSilent, A::kReleaseControl, R::kNotConfirmed},
+      AuthorityTransition{S::kEnabling, kVirtualRcOn, kNone, S::kInControl, A::kNone, R::kGranted},
+      AuthorityTransition{S::kEnabling, kTimeOver | kSwitchesLeft, kNone, S::kConfirming, A::kNone, R::kGranted},
+      AuthorityTransition{S::kEnabling, kTimeOver, kNone, S::kSilent, A::kReleaseControl, R::kVirtualRcRefused},
   };
 }();
 
 /// The most rows that one stage has.
-inline constexpr std::size_t kMostRowsOfStage = [] {
+inline constexpr std::size_t kMaxRowsOfStage = [] {
   std::array<std::size_t, kStageCount> rows{};
   std::size_t most = 0;
   for (std::size_t stage = 0; stage < kStageCount; ++stage) {
-    for (const AuthorityRow& row : kAuthorityTable) {
-      rows[stage] += row.from.has(static_cast<Stage>(stage)) ? 1U : 0U;
+    for (const AuthorityTransition& row : kAuthorityTable) {
+      rows[stage] += row.from.has(static_cast<AuthorityStage>(stage)) ? 1U : 0U;
     }
     most = rows[stage] > most ? rows[stage] : most;
   }
@@ -125,11 +131,11 @@ inline constexpr std::size_t kMostRowsOfStage = [] {
 /// The rows of each stage by number, in the order of the table, followed by the table's size. A pass over the whole
 /// table in every tick would cost more than everything else here.
 inline constexpr auto kRowsOfStage = [] {
-  std::array<std::array<std::uint8_t, kMostRowsOfStage + 1>, kStageCount> rows{};
+  std::array<std::array<std::uint8_t, kMaxRowsOfStage + 1>, kStageCount> rows{};
   for (std::size_t stage = 0; stage < kStageCount; ++stage) {
     std::size_t count = 0;
     for (std::size_t number = 0; number < kAuthorityTable.size(); ++number) {
-      if (kAuthorityTable[number].from.has(static_cast<Stage>(stage))) {
+      if (kAuthorityTable[number].from.has(static_cast<AuthorityStage>(stage))) {
         rows[stage][count++] = static_cast<std::uint8_t>(number);
       }
     }
@@ -140,13 +146,13 @@ inline constexpr auto kRowsOfStage = [] {
 static_assert(kAuthorityTable.size() < 256);
 
 /// Number of the first row that matches; the table's size if none does.
-constexpr std::size_t match_number(Stage stage, AuthoritySign signs) {
+constexpr std::size_t match_number(AuthorityStage stage, AuthorityCondition conditions) {
   for (const std::uint8_t number : kRowsOfStage[static_cast<std::size_t>(stage)]) {
     if (number == kAuthorityTable.size()) {
       break;
     }
-    const AuthorityRow& row = kAuthorityTable[number];
-    if (all(signs, row.with) && !any(signs, row.without) && is_on<AuthorityRow>(number)) {
+    const AuthorityTransition& row = kAuthorityTable[number];
+    if (all(conditions, row.with) && !any(conditions, row.without) && is_on<AuthorityTransition>(number)) {
       return number;
     }
   }
@@ -154,57 +160,72 @@ constexpr std::size_t match_number(Stage stage, AuthoritySign signs) {
 }
 
 /// The row that matches, or null.
-constexpr const AuthorityRow* match(Stage stage, AuthoritySign signs) {
-  const std::size_t number = match_number(stage, signs);
+constexpr const AuthorityTransition* match(AuthorityStage stage, AuthorityCondition conditions) {
+  const std::size_t number = match_number(stage, conditions);
   return number < kAuthorityTable.size() ? &kAuthorityTable[number] : nullptr;
 }
 
 /// The stage after one step. By number: GCC's sanitizers do not let a constant expression compare addresses.
-constexpr Stage next(Stage stage, AuthoritySign signs) {
-  const std::size_t number = match_number(stage, signs);
+constexpr AuthorityStage next(AuthorityStage stage, AuthorityCondition conditions) {
+  const std::size_t number = match_number(stage, conditions);
   return number < kAuthorityTable.size() ? kAuthorityTable[number].to : stage;
 }
 
 namespace checks {
 
-using enum AuthoritySign;
+using enum AuthorityCondition;
 /// All is well in flight, over Virtual RC.
-inline constexpr AuthoritySign kFlying = kHeard | kItemsFresh | kModeF | kDeviceOurs | kVirtualRcOn | kNeedsVirtualRc;
+inline constexpr AuthorityCondition kFlying =
+    kLinkAlive | kItemsFresh | kModeF | kDeviceOurs | kVirtualRcOn | kNeedsVirtualRc;
 
-constexpr AuthoritySign except(AuthoritySign signs, AuthoritySign gone) { return signs & ~gone; }
+constexpr AuthorityCondition except(AuthorityCondition conditions, AuthorityCondition gone) {
+  return conditions & ~gone;
+}
 
-static_assert(next(Stage::kInControl, kFlying) == Stage::kInControl);
-static_assert(next(Stage::kInControl, except(kFlying, kModeF)) == Stage::kSilent);
-static_assert(next(Stage::kInControl, except(kFlying, kDeviceOurs)) == Stage::kSilent);
-static_assert(next(Stage::kInControl, except(kFlying, kVirtualRcOn)) == Stage::kSilent);
-static_assert(next(Stage::kInControl, except(kFlying, kItemsFresh)) == Stage::kSilentCold);
-static_assert(next(Stage::kInControl, except(kFlying, kHeard)) == Stage::kSilentCold);
-static_assert(next(Stage::kInControl, kFlying | kLostPush | kReleaseAsked) == Stage::kSilent, "loss before wishes");
-static_assert(next(Stage::kInControl, kFlying | kRestarted | kLostPush) == Stage::kSilentCold);
-static_assert(next(Stage::kInControl, except(kFlying, kVirtualRcOn | kNeedsVirtualRc)) == Stage::kInControl,
+static_assert(next(AuthorityStage::kInControl, kFlying) == AuthorityStage::kInControl);
+static_assert(next(AuthorityStage::kInControl, except(kFlying, kModeF)) == AuthorityStage::kSilent);
+static_assert(next(AuthorityStage::kInControl, except(kFlying, kDeviceOurs)) == AuthorityStage::kSilent);
+static_assert(next(AuthorityStage::kInControl, except(kFlying, kVirtualRcOn)) == AuthorityStage::kSilent);
+static_assert(next(AuthorityStage::kInControl, except(kFlying, kItemsFresh)) == AuthorityStage::kSilentCold);
+static_assert(next(AuthorityStage::kInControl, except(kFlying, kLinkAlive)) == AuthorityStage::kSilentCold);
+static_assert(next(AuthorityStage::kInControl, kFlying | kControlLostPush | kReleaseRequested) ==
+                  AuthorityStage::kSilent,
+              "loss before wishes");
+static_assert(next(AuthorityStage::kInControl, kFlying | kRestarted | kControlLostPush) == AuthorityStage::kSilentCold);
+static_assert(next(AuthorityStage::kInControl, except(kFlying, kVirtualRcOn | kNeedsVirtualRc)) ==
+                  AuthorityStage::kInControl,
               "the movement channel does not need Virtual RC");
-static_assert(next(Stage::kSilent, kFlying | kSpaced | kTriesLeft | kDone) == Stage::kSilent, "never by itself");
-static_assert(next(Stage::kSilentCold, kFlying | kSpaced | kTriesLeft | kDone) == Stage::kSilentCold);
-static_assert(next(Stage::kReady, kFlying | kSpaced | kTriesLeft) == Stage::kReady, "not unasked");
-static_assert(next(Stage::kReady, kFlying | kAsked) == Stage::kReady, "not before two seconds have passed");
-static_assert(next(Stage::kReady, kFlying | kAsked | kSpaced) == Stage::kObtaining);
-static_assert(next(Stage::kReady, kFlying | kAsked | kSpaced | kOwed) == Stage::kReady, "first it is given back");
-static_assert(next(Stage::kReleasing, kFlying | kOwed | kDone) == Stage::kReleasing,
+static_assert(next(AuthorityStage::kSilent, kFlying | kRequestSpaced | kTriesLeft | kDone) == AuthorityStage::kSilent,
+              "never by itself");
+static_assert(next(AuthorityStage::kSilentCold, kFlying | kRequestSpaced | kTriesLeft | kDone) ==
+              AuthorityStage::kSilentCold);
+static_assert(next(AuthorityStage::kReady, kFlying | kRequestSpaced | kTriesLeft) == AuthorityStage::kReady,
+              "not unasked");
+static_assert(next(AuthorityStage::kReady, kFlying | kControlRequested) == AuthorityStage::kReady,
+              "not before two seconds have passed");
+static_assert(next(AuthorityStage::kReady, kFlying | kControlRequested | kRequestSpaced) == AuthorityStage::kObtaining);
+static_assert(next(AuthorityStage::kReady, kFlying | kControlRequested | kRequestSpaced | kReleasePending) ==
+                  AuthorityStage::kReady,
+              "first it is given back");
+static_assert(next(AuthorityStage::kReleasing, kFlying | kReleasePending | kDone) == AuthorityStage::kReleasing,
               "telemetry decides, not an answer");
-static_assert(next(Stage::kInControl, kFlying | kOwnStall) == Stage::kSilent);
-static_assert(next(Stage::kInControl, kFlying | kNoAnswer) == Stage::kSilent, "nobody hears us");
-static_assert(next(Stage::kInControl, kFlying | kPortBack) == Stage::kListening);
-static_assert(next(Stage::kSilentCold, kFlying | kPortBack) == Stage::kListening);
-static_assert(kAuthorityTable[match_number(Stage::kReady, except(kFlying, kModeF) | kAsked | kSpaced)].reason ==
-              Reason::kNotModeF);
-static_assert(next(Stage::kObtaining, except(kFlying, kDeviceOurs) | kAgain) == Stage::kSilent,
+static_assert(next(AuthorityStage::kInControl, kFlying | kOwnStall) == AuthorityStage::kSilent);
+static_assert(next(AuthorityStage::kInControl, kFlying | kNoAnswer) == AuthorityStage::kSilent, "nobody hears us");
+static_assert(next(AuthorityStage::kInControl, kFlying | kPortBack) == AuthorityStage::kListening);
+static_assert(next(AuthorityStage::kSilentCold, kFlying | kPortBack) == AuthorityStage::kListening);
+static_assert(
+    kAuthorityTable[match_number(AuthorityStage::kReady, except(kFlying, kModeF) | kControlRequested | kRequestSpaced)]
+        .reason == AuthorityReason::kNotModeF);
+static_assert(next(AuthorityStage::kObtaining, except(kFlying, kDeviceOurs) | kSendAgain) == AuthorityStage::kSilent,
               "someone else holds control");
-static_assert(next(Stage::kObtaining, except(kFlying, kDeviceOurs) | kAgain | kTriesLeft) == Stage::kSpacing);
-static_assert(next(Stage::kObtaining, kFlying | kNoAnswer) == Stage::kConfirming, "telemetry says that it is granted");
+static_assert(next(AuthorityStage::kObtaining, except(kFlying, kDeviceOurs) | kSendAgain | kTriesLeft) ==
+              AuthorityStage::kSpacing);
+static_assert(next(AuthorityStage::kObtaining, kFlying | kNoAnswer) == AuthorityStage::kConfirming,
+              "telemetry says that it is granted");
 
 /// Every row that leads to a stage in which commands may leave requires the proof in telemetry.
 constexpr bool control_needs_proof() {
-  for (const AuthorityRow& row : kAuthorityTable) {
+  for (const AuthorityTransition& row : kAuthorityTable) {
     if (may_command(row.to) && !any(row.with, kDeviceOurs | kVirtualRcOn)) {
       return false;
     }
@@ -215,9 +236,9 @@ static_assert(control_needs_proof());
 
 /// Every row that requests control, or Virtual RC, tests the two-second sign.
 constexpr bool requests_are_spaced() {
-  for (const AuthorityRow& row : kAuthorityTable) {
-    const bool bad_request = row.action == Action::kRequestControl && !all(row.with, kSpaced);
-    const bool bad_switch = row.action == Action::kSwitchVirtualRcOn && !all(row.with, kSwitchSpaced);
+  for (const AuthorityTransition& row : kAuthorityTable) {
+    const bool bad_request = row.action == AuthorityAction::kRequestControl && !all(row.with, kRequestSpaced);
+    const bool bad_switch = row.action == AuthorityAction::kSwitchVirtualRcOn && !all(row.with, kSwitchSpaced);
     if (bad_request || bad_switch) {
       return false;
     }
@@ -229,11 +250,11 @@ static_assert(requests_are_spaced());
 /// Only the operator leads out of silence, with one exception: after a port came back, start-up begins anew. It ends at
 /// kReady, which again waits for the operator.
 constexpr bool silence_ends_by_asking() {
-  for (const AuthorityRow& row : kAuthorityTable) {
-    const bool leaves = (row.from.has(Stage::kSilent) || row.from.has(Stage::kSilentCold)) &&
-                        row.to != Stage::kSilent && row.to != Stage::kSilentCold;
-    const bool starts_anew = all(row.with, kPortBack) && row.to == Stage::kListening;
-    if (leaves && !all(row.with, kAsked) && !starts_anew) {
+  for (const AuthorityTransition& row : kAuthorityTable) {
+    const bool leaves = (row.from.has(AuthorityStage::kSilent) || row.from.has(AuthorityStage::kSilentCold)) &&
+                        row.to != AuthorityStage::kSilent && row.to != AuthorityStage::kSilentCold;
+    const bool starts_anew = all(row.with, kPortBack) && row.to == AuthorityStage::kListening;
+    if (leaves && !all(row.with, kControlRequested) && !starts_anew) {
       return false;
     }
   }

@@ -9,16 +9,16 @@ namespace m100::safety {
 
 /// Latency of the poses from capture to arrival, as the observer measured it.
 struct MeasuredLatency {
-  core::Duration least{0};
+  core::Duration min_latency{0};
   core::Duration jitter{0};    ///< 99th percentile minus the least
   core::Duration interval{0};  ///< of the source
 };
 
-/// The named timers and counts of the ladder.
+/// The named timers and counts of the failsafe.
 struct Limits {
   core::Duration pose_fresh = std::chrono::milliseconds(60);
   /// The flight file sets pose_fresh, so the measured latency does not lengthen it.
-  bool pose_fresh_is_said = false;
+  bool pose_fresh_is_set = false;
   core::Duration coast = std::chrono::milliseconds(700);
   core::Duration level = std::chrono::milliseconds(1000);
   /// LEVEL lasts longer while the aircraft is faster than hand_over_m_s, so that the pilot gets it at rest: at most
@@ -29,22 +29,22 @@ struct Limits {
   core::Duration neutral = std::chrono::milliseconds(500);
   core::Duration telemetry_stale = std::chrono::milliseconds(100);
   core::Duration telemetry_dead = std::chrono::milliseconds(500);
-  core::Duration gate_shut = std::chrono::milliseconds(300);    ///< by poses that agree with each other: a jump
-  core::Duration place_lost = std::chrono::milliseconds(3000);  ///< the wind is stronger than the aircraft
+  core::Duration gate_shut = std::chrono::milliseconds(300);            ///< by poses that agree with each other: a jump
+  core::Duration authority_exceeded = std::chrono::milliseconds(3000);  ///< the wind is stronger than the aircraft
   std::uint32_t good_poses_to_recover = 10;
 };
 
 inline constexpr core::Duration kFreshMargin = std::chrono::milliseconds(10);
-inline constexpr core::Duration kFreshAtMost = std::chrono::milliseconds(250);
+inline constexpr core::Duration kMaxFresh = std::chrono::milliseconds(250);
 
 /// Largest age of a pose in normal flight (promise R3): pose_fresh, or the limit that the measured latency requires if
 /// that is larger, at most 250 ms.
 constexpr core::Duration fresh_limit(const Limits& limits, const MeasuredLatency& measured) {
-  const core::Duration needed = measured.least + 2 * measured.jitter + measured.interval + kFreshMargin;
-  if (limits.pose_fresh_is_said || needed <= limits.pose_fresh) {
+  const core::Duration needed = measured.min_latency + 2 * measured.jitter + measured.interval + kFreshMargin;
+  if (limits.pose_fresh_is_set || needed <= limits.pose_fresh) {
     return limits.pose_fresh;
   }
-  return needed < kFreshAtMost ? needed : kFreshAtMost;
+  return needed < kMaxFresh ? needed : kMaxFresh;
 }
 
 /// Range and slew limit of each command.

@@ -25,26 +25,26 @@ struct Observation {
   double speed_m_s = 0.0;   ///< horizontal, by the estimate; 0 if the estimate is useless
   /// Predicted speed when the pilot has the sticks, if they go back now and the acceleration continues; >= speed_m_s.
   double speed_then_m_s = 0.0;
-  core::Duration place_lost_for{0};  ///< how long the wind has kept the aircraft from its place
-  double push_m_s2 = 0.0;            ///< of that wind, averaged over 2 s
-  double swing_rad = 0.0;            ///< the aircraft's own tilt oscillation, trough to crest, when last noticed
-  double swing_hz = 0.0;             ///< its frequency
-  bool swings = false;               ///< it was noticed in this flight, and the calm law flies since then
-  bool swings_on = false;            ///< it continues under the calm law
-  double refused_turn_rad = 0.0;     ///< of the last refused pose, from its expected heading
+  core::Duration authority_exceeded_for{0};    ///< how long the wind has kept the aircraft from its place
+  double disturbance_acceleration_m_s2 = 0.0;  ///< of that wind, averaged over 2 s
+  double limit_cycle_rad = 0.0;       ///< the aircraft's own tilt oscillation, trough to crest, when last noticed
+  double limit_cycle_hz = 0.0;        ///< its frequency
+  bool limit_cycle_detected = false;  ///< it was noticed in this flight, and the calm law flies since then
+  bool limit_cycle_persists = false;  ///< it continues under the calm law
+  double refused_turn_rad = 0.0;      ///< of the last refused pose, from its expected heading
   /// The check (est::Check; 0: none) by which the autopilot's telemetry contradicts the poses, which are then refused:
   /// refused_for is at least Limits::gate_shut. The next two are the contradiction and its limit, in the check's unit.
   std::uint8_t contradicted_by = 0;
   double contradicted_with = 0.0;
   double contradicted_allowed = 0.0;
-  bool estimate_healthy = false;     ///< est::Estimate::healthy
-  bool authority = false;            ///< the autopilot says that we command
-  bool mode_f = false;               ///< the pilot's switch stands at F
-  bool operator_engages = false;     ///< the operator's order to fly stands: for FlightConfig::order_lasts at most
-  bool operator_releases = false;    ///< the operator gives control back, this tick
-  bool task_flies = false;           ///< the autopilot takes off or lands by its own task, by the operator's order
-  std::array<bool, 4> left_model{};  ///< roll, pitch, yaw rate, climb: the axis no longer follows its model
-  bool trim_drifted = false;         ///< a balancing point differs from the vehicle file
+  bool estimate_healthy = false;   ///< est::Estimate::healthy
+  bool authority = false;          ///< the autopilot says that we command
+  bool mode_f = false;             ///< the pilot's switch stands at F
+  bool operator_engages = false;   ///< the operator's order to fly stands: for FlightConfig::order_timeout at most
+  bool operator_releases = false;  ///< the operator gives control back, this tick
+  bool task_flies = false;         ///< the autopilot takes off or lands by its own task, by the operator's order
+  std::array<bool, 4> model_mismatch{};  ///< roll, pitch, yaw rate, climb: the axis no longer follows its model
+  bool trim_drifted = false;             ///< a balancing point differs from the vehicle file
 };
 
 }  // namespace m100::safety

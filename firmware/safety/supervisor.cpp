@@ -25,7 +25,7 @@ bool sound(T value, T range) {
 }  // namespace
 
 template <typename T>
-bool Supervisor<T>::is_sound(const ctl::Command<T>& command) const {
+bool Supervisor<T>::is_valid(const ctl::Command<T>& command) const {
   return sound(command.roll_rad, envelope_.tilt_rad) && sound(command.pitch_rad, envelope_.tilt_rad) &&
          sound(command.climb_m_s, envelope_.climb_m_s) && sound(command.yaw_rate_rad_s, envelope_.yaw_rate_rad_s);
 }
@@ -57,7 +57,7 @@ void Supervisor<T>::count_good_poses(const Observation& seen, bool fresh) {
 /// Two successive gaps count as two coasts if poses were used in between and the observer's error is no larger than
 /// when the first one began. Refused poses do not count as used.
 template <typename T>
-void Supervisor<T>::note_known(const Observation& seen, bool fresh) {
+void Supervisor<T>::update_known(const Observation& seen, bool fresh) {
   if (fresh && seen.refused_poses == 0 && seen.error_m <= last_step_.seen.error_m) {
     known_ = seen.now;
   }
@@ -66,8 +66,8 @@ void Supervisor<T>::note_known(const Observation& seen, bool fresh) {
 /// Once the reserve is spent the aircraft brakes as in kLevel, and this time counts as kLevel; but if poses come back
 /// after a gap of usual length, the law flies on.
 template <typename T>
-void Supervisor<T>::note_reserve(const Observation& seen) {
-  if (rung_ != Rung::kCoast || known_ == seen.now) {
+void Supervisor<T>::update_reserve(const Observation& seen) {
+  if (failsafe_state_ != FailsafeState::kCoast || known_ == seen.now) {
     spent_ = false;
   } else if (!spent_ && seen.error_m > seen.reserve_m) {
     spent_ = true;
@@ -76,15 +76,16 @@ void Supervisor<T>::note_reserve(const Observation& seen) {
 }
 
 template <typename T>
-LadderSign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Observation& seen) {
-  LadderSign set = LadderSign::kNone;
-  const auto add = [&set](bool holds, LadderSign sign) { set |= when(holds, sign); };
+FailsafeCondition Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Observation& seen) {
+  FailsafeCondition set = FailsafeCondition::kNone;
+  const auto add = [&set](bool holds, FailsafeCondition sign) { set |= when(holds, sign); };
   const bool fresh =
       seen.pose_age <= fresh_limit(limits_, seen.pose_latency) && seen.telemetry_age <= limits_.telemetry_stale;
   count_good_poses(seen, fresh);
-  note_known(seen, fresh);
-  note_reserve(seen);
-  entered_ = rung_ == Rung::kLevel && seen.task_flies ? seen.now : entered_;  // its time begins after the task
+  update_known(seen, fresh);
+  update_reserve(seen);
+  entered_ = failsafe_state_ == FailsafeState::kLevel && seen.task_flies ? seen.now
+                                                                         : entered_;  // its time begins after the task
   const core::Duration inside = seen.now - entered_;
   const bool sees = fresh && seen.refused_for < limits_.gate_shut;  // refused poses show no speed
   const core::Duration most_level = sees ? limits_.level_moving_seen : limits_.level_moving;
@@ -92,55 +93,60 @@ LadderSign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Observation
   // A wind stronger than the tilt keeps pushing until the pilot has the sticks, so the hand-over waits for a lull.
   const double speed_m_s = seen.speed_then_m_s > seen.speed_m_s ? seen.speed_then_m_s : seen.speed_m_s;
   const bool may_hand_over = speed_m_s + unseen_m_s < limits_.hand_over_m_s || inside >= most_level;
-  add(seen.authority && seen.mode_f, LadderSign::kCommandable);
-  add(seen.operator_releases, LadderSign::kOperatorReleases);
-  add(seen.telemetry_age > limits_.telemetry_dead, LadderSign::kTelemetryDead);
-  add(!is_sound(wanted), LadderSign::kCommandUnsound);
-  add(!seen.estimate_healthy || seen.refused_for >= limits_.gate_shut, LadderSign::kEstimateLost);
-  add(fresh, LadderSign::kFresh);
-  add(good_poses_ >= limits_.good_poses_to_recover, LadderSign::kRecovered);
-  add(rung_ == Rung::kCoast && seen.now - known_ >= limits_.coast, LadderSign::kCoastOver);
-  add(rung_ == Rung::kCoast && spent_ && seen.now - known_ >= kFlownThrough, LadderSign::kReserveSpent);
-  add(seen.outside_m > 0.0, LadderSign::kOutside);
-  add(seen.place_lost_for >= limits_.place_lost, LadderSign::kPlaceLost);
-  add(rung_ == Rung::kLevel && inside >= limits_.level && may_hand_over, LadderSign::kLevelOver);
-  add(rung_ == Rung::kRelease && inside >= limits_.neutral, LadderSign::kNeutralOver);
-  add(seen.operator_engages, LadderSign::kOperatorEngages);
-  add(seen.task_flies, LadderSign::kTaskFlies);
-  add(seen.left_model[0], LadderSign::kRollLeftModel);
-  add(seen.left_model[1], LadderSign::kPitchLeftModel);
-  add(seen.left_model[2], LadderSign::kYawRateLeftModel);
-  add(seen.left_model[3], LadderSign::kClimbLeftModel);
-  add(seen.trim_drifted, LadderSign::kTrimDrifted);
-  add(seen.swings, LadderSign::kSwings);
-  add(seen.swings_on, LadderSign::kSwingsOn);
+  add(seen.authority && seen.mode_f, FailsafeCondition::kCommandable);
+  add(seen.operator_releases, FailsafeCondition::kOperatorReleases);
+  add(seen.telemetry_age > limits_.telemetry_dead, FailsafeCondition::kTelemetryDead);
+  add(!is_valid(wanted), FailsafeCondition::kCommandInvalid);
+  add(!seen.estimate_healthy || seen.refused_for >= limits_.gate_shut, FailsafeCondition::kEstimateLost);
+  add(fresh, FailsafeCondition::kFresh);
+  add(good_poses_ >= limits_.good_poses_to_recover, FailsafeCondition::kRecovered);
+  add(failsafe_state_ == FailsafeState::kCoast && seen.now - known_ >= limits_.coast, FailsafeCondition::kCoastOver);
+  add(failsafe_state_ == FailsafeState::kCoast && spent_ && seen.now - known_ >= kFlownThrough,
+      FailsafeCondition::kReserveSpent);
+  add(seen.outside_m > 0.0, FailsafeCondition::kOutsideFence);
+  add(seen.authority_exceeded_for >= limits_.authority_exceeded, FailsafeCondition::kAuthorityExceeded);
+  add(failsafe_state_ == FailsafeState::kLevel && inside >= limits_.level && may_hand_over,
+      FailsafeCondition::kLevelOver);
+  add(failsafe_state_ == FailsafeState::kRelease && inside >= limits_.neutral, FailsafeCondition::kNeutralOver);
+  add(seen.operator_engages, FailsafeCondition::kOperatorEngages);
+  add(seen.task_flies, FailsafeCondition::kTaskFlies);
+  add(seen.model_mismatch[0], FailsafeCondition::kRollModelMismatch);
+  add(seen.model_mismatch[1], FailsafeCondition::kPitchModelMismatch);
+  add(seen.model_mismatch[2], FailsafeCondition::kYawRateModelMismatch);
+  add(seen.model_mismatch[3], FailsafeCondition::kClimbModelMismatch);
+  add(seen.trim_drifted, FailsafeCondition::kTrimDrifted);
+  add(seen.limit_cycle_detected, FailsafeCondition::kLimitCycle);
+  add(seen.limit_cycle_persists, FailsafeCondition::kLimitCyclePersists);
   return set;
 }
 
 template <typename T>
-Cause Supervisor<T>::cause_of(const LadderRow& row, const Observation& seen) const {
-  if (row.why == Cause::kEstimateLost && seen.estimate_healthy) {
-    return Cause::kPoseRefused;
+FailsafeReason Supervisor<T>::reason_of(const FailsafeTransition& row, const Observation& seen) const {
+  if (row.why == FailsafeReason::kEstimateLost && seen.estimate_healthy) {
+    return FailsafeReason::kPoseRefused;
   }
-  if (row.why == Cause::kPoseOld && seen.pose_age <= fresh_limit(limits_, seen.pose_latency)) {
-    return Cause::kTelemetryOld;
+  if (row.why == FailsafeReason::kPoseOld && seen.pose_age <= fresh_limit(limits_, seen.pose_latency)) {
+    return FailsafeReason::kTelemetryOld;
   }
   return row.why;
 }
 
 template <typename T>
-void Supervisor<T>::enter(const LadderRow& row, const Observation& seen) {
-  last_step_ = {.from = rung_, .to = row.to, .cause = cause_of(row, seen), .seen = seen};
-  const bool is_descent = rung_ == Rung::kNominal || (rung_ == Rung::kCoast && last_step_.cause != Cause::kCoastOver);
-  descent_ = is_descent && row.to != Rung::kNominal ? last_step_ : descent_;
-  entered_ = rung_ == Rung::kCoast && row.to == Rung::kLevel && spent_ ? spent_since_ : seen.now;
+void Supervisor<T>::enter(const FailsafeTransition& row, const Observation& seen) {
+  last_step_ = {.from = failsafe_state_, .to = row.to, .reason = reason_of(row, seen), .seen = seen};
+  const bool is_descent = failsafe_state_ == FailsafeState::kNominal ||
+                          (failsafe_state_ == FailsafeState::kCoast && last_step_.reason != FailsafeReason::kCoastOver);
+  descent_ = is_descent && row.to != FailsafeState::kNominal ? last_step_ : descent_;
+  entered_ =
+      failsafe_state_ == FailsafeState::kCoast && row.to == FailsafeState::kLevel && spent_ ? spent_since_ : seen.now;
   known_ = seen.now;
-  rung_ = row.to;
+  failsafe_state_ = row.to;
   stats_.steps += 1U;
-  stats_.coasts += rung_ == Rung::kCoast ? 1U : 0U;
-  stats_.levels += rung_ == Rung::kLevel ? 1U : 0U;
-  stats_.releases += rung_ == Rung::kRelease ? 1U : 0U;
-  good_poses_ = rung_ == Rung::kCoast ? 0 : good_poses_;  // ten good poses are counted after the fault
+  stats_.coasts += failsafe_state_ == FailsafeState::kCoast ? 1U : 0U;
+  stats_.levels += failsafe_state_ == FailsafeState::kLevel ? 1U : 0U;
+  stats_.releases += failsafe_state_ == FailsafeState::kRelease ? 1U : 0U;
+  good_poses_ =
+      failsafe_state_ == FailsafeState::kCoast ? 0 : good_poses_;  // ten good poses are counted after the fault
 }
 
 template <typename T>
@@ -154,7 +160,7 @@ T Supervisor<T>::limited(T wanted, T last, T range, T slew, T step_s) {
 
 // Limits both axes together: each at its own limit would tilt the aircraft by 1.4 times as much.
 template <typename T>
-ctl::Command<T> Supervisor<T>::leaning(const ctl::Command<T>& wanted) {
+ctl::Command<T> Supervisor<T>::limit_tilt(const ctl::Command<T>& wanted) {
   const T most = envelope_.tilt_rad;
   const T square = wanted.roll_rad * wanted.roll_rad + wanted.pitch_rad * wanted.pitch_rad;
   // cos(tilt) = cos(roll) cos(pitch); this tilt is slightly below the root of the squares, by which both are scaled.
@@ -173,7 +179,7 @@ ctl::Command<T> Supervisor<T>::leaning(const ctl::Command<T>& wanted) {
 template <typename T>
 ctl::Command<T> Supervisor<T>::limited(const ctl::Command<T>& wanted, T step_s) {
   const EnvelopeIn<T>& e = envelope_;
-  const ctl::Command<T> inside = leaning(wanted);
+  const ctl::Command<T> inside = limit_tilt(wanted);
   return {.roll_rad = limited(inside.roll_rad, last_.roll_rad, e.tilt_rad, e.tilt_slew_rad_s, step_s),
           .pitch_rad = limited(inside.pitch_rad, last_.pitch_rad, e.tilt_rad, e.tilt_slew_rad_s, step_s),
           .climb_m_s = limited(wanted.climb_m_s, last_.climb_m_s, e.climb_m_s, e.climb_slew_m_s2, step_s),
@@ -182,31 +188,39 @@ ctl::Command<T> Supervisor<T>::limited(const ctl::Command<T>& wanted, T step_s) 
 }
 
 template <typename T>
-Passes Supervisor<T>::step_ladder(const ctl::Command<T>& wanted, const Observation& seen) {
-  signs_ = weigh(wanted, seen);
-  const bool unsound = any(signs_, LadderSign::kCommandUnsound);
-  stats_.unsound_commands += unsound ? 1U : 0U;
-  const Rung before = rung_;
-  const std::size_t row = row_number(rung_, signs_);
-  if (row < kLadder.size()) {
-    enter(kLadder[row], seen);
+CommandSource Supervisor<T>::update_failsafe(const ctl::Command<T>& wanted, const Observation& seen) {
+  conditions_ = weigh(wanted, seen);
+  const bool unsound = any(conditions_, FailsafeCondition::kCommandInvalid);
+  stats_.invalid_commands += unsound ? 1U : 0U;
+  const FailsafeState before = failsafe_state_;
+  const std::size_t row = row_number(failsafe_state_, conditions_);
+  if (row < kFailsafeTransitions.size()) {
+    enter(kFailsafeTransitions[row], seen);
   }
-  ended_ = before == Rung::kRelease && rung_ == Rung::kSilent && any(signs_, LadderSign::kCommandable);
+  ended_ = before == FailsafeState::kRelease && failsafe_state_ == FailsafeState::kSilent &&
+           any(conditions_, FailsafeCondition::kCommandable);
   // Half a second of level sticks in a wind costs a metre per second: an aircraft that was stopped with a fresh pose is
   // held until the pilot has the sticks.
-  const bool stands = rung_ == Rung::kRelease && last_step_.from == Rung::kLevel && any(signs_, LadderSign::kFresh);
-  const bool brakes = rung_ == Rung::kLevel || (rung_ == Rung::kCoast && spent_);
-  const Passes passes = brakes || stands ? Passes::kSettled : passes_law(rung_) ? Passes::kWanted : Passes::kNeither;
-  return unsound ? Passes::kNeither : passes;
+  const bool stands = failsafe_state_ == FailsafeState::kRelease && last_step_.from == FailsafeState::kLevel &&
+                      any(conditions_, FailsafeCondition::kFresh);
+  const bool brakes = failsafe_state_ == FailsafeState::kLevel || (failsafe_state_ == FailsafeState::kCoast && spent_);
+  const CommandSource passes = brakes || stands              ? CommandSource::kBrakeAndHold
+                               : passes_law(failsafe_state_) ? CommandSource::kLaw
+                                                             : CommandSource::kNeutral;
+  return unsound ? CommandSource::kNeutral : passes;
 }
 
 template <typename T>
-Grant<T> Supervisor<T>::limit_command(Passes passes, const ctl::Command<T>& command, T step_s) {
-  const bool passes_one = passes == Passes::kWanted || (passes == Passes::kSettled && is_sound(command));
+SupervisedCommand<T> Supervisor<T>::limit_command(CommandSource passes, const ctl::Command<T>& command, T step_s) {
+  const bool passes_one =
+      passes == CommandSource::kLaw || (passes == CommandSource::kBrakeAndHold && is_valid(command));
   M100_ASSERT(step_s >= T(0));
   last_ = limited(passes_one ? command : ctl::Command<T>{}, step_s);
   M100_ASSERT(is_inside(last_));  // R5: the last place at which a wrong number can be kept from the wire
-  return {.command = last_, .rung = rung_, .transmit = may_transmit(rung_), .release = ended_};
+  return {.command = last_,
+          .failsafe_state = failsafe_state_,
+          .transmit = may_transmit(failsafe_state_),
+          .release = ended_};
 }
 
 template class Supervisor<float>;

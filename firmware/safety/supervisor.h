@@ -5,7 +5,7 @@
 
 #include "firmware/core/assert.h"
 #include "firmware/ctl/command.h"
-#include "firmware/safety/ladder.h"
+#include "firmware/safety/failsafe.h"
 #include "firmware/safety/limits.h"
 #include "firmware/safety/observation.h"
 
@@ -13,39 +13,39 @@ namespace m100::safety {
 
 /// The supervisor's output.
 template <typename T>
-struct Grant {
+struct SupervisedCommand {
   ctl::Command<T> command{};  ///< finite, inside the envelope and its slew limits
-  Rung rung = Rung::kSilent;
+  FailsafeState failsafe_state = FailsafeState::kSilent;
   bool transmit = false;  ///< whether a control byte may leave at all
   bool release = false;   ///< true in the one tick in which control is to be given back
 };
 
-/// A step of the ladder, with the observation that led to it.
-struct LadderStep {
-  Rung from = Rung::kSilent;
-  Rung to = Rung::kSilent;
-  Cause cause = Cause::kNone;
+/// A step of the failsafe, with the observation that led to it.
+struct FailsafeStep {
+  FailsafeState from = FailsafeState::kSilent;
+  FailsafeState to = FailsafeState::kSilent;
+  FailsafeReason reason = FailsafeReason::kNone;
   Observation seen;
 };
 
 /// Which command passes in a tick.
-enum class Passes : std::uint8_t { kNeither, kWanted, kSettled };
+enum class CommandSource : std::uint8_t { kNeutral, kLaw, kBrakeAndHold };
 
 /// Counters for the log.
 struct SupervisorStats {
-  std::uint32_t steps = 0;             ///< of the ladder
-  std::uint32_t unsound_commands = 0;  ///< not finite, or beyond twice the envelope
+  std::uint32_t steps = 0;             ///< of the failsafe
+  std::uint32_t invalid_commands = 0;  ///< not finite, or beyond twice the envelope
   std::uint32_t limited_commands = 0;  ///< cut by range or slew
   std::uint32_t coasts = 0;
   std::uint32_t levels = 0;
   std::uint32_t releases = 0;
 };
 
-/// Checks every command between the law and the wire; it may only take away: the ladder of ladder.h, then range and
+/// Checks every command between the law and the wire; it may only take away: the failsafe of ladder.h, then range and
 /// slew limits (R5).
 ///
-/// Cost: one pass over some 20 table rows, about 60 comparisons. Its only state is the ladder's, its clock and the last
-/// command. T is float or double.
+/// Cost: one pass over some 20 table rows, about 60 comparisons. Its only state is the failsafe's, its clock and the
+/// last command. T is float or double.
 template <typename T>
 class Supervisor {
  public:
@@ -58,50 +58,52 @@ class Supervisor {
   /// Once per tick. @param step_s the time since the last one, for the slew limits.
   /// @param settled the command that leaves in kLevel, and in kRelease if LEVEL led there with a fresh pose. Otherwise,
   ///   and if it is unsound, the command is level and trimmed.
-  Grant<T> review(const ctl::Command<T>& wanted, const ctl::Command<T>& settled, const Observation& seen, T step_s) {
-    const Passes passes = step_ladder(wanted, seen);
-    return limit_command(passes, passes == Passes::kWanted ? wanted : settled, step_s);
+  SupervisedCommand<T> review(const ctl::Command<T>& wanted, const ctl::Command<T>& brake_and_hold,
+                              const Observation& seen, T step_s) {
+    const CommandSource passes = update_failsafe(wanted, seen);
+    return limit_command(passes, passes == CommandSource::kLaw ? wanted : brake_and_hold, step_s);
   }
-  /// The same in two halves, for callers that compute the settled command only when it is needed: first the ladder, ...
-  Passes step_ladder(const ctl::Command<T>& wanted, const Observation& seen);
+  /// The same in two halves, for callers that compute the settled command only when it is needed: first the failsafe,
+  /// ...
+  CommandSource update_failsafe(const ctl::Command<T>& wanted, const Observation& seen);
   /// ... then the limits. @param command the one of the two that passes; not read if neither does.
-  Grant<T> limit_command(Passes passes, const ctl::Command<T>& command, T step_s);
+  SupervisedCommand<T> limit_command(CommandSource passes, const ctl::Command<T>& command, T step_s);
 
-  Rung rung() const { return rung_; }
+  FailsafeState failsafe_state() const { return failsafe_state_; }
   /// The signs of the last tick.
-  LadderSign signs() const { return signs_; }
-  /// The ladder's last step; stats().steps counts them.
-  const LadderStep& last_step() const { return last_step_; }
+  FailsafeCondition conditions() const { return conditions_; }
+  /// The failsafe's last step; stats().steps counts them.
+  const FailsafeStep& last_step() const { return last_step_; }
   /// The step with which the last descent from the law's flight began.
-  const LadderStep& descent() const { return descent_; }
+  const FailsafeStep& descent() const { return descent_; }
   const SupervisorStats& stats() const { return stats_; }
 
  private:
-  bool is_sound(const ctl::Command<T>& command) const;
+  bool is_valid(const ctl::Command<T>& command) const;
   bool is_inside(const ctl::Command<T>& command) const;
-  LadderSign weigh(const ctl::Command<T>& wanted, const Observation& seen);
+  FailsafeCondition weigh(const ctl::Command<T>& wanted, const Observation& seen);
   void count_good_poses(const Observation& seen, bool fresh);
-  void note_reserve(const Observation& seen);
-  void note_known(const Observation& seen, bool fresh);
-  void enter(const LadderRow& row, const Observation& seen);
-  Cause cause_of(const LadderRow& row, const Observation& seen) const;
-  ctl::Command<T> leaning(const ctl::Command<T>& wanted);
+  void update_reserve(const Observation& seen);
+  void update_known(const Observation& seen, bool fresh);
+  void enter(const FailsafeTransition& row, const Observation& seen);
+  FailsafeReason reason_of(const FailsafeTransition& row, const Observation& seen) const;
+  ctl::Command<T> limit_tilt(const ctl::Command<T>& wanted);
   ctl::Command<T> limited(const ctl::Command<T>& wanted, T step_s);
   T limited(T wanted, T last, T range, T slew, T step_s);
 
   Limits limits_;
   EnvelopeIn<T> envelope_;
-  Rung rung_ = Rung::kSilent;
+  FailsafeState failsafe_state_ = FailsafeState::kSilent;
   core::TimePoint entered_{};
   bool spent_ = false;  ///< kCoast: the error exceeded the reserve to the fence, and has not become small again
   core::TimePoint spent_since_{};
   core::TimePoint known_{};  ///< kCoast: when the error was last no larger than at its beginning
   std::uint32_t good_poses_ = 0;
   core::TimePoint last_capture_{};
-  LadderSign signs_ = LadderSign::kNone;
+  FailsafeCondition conditions_ = FailsafeCondition::kNone;
   bool ended_ = false;  ///< this tick stepped from kRelease to kSilent, with control still ours
-  LadderStep last_step_;
-  LadderStep descent_;
+  FailsafeStep last_step_;
+  FailsafeStep descent_;
   ctl::Command<T> last_{};
   SupervisorStats stats_;
 };

@@ -50,7 +50,7 @@ ssize_t uninterrupted(const Call& call) {
 
 /// Whether the device keeps TIOCEXCL after its last holder has closed it. A serial line does not. A pseudo-terminal
 /// does while its other side is open: after its holder was killed, only root could open it again.
-bool keeps_its_mark(int descriptor) {
+bool is_escaped_marker(int descriptor) {
   constexpr unsigned kFirstPseudoTerminal = 136;  // Linux, Documentation/admin-guide/devices.txt: 136 to 143
   constexpr unsigned kLastPseudoTerminal = 143;
   struct stat device {};
@@ -111,7 +111,7 @@ bool SerialPort::configure() {
   if (tcgetattr(descriptor_, &granted) != 0 || cfgetospeed(&granted) != code || (granted.c_cflag & CSIZE) != CS8) {
     return false;
   }
-  if (!keeps_its_mark(descriptor_)) {
+  if (!is_escaped_marker(descriptor_)) {
     ioctl(descriptor_, TIOCEXCL);  // a second program on this port would take half of the telemetry
   }
   tcflush(descriptor_, TCIOFLUSH);
@@ -169,7 +169,7 @@ bool SerialPort::hung_up() const {
 
 core::Expected<std::size_t> SerialPort::read(std::span<std::byte> destination) {
   // The reader must learn of every loss, because another device may now answer under the same name.
-  if (std::exchange(loss_untold_, false) || !ensure_open()) {
+  if (std::exchange(unreported_loss_, false) || !ensure_open()) {
     return core::Status::kUnavailable;
   }
   if (destination.empty()) {
@@ -204,7 +204,7 @@ core::Expected<std::size_t> SerialPort::write(std::span<const std::byte> source)
     return std::size_t{0};
   }
   close();
-  loss_untold_ = true;
+  unreported_loss_ = true;
   return core::Status::kUnavailable;
 }
 

@@ -55,9 +55,9 @@ class SerialPort final : public Uart {
   const SystemCalls* calls_;
   int descriptor_ = -1;
   std::uint32_t openings_ = 0;
-  bool loss_untold_ = false;  ///< write() found the port missing, and read() has not reported it yet
-  LineErrors before_;         ///< of earlier openings
-  LineErrors at_opening_;     ///< the driver's counts when the port was opened
+  bool unreported_loss_ = false;  ///< write() found the port missing, and read() has not reported it yet
+  LineErrors before_;             ///< of earlier openings
+  LineErrors at_opening_;         ///< the driver's counts when the port was opened
   PortClock clock_;
   core::TimePoint next_attempt_{};
 };

@@ -13,7 +13,7 @@
 namespace m100::hal {
 namespace {
 
-constexpr unsigned kCallsPerWord = 10;  ///< of feed(): ten words a second where it is fed every tick
+constexpr unsigned kFeedsPerNotify = 10;  ///< of feed(): ten words a second where it is fed every tick
 
 }  // namespace
 
@@ -38,7 +38,7 @@ ServiceWatchdog::~ServiceWatchdog() {
   }
 }
 
-void ServiceWatchdog::tell(const char* words) const {
+void ServiceWatchdog::notify(const char* words) const {
   if (socket_ >= 0) {  // if the manager does not listen now, the next heartbeat follows in 0.1 s
     (void)::sendto(socket_, words, std::strlen(words), MSG_DONTWAIT | MSG_NOSIGNAL,
                    reinterpret_cast<const sockaddr*>(&manager_), length_);
@@ -49,14 +49,14 @@ void ServiceWatchdog::start(core::Duration patience) {
   char words[64];
   std::snprintf(words, sizeof words, "READY=1\nWATCHDOG_USEC=%" PRId64 "\nWATCHDOG=1",
                 static_cast<std::int64_t>(patience.count()));
-  tell(words);
+  notify(words);
 }
 
-void ServiceWatchdog::stop() { tell("STOPPING=1"); }
+void ServiceWatchdog::stop() { notify("STOPPING=1"); }
 
 void ServiceWatchdog::feed() {
-  if (++calls_ % kCallsPerWord == 0) {
-    tell("WATCHDOG=1");
+  if (++calls_ % kFeedsPerNotify == 0) {
+    notify("WATCHDOG=1");
   }
 }
 

@@ -23,7 +23,7 @@ class ServiceWatchdog final : public Watchdog {
   void stop();
 
  private:
-  void tell(const char* words) const;
+  void notify(const char* words) const;
 
   int socket_ = -1;
   sockaddr_un manager_{};

@@ -19,13 +19,13 @@ std::optional<std::uint16_t> udp_port_of(std::string_view name);
 constexpr bool is_udp(std::string_view name) { return name.substr(0, 4) == "udp:"; }
 
 /// A UDP port of this machine, IPv4, all interfaces, non-blocking. Its bytes are those of the packets in their order of
-/// arrival; a packet that is longer than kMostPacketBytes, or empty, is skipped.
+/// arrival; a packet that is longer than kMaxPacketBytes, or empty, is skipped.
 ///
 /// Unread packets are limited to kWaitingBytes of the kernel's memory: a flood loses packets, and the bytes that are
 /// read are never old. Before answer_last() there is no peer, and written bytes are lost. Allocates nothing.
 class UdpPort final : public PacketUart {
  public:
-  static constexpr std::size_t kMostPacketBytes = 1500;
+  static constexpr std::size_t kMaxPacketBytes = 1500;
   static constexpr int kWaitingBytes = 1 << 16;
 
   explicit UdpPort(std::uint16_t port) : port_(port) {}
@@ -48,7 +48,7 @@ class UdpPort final : public PacketUart {
 
   std::uint16_t port_;
   int descriptor_ = -1;
-  std::array<std::byte, kMostPacketBytes> packet_{};
+  std::array<std::byte, kMaxPacketBytes> packet_{};
   std::span<const std::byte> rest_;
   bool at_begin_ = false;
   sockaddr_in last_{};

@@ -24,12 +24,12 @@ class ManualWatchdog final : public Watchdog {
   }
 
   /// How often the program was interrupted (once per run of missed feeds, not once per patience).
-  std::uint32_t bites() { return bites_ + static_cast<std::uint32_t>(std::min<std::int64_t>(hungers(), 1)); }
+  std::uint32_t bites() { return bites_ + static_cast<std::uint32_t>(std::min<std::int64_t>(is_expired(), 1)); }
   /// Whether the machine has been reset: twice the patience passed without a feed().
-  bool has_reset() { return hungers() >= 2; }
+  bool has_reset() { return is_expired() >= 2; }
 
  private:
-  std::int64_t hungers() { return patience_ > core::Duration{0} ? (clock_.now() - fed_) / patience_ : 0; }
+  std::int64_t is_expired() { return patience_ > core::Duration{0} ? (clock_.now() - fed_) / patience_ : 0; }
 
   Clock& clock_;
   core::Duration patience_{0};

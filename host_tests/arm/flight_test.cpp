@@ -17,7 +17,7 @@
 #include "hal/cortex_m/exceptions.h"
 #include "host_tests/sim/ports/emulated_board.h"
 #include "host_tests/sim/ports/world.h"
-#include "protocol/order_message.h"
+#include "protocol/dji/order_message.h"
 
 namespace m100::sim {
 namespace {
@@ -47,7 +47,7 @@ struct Flight {
 class Twin {
  public:
   explicit Twin(const char* course) : world_(measured_plant(), {.seed = kSeed}) {
-    M100_ASSERT(app::lay_board_course(course, course_) == core::Status::kOk);
+    M100_ASSERT(app::append_board_course(course, course_) == core::Status::kOk);
   }
   void step(hal::LockstepOrder order) {
     world_.advance(core::kTickPeriod);

@@ -181,7 +181,7 @@ void cold(const std::string& path) {
   std::vector<mpc::GainTable<T>> tables;
   std::vector<std::unique_ptr<mpc::HorizontalMpc<T>>> controllers;
   tables.reserve(file.models.size());
-  for (const lab::gains::AxisProblem& model : file.models) {
+  for (const lab::gains::AxisQp& model : file.models) {
     tables.push_back(lab::gains::table_in<T>(lab::gains::make_gain_table(model)));
     controllers.push_back(std::make_unique<mpc::HorizontalMpc<T>>(tables.back()));
   }

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <span>
 
-#include "protocol/frame_parser.h"
-#include "protocol/telemetry.h"
+#include "protocol/dji/frame_parser.h"
+#include "protocol/dji/telemetry.h"
 
 namespace m100::host_tests {
 

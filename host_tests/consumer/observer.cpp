@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "firmware/est/disturbance_ekf.h"
+#include "firmware/est/filter/disturbance_ekf.h"
 #include "firmware/model/default_vehicle.h"
 
 int main() {

@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <vector>
 
-#include "protocol/frame_encoder.h"
-#include "protocol/frame_parser.h"
+#include "protocol/dji/frame_encoder.h"
+#include "protocol/dji/frame_parser.h"
 
 int main() {
   namespace protocol = m100::protocol;

@@ -9,7 +9,7 @@
 
 #include "host_tests/fuzz/receive.h"
 #include "host_tests/property/protocol/every_message.h"
-#include "protocol/frame_parser.h"
+#include "protocol/dji/frame_parser.h"
 
 namespace m100::host_tests {
 namespace {

@@ -19,12 +19,12 @@
 #include <string_view>
 
 #include "firmware/companion/files/course.h"
-#include "firmware/companion/files/course_check.h"
+#include "firmware/companion/files/course_validation.h"
 #include "firmware/companion/files/excitation_file.h"
 #include "firmware/companion/files/flight_file.h"
-#include "firmware/companion/files/key_file.h"
 #include "firmware/companion/files/recorded_flight.h"
-#include "firmware/companion/files/replay_file.h"
+#include "firmware/companion/files/signature_times_file.h"
+#include "firmware/companion/files/text/key_file.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/core/sha256.h"
 #include "firmware/mpc/table_file.h"
@@ -74,8 +74,8 @@ void flight(std::string_view bytes) {
 
 void course(std::string_view bytes) {
   static const auto laid = std::make_unique<ref::Trajectory<double>>();
-  const auto pieces = companion::lay_course(bytes, ref::Waypoint<double>{}, *laid, kName);
-  companion::expect_flyable(*laid, pieces, {}, companion::CourseLimits{}, kName);
+  const auto pieces = companion::parse_course(bytes, ref::Waypoint<double>{}, *laid, kName);
+  companion::validate_course(*laid, pieces, {}, companion::CourseLimits{}, kName);
 }
 
 void excitation(std::string_view bytes) {

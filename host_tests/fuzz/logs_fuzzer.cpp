@@ -56,7 +56,7 @@ void ask_everything(const logs::RawLog& log) {
   static_cast<void>(log.notes());
   static_cast<void>(logs::propose(log));
   const std::vector<std::string> names = log.names();
-  if (names.size() > logs::RawLog::kMostNames) {
+  if (names.size() > logs::RawLog::kMaxNames) {
     std::abort();
   }
   for (std::size_t k = 0; k < std::min<std::size_t>(names.size(), 8); ++k) {

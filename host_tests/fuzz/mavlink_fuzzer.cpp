@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "firmware/companion/room/mission_transfer.h"
+#include "firmware/companion/ground_station/mission_transfer.h"
 #include "host_tests/lab/bridge/plain_pose.h"
 #include "host_tests/lab/bridge/vrpn.h"
 #include "host_tests/property/mavlink/noise.h"
@@ -38,15 +38,15 @@ void ask(MissionTransfer& transfer, const FrameView& frame, m100::core::TimePoin
   m100::companion::Replies replies;
   const auto try_one = [&]<typename One>() {
     if (is<One>(frame)) {
-      transfer.hear(Request{decode<One>(frame), frame.from}, frame.sequence % 4 == 0, now, replies);
+      transfer.receive(Request{decode<One>(frame), frame.from}, frame.sequence % 4 == 0, now, replies);
     }
   };
   (try_one.template operator()<Message>(), ...);
   transfer.tick(now, replies);
   const auto is_sound = [](const MissionItemInt& item) {
-    return m100::companion::judge(item) == m100::companion::mission_result::kAccepted;
+    return m100::companion::validate(item) == m100::companion::mission_result::kAccepted;
   };
-  if (!std::ranges::all_of(transfer.items(), is_sound) || transfer.items().size() > MissionTransfer::kMostItems) {
+  if (!std::ranges::all_of(transfer.items(), is_sound) || transfer.items().size() > MissionTransfer::kMaxItems) {
     __builtin_trap();  // the list holds an item that cannot be flown
   }
 }

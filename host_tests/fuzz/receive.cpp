@@ -6,14 +6,14 @@
 #include <type_traits>
 
 #include "host_tests/property/protocol/reference_parser.h"
-#include "protocol/acks.h"
-#include "protocol/commands.h"
 #include "protocol/crc.h"
-#include "protocol/frame_encoder.h"
-#include "protocol/frame_parser.h"
-#include "protocol/pushes.h"
-#include "protocol/session.h"
-#include "protocol/telemetry.h"
+#include "protocol/dji/acks.h"
+#include "protocol/dji/commands.h"
+#include "protocol/dji/frame_encoder.h"
+#include "protocol/dji/frame_parser.h"
+#include "protocol/dji/pushes.h"
+#include "protocol/dji/session.h"
+#include "protocol/dji/telemetry.h"
 
 namespace m100::host_tests {
 namespace {

@@ -21,7 +21,7 @@ def base_of(root, wanted=None):
     return git(root, "rev-parse", "--verify", "--quiet", "HEAD~1").stdout.strip() or None
 
 
-MOST = 60  # files; of a larger change, only the last commit is checked by day, and all files at night
+MAX_FILES = 60  # files; of a larger change, only the last commit is checked by day, and all files at night
 
 
 def touched(root, base):
@@ -31,11 +31,11 @@ def touched(root, base):
 
 def files(root, endings, everything=False, base=None):
     """Tracked, hand-written files with one of the endings: all of them, or those that differ from the base in the
-    working tree. If these are more than MOST and no base was given, those of the last commit."""
+    working tree. If these are more than MAX_FILES and no base was given, those of the last commit."""
     since = None if everything else base_of(root, base)
     names = touched(root, since) if since else git(root, "ls-files").stdout.split()
     wanted = [name for name in names if name.endswith(endings) and "/generated/" not in name]
-    if since and not base and not os.environ.get("M100_BASE") and len(wanted) > MOST:
+    if since and not base and not os.environ.get("M100_BASE") and len(wanted) > MAX_FILES:
         print(f"{len(wanted)} files differ from {since[:8]}: checking only those of the last commit (the nightly run checks all)")
         wanted = [name for name in touched(root, "HEAD~1") if name.endswith(endings) and "/generated/" not in name]
     return sorted(wanted)

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "firmware/companion/files/key_file.h"
+#include "firmware/companion/files/text/key_file.h"
 #include "host_tests/lab/input_error.h"
 
 namespace m100::lab {

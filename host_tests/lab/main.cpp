@@ -87,7 +87,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see abo
   } catch (const CLI::Success& help) {
     return lab.exit(help);
   } catch (const CLI::RequiredError& wrong) {
-    const std::string lacks = m100::companion::what_lacks(lab, std::span(argv + 1, argv + argc), wrong);
+    const std::string lacks = m100::companion::missing_option_message(lab, std::span(argv + 1, argv + argc), wrong);
     std::cerr << "m100-lab: " << m100::lab::printable(m100::companion::without_keys(lacks)) << "\n";
     return m100::lab::kBadInput;
   } catch (const CLI::ParseError& wrong) {
@@ -97,7 +97,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see abo
     std::cerr << "m100-lab: " << m100::lab::printable(m100::companion::without_keys(wrong.what())) << "\n";
     return m100::lab::kBadInput;
   }
-  if (!m100::companion::said_everything()) {
+  if (!m100::companion::all_output_written()) {
     std::cerr << "m100-lab: standard output: cannot be written\n";
     return m100::lab::kBadInput;
   }

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "firmware/companion/files/mode.h"
-#include "firmware/companion/files/plain_number.h"
+#include "firmware/companion/files/text/plain_number.h"
 #include "firmware/mpc/law.h"
 #include "host_tests/lab/input_error.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "firmware/companion/files/printable.h"
+#include "firmware/companion/files/text/printable.h"
 
 namespace m100::lab {
 

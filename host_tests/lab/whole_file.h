@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "firmware/companion/files/regular_file.h"
+#include "firmware/companion/files/text/regular_file.h"
 #include "host_tests/lab/input_error.h"
 
 namespace m100::lab {
@@ -18,7 +18,7 @@ inline void require_regular(const std::string& file) {
 }
 
 /// All bytes of a regular file, see companion::read_regular(). @throws InputError
-inline std::string whole_file(const std::string& file, std::uintmax_t most = companion::kMostFileBytes) {
+inline std::string whole_file(const std::string& file, std::uintmax_t most = companion::kMaxFileBytes) {
   companion::FileContent content = companion::read_regular(file, most);
   if (!content.why_not.empty()) {
     throw InputError(file, 0, "", content.why_not);

@@ -8,7 +8,7 @@ import tempfile
 
 from measure.lab_figures import LAB, table
 from measure.marked import Figure
-from measure.place import Source
+from measure.workspace import Source
 
 WORLDS = "host_tests/lab/campaign/worlds"
 MATRIX = "host_tests/scenario/campaign/matrix.py"
@@ -34,9 +34,9 @@ def world_rows(report):
     return rows
 
 
-def drawn_worlds(place):
+def drawn_worlds(workspace):
     """Flights in worlds drawn at random (healthy, held out, storm): the summary line of each script."""
-    last = {name: place.run(sys.executable, pathlib.Path(place.root) / script, place.program(LAB), *options,
+    last = {name: workspace.run(sys.executable, pathlib.Path(workspace.root) / script, workspace.program(LAB), *options,
                             may_fail=True).strip().splitlines()[-1]
             for name, script, options in (("drawn.healthy", HEALTHY, ("--seed", "7001")),
                                           ("drawn.held_out", HELD_OUT, ("--seed", "41")),
@@ -44,14 +44,14 @@ def drawn_worlds(place):
     return {name: Figure(line) for name, line in last.items()}
 
 
-def campaigns(place):
+def campaigns(workspace):
     """The shipped worlds with ten seeds of each task, and the matrix with six."""
     with tempfile.TemporaryDirectory() as folder:
         shipped, matrix = pathlib.Path(folder) / "shipped.json", pathlib.Path(folder) / "matrix.json"
-        paths = sorted((pathlib.Path(place.root) / WORLDS).glob("*.toml"))
+        paths = sorted((pathlib.Path(workspace.root) / WORLDS).glob("*.toml"))
         # The answer "not all stayed" is a figure, too.
-        place.run(place.program(LAB), "campaign", *paths, "--json", shipped, may_fail=True)
-        printed = place.run(pathlib.Path(place.root) / MATRIX, place.program(LAB), "--record", matrix)
+        workspace.run(workspace.program(LAB), "campaign", *paths, "--json", shipped, may_fail=True)
+        printed = workspace.run(pathlib.Path(workspace.root) / MATRIX, workspace.program(LAB), "--record", matrix)
         worlds = json.loads(shipped.read_text())
     cells = [[cell.strip() for cell in line.split("|")] for line in printed.splitlines() if "|" in line]
     found = [line for line in printed.splitlines() if "|" not in line]
@@ -59,12 +59,12 @@ def campaigns(place):
             "campaign.latency": Figure("; ".join(found))}
 
 
-def changed_aircraft(place):
+def changed_aircraft(workspace):
     """Flights of aircraft that differ from the vehicle file."""
     # The answer "one swings" is a figure, too.
-    printed = place.run(pathlib.Path(place.root) / CHANGES, place.program(LAB), may_fail=True)
-    inside = place.run(pathlib.Path(place.root) / CHANGES, place.program(LAB), "--inside", "1000", may_fail=True)
-    everything = place.run(pathlib.Path(place.root) / CHANGES, place.program(LAB), "--drawn", "0:500")
+    printed = workspace.run(pathlib.Path(workspace.root) / CHANGES, workspace.program(LAB), may_fail=True)
+    inside = workspace.run(pathlib.Path(workspace.root) / CHANGES, workspace.program(LAB), "--inside", "1000", may_fail=True)
+    everything = workspace.run(pathlib.Path(workspace.root) / CHANGES, workspace.program(LAB), "--drawn", "0:500")
     _, flights, left, swing, noticed, _ = (cell.strip() for cell in everything.splitlines()[-1].split("|"))
     return {"changes.drawn": Figure(f"{swing} of {flights} flights swing, and {noticed} of these are noticed in flight; "
                                     f"{left} did not stay"),

@@ -7,7 +7,7 @@ import re
 
 from measure.lab_figures import table
 from measure.marked import Figure
-from measure.place import NotMeasuredHere, Source
+from measure.workspace import NotMeasuredHere, Source
 
 SPREAD = 0.02
 PARTS = {"axis": "observer, one horizontal axis: prediction; updates with tilt, rate and a pose 20 ms old",
@@ -18,9 +18,9 @@ PARTS = {"axis": "observer, one horizontal axis: prediction; updates with tilt, 
 SCALARS = {"double": "double", "float": "float", "fixed": "fixed point"}
 
 
-def needs_callgrind(place):
-    place.tool("valgrind")
-    if not place.has_avx2:
+def needs_callgrind(workspace):
+    workspace.tool("valgrind")
+    if not workspace.has_avx2:
         raise NotMeasuredHere("this processor has no AVX2, which the published counts need")
 
 
@@ -28,10 +28,10 @@ def spaced(number):
     return f"{int(number):,}".replace(",", " ")
 
 
-def parts_of_a_tick(place):
-    needs_callgrind(place)
-    program = place.program("host_tests/property/tick_cost", ("host-release",))
-    printed = place.run("host_tests/benchmark/tick_parts.sh", program)
+def parts_of_a_tick(workspace):
+    needs_callgrind(workspace)
+    program = workspace.program("host_tests/property/tick_cost", ("host-release",))
+    printed = workspace.run("host_tests/benchmark/tick_parts.sh", program)
     counts = {(part, scalar): f"{spaced(median)} / {spaced(worst)}" for part, scalar, median, worst in
               re.findall(r"^(\w+) (\w+)\s+\d+ ticks\s+median\s+(\d+)\s+worst\s+(\d+)", printed, re.MULTILINE)}
     rows = [["part (argument of `tick_cost`)"] + list(SCALARS.values())]
@@ -43,18 +43,18 @@ def parts_of_a_tick(place):
 PATH = re.compile(r"^(\w+)\s+(\d+) solves\s+median\s+(\d+)\s+p99\s+(\d+)\s+worst\s+(\d+)", re.MULTILINE)
 
 
-def solves(place):
+def solves(workspace):
     """Solves of the MPC with 256-bit registers, and on a machine with SSE2 only."""
-    needs_callgrind(place)
-    wide = place.program("host_tests/benchmark/mpc_instructions", ("host-release",))
-    plain = place.program("host_tests/benchmark/mpc_instructions_plain", ("host-release",))
+    needs_callgrind(workspace)
+    wide = workspace.program("host_tests/benchmark/mpc_instructions", ("host-release",))
+    plain = workspace.program("host_tests/benchmark/mpc_instructions_plain", ("host-release",))
     rows = [["mode", "path", "solves", "median", "99th percentile", "worst"]]
     beside = [["mode", "path", "median", "99th percentile", "worst", "ratio to AVX2"]]
     for mode, scalar in (("flight", "double"), ("flight", "float")):
         few = {path: numbers for path, *numbers in PATH.findall(
-            place.run("host_tests/benchmark/mpc_instructions.sh", wide, mode, scalar))}
+            workspace.run("host_tests/benchmark/mpc_instructions.sh", wide, mode, scalar))}
         many = {path: numbers for path, *numbers in PATH.findall(
-            place.run("host_tests/benchmark/mpc_instructions.sh", plain, mode, scalar))}
+            workspace.run("host_tests/benchmark/mpc_instructions.sh", plain, mode, scalar))}
         for path in sorted(few):
             head = [f"`{mode} {scalar}`", path.replace("_", " ")]
             rows.append(head + [spaced(number) for number in few[path]])
@@ -70,10 +70,10 @@ STREAMS = {"clean_142_byte_frames": "telemetry, 142-byte frames back to back", "
            "frames_behind_false_headers": "good frames, each after such a header"}
 
 
-def streams(place):
-    place.tool("valgrind")
-    program = place.program("host_tests/benchmark/benchmark_protocol", ("host-release",))
-    printed = place.run("host_tests/benchmark/instructions.sh", program, may_fail=True)
+def streams(workspace):
+    workspace.tool("valgrind")
+    program = workspace.program("host_tests/benchmark/benchmark_protocol", ("host-release",))
+    printed = workspace.run("host_tests/benchmark/instructions.sh", program, may_fail=True)
     counts = re.findall(r"^(\w+)\s+([\d.]+) instructions per byte", printed, re.MULTILINE)
     clean = float(counts[0][1])
     rows = [["stream", "instructions per byte", "ratio to clean telemetry"]]

@@ -5,7 +5,7 @@ import pathlib
 import tempfile
 
 from measure.lab_figures import LAB, table
-from measure.place import Source
+from measure.workspace import Source
 
 TEST = "host_tests/lab/evening/evening_test.py"
 M100 = "firmware/companion/m100"
@@ -37,9 +37,9 @@ def errors(evenings):
         for words, before, after, times in ROWS]
 
 
-def whole_evenings(place):
+def whole_evenings(workspace):
     with tempfile.TemporaryDirectory() as folder:
-        place.run("python3", TEST, place.program(M100), place.program(LAB), "--whole", folder)
+        workspace.run("python3", TEST, workspace.program(M100), workspace.program(LAB), "--whole", folder)
         return {"evening.errors": table(*errors(pathlib.Path(folder) / "evenings"))}
 
 

@@ -7,7 +7,7 @@ import tempfile
 
 from measure.lab_figures import LAB, MEASURED, table
 from measure.marked import Figure
-from measure.place import Source
+from measure.workspace import Source
 
 STRANGERS = ("--strangers", "--logs", 2, "--seed", 8101)
 KIND = re.compile(r"^(?P<kind>\S.*?) +" + " +".join(rf"(?P<n{k}>\d+)" for k in range(8)) + r" +[\d.]+$")
@@ -17,9 +17,9 @@ SIZES = {"transport_delay": 0.10, "dead_zone": 20, "gain_asymmetry": 1.25, "trim
          "backlash": 18, "gain_drift": 0.28, "cross_axis": 0.17}
 
 
-def strangers(place):
+def strangers(workspace):
     """Logs of unknown vehicles: the answers of identify for each kind, and the shares that have a limit."""
-    printed = place.run(place.program("host_tests/property/identify_adversary", ("host-release",)), *STRANGERS,
+    printed = workspace.run(workspace.program("host_tests/property/identify_adversarial_logs", ("host-release",)), *STRANGERS,
                         may_fail=True)
     rows = [["kind (simulated)", "logs", "right", "undecided", "wrong name", "clean bill", "of these, not visible in the log",
              "healthy refused", "error"]]
@@ -35,34 +35,34 @@ def strangers(place):
     return {"identify.strangers": table(*rows), "identify.strangers_shares": Figure("; ".join(said))}
 
 
-def untouched(place, axis):
+def untouched(workspace, axis):
     """-> the answer of identify for an unchanged measured flight"""
     with tempfile.TemporaryDirectory() as folder:
         answer = pathlib.Path(folder) / "answer.json"
         _, log, ranges = MEASURED[axis]
-        place.run(place.program(LAB), "identify", "--log", place.measured_log(log), "--columns", MAP, "--axis", axis,
+        workspace.run(workspace.program(LAB), "identify", "--log", workspace.measured_log(log), "--columns", MAP, "--axis", axis,
                   "--declare", "first_order", *ranges, "--json", answer)
         return json.loads(answer.read_text())
 
 
-def with_effect(place, axis, structure, effect, size):
+def with_effect(workspace, axis, structure, effect, size):
     """-> the answer of identify for the flight with the effect added; all its other effects are declared"""
     with tempfile.TemporaryDirectory() as folder:
         log, columns, answer = (pathlib.Path(folder) / name for name in ("log.csv", "map.toml", "answer.json"))
         _, flight, ranges = MEASURED[axis]
         declared = ("--axis", axis, "--declare", ",".join(structure))
-        place.run(place.program(LAB), "inject", "--log", place.measured_log(flight), "--columns", MAP, *declared,
+        workspace.run(workspace.program(LAB), "inject", "--log", workspace.measured_log(flight), "--columns", MAP, *declared,
                   "--train", ranges[1], "--effect", f"{effect}={size}", "--out", log, "--map", columns)
-        place.run(place.program(LAB), "identify", "--log", log, "--columns", columns, *declared, *ranges, "--json", answer)
+        workspace.run(workspace.program(LAB), "identify", "--log", log, "--columns", columns, *declared, *ranges, "--json", answer)
         return json.loads(answer.read_text())
 
 
-def by_itself(place, axis, structure, effect, parameter):
+def by_itself(workspace, axis, structure, effect, parameter):
     """-> the size of the effect in the unchanged flight, fitted together with all its other effects"""
     with tempfile.TemporaryDirectory() as folder:
         answer = pathlib.Path(folder) / "answer.json"
         _, log, ranges = MEASURED[axis]
-        place.run(place.program(LAB), "identify", "--log", place.measured_log(log), "--columns", MAP, "--axis", axis,
+        workspace.run(workspace.program(LAB), "identify", "--log", workspace.measured_log(log), "--columns", MAP, "--axis", axis,
                   "--declare", ",".join([*structure, effect]), *ranges, "--refits", 0, "--json", answer)
         return json.loads(answer.read_text())["declared"]["parameters"][parameter]
 
@@ -78,24 +78,24 @@ def names_it(found, effect):
     return effect in named or any(name in group for group in alike for name in named)
 
 
-def injected(place):
+def injected(workspace):
     """Adds each effect that a measured flight does not have, at medium size."""
     rows = [["flight", "effect", "added", "added and the flight's own", "named", "identified, 95 % interval", "verdict"]]
     right, inside, inside_with_own, numbers = 0, 0, 0, 0
     for axis in MEASURED:
-        structure = untouched(place, axis)["final"]["structure"]
+        structure = untouched(workspace, axis)["final"]["structure"]
         for effect, size in SIZES.items():
             taken = effect in structure or (effect == "transport_delay" and "lead_zero" in structure)
             if taken or (effect == "cross_axis" and axis == "climb"):
                 continue
-            found = with_effect(place, axis, structure, effect, size)
+            found = with_effect(workspace, axis, structure, effect, size)
             named = [one["name"] for one in found["effects"]]
             right += names_it(found, effect)
             interval, with_own = "", ""
             for one in found["effects"]:
                 if one["name"] == effect:
                     parameter, number = next(iter(one["parameters"].items()))
-                    whole = together(effect, size, by_itself(place, axis, structure, effect, parameter))
+                    whole = together(effect, size, by_itself(workspace, axis, structure, effect, parameter))
                     numbers += 1
                     inside += number["low"] <= size <= number["high"]
                     inside_with_own += number["low"] <= whole <= number["high"]
@@ -108,9 +108,9 @@ def injected(place):
     return {"identify.injected": table(*rows), "identify.injected_shares": Figure(shares)}
 
 
-def hour(place):
+def hour(workspace):
     """Cost of an hour's log of one axis: memory, and processor time per minute relative to a log of four minutes."""
-    printed = place.run(place.program("host_tests/lab/hidden/identify_scaling", ("host-release",)), "--minutes", "4,60")
+    printed = workspace.run(workspace.program("host_tests/lab/hidden/identify_scaling", ("host-release",)), "--minutes", "4,60")
     rows = [[float(word) for word in line.split()[:4]] for line in printed.splitlines()[1:]]
     short, long = rows[0], rows[-1]
     return {"identify.hour": Figure(f"{long[3]:.0f} MB, and {long[2] / short[2]:.1f} times the processor time per minute "

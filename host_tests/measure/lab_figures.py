@@ -6,7 +6,7 @@ import re
 import tempfile
 
 from measure.marked import Figure
-from measure.place import Source
+from measure.workspace import Source
 
 LAB = "host_tests/lab/m100-lab"
 VEHICLE = "firmware/mpc/generated/vehicle.toml"
@@ -19,11 +19,11 @@ def table(*rows):
     return Figure("\n".join([lines[0], "|" + "---|" * len(rows[0])] + lines[1:]))
 
 
-def asked(place, *words):
+def asked(workspace, *words):
     """-> (what m100-lab prints, its JSON)"""
     with tempfile.TemporaryDirectory() as folder:
         answer = pathlib.Path(folder) / "answer.json"
-        printed = place.run(place.program(LAB), *words, "--json", answer)
+        printed = workspace.run(workspace.program(LAB), *words, "--json", answer)
         return printed, json.loads(answer.read_text())
 
 
@@ -32,12 +32,12 @@ MEASURED = {"roll": ("rad", "pitch_roll.csv", ("--train", "12:38", "--validate",
             "climb": ("m/s", "height.csv", ("--train", "4.5:38", "--validate", "38:64.5"))}
 
 
-def measured_flights(place):
+def measured_flights(workspace):
     """Roll, pitch and climb of the published flights with first order declared: errors on the validation part."""
     rows = [["axis", "declared first order", "with the identified effects", "identified effects", "1 s ahead, declared", "1 s ahead, identified"]]
     zones = []
     for axis, (unit, log, ranges) in MEASURED.items():
-        _, found = asked(place, "identify", "--log", place.measured_log(log), "--columns",
+        _, found = asked(workspace, "identify", "--log", workspace.measured_log(log), "--columns",
                          "host_tests/lab/columns/m100_csv.toml", "--axis", axis, "--declare", "first_order", *ranges)
         declared, final = found["declared"], found["final"]
         names = ", ".join(effect["name"].replace("_", " ") for effect in found["effects"])
@@ -50,9 +50,9 @@ def measured_flights(place):
     return {"identify.measured": table(*rows), "identify.dead_zones": Figure(", ".join(zones))}
 
 
-def gain_tables(place):
+def gain_tables(workspace):
     """Margins and the set-point law of the generated vehicle."""
-    printed, answer = asked(place, "gains", "--vehicle", VEHICLE)
+    printed, answer = asked(workspace, "gains", "--vehicle", VEHICLE)
     rows = [["age of the pose", "peak sensitivity, x / y", "gain margin", "phase margin [deg]", "delay margin [ms]",
              "crossover [rad/s]"]]
     for key in sorted((key for key in answer if key.startswith("margins")), key=lambda key: (len(key), key)):
@@ -69,10 +69,10 @@ def gain_tables(place):
     return {"mpc.margins": table(*rows), "mpc.setpoint_law": table(*pieces)}
 
 
-def papers_numbers(place):
+def papers_numbers(workspace):
     """The paper's scales and climb dynamics from its files: with its authors' method, and with aligned sticks."""
-    _, answer = asked(place, "paper", "--pitch-roll", place.measured_log("ExperimentPitchRoll.mat"),
-                      "--height", place.measured_log("ExperimentHeight.mat"))
+    _, answer = asked(workspace, "paper", "--pitch-roll", workspace.measured_log("ExperimentPitchRoll.mat"),
+                      "--height", workspace.measured_log("ExperimentHeight.mat"))
     rows = [["quantity", "paper", "reproduced", "aligned by the message counters"]]
     for line in answer["lines"]:
         numbers = [line[column] for column in ("paper", "reproduced", "aligned")]
@@ -85,9 +85,9 @@ SMALL_BOX = ["--setpoint-box"] + ["0.01"] * 6  # the explicit law is not needed
 STRUCTURES = (("its own structure", "as the vehicle file, with lead zeros"), (RIVAL, "without a zero"))
 
 
-def as_flown(place):
+def as_flown(workspace):
     """Margins of the default controller as flown: with command hold, observer and prediction."""
-    _, answer = asked(place, "gains", "--vehicle", VEHICLE, "--rival", RIVAL, *SMALL_BOX)
+    _, answer = asked(workspace, "gains", "--vehicle", VEHICLE, "--rival", RIVAL, *SMALL_BOX)
     rows = [["aircraft", "channel", "x: peak sensitivity", "x: delay margin [ms]", "y: peak sensitivity", "y: delay margin [ms]"]]
     for structure, name in STRUCTURES:
         for channel, words in (("virtual_rc", "Virtual RC, 25 Hz"), ("movement", "movement, 50 Hz")):
@@ -97,12 +97,12 @@ def as_flown(place):
     return {"mpc.as_flown": table(*rows)}
 
 
-def corners(place):
+def corners(workspace):
     """Margins at the corners of gain and frequency, for both modes on Virtual RC and both possible structures."""
     rows = [["mode", "aircraft", "axis", "nominal: peak sensitivity", "delay margin [ms]", "worst corner: peak sensitivity",
              "delay margin [ms]", "limits 1.6 and 60 ms"]]
     for mode in ("field", "calm_room"):
-        _, answer = asked(place, "gains", "--vehicle", VEHICLE, "--rival", RIVAL, "--corners", "--mode", mode, *SMALL_BOX)
+        _, answer = asked(workspace, "gains", "--vehicle", VEHICLE, "--rival", RIVAL, "--corners", "--mode", mode, *SMALL_BOX)
         for structure, name in STRUCTURES:
             for axis in ("x", "y"):
                 flown = answer["flown"][structure][axis]
@@ -117,9 +117,9 @@ def thousandths(value, digits=3):
     return f"{value:.{digits}f}"
 
 
-def papers_tasks(place):
+def papers_tasks(workspace):
     """The paper's tasks in simulated flight, over 20 seeds."""
-    _, answer = asked(place, "experiments", "--seeds", "20")
+    _, answer = asked(workspace, "experiments", "--seeds", "20")
     rows = [["task", "pose [m]", "x [m]", "y [m]", "z [m]", "yaw [deg]"]]
     more = [["task", "pose [m]", "tilt [deg]", "command rate [deg/s]", "largest tilt [deg]",
              "share of the time-optimal response"]]
@@ -137,9 +137,9 @@ def papers_tasks(place):
             "flight.cells_above_paper": Figure(f"{above} cells" if above != 1 else "1 cell")}
 
 
-def command_rates(place):
+def command_rates(workspace):
     """Tracking error at each command rate, over three seeds."""
-    _, answer = asked(place, "experiments", "--rates", "--seeds", "3")
+    _, answer = asked(workspace, "experiments", "--rates", "--seeds", "3")
     tasks = [(task, air) for task, airs in answer[0]["tasks"].items() if isinstance(airs, dict) for air in airs]
     rows = [["channel and rate"] + [f"{task}, {air}" for task, air in tasks]]
     for cost in answer:
@@ -149,9 +149,9 @@ def command_rates(place):
     return {"flight.rates": table(*rows)}
 
 
-def far_tasks(place):
+def far_tasks(workspace):
     """Both control laws in tasks where the limits are active, over 20 seeds."""
-    _, answer = asked(place, "experiments", "--tasks", "far", "--seeds", "20")
+    _, answer = asked(workspace, "experiments", "--tasks", "far", "--seeds", "20")
     rows = [["task", "overshoot, MPC [m]", "overshoot, LQR [m]", "integral of the error, MPC [m s]",
              "integral of the error, LQR [m s]"]]
     for task in answer["tasks"]:
@@ -162,9 +162,9 @@ def far_tasks(place):
     return {"flight.far": table(*rows)}
 
 
-def both_modes(place):
+def both_modes(workspace):
     """The paper's tasks in both modes, over five seeds."""
-    modes = {mode: asked(place, "experiments", "--seeds", "5", "--mode", mode)[1] for mode in ("field", "calm_room")}
+    modes = {mode: asked(workspace, "experiments", "--seeds", "5", "--mode", mode)[1] for mode in ("field", "calm_room")}
     rows = [["task", "field: pose [m]", "command [deg/s]", "calm room: pose [m]", "command [deg/s]", "the paper's pose [m]"]]
     for task, air in ROOT_TASKS:
         cells = [modes[mode][task][air] for mode in modes]
@@ -175,9 +175,9 @@ def both_modes(place):
     return {"flight.modes": table(*rows)}
 
 
-def motion_curve(place):
+def motion_curve(workspace):
     """Tracking error against the motion of the commands, over five seeds."""
-    _, answer = asked(place, "experiments", "--motion", "--seeds", "5")
+    _, answer = asked(workspace, "experiments", "--motion", "--seeds", "5")
     rows = [["input weight", "hover: command [deg/s]", "pose [m]", "square: command [deg/s]", "pose [m]"]]
     for point in answer:
         rows.append([f"{point['input_weight']:.3g}"] + [text for task in ("hover", "square") for text in (
@@ -185,13 +185,13 @@ def motion_curve(place):
     return {"flight.motion": table(*rows)}
 
 
-def hidden_effects(place):
+def hidden_effects(workspace):
     """The confusion matrix, as shares: one list of 620 logs, and two held-out lists of 320."""
-    program, scores = place.program("host_tests/lab/hidden/hidden_effects", ("host-release",)), {}
+    program, scores = workspace.program("host_tests/lab/hidden/hidden_effects", ("host-release",)), {}
     for seed, logs in (("20261121", 620), ("90210", 320), ("55", 320)):
         with tempfile.TemporaryDirectory() as folder:
             answer = pathlib.Path(folder) / "answer.json"
-            place.run(program, "--logs", logs, "--seed", seed, "--json", answer)
+            workspace.run(program, "--logs", logs, "--seed", seed, "--json", answer)
             scores[seed] = json.loads(answer.read_text())["scores"]
     rows = [["", "right", "share", "goal", "right, seeds 90210 and 55 (320 logs each)"]]
     for first, second, third in zip(*scores.values()):
@@ -202,12 +202,12 @@ def hidden_effects(place):
     return {"hidden.shares": table(*rows)}
 
 
-def coverage(place):
+def coverage(workspace):
     """How often the 95 % intervals contain the true value, over simulated logs of ten blocks."""
-    program = place.program("host_tests/property/identify_coverage", ("host-release",))
+    program = workspace.program("host_tests/property/identify_coverage", ("host-release",))
     with tempfile.TemporaryDirectory() as folder:
         answer = pathlib.Path(folder) / "answer.json"
-        place.run(program, "--logs", 500, "--seed", 20261122, "--json", answer)
+        workspace.run(program, "--logs", 500, "--seed", 20261122, "--json", answer)
         found = json.loads(answer.read_text())
     rows = [["parameter", "logs", "covered", "mean half width"]]
     rows += [[row["parameter"].replace("_", " "), str(row["logs"]), f"{row['covered_percent']:.1f} %",

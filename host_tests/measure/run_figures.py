@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Durations of the last runs of the project's two commands, which they write into the build folder."""
 from measure.marked import Figure
-from measure.place import NotMeasuredHere, Source
+from measure.workspace import NotMeasuredHere, Source
 
 
 def minutes_of(command):
-    def measured(place):
-        note = place.root / "build" / f"{command}_seconds"
+    def measured(workspace):
+        note = workspace.root / "build" / f"{command}_seconds"
         if not note.is_file():
             raise NotMeasuredHere(f"host_tests/{command} has not run to its end here")
         seconds, cores = note.read_text().split()

@@ -4,11 +4,11 @@ import importlib
 import pathlib
 
 from measure import promises, tests_record
-from measure.place import Source
+from measure.workspace import Source
 
 
 def all_sources(root):
-    out = [Source(("promise.",), lambda place: promises.figures(place.root))] + tests_record.sources(root)
+    out = [Source(("promise.",), lambda workspace: promises.figures(workspace.root))] + tests_record.sources(root)
     for file in sorted(pathlib.Path(__file__).parent.glob("*_figures.py")):
         out += importlib.import_module(f"measure.{file.stem}").SOURCES
     return out

@@ -11,7 +11,7 @@ import tempfile
 
 from measure import recorded
 from measure.marked import Figure
-from measure.place import NotMeasuredHere, Source
+from measure.workspace import NotMeasuredHere, Source
 
 OUTPUT = re.compile(r" -o (?P<folder>\S*)/CMakeFiles/(?P<program>[\w.-]+)\.dir/\S*\.o ")
 
@@ -48,14 +48,14 @@ def programs_of(root):
     return out
 
 
-def measure(place, program, calls):
+def measure(workspace, program, calls):
     """Runs the tests of the calls; a test that is skipped measures nothing."""
-    file = place.program(program)
+    file = workspace.program(program)
     names = ":".join(sorted({recorded.gtest_filter(call.suite, call.test) for call in calls}))
     out = {}
     with tempfile.TemporaryDirectory() as folder:
         report = pathlib.Path(folder) / "report.json"
-        place.run(file, f"--gtest_filter={names}", f"--gtest_output=json:{report}")
+        workspace.run(file, f"--gtest_filter={names}", f"--gtest_output=json:{report}")
         for suite in json.loads(report.read_text())["testsuites"]:
             for test in [suite] + suite["testsuite"]:
                 out.update({key.removeprefix("figure."): Figure(value) for key, value in test.items()
@@ -76,6 +76,6 @@ def sources(root):
     for file, calls in recording_tests(root).items():
         prefixes = tuple(sorted({call.key.removeprefix("figure.") for call in calls}))
         for program in programs.get(file, [f"the program of {file.name}"]):
-            out.append(Source(prefixes, lambda place, program=program, calls=calls: measure(place, program, calls),
+            out.append(Source(prefixes, lambda workspace, program=program, calls=calls: measure(workspace, program, calls),
                               quick=not is_long(program)))
     return out

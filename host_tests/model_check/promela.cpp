@@ -11,20 +11,20 @@
 #include <utility>
 
 #include "firmware/safety/authority_table.h"
-#include "firmware/safety/ladder.h"
+#include "firmware/safety/failsafe.h"
 #include "firmware/safety/limits.h"
 
 namespace {
 
 using namespace m100::safety;
 
-auto ladder = kLadder;  // copies, which a planted row changes
+auto ladder = kFailsafeTransitions;  // copies, which a planted row changes
 auto authority = kAuthorityTable;
 
 /// The first row of the authority table that satisfies the predicate; the planted defects change it.
 template <typename Is>
-AuthorityRow& authority_row(const Is& is) {
-  for (AuthorityRow& row : authority) {
+AuthorityTransition& authority_row(const Is& is) {
+  for (AuthorityTransition& row : authority) {
     if (is(row)) {
       return row;
     }
@@ -32,8 +32,8 @@ AuthorityRow& authority_row(const Is& is) {
   std::cerr << "A planted row is no longer in the table.\n";
   std::exit(2);
 }
-LadderRow& ladder_row(Rung from, Cause why) {
-  for (LadderRow& row : ladder) {
+FailsafeTransition& failsafe_transition(FailsafeState from, FailsafeReason why) {
+  for (FailsafeTransition& row : ladder) {
     if (row.from == from && row.why == why) {
       return row;
     }
@@ -41,8 +41,8 @@ LadderRow& ladder_row(Rung from, Cause why) {
   std::cerr << "A planted row is no longer in the table.\n";
   std::exit(2);
 }
-AuthorityRow& row_because(Reason reason) {
-  return authority_row([reason](const AuthorityRow& row) { return row.reason == reason; });
+AuthorityTransition& row_because(AuthorityReason reason) {
+  return authority_row([reason](const AuthorityTransition& row) { return row.reason == reason; });
 }
 
 struct Plant {
@@ -52,53 +52,64 @@ struct Plant {
 constexpr std::array kPlants{
     Plant{"request_too_soon",
           [] {
-            authority_row([](const AuthorityRow& row) {
-              return row.from.has(Stage::kSpacing) && row.with == AuthoritySign::kSpaced;
-            }).with = AuthoritySign::kNone;
+            authority_row([](const AuthorityTransition& row) {
+              return row.from.has(AuthorityStage::kSpacing) && row.with == AuthorityCondition::kRequestSpaced;
+            }).with = AuthorityCondition::kNone;
           }},
     Plant{"ask_too_soon",
           [] {
-            authority_row([](const AuthorityRow& row) {
-              return row.from.has(Stage::kReady) && row.action == Action::kRequestControl;
-            }).with = AuthoritySign::kAsked;
+            authority_row([](const AuthorityTransition& row) {
+              return row.from.has(AuthorityStage::kReady) && row.action == AuthorityAction::kRequestControl;
+            }).with = AuthorityCondition::kControlRequested;
           }},
     Plant{"mode_switch_unseen_in_control",
           [] {
-            row_because(Reason::kLeftModeF).from = kAcquiring;
-            ladder_row(Rung::kNominal, Cause::kControlGone).from = Rung::kSilent;
+            row_because(AuthorityReason::kLeftModeF).from = kAcquiring;
+            failsafe_transition(FailsafeState::kNominal, FailsafeReason::kControlGone).from = FailsafeState::kSilent;
           }},
     Plant{"mode_switch_unseen_in_a_task",
           [] {
-            row_because(Reason::kLeftModeF).from = kAcquiring;
-            ladder_row(Rung::kLevel, Cause::kControlGone).excludes = LadderSign::kCommandable | LadderSign::kTaskFlies;
+            row_because(AuthorityReason::kLeftModeF).from = kAcquiring;
+            failsafe_transition(FailsafeState::kLevel, FailsafeReason::kControlGone).excludes =
+                FailsafeCondition::kCommandable | FailsafeCondition::kTaskFlies;
           }},
-    Plant{"virtual_rc_end_unseen", [] { row_because(Reason::kVirtualRcEnded).from = StageSet{}; }},
+    Plant{"virtual_rc_end_unseen", [] { row_because(AuthorityReason::kVirtualRcEnded).from = StageSet{}; }},
     Plant{"silence_unseen_in_control",
           [] {
-            row_because(Reason::kLinkSilent).from = kAcquiring;
-            authority_row([](const AuthorityRow& row) { return row.without == AuthoritySign::kItemsFresh; }).from =
-                kAcquiring;
-            ladder_row(Rung::kNominal, Cause::kTelemetrySilent).to = Rung::kNominal;
-            ladder_row(Rung::kCoast, Cause::kTelemetrySilent).to = Rung::kCoast;
+            row_because(AuthorityReason::kLinkSilent).from = kAcquiring;
+            authority_row([](const AuthorityTransition& row) {
+              return row.without == AuthorityCondition::kItemsFresh;
+            }).from = kAcquiring;
+            failsafe_transition(FailsafeState::kNominal, FailsafeReason::kTelemetrySilent).to = FailsafeState::kNominal;
+            failsafe_transition(FailsafeState::kCoast, FailsafeReason::kTelemetrySilent).to = FailsafeState::kCoast;
           }},
     Plant{"release_wish_ignored",
           [] {
-            authority_row([](const AuthorityRow& row) { return row.with == AuthoritySign::kReleaseAsked; }).from =
-                kAcquiring;
+            authority_row([](const AuthorityTransition& row) {
+              return row.with == AuthorityCondition::kReleaseRequested;
+            }).from = kAcquiring;
           }},
-    Plant{"coast_never_ends", [] { ladder_row(Rung::kCoast, Cause::kCoastOver).to = Rung::kCoast; }},
-    Plant{"level_never_ends", [] { ladder_row(Rung::kLevel, Cause::kLevelOver).to = Rung::kLevel; }},
+    Plant{"coast_never_ends",
+          [] { failsafe_transition(FailsafeState::kCoast, FailsafeReason::kCoastOver).to = FailsafeState::kCoast; }},
+    Plant{"level_never_ends",
+          [] { failsafe_transition(FailsafeState::kLevel, FailsafeReason::kLevelOver).to = FailsafeState::kLevel; }},
     Plant{"order_keeps_a_levelled_flight",
-          [] { ladder_row(Rung::kLevel, Cause::kLevelOver).excludes = LadderSign::kOperatorEngages; }},
-    Plant{"release_never_ends", [] { ladder_row(Rung::kRelease, Cause::kNeutralOver).to = Rung::kRelease; }},
+          [] {
+            failsafe_transition(FailsafeState::kLevel, FailsafeReason::kLevelOver).excludes =
+                FailsafeCondition::kOperatorEngages;
+          }},
+    Plant{"release_never_ends",
+          [] {
+            failsafe_transition(FailsafeState::kRelease, FailsafeReason::kNeutralOver).to = FailsafeState::kRelease;
+          }},
     Plant{"silence_asks_by_itself",
           [] {
-            authority_row([](const AuthorityRow& row) {
-              return row.from.has(Stage::kSilent) && row.with == AuthoritySign::kAsked;
-            }).with = AuthoritySign::kHeard;
-            authority_row([](const AuthorityRow& row) {
-              return row.from.has(Stage::kReady) && row.action == Action::kRequestControl;
-            }).with = AuthoritySign::kSpaced;
+            authority_row([](const AuthorityTransition& row) {
+              return row.from.has(AuthorityStage::kSilent) && row.with == AuthorityCondition::kControlRequested;
+            }).with = AuthorityCondition::kLinkAlive;
+            authority_row([](const AuthorityTransition& row) {
+              return row.from.has(AuthorityStage::kReady) && row.action == AuthorityAction::kRequestControl;
+            }).with = AuthorityCondition::kRequestSpaced;
           }},
 };
 
@@ -108,69 +119,70 @@ void define(std::string_view name, Number number) {
 }
 
 void ladder_signs() {
-  constexpr std::array kLadderSigns{std::pair{"COMMANDABLE", LadderSign::kCommandable},
-                                    std::pair{"OPERATOR_RELEASES", LadderSign::kOperatorReleases},
-                                    std::pair{"TELEMETRY_DEAD", LadderSign::kTelemetryDead},
-                                    std::pair{"UNSOUND", LadderSign::kCommandUnsound},
-                                    std::pair{"ESTIMATE_LOST", LadderSign::kEstimateLost},
-                                    std::pair{"FRESH", LadderSign::kFresh},
-                                    std::pair{"RECOVERED", LadderSign::kRecovered},
-                                    std::pair{"COAST_OVER", LadderSign::kCoastOver},
-                                    std::pair{"LEVEL_OVER", LadderSign::kLevelOver},
-                                    std::pair{"NEUTRAL_OVER", LadderSign::kNeutralOver},
-                                    std::pair{"OPERATOR_ENGAGES", LadderSign::kOperatorEngages},
-                                    std::pair{"OUTSIDE", LadderSign::kOutside},
-                                    std::pair{"PLACE_LOST", LadderSign::kPlaceLost},
-                                    std::pair{"TASK_FLIES", LadderSign::kTaskFlies},
-                                    std::pair{"SWINGS_ON", LadderSign::kSwingsOn}};
-  for (const auto& [name, sign] : kLadderSigns) {
+  constexpr std::array kFailsafeConditions{std::pair{"COMMANDABLE", FailsafeCondition::kCommandable},
+                                           std::pair{"OPERATOR_RELEASES", FailsafeCondition::kOperatorReleases},
+                                           std::pair{"TELEMETRY_DEAD", FailsafeCondition::kTelemetryDead},
+                                           std::pair{"UNSOUND", FailsafeCondition::kCommandInvalid},
+                                           std::pair{"ESTIMATE_LOST", FailsafeCondition::kEstimateLost},
+                                           std::pair{"FRESH", FailsafeCondition::kFresh},
+                                           std::pair{"RECOVERED", FailsafeCondition::kRecovered},
+                                           std::pair{"COAST_OVER", FailsafeCondition::kCoastOver},
+                                           std::pair{"LEVEL_OVER", FailsafeCondition::kLevelOver},
+                                           std::pair{"NEUTRAL_OVER", FailsafeCondition::kNeutralOver},
+                                           std::pair{"OPERATOR_ENGAGES", FailsafeCondition::kOperatorEngages},
+                                           std::pair{"OUTSIDE", FailsafeCondition::kOutsideFence},
+                                           std::pair{"PLACE_LOST", FailsafeCondition::kAuthorityExceeded},
+                                           std::pair{"TASK_FLIES", FailsafeCondition::kTaskFlies},
+                                           std::pair{"SWINGS_ON", FailsafeCondition::kLimitCyclePersists}};
+  for (const auto& [name, sign] : kFailsafeConditions) {
     define("L_" + std::string(name), bits_of(sign));
   }
 }
 
 void constants() {
-  using enum AuthoritySign;
+  using enum AuthorityCondition;
   struct Named {
     std::string_view name;
-    AuthoritySign sign;
+    AuthorityCondition sign;
   };
-  constexpr std::array kSigns{Named{"ASKED", kAsked},
-                              Named{"RELEASE_ASKED", kReleaseAsked},
-                              Named{"HEARD", kHeard},
+  constexpr std::array kSigns{Named{"ASKED", kControlRequested},
+                              Named{"RELEASE_ASKED", kReleaseRequested},
+                              Named{"HEARD", kLinkAlive},
                               Named{"ITEMS_FRESH", kItemsFresh},
                               Named{"RESTARTED", kRestarted},
-                              Named{"LOST_PUSH", kLostPush},
+                              Named{"LOST_PUSH", kControlLostPush},
                               Named{"MODE_F", kModeF},
                               Named{"DEVICE_OURS", kDeviceOurs},
                               Named{"VIRTUAL_RC_ON", kVirtualRcOn},
                               Named{"NEEDS_VIRTUAL_RC", kNeedsVirtualRc},
                               Named{"DONE", kDone},
-                              Named{"AGAIN", kAgain},
+                              Named{"AGAIN", kSendAgain},
                               Named{"REFUSED", kRefused},
                               Named{"NO_ANSWER", kNoAnswer},
-                              Named{"SPACED", kSpaced},
+                              Named{"SPACED", kRequestSpaced},
                               Named{"TRIES_LEFT", kTriesLeft},
                               Named{"SWITCH_SPACED", kSwitchSpaced},
                               Named{"SWITCHES_LEFT", kSwitchesLeft},
                               Named{"TIME_OVER", kTimeOver},
-                              Named{"OWED", kOwed},
+                              Named{"OWED", kReleasePending},
                               Named{"OWN_STALL", kOwnStall},
                               Named{"PORT_BACK", kPortBack}};
   for (const Named& named : kSigns) {
     define("A_" + std::string(named.name), bits_of(named.sign));
   }
   for (std::size_t stage = 0; stage < kStageCount; ++stage) {
-    define("stage_" + std::string(name(static_cast<Stage>(stage))), stage);
+    define("stage_" + std::string(name(static_cast<AuthorityStage>(stage))), stage);
   }
-  for (const Rung rung : {Rung::kSilent, Rung::kNominal, Rung::kCoast, Rung::kLevel, Rung::kRelease}) {
-    define("rung_" + std::string(name(rung)), static_cast<int>(rung));
+  for (const FailsafeState failsafe_state : {FailsafeState::kSilent, FailsafeState::kNominal, FailsafeState::kCoast,
+                                             FailsafeState::kLevel, FailsafeState::kRelease}) {
+    define("rung_" + std::string(name(failsafe_state)), static_cast<int>(failsafe_state));
   }
   define("ACQUIRING_STAGES", kAcquiring.bits);
   define("HOLDING_STAGES", kHolding.bits);
-  define("ACT_NONE", static_cast<int>(Action::kNone));
-  define("ACT_REQUEST", static_cast<int>(Action::kRequestControl));
-  define("ACT_SWITCH_ON", static_cast<int>(Action::kSwitchVirtualRcOn));
-  define("ACT_RELEASE", static_cast<int>(Action::kReleaseControl));
+  define("ACT_NONE", static_cast<int>(AuthorityAction::kNone));
+  define("ACT_REQUEST", static_cast<int>(AuthorityAction::kRequestControl));
+  define("ACT_SWITCH_ON", static_cast<int>(AuthorityAction::kSwitchVirtualRcOn));
+  define("ACT_RELEASE", static_cast<int>(AuthorityAction::kReleaseControl));
   define("REQUESTS_PER_ACTION", static_cast<int>(kRequestsPerAction));
 }
 
@@ -191,9 +203,9 @@ void times() {
 void tables() {
   std::cout << "\ninline match_authority() {\n  row = 255;\n";
   for (std::size_t i = 0; i < authority.size(); ++i) {
-    const AuthorityRow& row = authority[i];
-    const bool ready = row.from.has(Stage::kReady) && row.to == Stage::kReady;
-    const bool port = all(row.with, AuthoritySign::kPortBack);
+    const AuthorityTransition& row = authority[i];
+    const bool ready = row.from.has(AuthorityStage::kReady) && row.to == AuthorityStage::kReady;
+    const bool port = all(row.with, AuthorityCondition::kPortBack);
     std::cout << "  if :: row == 255 && ((" << row.from.bits << " >> stage) & 1) && (signs & " << bits_of(row.with)
               << ") == " << bits_of(row.with) << " && !(signs & " << bits_of(row.without) << ") -> row = " << i
               << "; to = " << static_cast<int>(row.to) << "; action = " << static_cast<int>(row.action)
@@ -201,7 +213,7 @@ void tables() {
   }
   std::cout << "}\n\ninline match_ladder() {\n  row = 255; to = rung;\n";
   for (std::size_t i = 0; i < ladder.size(); ++i) {
-    const LadderRow& row = ladder[i];
+    const FailsafeTransition& row = ladder[i];
     std::cout << "  if :: row == 255 && rung == " << static_cast<int>(row.from) << " && (signs & " << bits_of(row.needs)
               << ") == " << bits_of(row.needs) << " && !(signs & " << bits_of(row.excludes) << ") -> row = " << i
               << "; to = " << static_cast<int>(row.to) << " :: else fi;\n";
@@ -210,7 +222,7 @@ void tables() {
 }
 
 void model() {
-  std::cout << "/* Written by promela.cpp from firmware/safety/ladder.h and authority_table.h. */\n";
+  std::cout << "/* Written by promela.cpp from firmware/safety/failsafe.h and authority_table.h. */\n";
   ladder_signs();
   constants();
   times();
@@ -249,11 +261,11 @@ int every_row() {
     }
   };
   for (std::size_t i = 0; i < authority.size(); ++i) {
-    AuthorityRow& row = authority.at(i);
+    AuthorityTransition& row = authority.at(i);
     look("authority", i, row.from, row.with, row.without, row.to, row.action);
   }
   for (std::size_t i = 0; i < ladder.size(); ++i) {
-    LadderRow& row = ladder.at(i);
+    FailsafeTransition& row = ladder.at(i);
     look("ladder", i, row.from, row.needs, row.excludes, row.to);
   }
   std::cout << authority.size() + ladder.size() << " rows, " << numbers << " numbers, " << unseen

@@ -22,7 +22,7 @@ TIMES, MORE_S = 10.0, 20.0
 # Real time, only for a test that waits for ever and takes no processor time; long enough for a busy machine.
 WAITS_S = 300
 # Programs other than the part's own do not judge a header if more than this many of their objects had to be compiled.
-MOST_OBJECTS = 4
+MAX_OBJECTS = 4
 NEAREST = 3  # number of test files that are built and run before the others
 
 

@@ -79,7 +79,7 @@ def verdict_on(machine, mutant, part_only):
         for program in programs:
             machine.make_ready(program)
             own, deep = machine.touched(program, mutant.file)
-            if not own + deep or (stage > 0 and len(own + deep) > bench.MOST_OBJECTS):
+            if not own + deep or (stage > 0 and len(own + deep) > bench.MAX_OBJECTS):
                 continue
             with Planted(machine.root, mutant):
                 said.append(by_program(machine, program, mutant.file))

@@ -18,8 +18,8 @@ using namespace m100;
 using hal::print;
 
 constexpr int kPrograms = 20000;
-constexpr std::size_t kMostChanges = 2 * mpc::kMaxChanges;  // two tries per solve
-constexpr std::int64_t kInstructionsPerCycle = 40;          // -icount shift=0: 1 ns per instruction, 40 ns per cycle
+constexpr std::size_t kMaxChangesSeen = 2 * mpc::kMaxChanges;  // two tries per solve
+constexpr std::int64_t kInstructionsPerCycle = 40;             // -icount shift=0: 1 ns per instruction, 40 ns per cycle
 
 hal::SysTickClock system_clock(hal::mps2::systick(), hal::mps2::kClock_hz, 10000);
 
@@ -27,7 +27,7 @@ struct Cost {
   std::uint32_t solves = 0;
   std::uint64_t worst_cycles = 0;
 };
-std::array<Cost, kMostChanges + 1> costs;
+std::array<Cost, kMaxChangesSeen + 1> costs;
 std::uint32_t clipped = 0;
 
 /// Uniform in [-size, size], from a fixed start.
@@ -66,7 +66,7 @@ void solve_some(mpc::HorizontalMpc<float>& law) {
     const std::uint64_t spent = system_clock.cycles() - before;
     clipped += solution.path == mpc::Path::kClipped ? 1U : 0U;
     if (solution.path == mpc::Path::kActiveSet) {
-      Cost& cost = costs[std::min<std::size_t>(solution.changes, kMostChanges)];
+      Cost& cost = costs[std::min<std::size_t>(solution.changes, kMaxChangesSeen)];
       ++cost.solves;
       cost.worst_cycles = std::max(cost.worst_cycles, spent);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Replays the recorded flight on the processor: arguments TAPE hash|cost|hostile|profile.
+// Replays the recorded flight on the processor: arguments RECORDING hash|cost|hostile|profile.
 //   hash     one SHA-256 for each scalar type (promise R6)
 //   cost     instructions of each tick of the float build without a log (promise R7): best, median, worst
 //   hostile  the same, with the hostile bytes of tape_player.h
@@ -11,7 +11,7 @@
 
 #include "hal/cortex_m/mps2.h"
 #include "hal/cortex_m/semihosting.h"
-#include "host_tests/target/tape_player.h"
+#include "host_tests/target/recording_player.h"
 
 namespace {
 
@@ -25,7 +25,7 @@ volatile bool in_tick = false;
 
 /// @returns the number of ticks replayed.
 template <typename T, typename S>
-std::size_t replay(golden::TapeFlight<T, S>& flight, std::string_view path, bool hostile = false) {
+std::size_t replay(golden::ReplayedFlight<T, S>& flight, std::string_view path, bool hostile = false) {
   return target::play(flight, path, hostile, [&flight](std::size_t tick) {
     in_tick = true;
     const std::uint64_t before = system_clock.cycles();
@@ -37,7 +37,7 @@ std::size_t replay(golden::TapeFlight<T, S>& flight, std::string_view path, bool
 
 template <typename T, typename S>
 bool print_hash(std::string_view name, std::string_view path) {
-  static golden::TapeFlight<T, S> flight;
+  static golden::ReplayedFlight<T, S> flight;
   const std::size_t ticks = replay(flight, path);
   const golden::HashText text = flight.finish();
   print(name);
@@ -49,7 +49,7 @@ bool print_hash(std::string_view name, std::string_view path) {
 }
 
 bool print_cost(std::string_view path, bool hostile) {
-  static golden::TapeFlight<float, float> flight(false, true);
+  static golden::ReplayedFlight<float, float> flight(false, true);
   const std::size_t ticks = std::min(replay(flight, path, hostile), cost_cycles.size());
   if (ticks == 0) {
     return false;
@@ -75,7 +75,7 @@ std::array<Sample, 65536> samples;
 std::size_t sample_count = 0;
 
 bool print_profile(std::string_view path) {
-  static golden::TapeFlight<float, float> flight(false, true);
+  static golden::ReplayedFlight<float, float> flight(false, true);
   constexpr std::uint32_t kSamplingCycles = 97;  // prime, so that the samples do not stay in phase with the tick
   hal::mps2::systick().reload = kSamplingCycles - 1;
   hal::mps2::systick().value = 0;
@@ -109,7 +109,7 @@ void on_system_timer(const std::uint32_t* frame) {
 
 int main() {
   system_clock.start();
-  // All arguments are views into the same buffer, so the name of the tape is fetched last.
+  // All arguments are views into the same buffer, so the name of the recording is fetched last.
   const std::string_view mode = hal::argument(2);
   const bool cost = mode == "cost";
   const bool hostile = mode == "hostile";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Prints the instructions of a tick by part (promise R7): arguments TAPE flight|hostile. For each part: the share of
-// the ticks in which it runs, the median of those, and the worst. The last part needs a log, which the image does not
-// have in flight, so it is measured in a separate run.
+// Prints the instructions of a tick by part (promise R7): arguments RECORDING flight|hostile. For each part: the share
+// of the ticks in which it runs, the median of those, and the worst. The last part needs a log, which the image does
+// not have in flight, so it is measured in a separate run.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -11,21 +11,21 @@
 #include "hal/cortex_m/mps2.h"
 #include "hal/cortex_m/semihosting.h"
 #include "host_tests/target/parts.h"
-#include "host_tests/target/tape_player.h"
+#include "host_tests/target/recording_player.h"
 
 namespace {
 
 using namespace m100;
 using hal::print;
 
-constexpr std::size_t kMostTicks = 20000;
+constexpr std::size_t kMaxTicks = 20000;
 constexpr std::int64_t kInstructionsPerCycle = 40;  // -icount shift=0: 1 ns per instruction, 40 ns per cycle
 
 hal::SysTickClock system_clock(hal::mps2::systick(), hal::mps2::kClock_hz, 10000);
-std::array<std::array<std::uint32_t, kMostTicks>, target::kParts> cycles;
+std::array<std::array<std::uint32_t, kMaxTicks>, target::kParts> cycles;
 
 std::size_t fly(bool logged, std::string_view path, bool hostile) {
-  using Flight = golden::TapeFlight<float, float>;
+  using Flight = golden::ReplayedFlight<float, float>;
   static Flight without_log(false, true);
   static Flight with_log(true, true);
   Flight& flight = logged ? with_log : without_log;
@@ -33,11 +33,11 @@ std::size_t fly(bool logged, std::string_view path, bool hostile) {
     target::begin_parts();
     flight.tick();
     const std::array<std::uint32_t, target::kParts>& parts = target::end_parts();
-    for (std::size_t part = 0; part < target::kParts && tick < kMostTicks; ++part) {
+    for (std::size_t part = 0; part < target::kParts && tick < kMaxTicks; ++part) {
       cycles[part][tick] = parts[part];
     }
   });
-  return std::min(ticks, kMostTicks);
+  return std::min(ticks, kMaxTicks);
 }
 
 void print_column(std::int64_t value) {
@@ -66,7 +66,7 @@ extern "C" void SysTick_Handler() { system_clock.on_period(); }
 
 int main() {
   system_clock.start();
-  // All arguments are views into the same buffer, so the name of the tape is fetched last.
+  // All arguments are views into the same buffer, so the name of the recording is fetched last.
   const bool hostile = hal::argument(2) == "hostile";
   const std::string_view path = hal::argument(1);
   const std::size_t ticks = fly(false, path, hostile);

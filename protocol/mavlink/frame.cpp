@@ -12,15 +12,15 @@ namespace {
 
 /// Messages of other systems that are not read here: because their checksums are known, their frames are skipped whole.
 constexpr std::array kOnlyPassedOver{
-    MessageInfo{.id = 1, .crc_extra = 124, .least_bytes = 31, .full_bytes = 43},    // SYS_STATUS
-    MessageInfo{.id = 2, .crc_extra = 137, .least_bytes = 12, .full_bytes = 12},    // SYSTEM_TIME
-    MessageInfo{.id = 4, .crc_extra = 237, .least_bytes = 14, .full_bytes = 14},    // PING
-    MessageInfo{.id = 30, .crc_extra = 39, .least_bytes = 28, .full_bytes = 28},    // ATTITUDE
-    MessageInfo{.id = 85, .crc_extra = 140, .least_bytes = 51, .full_bytes = 51},   // POSITION_TARGET_LOCAL_NED
-    MessageInfo{.id = 148, .crc_extra = 178, .least_bytes = 60, .full_bytes = 78},  // AUTOPILOT_VERSION
-    MessageInfo{.id = 241, .crc_extra = 90, .least_bytes = 32, .full_bytes = 32},   // VIBRATION
-    MessageInfo{.id = 245, .crc_extra = 130, .least_bytes = 2, .full_bytes = 2},    // EXTENDED_SYS_STATE
-    MessageInfo{.id = 256, .crc_extra = 71, .least_bytes = 42, .full_bytes = 42},   // SETUP_SIGNING
+    MessageInfo{.id = 1, .crc_extra = 124, .min_bytes = 31, .full_bytes = 43},    // SYS_STATUS
+    MessageInfo{.id = 2, .crc_extra = 137, .min_bytes = 12, .full_bytes = 12},    // SYSTEM_TIME
+    MessageInfo{.id = 4, .crc_extra = 237, .min_bytes = 14, .full_bytes = 14},    // PING
+    MessageInfo{.id = 30, .crc_extra = 39, .min_bytes = 28, .full_bytes = 28},    // ATTITUDE
+    MessageInfo{.id = 85, .crc_extra = 140, .min_bytes = 51, .full_bytes = 51},   // POSITION_TARGET_LOCAL_NED
+    MessageInfo{.id = 148, .crc_extra = 178, .min_bytes = 60, .full_bytes = 78},  // AUTOPILOT_VERSION
+    MessageInfo{.id = 241, .crc_extra = 90, .min_bytes = 32, .full_bytes = 32},   // VIBRATION
+    MessageInfo{.id = 245, .crc_extra = 130, .min_bytes = 2, .full_bytes = 2},    // EXTENDED_SYS_STATE
+    MessageInfo{.id = 256, .crc_extra = 71, .min_bytes = 42, .full_bytes = 42},   // SETUP_SIGNING
 };
 
 constexpr auto kKnown = [] {

@@ -22,8 +22,8 @@ inline constexpr std::size_t kHeader2Bytes = 10;
 inline constexpr std::size_t kHeader1Bytes = 6;
 inline constexpr std::size_t kCrcBytes = 2;
 inline constexpr std::size_t kSignatureBytes = 13;
-inline constexpr std::size_t kMostPayloadBytes = 255;
-inline constexpr std::size_t kMostFrameBytes = kHeader2Bytes + kMostPayloadBytes + kCrcBytes + kSignatureBytes;
+inline constexpr std::size_t kMaxPayloadBytes = 255;
+inline constexpr std::size_t kMaxFrameBytes = kHeader2Bytes + kMaxPayloadBytes + kCrcBytes + kSignatureBytes;
 inline constexpr std::uint8_t kSignedFlag = 0x01;  ///< of the incompatibility flags, the only one that is defined
 
 /// System and component of a sender or a target. 0 as a target means all.
@@ -47,7 +47,7 @@ struct FrameView {
 
 /// A frame of our own.
 struct Frame {
-  std::array<std::byte, kMostFrameBytes> space{};
+  std::array<std::byte, kMaxFrameBytes> space{};
   std::size_t size = 0;
   std::span<const std::byte> bytes() const { return std::span(space).first(size); }
 };

@@ -18,9 +18,9 @@ namespace m100::mavlink {
 /// The constants of one type of message: id, checksum seed and sizes.
 struct MessageInfo {
   std::uint32_t id = 0;
-  std::uint8_t crc_extra = 0;    ///< part of the frame's checksum: ensures that both sides use the same layout
-  std::uint8_t least_bytes = 0;  ///< payload without extension fields: that of MAVLink 1
-  std::uint8_t full_bytes = 0;   ///< payload with them
+  std::uint8_t crc_extra = 0;   ///< part of the frame's checksum: ensures that both sides use the same layout
+  std::uint8_t min_bytes = 0;   ///< payload without extension fields: that of MAVLink 1
+  std::uint8_t full_bytes = 0;  ///< payload with them
 };
 
 /// One field: its name in the message definition, and where it is kept.

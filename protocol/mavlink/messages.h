@@ -4,8 +4,8 @@
 #include <tuple>
 #include <type_traits>
 
+#include "protocol/mavlink/command_messages.h"
 #include "protocol/mavlink/mission_messages.h"
-#include "protocol/mavlink/order_messages.h"
 #include "protocol/mavlink/pose_messages.h"
 #include "protocol/mavlink/state_messages.h"
 

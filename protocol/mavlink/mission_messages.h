@@ -17,7 +17,7 @@ struct MissionRequestList {
   std::uint8_t target_system{};
   std::uint8_t target_component{};
   std::uint8_t mission_type{};
-  static constexpr MessageInfo kInfo{.id = 43, .crc_extra = 132, .least_bytes = 2, .full_bytes = 3};
+  static constexpr MessageInfo kInfo{.id = 43, .crc_extra = 132, .min_bytes = 2, .full_bytes = 3};
 };
 
 template <>
@@ -33,7 +33,7 @@ struct MissionCount {
   std::uint8_t target_component{};
   std::uint8_t mission_type{};
   std::uint32_t opaque_id{};
-  static constexpr MessageInfo kInfo{.id = 44, .crc_extra = 221, .least_bytes = 4, .full_bytes = 9};
+  static constexpr MessageInfo kInfo{.id = 44, .crc_extra = 221, .min_bytes = 4, .full_bytes = 9};
 };
 
 template <>
@@ -48,7 +48,7 @@ struct MissionRequestInt {
   std::uint8_t target_system{};
   std::uint8_t target_component{};
   std::uint8_t mission_type{};
-  static constexpr MessageInfo kInfo{.id = 51, .crc_extra = 196, .least_bytes = 4, .full_bytes = 5};
+  static constexpr MessageInfo kInfo{.id = 51, .crc_extra = 196, .min_bytes = 4, .full_bytes = 5};
 };
 
 template <>
@@ -63,7 +63,7 @@ struct MissionRequest {
   std::uint8_t target_system{};
   std::uint8_t target_component{};
   std::uint8_t mission_type{};
-  static constexpr MessageInfo kInfo{.id = 40, .crc_extra = 230, .least_bytes = 4, .full_bytes = 5};
+  static constexpr MessageInfo kInfo{.id = 40, .crc_extra = 230, .min_bytes = 4, .full_bytes = 5};
 };
 
 template <>
@@ -88,7 +88,7 @@ struct MissionItem {
   std::uint8_t current{};
   std::uint8_t autocontinue{};
   std::uint8_t mission_type{};
-  static constexpr MessageInfo kInfo{.id = 39, .crc_extra = 254, .least_bytes = 37, .full_bytes = 38};
+  static constexpr MessageInfo kInfo{.id = 39, .crc_extra = 254, .min_bytes = 37, .full_bytes = 38};
 };
 
 template <>
@@ -125,7 +125,7 @@ struct MissionItemInt {
   std::uint8_t current{};
   std::uint8_t autocontinue{};
   std::uint8_t mission_type{};
-  static constexpr MessageInfo kInfo{.id = 73, .crc_extra = 38, .least_bytes = 37, .full_bytes = 38};
+  static constexpr MessageInfo kInfo{.id = 73, .crc_extra = 38, .min_bytes = 37, .full_bytes = 38};
 };
 
 template <>
@@ -152,7 +152,7 @@ struct MissionAck {
   std::uint8_t type{};
   std::uint8_t mission_type{};
   std::uint32_t opaque_id{};
-  static constexpr MessageInfo kInfo{.id = 47, .crc_extra = 153, .least_bytes = 3, .full_bytes = 8};
+  static constexpr MessageInfo kInfo{.id = 47, .crc_extra = 153, .min_bytes = 3, .full_bytes = 8};
 };
 
 template <>
@@ -166,7 +166,7 @@ struct MissionClearAll {
   std::uint8_t target_system{};
   std::uint8_t target_component{};
   std::uint8_t mission_type{};
-  static constexpr MessageInfo kInfo{.id = 45, .crc_extra = 232, .least_bytes = 2, .full_bytes = 3};
+  static constexpr MessageInfo kInfo{.id = 45, .crc_extra = 232, .min_bytes = 2, .full_bytes = 3};
 };
 
 template <>
@@ -184,7 +184,7 @@ struct MissionCurrent {
   std::uint32_t mission_id{};
   std::uint32_t fence_id{};
   std::uint32_t rally_points_id{};
-  static constexpr MessageInfo kInfo{.id = 42, .crc_extra = 28, .least_bytes = 2, .full_bytes = 18};
+  static constexpr MessageInfo kInfo{.id = 42, .crc_extra = 28, .min_bytes = 2, .full_bytes = 18};
 };
 
 template <>
@@ -199,7 +199,7 @@ inline constexpr auto kFields<MissionCurrent> = std::tuple{field("seq", &Mission
 /// MISSION_ITEM_REACHED.
 struct MissionItemReached {
   std::uint16_t seq{};
-  static constexpr MessageInfo kInfo{.id = 46, .crc_extra = 11, .least_bytes = 2, .full_bytes = 2};
+  static constexpr MessageInfo kInfo{.id = 46, .crc_extra = 11, .min_bytes = 2, .full_bytes = 2};
 };
 
 template <>

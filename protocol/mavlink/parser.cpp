@@ -116,7 +116,7 @@ Parser::Judgement Parser::judge_1(std::span<const std::byte> bytes) {
   }
   const MessageInfo* const info = find_message(number(bytes, 5));
   const std::size_t payload = number(bytes, 1);
-  if (info == nullptr || payload != info->least_bytes) {  // MAVLink 1 has no extensions and leaves no zeros out
+  if (info == nullptr || payload != info->min_bytes) {  // MAVLink 1 has no extensions and leaves no zeros out
     stats_.unknown += in_step_ && info == nullptr ? 1U : 0U;
     return {};
   }

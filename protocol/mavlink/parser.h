@@ -33,7 +33,7 @@ struct ParserStats {
 class Parser {
  public:
   static constexpr std::size_t kBufferBytes = 512;
-  static_assert(kBufferBytes > kMostFrameBytes, "there must be room for a byte whenever no frame is complete");
+  static_assert(kBufferBytes > kMaxFrameBytes, "there must be room for a byte whenever no frame is complete");
 
   /// Takes as many bytes as there is room for, at least one after poll() returned kNotReady. Invalidates the views of
   /// earlier frames. @returns the number of bytes taken.

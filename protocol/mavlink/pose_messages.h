@@ -21,7 +21,7 @@ struct AttPosMocap {
   float y{};
   float z{};
   std::array<float, 21> covariance{};
-  static constexpr MessageInfo kInfo{.id = 138, .crc_extra = 109, .least_bytes = 36, .full_bytes = 120};
+  static constexpr MessageInfo kInfo{.id = 138, .crc_extra = 109, .min_bytes = 36, .full_bytes = 120};
 };
 
 template <>
@@ -43,7 +43,7 @@ struct VisionPositionEstimate {
   float yaw{};
   std::array<float, 21> covariance{};
   std::uint8_t reset_counter{};
-  static constexpr MessageInfo kInfo{.id = 102, .crc_extra = 158, .least_bytes = 32, .full_bytes = 117};
+  static constexpr MessageInfo kInfo{.id = 102, .crc_extra = 158, .min_bytes = 32, .full_bytes = 117};
 };
 
 template <>
@@ -78,7 +78,7 @@ struct Odometry {
   std::uint8_t reset_counter{};
   std::uint8_t estimator_type{};
   std::int8_t quality{};
-  static constexpr MessageInfo kInfo{.id = 331, .crc_extra = 91, .least_bytes = 230, .full_bytes = 233};
+  static constexpr MessageInfo kInfo{.id = 331, .crc_extra = 91, .min_bytes = 230, .full_bytes = 233};
 };
 
 template <>
@@ -108,7 +108,7 @@ struct Timesync {
   std::int64_t ts1{};
   std::uint8_t target_system{};
   std::uint8_t target_component{};
-  static constexpr MessageInfo kInfo{.id = 111, .crc_extra = 34, .least_bytes = 16, .full_bytes = 18};
+  static constexpr MessageInfo kInfo{.id = 111, .crc_extra = 34, .min_bytes = 16, .full_bytes = 18};
 };
 
 template <>

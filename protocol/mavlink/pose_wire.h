@@ -18,8 +18,8 @@ struct PoseWire {
 
 /// The longest form of each message; the first two leave their extension fields out.
 inline constexpr std::array kPoseWires{
-    PoseWire{"ATT_POS_MOCAP", AttPosMocap::kInfo.least_bytes + kHeader2Bytes + kCrcBytes},
-    PoseWire{"VISION_POSITION_ESTIMATE", VisionPositionEstimate::kInfo.least_bytes + kHeader2Bytes + kCrcBytes},
+    PoseWire{"ATT_POS_MOCAP", AttPosMocap::kInfo.min_bytes + kHeader2Bytes + kCrcBytes},
+    PoseWire{"VISION_POSITION_ESTIMATE", VisionPositionEstimate::kInfo.min_bytes + kHeader2Bytes + kCrcBytes},
     PoseWire{"ATT_POS_MOCAP+covariance", AttPosMocap::kInfo.full_bytes + kHeader2Bytes + kCrcBytes},
     PoseWire{"VISION_POSITION_ESTIMATE+covariance",
              VisionPositionEstimate::kInfo.full_bytes + kHeader2Bytes + kCrcBytes},
@@ -28,7 +28,7 @@ inline constexpr std::array kPoseWires{
 static_assert(kPoseWires[0].bytes <= 80 && kPoseWires[1].bytes <= 80);
 
 /// Above this share of a line, one pose per tick leaves no room for TIMESYNC and for bursts.
-inline constexpr double kMostPoseShare = 0.8;
+inline constexpr double kMaxPoseShare = 0.8;
 
 /// Share of a line of 8N1 that poses take.
 constexpr double line_share(const PoseWire& wire, double rate_hz, double baud) {

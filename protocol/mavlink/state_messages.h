@@ -21,7 +21,7 @@ struct Heartbeat {
   std::uint8_t base_mode{};
   std::uint8_t system_status{};
   std::uint8_t mavlink_version{};
-  static constexpr MessageInfo kInfo{.id = 0, .crc_extra = 50, .least_bytes = 9, .full_bytes = 9};
+  static constexpr MessageInfo kInfo{.id = 0, .crc_extra = 50, .min_bytes = 9, .full_bytes = 9};
 };
 
 template <>
@@ -41,7 +41,7 @@ struct AttitudeQuaternion {
   float pitchspeed{};
   float yawspeed{};
   std::array<float, 4> repr_offset_q{};
-  static constexpr MessageInfo kInfo{.id = 31, .crc_extra = 246, .least_bytes = 32, .full_bytes = 48};
+  static constexpr MessageInfo kInfo{.id = 31, .crc_extra = 246, .min_bytes = 32, .full_bytes = 48};
 };
 
 template <>
@@ -65,7 +65,7 @@ struct LocalPositionNed {
   float vx{};
   float vy{};
   float vz{};
-  static constexpr MessageInfo kInfo{.id = 32, .crc_extra = 185, .least_bytes = 28, .full_bytes = 28};
+  static constexpr MessageInfo kInfo{.id = 32, .crc_extra = 185, .min_bytes = 28, .full_bytes = 28};
 };
 
 template <>
@@ -89,7 +89,7 @@ struct EstimatorStatus {
   float pos_horiz_accuracy{};
   float pos_vert_accuracy{};
   std::uint16_t flags{};
-  static constexpr MessageInfo kInfo{.id = 230, .crc_extra = 163, .least_bytes = 42, .full_bytes = 42};
+  static constexpr MessageInfo kInfo{.id = 230, .crc_extra = 163, .min_bytes = 42, .full_bytes = 42};
 };
 
 template <>
@@ -121,7 +121,7 @@ struct BatteryStatus {
   std::array<std::uint16_t, 4> voltages_ext{};
   std::uint8_t mode{};
   std::uint32_t fault_bitmask{};
-  static constexpr MessageInfo kInfo{.id = 147, .crc_extra = 154, .least_bytes = 36, .full_bytes = 54};
+  static constexpr MessageInfo kInfo{.id = 147, .crc_extra = 154, .min_bytes = 36, .full_bytes = 54};
 };
 
 template <>
@@ -146,7 +146,7 @@ struct StatusText {
   std::array<char, 50> text{};
   std::uint16_t id{};
   std::uint8_t chunk_seq{};
-  static constexpr MessageInfo kInfo{.id = 253, .crc_extra = 83, .least_bytes = 51, .full_bytes = 54};
+  static constexpr MessageInfo kInfo{.id = 253, .crc_extra = 83, .min_bytes = 51, .full_bytes = 54};
 };
 
 template <>

@@ -22,7 +22,7 @@ inline constexpr double kBoardReach_m = 1.5;
 /// back) and "trajectory" (once around a square of one metre).
 /// @returns kInvalidArgument: no course of that name. Otherwise as Trajectory's append functions.
 template <typename T>
-core::Status lay_board_course(std::string_view name, ref::Trajectory<T>& course) {
+core::Status append_board_course(std::string_view name, ref::Trajectory<T>& course) {
   using namespace std::chrono_literals;
   const auto place = [](T x_m, T y_m, T z_m) {
     return ref::Waypoint<T>{.position_w_m = {x_m, y_m, z_m}, .yaw_rad = T(0)};

@@ -6,10 +6,10 @@
 
 #include "firmware/app/flight_controller.h"
 #include "firmware/app/image/board_course.h"
-#include "firmware/app/image/order_line.h"
-#include "firmware/app/image/own_time.h"
+#include "firmware/app/image/order_tap.h"
+#include "firmware/app/image/tick_schedule.h"
 #include "firmware/core/assert.h"
-#include "firmware/link/farewell.h"
+#include "firmware/link/release_sequence.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "firmware/ref/trajectory.h"
 #include "hal/cortex_m/cmsdk_uart.h"
@@ -37,12 +37,12 @@ hal::CmsdkUart autopilot_uart(hal::mps2::uart(1), hal::mps2::set_pending(), hal:
 hal::CmsdkUart pose_uart(hal::mps2::uart(2), hal::mps2::set_pending(), hal::mps2::transmit_mask(2));
 [[gnu::section(".harness.control")]] hal::CmsdkUart control_uart(hal::mps2::uart(0), hal::mps2::set_pending(),
                                                                  hal::mps2::transmit_mask(0));
-app::OrderLine<hal::CmsdkUart> pose_line(pose_uart);
+app::OrderTap<hal::CmsdkUart> pose_line(pose_uart);
 hal::CmsdkWatchdog watchdog(hal::mps2::watchdog(), hal::mps2::watchdog_lock(), hal::mps2::kClock_hz);
 hal::SysTickClock system_clock(hal::mps2::systick(), hal::mps2::kClock_hz, kClockPeriod_us);
 Course course;
 
-const link::Farewell* last_words = nullptr;
+const link::ReleaseSequence* last_words = nullptr;
 
 /// Neutral sticks and released control, whatever the rest of the program is doing.
 void say_last_words() {
@@ -53,7 +53,7 @@ void say_last_words() {
 }
 
 /// A failed assertion.
-[[noreturn]] void say_farewell(const char* file, int line) {
+[[noreturn]] void send_release_sequence(const char* file, int line) {
   say_last_words();
   hal::fail_assertion(file, line);
 }
@@ -132,9 +132,9 @@ void Uart2Tx_Handler() { pose_uart.on_transmit(); }
 }
 
 int main() {
-  core::set_assertion_handler(&say_farewell);
+  core::set_assertion_handler(&send_release_sequence);
   const bool lockstep = hal::argument(1) == "lockstep";
-  if (app::lay_board_course(lockstep ? hal::argument(2) : "hover", course) != core::Status::kOk) {
+  if (app::append_board_course(lockstep ? hal::argument(2) : "hover", course) != core::Status::kOk) {
     hal::print("unknown course; choose hover, step, trajectory\n");
     return 2;
   }
@@ -144,7 +144,7 @@ int main() {
   config.reach_m = app::kBoardReach_m;
   config.solves_when_due = true;
   static Controller controller(mpc::generated::kVehicle, kTables, config, autopilot_uart, pose_line, course, nullptr);
-  static const link::Farewell farewell(vrc::CommandMap(mpc::generated::kVehicle).neutral(), nullptr);
+  static const link::ReleaseSequence farewell(vrc::CommandMap(mpc::generated::kVehicle).neutral(), nullptr);
   last_words = &farewell;
   control_uart.start(hal::mps2::kClock_hz, kBaud);
   autopilot_uart.start(hal::mps2::kClock_hz, kBaud);

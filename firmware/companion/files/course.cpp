@@ -21,9 +21,9 @@ constexpr core::Duration kHour = std::chrono::hours(1);
 
 /// Lays a course line by line.
 template <typename T>
-class Layer {
+class CourseBuilder {
  public:
-  Layer(const ref::Waypoint<T>& start, ref::Trajectory<T>& course, const std::string& name)
+  CourseBuilder(const ref::Waypoint<T>& start, ref::Trajectory<T>& course, const std::string& name)
       : start_(start), course_(course), name_(name) {
     course.hold(start);
   }
@@ -52,9 +52,9 @@ class Layer {
   using Words = std::vector<std::string>;
   struct Entry {
     std::string_view word;
-    core::Status (Layer::*lay)(const Words&, const Spot&);
+    core::Status (CourseBuilder::*lay)(const Words&, const FilePosition&);
   };
-  void word(const Words& words, const Spot& spot) {
+  void word(const Words& words, const FilePosition& spot) {
     if (spot.word == "through") {
       end_table();
       const std::vector<double> n = numbers(words, 4, spot);
@@ -67,9 +67,10 @@ class Layer {
       read_limits(words, spot, limits_, named_);
       return;
     }
-    constexpr std::array kPieces{Entry{"step", &Layer::step},     Entry{"quintic", &Layer::quintic},
-                                 Entry{"square", &Layer::square}, Entry{"circle", &Layer::circle},
-                                 Entry{"eight", &Layer::eight},   Entry{"polynomial", &Layer::polynomial}};
+    constexpr std::array kPieces{
+        Entry{"step", &CourseBuilder::step},     Entry{"quintic", &CourseBuilder::quintic},
+        Entry{"square", &CourseBuilder::square}, Entry{"circle", &CourseBuilder::circle},
+        Entry{"eight", &CourseBuilder::eight},   Entry{"polynomial", &CourseBuilder::polynomial}};
     const auto* const entry =
         std::find_if(kPieces.begin(), kPieces.end(), [&](const Entry& row) { return row.word == spot.word; });
     if (entry == kPieces.end()) {
@@ -85,7 +86,7 @@ class Layer {
     note(spot, begin, course_.duration());
   }
 
-  core::Status step(const Words& words, const Spot& spot) {
+  core::Status step(const Words& words, const FilePosition& spot) {
     const std::vector<double> n = numbers(words, 5, spot);
     const ref::Waypoint<T> there = place(n);
     const core::Duration lasts = seconds_of(n[4], spot);
@@ -95,7 +96,7 @@ class Layer {
 
   /// A jump reaches the speed that its distance and the tilt allow. Below a 'limits' line the course goes there within
   /// the limits instead, and stays for the rest of the line's time.
-  core::Status step_within_limits(const ref::Waypoint<T>& there, core::Duration lasts, const Spot& spot) {
+  core::Status step_within_limits(const ref::Waypoint<T>& there, core::Duration lasts, const FilePosition& spot) {
     ref::SpeedLimits limits = limits_;
     limits.acceleration_m_s2 =
         std::min(limits.acceleration_m_s2, model::kGravity_m_s2 * std::sin(std::min(limits.tilt_rad, 0.5 * core::kPi)));
@@ -111,24 +112,24 @@ class Layer {
     return status == core::Status::kOk ? course_.append_step(there, lasts - way) : status;
   }
   bool is_limited() const { return std::min({named_.speed_m_s, named_.acceleration_m_s2, named_.tilt_rad}) < kNoLimit; }
-  core::Status quintic(const Words& words, const Spot& spot) {
+  core::Status quintic(const Words& words, const FilePosition& spot) {
     const std::vector<double> n = numbers(words, 5, spot);
     return course_.append_quintic(place(n), seconds_of(n[4], spot));
   }
-  core::Status square(const Words& words, const Spot& spot) {
+  core::Status square(const Words& words, const FilePosition& spot) {
     const std::vector<double> n = numbers(words, 3, spot);
     return course_.append_square(static_cast<T>(n[0]), seconds_of(n[1], spot), seconds_of(n[2], spot));
   }
-  core::Status circle(const Words& words, const Spot& spot) {
+  core::Status circle(const Words& words, const FilePosition& spot) {
     const std::vector<double> n = numbers(words, 3, spot);
     return course_.append_curve(ref::Curve::circle(n[0], n[1], n[2]), limits_);
   }
-  core::Status eight(const Words& words, const Spot& spot) {
+  core::Status eight(const Words& words, const FilePosition& spot) {
     const std::vector<double> n = numbers(words, 4, spot);
     return course_.append_curve(ref::Curve::figure_of_eight(n[0], n[1], n[2], n[3]), limits_);
   }
 
-  core::Status polynomial(const Words& words, const Spot& spot) {
+  core::Status polynomial(const Words& words, const FilePosition& spot) {
     constexpr std::array<std::string_view, ref::kDimensions> kAxes{"x", "y", "z", "yaw"};
     if (words.size() < 4) {
       spot.fail("needs a time, an axis (x, y, z, yaw) and its coefficients");
@@ -163,7 +164,7 @@ class Layer {
     return course_.append_polynomial(axes, seconds_of(duration_s, spot));
   }
 
-  void begin_table(const Words& names, const Spot& spot) {
+  void begin_table(const Words& names, const FilePosition& spot) {
     constexpr std::array<std::string_view, 6> kKnown{"t_s", "x_m", "y_m", "z_m", "yaw_rad", "yaw_deg"};
     columns_ = names;
     for (const std::string& name : names) {
@@ -180,7 +181,7 @@ class Layer {
     }
   }
 
-  void row(const Words& values, const Spot& spot) {
+  void row(const Words& values, const FilePosition& spot) {
     if (values.size() != columns_.size()) {
       spot.fail("the row has " + std::to_string(values.size()) + " values, the head " +
                 std::to_string(columns_.size()));
@@ -202,7 +203,7 @@ class Layer {
     }
     const core::Duration at = seconds_of(at_s, spot);
     const core::Duration before = timed_.empty() ? core::Duration{0} : timed_.back().at;
-    if (at - before < ref::kShortestWay || at - before > kHour) {
+    if (at - before < ref::kMinWaypointSpacing || at - before > kHour) {
       spot.fail(reason(core::Status::kInvalidArgument));
     }
     timed_.push_back({.place = there, .at = at});
@@ -238,7 +239,7 @@ class Layer {
     spots_.clear();
   }
 
-  void note(const Spot& spot, core::Duration begin, core::Duration end) {
+  void note(const FilePosition& spot, core::Duration begin, core::Duration end) {
     pieces_.push_back({spot.line, spot.word, begin, end, named_});
   }
 
@@ -265,17 +266,17 @@ class Layer {
   std::vector<ref::Waypoint<T>> through_;
   Words columns_;  ///< of the table being read
   std::vector<ref::TimedWaypoint<T>> timed_;
-  std::vector<Spot> spots_;  ///< of the waypoints not yet laid
+  std::vector<FilePosition> spots_;  ///< of the waypoints not yet laid
 };
 
 }  // namespace
 
 template <typename T>
-std::vector<CoursePiece> lay_course(std::string_view text, const ref::Waypoint<T>& start, ref::Trajectory<T>& course,
-                                    const std::string& name) {
+std::vector<CoursePiece> parse_course(std::string_view text, const ref::Waypoint<T>& start, ref::Trajectory<T>& course,
+                                      const std::string& name) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // spreadsheets write it
   text.remove_prefix(text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0);
-  Layer<T> layer(start, course, name);
+  CourseBuilder<T> layer(start, course, name);
   std::istringstream lines{std::string(text)};
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {
@@ -284,9 +285,9 @@ std::vector<CoursePiece> lay_course(std::string_view text, const ref::Waypoint<T
   return layer.finish();
 }
 
-template std::vector<CoursePiece> lay_course<float>(std::string_view, const ref::Waypoint<float>&,
-                                                    ref::Trajectory<float>&, const std::string&);
-template std::vector<CoursePiece> lay_course<double>(std::string_view, const ref::Waypoint<double>&,
-                                                     ref::Trajectory<double>&, const std::string&);
+template std::vector<CoursePiece> parse_course<float>(std::string_view, const ref::Waypoint<float>&,
+                                                      ref::Trajectory<float>&, const std::string&);
+template std::vector<CoursePiece> parse_course<double>(std::string_view, const ref::Waypoint<double>&,
+                                                       ref::Trajectory<double>&, const std::string&);
 
 }  // namespace m100::companion

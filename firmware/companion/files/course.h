@@ -65,7 +65,7 @@ struct CoursePiece {
 /// With an empty text, `course` holds the start. Errors: CourseError.
 /// @param name of the file, for errors. @returns the pieces, in order: one per line, one per waypoint.
 template <typename T>
-std::vector<CoursePiece> lay_course(std::string_view text, const ref::Waypoint<T>& start, ref::Trajectory<T>& course,
-                                    const std::string& name = "course");
+std::vector<CoursePiece> parse_course(std::string_view text, const ref::Waypoint<T>& start, ref::Trajectory<T>& course,
+                                      const std::string& name = "course");
 
 }  // namespace m100::companion

@@ -11,13 +11,13 @@
 #include <vector>
 
 #include "firmware/companion/files/course.h"
-#include "firmware/companion/files/printable.h"
+#include "firmware/companion/files/text/printable.h"
 
 // Helpers that read one line of a course; only course.cpp includes this file.
 namespace m100::companion {
 
 /// A place in the file, for error messages.
-struct Spot {
+struct FilePosition {
   const std::string& name;
   int line;
   std::string word;
@@ -53,7 +53,7 @@ inline std::vector<std::string> split(const std::string& line, char separator) {
   return out;
 }
 
-inline double number(const std::string& text, const Spot& spot) {
+inline double number(const std::string& text, const FilePosition& spot) {
   double value = 0.0;
   const char* const end = text.data() + text.size();
   const auto [stop, wrong] = std::from_chars(text.data() + (text.starts_with('+') ? 1 : 0), end, value);
@@ -64,7 +64,7 @@ inline double number(const std::string& text, const Spot& spot) {
 }
 
 /// Converts a time of at most a day; 1024 pieces of a day do not overflow a duration.
-inline core::Duration seconds_of(double seconds, const Spot& spot) {
+inline core::Duration seconds_of(double seconds, const FilePosition& spot) {
   constexpr double kDay_s = 86400.0;
   if (!(std::abs(seconds) <= kDay_s)) {
     spot.fail("the time is longer than a day");
@@ -72,7 +72,8 @@ inline core::Duration seconds_of(double seconds, const Spot& spot) {
   return core::Duration(std::llround(seconds * 1e6));
 }
 
-inline std::vector<double> numbers(const std::vector<std::string>& words, std::size_t needed, const Spot& spot) {
+inline std::vector<double> numbers(const std::vector<std::string>& words, std::size_t needed,
+                                   const FilePosition& spot) {
   if (words.size() != needed + 1) {
     spot.fail("needs " + std::to_string(needed) + " numbers");
   }
@@ -85,7 +86,7 @@ inline std::vector<double> numbers(const std::vector<std::string>& words, std::s
 
 /// Reads a line with limits: pairs of a limit and its number.
 /// @param limits that shape the course. @param named only those that such lines give.
-inline void read_limits(const std::vector<std::string>& words, const Spot& spot, ref::SpeedLimits& limits,
+inline void read_limits(const std::vector<std::string>& words, const FilePosition& spot, ref::SpeedLimits& limits,
                         ref::SpeedLimits& named) {
   constexpr double kDegree_rad = std::numbers::pi / 180.0;
   struct Limit {
@@ -108,9 +109,9 @@ inline void read_limits(const std::vector<std::string>& words, const Spot& spot,
                 "' is not a limit; the limits are speed_m_s, acceleration_m_s2, tilt_deg, yaw_rate_deg_s");
     }
     const double value = number(words[i + 1], spot);
-    const double most = limit->key == "tilt_deg" ? 60.0 : 100.0;
-    if (value < 0.1 || value > most) {
-      spot.fail(words[i] + " = " + words[i + 1] + " is outside [0.1, " + (most == 60.0 ? "60" : "100") + "]");
+    const double max_value = limit->key == "tilt_deg" ? 60.0 : 100.0;
+    if (value < 0.1 || value > max_value) {
+      spot.fail(words[i] + " = " + words[i + 1] + " is outside [0.1, " + (max_value == 60.0 ? "60" : "100") + "]");
     }
     limits.*limit->member = named.*limit->member = value * limit->unit;
   }

@@ -13,9 +13,9 @@ namespace {
 constexpr std::array<std::string_view, ctl::kStickAxes> kNames{"roll", "pitch", "throttle", "yaw"};
 constexpr double kPeriod_s = 0.02;
 constexpr double kTravel_counts = 660.0;
-constexpr std::size_t kMostPieces = 255;       // the log's record counts them in a byte
-constexpr std::size_t kMostNoteBytes = 59000;  // of 60 000
-constexpr double kMostTilt_rad = 0.6;          // promise R12 allows 35 degrees
+constexpr std::size_t kMaxPieces = 255;       // the log's record counts them in a byte
+constexpr std::size_t kMaxNoteBytes = 59000;  // of 60 000
+constexpr double kMaxTilt_rad = 0.6;          // promise R12 allows 35 degrees
 
 [[noreturn]] void fail(const std::string& name, long line, const std::string& what) {
   throw ExcitationFileError(name + (line > 0 ? ":" + std::to_string(line) : "") + ": " + what);
@@ -36,7 +36,7 @@ void read_limits(std::istringstream& words, ExcitationFile& out, const std::stri
   const auto positive = [](double value) { return value > 0.0 && value <= 1000.0; };
   if (!words || !index || distance != "distance" || braking != "braking" || speed != "speed" || tilt != "tilt" ||
       !positive(limits.distance) || !positive(limits.braking) || !positive(limits.speed) ||
-      !(limits.tilt_rad > 0.0 && limits.tilt_rad <= kMostTilt_rad)) {
+      !(limits.tilt_rad > 0.0 && limits.tilt_rad <= kMaxTilt_rad)) {
     fail(name, line,
          "expected: limits roll|pitch|throttle|yaw distance M braking M_S2 speed M_S tilt RAD, tilt up to 0.6");
   }
@@ -68,9 +68,9 @@ double number(const std::vector<std::string>& cells, std::size_t column, const s
 }
 
 /// Reads the rows of the table.
-class Rows {
+class ExcitationParser {
  public:
-  Rows(ExcitationFile& out, std::string name) : out_(out), name_(std::move(name)) {}
+  ExcitationParser(ExcitationFile& out, std::string name) : out_(out), name_(std::move(name)) {}
 
   void head(const std::vector<std::string>& cells, long line) {
     for (std::size_t column = 0; column < cells.size(); ++column) {
@@ -155,8 +155,8 @@ void check(const ExcitationFile& out, const std::string& name) {
   if (out.pieces.empty()) {
     fail(name, 0, "no piece in it moves a stick; make it with m100-lab excite --out");
   }
-  if (out.pieces.size() > kMostPieces) {
-    fail(name, 0, "more than " + std::to_string(kMostPieces) + " pieces");
+  if (out.pieces.size() > kMaxPieces) {
+    fail(name, 0, "more than " + std::to_string(kMaxPieces) + " pieces");
   }
   for (const ctl::ExcitationPiece& piece : out.pieces) {
     if (out.limits[static_cast<std::size_t>(piece.axis)].distance <= 0.0) {
@@ -181,7 +181,7 @@ double ExcitationFile::length_s() const { return kPeriod_s * static_cast<double>
 
 ExcitationFile parse_excitation(std::string_view text, const std::string& name) {
   ExcitationFile out;
-  Rows rows(out, name);
+  ExcitationParser rows(out, name);
   std::istringstream lines{std::string(text)};
   std::string line;
   for (long number = 1; std::getline(lines, line); ++number) {
@@ -220,7 +220,7 @@ std::string note_of(const ExcitationFile& excitation, const std::string& name) {
     }
     out << "\n";
   }
-  if (out.str().size() > kMostNoteBytes) {
+  if (out.str().size() > kMaxNoteBytes) {
     fail(name, 0, "too long for one flight: the log could not hold it; fly it in two");
   }
   return out.str();

@@ -12,8 +12,8 @@
 #include <cstring>
 #include <filesystem>
 
-#include "firmware/companion/files/regular_file.h"
-#include "firmware/companion/files/text_file.h"
+#include "firmware/companion/files/text/regular_file.h"
+#include "firmware/companion/files/text/text_file.h"
 
 namespace m100::companion {
 namespace {
@@ -75,12 +75,12 @@ std::string why_no_place(const std::string& path) {
 }
 
 /// Creates files and folders to test whether that is possible; the destructor removes them.
-class Trial {
+class TrialFile {
  public:
-  Trial() = default;
-  Trial(const Trial&) = delete;
-  Trial& operator=(const Trial&) = delete;
-  ~Trial() {
+  TrialFile() = default;
+  TrialFile(const TrialFile&) = delete;
+  TrialFile& operator=(const TrialFile&) = delete;
+  ~TrialFile() {
     std::error_code error;
     for (auto made = made_.rbegin(); made != made_.rend(); ++made) {
       fs::remove(*made, error);  // a folder only if it is empty
@@ -128,33 +128,35 @@ class Trial {
 
 }  // namespace
 
-FileUse& FileUse::add(Kind kind, const std::string& option, const std::string& path, bool makes_folder) {
+FileUse& FileUse::add(Access kind, const std::string& option, const std::string& path, bool makes_folder) {
   if (!path.empty()) {
     entries_.push_back({.kind = kind, .option = option, .path = path, .makes_folder = makes_folder});
   }
   return *this;
 }
 
-FileUse& FileUse::reads(const std::string& option, const std::string& path) { return add(Kind::kRead, option, path); }
+FileUse& FileUse::reads(const std::string& option, const std::string& path) { return add(Access::kRead, option, path); }
 FileUse& FileUse::reads(const std::string& option, const std::vector<std::string>& paths) {
   for (const std::string& path : paths) {
     reads(option, path);
   }
   return *this;
 }
-FileUse& FileUse::holds(const std::string& option, const std::string& path) { return add(Kind::kHeld, option, path); }
+FileUse& FileUse::holds(const std::string& option, const std::string& path) { return add(Access::kHeld, option, path); }
 FileUse& FileUse::writes(const std::string& option, const std::string& path) {
-  return add(Kind::kWritten, option, path);
+  return add(Access::kWritten, option, path);
 }
 FileUse& FileUse::creates(const std::string& option, const std::string& path) {
-  return add(Kind::kCreated, option, path);
+  return add(Access::kCreated, option, path);
 }
-FileUse& FileUse::names(const std::string& option, const std::string& path) { return add(Kind::kNamed, option, path); }
+FileUse& FileUse::names(const std::string& option, const std::string& path) {
+  return add(Access::kNamed, option, path);
+}
 FileUse& FileUse::fills(const std::string& option, const std::string& folder, const std::string& file) {
-  return folder.empty() ? *this : add(Kind::kWritten, option, (fs::path(folder) / file).string(), true);
+  return folder.empty() ? *this : add(Access::kWritten, option, (fs::path(folder) / file).string(), true);
 }
 
-void FileUse::refuse_the_same(const Entry& a, const Entry& b) const {
+void FileUse::reject_same_file(const Entry& a, const Entry& b) const {
   if ((!a.is_output() && !b.is_output()) || !same_file(a.path, b.path)) {
     return;
   }
@@ -170,29 +172,29 @@ void FileUse::refuse_the_same(const Entry& a, const Entry& b) const {
   }
 }
 
-void FileUse::refuse_overlaps() const {
+void FileUse::reject_overlaps() const {
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      refuse_the_same(entries_[j], entries_[i]);
+      reject_same_file(entries_[j], entries_[i]);
     }
   }
 }
 
-void FileUse::refuse_what_is_there(const Entry& entry) {
+void FileUse::reject_existing(const Entry& entry) {
   std::error_code error;
   const fs::file_status there = fs::symlink_status(entry.path, error);
-  if (entry.kind == Kind::kNamed && (fs::is_regular_file(there) || fs::is_directory(there))) {
+  if (entry.kind == Access::kNamed && (fs::is_regular_file(there) || fs::is_directory(there))) {
     throw FileUseError(entry.path + ": exists already, and " + entry.option + " would take its place");
   }
-  if (entry.kind == Kind::kCreated && fs::exists(there)) {
+  if (entry.kind == Access::kCreated && fs::exists(there)) {
     throw FileUseError(entry.path + ": exists already; a log is not overwritten (" + entry.option + ")");
   }
-  if (entry.kind == Kind::kWritten) {
+  if (entry.kind == Access::kWritten) {
     if (const std::string why = why_no_place(entry.path); !why.empty()) {
       throw FileUseError(entry.path + ": cannot be written: " + why + " (" + entry.option + ")");
     }
   }
-  if (entry.kind != Kind::kRead) {
+  if (entry.kind != Access::kRead) {
     return;
   }
   std::string why = why_not_read(entry.path);
@@ -203,13 +205,13 @@ void FileUse::refuse_what_is_there(const Entry& entry) {
 }
 
 void FileUse::check() const {
-  refuse_overlaps();
+  reject_overlaps();
   for (const Entry& entry : entries_) {
-    refuse_what_is_there(entry);
+    reject_existing(entry);
   }
-  Trial trial;
+  TrialFile trial;
   for (const Entry& entry : entries_) {
-    if (entry.kind != Kind::kWritten && entry.kind != Kind::kCreated) {
+    if (entry.kind != Access::kWritten && entry.kind != Access::kCreated) {
       continue;
     }
     const int folder = entry.makes_folder ? trial.make_folder(fs::path(entry.path).parent_path()) : 0;
@@ -217,7 +219,7 @@ void FileUse::check() const {
       throw FileUseError(entry.path + ": cannot be written: " + why_not_written(why) + " (" + entry.option + ")");
     }
   }
-  refuse_overlaps();  // now that the files exist, dangling links show their targets
+  reject_overlaps();  // now that the files exist, dangling links show their targets
 }
 
 }  // namespace m100::companion

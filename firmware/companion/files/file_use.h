@@ -37,20 +37,20 @@ class FileUse {
   void check() const;
 
  private:
-  enum class Kind { kRead, kHeld, kWritten, kCreated, kNamed };
+  enum class Access { kRead, kHeld, kWritten, kCreated, kNamed };
   struct Entry {
-    Kind kind;
+    Access kind;
     std::string option;
     std::string path;
     bool makes_folder = false;
-    bool is_output() const { return kind != Kind::kRead && kind != Kind::kHeld; }
+    bool is_output() const { return kind != Access::kRead && kind != Access::kHeld; }
   };
 
-  FileUse& add(Kind kind, const std::string& option, const std::string& path, bool makes_folder = false);
-  void refuse_the_same(const Entry& a, const Entry& b) const;
-  void refuse_overlaps() const;
+  FileUse& add(Access kind, const std::string& option, const std::string& path, bool makes_folder = false);
+  void reject_same_file(const Entry& a, const Entry& b) const;
+  void reject_overlaps() const;
   /// Compares what exists at the path with the intended use.
-  static void refuse_what_is_there(const Entry& entry);
+  static void reject_existing(const Entry& entry);
 
   std::vector<Entry> entries_;
 };

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "firmware/companion/files/toml_text.h"
+#include "firmware/companion/files/text/toml_text.h"
 #include "firmware/model/vehicle.h"
 
 namespace m100::companion {
@@ -223,7 +223,7 @@ core::Fence fence_of(const FlightFile& flight, const ref::Waypoint<double>& star
 safety::Limits limits_of(const FlightFile& flight) {
   safety::Limits limits;
   limits.pose_fresh = or_else(flight.pose_fresh_s, limits.pose_fresh);
-  limits.pose_fresh_is_said = flight.pose_fresh_s > 0.0;
+  limits.pose_fresh_is_set = flight.pose_fresh_s > 0.0;
   limits.coast = or_else(flight.pose_coast_s, limits.coast);
   limits.level = or_else(flight.pose_level_s, limits.level);
   return limits;
@@ -250,8 +250,9 @@ ref::SpeedLimits goal_limits_of(const FlightFile& flight) {
   return limits;
 }
 
-void expect_inside(const FlightFile& flight, const ref::Waypoint<double>& start, const ref::Trajectory<double>& course,
-                   std::span<const CoursePiece> pieces, const std::string& course_name) {
+void validate_inside_fence(const FlightFile& flight, const ref::Waypoint<double>& start,
+                           const ref::Trajectory<double>& course, std::span<const CoursePiece> pieces,
+                           const std::string& course_name) {
   const auto expect = [&](const core::Vector<double, 3>& place_w_m, const auto& who, const auto& when) {
     const core::Vector<double, 3> offset_m = place_w_m - start.position_w_m;
     for (const Side& side : {Side{"x", offset_m.x(), flight.fence_x_m}, Side{"y", offset_m.y(), flight.fence_y_m},
@@ -264,7 +265,7 @@ void expect_inside(const FlightFile& flight, const ref::Waypoint<double>& start,
   };
   expect(
       start.position_w_m, [] { return std::string("the start of the flight"); }, [] { return std::string(); });
-  for_each_moment(course, pieces, [&](const CoursePiece& piece, core::Duration at, const ref::Motion& motion) {
+  for_each_sample(course, pieces, [&](const CoursePiece& piece, core::Duration at, const ref::Motion& motion) {
     expect(
         {motion[0][0], motion[1][0], motion[2][0]},
         [&] { return course_name + ":" + std::to_string(piece.line) + ": '" + piece.word + "'"; },

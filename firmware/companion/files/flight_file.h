@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "firmware/companion/files/course.h"
-#include "firmware/companion/files/course_check.h"
+#include "firmware/companion/files/course_validation.h"
 #include "firmware/companion/files/mode.h"
 #include "firmware/core/fence.h"
 #include "firmware/safety/limits.h"
@@ -84,7 +84,8 @@ ref::SpeedLimits goal_limits_of(const FlightFile& flight);
 /// Refuses a course that leaves the fence, or a start outside it. Errors: FlightFileError that names the line of the
 /// course, the side of the fence, the time and the place.
 /// @param course as laid, by `pieces`. @param course_name for messages.
-void expect_inside(const FlightFile& flight, const ref::Waypoint<double>& start, const ref::Trajectory<double>& course,
-                   std::span<const CoursePiece> pieces, const std::string& course_name);
+void validate_inside_fence(const FlightFile& flight, const ref::Waypoint<double>& start,
+                           const ref::Trajectory<double>& course, std::span<const CoursePiece> pieces,
+                           const std::string& course_name);
 
 }  // namespace m100::companion

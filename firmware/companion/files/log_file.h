@@ -10,8 +10,8 @@
 #include <thread>
 #include <vector>
 
-#include "firmware/companion/files/printable.h"
-#include "firmware/companion/files/text_file.h"
+#include "firmware/companion/files/text/printable.h"
+#include "firmware/companion/files/text/text_file.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/log/flight_log.h"
 #include "hal/linux/file_storage.h"
@@ -51,7 +51,7 @@ class LogFile {
     if (writer_.joinable()) {
       writer_.join();
       if (!is_cut_ && file_.sync() != core::Status::kOk) {
-        tell_cut();
+        report_cut();
       }
     }
   }
@@ -70,7 +70,7 @@ class LogFile {
  private:
   static constexpr std::size_t kRingBytes = 1U << 20U;
 
-  void tell_cut() {
+  void report_cut() {
     std::cerr << "m100: " << printable(file_.path()) << ": " << why_not_written(file_.last_error()) << "; "
               << when_full_ << "\n";
     is_cut_ = true;
@@ -80,7 +80,7 @@ class LogFile {
     while (!ring_.front().empty()) {
       const core::Expected<std::size_t> taken = file_.append(ring_.front());
       if (!taken) {
-        tell_cut();
+        report_cut();
         return false;
       }
       ring_.pop(*taken);

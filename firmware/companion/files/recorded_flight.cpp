@@ -6,7 +6,7 @@
 #include <span>
 #include <utility>
 
-#include "firmware/companion/files/regular_file.h"
+#include "firmware/companion/files/text/regular_file.h"
 
 namespace m100::companion {
 namespace {

@@ -9,8 +9,8 @@
 #include <sstream>
 #include <type_traits>
 
-#include "firmware/companion/files/regular_file.h"
-#include "firmware/companion/files/toml_text.h"
+#include "firmware/companion/files/text/regular_file.h"
+#include "firmware/companion/files/text/toml_text.h"
 #include "firmware/companion/files/vehicle_keys.h"
 
 namespace m100::companion {
@@ -234,7 +234,7 @@ VehicleFile parse_vehicle(std::string_view text, const std::string& name) {
 }
 
 VehicleFile load_vehicle(const std::string& path) {
-  const FileContent content = read_regular(path, kMostTextBytes);
+  const FileContent content = read_regular(path, kMaxTextBytes);
   if (!content.why_not.empty()) {
     throw VehicleFileError(path + ": " + content.why_not);
   }

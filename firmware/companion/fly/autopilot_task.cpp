@@ -7,7 +7,7 @@ namespace {
 using protocol::FlightStatus;
 using protocol::Task;
 
-constexpr core::Duration kStatusOld = std::chrono::seconds(2);  ///< the item comes ten times a second
+constexpr core::Duration kStatusTimeout = std::chrono::seconds(2);  ///< the item comes ten times a second
 
 bool is_ground(FlightStatus status) {
   return status == FlightStatus::kMotorsOff || status == FlightStatus::kStandby || status == FlightStatus::kLanded;
@@ -23,61 +23,61 @@ bool is_at_beginning(Task task, FlightStatus status) {
 
 }  // namespace
 
-GroundView::GroundView(const link::SerialLink& link, core::TimePoint now) {
+LandedState::LandedState(const link::SerialLink& link, core::TimePoint now) {
   const core::TimePoint came = link.received_at(protocol::TelemetryItem::kFlightStatus);
-  known = came != core::TimePoint{} && now - came <= kStatusOld;
+  known = came != core::TimePoint{} && now - came <= kStatusTimeout;
   on_ground = known && is_ground(link.telemetry().flight_status);
 }
 
-void AutopilotTask::order(Task task, core::TimePoint now) {
+void AutopilotTask::start(Task task, core::TimePoint now) {
   task_ = task;
-  state_ = State::kWaits;
+  state_ = State::kWaiting;
   failure_ = Failure::kNone;
   answer_ = {};
-  ordered_at_ = now;
+  started_at_ = now;
   begun_ = false;
 }
 
 AutopilotTask::State AutopilotTask::tick(core::TimePoint now, Controller& controller) {
   switch (state_) {
-    case State::kWaits:
-      ask(now, controller);
+    case State::kWaiting:
+      send_request(now, controller);
       break;
-    case State::kAsked:
-      hear_answer(now, controller);
+    case State::kRequested:
+      update_answer(now, controller);
       break;
-    case State::kFlies:
-      watch(now, controller.link());
+    case State::kActive:
+      update_status(now, controller.link());
       break;
     case State::kNone:
     case State::kDone:
     case State::kFailed:
       break;
   }
-  if (state_ == State::kWaits || state_ == State::kAsked || state_ == State::kFlies) {
+  if (state_ == State::kWaiting || state_ == State::kRequested || state_ == State::kActive) {
     controller.task_flies(task_);
   }
   return state_;
 }
 
-bool AutopilotTask::may_ask(core::TimePoint now, const Controller& controller) const {
-  const bool is_slow = controller.observed().speed_m_s < kSlow_m_s || now - ordered_at_ >= kSlowIn;
-  return controller.supervisor().rung() == safety::Rung::kLevel && now - asked_at_ >= kSpacing &&
-         (task_ == Task::kTakeOff || is_slow);
+bool AutopilotTask::may_request(core::TimePoint now, const Controller& controller) const {
+  const bool is_slow = controller.observed().speed_m_s < kMaxLandingSpeed_m_s || now - started_at_ >= kSlowDownTimeout;
+  return controller.supervisor().failsafe_state() == safety::FailsafeState::kLevel &&
+         now - requested_at_ >= kRequestInterval && (task_ == Task::kTakeOff || is_slow);
 }
 
-void AutopilotTask::ask(core::TimePoint now, Controller& controller) {
-  if (may_ask(now, controller) && controller.begin_task(task_) == core::Status::kOk) {
-    asked_at_ = now;
+void AutopilotTask::send_request(core::TimePoint now, Controller& controller) {
+  if (may_request(now, controller) && controller.begin_task(task_) == core::Status::kOk) {
+    requested_at_ = now;
     status_ = controller.link().telemetry().flight_status;
     same_since_ = now;
-    state_ = State::kAsked;
-  } else if (now - ordered_at_ > kSlowIn + kSpacing) {
-    fail(Failure::kNotAsked);
+    state_ = State::kRequested;
+  } else if (now - started_at_ > kSlowDownTimeout + kRequestInterval) {
+    fail(Failure::kNotSent);
   }
 }
 
-void AutopilotTask::hear_answer(core::TimePoint now, const Controller& controller) {
+void AutopilotTask::update_answer(core::TimePoint now, const Controller& controller) {
   if (controller.link().task_is_open()) {
     return;
   }
@@ -88,28 +88,28 @@ void AutopilotTask::hear_answer(core::TimePoint now, const Controller& controlle
     answer_ = answer;
     fail(Failure::kRefused);
   } else if (!answer.name.empty() || shows_it) {  // an answer may be lost, and telemetry shows it, too
-    state_ = State::kFlies;
-  } else if (now - asked_at_ > kAnswerIn) {
+    state_ = State::kActive;
+  } else if (now - requested_at_ > kAckTimeout) {
     fail(Failure::kNoAnswer);
   }
 }
 
-void AutopilotTask::watch(core::TimePoint now, const link::SerialLink& link) {
+void AutopilotTask::update_status(core::TimePoint now, const link::SerialLink& link) {
   const FlightStatus shown = link.telemetry().flight_status;
   same_since_ = shown == status_ ? same_since_ : now;
   status_ = shown;
   const core::Duration same_for = now - same_since_;
   const bool takes_off = task_ == Task::kTakeOff;
   begun_ = begun_ || shown == (takes_off ? FlightStatus::kTakingOff : FlightStatus::kLanding);
-  const bool is_new = begun_ || now - asked_at_ > kAnswerIn;  // the status no longer dates from before the task
-  if (is_at_end(task_, shown) && (takes_off ? same_for >= kSettled : is_new)) {
+  const bool is_new = begun_ || now - requested_at_ > kAckTimeout;  // the status no longer dates from before the task
+  if (is_at_end(task_, shown) && (takes_off ? same_for >= kAirborneTime : is_new)) {
     state_ = State::kDone;
-  } else if (!begun_ && now - asked_at_ > kBegunIn) {
-    fail(Failure::kNotBegun);
-  } else if (begun_ && is_at_beginning(task_, shown) && same_for > kBrokenFor) {
-    fail(Failure::kBrokenOff);
-  } else if (now - asked_at_ > (takes_off ? kTakeOffIn : kLandingIn)) {
-    fail(Failure::kTooLong);
+  } else if (!begun_ && now - requested_at_ > kStartTimeout) {
+    fail(Failure::kNotStarted);
+  } else if (begun_ && is_at_beginning(task_, shown) && same_for > kAbortTime) {
+    fail(Failure::kAborted);
+  } else if (now - requested_at_ > (takes_off ? kTakeOffTimeout : kLandingTimeout)) {
+    fail(Failure::kTimeout);
   }
 }
 
@@ -130,16 +130,16 @@ void describe(TextLine& line, const AutopilotTask& task) {
     case AutopilotTask::Failure::kNoAnswer:
       line.add(": the autopilot does not answer, and its flight status does not show it");
       return;
-    case AutopilotTask::Failure::kNotAsked:
+    case AutopilotTask::Failure::kNotSent:
       line.add(": the request could not be sent");
       return;
-    case AutopilotTask::Failure::kNotBegun:
+    case AutopilotTask::Failure::kNotStarted:
       line.add(": the autopilot accepted it but did not begin");
       return;
-    case AutopilotTask::Failure::kBrokenOff:
+    case AutopilotTask::Failure::kAborted:
       line.add(": the autopilot aborted it");
       return;
-    case AutopilotTask::Failure::kTooLong:
+    case AutopilotTask::Failure::kTimeout:
       line.add(": the autopilot did not finish it in time");
       return;
     case AutopilotTask::Failure::kNone:

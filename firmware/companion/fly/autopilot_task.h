@@ -4,17 +4,17 @@
 #include <cstdint>
 
 #include "firmware/app/flight_controller.h"
-#include "firmware/companion/fly/text_line.h"
-#include "protocol/commands.h"
+#include "firmware/companion/operator/text_line.h"
+#include "protocol/dji/commands.h"
 
 namespace m100::companion {
 
 /// Whether the aircraft is on the ground, by the flight status item of telemetry. An item older than two seconds does
 /// not count.
-struct GroundView {
+struct LandedState {
   bool known = false;
   bool on_ground = false;
-  GroundView(const link::SerialLink& link, core::TimePoint now);
+  LandedState(const link::SerialLink& link, core::TimePoint now);
 };
 
 /// A take-off or a landing by the autopilot's own task (protocol, 6.3), from the operator's order to its end. It sends
@@ -25,28 +25,29 @@ struct GroundView {
 class AutopilotTask {
  public:
   using Controller = app::FlightController<double>;
-  enum class State : std::uint8_t { kNone, kWaits, kAsked, kFlies, kDone, kFailed };
+  enum class State : std::uint8_t { kNone, kWaiting, kRequested, kActive, kDone, kFailed };
   enum class Failure : std::uint8_t {
     kNone,
-    kRefused,    ///< by the autopilot; its code is in answer()
-    kNoAnswer,   ///< no answer, and the flight status does not show the task
-    kNotAsked,   ///< the request could not be sent
-    kNotBegun,   ///< accepted, but the flight status does not change
-    kBrokenOff,  ///< the flight status returned to where the task began
-    kTooLong,
+    kRefused,     ///< by the autopilot; its code is in answer()
+    kNoAnswer,    ///< no answer, and the flight status does not show the task
+    kNotSent,     ///< the request could not be sent
+    kNotStarted,  ///< accepted, but the flight status does not change
+    kAborted,     ///< the flight status returned to where the task began
+    kTimeout,
   };
-  static constexpr core::Duration kSpacing = std::chrono::seconds(2);  ///< between two requests
-  static constexpr core::Duration kSlowIn = std::chrono::milliseconds(2500);
-  static constexpr double kSlow_m_s = 0.3;
-  static constexpr core::Duration kAnswerIn = std::chrono::seconds(1);
-  static constexpr core::Duration kBegunIn = std::chrono::seconds(5);
-  static constexpr core::Duration kSettled = std::chrono::milliseconds(500);  ///< in the air for so long: taken off
-  static constexpr core::Duration kBrokenFor = std::chrono::seconds(1);
-  static constexpr core::Duration kTakeOffIn = std::chrono::seconds(20);
-  static constexpr core::Duration kLandingIn = std::chrono::seconds(90);
+  static constexpr core::Duration kRequestInterval = std::chrono::seconds(2);  ///< between two requests
+  static constexpr core::Duration kSlowDownTimeout = std::chrono::milliseconds(2500);
+  static constexpr double kMaxLandingSpeed_m_s = 0.3;
+  static constexpr core::Duration kAckTimeout = std::chrono::seconds(1);
+  static constexpr core::Duration kStartTimeout = std::chrono::seconds(5);
+  static constexpr core::Duration kAirborneTime =
+      std::chrono::milliseconds(500);  ///< in the air for so long: taken off
+  static constexpr core::Duration kAbortTime = std::chrono::seconds(1);
+  static constexpr core::Duration kTakeOffTimeout = std::chrono::seconds(20);
+  static constexpr core::Duration kLandingTimeout = std::chrono::seconds(90);
 
   /// Begins a task on the operator's order; a landing may replace a take-off that is not over.
-  void order(protocol::Task task, core::TimePoint now);
+  void start(protocol::Task task, core::TimePoint now);
   /// Call it after each tick of the controller while control is ours.
   /// @returns the state; after kDone and kFailed the task no longer acts on the controller.
   State tick(core::TimePoint now, Controller& controller);
@@ -57,18 +58,18 @@ class AutopilotTask {
   const protocol::AckMeaning& answer() const { return answer_; }
 
  private:
-  bool may_ask(core::TimePoint now, const Controller& controller) const;
-  void ask(core::TimePoint now, Controller& controller);
-  void hear_answer(core::TimePoint now, const Controller& controller);
-  void watch(core::TimePoint now, const link::SerialLink& link);
+  bool may_request(core::TimePoint now, const Controller& controller) const;
+  void send_request(core::TimePoint now, Controller& controller);
+  void update_answer(core::TimePoint now, const Controller& controller);
+  void update_status(core::TimePoint now, const link::SerialLink& link);
   void fail(Failure failure);
 
   protocol::Task task_ = protocol::Task::kLand;
   State state_ = State::kNone;
   Failure failure_ = Failure::kNone;
   protocol::AckMeaning answer_{};
-  core::TimePoint ordered_at_{};
-  core::TimePoint asked_at_{-kSpacing};
+  core::TimePoint started_at_{};
+  core::TimePoint requested_at_{-kRequestInterval};
   core::TimePoint same_since_{};  ///< when the flight status last changed
   protocol::FlightStatus status_ = protocol::FlightStatus::kMotorsOff;
   bool begun_ = false;

@@ -12,20 +12,20 @@
 #include <sstream>
 
 #include "firmware/app/flight_controller.h"
+#include "firmware/companion/backup/backup_process.h"
 #include "firmware/companion/files/log_file.h"
+#include "firmware/companion/fly/flight_files.h"
 #include "firmware/companion/fly/flight_model.h"
 #include "firmware/companion/fly/flight_result.h"
+#include "firmware/companion/fly/flight_sequencer.h"
 #include "firmware/companion/fly/fly.h"
-#include "firmware/companion/fly/keeper.h"
-#include "firmware/companion/fly/link_report.h"
-#include "firmware/companion/fly/model_findings.h"
-#include "firmware/companion/fly/pilotage.h"
-#include "firmware/companion/fly/preparation.h"
-#include "firmware/companion/fly/screen.h"
-#include "firmware/companion/fly/words.h"
-#include "firmware/companion/room/room_orders.h"
+#include "firmware/companion/ground_station/ground_station_commands.h"
+#include "firmware/companion/operator/link_report.h"
+#include "firmware/companion/operator/operator_messages.h"
+#include "firmware/companion/operator/terminal.h"
+#include "firmware/companion/preflight/model_findings.h"
 #include "firmware/companion/subcommands.h"
-#include "firmware/link/farewell.h"
+#include "firmware/link/release_sequence.h"
 #include "firmware/vrc/command_map.h"
 #include "hal/linux/service_watchdog.h"
 
@@ -40,28 +40,28 @@ constexpr double kReach_m = 1.5;
 
 // An assertion handler can only use globals.
 hal::SerialPort* farewell_port = nullptr;
-const link::Farewell* farewell = nullptr;
+const link::ReleaseSequence* farewell = nullptr;
 const link::AuthorityView* farewell_authority = nullptr;
 
-void say_farewell(const char* file, int line) {
+void send_release_sequence(const char* file, int line) {
   // The neutral command is a control command: it must not be sent when the pilot has control (promise R4).
-  (void)farewell_port->write(farewell_authority->in_control ? farewell->bytes() : farewell->giving_back());
+  (void)farewell_port->write(farewell_authority->in_control ? farewell->bytes() : farewell->release_only());
   std::cerr << "m100: broken invariant at " << file << ":" << line << "; control was released\n";
   std::_Exit(kAnswerIsNo);
 }
 
 /// Makes a broken invariant send the farewell from now on. @returns the former handler.
-core::AssertionHandler say_when_broken(const link::Farewell& last_words, hal::SerialPort& port,
-                                       const link::AuthorityView& authority) {
+core::AssertionHandler release_on_assertion(const link::ReleaseSequence& last_words, hal::SerialPort& port,
+                                            const link::AuthorityView& authority) {
   farewell = &last_words;
   farewell_port = &port;
   farewell_authority = &authority;
-  return core::set_assertion_handler(&say_farewell);
+  return core::set_assertion_handler(&send_release_sequence);
 }
 
 /// Whether the excitation was flown to its end, if there is one.
-bool is_excited(const Orders& orders, const Controller& controller) {
-  return !orders.excitation || controller.excitation().state() == ctl::Excitation<double>::State::kOver;
+bool is_excited(const FlightFiles& files, const Controller& controller) {
+  return !files.excitation || controller.excitation().state() == ctl::Excitation<double>::State::kOver;
 }
 
 void expect_files(const FlyOptions& options) {
@@ -71,17 +71,17 @@ void expect_files(const FlyOptions& options) {
 }
 
 /// @param place where the aircraft was when the program began
-Wishes wishes_of(const FlyOptions& options, const Orders& orders, const ref::Waypoint<double>& place,
-                 const ref::Waypoint<double>& start) {
+FlightRequest request_of(const FlyOptions& options, const FlightFiles& files, const ref::Waypoint<double>& place,
+                         const ref::Waypoint<double>& start) {
   return {.take_control = options.take_control,
           .hold_s = options.hold_s,
           .once = options.once,
           .take_off = options.take_off,
           .land = options.land,
-          .begins_w_m = start.position_w_m,
-          .stands_w_m = place.position_w_m,
-          .reach_m = kReach_m,
-          .home = home_settings(orders),
+          .course_start_w_m = start.position_w_m,
+          .takeoff_position_w_m = place.position_w_m,
+          .max_start_distance_m = kReach_m,
+          .home = home_settings(files),
           .home_yaw_rad = start.yaw_rad};
 }
 
@@ -107,46 +107,48 @@ void ask_for_real_time() {
 
 /// Prepares the thread that flies for its first tick.
 /// @returns the speaker to the room; null: there is none.
-Speaker* prepare_the_thread(PosePort& pose_port, Live& live) {
+TelemetryStream* prepare_the_thread(PosePort& pose_port, LiveDisplay& live) {
   give_output_its_buffer();
-  Speaker* const speaker = pose_port.start_speaker();  // before the steps whose effects the threads must not inherit
+  TelemetryStream* const telemetry_stream =
+      pose_port.start_telemetry_stream();  // before the steps whose effects the threads must not inherit
   live.start();
   ask_for_real_time();
-  return speaker;
+  return telemetry_stream;
 }
 
 /// In simulated time the flight waits for its log after so many ticks: the log's ring holds more than they produce.
 constexpr std::uint32_t kTicksPerWait = 400;
 constexpr core::Duration kHealthPeriod = std::chrono::seconds(1);  ///< of the link's health in the log
 /// Watchdog time-out of the service manager: longer than the keeper's 0.7 s, which handles a hang more gently.
-constexpr core::Duration kServicePatience = std::chrono::seconds(1);
+constexpr core::Duration kServiceTimeout = std::chrono::seconds(1);
 
 /// Sends lines to the terminal, the log and the room.
-class Ears final : public Listener {
+class OperatorChannels final : public OperatorLog {
  public:
   /// @param speaker to the room; may be null.
-  Ears(log::FlightLogWriter* log, Speaker* speaker) : log_(log), speaker_(speaker) {}
-  void hear(core::TimePoint now, std::string_view line) override {
+  OperatorChannels(log::FlightLogWriter* log, TelemetryStream* telemetry_stream)
+      : log_(log), telemetry_stream_(telemetry_stream) {}
+  void write(core::TimePoint now, std::string_view line) override {
     TextLine timed;
     timed.add(core::seconds<double>(now.time_since_epoch()), 2).add(" s  ").add(line);
-    say(timed.text());
+    print_line(timed.text());
     if (log_ != nullptr) {
       log_->append(now, line);
     }
-    if (speaker_ != nullptr) {
-      speaker_->tell(line);
+    if (telemetry_stream_ != nullptr) {
+      telemetry_stream_->publish(line);
     }
   }
 
  private:
   log::FlightLogWriter* log_;
-  Speaker* speaker_;
+  TelemetryStream* telemetry_stream_;
 };
 
 /// Logs the health of the link once a second.
-class HealthLog {
+class LinkHealthLog {
  public:
-  explicit HealthLog(log::FlightLogWriter* log) : log_(log) {}
+  explicit LinkHealthLog(log::FlightLogWriter* log) : log_(log) {}
   void tick(core::TimePoint now, const link::LinkHealth& health) {
     if (log_ != nullptr && now - logged_at_ >= kHealthPeriod) {
       log_->append(now, health_line(health, text_));
@@ -161,71 +163,76 @@ class HealthLog {
 };
 
 /// Watches whether the second process would give control back if this program died; tells the operator on a change.
-class GuardWatch {
+class BackupSupervisor {
  public:
-  GuardWatch(Keeper& keeper, Listener& listener) : keeper_(keeper), listener_(listener) {}
+  BackupSupervisor(BackupProcess& backup, OperatorLog& operator_log) : backup_(backup), operator_log_(operator_log) {}
   /// @returns true: it would.
   bool tick(core::TimePoint now) {
-    const Keeper::Guard guard = keeper_.guard(now);
-    if (guard != told_) {
-      told_ = guard;
-      listener_.hear(now, guard == Keeper::Guard::kStands ? "the second process runs again"
-                          : guard == Keeper::Guard::kDead
-                              ? "the second process is dead: nobody gives control back if this program dies. Land"
-                              : "the second process hangs: nobody gives control back if this program dies. Land");
+    const BackupProcess::State state = backup_.state(now);
+    if (state != reported_) {
+      reported_ = state;
+      operator_log_.write(now, state == BackupProcess::State::kReady ? "the second process runs again"
+                               : state == BackupProcess::State::kDead
+                                   ? "the second process is dead: nobody gives control back if this program dies. Land"
+                                   : "the second process hangs: nobody gives control back if this program dies. Land");
     }
-    return guard == Keeper::Guard::kStands;
+    return state == BackupProcess::State::kReady;
   }
 
  private:
-  Keeper& keeper_;
-  Listener& listener_;
-  Keeper::Guard told_ = Keeper::Guard::kStands;
+  BackupProcess& backup_;
+  OperatorLog& operator_log_;
+  BackupProcess::State reported_ = BackupProcess::State::kReady;
 };
 
-void say_what_is_off(const FlyOptions& options, Ears& ears, core::TimePoint now) {
-  for (const std::string& check : options.checks_off) {
-    ears.hear(now, TextLine{}.add("--override: check ").add(check).add(" is switched off").text());
+void report_disabled_checks(const FlyOptions& options, OperatorChannels& channels, core::TimePoint now) {
+  for (const std::string& check : options.disabled_checks) {
+    channels.write(now, TextLine{}.add("--override: check ").add(check).add(" is switched off").text());
   }
 }
 
 /// @returns null: no log was requested.
 log::FlightLogWriter* begin_log(std::optional<LogFile>& file, const FlyOptions& options, const FlightModel& model,
-                                const Orders& orders, const ref::Waypoint<double>& start,
+                                const FlightFiles& files, const ref::Waypoint<double>& start,
                                 const app::FlightConfig& config, core::TimePoint now) {
   if (options.log.empty()) {
     return nullptr;
   }
   file.emplace(options.log);
-  write_notes(file->log(), options, model, orders, start, config, now);
+  write_notes(file->log(), options, model, files, start, config, now);
   file->start();
   return &file->log();
 }
 
 /// Lets the log catch up in simulated time, in which a flight runs as fast as the machine can.
-void let_the_log_follow(const FlyOptions& options, const std::optional<LogFile>& log, std::uint32_t ticks) {
+void wait_for_log(const FlyOptions& options, const std::optional<LogFile>& log, std::uint32_t ticks) {
   if (log && hal::is_simulated(options.port) && ticks % kTicksPerWait == 0) {
     log->wait_until_written();
   }
 }
 
 /// The commands of the operator and of the room.
-OperatorInput heard(const PosePort& port, RoomOrders& room, const Controller& controller, const Pilotage& pilotage,
-                    core::TimePoint now) {
-  const Said said = heard_from_operator();
-  const Said ordered = port.signatures() != nullptr ? room.tick(now, controller, situation_of(pilotage, now)) : Said{};
-  return {.word = said.word || ordered.word, .land = said.land || ordered.land, .stops = stops(), .led = room.leads()};
+SequencerInput received(const PosePort& port, GroundStationCommands& ground_station, const Controller& controller,
+                        const FlightSequencer& sequencer, core::TimePoint now) {
+  const OperatorInput input = read_operator_input();
+  const OperatorInput commanded = port.signatures() != nullptr
+                                      ? ground_station.tick(now, controller, sequencer_status(sequencer, now))
+                                      : OperatorInput{};
+  return {.toggle_control = input.toggle_control || commanded.toggle_control,
+          .land = input.land || commanded.land,
+          .stops = stops(),
+          .goal_led = ground_station.has_goal()};
 }
 
 /// Prints the closing lines and writes the result.
 void conclude(const FlyOptions& options, nlohmann::json result, const Controller& controller, const PosePort& pose,
-              Live& live) {
+              LiveDisplay& live) {
   live.finish();  // its status line must not mix with the closing lines
   std::ostringstream words;
   print(words, controller.link().health());
   print(words, controller.pose_link().stats(), pose.signatures());
   std::cout << std::flush;
-  write_at_last(words.str());
+  write_with_timeout(words.str());
   result["pose_link"] = companion::to_json(controller.pose_link().stats(), pose.signatures());
   write_result(options.json, result);
 }
@@ -234,63 +241,64 @@ void conclude(const FlyOptions& options, nlohmann::json result, const Controller
 
 bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::SerialPort& port) {
   expect_files(options);
-  const Orders orders(options);
-  const FlightModel model = sound_model(options, orders.mode);
+  const FlightFiles files(options);
+  const FlightModel model = sound_model(options, files.mode);
   const link::ChannelCommand neutral = neutral_of(options, model.vehicle());
   const protocol::Cipher* const cipher = link.encrypt_commands ? link.cipher : nullptr;
-  Keeper keeper(neutral, cipher, options.port);  // before the threads and the large objects
-  keeper.hold(port.descriptor(), port.openings());
+  BackupProcess backup(neutral, cipher, options.port);  // before the threads and the large objects
+  backup.set_port(port.descriptor(), port.openings());
   PosePort pose_port(options.pose, options.port);
-  const ref::Waypoint<double> place = first_pose(pose_port);
-  const ref::Waypoint<double> start = options.take_off ? above(place) : place;
+  const ref::Waypoint<double> place = find_start_position(pose_port);
+  const ref::Waypoint<double> start = options.take_off ? takeoff_end(place) : place;
   const auto trajectory = std::make_unique<ref::Trajectory<double>>();
-  lay_and_check(orders, start, *trajectory);
-  const app::FlightConfig config = flight_config(options, orders, start, link);
+  parse_and_validate(files, start, *trajectory);
+  const app::FlightConfig config = flight_config(options, files, start, link);
   TickClock clock(options.port);
   std::optional<LogFile> log_file;
-  log::FlightLogWriter* const log = begin_log(log_file, options, model, orders, start, config, clock.now());
-  Live live(options.live);
-  OverheardLine pose_line(pose_port.line());
+  log::FlightLogWriter* const log = begin_log(log_file, options, model, files, start, config, clock.now());
+  LiveDisplay live(options.live);
+  GroundStationTap pose_line(pose_port.line());
   const auto controller =
       std::make_unique<Controller>(model.vehicle(), model.tables(), config, port, pose_line, *trajectory, log);
-  const link::Farewell last_words(neutral, cipher);
-  const core::AssertionHandler former = say_when_broken(last_words, port, controller->link().authority());
-  Speaker* const speaker = prepare_the_thread(pose_port, live);
-  Ears ears(log, speaker);
-  say_what_is_off(options, ears, clock.now());
-  RoomOrders room(goal_limits(options, orders), model.vehicle(), config, *trajectory, pose_line, speaker, ears);
-  Pilotage pilotage(wishes_of(options, orders, place, start), config, *controller, *trajectory, ears);
-  forget_words();
+  const link::ReleaseSequence last_words(neutral, cipher);
+  const core::AssertionHandler former = release_on_assertion(last_words, port, controller->link().authority());
+  TelemetryStream* const telemetry_stream = prepare_the_thread(pose_port, live);
+  OperatorChannels channels(log, telemetry_stream);
+  report_disabled_checks(options, channels, clock.now());
+  GroundStationCommands ground_station(goal_limits(options, files), model.vehicle(), config, *trajectory, pose_line,
+                                       telemetry_stream, channels);
+  FlightSequencer sequencer(request_of(options, files, place, start), config, *controller, *trajectory, channels);
+  discard_operator_input();
   hal::ServiceWatchdog service;
-  service.start(kServicePatience);
-  HealthLog health(log);
-  GuardWatch guard(keeper, ears);
+  service.start(kServiceTimeout);
+  LinkHealthLog health(log);
+  BackupSupervisor state(backup, channels);
   for (core::TimePoint now = clock.now();; now = clock.next(), service.feed()) {
-    let_the_log_follow(options, log_file, controller->stats().ticks);
-    keeper.hold(port.descriptor(), port.openings());
-    if (!keeper.beat(controller->link().authority().in_control)) {
+    wait_for_log(options, log_file, controller->stats().ticks);
+    backup.set_port(port.descriptor(), port.openings());
+    if (!backup.heartbeat(controller->link().authority().in_control)) {
       controller->release();
-      say("this program stalled for too long: control was given back to the transmitter");
+      print_line("this program stalled for too long: control was given back to the transmitter");
     }
     pose_port.tick();
-    const bool guarded = guard.tick(now);
+    const bool backed_up = state.tick(now);
     (void)controller->tick(now);  // the log holds the outcome of the command
-    pose_port.tell(*controller, now);
-    live.tell(*controller, *trajectory, now);
+    pose_port.publish(*controller, now);
+    live.publish(*controller, *trajectory, now);
     health.tick(now, controller->link().health());
-    OperatorInput input = heard(pose_port, room, *controller, pilotage, now);
-    input.guarded = guarded;
-    if (!pilotage.tick(now, input)) {
+    SequencerInput input = received(pose_port, ground_station, *controller, sequencer, now);
+    input.backed_up = backed_up;
+    if (!sequencer.tick(now, input)) {
       break;
     }
   }
   core::set_assertion_handler(former);
   service.stop();
-  controller->link().authority().owed ? keeper.speak() : keeper.dismiss();
-  nlohmann::json result = flight_result(options, orders, pilotage, *controller, clock.stalls(), config.limits);
-  result["room"] = room_result(pose_line.stats(), room.parameters_not_set());
+  controller->link().authority().release_pending ? backup.send_release() : backup.dismiss();
+  nlohmann::json result = flight_result(options, files, sequencer, *controller, clock.stalls(), config.limits);
+  result["room"] = ground_station_result(pose_line.stats(), ground_station.parameters_not_set());
   conclude(options, std::move(result), *controller, pose_port, live);
-  return pilotage.given_back() && is_excited(orders, *controller);
+  return sequencer.given_back() && is_excited(files, *controller);
 }
 
 }  // namespace m100::companion

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "firmware/companion/files/mode.h"
-#include "firmware/companion/files/text_file.h"
+#include "firmware/companion/files/text/text_file.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/mpc/table_file.h"

@@ -3,22 +3,22 @@
 
 #include <nlohmann/json.hpp>
 
-#include "firmware/companion/fly/excitation.h"
-#include "firmware/companion/fly/link_report.h"
-#include "firmware/companion/fly/words.h"
+#include "firmware/companion/fly/excitation_result.h"
+#include "firmware/companion/operator/link_report.h"
+#include "firmware/companion/operator/operator_messages.h"
 
 namespace m100::companion {
 namespace {
 
-nlohmann::json steps_json(const Pilotage& pilotage, const safety::Limits& limits) {
+nlohmann::json steps_json(const FlightSequencer& sequencer, const safety::Limits& limits) {
   nlohmann::json out = nlohmann::json::array();
-  for (const safety::LadderStep& step : pilotage.steps()) {
+  for (const safety::FailsafeStep& step : sequencer.steps()) {
     TextLine seen;
-    describe(seen, step.cause, step.seen, limits);
+    describe(seen, step.reason, step.seen, limits);
     out.push_back({{"t_s", core::seconds<double>(step.seen.now.time_since_epoch())},
                    {"from", safety::name(step.from)},
                    {"to", safety::name(step.to)},
-                   {"cause", safety::name(step.cause)},
+                   {"cause", safety::name(step.reason)},
                    {"seen", std::string(seen.text())}});
   }
   return out;
@@ -26,7 +26,7 @@ nlohmann::json steps_json(const Pilotage& pilotage, const safety::Limits& limits
 
 }  // namespace
 
-nlohmann::json flight_result(const FlyOptions& options, const Orders& orders, const Pilotage& pilotage,
+nlohmann::json flight_result(const FlyOptions& options, const FlightFiles& orders, const FlightSequencer& sequencer,
                              const app::FlightController<double>& controller, std::uint32_t stalls,
                              const safety::Limits& limits) {
   const link::AuthorityView& authority = controller.link().authority();
@@ -34,21 +34,21 @@ nlohmann::json flight_result(const FlyOptions& options, const Orders& orders, co
   nlohmann::json out{{"channel", options.channel},
                      {"baud", options.baud},
                      {"mode", name(orders.flight->mode)},
-                     {"obtained", pilotage.flew()},
-                     {"released", pilotage.given_back()},
-                     {"took_off", pilotage.took_off()},
-                     {"landed", pilotage.landed()},
+                     {"obtained", sequencer.flew()},
+                     {"released", sequencer.given_back()},
+                     {"took_off", sequencer.took_off()},
+                     {"landed", sequencer.landed()},
                      {"last_stage", safety::name(authority.stage)},
                      {"last_reason", safety::name(authority.reason)},
-                     {"ladder", steps_json(pilotage, limits)},
-                     {"checks_off", options.checks_off},
+                     {"ladder", steps_json(sequencer, limits)},
+                     {"checks_off", options.disabled_checks},
                      {"stalls", stalls},
                      {"position_m", {estimate.x.position_m, estimate.y.position_m, estimate.height_m}},
                      {"health", companion::to_json(controller.link().health())}};
-  if (pilotage.swing()) {
-    out["swinging"] = {{"t_s", core::seconds<double>(pilotage.swing()->now.time_since_epoch())},
-                       {"height_rad", pilotage.swing()->swing_rad},
-                       {"frequency_hz", pilotage.swing()->swing_hz}};
+  if (sequencer.limit_cycle()) {
+    out["swinging"] = {{"t_s", core::seconds<double>(sequencer.limit_cycle()->now.time_since_epoch())},
+                       {"height_rad", sequencer.limit_cycle()->limit_cycle_rad},
+                       {"frequency_hz", sequencer.limit_cycle()->limit_cycle_hz}};
   }
   if (orders.excitation) {
     out["excitation"] = companion::to_json(controller.excitation(), *orders.excitation);
@@ -56,7 +56,7 @@ nlohmann::json flight_result(const FlyOptions& options, const Orders& orders, co
   return out;
 }
 
-nlohmann::json room_result(const HeardStats& heard, std::uint32_t parameters_not_set) {
+nlohmann::json ground_station_result(const GroundStationStats& heard, std::uint32_t parameters_not_set) {
   return {{"goals", heard.goals},
           {"orders", heard.orders},
           {"orders_lost", heard.orders_lost},

@@ -19,10 +19,10 @@
 
 #include "firmware/companion/files/course.h"
 #include "firmware/companion/files/file_use.h"
-#include "firmware/companion/files/key_file.h"
-#include "firmware/companion/fly/model_findings.h"
-#include "firmware/companion/fly/screen.h"
-#include "firmware/companion/fly/words.h"
+#include "firmware/companion/files/text/key_file.h"
+#include "firmware/companion/operator/operator_messages.h"
+#include "firmware/companion/operator/terminal.h"
+#include "firmware/companion/preflight/model_findings.h"
 #include "firmware/companion/subcommands.h"
 
 namespace m100::companion {
@@ -32,7 +32,7 @@ std::atomic<std::uint32_t> stop_signals{0};
 std::atomic<bool> word_signal{false};
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free, "handlers of signals may touch no other");
 void on_signal(int) { ++stop_signals; }
-void on_word(int) { word_signal = true; }
+void on_toggle_signal(int) { word_signal = true; }
 
 link::LinkConfig link_config(const FlyOptions& options) {
   link::LinkConfig config;
@@ -72,7 +72,7 @@ void run(const FlyOptions& options) {
   hal::SerialPort port(options.port, options.baud);
   open_or_explain(port);
   if (!options.dry_run) {
-    do_not_wait_for_screens();
+    make_terminals_nonblocking();
   }
   const bool done =
       options.dry_run ? dry_run(options, prepared.config, port) : fly_course(options, prepared.config, port);
@@ -102,7 +102,7 @@ void watch_signals() {
   std::signal(SIGTERM, on_signal);
   std::signal(SIGHUP, on_signal);  // without its terminal the program must still end the flight in order
   std::signal(SIGQUIT, on_signal);
-  std::signal(SIGUSR1, on_word);
+  std::signal(SIGUSR1, on_toggle_signal);
   // The shell's job control must not stop a program that flies: Ctrl-Z ends the flight, and in the background there is
   // no terminal to read.
   std::signal(SIGTSTP, on_signal);
@@ -113,22 +113,22 @@ void watch_signals() {
   std::signal(SIGXFSZ, SIG_IGN);
 }
 
-Said heard_from_operator() {
+OperatorInput read_operator_input() {
   pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
   std::array<char, 64> line{};
   const ssize_t count = poll(&input, 1, 0) > 0 ? read(STDIN_FILENO, line.data(), line.size()) : 0;
   const std::string_view typed(line.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
   const bool land = typed.substr(0, typed.find_first_of("\r\n")) == "land";
   const bool signalled = word_signal.exchange(false);
-  return {.word = signalled || (!typed.empty() && !land), .land = land};
+  return {.toggle_control = signalled || (!typed.empty() && !land), .land = land};
 }
 
-void forget_words() {
+void discard_operator_input() {
   word_signal = false;
   (void)tcflush(STDIN_FILENO, TCIFLUSH);
 }
 
-void say(std::string_view line) {
+void print_line(std::string_view line) {
   pollfd output{.fd = STDOUT_FILENO, .events = POLLOUT, .revents = 0};
   if (poll(&output, 1, 0) > 0 && (output.revents & POLLOUT) != 0) {
     std::cout << line_begin() << line << std::endl;
@@ -217,7 +217,7 @@ void add_fly(CLI::App& m100) {
       ->check(CLI::IsMember({"field", "calm_room"}));
   app->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline, for comparison")
       ->check(CLI::IsMember({"mpc", "lqr"}));
-  app->add_option("--override", options->checks_off,
+  app->add_option("--override", options->disabled_checks,
                   "switch off one check of the pose against the autopilot's telemetry, or fly in spite of what m100 "
                   "check finds wrong: give the name of either; may be repeated")
       ->check(CLI::IsMember(names_for_override()));

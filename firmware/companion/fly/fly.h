@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include "firmware/companion/fly/live.h"
 #include "firmware/companion/fly/pose_port.h"
-#include "firmware/companion/fly/said.h"
+#include "firmware/companion/operator/live_display.h"
+#include "firmware/companion/operator/operator_input.h"
 #include "firmware/link/serial_link.h"
 #include "hal/linux/serial_port.h"
 #include "protocol/aes256.h"
@@ -44,7 +44,7 @@ struct FlyOptions {
   std::string flight;
   std::string mode;  ///< empty: the flight file's
   std::string law = "mpc";
-  std::vector<std::string> checks_off;  ///< names_for_override
+  std::vector<std::string> disabled_checks;  ///< names_for_override
   std::string course;
   std::string excite;
   std::string log;
@@ -66,19 +66,19 @@ struct PreparedLink {
 
 /// The number of SIGINT, SIGTERM, SIGHUP and SIGQUIT received: each means give control back and end.
 std::uint32_t stops();
-inline bool stop_asked() { return stops() != 0; }
+inline bool stop_requested() { return stops() != 0; }
 void watch_signals();
 /// The operator's commands since the last call. The end of the standard input is not a command.
-Said heard_from_operator();
+OperatorInput read_operator_input();
 /// Discards what was typed before there was anything to answer. Input in a pipe is kept.
-void forget_words();
+void discard_operator_input();
 
 /// Opens a port or throws UsageError with the reason.
 void open_or_explain(hal::SerialPort& port);
 
 /// Prints a line for the operator if the terminal takes it now: a stopped terminal (Ctrl-S) must not stop the flight.
 /// Erases the status line first, if there is one.
-void say(std::string_view line);
+void print_line(std::string_view line);
 
 /// One line with the state of the authority table, and the remedy if there is one.
 std::string describe(const link::AuthorityView& authority);

@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "firmware/companion/files/file_use.h"
-#include "firmware/companion/files/key_file.h"
-#include "firmware/companion/files/replay_file.h"
+#include "firmware/companion/files/signature_times_file.h"
+#include "firmware/companion/files/text/key_file.h"
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/subcommands.h"
 
@@ -76,7 +76,7 @@ FileUse files_of(const PoseOptions& options, const std::string& autopilot) {
     use.holds("--pose-port", options.port);
   }
   if (!options.key_file.empty()) {
-    use.writes("--mavlink-key", ReplayFile::beside(options.key_file));
+    use.writes("--mavlink-key", SignatureTimesFile::path_for(options.key_file));
   }
   return use;
 }
@@ -98,11 +98,11 @@ PosePort::PosePort(const PoseOptions& options, const std::string& clock_port)
   }
   if (!options.key_file.empty()) {
     key_ = mavlink_key(options.key_file);
-    replay_file_ = std::make_unique<ReplayFile>(options.key_file);
+    replay_file_ = std::make_unique<SignatureTimesFile>(options.key_file);
     if (udp_) {
-      signed_.emplace(*udp_, key_, replay_file_->before(), kLinkOfTheTick);
+      signed_.emplace(*udp_, key_, replay_file_->accepted_before(), kLinkOfTheTick);
     } else {
-      signed_.emplace(*serial_, key_, replay_file_->before(), kLinkOfTheTick);
+      signed_.emplace(*serial_, key_, replay_file_->accepted_before(), kLinkOfTheTick);
     }
     line_ = &*signed_;
     replay_file_->start();
@@ -115,12 +115,12 @@ PosePort::~PosePort() {
   }
 }
 
-Speaker* PosePort::start_speaker() {
+TelemetryStream* PosePort::start_telemetry_stream() {
   if (udp_ && signed_) {
-    speaker_ = std::make_unique<Speaker>(*udp_, key_);
-    speaker_->start();
+    telemetry_stream_ = std::make_unique<TelemetryStream>(*udp_, key_);
+    telemetry_stream_->start();
   }
-  return speaker_.get();
+  return telemetry_stream_.get();
 }
 
 void PosePort::tick() {

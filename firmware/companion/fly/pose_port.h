@@ -9,10 +9,10 @@
 #include <string>
 
 #include "firmware/companion/files/file_use.h"
-#include "firmware/companion/files/replay_file.h"
-#include "firmware/companion/room/speaker.h"
-#include "firmware/link/pose_link.h"
-#include "firmware/link/signed_line.h"
+#include "firmware/companion/files/signature_times_file.h"
+#include "firmware/companion/ground_station/telemetry_stream.h"
+#include "firmware/link/pose/pose_link.h"
+#include "firmware/link/pose/signed_line.h"
 #include "hal/linux/serial_port.h"
 #include "hal/linux/udp_port.h"
 
@@ -54,11 +54,11 @@ class PosePort {
   void tick();
   hal::Uart& line() { return *line_; }
   /// Starts sending to the room. @returns null: the port is a wire, or there is no key.
-  Speaker* start_speaker();
-  /// After start_speaker(): call it after each tick.
-  void tell(const app::FlightController<double>& controller, core::TimePoint now) {
-    if (speaker_) {
-      speaker_->tell(controller, now, signed_->least_time());
+  TelemetryStream* start_telemetry_stream();
+  /// After start_telemetry_stream(): call it after each tick.
+  void publish(const app::FlightController<double>& controller, core::TimePoint now) {
+    if (telemetry_stream_) {
+      telemetry_stream_->publish(controller, now, signed_->min_time());
     }
   }
   /// The baud rate, which gives the transmission time of a byte; 0: a network.
@@ -75,10 +75,10 @@ class PosePort {
   mavlink::SignatureTime start_;  ///< signature time at which clock_ shows zero
   std::optional<hal::SerialPort> serial_;
   std::optional<hal::UdpPort> udp_;
-  std::unique_ptr<ReplayFile> replay_file_;
+  std::unique_ptr<SignatureTimesFile> replay_file_;
   mavlink::Key key_{};
   std::optional<link::SignedLine> signed_;
-  std::unique_ptr<Speaker> speaker_;
+  std::unique_ptr<TelemetryStream> telemetry_stream_;
   hal::Uart* line_ = nullptr;
   std::uint32_t ticks_ = 0;
 };

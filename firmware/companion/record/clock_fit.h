@@ -16,7 +16,7 @@ class ClockFit {
  public:
   /// @param own time stamp of the package. @param arrived its arrival on our clock.
   /// @returns when it was made, by the shortest transport delay seen; never after `arrived` or before the last result.
-  core::TimePoint lay(core::Duration own, core::TimePoint arrived) {
+  core::TimePoint to_our_clock(core::Duration own, core::TimePoint arrived) {
     const core::Duration offset = arrived.time_since_epoch() - own;
     if (offset_ && std::max(offset - *offset_, *offset_ - offset) > kJump) {
       offset_.reset();

@@ -11,14 +11,14 @@
 #include <optional>
 #include <string>
 
-#include "firmware/companion/files/key_file.h"
 #include "firmware/companion/files/log_file.h"
+#include "firmware/companion/files/text/key_file.h"
 #include "firmware/companion/fly/fly.h"
-#include "firmware/companion/fly/link_report.h"
-#include "firmware/companion/fly/listening_port.h"
+#include "firmware/companion/operator/link_report.h"
+#include "firmware/companion/preflight/receive_only_port.h"
 #include "firmware/companion/record/recorder.h"
 #include "firmware/companion/subcommands.h"
-#include "firmware/link/pose_link.h"
+#include "firmware/link/pose/pose_link.h"
 #include "hal/linux/serial_port.h"
 #include "protocol/aes256.h"
 
@@ -64,7 +64,7 @@ class Session {
     log_->start();
     const bool for_ever = options_.hold_s <= 0.0;
     for (core::TimePoint now = clock.now();
-         !stop_asked() && !log_->is_cut() &&
+         !stop_requested() && !log_->is_cut() &&
          (for_ever || core::seconds<double>(now.time_since_epoch()) < options_.hold_s);
          now = clock.now()) {
       visit(now);
@@ -87,7 +87,7 @@ class Session {
  private:
   void visit(core::TimePoint now) {
     for (bool more = true; more;) {
-      const core::Expected<std::size_t> count = listener_.read(buffer_);
+      const core::Expected<std::size_t> count = operator_log_.read(buffer_);
       outages_ += !count && !port_was_gone_ ? 1U : 0U;
       port_was_gone_ = !count;
       more = count && *count > 0;
@@ -95,7 +95,7 @@ class Session {
         recorder_->take(std::span(buffer_).first(*count), now);
       }
     }
-    recorder_->look_for_false_frames(now);
+    recorder_->reject_false_frames(now);
     if (pose_link_) {
       pose_port_->tick();
       if (const core::Expected<core::Pose<double>> pose = pose_link_->receive(now)) {
@@ -106,9 +106,9 @@ class Session {
 
   const RecordOptions& options_;
   hal::SerialPort port_;
-  ListeningPort listener_{port_};
+  ReceiveOnlyPort operator_log_{port_};
   std::optional<PosePort> pose_port_;
-  std::optional<ListeningPort> pose_listener_;
+  std::optional<ReceiveOnlyPort> pose_listener_;
   std::optional<link::PoseLink> pose_link_;
   std::optional<protocol::Aes256> cipher_;
   std::optional<LogFile> log_;
@@ -128,15 +128,15 @@ nlohmann::json to_json(const RecordOptions& options, const Session& session, con
   const Recorder& recorder = session.recorder();
   nlohmann::json streams, sticks;
   for (const Recorder::Stream stream : kStreams) {
-    const Recorder::Came& came = recorder.came(stream);
-    streams[std::string(Recorder::name(stream))] = {{"samples", came.samples},
-                                                    {"rate_hz", came.rate_hz()},
-                                                    {"longest_gap_s", core::seconds<double>(came.longest_gap)},
-                                                    {"gaps", came.gaps}};
+    const Recorder::StreamStatistics& statistics = recorder.statistics(stream);
+    streams[std::string(Recorder::name(stream))] = {{"samples", statistics.samples},
+                                                    {"rate_hz", statistics.rate_hz()},
+                                                    {"longest_gap_s", core::seconds<double>(statistics.longest_gap)},
+                                                    {"gaps", statistics.gaps}};
   }
-  for (std::size_t stick = 0; stick < kSticks.size() && recorder.came(Recorder::kRc).samples > 0; ++stick) {
-    sticks[kSticks[stick]] = {{"least_counts", recorder.sticks()[stick].least_counts},
-                              {"most_counts", recorder.sticks()[stick].most_counts}};
+  for (std::size_t stick = 0; stick < kSticks.size() && recorder.statistics(Recorder::kRc).samples > 0; ++stick) {
+    sticks[kSticks[stick]] = {{"least_counts", recorder.sticks()[stick].min_counts},
+                              {"most_counts", recorder.sticks()[stick].max_counts}};
   }
   const protocol::ParserStats& parser = recorder.parser();
   return {
@@ -147,7 +147,7 @@ nlohmann::json to_json(const RecordOptions& options, const Session& session, con
       {"packages", recorder.packages()},
       {"streams", streams},
       {"sticks", sticks},
-      {"packages_of_a_computer", recorder.packages_of_a_computer()},
+      {"packages_of_a_computer", recorder.computer_packages()},
       {"autopilot_restarts", recorder.restarts()},
       {"outages", session.outages()},
       {"poses_lost", session.lost_poses()},
@@ -163,9 +163,9 @@ nlohmann::json to_json(const RecordOptions& options, const Session& session, con
 }
 
 /// Why the log is useless for identification; empty: it is usable.
-std::string trouble_of(const RecordOptions& options, const Session& session) {
+std::string problem_of(const RecordOptions& options, const Session& session) {
   const Recorder& recorder = session.recorder();
-  const auto none = [&](Recorder::Stream stream) { return recorder.came(stream).samples < 2; };
+  const auto none = [&](Recorder::Stream stream) { return recorder.statistics(stream).samples < 2; };
   if (session.is_cut()) {
     return options.log + ": the log is cut short";
   }
@@ -190,24 +190,24 @@ void print(const Session& session) {
   const Recorder& recorder = session.recorder();
   std::cout << std::fixed << std::setprecision(1) << "recorded " << session.length_s() << " s\n";
   for (const Recorder::Stream stream : kStreams) {
-    const Recorder::Came& came = recorder.came(stream);
-    if (came.samples > 0) {
+    const Recorder::StreamStatistics& statistics = recorder.statistics(stream);
+    if (statistics.samples > 0) {
       std::cout << "  " << std::left << std::setw(9) << Recorder::name(stream) << std::right << std::setw(6)
-                << came.rate_hz() << " Hz, longest gap " << 1000.0 * core::seconds<double>(came.longest_gap) << " ms, "
-                << came.gaps << " gaps\n";
+                << statistics.rate_hz() << " Hz, longest gap " << 1000.0 * core::seconds<double>(statistics.longest_gap)
+                << " ms, " << statistics.gaps << " gaps\n";
     }
   }
-  for (std::size_t stick = 0; stick < kSticks.size() && recorder.came(Recorder::kRc).samples > 0; ++stick) {
-    const Recorder::Moved& moved = recorder.sticks()[stick];
-    std::cout << "  stick " << kSticks[stick] << " from " << moved.least_counts << " to " << moved.most_counts
+  for (std::size_t stick = 0; stick < kSticks.size() && recorder.statistics(Recorder::kRc).samples > 0; ++stick) {
+    const Recorder::StickRange& moved = recorder.sticks()[stick];
+    std::cout << "  stick " << kSticks[stick] << " from " << moved.min_counts << " to " << moved.max_counts
               << " counts\n";
   }
-  const auto slow = [&](Recorder::Stream stream) { return recorder.came(stream).rate_hz() < 0.9 * kGoodRate_hz; };
+  const auto slow = [&](Recorder::Stream stream) { return recorder.statistics(stream).rate_hz() < 0.9 * kGoodRate_hz; };
   if (recorder.packages() > 0 && (slow(Recorder::kRc) || slow(Recorder::kAttitude))) {
     std::cout << "  sticks or attitude come slower than 50 Hz: set them to 50 or 100 Hz in DJI's assistant\n";
   }
-  if (recorder.packages_of_a_computer() > 0) {
-    std::cout << "  a computer had control in " << recorder.packages_of_a_computer()
+  if (recorder.computer_packages() > 0) {
+    std::cout << "  a computer had control in " << recorder.computer_packages()
               << " packages: in those, the sticks in the log may not be the pilot's\n";
   }
   if (session.signatures() != nullptr) {
@@ -232,7 +232,7 @@ void run(const RecordOptions& options) {
   watch_signals();
   Session session(options);
   session.run();
-  const std::string trouble = trouble_of(options, session);
+  const std::string trouble = problem_of(options, session);
   print(session);
   write_result(options.json, to_json(options, session, trouble));
   if (!trouble.empty()) {

@@ -35,12 +35,12 @@ std::uint64_t microseconds(core::TimePoint at) { return static_cast<std::uint64_
 
 std::string_view Recorder::name(Stream stream) { return kFormats[stream].substr(0, kFormats[stream].find(':')); }
 
-double Recorder::Came::rate_hz() const {
+double Recorder::StreamStatistics::rate_hz() const {
   const double span_s = core::seconds<double>(last - first);
   return span_s > 0.0 ? static_cast<double>(samples - 1) / span_s : 0.0;
 }
 
-void Recorder::Came::note(core::TimePoint at) {
+void Recorder::StreamStatistics::add(core::TimePoint at) {
   if (samples == 0) {
     first = at;
   } else {
@@ -50,13 +50,13 @@ void Recorder::Came::note(core::TimePoint at) {
   ++samples;
 }
 
-void Recorder::Came::end(core::TimePoint at) {
+void Recorder::StreamStatistics::end(core::TimePoint at) {
   if (samples > 0 && at > last) {
     note_gap(at - last);
   }
 }
 
-void Recorder::Came::note_gap(core::Duration gap) {
+void Recorder::StreamStatistics::note_gap(core::Duration gap) {
   longest_gap = std::max(longest_gap, gap);
   const bool knows_its_interval = samples >= kFewestIntervals;
   const double gap_s = core::seconds<double>(gap);
@@ -64,8 +64,8 @@ void Recorder::Came::note_gap(core::Duration gap) {
 }
 
 void Recorder::end(core::TimePoint now) {
-  for (Came& came : came_) {
-    came.end(now);
+  for (StreamStatistics& statistics : statistics_) {
+    statistics.end(now);
   }
 }
 
@@ -81,7 +81,7 @@ void Recorder::take(std::span<const std::byte> bytes, core::TimePoint now) {
   parser_.consume(bytes, [&](const protocol::FrameView& frame) { handle(frame, now); });
 }
 
-void Recorder::look_for_false_frames(core::TimePoint now) {
+void Recorder::reject_false_frames(core::TimePoint now) {
   while (candidates_.is_false(parser_, now, kAdapterDelay)) {
     parser_.abandon_candidate();
     for (auto frame = parser_.poll(); frame; frame = parser_.poll()) {
@@ -104,7 +104,7 @@ void Recorder::handle(const protocol::FrameView& frame, core::TimePoint now) {
     ++bad_packages_;
     return;
   }
-  (void)link::keep_finite(telemetry_, former);
+  (void)link::reject_non_finite(telemetry_, former);
   ++packages_;
   write_package(now);
 }
@@ -112,7 +112,7 @@ void Recorder::handle(const protocol::FrameView& frame, core::TimePoint now) {
 void Recorder::write_package(core::TimePoint arrived) {
   const core::TimePoint made =
       telemetry_.has(TelemetryItem::kTime)
-          ? clock_.lay(static_cast<std::int64_t>(telemetry_.time.ticks) * link::TelemetryClock::kTick, arrived)
+          ? clock_.to_our_clock(static_cast<std::int64_t>(telemetry_.time.ticks) * link::TelemetryClock::kTick, arrived)
           : arrived;
   const std::uint64_t stamp_us = microseconds(made);
   write_sticks(stamp_us);
@@ -122,7 +122,7 @@ void Recorder::write_package(core::TimePoint arrived) {
 
 template <typename Record>
 void Recorder::write(Stream stream, const Record& record) {
-  came_[stream].note(core::TimePoint{core::Duration{static_cast<std::int64_t>(record.timestamp)}});
+  statistics_[stream].add(core::TimePoint{core::Duration{static_cast<std::int64_t>(record.timestamp)}});
   log_.append(static_cast<std::uint16_t>(stream), std::as_bytes(std::span(&record, 1)));
 }
 
@@ -134,7 +134,7 @@ void Recorder::write_sticks(std::uint64_t stamp_us) {
   const std::array<std::int16_t, 4> moved{rc.roll, rc.pitch, rc.throttle, rc.yaw};
   for (std::size_t stick = 0; stick < moved.size(); ++stick) {
     const double counts = kCountsPerFull * moved[stick];
-    sticks_[stick] = {std::min(sticks_[stick].least_counts, counts), std::max(sticks_[stick].most_counts, counts)};
+    sticks_[stick] = {std::min(sticks_[stick].min_counts, counts), std::max(sticks_[stick].max_counts, counts)};
   }
   write(kRc, recording::Rc{.timestamp = stamp_us,
                            .roll = rc.roll,
@@ -184,7 +184,7 @@ void Recorder::write_rest(std::uint64_t stamp_us) {
   if (telemetry_.has(TelemetryItem::kFlightStatus) || telemetry_.has(TelemetryItem::kBattery) ||
       telemetry_.has(TelemetryItem::kControl)) {
     const protocol::Telemetry::Control& control = telemetry_.control;
-    packages_of_a_computer_ +=
+    computer_packages_ +=
         control.virtual_rc_on() || control.device() == protocol::ControlDevice::kOnboardComputer ? 1U : 0U;
     write(kStatus, recording::Status{.timestamp = stamp_us,
                                      .flight_status = static_cast<std::uint8_t>(telemetry_.flight_status),
@@ -198,7 +198,7 @@ void Recorder::write_rest(std::uint64_t stamp_us) {
 void Recorder::take(const core::Pose<double>& pose) {
   const core::Vector<double, 3>& p = pose.position_w_m;
   const core::TimePoint captured =
-      pose_clock_.lay(core::Duration(pose.captured.time_since_epoch().count()), pose.arrived);
+      pose_clock_.to_our_clock(core::Duration(pose.captured.time_since_epoch().count()), pose.arrived);
   write(kPose, recording::Pose{.timestamp = microseconds(captured),
                                .xyz = {p.x(), p.y(), p.z()},
                                .yaw = pose.yaw_rad,

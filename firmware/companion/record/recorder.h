@@ -9,12 +9,12 @@
 
 #include "firmware/companion/record/clock_fit.h"
 #include "firmware/core/pose.h"
-#include "firmware/link/candidate_watch.h"
+#include "firmware/link/false_header_detector.h"
 #include "firmware/log/ulog_writer.h"
 #include "protocol/cipher.h"
-#include "protocol/frame_parser.h"
-#include "protocol/session.h"
-#include "protocol/telemetry.h"
+#include "protocol/dji/frame_parser.h"
+#include "protocol/dji/session.h"
+#include "protocol/dji/telemetry.h"
 
 namespace m100::companion {
 
@@ -26,14 +26,14 @@ class Recorder {
   static std::string_view name(Stream stream);
 
   /// Statistics of one stream.
-  struct Came {
+  struct StreamStatistics {
     std::uint64_t samples = 0;
     core::TimePoint first{};
     core::TimePoint last{};
     core::Duration longest_gap{0};
     std::uint32_t gaps = 0;  ///< longer than 50 ms and 3.5 intervals of the stream: a fit leaves them out
     double rate_hz() const;
-    void note(core::TimePoint at);
+    void add(core::TimePoint at);
     /// Ends the recording: a stream that stopped before has a gap until here.
     void end(core::TimePoint at);
 
@@ -42,9 +42,9 @@ class Recorder {
   };
 
   /// The travel of a stick, in counts from the middle.
-  struct Moved {
-    double least_counts = std::numeric_limits<double>::infinity();
-    double most_counts = -std::numeric_limits<double>::infinity();
+  struct StickRange {
+    double min_counts = std::numeric_limits<double>::infinity();
+    double max_counts = -std::numeric_limits<double>::infinity();
   };
 
   /// @param cipher of the app's key, if the autopilot encrypts its telemetry; otherwise null.
@@ -55,21 +55,21 @@ class Recorder {
   /// Takes bytes of the autopilot's port.
   void take(std::span<const std::byte> bytes, core::TimePoint now);
   /// Call it in every cycle, also if nothing came: a false header must not hold good frames back.
-  void look_for_false_frames(core::TimePoint now);
+  void reject_false_frames(core::TimePoint now);
   void take(const core::Pose<double>& pose);
   /// Call it once, at the end of the recording.
   void end(core::TimePoint now);
 
-  const Came& came(Stream stream) const { return came_[stream]; }
+  const StreamStatistics& statistics(Stream stream) const { return statistics_[stream]; }
   /// roll, pitch, throttle, yaw
-  const std::array<Moved, 4>& sticks() const { return sticks_; }
+  const std::array<StickRange, 4>& sticks() const { return sticks_; }
   const protocol::ParserStats& parser() const { return parser_.stats(); }
   std::uint32_t packages() const { return packages_; }
   std::uint32_t bad_packages() const { return bad_packages_; }
   std::uint32_t undecipherable() const { return undecipherable_; }
   std::uint32_t restarts() const { return clock_.restarts(); }
   /// Packages in which a computer had control, or Virtual RC was on: their sticks may not be the pilot's.
-  std::uint32_t packages_of_a_computer() const { return packages_of_a_computer_; }
+  std::uint32_t computer_packages() const { return computer_packages_; }
 
  private:
   void handle(const protocol::FrameView& frame, core::TimePoint now);
@@ -83,17 +83,17 @@ class Recorder {
   log::UlogWriter& log_;
   const protocol::Cipher* cipher_;
   protocol::FrameParser parser_;
-  link::CandidateWatch candidates_;
+  link::FalseHeaderDetector candidates_;
   protocol::CipherScratch scratch_{};
   protocol::Telemetry telemetry_;
   ClockFit clock_;
   ClockFit pose_clock_;
-  std::array<Came, kStreams> came_{};
-  std::array<Moved, 4> sticks_{};
+  std::array<StreamStatistics, kStreams> statistics_{};
+  std::array<StickRange, 4> sticks_{};
   std::uint32_t packages_ = 0;
   std::uint32_t bad_packages_ = 0;
   std::uint32_t undecipherable_ = 0;
-  std::uint32_t packages_of_a_computer_ = 0;
+  std::uint32_t computer_packages_ = 0;
 };
 
 }  // namespace m100::companion

@@ -9,9 +9,9 @@
 #include <optional>
 
 #include "firmware/companion/files/file_use.h"
-#include "firmware/companion/files/key_file.h"
-#include "firmware/companion/files/printable.h"
-#include "firmware/companion/fly/link_report.h"
+#include "firmware/companion/files/text/key_file.h"
+#include "firmware/companion/files/text/printable.h"
+#include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/subcommands.h"
 #include "protocol/aes256.h"
 
@@ -31,16 +31,16 @@ std::string unlike_text(const ReplayResult& result) {
   constexpr std::size_t kRuns = 5;
   std::string text;
   std::size_t runs = 0;
-  for (std::size_t i = 0; i < result.unlike.size() && runs < kRuns; ++runs) {
+  for (std::size_t i = 0; i < result.differences.size() && runs < kRuns; ++runs) {
     std::size_t last = i;
-    while (last + 1 < result.unlike.size() && result.unlike[last + 1] == result.unlike[last] + 1) {
+    while (last + 1 < result.differences.size() && result.differences[last + 1] == result.differences[last] + 1) {
       ++last;
     }
-    text += (text.empty() ? "tick " : ", ") + std::to_string(result.unlike[i]);
-    text += last > i ? " to " + std::to_string(result.unlike[last]) : "";
+    text += (text.empty() ? "tick " : ", ") + std::to_string(result.differences[i]);
+    text += last > i ? " to " + std::to_string(result.differences[last]) : "";
     i = last + 1;
   }
-  return text + " (" + std::to_string(result.unlike.size()) + " in all, counted from 0)";
+  return text + " (" + std::to_string(result.differences.size()) + " in all, counted from 0)";
 }
 
 nlohmann::json to_json(const ReplayOptions& options, const ReplayResult& result, const std::string& digest,
@@ -50,17 +50,18 @@ nlohmann::json to_json(const ReplayOptions& options, const ReplayResult& result,
           {"sha256", digest},
           {"same", is_same},
           {"ticks", result.ticks},
-          {"ticks_unlike", result.ticks_unlike},
-          {"unlike", result.unlike},
+          {"ticks_unlike", result.different_ticks},
+          {"unlike", result.differences},
           {"messages_missing", result.messages_missing},
           {"largest_difference_m", result.largest_difference_m},
           {"largest_command_difference_rad", result.largest_command_difference_rad}};
 }
 
 void print(const ReplayOptions& options, const ReplayResult& result) {
-  std::cout << result.ticks << " ticks in " << options.scalar << ", " << result.ticks_unlike << " differ from the log";
-  if (result.ticks_unlike > 0) {
-    std::cout << " (the first is " << result.first_unlike << ")";
+  std::cout << result.ticks << " ticks in " << options.scalar << ", " << result.different_ticks
+            << " differ from the log";
+  if (result.different_ticks > 0) {
+    std::cout << " (the first is " << result.first_difference << ")";
   }
   if (result.messages_missing > 0) {
     std::cout << "; the log lacks " << result.messages_missing << " messages";
@@ -97,9 +98,9 @@ void run(const ReplayOptions& options) {
     print(options, result);
   }
   if (!options.json.empty()) {
-    write_json(options.json, to_json(options, result, digest, result.ticks_unlike == 0));
+    write_json(options.json, to_json(options, result, digest, result.different_ticks == 0));
   }
-  if (judged && result.ticks_unlike > 0) {
+  if (judged && result.different_ticks > 0) {
     std::cerr << "m100: " << printable(options.log) << ": the replay differs from the log: " << unlike_text(result)
               << "\n";
     throw CLI::RuntimeError(kAnswerIsNo);

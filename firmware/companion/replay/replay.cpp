@@ -14,9 +14,9 @@
 #include "firmware/companion/files/excitation_file.h"
 #include "firmware/companion/files/flight_file.h"
 #include "firmware/companion/files/vehicle_file.h"
+#include "firmware/companion/ground_station/guided_mode.h"
+#include "firmware/companion/ground_station/return_to_start.h"
 #include "firmware/companion/replay/recorded_uart.h"
-#include "firmware/companion/room/follow.h"
-#include "firmware/companion/room/homeward.h"
 #include "firmware/mpc/table_file.h"
 
 namespace m100::companion {
@@ -47,12 +47,13 @@ void read_link_note(const std::string& text, app::FlightConfig& config, bool& en
   for (std::string key, word; words >> key;) {  // present only for another law than the MPC, and for overrides
     words >> word;
     const std::optional<mpc::Law> law = key == "law" ? mpc::law_of(word) : std::nullopt;
-    const std::optional<est::Check> off = key == "override" ? est::check_of(word) : std::nullopt;
+    const std::optional<est::ConsistencyCheck> off = key == "override" ? est::check_of(word) : std::nullopt;
     if (!words || (!law && !off)) {
       throw FlightLogError(std::string("'") + kLinkNote + "' is of another version");
     }
     config.law = law.value_or(config.law);
-    config.checks_off = static_cast<est::CheckSet>(config.checks_off | set_of(off.value_or(est::Check::kNone)));
+    config.disabled_checks =
+        static_cast<est::CheckSet>(config.disabled_checks | set_of(off.value_or(est::ConsistencyCheck::kNone)));
   }
 }
 
@@ -100,8 +101,8 @@ app::FlightConfig config_of(const RecordedFlight& flight, const protocol::Cipher
 
 /// @returns null: the flight took no goals.
 template <typename T>
-std::unique_ptr<Errands<T>> errands_of(const RecordedFlight& flight, const app::FlightConfig& config,
-                                       ref::Trajectory<T>& course) {
+std::unique_ptr<GuidedMode<T>> guided_mode_of(const RecordedFlight& flight, const app::FlightConfig& config,
+                                              ref::Trajectory<T>& course) {
   if (!flight.notes.contains(kGoalsNote)) {
     return {};
   }
@@ -109,36 +110,36 @@ std::unique_ptr<Errands<T>> errands_of(const RecordedFlight& flight, const app::
   if (!limits) {
     throw FlightLogError(std::string("'") + kGoalsNote + "' is of another version");
   }
-  return std::make_unique<Errands<T>>(course, config.fence, *limits);
+  return std::make_unique<GuidedMode<T>>(course, config.fence, *limits);
 }
 
 /// An older log has no such note: its flight ignored the battery.
 template <typename T>
-Homeward<T> home_of(const RecordedFlight& flight, const app::FlightConfig& config, ref::Trajectory<T>& course) {
-  const std::optional<HomeSettings> settings =
-      flight.notes.contains(kHomeNote) ? home_of_note(note(flight, kHomeNote)) : HomeSettings{};
+ReturnToStart<T> home_of(const RecordedFlight& flight, const app::FlightConfig& config, ref::Trajectory<T>& course) {
+  const std::optional<ReturnSettings> settings =
+      flight.notes.contains(kHomeNote) ? home_of_note(note(flight, kHomeNote)) : ReturnSettings{};
   if (!settings) {
     throw FlightLogError(std::string("'") + kHomeNote + "' is of another version");
   }
-  return Homeward<T>(course, config.fence, start_of<T>(flight), *settings);
+  return ReturnToStart<T>(course, config.fence, start_of<T>(flight), *settings);
 }
 
 /// Applies goals, missions and a low battery to the course, as the flight did after the same tick.
 template <typename T, typename S>
-void lead(Errands<T>* errands, OverheardLine& line, Homeward<T>& home, const app::FlightController<T, S>& controller,
-          core::TimePoint now) {
-  if (errands != nullptr && home.state() == Homeward<T>::State::kNotYet) {
-    (void)errands->follow(line, controller, now);
-  } else if (errands != nullptr) {
-    (void)decline(line);
+void lead(GuidedMode<T>* guided_mode, GroundStationTap& line, ReturnToStart<T>& home,
+          const app::FlightController<T, S>& controller, core::TimePoint now) {
+  if (guided_mode != nullptr && home.state() == ReturnToStart<T>::State::kInactive) {
+    (void)guided_mode->update(line, controller, now);
+  } else if (guided_mode != nullptr) {
+    (void)reject_requests(line);
   }
-  home.watch(controller, now);
+  home.update(controller, now);
 }
 
 /// The records that the replayed flight would have logged of a tick, beside the bytes: the last messages of its ring.
-class LastRecords {
+class RecordWindow {
  public:
-  LastRecords() : ring_(storage_), log_(ring_) {}
+  RecordWindow() : ring_(storage_), log_(ring_) {}
   log::FlightLogWriter& log() { return log_; }
   /// @param excited a record of the excitation precedes the tick's.
   RecordedFlight::Tick take(bool excited) {
@@ -183,8 +184,8 @@ bool same_records(const RecordedFlight::Tick& now, const RecordedFlight::Tick& t
 void compare(const log::TickRecord& now, const RecordedFlight::Tick& then, bool same, std::size_t tick,
              ReplayResult& result) {
   if (!same) {
-    result.first_unlike = result.ticks_unlike++ == 0 ? tick : result.first_unlike;
-    result.unlike.push_back(tick);
+    result.first_difference = result.different_ticks++ == 0 ? tick : result.first_difference;
+    result.differences.push_back(tick);
   }
   for (std::size_t i = 0; i < now.position.size(); ++i) {
     result.largest_difference_m =
@@ -226,7 +227,7 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
     throw FlightLogError("the log's gain tables are damaged or belong to another vehicle");
   }
   ref::Trajectory<T> course;
-  lay_course(note(flight, kCourseNote), start_of<T>(flight), course);
+  parse_course(note(flight, kCourseNote), start_of<T>(flight), course);
   std::optional<ExcitationFile> excitation;
   app::FlightConfig config = config_of(flight, cipher);
   if (flight.notes.contains(kExcitationNote)) {
@@ -235,10 +236,10 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
   }
   RecordedUart autopilot(flight.notes.contains(kDryRunNote));
   RecordedUart pose(false);
-  OverheardLine overheard(pose);
-  const std::unique_ptr<Errands<T>> errands = errands_of(flight, config, course);
-  Homeward<T> home = home_of(flight, config, course);
-  const auto last = std::make_unique<LastRecords>();
+  GroundStationTap overheard(pose);
+  const std::unique_ptr<GuidedMode<T>> guided_mode = guided_mode_of(flight, config, course);
+  ReturnToStart<T> home = home_of(flight, config, course);
+  const auto last = std::make_unique<RecordWindow>();
   const auto controller = std::make_unique<app::FlightController<T, S>>(vehicle.vehicle, tables->tables(), config,
                                                                         autopilot, overheard, course, &last->log());
   if (!std::is_sorted(flight.ticks.begin(), flight.ticks.end(), earlier)) {
@@ -259,7 +260,7 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
     static_cast<void>(controller->tick(time_of(tick)));
     const RecordedFlight::Tick now = last->take(controller->excitation().state() != ctl::Excitation<T>::State::kIdle);
     const bool same = same_records(now, tick) && same_bytes(autopilot, pose, tick);
-    lead(errands.get(), overheard, home, *controller, time_of(tick));
+    lead(guided_mode.get(), overheard, home, *controller, time_of(tick));
     hash.update(autopilot.written());
     hash.update(std::as_bytes(std::span(&now.record, 1)));
     compare(now.record, tick, same, result.ticks, result);
@@ -281,8 +282,8 @@ std::string link_note(const app::FlightConfig& config) {
     text << " law " << mpc::name(config.law);
   }
   for (std::size_t check = 1; check < est::kCheckCount; ++check) {
-    if ((config.checks_off & est::set_of(static_cast<est::Check>(check))) != 0) {
-      text << " override " << est::name(static_cast<est::Check>(check));
+    if ((config.disabled_checks & est::set_of(static_cast<est::ConsistencyCheck>(check))) != 0) {
+      text << " override " << est::name(static_cast<est::ConsistencyCheck>(check));
     }
   }
   return text.str();

@@ -18,10 +18,10 @@ enum class Scalar : std::uint8_t { kDouble, kFloat, kFixed };
 struct ReplayResult {
   core::Sha256Digest digest{};  ///< over the output bytes and the state record of every tick, in order
   std::size_t ticks = 0;
-  std::size_t ticks_unlike = 0;       ///< ticks whose record or output bytes differ from the log
-  std::size_t first_unlike = 0;       ///< the first such tick
-  std::vector<std::size_t> unlike;    ///< all of them
-  double largest_difference_m = 0.0;  ///< of the estimated position, against the record
+  std::size_t different_ticks = 0;       ///< ticks whose record or output bytes differ from the log
+  std::size_t first_difference = 0;      ///< the first such tick
+  std::vector<std::size_t> differences;  ///< all of them
+  double largest_difference_m = 0.0;     ///< of the estimated position, against the record
   double largest_command_difference_rad = 0.0;
   std::uint32_t messages_missing = 0;  ///< dropped by the log's ring: their bytes cannot be replayed
 };
@@ -32,7 +32,7 @@ inline constexpr const char* kVehicleNote = "m100_vehicle";  ///< the vehicle fi
 inline constexpr const char* kTablesNote = "m100_tables";    ///< the gain table file's bytes, as many as a note holds
 inline constexpr const char* kMoreTablesNote = "m100_tables_more";  ///< the rest of them; may be missing
 inline constexpr const char* kVersionNote = "m100_version";         ///< of the program; a replay ignores it
-inline constexpr const char* kCourseNote = "m100_course";           ///< lay_course
+inline constexpr const char* kCourseNote = "m100_course";           ///< parse_course
 inline constexpr const char* kFlightNote =
     "m100_flight";                                     ///< the flight file's text; without: safety::Limits' defaults
 inline constexpr const char* kModeNote = "m100_mode";  ///< the tuning that flew

@@ -19,13 +19,13 @@ struct AxialInflow {
       .place = 80,
       .needs = {.velocity = true, .thrust_set_point = true},
       .parameters = {{{.name = "coefficient_per_s", .low = 0.0, .high = 20.0}}},
-      .least = 0.03,
+      .min_relevant = 0.03,
       .columns = 1,
       .column = column,
       .acts = Acts::kInThrust,
       .in_flight = InFlight::kNowhere,
       .sentence = "Thrust falls while climbing and rises while sinking: the height loop damps it.",
-      .homeless = "has no place in the vehicle file: the height loop hides it"};
+      .not_in_file = "has no place in the vehicle file: the height loop hides it"};
 };
 
 }  // namespace m100::model::translation

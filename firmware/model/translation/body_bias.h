@@ -15,17 +15,17 @@ struct BodyBias {
   static constexpr TranslationEffect kEffect{
       .name = "body_bias",
       .place = 20,
-      .parameters = {{{.name = "accel_x_m_s2", .low = -kMostAcceleration_m_s2, .high = kMostAcceleration_m_s2},
-                      {.name = "accel_y_m_s2", .low = -kMostAcceleration_m_s2, .high = kMostAcceleration_m_s2}}},
-      .least = 0.06,
+      .parameters = {{{.name = "accel_x_m_s2", .low = -kMaxAcceleration_m_s2, .high = kMaxAcceleration_m_s2},
+                      {.name = "accel_y_m_s2", .low = -kMaxAcceleration_m_s2, .high = kMaxAcceleration_m_s2}}},
+      .min_relevant = 0.06,
       .size = length_of_two,
       .columns = 2,
       .column = column,
-      .twin = "steady_wind",
-      .change = {.name = "body_bias", .unit = "accel_m_s2", .least = 0.15},
+      .equivalent = "steady_wind",
+      .change = {.name = "body_bias", .unit = "accel_m_s2", .min_relevant = 0.15},
       .in_flight = InFlight::kLeftToTheObserver,
       .sentence = "A constant acceleration that turns with the vehicle: an unbalance or a sensor bias, not wind.",
-      .homeless = "has no place in the vehicle file: trim the vehicle; the observer carries it"};
+      .not_in_file = "has no place in the vehicle file: trim the vehicle; the observer carries it"};
 };
 
 }  // namespace m100::model::translation

@@ -26,7 +26,7 @@ struct BodyDrag {
       .needs = {.velocity = true},
       .parameters = {{{.name = "x_per_s", .low = 0.0, .high = 5.0, .key = "body_drag_x_per_s", .only_if_set = true},
                       {.name = "y_per_s", .low = 0.0, .high = 5.0, .key = "body_drag_y_per_s", .only_if_set = true}}},
-      .least = 0.03,
+      .min_relevant = 0.03,
       .size = length_of_two,
       .columns = 2,
       .column = column,

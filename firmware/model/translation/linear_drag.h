@@ -20,11 +20,11 @@ struct LinearDrag {
       .place = 30,
       .needs = {.velocity = true},
       .parameters = {{{.name = "rate_per_s", .low = 0.0, .high = 5.0, .key = "linear_drag_per_s"}}},
-      .least = 0.03,
+      .min_relevant = 0.03,
       .columns = 1,
       .column = column,
       .drag = Drag::kProportional,
-      .change = {.name = "linear_drag", .unit = "rate_per_s", .least = 0.05},
+      .change = {.name = "linear_drag", .unit = "rate_per_s", .min_relevant = 0.05},
       .in_flight = InFlight::kInThePrediction,
       .sentence = "Drag grows with speed: the model damps the velocity by it."};
 };

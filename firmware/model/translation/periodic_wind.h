@@ -27,9 +27,9 @@ struct PeriodicWind {
       .name = "periodic_wind",
       .place = 110,
       .parameters = {{{.name = "frequency_hz", .low = 0.02, .high = 10.0},
-                      {.name = "amplitude_x_m_s2", .low = 0.0, .high = kMostAcceleration_m_s2},
-                      {.name = "amplitude_y_m_s2", .low = 0.0, .high = kMostAcceleration_m_s2}}},
-      .least = 0.05,
+                      {.name = "amplitude_x_m_s2", .low = 0.0, .high = kMaxAcceleration_m_s2},
+                      {.name = "amplitude_y_m_s2", .low = 0.0, .high = kMaxAcceleration_m_s2}}},
+      .min_relevant = 0.05,
       .size = size,
       .columns = 4,
       .column = column,
@@ -39,12 +39,12 @@ struct PeriodicWind {
                      .last_step = 0.003,
                      .repeated_step = 0.002,
                      .turn = 30,
-                     .start = Start::kStrongestLine}}},
-      .own_clock = true,
+                     .start = Start::kStrongestPeak}}},
+      .is_periodic = true,
       .report = report,
       .in_flight = InFlight::kLeftToTheObserver,
       .sentence = "A periodic force acts from outside: the observer follows it as far as its bandwidth goes.",
-      .homeless = "is the air of that flight: the observer estimates it in every flight anew"};
+      .not_in_file = "is the air of that flight: the observer estimates it in every flight anew"};
 };
 
 }  // namespace m100::model::translation

@@ -21,7 +21,7 @@ struct QuadraticDrag {
       .place = 40,
       .needs = {.velocity = true},
       .parameters = {{{.name = "coefficient_per_m", .low = 0.0, .high = 2.0, .key = "quadratic_drag_per_m"}}},
-      .least = 0.008,
+      .min_relevant = 0.008,
       .columns = 1,
       .column = column,
       .drag = Drag::kProgressive,

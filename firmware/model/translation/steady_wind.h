@@ -29,18 +29,18 @@ struct SteadyWind {
   static constexpr TranslationEffect kEffect{
       .name = "steady_wind",
       .place = 10,
-      .parameters = {{{.name = "accel_x_m_s2", .low = -kMostAcceleration_m_s2, .high = kMostAcceleration_m_s2},
-                      {.name = "accel_y_m_s2", .low = -kMostAcceleration_m_s2, .high = kMostAcceleration_m_s2}}},
-      .least = 0.06,
+      .parameters = {{{.name = "accel_x_m_s2", .low = -kMaxAcceleration_m_s2, .high = kMaxAcceleration_m_s2},
+                      {.name = "accel_y_m_s2", .low = -kMaxAcceleration_m_s2, .high = kMaxAcceleration_m_s2}}},
+      .min_relevant = 0.06,
       .size = length_of_two,
       .columns = 2,
       .column = column,
       .searched = {{kSpeedX, kSpeedY}},
-      .twin = "body_bias",
-      .change = {.name = "steady_wind", .unit = "accel_m_s2", .least = 0.15},
+      .equivalent = "body_bias",
+      .change = {.name = "steady_wind", .unit = "accel_m_s2", .min_relevant = 0.15},
       .in_flight = InFlight::kLeftToTheObserver,
       .sentence = "A constant acceleration in the world: the observer carries it to the controller.",
-      .homeless = "is the air of that flight: the observer estimates it in every flight anew"};
+      .not_in_file = "is the air of that flight: the observer estimates it in every flight anew"};
 };
 
 }  // namespace m100::model::translation

@@ -17,13 +17,13 @@ struct ThrustGain {
       .place = 60,
       .needs = {.thrust_set_point = true},
       .parameters = {{{.name = "gain", .low = 0.3, .high = 3.0, .neutral = 1.0, .key = "thrust_gain"}}},
-      .least = 0.01,
+      .min_relevant = 0.01,
       .size = distance_from_one,
       .columns = 1,
       .column = column,
       .acts = Acts::kInThrust,
       .report = report_gain,
-      .change = {.name = "mass", .unit = "thrust_over_mass", .least = 0.03},
+      .change = {.name = "mass", .unit = "thrust_over_mass", .min_relevant = 0.03},
       .in_flight = InFlight::kNowhere,
       .sentence = "Thrust is not what the set point says: the height loop sees it first."};
 };

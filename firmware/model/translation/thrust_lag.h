@@ -30,7 +30,7 @@ struct ThrustLag {
       .place = 70,
       .needs = {.thrust_set_point = true},
       .parameters = {{{.name = "lag_s", .low = 0.0, .high = 1.0, .key = "thrust_lag_s"}}},
-      .least = 0.012,
+      .min_relevant = 0.012,
       .acts = Acts::kInThrust,
       .searched = {{{.low = 0.0,
                      .high = 0.5,

@@ -19,13 +19,13 @@ struct TiltGain {
       .place = 50,
       .needs = {.tilt_in_thrust = true},
       .parameters = {{{.name = "gain", .low = 0.3, .high = 3.0, .neutral = 1.0, .key = "tilt_gain"}}},
-      .least = 0.03,
+      .min_relevant = 0.03,
       .size = distance_from_one,
       .columns = 1,
       .column = column,
       .acts = Acts::kOnThrust,
       .report = report_gain,
-      .change = {.name = "tilt_gain", .unit = "gain", .least = 0.05},
+      .change = {.name = "tilt_gain", .unit = "gain", .min_relevant = 0.05},
       .in_flight = InFlight::kInThePrediction,
       .sentence = "A tilt gives more or less acceleration than gravity says: scale or thrust compensation is off."};
 };

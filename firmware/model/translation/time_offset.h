@@ -35,7 +35,7 @@ struct TimeOffset {
       .place = 100,
       .needs = {.tilt_in_thrust = true},
       .parameters = {{{.name = "offset_s", .low = -0.3, .high = 0.3}}},
-      .least = 0.012,
+      .min_relevant = 0.012,
       .size = magnitude,
       .acts = Acts::kInThrust,
       .searched = {{{.low = -0.3,
@@ -50,7 +50,7 @@ struct TimeOffset {
       .report = report_searched,
       .in_flight = InFlight::kNowhere,
       .sentence = "The channels are shifted in time against each other: correct the log before all else.",
-      .homeless = "belongs to the log, not to the vehicle"};
+      .not_in_file = "belongs to the log, not to the vehicle"};
 };
 
 }  // namespace m100::model::translation

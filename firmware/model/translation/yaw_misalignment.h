@@ -11,7 +11,7 @@ struct YawMisalignment {
     if (angle_rad == 0.0) {
       return;
     }
-    const core::Turn<double> turn = core::turn_of(angle_rad);
+    const core::SinCos<double> turn = core::sin_cos_of(angle_rad);
     for (std::size_t i = 0; i < series.direction_w[0].size(); ++i) {
       const double x = series.direction_w[0][i];
       const double y = series.direction_w[1][i];
@@ -25,7 +25,7 @@ struct YawMisalignment {
       .place = 90,
       .needs = {.tilt_in_thrust = true},
       .parameters = {{{.name = "angle_rad", .low = -1.0, .high = 1.0}}},
-      .least = 0.03,
+      .min_relevant = 0.03,
       .size = magnitude,
       .acts = Acts::kInThrust,
       .searched = {{{.low = -1.0,
@@ -40,7 +40,7 @@ struct YawMisalignment {
       .report = report_searched,
       .in_flight = InFlight::kNowhere,
       .sentence = "The two heading references differ by an angle: commands leave at that angle.",
-      .homeless = "belongs to the log, not to the vehicle"};
+      .not_in_file = "belongs to the log, not to the vehicle"};
 };
 
 }  // namespace m100::model::translation

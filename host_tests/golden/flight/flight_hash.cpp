@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// flight_hash TAPE: replays a flight and prints its SHA-256 for each scalar type (promise R6).
+// flight_hash RECORDING: replays a flight and prints its SHA-256 for each scalar type (promise R6).
 #include <cstdio>
 #include <fstream>
 #include <memory>
 
-#include "host_tests/golden/flight/tape.h"
+#include "host_tests/golden/flight/flight_recording.h"
 
 namespace {
 
@@ -15,8 +15,8 @@ bool print_hash(const char* name, const char* path) {
     file.read(reinterpret_cast<char*>(into.data()), static_cast<std::streamsize>(into.size()));
     return static_cast<std::size_t>(file.gcount());
   };
-  const auto flight = std::make_unique<m100::golden::TapeFlight<T, S>>();
-  const auto tick = std::make_unique<m100::golden::TapeTick>();
+  const auto flight = std::make_unique<m100::golden::ReplayedFlight<T, S>>();
+  const auto tick = std::make_unique<m100::golden::RecordedTick>();
   unsigned ticks = 0;
   while (m100::golden::read_tick(*tick, read)) {
     flight->load(*tick);
@@ -33,7 +33,7 @@ bool print_hash(const char* name, const char* path) {
 
 int main(int argc, char** argv) {
   if (argc != 2) {
-    std::fprintf(stderr, "usage: flight_hash TAPE\n");
+    std::fprintf(stderr, "usage: flight_hash RECORDING\n");
     return 2;
   }
   const bool complete = print_hash<double, double>("double", argv[1]) && print_hash<float, float>("float", argv[1]) &&

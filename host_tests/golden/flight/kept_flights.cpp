@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kept_flights FOLDER: flies the tapes of the folder and prints the table of their hashes (kept.txt).
+// kept_flights FOLDER: flies the recordings of the folder and prints the table of their hashes (kept.txt).
 #include <cstdio>
 
 #include "host_tests/golden/flight/kept_flights.h"
@@ -13,7 +13,8 @@ int main(int argc, char** argv) {
       "# Flight, scalar, then one word a second: eight digits of the log's hash, eight of what no log has.\n"
       "# Written by `kept_flights host_tests/golden/flight/kept` (a target of host-release) after a change that is "
       "meant.\n"
-      "# The tapes were recorded by `record_kept`; they need to be recorded again only when the protocol changes.\n");
+      "# The recordings were recorded by `record_kept`; they need to be recorded again only when the protocol "
+      "changes.\n");
   for (const m100::golden::KeptFlight& kept : m100::golden::kKeptFlights) {
     for (const std::string& line : m100::golden::lines_of(kept, argv[1])) {
       std::printf("%s\n", line.c_str());

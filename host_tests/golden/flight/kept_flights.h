@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "host_tests/golden/flight/tape.h"
+#include "host_tests/golden/flight/flight_recording.h"
 #include "host_tests/golden/flight/unlogged.h"
 
 // A kept flight is the recorded input of the program and, second by second, the hash of what the program computed from
@@ -20,10 +20,10 @@
 namespace m100::golden {
 
 /// Two courses that together use every kind of piece that a trajectory has.
-enum class KeptCourse : std::uint8_t { kSteps, kWays };
+enum class KeptCourse : std::uint8_t { kSteps, kMinimumSnap };
 
 struct KeptFlight {
-  const char* name;  ///< also the name of its tape
+  const char* name;  ///< also the name of its recording
   link::Channel channel = link::Channel::kVirtualRc;
   KeptCourse course = KeptCourse::kSteps;
   mpc::Law law = mpc::Law::kMpc;
@@ -33,16 +33,16 @@ struct KeptFlight {
 
 /// record_kept.cpp says what happens in each flight, and when.
 inline constexpr std::array kKeptFlights{
-    KeptFlight{.name = "ways", .course = KeptCourse::kWays},
-    KeptFlight{.name = "movement", .channel = link::Channel::kMovement, .course = KeptCourse::kWays},
+    KeptFlight{.name = "minimum_snap", .course = KeptCourse::kMinimumSnap},
+    KeptFlight{.name = "movement", .channel = link::Channel::kMovement, .course = KeptCourse::kMinimumSnap},
     KeptFlight{.name = "gusts", .law = mpc::Law::kLqr},
     KeptFlight{.name = "losses", .solves_when_due = true},
-    KeptFlight{.name = "lie"},
-    KeptFlight{.name = "tilt_lie"},
+    KeptFlight{.name = "sensor_fault"},
+    KeptFlight{.name = "attitude_fault"},
     KeptFlight{.name = "storm"},
-    KeptFlight{.name = "payload", .course = KeptCourse::kWays},
+    KeptFlight{.name = "payload", .course = KeptCourse::kMinimumSnap},
     KeptFlight{.name = "bad_line", .channel = link::Channel::kMovement},
-    KeptFlight{.name = "swing"},
+    KeptFlight{.name = "limit_cycle"},
     KeptFlight{.name = "excited", .excites = true},
 };
 
@@ -106,15 +106,15 @@ core::Status lay_kept_course(KeptCourse kind, ref::Trajectory<T>& course) {
 /// The first 8 digits of both hashes (log; unlogged values) after each second and at the end; "incomplete" if there is
 /// no hash.
 template <typename T, typename S>
-std::vector<std::string> seconds_of(const KeptFlight& kept, const std::filesystem::path& tape) {
-  std::ifstream file(tape, std::ios::binary);
+std::vector<std::string> seconds_of(const KeptFlight& kept, const std::filesystem::path& recording) {
+  std::ifstream file(recording, std::ios::binary);
   const auto read = [&file](std::span<std::byte> into) {
     file.read(reinterpret_cast<char*>(into.data()), static_cast<std::streamsize>(into.size()));
     return static_cast<std::size_t>(file.gcount());
   };
   const auto lay = [&kept](ref::Trajectory<T>& course) { return lay_kept_course(kept.course, course); };
-  const auto flight = std::make_unique<TapeFlight<T, S>>(lay, config_of(kept));
-  const auto tick = std::make_unique<TapeTick>();
+  const auto flight = std::make_unique<ReplayedFlight<T, S>>(lay, config_of(kept));
+  const auto tick = std::make_unique<RecordedTick>();
   std::vector<std::string> out;
   NumberHash unlogged;
   unsigned ticks = 0;
@@ -138,7 +138,7 @@ std::vector<std::string> seconds_of(const KeptFlight& kept, const std::filesyste
 
 /// The lines of the table, one per scalar type: flight, scalar, then the seconds.
 inline std::vector<std::string> lines_of(const KeptFlight& kept, const std::filesystem::path& folder) {
-  const std::filesystem::path tape = folder / (std::string(kept.name) + ".tape");
+  const std::filesystem::path recording = folder / (std::string(kept.name) + ".recording");
   const auto line = [&kept](const char* scalar, const std::vector<std::string>& seconds) {
     std::string out = std::string(kept.name) + " " + scalar;
     for (const std::string& second : seconds) {
@@ -146,8 +146,9 @@ inline std::vector<std::string> lines_of(const KeptFlight& kept, const std::file
     }
     return out;
   };
-  return {line("double", seconds_of<double, double>(kept, tape)), line("float", seconds_of<float, float>(kept, tape)),
-          line("fixed", seconds_of<float, core::Fixed>(kept, tape))};
+  return {line("double", seconds_of<double, double>(kept, recording)),
+          line("float", seconds_of<float, float>(kept, recording)),
+          line("fixed", seconds_of<float, core::Fixed>(kept, recording))};
 }
 
 }  // namespace m100::golden

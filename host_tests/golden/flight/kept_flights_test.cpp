@@ -41,7 +41,7 @@ TEST_P(KeptFlights, AreFlownToTheLastBitAsTheyWere) {
   ASSERT_EQ(kept.size(), flown.size());
   for (std::size_t i = 0; i < flown.size(); ++i) {
     const std::vector<std::string> was = words_of(kept[i]), is = words_of(flown[i]);
-    EXPECT_GT(is.size(), 8U) << "the tape is short";
+    EXPECT_GT(is.size(), 8U) << "the recording is short";
     const auto differs = std::mismatch(was.begin(), was.end(), is.begin(), is.end()).first;
     EXPECT_TRUE(was == is) << is[1] << ": other from second " << differs - was.begin() - 1
                            << " on. If that is meant, write kept.txt anew, as its beginning says, and say so.";

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// record_kept FOLDER: flies the kept flights on the simulated aircraft and writes their tapes.
+// record_kept FOLDER: flies the kept flights on the simulated aircraft and writes their recordings.
 #include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <memory>
 
 #include "host_tests/golden/flight/kept_flights.h"
-#include "host_tests/golden/flight/recording.h"
+#include "host_tests/golden/flight/recording_uart.h"
 #include "host_tests/sim/ports/world.h"
 
 namespace {
@@ -14,7 +14,7 @@ namespace {
 using namespace m100;
 
 /// How a flight differs from a calm one: its plant and its events. `t_s` counts from the request for control.
-struct Story {
+struct ScriptedFlight {
   double seconds;
   void (*spoil)(sim::Plant& plant);
   /// @returns the operator's order before this tick: 0 none, 1 to fly, 2 to stop.
@@ -36,26 +36,26 @@ std::uint32_t loses_poses(sim::World& world, int tick) {
   return at(tick, 7.5) ? 1U : 0U;
 }
 
-std::uint32_t lies(sim::World& world, int tick) {
+std::uint32_t standing_still(sim::World& world, int tick) {
   if (at(tick, 2.0)) {
     world.pose_source().set_faults({.jump_m = {0.2, 0.0, 0.0}});
   } else if (at(tick, 2.1)) {
     world.pose_source().set_faults({});
   } else if (at(tick, 4.0)) {
-    const sim::Lie* const lie = sim::lie_of("standing");
-    world.lie(*lie, lie->size);
+    const sim::SensorFault* const fault = sim::find_sensor_fault("standing");
+    world.fault(*fault, fault->size);
   }
   return 0;
 }
 
-std::uint32_t lies_about_tilt(sim::World& world, int tick) {
+std::uint32_t tilt_rates_swapped(sim::World& world, int tick) {
   if (at(tick, 1.5)) {
     world.pose_source().set_faults({.not_finite = true});
   } else if (at(tick, 1.6)) {
     world.pose_source().set_faults({});
   } else if (at(tick, 3.6)) {
-    const sim::Lie* const lie = sim::lie_of("tilt_rates_swapped");
-    world.lie(*lie, lie->size);
+    const sim::SensorFault* const fault = sim::find_sensor_fault("tilt_rates_swapped");
+    world.fault(*fault, fault->size);
   }
   return 0;
 }
@@ -73,13 +73,13 @@ std::uint32_t breaks_the_line(sim::World& world, int tick) {
   } else if (at(tick, 4.5)) {
     world.autopilot().set_mode(sim::N1Mode::kF);
   } else if (at(tick, 8.0)) {
-    world.autopilot().happen(sim::N1Happening::kRestart);
+    world.autopilot().happen(sim::N1EventKind::kRestart);
   }
   return at(tick, 5.0) ? 1U : 0U;
 }
 
 void calm(sim::Plant&) {}
-void blow(sim::Plant& plant) {
+void wind(sim::Plant& plant) {
   plant.air.linear_drag_per_s = 0.3;
   plant.air.wind_m_s = {4.0, -3.0, 0.0};
   plant.air.gust_m_s = 1.5;
@@ -89,7 +89,7 @@ void blow(sim::Plant& plant) {
   plant.pose.latency_s = 0.045;
 }
 /// After 6 s the wind needs more tilt than the program may command.
-void rage(sim::Plant& plant) {
+void storm(sim::Plant& plant) {
   plant.air.linear_drag_per_s = 0.3;
   plant.change = {.at_s = 6.0, .steps = {[](sim::Plant& changed) { changed.air.wind_m_s = {20.0, 8.0, 0.0}; }}};
 }
@@ -106,50 +106,50 @@ void delay(sim::Plant& plant) {
 }
 
 /// In the order of kKeptFlights.
-constexpr std::array kStories{Story{12.0, calm, stops_at_9},
-                              Story{12.0, calm, stops_at_9},
-                              Story{10.0, blow, stops_at_9, 400},
-                              Story{10.0, calm, loses_poses},
-                              Story{8.0, blow, lies},
-                              Story{8.0, calm, lies_about_tilt},
-                              Story{11.0, rage, [](sim::World&, int) { return 0U; }},
-                              Story{10.0, load, stops_at_9},
-                              Story{10.0, calm, breaks_the_line},
-                              Story{12.0, delay, [](sim::World&, int) { return 0U; }},
-                              Story{14.0, calm, [](sim::World&, int) { return 0U; }}};
+constexpr std::array kStories{ScriptedFlight{12.0, calm, stops_at_9},
+                              ScriptedFlight{12.0, calm, stops_at_9},
+                              ScriptedFlight{10.0, wind, stops_at_9, 400},
+                              ScriptedFlight{10.0, calm, loses_poses},
+                              ScriptedFlight{8.0, wind, standing_still},
+                              ScriptedFlight{8.0, calm, tilt_rates_swapped},
+                              ScriptedFlight{11.0, storm, [](sim::World&, int) { return 0U; }},
+                              ScriptedFlight{10.0, load, stops_at_9},
+                              ScriptedFlight{10.0, calm, breaks_the_line},
+                              ScriptedFlight{12.0, delay, [](sim::World&, int) { return 0U; }},
+                              ScriptedFlight{14.0, calm, [](sim::World&, int) { return 0U; }}};
 static_assert(kStories.size() == golden::kKeptFlights.size());
 
-/// The plant of a story. Poses come at 50 Hz only, to keep the tapes small.
-sim::Plant plant_of(const Story& story) {
+/// The plant of a story. Poses come at 50 Hz only, to keep the recordings small.
+sim::Plant plant_of(const ScriptedFlight& script) {
   sim::Plant plant = sim::measured_plant();
   plant.pose.rate_hz = 50.0;
-  story.spoil(plant);
+  script.spoil(plant);
   return plant;
 }
 
 /// The operator: waits until all is ready, asks for control, then does what the story says.
 class Operator {
  public:
-  explicit Operator(const Story& story) : story_(story) {}
+  explicit Operator(const ScriptedFlight& script) : script_(script) {}
 
-  bool goes_on() const { return since_ < static_cast<int>(story_.seconds * 100.0); }
+  bool goes_on() const { return since_ < static_cast<int>(script_.seconds * 100.0); }
   int since() const { return since_; }  ///< ticks since control was asked for; -1: not yet
   std::uint32_t order(sim::World& world, bool ready) {
     if (since_ < 0) {
       since_ = ready ? 0 : -1;
       return ready ? 1U : 0U;
     }
-    return story_.happen(world, ++since_);
+    return script_.happen(world, ++since_);
   }
 
  private:
-  const Story& story_;
+  const ScriptedFlight& script_;
   int since_ = -1;
 };
 
-bool record(const golden::KeptFlight& kept, const Story& story, const std::filesystem::path& path) {
+bool record(const golden::KeptFlight& kept, const ScriptedFlight& script, const std::filesystem::path& path) {
   std::ofstream file(path, std::ios::binary);
-  sim::World world(plant_of(story), {.seed = 20171122, .autopilot = {.pilot_holds_place = true}});
+  sim::World world(plant_of(script), {.seed = 20171122, .autopilot = {.pilot_holds_position = true}});
   golden::RecordingUart autopilot(world.autopilot_uart());
   golden::RecordingUart pose(world.pose_uart());
   ref::Trajectory<double> course;
@@ -159,12 +159,13 @@ bool record(const golden::KeptFlight& kept, const Story& story, const std::files
   }
   const auto controller = std::make_unique<app::FlightController<double>>(
       mpc::generated::kVehicle, tables, golden::config_of(kept), autopilot, pose, course, nullptr);
-  const auto tick = std::make_unique<golden::TapeTick>();
-  Operator man(story);
+  const auto tick = std::make_unique<golden::RecordedTick>();
+  Operator man(script);
   for (bool flew = false; man.goes_on();) {
     world.advance(core::kTickPeriod +
-                  std::chrono::milliseconds(man.since() >= 0 && man.since() == story.stalls_at ? 50 : 0));
-    const std::uint32_t order = man.order(world, controller->link().authority().stage == safety::Stage::kReady);
+                  std::chrono::milliseconds(man.since() >= 0 && man.since() == script.stalls_at ? 50 : 0));
+    const std::uint32_t order =
+        man.order(world, controller->link().authority().stage == safety::AuthorityStage::kReady);
     tick->head = {.now_us = static_cast<std::uint32_t>(world.now().time_since_epoch().count()),
                   .autopilot_bytes = golden::take(world.autopilot_uart(), tick->autopilot),
                   .pose_bytes = golden::take(world.pose_uart(), tick->pose),
@@ -178,12 +179,12 @@ bool record(const golden::KeptFlight& kept, const Story& story, const std::files
       controller->release();
     }
     static_cast<void>(controller->tick(world.now()));
-    if (!flew && controller->grant().rung == safety::Rung::kNominal) {
+    if (!flew && controller->grant().failsafe_state == safety::FailsafeState::kNominal) {
       flew = true;
       std::printf("%-10s control after %.2f s", kept.name, man.since() / 100.0);
     }
   }
-  std::printf("; ends %s, %s\n", std::string(safety::name(controller->supervisor().descent().cause)).c_str(),
+  std::printf("; ends %s, %s\n", std::string(safety::name(controller->supervisor().descent().reason)).c_str(),
               std::string(safety::name(controller->link().authority().reason)).c_str());
   return controller->stats().ticks > 0 && file.good();
 }
@@ -198,7 +199,7 @@ int main(int argc, char** argv) {
   bool all = true;
   for (std::size_t i = 0; i < kStories.size(); ++i) {
     all = record(golden::kKeptFlights[i], kStories[i],
-                 std::filesystem::path(argv[1]) / (std::string(golden::kKeptFlights[i].name) + ".tape")) &&
+                 std::filesystem::path(argv[1]) / (std::string(golden::kKeptFlights[i].name) + ".recording")) &&
           all;
   }
   return all ? 0 : 1;

@@ -19,16 +19,18 @@ void append_all(NumberHash& hash, std::initializer_list<T> numbers) {
 
 /// The observation that the supervisor judged.
 inline void append(NumberHash& hash, const safety::Observation& seen) {
-  append_all<double>(hash, {seen.refused_by_m, seen.refused_allowed_m, seen.error_m, seen.reserve_m, seen.outside_m,
-                            seen.speed_m_s, seen.push_m_s2, seen.swing_rad, seen.swing_hz, seen.refused_turn_rad,
-                            seen.contradicted_with, seen.contradicted_allowed});
-  append_all<std::int64_t>(
-      hash, {seen.pose_age.count(), seen.telemetry_age.count(), seen.refused_for.count(), seen.place_lost_for.count(),
-             seen.pose_latency.least.count(), seen.pose_latency.jitter.count(), seen.pose_latency.interval.count()});
+  append_all<double>(
+      hash, {seen.refused_by_m, seen.refused_allowed_m, seen.error_m, seen.reserve_m, seen.outside_m, seen.speed_m_s,
+             seen.disturbance_acceleration_m_s2, seen.limit_cycle_rad, seen.limit_cycle_hz, seen.refused_turn_rad,
+             seen.contradicted_with, seen.contradicted_allowed});
+  append_all<std::int64_t>(hash, {seen.pose_age.count(), seen.telemetry_age.count(), seen.refused_for.count(),
+                                  seen.authority_exceeded_for.count(), seen.pose_latency.min_latency.count(),
+                                  seen.pose_latency.jitter.count(), seen.pose_latency.interval.count()});
   append_all<std::uint8_t>(
-      hash, {seen.swings, seen.swings_on, seen.contradicted_by, seen.estimate_healthy, seen.authority, seen.mode_f,
-             seen.operator_engages, seen.operator_releases, seen.task_flies, seen.left_model[0], seen.left_model[1],
-             seen.left_model[2], seen.left_model[3], seen.trim_drifted});
+      hash, {seen.limit_cycle_detected, seen.limit_cycle_persists, seen.contradicted_by, seen.estimate_healthy,
+             seen.authority, seen.mode_f, seen.operator_engages, seen.operator_releases, seen.task_flies,
+             seen.model_mismatch[0], seen.model_mismatch[1], seen.model_mismatch[2], seen.model_mismatch[3],
+             seen.trim_drifted});
 }
 
 template <typename T>
@@ -39,7 +41,7 @@ void append(NumberHash& hash, const est::Estimate<T>& estimate) {
   }
   append_all<T>(hash, {estimate.climb_m_s, estimate.yaw_rate_rad_s, estimate.refusal.distance_m,
                        estimate.refusal.allowed_m, estimate.refusal.turned_rad});
-  append_all<std::uint8_t>(hash, {estimate.predicts, estimate.healthy});
+  append_all<std::uint8_t>(hash, {estimate.prediction_valid, estimate.healthy});
 }
 
 inline void append(NumberHash& hash, const link::SerialLink& link) {
@@ -71,10 +73,10 @@ void append_counts(NumberHash& hash, const app::FlightController<T, S>& flown) {
                                    counted.not_finite,
                                    counted.recoveries,
                                    flown.stats().stalls,
-                                   flown.measure_stats().refused_poses,
-                                   flown.measure_stats().repeated_poses,
-                                   flown.measure_stats().refused_attitudes,
-                                   flown.measure_stats().stuck_attitudes,
+                                   flown.sensor_stats().refused_poses,
+                                   flown.sensor_stats().repeated_poses,
+                                   flown.sensor_stats().refused_attitudes,
+                                   flown.sensor_stats().stuck_attitudes,
                                    poses.poses,
                                    poses.refused,
                                    poses.refused_order,
@@ -82,7 +84,7 @@ void append_counts(NumberHash& hash, const app::FlightController<T, S>& flown) {
                                    poses.lost_frames,
                                    poses.answers,
                                    ladder.steps,
-                                   ladder.unsound_commands,
+                                   ladder.invalid_commands,
                                    ladder.limited_commands,
                                    ladder.coasts,
                                    ladder.levels,
@@ -101,10 +103,10 @@ void append_unlogged(NumberHash& hash, const app::FlightController<T, S>& flown)
     append_all(hash, {flown.residual().report(channel).ratio, flown.residual().report(channel).block_rms});
   }
   append_all<T>(hash, {flown.pose_timing().sigma_s, flown.trim().roll_counts, flown.trim().pitch_counts});
-  append_all<std::int64_t>(hash, {flown.pose_timing().untold.count(), flown.stats().longest.count()});
+  append_all<std::int64_t>(hash, {flown.pose_timing().unreported.count(), flown.stats().longest.count()});
   hash.append(flown.pose_timing().drift);
-  append_all<std::uint8_t>(hash, {flown.pose_timing().observable, flown.law().calm(), flown.has_looked(),
-                                  static_cast<std::uint8_t>(flown.supervisor().descent().cause)});
+  append_all<std::uint8_t>(hash, {flown.pose_timing().observable, flown.law().fallback(), flown.is_converged(),
+                                  static_cast<std::uint8_t>(flown.supervisor().descent().reason)});
 }
 
 }  // namespace m100::golden

@@ -93,7 +93,7 @@ TEST(PaperReproduction, GivesThePapersThreeDigits) {
   const paper::Report report = paper::reproduce(pitch_roll.string(), height.string());
   EXPECT_EQ(report.stick_shift_samples, 2);
   EXPECT_EQ(report.evidence, "sequence");
-  for (const paper::Line& line : report.lines) {
+  for (const paper::ReproducedNumber& line : report.lines) {
     if (line.paper == line.paper) {
       // Half a unit of the third significant digit (factors) or of the third decimal (dynamics).
       const double half = line.paper < 0.01 ? (line.paper < 0.001 ? 0.5e-6 : 0.5e-5) : 0.5e-3;

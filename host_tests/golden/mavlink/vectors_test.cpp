@@ -87,7 +87,7 @@ bool check_as(const Json& vector, const FrameView& frame) {
   }
   EXPECT_EQ(vector.at("crc_extra").get<int>(), Message::kInfo.crc_extra);
   EXPECT_EQ(vector.at("payload_full").get<int>(), Message::kInfo.full_bytes);
-  EXPECT_EQ(vector.at("payload_min").get<int>(), Message::kInfo.least_bytes);
+  EXPECT_EQ(vector.at("payload_min").get<int>(), Message::kInfo.min_bytes);
   const auto message = decode<Message>(frame);
   std::size_t fields = 0;
   for_each_field<Message>([&](const auto& one) {

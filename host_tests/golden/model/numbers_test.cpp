@@ -38,8 +38,8 @@ void axis_effects(std::vector<std::string>& out) {
                        effect.typical.size, static_cast<int>(effect.typical.of), static_cast<int>(effect.in_flight)));
     for (const model::AxisNumber& number : effect.numbers) {
       out.push_back(line("number", effect.name, number.parameter, number.field_name(), static_cast<int>(number.unit),
-                         number.fit.low, number.fit.high, number.logarithmic, number.step, number.least, number.neutral,
-                         number.must_exceed_air));
+                         number.fit.low, number.fit.high, number.logarithmic, number.step, number.min_relevant,
+                         number.neutral, number.must_exceed_air));
     }
     for (const std::array<double, 3>& start : effect.starts) {
       out.push_back(line("start", effect.name, start[0], start[1], start[2]));
@@ -49,10 +49,10 @@ void axis_effects(std::vector<std::string>& out) {
 
 void translation_effects(std::vector<std::string>& out) {
   for (const model::TranslationEffect& effect : model::kTranslationEffects) {
-    out.push_back(line("translation", effect.name, effect.place, effect.least, effect.columns,
+    out.push_back(line("translation", effect.name, effect.place, effect.min_relevant, effect.columns,
                        static_cast<int>(effect.acts), static_cast<int>(effect.drag), effect.needs.velocity,
-                       effect.needs.thrust_set_point, effect.needs.tilt_in_thrust, effect.own_clock, effect.twin,
-                       static_cast<int>(effect.in_flight)));
+                       effect.needs.thrust_set_point, effect.needs.tilt_in_thrust, effect.is_periodic,
+                       effect.equivalent, static_cast<int>(effect.in_flight)));
     for (std::size_t i = 0; i < effect.parameter_count(); ++i) {
       const model::EffectParameter& one = effect.parameters[i];
       out.push_back(line("parameter", effect.name, one.name, one.low, one.high, one.neutral, one.key, one.only_if_set));

@@ -43,7 +43,7 @@ Worst solve_all(const InstanceFile& file, bool warm) {
   std::vector<mpc::GainTable<T>> tables;
   std::vector<std::unique_ptr<mpc::HorizontalMpc<T>>> controllers;
   tables.reserve(file.models.size());
-  for (const AxisProblem& model : file.models) {
+  for (const AxisQp& model : file.models) {
     tables.push_back(table_in<T>(make_gain_table(model)));
     controllers.push_back(std::make_unique<mpc::HorizontalMpc<T>>(tables.back()));
   }
@@ -133,9 +133,9 @@ TEST(MpcModels, AreTheExactDiscretisationsOfTheAttitudeModels) {
       vehicle.pitch.damping_ratio = 0.68;
     }
     vehicle.mpc = {.position = 40, .velocity = 20, .tilt = 20, .input = 35, .input_rate = 0.3};
-    const AxisProblem& theirs = file.models.at(i);
+    const AxisQp& theirs = file.models.at(i);
     vehicle.translation.tilt_limit_rad = std::atan(static_cast<double>(theirs.u_max));
-    const AxisProblem ours = axis_problem(vehicle, Axis::kX);
+    const AxisQp ours = axis_qp(vehicle, Axis::kX);
     EXPECT_LE(static_cast<double>((ours.step.a - theirs.step.a).cwiseAbs().maxCoeff()), 1e-14);
     EXPECT_LE(static_cast<double>((ours.step.b - theirs.step.b).cwiseAbs().maxCoeff()), 1e-14);
     EXPECT_LE(static_cast<double>((ours.step.bd - theirs.step.bd).cwiseAbs().maxCoeff()), 1e-14);

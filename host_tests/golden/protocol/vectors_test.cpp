@@ -11,13 +11,13 @@
 #include "host_tests/lab/frames/hex.h"
 #include "host_tests/lab/frames/message_json.h"
 #include "host_tests/shared_files.h"
-#include "protocol/acks.h"
 #include "protocol/aes256.h"
-#include "protocol/commands.h"
-#include "protocol/frame_encoder.h"
-#include "protocol/frame_parser.h"
-#include "protocol/pushes.h"
-#include "protocol/telemetry.h"
+#include "protocol/dji/acks.h"
+#include "protocol/dji/commands.h"
+#include "protocol/dji/frame_encoder.h"
+#include "protocol/dji/frame_parser.h"
+#include "protocol/dji/pushes.h"
+#include "protocol/dji/telemetry.h"
 
 namespace m100::lab {
 namespace {

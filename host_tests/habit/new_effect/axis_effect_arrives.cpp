@@ -6,7 +6,7 @@
 
 #include "firmware/companion/files/vehicle_keys.h"
 #include "firmware/model/axis_effects.h"
-#include "host_tests/lab/identify/axis/axis_structure.h"
+#include "host_tests/lab/identify/model/axis/axis_structure.h"
 
 using namespace m100;  // Deviation: a test program of one page.
 

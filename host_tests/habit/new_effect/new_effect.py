@@ -65,7 +65,7 @@ def touched(root, copy):
     return sorted(out)
 
 
-def tell_and_count(root, copy, at_most):
+def apply_and_count(root, copy, at_most):
     files = touched(root, copy)
     print("  files touched: " + ", ".join(files))
     if len(files) > at_most:
@@ -261,7 +261,7 @@ class Recipe:
 RECIPES = [
     Recipe("a new effect of a stick axis", 2, add_axis_effect, HERE / "axis_effect_arrives.cpp",
            ["firmware/model/stick_axis.cpp", "firmware/core/maths.cpp", "firmware/companion/files/vehicle_keys.cpp",
-            "host_tests/lab/identify/axis/axis_structure.cpp"],
+            "host_tests/lab/identify/model/axis/axis_structure.cpp"],
            fly_axis_effect),
     Recipe("a new effect of translation", 1, add_translation_effect, HERE / "translation_effect_arrives.cpp",
            ["firmware/model/stick_axis.cpp", "firmware/core/assert.cpp", "firmware/core/maths.cpp",
@@ -291,7 +291,7 @@ def main():
         print(recipe.title)
         try:
             recipe.add(copy)
-            tell_and_count(root, copy, recipe.at_most)
+            apply_and_count(root, copy, recipe.at_most)
             if options.whole:
                 recipe.fly(copy)
             else:

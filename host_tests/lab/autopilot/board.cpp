@@ -14,15 +14,15 @@ void run_with_board(const Options& options, const sim::Plant& plant, const sim::
   sim::World world(plant, {.seed = options.seed, .autopilot = config});
   std::optional<EventFile> events;
   if (!options.events.empty()) {
-    events.emplace(options.events, EventFile::Writes::kAtOnce);
+    events.emplace(options.events, EventFile::WriteMode::kAtOnce);
     world.autopilot().on_event([&](const sim::N1Event& event) { events->write(event); });
   }
-  world.autopilot().happen(sim::N1Happening::kLoss, options.loss);
+  world.autopilot().happen(sim::N1EventKind::kLoss, options.loss);
   sim::EmulatedBoard board(options.board, "lockstep " + options.course);
   const int ticks = static_cast<int>((options.duration_s > 0.0 ? options.duration_s : 30.0) * 100.0);
   const core::Vector<double, 3> start = world.vehicle().state().position_w_m;
   double farthest_m = 0.0;
-  for (int tick = 0; tick < ticks && !stop_asked(); ++tick) {
+  for (int tick = 0; tick < ticks && !stop_requested(); ++tick) {
     world.pose_source().set_faults({.silent = !world.autopilot().pose_on()});
     world.advance(core::kTickPeriod);
     const hal::LockstepOrder order =
@@ -31,7 +31,7 @@ void run_with_board(const Options& options, const sim::Plant& plant, const sim::
     board.step(world.now(), order, world.autopilot_uart(), world.pose_uart());
     farthest_m = std::max(farthest_m, (world.vehicle().state().position_w_m - start).norm());
     if (events) {
-      events->tell_truth(world.now(), world.vehicle().state());
+      events->write_truth(world.now(), world.vehicle().state());
     }
   }
   std::cout << options.course << " flown by " << options.board << ": " << world.autopilot().record().virtual_rc_taken

@@ -28,9 +28,9 @@ namespace autopilot {
 namespace {
 
 volatile std::sig_atomic_t stop_signal = 0;
-void ask_to_stop(int) { stop_signal = 1; }
+void request_stop(int) { stop_signal = 1; }
 
-std::string read_text(const std::string& path) { return whole_file(path, companion::kMostTextBytes); }
+std::string read_text(const std::string& path) { return whole_file(path, companion::kMaxTextBytes); }
 
 std::vector<sim::N1ScriptLine> read_script(const std::string& path) {
   try {
@@ -91,12 +91,12 @@ void run(const Options& options) {
                        .noise = sim::noise_of(plant.sensors),
                        .clock_drift_ppm = plant.link.clock_drift_ppm,
                        .lenient_virtual_rc = options.lenient_virtual_rc,
-                       .pilot_holds_place = options.board.empty()};
+                       .pilot_holds_position = options.board.empty()};
   if (!options.script.empty() && options.script != kLiveScript) {
     config.script = read_script(options.script);
   }
-  std::signal(SIGINT, ask_to_stop);
-  std::signal(SIGTERM, ask_to_stop);
+  std::signal(SIGINT, request_stop);
+  std::signal(SIGTERM, request_stop);
   if (options.board.empty()) {
     run_on_line(options, plant, config);
   } else {
@@ -157,7 +157,7 @@ void add_options(CLI::App& app, Options& options) {
 
 }  // namespace
 
-bool stop_asked() { return stop_signal != 0; }
+bool stop_requested() { return stop_signal != 0; }
 
 }  // namespace autopilot
 

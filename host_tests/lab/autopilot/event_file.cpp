@@ -19,9 +19,9 @@ double spacing_s(core::Duration spacing) {
 
 }  // namespace
 
-EventFile::EventFile(const std::string& path, Writes writes) : path_(path), file_(path) {
+EventFile::EventFile(const std::string& path, WriteMode writes) : path_(path), file_(path) {
   expect_written();
-  if (writes == Writes::kInAThread) {
+  if (writes == WriteMode::kInAThread) {
     writer_ = std::jthread([this](const std::stop_token& stop) { write_waiting(stop); });
   }
 }
@@ -62,7 +62,7 @@ void EventFile::write(const sim::N1Event& event) {
   write_line({{"t_s", since_start_s(event.at)}, {"what", event.what}, {"name", event.name}, {"value", event.value}});
 }
 
-void EventFile::tell_truth(core::TimePoint now, const sim::VehicleState& state) {
+void EventFile::write_truth(core::TimePoint now, const sim::VehicleState& state) {
   if (now < next_truth_) {
     return;
   }
@@ -92,14 +92,14 @@ void EventFile::summarise(core::TimePoint now, const sim::N1Autopilot& autopilot
       {{"t_s", since_start_s(now)},
        {"what", "summary"},
        {"obtain_requests", record.obtain_requests},
-       {"least_obtain_spacing_s", spacing_s(record.least_obtain_spacing)},
+       {"least_obtain_spacing_s", spacing_s(record.min_obtain_spacing)},
        {"virtual_rc_on_requests", record.virtual_rc_on_requests},
-       {"least_on_spacing_s", spacing_s(record.least_on_spacing)},
+       {"least_on_spacing_s", spacing_s(record.min_on_spacing)},
        {"movement_taken", record.movement_taken},
        {"movement_ignored", record.movement_ignored},
        {"virtual_rc_taken", record.virtual_rc_taken},
        {"virtual_rc_ignored", record.virtual_rc_ignored},
-       {"most_commands_per_s", record.most_commands_per_s},
+       {"most_commands_per_s", record.max_commands_per_s},
        {"losses", record.losses},
        {"control_after_loss", record.control_after_loss},
        {"latest_after_loss_s", core::seconds<double>(record.latest_after_loss)},

@@ -18,17 +18,17 @@ namespace m100::lab::autopilot {
 class EventFile {
  public:
   /// Who waits for the disk.
-  enum class Writes : std::uint8_t {
+  enum class WriteMode : std::uint8_t {
     kAtOnce,     ///< the caller: in simulated time every line is in the file before time goes on
     kInAThread,  ///< a thread: in real time a disk that stands still must not stop telemetry and poses. If the program
                  ///< is killed, only the lines that the thread has not yet taken are lost.
   };
   /// @throws InputError
-  EventFile(const std::string& path, Writes writes);
+  EventFile(const std::string& path, WriteMode writes);
 
   void write(const sim::N1Event& event);
   /// Writes the true state if a tenth of a second has passed since the last one.
-  void tell_truth(core::TimePoint now, const sim::VehicleState& state);
+  void write_truth(core::TimePoint now, const sim::VehicleState& state);
   /// @param longest_lag longest time that the machine delayed the autopilot: its time stamps are late by up to that.
   /// Waits until every line is written; nothing may be written after it.
   /// @throws InputError if this line or an earlier one could not be written.

@@ -24,9 +24,9 @@ namespace {
 constexpr std::uint32_t kPoseBaud = 115200;
 
 /// Our end of a line: a pseudo-terminal that we create, or a simulated port of a program that keeps the time.
-class LineEnd {
+class SerialEnd {
  public:
-  LineEnd(const std::string& name, std::uint32_t baud) {
+  SerialEnd(const std::string& name, std::uint32_t baud) {
     if (hal::is_simulated(name)) {
       simulated_.emplace(name, baud == 0 ? kPoseBaud : baud);
     } else {
@@ -41,33 +41,33 @@ class LineEnd {
 };
 
 /// Our own simulated ports: programs that open SOCKET and SOCKET.pose share our time, which starts only then.
-class OwnWorld {
+class LockstepWorld {
  public:
-  explicit OwnWorld(const std::string& socket)
+  explicit LockstepWorld(const std::string& socket)
       : pose_client_(host_.add_end(socket + ".pose")),
         ours_(host_.add_end(socket + ".n1")),
         our_pose_(host_.add_end(socket + ".n1.pose")),
         client_(host_.add_end(socket)),
-        keeper_([this] { keep_time(); }) {}
-  ~OwnWorld() {
+        clock_thread_([this] { run_clock(); }) {}
+  ~LockstepWorld() {
     host_.stop();
-    keeper_.join();
+    clock_thread_.join();
   }
-  OwnWorld(const OwnWorld&) = delete;
-  OwnWorld& operator=(const OwnWorld&) = delete;
+  LockstepWorld(const LockstepWorld&) = delete;
+  LockstepWorld& operator=(const LockstepWorld&) = delete;
 
  private:
-  void carry(sim::LockstepHost::End from, sim::LockstepHost::End to) { host_.give(to, host_.take(from)); }
-  void keep_time() {
+  void forward_bytes(sim::LockstepHost::End from, sim::LockstepHost::End to) { host_.give(to, host_.take(from)); }
+  void run_clock() {
     constexpr double kLong_s = 86400.0;
     // A signal to end starts the time without a client: the autopilot sleeps in this time, and must wake to see it.
-    host_.wait_for([this] { return host_.attendants() >= 2 || stop_asked(); }, kLong_s);
+    host_.wait_for([this] { return host_.attached_count() >= 2 || stop_requested(); }, kLong_s);
     while (!host_.stopped()) {
       host_.advance(host_.now() + std::chrono::seconds(1));
-      carry(client_, ours_);
-      carry(ours_, client_);
-      carry(our_pose_, pose_client_);
-      carry(pose_client_, our_pose_);
+      forward_bytes(client_, ours_);
+      forward_bytes(ours_, client_);
+      forward_bytes(our_pose_, pose_client_);
+      forward_bytes(pose_client_, our_pose_);
     }
   }
 
@@ -76,7 +76,7 @@ class OwnWorld {
   sim::LockstepHost::End ours_;
   sim::LockstepHost::End our_pose_;
   sim::LockstepHost::End client_;  ///< created last: when its name exists, the others exist too
-  std::thread keeper_;
+  std::thread clock_thread_;
 };
 
 /// Script lines that are typed in during the run: each takes effect at once, whatever time it names.
@@ -91,12 +91,12 @@ class LiveScript {
       text_.append(typed.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
     }
     for (std::size_t end = 0; (end = text_.find('\n')) != std::string::npos; text_.erase(0, end + 1)) {
-      obey(text_.substr(0, end), autopilot);
+      execute(text_.substr(0, end), autopilot);
     }
   }
 
  private:
-  static void obey(const std::string& typed, sim::N1Autopilot& autopilot) {
+  static void execute(const std::string& typed, sim::N1Autopilot& autopilot) {
     try {
       for (const sim::N1ScriptLine& line : sim::read_n1_script(typed)) {
         autopilot.happen(line);
@@ -112,9 +112,9 @@ class LiveScript {
 
 /// Sends a pose, with the pose faults of the script.
 void send(sim::PoseSender& pose, core::TimePoint now, sim::N1Autopilot& autopilot, const sim::Vehicle& vehicle) {
-  pose.source().set_faults({.silent = !autopilot.pose_on(), .lie = [&autopilot](sim::PoseSample& sample) {
-                              if (autopilot.liar() != nullptr) {
-                                autopilot.liar()->tell(sample);
+  pose.source().set_faults({.silent = !autopilot.pose_on(), .fault = [&autopilot](sim::PoseSample& sample) {
+                              if (autopilot.fault_injector() != nullptr) {
+                                autopilot.fault_injector()->apply(sample);
                               }
                             }});
   pose.step(now, vehicle, autopilot.ticked_at());
@@ -127,7 +127,7 @@ void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopi
   core::TimePoint last = clock.now();
   core::Duration longest_lag{0};
   LiveScript live;
-  for (core::TimePoint now = last; !stop_asked() && (options.duration_s <= 0.0 || now < end); now = clock.now()) {
+  for (core::TimePoint now = last; !stop_requested() && (options.duration_s <= 0.0 || now < end); now = clock.now()) {
     longest_lag = std::max(longest_lag, now - last);
     last = now;
     if (options.script == kLiveScript) {
@@ -138,7 +138,7 @@ void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopi
       send(*pose, now, autopilot, vehicle);
     }
     if (events != nullptr) {
-      events->tell_truth(now, vehicle.state());
+      events->write_truth(now, vehicle.state());
     }
     const core::TimePoint tick = now + sim::N1Autopilot::kTick;
     const core::TimePoint event = pose != nullptr && pose->next_event() > now ? pose->next_event() : tick;
@@ -154,21 +154,21 @@ void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopi
 void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1Config& config) {
   std::signal(SIGPIPE, SIG_IGN);  // a client may disconnect
   const bool own_world = !options.simulated.empty();
-  std::optional<OwnWorld> world;
+  std::optional<LockstepWorld> world;
   if (own_world) {
     world.emplace(options.simulated);
   }
   const std::string name = own_world ? "sim:" + options.simulated + ".n1" : options.pty;
   const std::string pose_name = own_world ? "sim:" + options.simulated + ".n1.pose" : options.pose_pty;
-  LineEnd line(name, options.baud);
+  SerialEnd line(name, options.baud);
   std::optional<EventFile> events;  // after the line: if the line fails, the events of an earlier run are kept
   if (!options.events.empty()) {
-    events.emplace(options.events, own_world ? EventFile::Writes::kAtOnce : EventFile::Writes::kInAThread);
+    events.emplace(options.events, own_world ? EventFile::WriteMode::kAtOnce : EventFile::WriteMode::kInAThread);
   }
   sim::Vehicle vehicle(plant, options.seed, {0.0, 0.0, options.on_ground ? 0.0 : 1.5});
   vehicle.set_motors(!options.on_ground);
   sim::N1Autopilot autopilot(line.uart(), vehicle, config);
-  autopilot.happen(sim::N1Happening::kLoss, options.loss);
+  autopilot.happen(sim::N1EventKind::kLoss, options.loss);
   if (events) {
     autopilot.on_event([&](const sim::N1Event& event) { events->write(event); });
   }
@@ -177,7 +177,7 @@ void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1C
                               .pitch_vrc = 1024.0 + plant.pitch.trim_counts,
                               .throttle_vrc = 1024.0 + plant.climb.trim_counts,
                               .yaw_vrc = 1024.0 + plant.yaw_rate.trim_counts});
-  std::optional<LineEnd> pose_line;
+  std::optional<SerialEnd> pose_line;
   std::optional<sim::PoseSender> pose;
   if (!pose_name.empty()) {
     pose_line.emplace(pose_name, hal::is_simulated(pose_name) ? kPoseBaud : 0);

@@ -8,7 +8,7 @@
 namespace m100::lab::autopilot {
 
 /// Whether SIGINT or SIGTERM has arrived, so that the program must write its summary and end.
-bool stop_asked();
+bool stop_requested();
 
 /// Runs in real time on pseudo-terminals, or in the host's time on simulated ports, until the duration is over.
 void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1Config& config);

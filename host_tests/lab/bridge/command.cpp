@@ -64,7 +64,7 @@ std::uint64_t now_us() {
 }
 
 /// Reads the requests of m100. If poses carry time stamps of our clock, answers its time-sync requests with that clock.
-void answer(Sender& sender, bool tells_time, const mavlink::Key& key, Counts& counts) {
+void answer_time_request(Sender& sender, bool answers_time, const mavlink::Key& key, Counts& counts) {
   std::array<std::byte, 2048> packet{};
   for (ssize_t size = ::recv(sender.descriptor(), packet.data(), packet.size(), 0); size > 0;
        size = ::recv(sender.descriptor(), packet.data(), packet.size(), 0)) {
@@ -75,7 +75,7 @@ void answer(Sender& sender, bool tells_time, const mavlink::Key& key, Counts& co
                        return;
                      }
                      const auto question = mavlink::decode<mavlink::Timesync>(frame);
-                     if (question.tc1 == 0 && tells_time) {
+                     if (question.tc1 == 0 && answers_time) {
                        ++counts.asked;
                        (void)sender.send(
                            mavlink::Timesync{.tc1 = static_cast<std::int64_t>(now_us()) * 1000, .ts1 = question.ts1});
@@ -84,7 +84,7 @@ void answer(Sender& sender, bool tells_time, const mavlink::Key& key, Counts& co
   }
 }
 
-void pass_on(const bridge::PlainPose& pose, const BridgeOptions& options, Sender& sender, Counts& counts) {
+void forward_pose(const bridge::PlainPose& pose, const BridgeOptions& options, Sender& sender, Counts& counts) {
   const std::uint64_t stamp =
       options.stamp == "arrival" ? now_us() : static_cast<std::uint64_t>(std::llround(pose.t_s * 1e6));
   const bool left = sender.send(message_of(pose, *bridge::axes_of(options.axes), stamp));
@@ -125,7 +125,7 @@ class Source {
   /// Reads the waiting bytes. @returns false: the source has ended.
   virtual bool read(Counts& counts, const bridge::VrpnStream::Use& use) = 0;
   /// Why no pose has arrived; empty: unknown.
-  virtual std::string why_none() const { return ""; }
+  virtual std::string silence_reason() const { return ""; }
 };
 
 class Packets final : public Source {
@@ -169,7 +169,7 @@ class Vrpn final : public Source {
     }
     return goes_on;
   }
-  std::string why_none() const override { return stream_.why_none(); }
+  std::string silence_reason() const override { return stream_.silence_reason(); }
 
  private:
   bridge::VrpnStream stream_;
@@ -198,10 +198,10 @@ Counts run_bridge(const BridgeOptions& options, const mavlink::Key& key) {
     std::array<pollfd, 2> wait{pollfd{.fd = source->descriptor(), .events = POLLIN, .revents = 0},
                                pollfd{.fd = sender.descriptor(), .events = POLLIN, .revents = 0}};
     (void)::poll(wait.data(), wait.size(), 100);
-    goes_on = source->read(counts, [&](const bridge::PlainPose& pose) { pass_on(pose, options, sender, counts); });
-    answer(sender, options.stamp == "arrival", key, counts);
+    goes_on = source->read(counts, [&](const bridge::PlainPose& pose) { forward_pose(pose, options, sender, counts); });
+    answer_time_request(sender, options.stamp == "arrival", key, counts);
   }
-  if (const std::string why = source->why_none(); counts.sent == 0 && !why.empty()) {
+  if (const std::string why = source->silence_reason(); counts.sent == 0 && !why.empty()) {
     std::cerr << printable("m100-lab: --vrpn: " + why) << "\n";
   }
   return counts;

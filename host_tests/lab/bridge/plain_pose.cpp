@@ -57,7 +57,7 @@ std::optional<Axes> axes_of(std::string_view word) {
                          : std::nullopt;
 }
 
-bool is_believable(const PlainPose& pose) {
+bool is_plausible(const PlainPose& pose) {
   const core::Quaternion<double>& q = pose.body_to_world;
   const double squared = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
   const auto near = [](double value) { return value >= -kFarthest_m && value <= kFarthest_m; };
@@ -77,7 +77,7 @@ std::optional<PlainPose> parse_packet(std::span<const std::byte> packet) {
   }
   const auto& [t, x, y, z, qw, qx, qy, qz] = *read;
   const PlainPose pose{.t_s = t, .position_m = {x, y, z}, .body_to_world = {qw, qx, qy, qz}};
-  return is_believable(pose) ? std::optional(pose) : std::nullopt;
+  return is_plausible(pose) ? std::optional(pose) : std::nullopt;
 }
 
 mavlink::AttPosMocap message_of(const PlainPose& pose, Axes axes, std::uint64_t time_usec) {

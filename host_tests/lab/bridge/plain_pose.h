@@ -30,7 +30,7 @@ std::optional<Axes> axes_of(std::string_view word);
 
 /// Whether all numbers are finite, each coordinate is within 1 km, the quaternion's length is 1 within 1 %, and the
 /// time is between 0 and 285 years.
-bool is_believable(const PlainPose& pose);
+bool is_plausible(const PlainPose& pose);
 
 /// Reads a packet: eight numbers as text separated by spaces or commas, or as 64 bytes of doubles, little endian.
 /// @returns nothing if there are fewer or more numbers, or if the pose is not is_believable().

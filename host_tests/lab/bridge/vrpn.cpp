@@ -50,7 +50,7 @@ bool VrpnStream::consume(std::span<const std::byte> bytes, const Use& use) {
   }
   while (has_cookie_ && rest.size() >= kHeaderBytes) {
     const auto length = big_endian<std::int32_t>(rest, 0);
-    if (length < static_cast<std::int32_t>(kHeaderBytes) || length > static_cast<std::int32_t>(kMostBytes - 8)) {
+    if (length < static_cast<std::int32_t>(kHeaderBytes) || length > static_cast<std::int32_t>(kMaxBytes - 8)) {
       return false;
     }
     const auto size = static_cast<std::size_t>(length);
@@ -61,17 +61,17 @@ bool VrpnStream::consume(std::span<const std::byte> bytes, const Use& use) {
     rest = rest.subspan(filled(size));
   }
   waiting_.erase(waiting_.begin(), waiting_.end() - static_cast<std::ptrdiff_t>(rest.size()));
-  return waiting_.size() <= kMostBytes;
+  return waiting_.size() <= kMaxBytes;
 }
 
-void VrpnStream::learn(std::map<std::int32_t, std::string>& names, std::int32_t number,
-                       std::span<const std::byte> body) {
-  if (body.size() < sizeof(std::int32_t) || names.size() >= kMostNames) {
+void VrpnStream::add_name(std::map<std::int32_t, std::string>& names, std::int32_t number,
+                          std::span<const std::byte> body) {
+  if (body.size() < sizeof(std::int32_t) || names.size() >= kMaxNames) {
     return;
   }
   const std::span<const std::byte> letters = body.subspan(sizeof(std::int32_t));
   const auto end = std::find(letters.begin(), letters.end(), std::byte{0});
-  if (end - letters.begin() >= static_cast<std::ptrdiff_t>(kMostNameBytes)) {
+  if (end - letters.begin() >= static_cast<std::ptrdiff_t>(kMaxNameBytes)) {
     return;
   }
   std::string& name = names[number];
@@ -85,7 +85,7 @@ void VrpnStream::take(std::span<const std::byte> message, const Use& use) {
   const auto type = big_endian<std::int32_t>(message, 16);
   const std::span<const std::byte> body = message.subspan(kHeaderBytes);
   if (type == kSenderName || type == kTypeName) {
-    learn(type == kSenderName ? senders_ : types_, sender, body);
+    add_name(type == kSenderName ? senders_ : types_, sender, body);
     return;
   }
   const auto name = types_.find(type);
@@ -100,7 +100,7 @@ void VrpnStream::take(std::span<const std::byte> message, const Use& use) {
                        .body_to_world = {number(6), number(3), number(4), number(5)}};
   const bool is_wanted =
       from != senders_.end() && from->second == tracker_ && big_endian<std::int32_t>(body, 0) == sensor_;
-  if (is_wanted && is_believable(pose)) {
+  if (is_wanted && is_plausible(pose)) {
     use(pose);
   } else {
     ++passed_over_;
@@ -115,7 +115,7 @@ std::vector<std::string> VrpnStream::senders() const {
   return names;
 }
 
-std::string VrpnStream::why_none() const {
+std::string VrpnStream::silence_reason() const {
   const std::vector<std::string> names = senders();
   if (std::ranges::find(names, tracker_) != names.end()) {
     return "the server has the tracker '" + tracker_ + "', but no plausible pose of its sensor " +

@@ -29,9 +29,9 @@ std::array<std::byte, kVrpnCookieBytes> vrpn_cookie();
 /// the stream.
 class VrpnStream {
  public:
-  static constexpr std::size_t kMostBytes = 1U << 16U;
-  static constexpr std::size_t kMostNames = 1000;
-  static constexpr std::size_t kMostNameBytes = 100;  ///< with the zero
+  static constexpr std::size_t kMaxBytes = 1U << 16U;
+  static constexpr std::size_t kMaxNames = 1000;
+  static constexpr std::size_t kMaxNameBytes = 100;  ///< with the zero
   using Use = std::function<void(const PlainPose&)>;
 
   /// @param tracker name of the tracker whose poses are used. @param sensor its sensor.
@@ -46,11 +46,11 @@ class VrpnStream {
   std::vector<std::string> senders() const;
   /// Why there is no pose: the server does not have the tracker, or no plausible pose of its sensor has arrived. Names
   /// are the server's own bytes.
-  std::string why_none() const;
+  std::string silence_reason() const;
 
  private:
   void take(std::span<const std::byte> message, const Use& use);
-  void learn(std::map<std::int32_t, std::string>& names, std::int32_t number, std::span<const std::byte> body);
+  void add_name(std::map<std::int32_t, std::string>& names, std::int32_t number, std::span<const std::byte> body);
 
   std::string tracker_;
   std::int32_t sensor_;

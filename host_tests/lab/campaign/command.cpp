@@ -47,7 +47,7 @@ struct Options {
   std::string report;
 };
 
-std::string read_text(const std::string& path) { return whole_file(path, companion::kMostTextBytes); }
+std::string read_text(const std::string& path) { return whole_file(path, companion::kMaxTextBytes); }
 
 std::vector<World> read_worlds(const Options& options) {
   std::vector<World> worlds;

@@ -80,7 +80,7 @@ bool has_period(std::span<const double> window) {
   return false;
 }
 
-bool swings_periodically(const std::vector<double>& tilt) {
+bool is_periodic(const std::vector<double>& tilt) {
   const std::vector<double> deviation = less_own_mean(tilt);
   for (std::size_t from = 0; from + kWindow <= deviation.size(); from += kStride) {
     const std::span<const double> window(deviation.data() + from, kWindow);
@@ -103,27 +103,27 @@ double deviation_deg(const std::vector<double>& tilt) {
   return tilt.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(tilt.size()));
 }
 
-bool sways(double flown_deg, double reference_deg) {
+bool exceeds_reference(double flown_deg, double reference_deg) {
   return flown_deg > kHoverRms_deg && flown_deg > kHoverFactor * reference_deg;
 }
 
 }  // namespace
 
-Swing swing_of(const experiments::Trace& trace) {
+TiltOscillation measure_oscillation(const experiments::Trace& trace) {
   const std::vector<double> roll = thinned_deg(trace, &experiments::TracePoint::roll_rad);
   const std::vector<double> pitch = thinned_deg(trace, &experiments::TracePoint::pitch_rad);
-  return {.periodic = swings_periodically(roll) || swings_periodically(pitch),
+  return {.periodic = is_periodic(roll) || is_periodic(pitch),
           .roll_deviation_deg = deviation_deg(roll),
           .pitch_deviation_deg = deviation_deg(pitch)};
 }
 
-bool oscillates(const Swing& flown, const Swing& reference, bool hovers) {
+bool oscillates(const TiltOscillation& flown, const TiltOscillation& reference, bool hovers) {
   const bool periodic = flown.periodic && !reference.periodic;
-  return periodic || (hovers && (sways(flown.roll_deviation_deg, reference.roll_deviation_deg) ||
-                                 sways(flown.pitch_deviation_deg, reference.pitch_deviation_deg)));
+  return periodic || (hovers && (exceeds_reference(flown.roll_deviation_deg, reference.roll_deviation_deg) ||
+                                 exceeds_reference(flown.pitch_deviation_deg, reference.pitch_deviation_deg)));
 }
 
-bool surely_calm(const Swing& flown, bool hovers) {
+bool is_surely_steady(const TiltOscillation& flown, bool hovers) {
   return !flown.periodic &&
          (!hovers || (flown.roll_deviation_deg <= kHoverRms_deg && flown.pitch_deviation_deg <= kHoverRms_deg));
 }

@@ -8,7 +8,7 @@
 namespace m100::lab::campaign {
 
 /// Oscillation of a flight's tilt, independent of the ladder: a limit cycle of 20 degrees need not change the rung.
-struct Swing {
+struct TiltOscillation {
   /// On roll or pitch, in any 5 s, the deviation from its own mean over 2 s exceeds 3 degrees root mean square, and its
   /// autocorrelation has a peak above 0.5 between 0.3 and 3 Hz.
   bool periodic = false;
@@ -17,13 +17,13 @@ struct Swing {
 };
 
 /// @param trace one point every 10 ms.
-Swing swing_of(const experiments::Trace& trace);
+TiltOscillation measure_oscillation(const experiments::Trace& trace);
 
 /// Whether a flight oscillates, compared with a flight of the same task in a kind world.
 /// @param hovers the task demands no tilt: then a deviation of more than 2 degrees about the mean and more than twice
 ///   the reference's is an oscillation too.
-bool oscillates(const Swing& flown, const Swing& reference, bool hovers);
+bool oscillates(const TiltOscillation& flown, const TiltOscillation& reference, bool hovers);
 /// Whether the flight is calm whatever the reference does, so that the reference need not be flown.
-bool surely_calm(const Swing& flown, bool hovers);
+bool is_surely_steady(const TiltOscillation& flown, bool hovers);
 
 }  // namespace m100::lab::campaign

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "firmware/safety/ladder.h"
+#include "firmware/safety/failsafe.h"
 #include "host_tests/lab/campaign/oscillation.h"
 #include "host_tests/lab/experiments/score.h"
 
@@ -16,7 +16,7 @@ namespace {
 using experiments::FlightPlan;
 using experiments::FlightResult;
 using experiments::TracePoint;
-using safety::Rung;
+using safety::FailsafeState;
 
 FlightPlan plan_of(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings) {
   FlightPlan plan;
@@ -28,7 +28,7 @@ FlightPlan plan_of(const sim::Plant& world, const Task& task, std::uint64_t seed
   plan.channel = settings.channel;
   plan.rate_hz = settings.rate_hz;
   plan.law = settings.law;
-  plan.pilot_holds_place = true;
+  plan.pilot_holds_position = true;
   plan.flight_file = flight_file_of(task, sim::WorldOptions{}.position_w_m.z());
   return plan;
 }
@@ -41,7 +41,7 @@ std::string two_digits(double value) {
 }
 
 /// The side of the fence beyond which the aircraft is, as a sentence; empty: it is inside.
-std::string breach(const TracePoint& point, const FlightResult& flight, const companion::FlightFile& file) {
+std::string breached_limit(const TracePoint& point, const FlightResult& flight, const companion::FlightFile& file) {
   const auto beyond = [](const char* axis, double value, const companion::Range& range) {
     return range.contains(value) ? std::string()
                                  : std::string(axis) + " = " + two_digits(value) + " m is outside the fence [" +
@@ -57,17 +57,17 @@ double tilt_deg(const TracePoint& point) {
 }
 
 bool below_coast(const TracePoint& point) {
-  const auto rung = static_cast<Rung>(point.rung);
-  return rung != Rung::kNominal && rung != Rung::kCoast;
+  const auto failsafe_state = static_cast<FailsafeState>(point.failsafe_state);
+  return failsafe_state != FailsafeState::kNominal && failsafe_state != FailsafeState::kCoast;
 }
 
 /// For so long after a handover the motion is still judged as ours.
 constexpr double kAftermath_s = 2.0;
 
-void note_what_happened(const TracePoint& point, Outcome& out) {
-  const auto rung = static_cast<Rung>(point.rung);
-  out.coasted = out.coasted || rung == Rung::kCoast;
-  out.released = out.released || rung == Rung::kRelease || rung == Rung::kSilent;
+void record_tick(const TracePoint& point, Outcome& out) {
+  const auto failsafe_state = static_cast<FailsafeState>(point.failsafe_state);
+  out.coasted = out.coasted || failsafe_state == FailsafeState::kCoast;
+  out.released = out.released || failsafe_state == FailsafeState::kRelease || failsafe_state == FailsafeState::kSilent;
   out.worst_tilt_deg = std::max(out.worst_tilt_deg, tilt_deg(point));
   if (point.nees >= 0.0 && out.why.empty()) {
     out.nees_sum += point.nees;
@@ -79,15 +79,15 @@ void note_what_happened(const TracePoint& point, Outcome& out) {
 void judge(const FlightResult& flight, const companion::FlightFile& file, Outcome& out) {
   double silent_since_s = -1.0;
   for (const TracePoint& point : flight.trace) {
-    if (static_cast<Rung>(point.rung) == Rung::kSilent && silent_since_s < 0.0) {
+    if (static_cast<FailsafeState>(point.failsafe_state) == FailsafeState::kSilent && silent_since_s < 0.0) {
       silent_since_s = point.t_s;
       out.handed_over_m_s = std::hypot(point.velocity_m_s[0], point.velocity_m_s[1]);
     }
     if (silent_since_s >= 0.0 && point.t_s > silent_since_s + kAftermath_s) {
       break;
     }
-    note_what_happened(point, out);
-    const std::string side = breach(point, flight, file);
+    record_tick(point, out);
+    const std::string side = breached_limit(point, flight, file);
     out.breached = out.breached || !side.empty();
     if (out.why.empty() && (below_coast(point) || !side.empty())) {
       out.failed_at_s = point.t_s;
@@ -103,7 +103,7 @@ experiments::Trace until(const experiments::Trace& trace, double end_s) {
 
 }  // namespace
 
-sim::Plant kind_world(const sim::Plant& world) {
+sim::Plant nominal_world(const sim::Plant& world) {
   sim::Plant kind = sim::measured_plant();
   kind.air = world.air;
   kind.payload = world.payload;
@@ -121,9 +121,9 @@ Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, c
     return out;
   }
   judge(flight, *plan.flight_file, out);
-  out.swing_noticed_s = flight.swing_noticed_s;
+  out.limit_cycle_detected_s = flight.limit_cycle_detected_s;
   out.contradicted = flight.contradicted;
-  out.left_model = flight.left_model;
+  out.model_mismatch = flight.model_mismatch;
   out.refused_poses = flight.refused_poses;
   out.latency_error_s = flight.pose_age_error_s;
   out.latency_sigma_s = flight.pose_timing.sigma_s;
@@ -136,13 +136,13 @@ Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, c
   out.pose_rms_m = cell.pose_m;
   out.tilt_rms_deg = cell.tilt_deg;
   out.command_deg_s = cell.input_variation_deg_s;
-  const Swing flown = swing_of(until(flight.trace, until_s));
-  if (!surely_calm(flown, task.hovers)) {
-    const FlightResult reference = experiments::fly(plan_of(kind_world(world), task, seed, settings));
-    out.oscillated = oscillates(flown, swing_of(until(reference.trace, until_s)), task.hovers);
+  const TiltOscillation flown = measure_oscillation(until(flight.trace, until_s));
+  if (!is_surely_steady(flown, task.hovers)) {
+    const FlightResult reference = experiments::fly(plan_of(nominal_world(world), task, seed, settings));
+    out.oscillated = oscillates(flown, measure_oscillation(until(reference.trace, until_s)), task.hovers);
   }
   // An oscillation noticed in flight was ended by the calm law, so the trace alone would look calm.
-  out.oscillated = out.oscillated || flight.swing_noticed_s >= 0.0;
+  out.oscillated = out.oscillated || flight.limit_cycle_detected_s >= 0.0;
   return out;
 }
 

@@ -17,9 +17,9 @@ struct Outcome {
   bool released = false;  ///< control was given back before the task was over
   bool breached = false;  ///< outside the fence while the task lasted
   bool oscillated = false;
-  double swing_noticed_s = -1.0;  ///< as FlightResult
-  bool contradicted = false;      ///< as FlightResult; likewise the next two
-  bool left_model = false;
+  double limit_cycle_detected_s = -1.0;  ///< as FlightResult
+  bool contradicted = false;             ///< as FlightResult; likewise the next two
+  bool model_mismatch = false;
   std::uint32_t refused_poses = 0;
   double latency_error_s = 0.0;   ///< estimated minus true age of the poses at the end, counted from capture
   double latency_sigma_s = 0.0;   ///< the standard deviation that the observer claims for it
@@ -49,6 +49,6 @@ Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, c
 
 /// The kind world for the reference flight of the oscillation check: the measured axes in this world's air, with its
 /// payload and change; source of pose, sensors and link have their defaults.
-sim::Plant kind_world(const sim::Plant& world);
+sim::Plant nominal_world(const sim::Plant& world);
 
 }  // namespace m100::lab::campaign

@@ -60,7 +60,7 @@ companion::FlightFile flight_file_of(const Task& task, double height_m) {
   ref::Waypoint<double> start;
   start.position_w_m.z() = height_m;
   const auto course = std::make_unique<ref::Trajectory<double>>();
-  companion::lay_course(std::string(task.course), start, *course);
+  companion::parse_course(std::string(task.course), start, *course);
   course->start(core::TimePoint{});
   companion::Range z{height_m, height_m};
   const auto widen = [](companion::Range& range, double value) {

@@ -12,7 +12,7 @@ namespace m100::lab::campaign {
 /// One course that a campaign flies in each of its worlds.
 struct Task {
   std::string_view name;
-  std::string_view course;  ///< companion::lay_course
+  std::string_view course;  ///< companion::parse_course
   double duration_s = 0.0;
   bool hovers = false;  ///< the task demands no tilt
 };

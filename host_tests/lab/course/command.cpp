@@ -51,9 +51,9 @@ std::string refusal(const ref::Trajectory<double>& laid, const std::vector<compa
                     const ref::Waypoint<double>& start, const companion::CourseLimits& limits,
                     const std::optional<companion::FlightFile>& flight, const std::string& file) {
   try {
-    companion::expect_flyable(laid, pieces, start, limits, file);
+    companion::validate_course(laid, pieces, start, limits, file);
     if (flight) {
-      companion::expect_inside(*flight, start, laid, pieces, file);
+      companion::validate_inside_fence(*flight, start, laid, pieces, file);
     }
   } catch (const companion::CourseError& no) {
     return no.what();
@@ -67,14 +67,14 @@ Drawn draw(const std::string& file, const Options& options, const std::optional<
   const std::string text = whole_file(file);
   const auto laid = std::make_unique<ref::Trajectory<double>>();
   ref::Waypoint<double> start;
-  std::vector<companion::CoursePiece> pieces = companion::lay_course(text, start, *laid, file);
+  std::vector<companion::CoursePiece> pieces = companion::parse_course(text, start, *laid, file);
   if (pieces.empty()) {
     throw InputError(file, 0, "", "contains no piece");
   }
   Drawn out{.file = file, .why_not = {}, .summary = course::summary_of(*laid, pieces, start)};
   if (flight) {  // the lowest start from which the course stays above the floor
     start.position_w_m.z() = flight->fence_z_m.low - out.summary.z_m.low;
-    pieces = companion::lay_course(text, start, *laid, file);
+    pieces = companion::parse_course(text, start, *laid, file);
   }
   const companion::CourseLimits limits = flight ? companion::course_limits_of(*flight) : companion::CourseLimits{};
   out.why_not = refusal(*laid, pieces, start, limits, flight, file);

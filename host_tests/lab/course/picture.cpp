@@ -31,7 +31,7 @@ Samples samples_of(const ref::Trajectory<double>& course, const ref::Waypoint<do
   for (core::Duration::rep i = 0; i <= kPoints; ++i) {
     const core::Duration at = course.duration() * i / kPoints;
     const ref::Motion motion = course.motion(at, i == kPoints);
-    const companion::Effort effort = companion::effort_of(motion);
+    const companion::MotionMagnitudes effort = companion::magnitudes_of(motion);
     out.t_s.push_back(core::seconds<double>(at));
     out.x_m.push_back(motion[0][0] - start.position_w_m.x());
     out.y_m.push_back(motion[1][0] - start.position_w_m.y());
@@ -43,9 +43,9 @@ Samples samples_of(const ref::Trajectory<double>& course, const ref::Waypoint<do
 }
 
 /// A cross at the beginning of the course and at the end of each piece.
-plot::Line crosses(const ref::Trajectory<double>& course, std::span<const companion::CoursePiece> pieces,
-                   const ref::Waypoint<double>& start, double half_m) {
-  plot::Line line{.name = "start, and ends of pieces", .x = {}, .y = {}, .color = plot::kOrange, .width = 2.0};
+plot::Curve crosses(const ref::Trajectory<double>& course, std::span<const companion::CoursePiece> pieces,
+                    const ref::Waypoint<double>& start, double half_m) {
+  plot::Curve line{.name = "start, and ends of pieces", .x = {}, .y = {}, .color = plot::kOrange, .width = 2.0};
   const double none = std::nan("");
   const auto add = [&](double x_m, double y_m) {
     line.x.insert(line.x.end(), {x_m - half_m, x_m + half_m, none, x_m, x_m, none});
@@ -59,7 +59,7 @@ plot::Line crosses(const ref::Trajectory<double>& course, std::span<const compan
   return line;
 }
 
-plot::Line fence(const companion::FlightFile& flight) {
+plot::Curve fence(const companion::FlightFile& flight) {
   const auto& [x, y] = std::pair{flight.fence_x_m, flight.fence_y_m};
   return {.name = "fence",
           .x = {x.low, x.high, x.high, x.low, x.low},
@@ -103,12 +103,13 @@ Summary summary_of(const ref::Trajectory<double>& course, std::span<const compan
   Summary out;
   out.duration_s = core::seconds<double>(course.duration());
   std::array<double, 3> before{};
-  companion::for_each_moment(
+  companion::for_each_sample(
       course, pieces, [&](const companion::CoursePiece&, core::Duration, const ref::Motion& motion) {
-        const companion::Effort effort = companion::effort_of(motion);
+        const companion::MotionMagnitudes effort = companion::magnitudes_of(motion);
         for (const auto member :
-             {&companion::Effort::speed_m_s, &companion::Effort::acceleration_m_s2, &companion::Effort::tilt_rad,
-              &companion::Effort::climb_m_s, &companion::Effort::yaw_rate_rad_s}) {
+             {&companion::MotionMagnitudes::speed_m_s, &companion::MotionMagnitudes::acceleration_m_s2,
+              &companion::MotionMagnitudes::tilt_rad, &companion::MotionMagnitudes::climb_m_s,
+              &companion::MotionMagnitudes::yaw_rate_rad_s}) {
           out.most.*member = std::max(out.most.*member, effort.*member);
         }
         std::array<double, 3> here{};

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "firmware/companion/files/course_check.h"
+#include "firmware/companion/files/course_validation.h"
 #include "firmware/companion/files/flight_file.h"
 
 namespace m100::lab::course {
@@ -15,7 +15,7 @@ namespace m100::lab::course {
 struct Summary {
   double duration_s = 0.0;
   double length_m = 0.0;  ///< length of the path, including steps
-  companion::Effort most;
+  companion::MotionMagnitudes most;
   companion::Range x_m, y_m, z_m;
 };
 

@@ -7,11 +7,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "host_tests/lab/evening/flown.h"
-#include "host_tests/lab/evening/page.h"
+#include "host_tests/lab/evening/corrected_vehicle.h"
+#include "host_tests/lab/evening/flight_result.h"
 #include "host_tests/lab/evening/run_program.h"
 #include "host_tests/lab/evening/steps.h"
-#include "host_tests/lab/evening/taken_over.h"
+#include "host_tests/lab/evening/summary_page.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/subcommands.h"
 
@@ -36,14 +36,14 @@ class Evening {
 
   /// Prints the steps and which of them are done; runs none.
   void list() {
-    tell_changes();
+    report_changes();
     for (const Step& step : evening::steps(folder_)) {
       std::cout << (folder_.is_done(step.name) ? "done  " : "      ") << step.name << ": " << step.sentence << "\n";
     }
   }
 
   void run() {
-    tell_changes();
+    report_changes();
     for (std::size_t at = 0; at < evening::steps(folder_).size(); ++at) {
       const Step step = evening::steps(folder_)[at];  // read again: the commands depend on the files made so far
       if (folder_.is_done(step.name)) {
@@ -77,13 +77,13 @@ class Evening {
       std::cout << " " << name;
     }
     std::cout << " back into the folder and run this command again.\n";
-    tell_cut_off(step);
+    report_interruption(step);
     folder_.save(
         {{"step", step.name}, {"where", "board"}, {"sentence", step.sentence}, {"argv", step.commands.front()}});
   }
 
   /// Tells what is missing if only some of the step's files are there: the copy or the command was interrupted.
-  void tell_cut_off(const Step& step) const {
+  void report_interruption(const Step& step) const {
     std::string there, missing;
     for (const std::string& name : step.makes) {
       (folder_.has(name) ? there : missing) += " " + name;
@@ -98,9 +98,11 @@ class Evening {
   /// Judges a step that a person has done.
   void take(const Step& step) {
     const std::string wrong = step.makes.back() + " is not what this command writes; was it copied completely?";
-    std::string why = evening::flown_with_others(folder_, step.name, step.reads);
+    std::string why = evening::differing_input(folder_, step.name, step.reads);
     try {
-      why = !why.empty() ? why : evening::result_of(folder_, step.makes.back()).empty() ? wrong : step.judge(folder_);
+      why = !why.empty()                                             ? why
+            : evening::result_of(folder_, step.makes.back()).empty() ? wrong
+                                                                     : step.evaluate(folder_);
     } catch (const nlohmann::json::exception&) {
       why = wrong;
     }
@@ -118,7 +120,7 @@ class Evening {
         break;
       }
     }
-    accept(step, why.empty() ? step.judge(folder_) : why);
+    accept(step, why.empty() ? step.evaluate(folder_) : why);
   }
 
   /// Runs one command of a step on this machine. @returns why it failed; empty: it did not.
@@ -131,7 +133,7 @@ class Evening {
       return adjust(command);
     }
     if (verb == "take_over") {
-      evening::take_over(folder_);
+      evening::write_corrected_vehicle(folder_);
       return "";
     }
     if (verb == "try") {
@@ -200,7 +202,7 @@ class Evening {
     }
   }
 
-  void tell_changes() {
+  void report_changes() {
     for (const std::string& change : folder_.look_for_changes()) {
       std::cout << "changed: " << change << "\n";
     }
@@ -263,7 +265,7 @@ void run(const CLI::App& command, const EveningOptions& options) {
   const evening::FolderLock lock(evening::made(options.folder));
   Folder folder(options.folder);
   take_given(command, options.settings, folder.settings());
-  evening::lay_out(folder);
+  evening::write_initial_files(folder);
   Evening ahead(folder);
   options.list ? ahead.list() : ahead.run();
 }

@@ -288,7 +288,7 @@ def whole(evening):
         expect(words in page[:page.index("<table")], f"the first screen of the page says '{words}'")
     for flight, words in (("course", "before"), ("corrected", "after")):
         said = f"The flight {words} the correction began to oscillate" in page
-        expect(said == bool(numbers[f"calm_law.{flight}"]), f"the page says whether the flight {words} oscillated")
+        expect(said == bool(numbers[f"fallback_law.{flight}"]), f"the page says whether the flight {words} oscillated")
     for axis in ("roll", "pitch"):
         hidden = evening.hidden[f"axis.{axis}"]
         found = {key: numbers[f"{key}.{axis}.after"] for key in ("trim_counts", "transport_delay_s")}

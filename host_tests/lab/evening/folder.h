@@ -62,7 +62,7 @@ class Folder {
   /// changed. @returns one sentence for each change.
   std::vector<std::string> look_for_changes();
   /// Notes a number that the evening has measured, by name; kept in the state file.
-  void note(const std::string& name, double value) { numbers_[name] = value; }
+  void set_number(const std::string& name, double value) { numbers_[name] = value; }
   const std::map<std::string, double>& numbers() const { return numbers_; }
 
   /// Writes evening.json with write_file(). @param next the next step, for other programs.

@@ -31,7 +31,7 @@ std::string typed(const std::vector<std::string>& command) {
   return out;
 }
 
-int run_program(const std::vector<std::string>& command, const std::string& folder, const std::string& said) {
+int run_program(const std::vector<std::string>& command, const std::string& folder, const std::string& log_file) {
   std::vector<std::string> words = command;
   std::vector<char*> pointers;
   pointers.reserve(words.size() + 1);
@@ -39,9 +39,9 @@ int run_program(const std::vector<std::string>& command, const std::string& fold
     pointers.push_back(word.data());
   }
   pointers.push_back(nullptr);
-  const int out = open(said.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  const int out = open(log_file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   if (out < 0) {
-    throw InputError(said, 0, "", std::string("cannot be written: ") + std::strerror(errno));
+    throw InputError(log_file, 0, "", std::string("cannot be written: ") + std::strerror(errno));
   }
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);

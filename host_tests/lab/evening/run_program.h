@@ -12,7 +12,7 @@ std::string typed(const std::vector<std::string>& command);
 /// Runs a program inside the folder. Its standard output is appended to the file `said`; it shares our standard error.
 /// @returns its exit code; 128 plus the number of the signal that ended it. Errors: InputError if the file cannot be
 /// written or the program cannot be started.
-int run_program(const std::vector<std::string>& command, const std::string& folder, const std::string& said);
+int run_program(const std::vector<std::string>& command, const std::string& folder, const std::string& log_file);
 
 /// A lock on a folder. Programs that run_program() starts hold it as long as they run, because the last command of a
 /// killed evening may still be writing.

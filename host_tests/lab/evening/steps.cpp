@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "firmware/companion/files/flight_file.h"
-#include "host_tests/lab/evening/flown.h"
-#include "host_tests/lab/evening/judge.h"
+#include "host_tests/lab/evening/flight_result.h"
+#include "host_tests/lab/evening/step_checks.h"
 #include "host_tests/lab/whole_file.h"
 
 namespace m100::lab::evening {
@@ -18,10 +18,10 @@ namespace {
 constexpr const char* kDeclared = "second_order,transport_delay,dead_zone,trim_offset";
 constexpr const char* kDeclaredClimb = "second_order,trim_offset";
 constexpr const char* kDeclaredYaw = "first_order,dead_zone,trim_offset";
-constexpr double kLeastHeight_m = 0.5;  ///< up and down, for an excitation: less does not show the throttle
-constexpr double kMostHeight_m = 0.8;   ///< up and down: more is not needed
-constexpr double kYawFence_rad = 1.0;   ///< for an excitation of yaw alone, in a room too low to move the throttle
-constexpr double kShareOfFence = 0.6;   ///< for an excitation: the rest is a margin for unforeseen tilt
+constexpr double kMinHeight_m = 0.5;   ///< up and down, for an excitation: less does not show the throttle
+constexpr double kMaxHeight_m = 0.8;   ///< up and down: more is not needed
+constexpr double kYawFence_rad = 1.0;  ///< for an excitation of yaw alone, in a room too low to move the throttle
+constexpr double kShareOfFence = 0.6;  ///< for an excitation: the rest is a margin for unforeseen tilt
 
 std::string text(double value) {
   std::ostringstream out;
@@ -39,7 +39,7 @@ companion::FlightFile flight_file(const Folder& folder) {
 }
 
 /// The distance from the start to the nearest side of the flight file's fence.
-double least_side_m(const Folder& folder) {
+double min_side_m(const Folder& folder) {
   const companion::FlightFile flight = flight_file(folder);
   return std::min({-flight.fence_x_m.low, flight.fence_x_m.high, -flight.fence_y_m.low, flight.fence_y_m.high});
 }
@@ -48,7 +48,7 @@ double least_side_m(const Folder& folder) {
 double height_m(const Folder& folder) {
   const companion::FlightFile flight = flight_file(folder);
   const double most_m = kShareOfFence * 0.5 * (flight.fence_z_m.high - flight.fence_z_m.low);
-  return most_m < kLeastHeight_m ? 0.0 : std::min(most_m, kMostHeight_m);
+  return most_m < kMinHeight_m ? 0.0 : std::min(most_m, kMaxHeight_m);
 }
 
 /// "FROM:TO" of the excitation of NAME.json, on the log's clock; empty: it was not flown yet.
@@ -65,9 +65,9 @@ std::string excited(const Folder& folder, const std::string& name) {
 }
 
 /// Makes the steps of one folder.
-class Maker {
+class StepBuilder {
  public:
-  explicit Maker(const Folder& folder) : folder_(folder), settings_(folder.settings()) {}
+  explicit StepBuilder(const Folder& folder) : folder_(folder), settings_(folder.settings()) {}
 
   std::vector<Step> all() const {
     std::vector<Step> out{probe(), record()};
@@ -107,7 +107,7 @@ class Maker {
             .reads = {},
             .makes = {"probe.json"},
             .commands = {Command{"m100", "probe"} + at_port() + Command{"--json", "probe.json"}},
-            .judge = [](Folder& folder) { return judge_probe(folder, "probe.json"); }};
+            .evaluate = [](Folder& folder) { return check_probe(folder, "probe.json"); }};
   }
   Step record() const {
     return {.name = "record",
@@ -119,7 +119,7 @@ class Maker {
             .makes = {"hand.ulg", "record.json"},
             .commands = {Command{"m100", "record"} + at_port() + at_pose() + with_key() +
                          Command{"--log", "hand.ulg", "--hold", "150", "--json", "record.json"}},
-            .judge = [](Folder& folder) { return judge_recording(folder, "record.json"); }};
+            .evaluate = [](Folder& folder) { return check_recording(folder, "record.json"); }};
   }
   static Command identify(const char* axis, const char* log, const char* map, const char* vehicle,
                           const std::string& name, const char* declared = kDeclared) {
@@ -135,14 +135,14 @@ class Maker {
             .commands = {{"copy", "first_vehicle.toml", "identified.toml"},
                          identify("roll", "hand.ulg", "columns_hand.toml", "identified.toml", "hand_roll"),
                          identify("pitch", "hand.ulg", "columns_hand.toml", "identified.toml", "hand_pitch")},
-            .judge = [](Folder& folder) {
-              return judge_identification(folder, {"hand_roll.json", "hand_pitch.json"}, "before");
+            .evaluate = [](Folder& folder) {
+              return check_identification(folder, {"hand_roll.json", "hand_pitch.json"}, "before");
             }};
   }
   Step gains() const {
     const Command tables{"m100-lab", "gains", "--table", "vehicle.gains", "--json", "vehicle_margins.json"};
     std::vector<Command> commands{tables + Command{"--vehicle", "identified.toml", "--tune", "vehicle.toml"}};
-    if (folder_.numbers().contains(kCalmer) || folder_.numbers().contains(kBalanced)) {
+    if (folder_.numbers().contains(kWeightIncreases) || folder_.numbers().contains(kTrimmed)) {
       commands.push_back({"adjust", "vehicle.toml"});
       commands.push_back(tables + Command{"--vehicle", "vehicle.toml"});
     }
@@ -151,7 +151,7 @@ class Maker {
             .reads = {"identified.toml"},
             .makes = {"vehicle.toml", "vehicle.gains", "vehicle_margins.json"},
             .commands = commands,
-            .judge = [](Folder& folder) { return judge_margins(folder, "vehicle_margins.json"); }};
+            .evaluate = [](Folder& folder) { return check_margins(folder, "vehicle_margins.json"); }};
   }
   /// Keeps the weights of the first flight, so that before and after differ only by the correction.
   static Step gains_again() {
@@ -161,7 +161,7 @@ class Maker {
             .makes = {"corrected.gains", "corrected_margins.json"},
             .commands = {{"m100-lab", "gains", "--vehicle", "corrected.toml", "--table", "corrected.gains", "--json",
                           "corrected_margins.json"}},
-            .judge = [](Folder& folder) { return judge_margins(folder, "corrected_margins.json"); }};
+            .evaluate = [](Folder& folder) { return check_margins(folder, "corrected_margins.json"); }};
   }
   static Step check(const std::string& name, const std::string& of) {
     return {.name = name,
@@ -170,7 +170,7 @@ class Maker {
             .makes = {name + ".txt"},
             .commands = {{"m100", "check", "--vehicle", of + ".toml", "--gains", of + ".gains", "--flight",
                           "flight.toml", "--course", "course.txt"}},
-            .judge = [](Folder&) { return std::string(); }};
+            .evaluate = [](Folder&) { return std::string(); }};
   }
   Step handshake() const {
     return {.name = "handshake",
@@ -180,7 +180,7 @@ class Maker {
             .reads = {},
             .makes = {"handshake.json"},
             .commands = {Command{"m100", "handshake"} + at_port() + as_app() + Command{"--json", "handshake.json"}},
-            .judge = [](Folder& folder) { return judge_handshake(folder, "handshake.json"); }};
+            .evaluate = [](Folder& folder) { return check_handshake(folder, "handshake.json"); }};
   }
   Command fly(const std::string& vehicle, const std::string& name, const Command& more) const {
     return Command{"m100", "fly"} + at_port() + at_pose() + as_app() +
@@ -197,7 +197,7 @@ class Maker {
             .reads = {"vehicle.toml", "vehicle.gains", "flight.toml"},
             .makes = {"hover.ulg", "hover.json"},
             .commands = {fly("vehicle", "hover", {"--hold", "20"})},
-            .judge = [](Folder& folder) { return judge_hover(folder, "hover"); }};
+            .evaluate = [](Folder& folder) { return check_hover(folder, "hover"); }};
   }
   Step course(const std::string& name, const std::string& vehicle, const std::string& sentence) const {
     return {.name = name,
@@ -206,7 +206,7 @@ class Maker {
             .reads = {vehicle + ".toml", vehicle + ".gains", "flight.toml", "course.txt"},
             .makes = {name + ".ulg", name + ".json"},
             .commands = {fly(vehicle, name, {"--hold", "40", "--course", "course.txt"})},
-            .judge = [name, file = vehicle + ".toml"](Folder& folder) { return judge_course(folder, name, file); }};
+            .evaluate = [name, file = vehicle + ".toml"](Folder& folder) { return check_course(folder, name, file); }};
   }
   static Command plan(const std::string& axes, double fence, const std::string& sticks, const std::string& forecast) {
     return {"m100-lab", "excite",    "--axis",    axes,           "--duration", "40",   "--amplitude", "150",
@@ -218,10 +218,10 @@ class Maker {
             .sentence = "Make stick movements that fit into the fence and tell the effects apart.",
             .reads = {"vehicle.toml", "flight.toml"},
             .makes = {"sticks.csv", "forecast.json", "sticks_rates.csv", "forecast_rates.json"},
-            .commands = {plan("roll,pitch", kShareOfFence * least_side_m(folder_), "sticks.csv", "forecast.json"),
+            .commands = {plan("roll,pitch", kShareOfFence * min_side_m(folder_), "sticks.csv", "forecast.json"),
                          height > 0.0 ? plan("climb,yaw_rate", height, "sticks_rates.csv", "forecast_rates.json")
                                       : plan("yaw_rate", kYawFence_rad, "sticks_rates.csv", "forecast_rates.json")},
-            .judge = [](Folder&) { return std::string(); }};
+            .evaluate = [](Folder&) { return std::string(); }};
   }
   Step excite() const {
     return {.name = "excite",
@@ -230,7 +230,7 @@ class Maker {
             .reads = {"vehicle.toml", "vehicle.gains", "flight.toml", "sticks.csv"},
             .makes = {"excite.ulg", "excite.json"},
             .commands = {fly("vehicle", "excite", {"--hold", "5", "--excite", "sticks.csv"})},
-            .judge = [](Folder& folder) { return judge_excitation(folder, "excite.json"); }};
+            .evaluate = [](Folder& folder) { return check_excitation(folder, "excite.json"); }};
   }
   Step excite_rates() const {
     return {.name = "excite_rates",
@@ -239,7 +239,7 @@ class Maker {
             .reads = {"vehicle.toml", "vehicle.gains", "flight.toml", "sticks_rates.csv"},
             .makes = {"excite_rates.ulg", "excite_rates.json"},
             .commands = {fly("vehicle", "excite_rates", {"--hold", "5", "--excite", "sticks_rates.csv"})},
-            .judge = [](Folder& folder) { return judge_rates_excitation(folder, "excite_rates.json"); }};
+            .evaluate = [](Folder& folder) { return check_rates_excitation(folder, "excite_rates.json"); }};
   }
   Command again(const char* axis, const std::string& flight, const char* forecast, const char* vehicle,
                 const char* declared) const {
@@ -255,14 +255,14 @@ class Maker {
             .commands = {{"copy", "vehicle.toml", "tilts.toml"},
                          again("roll", "excite", "forecast.json", "tilts.toml", kDeclared),
                          again("pitch", "excite", "forecast.json", "tilts.toml", kDeclared)},
-            .judge = [](Folder& folder) {
-              return judge_identification(folder, {"flown_roll.json", "flown_pitch.json"}, "after");
+            .evaluate = [](Folder& folder) {
+              return check_identification(folder, {"flown_roll.json", "flown_pitch.json"}, "after");
             }};
   }
   /// Identifies climb and yaw rate. A channel that is not found, or predicts no better, keeps its old model.
   Step identify_rates() const {
     std::vector<Command> commands{{"copy", "vehicle.toml", "rates.toml"}};
-    if (!folder_.numbers().contains(kRatesLeft) || folder_.numbers().at(kRatesLeft) < 2.0) {
+    if (!folder_.numbers().contains(kRatesNotFlown) || folder_.numbers().at(kRatesNotFlown) < 2.0) {
       if (height_m(folder_) > 0.0) {
         commands.push_back(Command{"try"} +
                            again("climb", "excite_rates", "forecast_rates.json", "rates.toml", kDeclaredClimb));
@@ -279,7 +279,7 @@ class Maker {
                       "vehicle.toml", "tilts.toml", "course.ulg", "course.json"},
             .makes = {"rates.toml", "corrected.toml"},
             .commands = commands,
-            .judge = [](Folder&) { return std::string(); }};
+            .evaluate = [](Folder&) { return std::string(); }};
   }
 
   const Folder& folder_;
@@ -288,6 +288,6 @@ class Maker {
 
 }  // namespace
 
-std::vector<Step> steps(const Folder& folder) { return Maker(folder).all(); }
+std::vector<Step> steps(const Folder& folder) { return StepBuilder(folder).all(); }
 
 }  // namespace m100::lab::evening

@@ -18,16 +18,17 @@ extern const std::string_view kFlightFile;
 using Command = std::vector<std::string>;
 
 // Numbers of a folder that change how `gains` makes the first vehicle file.
-inline constexpr const char* kCalmer = "calmer";  ///< how often the loop oscillated: each time the input weight grows
-inline constexpr const char* kBalanced = "balanced";  ///< set: the trims are the hover's mean sticks, noted as
-inline constexpr const char* kBalanceRoll = "balance_counts.roll";
-inline constexpr const char* kBalancePitch = "balance_counts.pitch";
+inline constexpr const char* kWeightIncreases =
+    "calmer";  ///< how often the loop oscillated: each time the input weight grows
+inline constexpr const char* kTrimmed = "balanced";  ///< set: the trims are the hover's mean sticks, noted as
+inline constexpr const char* kTrimRoll = "trim_counts.roll";
+inline constexpr const char* kTrimPitch = "trim_counts.pitch";
 /// How often the movements of throttle and yaw were not flown to their end; after two times climb and yaw rate stay.
-inline constexpr const char* kRatesLeft = "rates_left";
+inline constexpr const char* kRatesNotFlown = "rates_left";
 inline constexpr const char* kBefore = "course";    ///< the flight of the course with the first vehicle file
 inline constexpr const char* kAfter = "corrected";  ///< with the corrected one
-inline constexpr const char* kSwung =
-    "calm_law.";  ///< prefix of a flight's name: whether it oscillated and the calm law took over
+inline constexpr const char* kFallbackLaw =
+    "fallback_law.";  ///< prefix of a flight's name: whether it oscillated and the calm law took over
 /// Applies the calmer weights and the trims that the folder's numbers ask for to a vehicle file.
 void adjust(const Folder& folder, const std::string& vehicle);
 
@@ -40,7 +41,7 @@ struct Step {
   std::vector<std::string> makes;
   std::vector<Command> commands;  ///< run inside the folder; "m100-lab" is this program
   /// Checks the step's files and notes their numbers. @returns why the evening cannot continue; empty: it continues.
-  std::function<std::string(Folder&)> judge;
+  std::function<std::string(Folder&)> evaluate;
 };
 
 /// All steps of the evening in their order, with their commands filled in from the settings.
@@ -48,6 +49,6 @@ std::vector<Step> steps(const Folder& folder);
 
 /// Writes the files that a person may change before they are used: flight file, course, column maps, first vehicle
 /// file. Files that already exist are kept.
-void lay_out(const Folder& folder);
+void write_initial_files(const Folder& folder);
 
 }  // namespace m100::lab::evening

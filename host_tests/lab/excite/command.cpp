@@ -24,10 +24,10 @@ namespace m100::lab {
 namespace {
 
 struct ExciteOptions {
-  excite::Wish wish;
+  excite::InputDesign design;
   std::string axes = "roll";
   std::string vehicle, out, json;
-  ExciteOptions() { wish.fence_m = 0.0; }  // chosen by axis
+  ExciteOptions() { design.fence_m = 0.0; }  // chosen by axis
 };
 
 // Motion that air and autopilot cause while the stick rests; the value for climb comes from the measured flight.
@@ -39,7 +39,7 @@ constexpr double kPushYaw_rad_s = 0.04;
 
 /// The manoeuvre of one axis.
 struct Made {
-  excite::Wish wish;
+  excite::InputDesign design;
   model::StickAxis axis;
   excite::Manoeuvre manoeuvre;
   std::vector<excite::Forecast> table;
@@ -58,15 +58,15 @@ double speed_limit(const Made& one) {
     piece_s = goes_on ? piece_s + one.manoeuvre.period_s : 0.0;
     longest_s = std::max(longest_s, piece_s);
   }
-  return 1.5 * one.manoeuvre.fastest_m_s + 0.5 + (one.wish.rate ? 0.0 : one.wish.push * longest_s);
+  return 1.5 * one.manoeuvre.fastest_m_s + 0.5 + (one.design.rate ? 0.0 : one.design.disturbance * longest_s);
 }
 double tilt_limit(const Made& one) {
   constexpr double kOthers_rad = 0.35;  // the law's own tilts while another stick moves
   constexpr double kMost_rad = 0.55;    // promise R12: never above 35 degrees
-  if (one.wish.rate) {
+  if (one.design.rate) {
     return kOthers_rad;
   }
-  const std::vector<double> tilt = excite::response(one.manoeuvre, one.axis, one.wish, "", 0.0);
+  const std::vector<double> tilt = excite::response(one.manoeuvre, one.axis, one.design, "", 0.0);
   double largest = 0.0;
   for (const double value : tilt) {
     largest = std::max(largest, std::abs(value));
@@ -98,12 +98,12 @@ void write_sticks(const std::vector<Made>& all, const std::string& file) {
   out << "# Stick movements for m100 fly --excite, from m100-lab excite. Piece 0: the stick rests; in flight the law\n"
          "# returns to the start. Counts from the trim: right, forward, up, right are positive.\n";
   for (const Made& one : all) {
-    out << "# limits " << stick_of(one.wish.axis) << " distance " << one.wish.fence_m << " braking "
-        << one.wish.brake_m_s2 << " speed " << speed_limit(one) << " tilt " << tilt_limit(one) << "\n";
+    out << "# limits " << stick_of(one.design.axis) << " distance " << one.design.fence_m << " braking "
+        << one.design.brake_m_s2 << " speed " << speed_limit(one) << " tilt " << tilt_limit(one) << "\n";
   }
   out << "t_s,piece";
   for (const Made& one : all) {
-    out << ",stick_" << stick_of(one.wish.axis);
+    out << ",stick_" << stick_of(one.design.axis);
   }
   out << ",forecast_position_m,forecast_speed_m_s\n";
   write_samples(all, out);
@@ -113,48 +113,49 @@ void write_sticks(const std::vector<Made>& all, const std::string& file) {
 }
 
 bool enough(const excite::Forecast& one) {
-  return one.sigma >= excite::kEnough_sigma && one.apart_sigma >= excite::kEnough_sigma;
+  return one.sigma >= excite::kMinSigma && one.apart_sigma >= excite::kMinSigma;
 }
 
-void print(const excite::Manoeuvre& manoeuvre, const std::vector<excite::Forecast>& table, const excite::Wish& wish) {
-  const char* const unit = wish.axis == "yaw_rate" ? "rad" : "m";
-  std::printf("%s on %s: %.1f s, %.0f counts, at most %.1f %s from the start, %zu returns\n", wish.kind.c_str(),
-              wish.axis.c_str(), static_cast<double>(manoeuvre.stick_counts.size()) * manoeuvre.period_s,
+void print(const excite::Manoeuvre& manoeuvre, const std::vector<excite::Forecast>& table,
+           const excite::InputDesign& design) {
+  const char* const unit = design.axis == "yaw_rate" ? "rad" : "m";
+  std::printf("%s on %s: %.1f s, %.0f counts, at most %.1f %s from the start, %zu returns\n", design.kind.c_str(),
+              design.axis.c_str(), static_cast<double>(manoeuvre.stick_counts.size()) * manoeuvre.period_s,
               manoeuvre.amplitude_counts, manoeuvre.farthest_m, unit, manoeuvre.returns);
-  if (manoeuvre.least_amplitude_counts < wish.amplitude_counts || manoeuvre.in_parts + manoeuvre.left_out > 0) {
+  if (manoeuvre.min_amplitude_counts < design.amplitude_counts || manoeuvre.in_parts + manoeuvre.left_out > 0) {
     std::printf(
         "adapted to the fence of %.1f %s, with a margin for an unforeseen push of %.2g %s: amplitudes of %.0f to %.0f "
         "counts instead of %.0f, %d of the movements in parts, %d left out\n",
-        wish.fence_m, unit, wish.push, wish.rate ? (wish.axis == "climb" ? "m/s" : "rad/s") : "m/s^2",
-        manoeuvre.least_amplitude_counts, manoeuvre.amplitude_counts, wish.amplitude_counts, manoeuvre.in_parts,
+        design.fence_m, unit, design.disturbance, design.rate ? (design.axis == "climb" ? "m/s" : "rad/s") : "m/s^2",
+        manoeuvre.min_amplitude_counts, manoeuvre.amplitude_counts, design.amplitude_counts, manoeuvre.in_parts,
         manoeuvre.left_out);
   }
   std::printf("abort: sticks neutral and fly back if |x| + v^2 / %.1f %s/s^2 > %.1f %s (v: outward speed)\n",
-              2 * wish.brake_m_s2, unit, wish.fence_m, unit);
+              2 * design.brake_m_s2, unit, design.fence_m, unit);
   std::printf("%-16s %9s %8s  %-16s %9s %8s\n", "effect", "size", "sigma", "most alike", "likeness", "apart");
   for (const excite::Forecast& one : table) {
     std::printf("%-16s %9.4g %8.1f  %-16s %9.3f %8.1f%s\n", one.effect.c_str(), one.size, one.sigma,
-                one.nearest.c_str(), one.likeness, one.apart_sigma, enough(one) ? "" : "  not enough");
+                one.nearest.c_str(), one.cosine, one.apart_sigma, enough(one) ? "" : "  not enough");
   }
 }
 
 /// The wish for one axis, with the air, the push and the default fence of this axis.
-excite::Wish wish_for(const std::string& axis, excite::Wish wish) {
-  wish.axis = axis;
+excite::InputDesign wish_for(const std::string& axis, excite::InputDesign design) {
+  design.axis = axis;
   double room_m = 8.0;
   if (axis == "climb") {
-    wish.rate = true;
-    wish.air = kAirClimb_m_s;
-    wish.push = kPushClimb_m_s;
+    design.rate = true;
+    design.air = kAirClimb_m_s;
+    design.disturbance = kPushClimb_m_s;
     room_m = 2.0;
   } else if (axis == "yaw_rate") {
-    wish.rate = true;
-    wish.air = kAirYaw_rad_s;
-    wish.push = kPushYaw_rad_s;
+    design.rate = true;
+    design.air = kAirYaw_rad_s;
+    design.disturbance = kPushYaw_rad_s;
     room_m = 3.0;
   }
-  wish.fence_m = wish.fence_m > 0.0 ? wish.fence_m : room_m;
-  return wish;
+  design.fence_m = design.fence_m > 0.0 ? design.fence_m : room_m;
+  return design;
 }
 
 const model::StickAxis& axis_of(const model::Vehicle& vehicle, const std::string& axis) {
@@ -164,32 +165,32 @@ const model::StickAxis& axis_of(const model::Vehicle& vehicle, const std::string
                            : vehicle.yaw_rate;
 }
 
-Made make(const std::string& axis, const ExciteOptions& options, const model::Vehicle& vehicle) {
-  Made out{.wish = wish_for(axis, options.wish), .axis = axis_of(vehicle, axis), .manoeuvre = {}, .table = {}};
+Made design_manoeuvre(const std::string& axis, const ExciteOptions& options, const model::Vehicle& vehicle) {
+  Made out{.design = wish_for(axis, options.design), .axis = axis_of(vehicle, axis), .manoeuvre = {}, .table = {}};
   try {
-    out.manoeuvre = excite::make(out.wish, out.axis);
+    out.manoeuvre = excite::design_manoeuvre(out.design, out.axis);
   } catch (const std::invalid_argument& wrong) {
     throw InputError("excite", 0, "", wrong.what());
   }
-  out.table = excite::forecast(out.manoeuvre, out.axis, out.wish);
+  out.table = excite::forecast(out.manoeuvre, out.axis, out.design);
   return out;
 }
 
 nlohmann::json to_json(const Made& one) {
-  nlohmann::json json{{"axis", one.wish.axis},
+  nlohmann::json json{{"axis", one.design.axis},
                       {"amplitude_counts", one.manoeuvre.amplitude_counts},
-                      {"least_amplitude_counts", one.manoeuvre.least_amplitude_counts},
+                      {"least_amplitude_counts", one.manoeuvre.min_amplitude_counts},
                       {"in_parts", one.manoeuvre.in_parts},
                       {"left_out", one.manoeuvre.left_out},
                       {"farthest_m", one.manoeuvre.farthest_m},
-                      {"fence_m", one.wish.fence_m},
-                      {"abort_brake_m_s2", one.wish.brake_m_s2}};
+                      {"fence_m", one.design.fence_m},
+                      {"abort_brake_m_s2", one.design.brake_m_s2}};
   for (const excite::Forecast& effect : one.table) {
     json["forecast"].push_back({{"effect", effect.effect},
                                 {"size", effect.size},
                                 {"sigma", effect.sigma},
                                 {"most_alike", effect.nearest},
-                                {"likeness", effect.likeness},
+                                {"likeness", effect.cosine},
                                 {"apart_sigma", effect.apart_sigma},
                                 {"enough", enough(effect)}});
   }
@@ -217,10 +218,10 @@ void run(const ExciteOptions& options) {
       options.vehicle.empty() ? mpc::generated::kVehicle : companion::load_vehicle(options.vehicle).vehicle;
   std::vector<Made> all;
   for (const std::string& axis : axes_of(options.axes)) {
-    all.push_back(make(axis, options, vehicle));
+    all.push_back(design_manoeuvre(axis, options, vehicle));
   }
   for (const Made& one : all) {
-    print(one.manoeuvre, one.table, one.wish);
+    print(one.manoeuvre, one.table, one.design);
   }
   if (!options.out.empty()) {
     write_sticks(all, options.out);
@@ -228,7 +229,7 @@ void run(const ExciteOptions& options) {
   if (!options.json.empty()) {
     nlohmann::json json = to_json(all.front());  // the first axis also at the top level, as for a single axis
     for (const Made& one : all) {
-      json["axes"][one.wish.axis] = to_json(one);
+      json["axes"][one.design.axis] = to_json(one);
     }
     write_json(options.json, json);
   }
@@ -241,12 +242,12 @@ void add_excite(CLI::App& lab) {
       lab.add_subcommand("excite", "make stick movements inside a fence, and forecast which effects they separate");
   auto options = std::make_shared<ExciteOptions>();
   app->add_option("--axis", options->axes, "roll, pitch, climb or yaw_rate; several with commas, flown in that order");
-  app->add_option("--kind", options->wish.kind, "doublet, 3211, chirp or mixed");
-  app->add_option("--amplitude", options->wish.amplitude_counts, "amplitude in stick counts");
-  app->add_option("--duration", options->wish.duration_s, "seconds for each axis");
-  app->add_option("--fence", options->wish.fence_m, "largest distance from the start in metres (yaw_rate: rad)")
+  app->add_option("--kind", options->design.kind, "doublet, 3211, chirp or mixed");
+  app->add_option("--amplitude", options->design.amplitude_counts, "amplitude in stick counts");
+  app->add_option("--duration", options->design.duration_s, "seconds for each axis");
+  app->add_option("--fence", options->design.fence_m, "largest distance from the start in metres (yaw_rate: rad)")
       ->check(from_to(0.1, 1000.0));
-  app->add_option("--brake", options->wish.brake_m_s2,
+  app->add_option("--brake", options->design.brake_m_s2,
                   "deceleration that the abort assumes [m/s^2; yaw_rate: rad/s^2]");
   app->add_option("--vehicle", options->vehicle, "vehicle file; default: the project's");
   app->add_option("--out", options->out, "CSV of the sticks, for m100 fly --excite");

@@ -38,13 +38,13 @@ Vector difference(const std::vector<double>& a, const std::vector<double>& b) {
 
 double other_stick(double t_s) { return 60.0 * std::sin(2.0 * std::numbers::pi * 0.23 * t_s); }
 
-std::vector<double> response(const Manoeuvre& manoeuvre, const model::StickAxis& axis, const Wish& wish,
+std::vector<double> response(const Manoeuvre& manoeuvre, const model::StickAxis& axis, const InputDesign& design,
                              const std::string& effect, double size) {
   model::StickAxis with = flyable(axis);
   if (!effect.empty()) {
     with.*model::axis_effect(effect)->numbers[0].member = size;
   }
-  return respond(manoeuvre, StickFlight(with, wish.rate));
+  return respond(manoeuvre, StickFlight(with, design.rate));
 }
 
 namespace {
@@ -78,11 +78,11 @@ double medium_size(const model::AxisEffect& effect, const model::StickAxis& axis
 
 /// The effects that a forecast is made of, each with its size.
 std::vector<std::pair<std::string, double>> medium_sizes(const Manoeuvre& manoeuvre, const model::StickAxis& axis,
-                                                         const Wish& wish, const std::vector<double>& plain) {
+                                                         const InputDesign& design, const std::vector<double>& plain) {
   const Largest without = largest(plain, manoeuvre.period_s);
   std::vector<std::pair<std::string, double>> sizes;
   for (const model::AxisEffect& effect : model::kAxisEffects) {
-    if (effect.typical.size == 0.0 || (wish.rate && effect.needs_other_stick)) {
+    if (effect.typical.size == 0.0 || (design.rate && effect.needs_other_stick)) {
       continue;
     }
     sizes.emplace_back(effect.name, medium_size(effect, axis, without));
@@ -90,9 +90,9 @@ std::vector<std::pair<std::string, double>> medium_sizes(const Manoeuvre& manoeu
   return sizes;
 }
 
-std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::StickAxis& axis, const Wish& wish) {
-  const std::vector<double> plain = response(manoeuvre, axis, wish, "", 0.0);
-  const std::vector<std::pair<std::string, double>> sizes = medium_sizes(manoeuvre, axis, wish, plain);
+std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::StickAxis& axis, const InputDesign& design) {
+  const std::vector<double> plain = response(manoeuvre, axis, design, "", 0.0);
+  const std::vector<std::pair<std::string, double>> sizes = medium_sizes(manoeuvre, axis, design, plain);
   // Gain, frequency, damping and delay are always fitted; only the part of a signature that they cannot imitate counts.
   Matrix fitted(static_cast<Eigen::Index>(plain.size()), 4);
   fitted.col(0) = difference(plain, std::vector<double>(plain.size(), 0.0));
@@ -103,9 +103,9 @@ std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::StickAxi
   stiffer.damping_ratio *= 1.02;
   model::StickAxis later = flyable(axis);
   later.transport_delay_s += 0.004;
-  fitted.col(1) = difference(respond(manoeuvre, StickFlight(faster, wish.rate)), plain);
-  fitted.col(2) = difference(respond(manoeuvre, StickFlight(stiffer, wish.rate)), plain);
-  fitted.col(3) = difference(respond(manoeuvre, StickFlight(later, wish.rate)), plain);
+  fitted.col(1) = difference(respond(manoeuvre, StickFlight(faster, design.rate)), plain);
+  fitted.col(2) = difference(respond(manoeuvre, StickFlight(stiffer, design.rate)), plain);
+  fitted.col(3) = difference(respond(manoeuvre, StickFlight(later, design.rate)), plain);
   const auto without = [](const Matrix& basis, const Vector& v) -> Vector {
     Matrix normal = basis.transpose() * basis;
     normal.diagonal().array() += 1e-12 * normal.trace() + 1e-300;
@@ -114,28 +114,28 @@ std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::StickAxi
   std::vector<Vector> signatures;
   for (const auto& [name, size] : sizes) {
     const bool delay = name == "transport_delay";
-    const Vector raw = difference(response(manoeuvre, axis, wish, name, size), plain);
+    const Vector raw = difference(response(manoeuvre, axis, design, name, size), plain);
     signatures.push_back(without(delay ? Matrix(fitted.leftCols(3)) : fitted, raw));
   }
   // 2 memory / period correlated samples of the air count as one independent sample.
-  const double spread = wish.air * std::sqrt(2.0 * kAirMemory_s / manoeuvre.period_s);
+  const double spread = design.air * std::sqrt(2.0 * kAirMemory_s / manoeuvre.period_s);
   std::vector<Forecast> out;
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     Forecast one{.effect = sizes[i].first,
                  .size = sizes[i].second,
                  .sigma = signatures[i].norm() / spread,
                  .nearest = "",
-                 .likeness = 0.0,
+                 .cosine = 0.0,
                  .apart_sigma = 0.0};
     for (std::size_t j = 0; j < sizes.size(); ++j) {
       const double norms = signatures[i].norm() * signatures[j].norm();
-      const double likeness = i != j && norms > 0.0 ? std::abs(signatures[i].dot(signatures[j])) / norms : 0.0;
-      if (likeness > one.likeness) {
-        one.likeness = std::min(1.0, likeness);
+      const double cosine = i != j && norms > 0.0 ? std::abs(signatures[i].dot(signatures[j])) / norms : 0.0;
+      if (cosine > one.cosine) {
+        one.cosine = std::min(1.0, cosine);
         one.nearest = sizes[j].first;
       }
     }
-    one.apart_sigma = one.sigma * std::sqrt(1.0 - one.likeness * one.likeness);
+    one.apart_sigma = one.sigma * std::sqrt(1.0 - one.cosine * one.cosine);
     out.push_back(one);
   }
   return out;

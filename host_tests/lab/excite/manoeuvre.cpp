@@ -19,26 +19,26 @@ constexpr double kPeriod_s = 0.02;  ///< of the samples
 constexpr double kMoreAnswer = 1.2;  ///< the axis responds a fifth more than in the vehicle file
 constexpr double kOffPlace_m =
     0.2;  ///< offset at its begin; in flight the law holds the place within 0.3 m, mostly within a few centimetres
-constexpr double kSmaller = 0.85;       ///< factor each time that an amplitude is too large
-constexpr double kLeastShare = 0.3;     ///< of the requested amplitude: a smaller movement shows too little
-constexpr double kLeast_counts = 25.0;  ///< beyond the dead zone
+constexpr double kSmaller = 0.85;     ///< factor each time that an amplitude is too large
+constexpr double kLeastShare = 0.3;   ///< of the requested amplitude: a smaller movement shows too little
+constexpr double kMin_counts = 25.0;  ///< beyond the dead zone
 constexpr int kAttempts = 30;
 constexpr double kSearched_m = 20.0;
 
-void check(const Wish& wish) {
+void check(const InputDesign& design) {
   const auto positive = [](double value, const char* option) {
     if (!(std::isfinite(value) && value > 0.0)) {
       throw std::invalid_argument(std::string(option) + ": must be positive");
     }
   };
-  positive(wish.amplitude_counts, "--amplitude");
-  positive(wish.duration_s, "--duration");
-  positive(wish.fence_m, "--fence");
-  positive(wish.brake_m_s2, "--brake");
-  if (wish.amplitude_counts > 660.0) {
+  positive(design.amplitude_counts, "--amplitude");
+  positive(design.duration_s, "--duration");
+  positive(design.fence_m, "--fence");
+  positive(design.brake_m_s2, "--brake");
+  if (design.amplitude_counts > 660.0) {
     throw std::invalid_argument("--amplitude: a stick travels 660 counts");
   }
-  if (wish.duration_s > 3600.0) {
+  if (design.duration_s > 3600.0) {
     throw std::invalid_argument("--duration: at most an hour");
   }
 }
@@ -53,16 +53,16 @@ struct Part {
 
 /// Whether the part stays inside the fence when the axis responds more than in the vehicle file and an unforeseen push
 /// acts to either side all the time.
-bool fits(const Part& part, const Wish& wish, const model::StickAxis& axis) {
-  StickFlight flight(flyable(axis), wish.rate);
+bool fits(const Part& part, const InputDesign& design, const model::StickAxis& axis) {
+  StickFlight flight(flyable(axis), design.rate);
   for (double t = 0.0; t < part.to_s - part.from_s; t += kPeriod_s) {
     flight.step(std::round(part.amplitude_counts * part.piece.shape(part.from_s + t)), 0.0, kPeriod_s);
     const double pushed_s = t + kPeriod_s;
     for (const double side : {-1.0, 1.0}) {
-      const double way_m = wish.rate ? wish.push * pushed_s : 0.5 * wish.push * pushed_s * pushed_s;
-      const double speed_m_s = wish.rate ? wish.push : wish.push * pushed_s;
+      const double way_m = design.rate ? design.disturbance * pushed_s : 0.5 * design.disturbance * pushed_s * pushed_s;
+      const double speed_m_s = design.rate ? design.disturbance : design.disturbance * pushed_s;
       if (must_abort(kMoreAnswer * flight.position_m() + side * (kOffPlace_m + way_m),
-                     kMoreAnswer * flight.speed_m_s() + side * speed_m_s, wish)) {
+                     kMoreAnswer * flight.speed_m_s() + side * speed_m_s, design)) {
         return false;
       }
     }
@@ -71,7 +71,8 @@ bool fits(const Part& part, const Wish& wish, const model::StickAxis& axis) {
 }
 
 /// Splits the piece into parts, each as long as fits at the amplitude. Empty: impossible at this amplitude.
-std::vector<Part> parts_at(const Piece& piece, const Wish& wish, const model::StickAxis& axis, double amplitude) {
+std::vector<Part> parts_at(const Piece& piece, const InputDesign& design, const model::StickAxis& axis,
+                           double amplitude) {
   std::vector<double> ends_s = piece.breaks_s;
   ends_s.push_back(piece.length_s);
   std::vector<Part> parts;
@@ -80,7 +81,7 @@ std::vector<Part> parts_at(const Piece& piece, const Wish& wish, const model::St
     Part part{piece, from_s, from_s, amplitude};
     for (const double end_s : ends_s) {
       const Part longer{piece, from_s, end_s, amplitude};
-      part = end_s > from_s && fits(longer, wish, axis) ? longer : part;
+      part = end_s > from_s && fits(longer, design, axis) ? longer : part;
     }
     if (part.to_s <= from_s) {
       return {};
@@ -92,10 +93,11 @@ std::vector<Part> parts_at(const Piece& piece, const Wish& wish, const model::St
 }
 
 /// The piece in as few parts as possible, at the largest amplitude at which all parts fit. Empty: there is none.
-std::vector<Part> parts_of(const Piece& piece, const Wish& wish, const model::StickAxis& axis, double amplitude) {
-  const double least = std::min(amplitude, std::max(kLeastShare * amplitude, axis.dead_zone_counts + kLeast_counts));
+std::vector<Part> parts_of(const Piece& piece, const InputDesign& design, const model::StickAxis& axis,
+                           double amplitude) {
+  const double least = std::min(amplitude, std::max(kLeastShare * amplitude, axis.dead_zone_counts + kMin_counts));
   for (; amplitude >= least; amplitude *= kSmaller) {
-    if (std::vector<Part> parts = parts_at(piece, wish, axis, amplitude); !parts.empty()) {
+    if (std::vector<Part> parts = parts_at(piece, design, axis, amplitude); !parts.empty()) {
       return parts;
     }
   }
@@ -103,17 +105,17 @@ std::vector<Part> parts_of(const Piece& piece, const Wish& wish, const model::St
 }
 
 /// The fitting movements of the kind, each as its parts; `out` counts the adaptations.
-std::vector<std::vector<Part>> fitted(const Wish& wish, const model::StickAxis& axis, double amplitude_counts,
+std::vector<std::vector<Part>> fitted(const InputDesign& design, const model::StickAxis& axis, double amplitude_counts,
                                       Manoeuvre& out) {
   std::vector<std::vector<Part>> all;
-  for (const Piece& piece : pieces(wish.kind)) {
-    const std::vector<Part> parts = parts_of(piece, wish, axis, amplitude_counts);
+  for (const Piece& piece : pieces(design.kind)) {
+    const std::vector<Part> parts = parts_of(piece, design, axis, amplitude_counts);
     out.left_out += parts.empty() ? 1 : 0;
     out.in_parts += parts.size() > 1 ? 1 : 0;
     if (!parts.empty()) {
       const double used = parts.front().amplitude_counts;
       out.amplitude_counts = std::max(out.amplitude_counts, used);
-      out.least_amplitude_counts = std::min(out.least_amplitude_counts, used);
+      out.min_amplitude_counts = std::min(out.min_amplitude_counts, used);
       all.push_back(parts);
     }
   }
@@ -123,8 +125,8 @@ std::vector<std::vector<Part>> fitted(const Wish& wish, const model::StickAxis& 
 /// Simulates a manoeuvre on the vehicle file's axis and records it, sample by sample.
 class Rehearsal {
  public:
-  Rehearsal(const Wish& wish, const model::StickAxis& axis, Manoeuvre& out)
-      : wish_(wish), axis_(axis), out_(out), flight_(flyable(axis), wish.rate) {}
+  Rehearsal(const InputDesign& design, const model::StickAxis& axis, Manoeuvre& out)
+      : wish_(design), axis_(axis), out_(out), flight_(flyable(axis), design.rate) {}
 
   void fly(const Part& part, double sign) {
     ++pieces_begun_;
@@ -166,7 +168,7 @@ class Rehearsal {
     out_.fastest_m_s = std::max(out_.fastest_m_s, std::abs(flight_.speed_m_s()));
   }
 
-  const Wish& wish_;
+  const InputDesign& wish_;
   const model::StickAxis& axis_;
   Manoeuvre& out_;
   StickFlight flight_;
@@ -174,15 +176,15 @@ class Rehearsal {
 };
 
 /// The fitting pieces in sequence; between them the pilot flies back to the middle.
-Manoeuvre strung(const Wish& wish, const model::StickAxis& axis, double amplitude_counts) {
+Manoeuvre strung(const InputDesign& design, const model::StickAxis& axis, double amplitude_counts) {
   Manoeuvre out;
-  const std::vector<std::vector<Part>> all = fitted(wish, axis, amplitude_counts, out);
+  const std::vector<std::vector<Part>> all = fitted(design, axis, amplitude_counts, out);
   if (all.empty()) {
     out.farthest_m = std::numeric_limits<double>::infinity();
     return out;
   }
-  Rehearsal rehearsal(wish, axis, out);
-  for (std::size_t n = 0; static_cast<double>(out.stick_counts.size()) * out.period_s < wish.duration_s; ++n) {
+  Rehearsal rehearsal(design, axis, out);
+  for (std::size_t n = 0; static_cast<double>(out.stick_counts.size()) * out.period_s < design.duration_s; ++n) {
     // Every second round has the opposite sign, so that both sides are excited equally.
     const double sign = (n / all.size()) % 2 == 0 ? 1.0 : -1.0;
     for (const Part& part : all[n % all.size()]) {
@@ -201,11 +203,11 @@ std::string plain(double value) {
 }
 
 /// The next larger fence in which a manoeuvre fits, for a message.
-std::string enough_fence(Wish wish, const model::StickAxis& axis) {
-  const double least = wish.fence_m;
-  for (wish.fence_m = std::ceil(2.0 * least) / 2.0; wish.fence_m <= least + kSearched_m; wish.fence_m += 0.5) {
-    if (strung(wish, axis, wish.amplitude_counts).farthest_m <= wish.fence_m) {
-      return "; " + plain(wish.fence_m) + " is enough";
+std::string enough_fence(InputDesign design, const model::StickAxis& axis) {
+  const double least = design.fence_m;
+  for (design.fence_m = std::ceil(2.0 * least) / 2.0; design.fence_m <= least + kSearched_m; design.fence_m += 0.5) {
+    if (strung(design, axis, design.amplitude_counts).farthest_m <= design.fence_m) {
+      return "; " + plain(design.fence_m) + " is enough";
     }
   }
   return "";
@@ -213,22 +215,22 @@ std::string enough_fence(Wish wish, const model::StickAxis& axis) {
 
 }  // namespace
 
-bool must_abort(double position_m, double speed_m_s, const Wish& wish) {
+bool must_abort(double position_m, double speed_m_s, const InputDesign& design) {
   const double outwards = position_m >= 0.0 ? std::max(0.0, speed_m_s) : std::max(0.0, -speed_m_s);
-  return std::abs(position_m) + outwards * outwards / (2.0 * wish.brake_m_s2) > wish.fence_m;
+  return std::abs(position_m) + outwards * outwards / (2.0 * design.brake_m_s2) > design.fence_m;
 }
 
-Manoeuvre make(const Wish& wish, const model::StickAxis& axis) {
-  check(wish);
-  double amplitude = wish.amplitude_counts;
-  Manoeuvre out = strung(wish, axis, amplitude);
-  for (int attempt = 0; attempt < kAttempts && out.farthest_m > wish.fence_m; ++attempt) {
+Manoeuvre design_manoeuvre(const InputDesign& design, const model::StickAxis& axis) {
+  check(design);
+  double amplitude = design.amplitude_counts;
+  Manoeuvre out = strung(design, axis, amplitude);
+  for (int attempt = 0; attempt < kAttempts && out.farthest_m > design.fence_m; ++attempt) {
     amplitude *= kSmaller;
-    out = strung(wish, axis, amplitude);
+    out = strung(design, axis, amplitude);
   }
-  if (out.farthest_m > wish.fence_m) {
-    throw std::invalid_argument("--fence: " + plain(wish.fence_m) + " is too small for any manoeuvre of this vehicle" +
-                                enough_fence(wish, axis));
+  if (out.farthest_m > design.fence_m) {
+    throw std::invalid_argument("--fence: " + plain(design.fence_m) +
+                                " is too small for any manoeuvre of this vehicle" + enough_fence(design, axis));
   }
   return out;
 }

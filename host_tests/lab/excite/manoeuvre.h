@@ -12,7 +12,7 @@ namespace m100::lab::excite {
 // Stick movements that distinguish the candidate effects of a residual, and a forecast of how well they do.
 
 /// The request for a manoeuvre. Amplitudes in counts, lengths in m from the start of the manoeuvre.
-struct Wish {
+struct InputDesign {
   std::string axis = "roll";   ///< "roll" or "pitch"; "climb" or "yaw_rate", see `rate`
   std::string kind = "mixed";  ///< "doublet", "3211", "chirp" or "mixed"
   double amplitude_counts = 200.0;
@@ -25,7 +25,7 @@ struct Wish {
   /// Unforeseen disturbance along the axis, assumed to act all the time: 0.3 m/s^2 is a trim error of 30 counts, or a
   /// wind of the class 3 m/s that rises by a third of its speed at a drag of 0.3 1/s. For a rate axis it is a speed
   /// [m/s, rad/s].
-  double push = 0.3;
+  double disturbance = 0.3;
   double air = 0.0045;  ///< root mean square of the response with a resting stick, in its unit; memory 0.3 s
 };
 
@@ -37,22 +37,22 @@ struct Manoeuvre {
   std::vector<double> speed_m_s;
   double farthest_m = 0.0;
   double fastest_m_s = 0.0;
-  double amplitude_counts = 0.0;          ///< of the largest movement, after adaptation to the fence
-  double least_amplitude_counts = 660.0;  ///< of the smallest
-  int in_parts = 0;                       ///< movements that are flown in parts, with a return between them
-  int left_out = 0;                       ///< movements of the kind that do not fit at any useful amplitude
-  std::size_t returns = 0;                ///< number of times that the pilot flies back to the middle
+  double amplitude_counts = 0.0;        ///< of the largest movement, after adaptation to the fence
+  double min_amplitude_counts = 660.0;  ///< of the smallest
+  int in_parts = 0;                     ///< movements that are flown in parts, with a return between them
+  int left_out = 0;                     ///< movements of the kind that do not fit at any useful amplitude
+  std::size_t returns = 0;              ///< number of times that the pilot flies back to the middle
 };
 
 /// Whether the manoeuvre must be aborted, because the aircraft would stop beyond the fence: |x| + v^2 / (2 a) > fence,
 /// with the outward speed v.
-bool must_abort(double position_m, double speed_m_s, const Wish& wish);
+bool must_abort(double position_m, double speed_m_s, const InputDesign& design);
 
 /// Makes a sequence of movements, each from rest at the start. A movement fits if it stays inside the fence, including
 /// the stopping distance, when Wish::push acts to either side, the movement begins 0.2 m off the start, and the axis
 /// responds a fifth more than in the vehicle file. A movement that does not fit is split, made smaller, or left out.
 /// @throws std::invalid_argument naming the invalid field, and the smallest sufficient fence.
-Manoeuvre make(const Wish& wish, const model::StickAxis& axis);
+Manoeuvre design_manoeuvre(const InputDesign& design, const model::StickAxis& axis);
 
 /// Forecast of the significance of an effect of medium size. sigma: length of its signature, after the parameters that
 /// are always fitted (gain, frequency, damping, delay) are projected out, divided by the coloured noise of the air.
@@ -62,23 +62,24 @@ struct Forecast {
   double size = 0.0;
   double sigma = 0.0;
   std::string nearest;
-  double likeness = 0.0;  ///< |cosine| between the two signatures
+  double cosine = 0.0;  ///< |cosine| between the two signatures
   double apart_sigma = 0.0;
 };
 
 /// Fisher information with the signatures as derivatives: for independent noise of spread s, the information on the
 /// size of an effect is |signature|^2 / s^2. The air's noise is counted by its number of independent samples. A rate
 /// axis has no other stick: no cross_axis.
-std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::StickAxis& axis, const Wish& wish = {});
+std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::StickAxis& axis,
+                               const InputDesign& design = {});
 
 /// The response of the axis to the stick with one added effect, without air; for forecast() and its test. `size` is the
 /// effect's first number; an empty name stands for no effect.
-std::vector<double> response(const Manoeuvre& manoeuvre, const model::StickAxis& axis, const Wish& wish,
+std::vector<double> response(const Manoeuvre& manoeuvre, const model::StickAxis& axis, const InputDesign& design,
                              const std::string& effect, double size);
 /// The other stick during response(): the small corrections of a pilot. Without them no coupling could show.
 double other_stick(double t_s);
 
 /// Smallest sigma and apart_sigma with which an effect can be named.
-inline constexpr double kEnough_sigma = 5.0;
+inline constexpr double kMinSigma = 5.0;
 
 }  // namespace m100::lab::excite

@@ -140,7 +140,7 @@ void check_together(const CLI::App& command, const ExperimentsOptions& options) 
 }
 
 /// Ends with the exit code for "no", after everything has been written.
-void answer_no_unless(bool all_flown) {
+void exit_unless(bool all_flown) {
   if (!all_flown) {
     std::cerr << "m100-lab: some flights never obtained control: they were not flown and are left out of the means\n";
     throw CLI::RuntimeError(kAnswerIsNo);
@@ -165,14 +165,14 @@ void run_motion(const ExperimentsOptions& options) {
     experiments::write_motion_report(options.report, points, about(options));
     std::cout << "wrote " << printable(options.report) << "/motion.html\n";
   }
-  answer_no_unless(std::all_of(points.begin(), points.end(), [](const auto& point) { return point.flown(); }));
+  exit_unless(std::all_of(points.begin(), points.end(), [](const auto& point) { return point.flown(); }));
 }
 
 void run_far(const ExperimentsOptions& options) {
   const std::vector<experiments::FarResult> results = experiments::fly_far(suite_of(options));
   experiments::print_far(std::cout, results);
   write_json(options.json, experiments::far_to_json(results), 2);
-  answer_no_unless(experiments::not_flown(results) == 0);
+  exit_unless(experiments::not_flown(results) == 0);
 }
 
 void run(const ExperimentsOptions& options) {

@@ -25,7 +25,7 @@ FlightPlan plan_of(const FarTask& task, const SuiteOptions& options) {
   plan.duration_s = task.to_s;
   plan.channel = options.channel;
   plan.rate_hz = options.rate_hz;
-  plan.pilot_holds_place = true;
+  plan.pilot_holds_position = true;
   companion::FlightFile file;
   file.fence_x_m = {-kFar_m, task.fence_high_m > 0.0 ? task.fence_high_m : kFar_m};
   file.fence_y_m = {-kFar_m, kFar_m};
@@ -109,13 +109,13 @@ const std::vector<FarTask>& far_tasks() {
 namespace {
 
 /// The range that the reference spans, per axis.
-struct Asked {
+struct RequestedAcceleration {
   std::array<double, 2> low{}, high{};
 };
 
 /// If a fence blocks the course, the range ends at the place where the aircraft rests.
-Asked asked_by(const Trace& trace, const FarTask& task) {
-  Asked asked;
+RequestedAcceleration acceleration_for(const Trace& trace, const FarTask& task) {
+  RequestedAcceleration asked;
   auto& [low, high] = asked;
   std::array<double, 2> rest{};
   double resting = 0.0;
@@ -140,7 +140,7 @@ Asked asked_by(const Trace& trace, const FarTask& task) {
 }  // namespace
 
 FarScore far_score(const Trace& trace, const FarTask& task) {
-  const Asked asked = asked_by(trace, task);
+  const RequestedAcceleration asked = acceleration_for(trace, task);
   FarScore out{.overshoot_m = 0.0, .iae_m_s = 0.0, .stayed = stayed(trace) ? 1 : 0, .flown = trace.empty() ? 0 : 1};
   double before_s = task.from_s;
   for (const TracePoint& point : trace) {

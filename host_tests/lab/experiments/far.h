@@ -13,7 +13,7 @@ namespace m100::lab::experiments {
 /// A task in which the limits are active, so that a law that knows them should be better.
 struct FarTask {
   std::string name;
-  std::string course;         ///< companion::lay_course
+  std::string course;         ///< companion::parse_course
   double from_s = 0.0;        ///< start of the judged window
   double to_s = 0.0;          ///< end of the judged window and of the flight
   double wind_m_s = 0.0;      ///< along +x

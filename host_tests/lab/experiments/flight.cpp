@@ -16,7 +16,7 @@ namespace m100::lab::experiments {
 namespace {
 
 using Controller = app::FlightController<double>;
-constexpr core::Duration kMostStartUp = std::chrono::seconds(30);
+constexpr core::Duration kMaxStartUp = std::chrono::seconds(30);
 constexpr core::Duration kHandOver = std::chrono::seconds(4);
 constexpr std::size_t kLogRingBytes = 1U << 18U;
 
@@ -27,7 +27,7 @@ app::FlightConfig config_of(const FlightPlan& plan, const ref::Waypoint<double>&
   config.link.channel.paper_100_hz = plan.paper_100_hz;
   config.link.app_id = 1;
   config.law = plan.law;
-  config.answers_swings = plan.answers_swings;
+  config.responds_to_limit_cycles = plan.responds_to_limit_cycles;
   config.solves_when_due = plan.solves_when_due;
   config.link.baud = static_cast<std::uint32_t>(plan.plant.link.baud);
   if (plan.flight_file) {
@@ -39,7 +39,7 @@ app::FlightConfig config_of(const FlightPlan& plan, const ref::Waypoint<double>&
 
 sim::WorldOptions world_of(const FlightPlan& plan) {
   sim::WorldOptions options{.seed = plan.seed};
-  options.autopilot.pilot_holds_place = plan.pilot_holds_place;
+  options.autopilot.pilot_holds_position = plan.pilot_holds_position;
   return options;
 }
 
@@ -85,7 +85,7 @@ class Flight {
         world_(plan.plant, world_of(plan)),
         sink_(plan.keep_log) {
     start_.position_w_m = world_.vehicle().state().position_w_m;
-    companion::lay_course(plan.course, start_, trajectory_);
+    companion::parse_course(plan.course, start_, trajectory_);
     if (plan.keep_log) {
       begin_log();
     }
@@ -98,7 +98,7 @@ class Flight {
     if (plan_.prepare) {
       plan_.prepare(world_);
     }
-    if (!obtain()) {
+    if (!request_control()) {
       return finish();
     }
     result_.flew = true;
@@ -161,22 +161,22 @@ class Flight {
   }
 
   /// Start-up over the wire, then the operator's order, until the ladder is at nominal. @returns false: timed out.
-  bool obtain() {
+  bool request_control() {
     bool ordered = false;
-    for (const core::TimePoint last = world_.now() + kMostStartUp; world_.now() < last;) {
+    for (const core::TimePoint last = world_.now() + kMaxStartUp; world_.now() < last;) {
       tick();
-      const bool looked = !plan_.looks_first || controller_->has_looked();
-      const bool ready = looked && controller_->link().authority().stage == safety::Stage::kReady;
+      const bool looked = !plan_.checks_poses_first || controller_->is_converged();
+      const bool ready = looked && controller_->link().authority().stage == safety::AuthorityStage::kReady;
       if (ready && !ordered) {
-        if (plan_.pilot_holds_place) {
+        if (plan_.pilot_holds_position) {
           start_.position_w_m = world_.vehicle().state().position_w_m;
           start_.yaw_rad = world_.vehicle().attitude().yaw_rad;
-          companion::lay_course(plan_.course, start_, trajectory_);
+          companion::parse_course(plan_.course, start_, trajectory_);
         }
         controller_->engage();
         ordered = true;
       }
-      if (controller_->grant().rung == safety::Rung::kNominal) {
+      if (controller_->grant().failsafe_state == safety::FailsafeState::kNominal) {
         return true;
       }
     }
@@ -187,7 +187,7 @@ class Flight {
     const sim::VehicleState& truth = world_.vehicle().state();
     const core::Euler<double>& attitude = world_.vehicle().attitude();
     const ref::Window<double> reference = trajectory_.window(world_.now(), core::Duration{0});
-    const safety::Grant<double>& grant = controller_->grant();
+    const safety::SupervisedCommand<double>& grant = controller_->grant();
     TracePoint point;
     point.t_s = t_s;
     point.reference_m = {reference.x[0].position_m, reference.y[0].position_m, reference.height.position_m};
@@ -197,14 +197,14 @@ class Flight {
     point.yaw_rad = attitude.yaw_rad;
     point.roll_rad = attitude.roll_rad;
     point.pitch_rad = attitude.pitch_rad;
-    point.granted = {grant.command.roll_rad, grant.command.pitch_rad, grant.command.climb_m_s,
-                     grant.command.yaw_rate_rad_s};
+    point.applied_command = {grant.command.roll_rad, grant.command.pitch_rad, grant.command.climb_m_s,
+                             grant.command.yaw_rate_rad_s};
     point.disturbance_m_s2 = {controller_->estimate().x.disturbance_m_s2, controller_->estimate().y.disturbance_m_s2};
-    point.rung = static_cast<int>(grant.rung);
-    const bool noticed = controller_->observed().swings && result_.swing_noticed_s < 0.0;
-    result_.swing_noticed_s = noticed ? t_s : result_.swing_noticed_s;
-    note_alarms();
-    note_pose_age();
+    point.failsafe_state = static_cast<int>(grant.failsafe_state);
+    const bool noticed = controller_->observed().limit_cycle_detected && result_.limit_cycle_detected_s < 0.0;
+    result_.limit_cycle_detected_s = noticed ? t_s : result_.limit_cycle_detected_s;
+    record_alarms();
+    record_pose_age();
     const auto& estimate = controller_->estimate();
     const double x = normalised_square(estimate.x, point.position_m[0], point.velocity_m_s[0]);
     const double y = normalised_square(estimate.y, point.position_m[1], point.velocity_m_s[1]);
@@ -212,7 +212,7 @@ class Flight {
     result_.trace.push_back(point);
   }
 
-  void note_pose_age() {
+  void record_pose_age() {
     constexpr double kShare = 0.01;  // weight of a tick: a memory of one second
     const auto& estimate = controller_->estimate();
     if (estimate.refused_poses == 0 && estimate.pose_age < std::chrono::milliseconds(300)) {
@@ -222,21 +222,21 @@ class Flight {
     }
   }
 
-  void note_alarms() {
+  void record_alarms() {
     const safety::Observation& seen = controller_->observed();
-    result_.contradicted = result_.contradicted || controller_->contradiction().check != est::Check::kNone;
-    for (const bool left : seen.left_model) {
-      result_.left_model = result_.left_model || left;
+    result_.contradicted = result_.contradicted || controller_->contradiction().check != est::ConsistencyCheck::kNone;
+    for (const bool left : seen.model_mismatch) {
+      result_.model_mismatch = result_.model_mismatch || left;
     }
     result_.refused_poses = std::max(result_.refused_poses, controller_->estimate().refused_poses);
   }
 
   FlightResult finish() {
     result_.start_w_m = start_.position_w_m;
-    result_.descent = safety::name(controller_->supervisor().descent().cause);
+    result_.descent = safety::name(controller_->supervisor().descent().reason);
     result_.authority = safety::name(controller_->link().authority().reason);
     result_.pose_timing = controller_->pose_timing();
-    result_.hardest_touch_m_s = world_.vehicle().hardest_touch_m_s();
+    result_.touchdown_speed_m_s = world_.vehicle().touchdown_speed_m_s();
     result_.ticks = controller_->stats();
     result_.autopilot = world_.autopilot().record();
     result_.dropped_log_messages = plan_.keep_log ? sink_.log().dropped() : 0;
@@ -259,7 +259,7 @@ class Flight {
 FlightResult fly(const FlightPlan& plan) {
   const auto before = std::chrono::steady_clock::now();
   FlightResult result = Flight(plan).run();
-  result.seconds_of_computer = std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+  result.computer_time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
   return result;
 }
 

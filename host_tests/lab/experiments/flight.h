@@ -21,20 +21,20 @@ namespace m100::lab::experiments {
 struct FlightPlan {
   sim::Plant plant;
   companion::VehicleFile vehicle;  ///< vehicle file of the controller
-  std::string course;              ///< companion::lay_course, relative to where the aircraft hovers
+  std::string course;              ///< companion::parse_course, relative to where the aircraft hovers
   double duration_s = 0.0;         ///< from the start of the course to the order to release
   std::uint64_t seed = 1;
   link::Channel channel = link::Channel::kVirtualRc;
   double rate_hz = 0.0;  ///< command rate; 0: the default of the channel
   bool paper_100_hz = false;
   mpc::Law law = mpc::Law::kMpc;
-  bool answers_swings = true;    ///< as app::FlightConfig; false: the law flies on even if it oscillates
-  bool solves_when_due = false;  ///< as app::FlightConfig; true: as the firmware image flies
-  bool keep_log = false;         ///< ULog bytes in the result
+  bool responds_to_limit_cycles = true;  ///< as app::FlightConfig; false: the law flies on even if it oscillates
+  bool solves_when_due = false;          ///< as app::FlightConfig; true: as the firmware image flies
+  bool keep_log = false;                 ///< ULog bytes in the result
   /// The pilot holds the aircraft in place until control is taken, and the course begins where it then is; otherwise
   /// his sticks rest and it drifts with the wind. Not with keep_log, whose notes are written before the flight.
-  bool pilot_holds_place = false;
-  bool looks_first =
+  bool pilot_holds_position = false;
+  bool checks_poses_first =
       false;  ///< as `m100 fly --take-control`: asks for control after the poses were checked against the force
   std::optional<companion::FlightFile> flight_file;  ///< limits of the flight; none: the program's defaults
   /// Called once, before the first tick: faults that exist from the start.
@@ -48,11 +48,12 @@ struct FlightPlan {
 struct FlightResult {
   bool flew = false;  ///< control was obtained and the course was started
   core::Vector<double, 3> start_w_m = core::Vector<double, 3>::Zero();  ///< where the course begins
-  std::string descent;            ///< why the ladder left the rung nominal for good, in words
-  double swing_noticed_s = -1.0;  ///< from the start of the course; negative: no oscillation (ctl::SwingWatch)
+  std::string descent;  ///< why the ladder left the rung nominal for good, in words
+  double limit_cycle_detected_s =
+      -1.0;  ///< from the start of the course; negative: no oscillation (ctl::LimitCycleDetector)
   // Alarms while the course was flown.
   bool contradicted = false;        ///< poses or attitude disagreed with other data of the autopilot
-  bool left_model = false;          ///< an axis did not follow its model (sysid::ResidualMonitor)
+  bool model_mismatch = false;      ///< an axis did not follow its model (sysid::ResidualMonitor)
   std::uint32_t refused_poses = 0;  ///< largest number in a row that the observer's gate refused
   std::string authority;            ///< the link's last statement about control, in words
   Trace trace;                      ///< one point a tick, t_s from the start of the course
@@ -60,14 +61,14 @@ struct FlightResult {
   double nis_sum = 0.0;
   std::uint32_t nis_count = 0;
   est::PoseTimingReport<double> pose_timing;  ///< as found at the end
-  double hardest_touch_m_s = 0.0;
+  double touchdown_speed_m_s = 0.0;
   double largest_tilt_deg = 0.0;
   sim::N1Record autopilot;   ///< the emulated autopilot's record of the flight
   bool handed_over = false;  ///< at the end the pilot flies, according to the autopilot
   std::vector<std::uint8_t> log;
   std::uint32_t dropped_log_messages = 0;
   app::TickStats ticks;
-  double seconds_of_computer = 0.0;
+  double computer_time_s = 0.0;
   /// Estimated minus true age of the newest pose; mean of the last seconds in which poses were used.
   double pose_age_error_s = 0.0;
 };

@@ -31,9 +31,9 @@ std::string text(const std::optional<Cell>& cell, double Cell::*member, int digi
 }
 
 /// The curve from the calmest to the fastest command, because its x must not decrease.
-plot::Line line_of(const std::vector<MotionPoint>& points, std::optional<Cell> MotionPoint::*task, const char* name,
-                   const char* color) {
-  plot::Line line{.name = name, .x = {}, .y = {}, .color = color};
+plot::Curve line_of(const std::vector<MotionPoint>& points, std::optional<Cell> MotionPoint::*task, const char* name,
+                    const char* color) {
+  plot::Curve line{.name = name, .x = {}, .y = {}, .color = color};
   for (auto point = points.rbegin(); point != points.rend(); ++point) {
     if (const std::optional<Cell>& cell = (*point).*task) {
       line.x.push_back(cell->input_variation_deg_s);

@@ -14,8 +14,8 @@ namespace {
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 template <typename Get>
-plot::Line line(const std::string& name, const Trace& trace, Get get, const char* color, bool dashed = false) {
-  plot::Line out{.name = name, .x = {}, .y = {}, .color = color, .dashed = dashed};
+plot::Curve line(const std::string& name, const Trace& trace, Get get, const char* color, bool dashed = false) {
+  plot::Curve out{.name = name, .x = {}, .y = {}, .color = color, .dashed = dashed};
   for (const TracePoint& point : trace) {
     out.x.push_back(point.t_s);
     out.y.push_back(get(point));
@@ -64,8 +64,8 @@ std::string path_figure(const TaskResult& result) {
                       .equal_axes = true,
                       .width = 420.0,
                       .height = 420.0};
-  plot::Line flown{.name = "flown", .x = {}, .y = {}, .color = plot::kBlue};
-  plot::Line wanted{.name = "reference", .x = {}, .y = {}, .color = plot::kBlack, .dashed = true};
+  plot::Curve flown{.name = "flown", .x = {}, .y = {}, .color = plot::kBlue};
+  plot::Curve wanted{.name = "reference", .x = {}, .y = {}, .color = plot::kBlack, .dashed = true};
   for (const TracePoint& point : result.trace) {
     if (point.t_s >= result.task->from_s && point.t_s < result.task->to_s) {
       flown.x.push_back(point.position_m[0]);
@@ -91,7 +91,7 @@ std::vector<std::vector<std::string>> table(const std::vector<TaskResult>& resul
       rows.push_back({name, "paper", cell(p->pose_m), cell(p->x_m), cell(p->y_m), cell(p->z_m), cell(p->roll_deg),
                       cell(p->pitch_deg), cell(p->yaw_deg), "-", "-", "-"});
     }
-    for (const Compared& one : compared(result)) {
+    for (const PaperComparison& one : compared(result)) {
       const auto column = std::find(kColumns.begin(), kColumns.end(), one.name);
       if (one.above && column != kColumns.end()) {
         above.insert({rows.size(), static_cast<std::size_t>(column - kColumns.begin())});

@@ -71,9 +71,9 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   for (int i = 0; i < options.seeds; ++i) {
     plan.seed = options.seed + static_cast<std::uint64_t>(i);
     const FlightResult flight = fly(plan);
-    result.seconds_per_flight += flight.seconds_of_computer / options.seeds;
+    result.seconds_per_flight += flight.computer_time_s / options.seeds;
     result.largest_tilt_deg = std::max(result.largest_tilt_deg, flight.largest_tilt_deg);
-    result.hardest_touch_m_s = std::max(result.hardest_touch_m_s, flight.hardest_touch_m_s);
+    result.touchdown_speed_m_s = std::max(result.touchdown_speed_m_s, flight.touchdown_speed_m_s);
     if (!flight.flew) {
       ++result.refused;
       continue;
@@ -135,8 +135,8 @@ std::vector<TaskResult> fly_suite(const SuiteOptions& options) {
   return results;
 }
 
-std::vector<Compared> compared(const TaskResult& result) {
-  std::vector<Compared> out;
+std::vector<PaperComparison> compared(const TaskResult& result) {
+  std::vector<PaperComparison> out;
   for (const Row& row : rows()) {
     const double papers = paper_value(result, row);
     if (papers >= 0.0 && (!row.tilt || result.task->tilt_counts)) {
@@ -149,8 +149,8 @@ std::vector<Compared> compared(const TaskResult& result) {
 int cells_above_paper(const std::vector<TaskResult>& results) {
   std::ptrdiff_t above = 0;
   for (const TaskResult& result : results) {
-    const std::vector<Compared> cells = compared(result);
-    above += std::count_if(cells.begin(), cells.end(), [](const Compared& cell) { return cell.above; });
+    const std::vector<PaperComparison> cells = compared(result);
+    above += std::count_if(cells.begin(), cells.end(), [](const PaperComparison& cell) { return cell.above; });
   }
   return static_cast<int>(above);
 }
@@ -222,8 +222,8 @@ void put_comparison(const TaskResult& result, nlohmann::json& cell) {
   }
   cell["paper"] = papers;
   std::vector<std::string> above;
-  const std::vector<Compared> cells = compared(result);
-  for (const Compared& one : cells) {
+  const std::vector<PaperComparison> cells = compared(result);
+  for (const PaperComparison& one : cells) {
     if (one.above) {
       above.push_back(one.name);
     }
@@ -262,7 +262,7 @@ nlohmann::json to_json(const std::vector<TaskResult>& results) {
     cell["seeds"] = result.seeds;
     cell["not_flown"] = result.refused;
     cell["largest_tilt_deg"] = result.largest_tilt_deg;
-    cell["hardest_touch_m_s"] = result.hardest_touch_m_s;
+    cell["hardest_touch_m_s"] = result.touchdown_speed_m_s;
     cell["seconds_per_flight"] = result.seconds_per_flight;
     cell["simulated"] = true;
     if (result.baseline) {

@@ -24,7 +24,7 @@ struct TaskResult {
   bool flown() const { return seeds > refused; }  ///< false: mean, spread and trace are invalid
   int refused = 0;                                ///< flights that never obtained control; excluded from the means
   double largest_tilt_deg = 0.0;
-  double hardest_touch_m_s = 0.0;
+  double touchdown_speed_m_s = 0.0;
   double seconds_per_flight = 0.0;  ///< of computer time
   Trace trace;                      ///< of the first seed, every fifth tick
   std::optional<Cell> baseline;     ///< mean of the same flights with the clipped LQR
@@ -50,11 +50,11 @@ struct SuiteOptions {
 std::vector<TaskResult> fly_suite(const SuiteOptions& options);
 
 /// A cell that the paper fills, by its name in JSON, and whether ours is above it; a cell never flown counts as above.
-struct Compared {
+struct PaperComparison {
   std::string name;
   bool above = false;
 };
-std::vector<Compared> compared(const TaskResult& result);
+std::vector<PaperComparison> compared(const TaskResult& result);
 /// The number of our cells that are above the paper's; a cell never flown counts as above.
 int cells_above_paper(const std::vector<TaskResult>& results);
 

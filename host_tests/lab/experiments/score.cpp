@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "firmware/model/tilt_limit.h"
-#include "firmware/safety/ladder.h"
+#include "firmware/safety/failsafe.h"
 
 namespace m100::lab::experiments {
 namespace {
@@ -17,10 +17,10 @@ double square(double value) { return value * value; }
 }  // namespace
 
 bool stayed(const Trace& trace) {
-  constexpr auto kNominal = static_cast<int>(safety::Rung::kNominal);
-  constexpr auto kCoast = static_cast<int>(safety::Rung::kCoast);
+  constexpr auto kNominal = static_cast<int>(safety::FailsafeState::kNominal);
+  constexpr auto kCoast = static_cast<int>(safety::FailsafeState::kCoast);
   return !trace.empty() && std::all_of(trace.begin(), trace.end(), [](const TracePoint& point) {
-    return point.rung == kNominal || point.rung == kCoast;
+    return point.failsafe_state == kNominal || point.failsafe_state == kCoast;
   });
 }
 
@@ -45,11 +45,11 @@ Cell score(const Trace& trace, double from_s, double to_s) {
     sum.pitch_deg += square(point.pitch_rad * kDegrees);
     sum.yaw_deg += square(std::remainder(point.yaw_rad - point.reference_yaw_rad, 2.0 * std::numbers::pi) * kDegrees);
     sum.tilt_deg += square(std::acos(std::cos(point.roll_rad) * std::cos(point.pitch_rad)) * kDegrees);
-    sum.off_nominal_share += point.rung != 1 ? 1.0 : 0.0;
+    sum.off_nominal_share += point.failsafe_state != 1 ? 1.0 : 0.0;
     if (before != nullptr) {
-      sum.input_variation_deg_s +=
-          (std::abs(point.granted[0] - before->granted[0]) + std::abs(point.granted[1] - before->granted[1])) *
-          kDegrees;
+      sum.input_variation_deg_s += (std::abs(point.applied_command[0] - before->applied_command[0]) +
+                                    std::abs(point.applied_command[1] - before->applied_command[1])) *
+                                   kDegrees;
     }
     before = &point;
     count += 1.0;

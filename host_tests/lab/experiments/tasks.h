@@ -13,7 +13,7 @@ namespace m100::lab::experiments {
 struct Task {
   std::string task;       ///< "hover", "step", "trajectory", "simulator"
   std::string condition;  ///< "calm" or "wind"
-  std::string course;     ///< companion::lay_course
+  std::string course;     ///< companion::parse_course
   double from_s = 0.0;    ///< window of the root mean squares (the paper's durations)
   double to_s = 0.0;
   bool fan = false;

@@ -22,7 +22,7 @@
 #include "host_tests/lab/read_json.h"
 #include "host_tests/lab/subcommands.h"
 #include "protocol/aes256.h"
-#include "protocol/frame_parser.h"
+#include "protocol/dji/frame_parser.h"
 
 namespace m100::lab {
 namespace {

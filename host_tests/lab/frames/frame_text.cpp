@@ -7,7 +7,7 @@
 #include "host_tests/lab/frames/hex.h"
 #include "host_tests/lab/input_error.h"
 #include "protocol/aes256.h"
-#include "protocol/frame_encoder.h"
+#include "protocol/dji/frame_encoder.h"
 
 namespace m100::lab {
 namespace {

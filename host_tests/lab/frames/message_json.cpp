@@ -3,10 +3,10 @@
 
 #include "host_tests/lab/frames/hex.h"
 #include "host_tests/lab/frames/telemetry_json.h"
-#include "protocol/acks.h"
-#include "protocol/commands.h"
-#include "protocol/pushes.h"
-#include "protocol/telemetry.h"
+#include "protocol/dji/acks.h"
+#include "protocol/dji/commands.h"
+#include "protocol/dji/pushes.h"
+#include "protocol/dji/telemetry.h"
 
 namespace m100::lab {
 namespace {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "protocol/frame.h"
+#include "protocol/dji/frame.h"
 
 namespace m100::lab {
 

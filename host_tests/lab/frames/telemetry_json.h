@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "protocol/telemetry.h"
+#include "protocol/dji/telemetry.h"
 
 namespace m100::lab {
 

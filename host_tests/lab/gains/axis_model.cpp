@@ -74,9 +74,9 @@ DiscreteAxis discretise(const ContinuousAxis& axis, Real step_s) {
   return {.a = e.topLeftCorner(n, n), .b = e.block(0, n, n, 1), .bd = e.block(0, n + 1, n, 1)};
 }
 
-AxisProblem axis_problem(const model::Vehicle& vehicle, Axis axis) {
+AxisQp axis_qp(const model::Vehicle& vehicle, Axis axis) {
   const ContinuousAxis continuous = continuous_axis(vehicle, axis);
-  AxisProblem out;
+  AxisQp out;
   out.step = discretise(continuous, Real(mpc::kPredictionStep_s));
   out.q = Vector::Zero(continuous.f.rows());
   out.q(0) = vehicle.mpc.position;

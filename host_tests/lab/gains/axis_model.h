@@ -30,7 +30,7 @@ struct DiscreteAxis {
 };
 
 /// A quadratic program of one axis but for what changes from tick to tick: what a model record of the benchmark holds.
-struct AxisProblem {
+struct AxisQp {
   DiscreteAxis step;  ///< over the prediction step
   Vector q;           ///< diagonal
   Real r = 0;
@@ -52,7 +52,7 @@ ContinuousAxis continuous_axis(const model::Vehicle& vehicle, Axis axis);
 /// Held inputs, exact. @pre f is n x n with n at most mpc::kMaxStates, g and gd have n rows, step_s is not below 0 [s].
 DiscreteAxis discretise(const ContinuousAxis& axis, Real step_s);
 /// The quadratic program of the vehicle's weights and limits, terminal weight from the Riccati equation of (Q, R).
-AxisProblem axis_problem(const model::Vehicle& vehicle, Axis axis);
+AxisQp axis_qp(const model::Vehicle& vehicle, Axis axis);
 inline const model::StickAxis& attitude_of(const model::Vehicle& vehicle, Axis axis) {
   return axis == Axis::kX ? vehicle.pitch : vehicle.roll;
 }

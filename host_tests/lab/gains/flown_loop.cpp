@@ -16,15 +16,15 @@ enum Filter : Index { kP, kV, kTilt, kRate, kD, kM };
 /// The observer models an axis without dynamics as first order with this time constant (est/filter_parts.h).
 constexpr double kFastest_s = 0.01;
 /// Ticks of a minute of flight, in which the slowest mode of the observer, the offset, has settled.
-constexpr int kSettled = 6000;
+constexpr int kObserverIterations = 6000;
 
 FlownController::Square transition_of(const FlownController& c) {
   const model::AxisStep& s = c.step;
   FlownController::Square phi = FlownController::Square::Identity();
   phi(kV, kV) = 1.0 - kTick_s * c.drag_per_s;
-  phi(kV, kTilt) = 0.5 * kTick_s * c.pull_m_s2 * (1.0 + s.oo);
-  phi(kV, kRate) = 0.5 * kTick_s * c.pull_m_s2 * s.o_r;
-  phi(kV, kM) = 0.5 * kTick_s * c.pull_m_s2 * s.o_u;
+  phi(kV, kTilt) = 0.5 * kTick_s * c.acceleration_per_tilt_m_s2 * (1.0 + s.oo);
+  phi(kV, kRate) = 0.5 * kTick_s * c.acceleration_per_tilt_m_s2 * s.o_r;
+  phi(kV, kM) = 0.5 * kTick_s * c.acceleration_per_tilt_m_s2 * s.o_u;
   phi(kV, kD) = kTick_s;
   phi(kP, kV) = kTick_s;
   phi(kP, kD) = 0.5 * kTick_s * kTick_s;
@@ -49,14 +49,14 @@ FlownController::Six correct(FlownController::Square& p, const FlownController::
   return gain;
 }
 
-void settle_observer(FlownController& c, const model::EstimatorNoise& noise, const Way& way) {
+void steady_observer(FlownController& c, const model::EstimatorNoise& noise, const LoopTiming& timing) {
   const FlownController::Square phi = transition_of(c);
   FlownController::Six process;
   process << noise.position_process_m, noise.velocity_process_m_s, noise.tilt_process_rad,
       noise.tilt_rate_process_rad_s, noise.disturbance_process_m_s2, noise.input_offset_process_rad;
   const FlownController::Square q = (process.array().square() * kTick_s).matrix().asDiagonal();
-  const double pose_s = kTick_s * static_cast<double>(way.pose_age_ticks);
-  const double attitude_s = kTick_s * static_cast<double>(way.attitude_age_ticks);
+  const double pose_s = kTick_s * static_cast<double>(timing.pose_age_ticks);
+  const double attitude_s = kTick_s * static_cast<double>(timing.attitude_age_ticks);
   FlownController::Six tilt = FlownController::Six::Unit(kTilt);
   tilt(kRate) = -attitude_s;
   FlownController::Six pose = FlownController::Six::Unit(kP);
@@ -64,7 +64,7 @@ void settle_observer(FlownController& c, const model::EstimatorNoise& noise, con
   pose(kD) = 0.5 * pose_s * pose_s;
   const auto square = [](double sigma) { return sigma * sigma; };
   FlownController::Square p = FlownController::Square::Identity();
-  for (int i = 0; i < kSettled; ++i) {
+  for (int i = 0; i < kObserverIterations; ++i) {
     p = phi * p * phi.transpose() + q;
     c.tilt_gain = correct(p, tilt, square(noise.attitude_sigma_rad));
     c.rate_gain = correct(p, FlownController::Six::Unit(kRate), square(noise.rate_sigma_rad_s));
@@ -87,7 +87,7 @@ void take_law(FlownController& c, const mpc::GainTable<double>& table) {
 
 /// Shifts a history of u, newest first, by one and inserts the newest value.
 template <typename Segment>
-void push(Segment&& u, double newest) {
+void shift_in(Segment&& u, double newest) {
   for (Index i = u.size() - 1; i > 0; --i) {
     u(i) = u(i - 1);
   }
@@ -97,12 +97,12 @@ void push(Segment&& u, double newest) {
 }
 
 /// One prediction of the observer, as in est::AxisFilter. @param acceleration receives the acceleration in the tick
-FlownController::Six predicted(const FlownController& c, const FlownController::Six& from, const Column& told,
+FlownController::Six predicted(const FlownController& c, const FlownController::Six& from, const Column& commands,
                                double& acceleration) {
   const model::AxisStep& s = c.step;
   const auto ticks = static_cast<Index>(c.delay.ticks);
   const double rest = c.delay.delay_s / kTick_s - static_cast<double>(c.delay.ticks);
-  const auto mixed = [&](Index ago) { return told(ago) + rest * (told(ago + 1) - told(ago)); };
+  const auto mixed = [&](Index ago) { return commands(ago) + rest * (commands(ago + 1) - commands(ago)); };
   const double now = mixed(ticks);
   const double jump = now - mixed(ticks + 1);
   const double after = mixed(ticks > 0 ? ticks - 1 : 0);
@@ -110,14 +110,14 @@ FlownController::Six predicted(const FlownController& c, const FlownController::
   to(kTilt) = s.oo * from(kTilt) + s.o_r * from(kRate) + s.o_u * (now + from(kM)) + s.o_jump * jump;
   to(kRate) = s.ro * from(kTilt) + s.rr * from(kRate) + s.r_u * (now + from(kM)) + s.r_next * (after + from(kM)) +
               s.r_jump * jump;
-  acceleration = 0.5 * c.pull_m_s2 * (from(kTilt) + to(kTilt)) - c.drag_per_s * from(kV);
-  const double pushed = acceleration + from(kD);
-  to(kP) += kTick_s * from(kV) + 0.5 * kTick_s * kTick_s * pushed;
-  to(kV) += kTick_s * pushed;
+  acceleration = 0.5 * c.acceleration_per_tilt_m_s2 * (from(kTilt) + to(kTilt)) - c.drag_per_s * from(kV);
+  const double total_acceleration = acceleration + from(kD);
+  to(kP) += kTick_s * from(kV) + 0.5 * kTick_s * kTick_s * total_acceleration;
+  to(kV) += kTick_s * total_acceleration;
   return to;
 }
 
-Column through(const mpc::StepModel<double>& model, const Column& state, double input, double disturbance) {
+Column step_state(const mpc::StepModel<double>& model, const Column& state, double input, double disturbance) {
   Column out(state.size());
   for (Index row = 0; row < state.size(); ++row) {
     const auto r = static_cast<std::size_t>(row);
@@ -131,7 +131,7 @@ Column through(const mpc::StepModel<double>& model, const Column& state, double 
 
 }  // namespace
 
-FlownController::FlownController(const model::Vehicle& believed, Axis axis, const Way& way) {
+FlownController::FlownController(const model::Vehicle& believed, Axis axis, const LoopTiming& timing) {
   model::StickAxis attitude = attitude_of(believed, axis);
   if (attitude.is_first_order() && attitude.time_constant_s < kFastest_s) {
     attitude.time_constant_s = kFastest_s;
@@ -139,40 +139,41 @@ FlownController::FlownController(const model::Vehicle& believed, Axis axis, cons
   const mpc::GainTables<double> tables = make_gain_tables(believed);
   const mpc::GainTable<double>& table = axis == Axis::kX ? tables.x : tables.y;
   step = model::axis_step(attitude, kTick_s);
-  pull_m_s2 = table.tilt_sign * table.acceleration_per_tilt;
+  acceleration_per_tilt_m_s2 = table.tilt_sign * table.acceleration_per_tilt;
   drag_per_s = believed.translation.linear_drag_per_s;
   delay = table.delay;
   scale_per_count = attitude.scale_per_count;
   take_law(*this, table);
-  settle_observer(*this, believed.estimator, way);
+  steady_observer(*this, believed.estimator, timing);
 }
 
 /// Offsets of the parts in the state vector.
 struct FlownLoop::Parts {
-  Index vehicle, line, seen, positions, filter, accelerations, told, held, size;
-  Parts(Index states, Index under_way, const Way& way, const mpc::DelayModel<double>& delay) {
-    const auto attitudes = static_cast<Index>(way.attitude_age_ticks);
-    const auto poses = static_cast<Index>(way.pose_age_ticks);
+  Index vehicle, line, seen, positions, filter, accelerations, commands, held, size;
+  Parts(Index states, Index under_way, const LoopTiming& timing, const mpc::DelayModel<double>& delay) {
+    const auto attitudes = static_cast<Index>(timing.attitude_age_ticks);
+    const auto poses = static_cast<Index>(timing.pose_age_ticks);
     vehicle = 0;
     line = states;                     // the vehicle's commands in its delay line, newest first
     seen = line + under_way;           // tilt and rate of the last ticks, newest first
     positions = seen + 2 * attitudes;  // likewise
     filter = positions + poses;
-    accelerations = filter + 6;                         // the filter's, of the last ticks, newest first
-    told = accelerations + poses;                       // the controller's own commands, newest first
-    held = told + static_cast<Index>(delay.ticks) + 3;  // commands in force: the vehicle's, then the controller's
+    accelerations = filter + 6;                             // the filter's, of the last ticks, newest first
+    commands = accelerations + poses;                       // the controller's own commands, newest first
+    held = commands + static_cast<Index>(delay.ticks) + 3;  // commands in force: the vehicle's, then the controller's
     size = held + 2;
   }
 };
 
-FlownLoop::FlownLoop(const FlownController& controller, const model::Vehicle& truth, Axis axis, const Way& way)
-    : controller_(controller), way_(way), period_s_(kTick_s * static_cast<double>(way.command_ticks)) {
+FlownLoop::FlownLoop(const FlownController& controller, const model::Vehicle& truth, Axis axis,
+                     const LoopTiming& timing)
+    : controller_(controller), timing_(timing), period_s_(kTick_s * static_cast<double>(timing.command_ticks)) {
   const model::StickAxis& attitude = attitude_of(truth, axis);
   const ContinuousAxis continuous = continuous_axis(truth, axis);
   const double scale = controller.scale_per_count;
   const double stick_gain =
-      way.by_sticks && scale > 0.0 && attitude.scale_per_count > 0.0 ? attitude.scale_per_count / scale : 1.0;
-  const double delay_s = attitude.transport_delay_s + way.extra_delay_s;
+      timing.by_sticks && scale > 0.0 && attitude.scale_per_count > 0.0 ? attitude.scale_per_count / scale : 1.0;
+  const double delay_s = attitude.transport_delay_s + timing.extra_delay_s;
   const double ticks = std::floor(delay_s / kTick_s + 1e-6);
   const Real rest_s = std::max(Real(0), Real(delay_s) - Real(ticks) * Real(kTick_s));
   const DiscreteAxis first = discretise(continuous, rest_s);
@@ -200,10 +201,10 @@ FlownLoop::FlownLoop(const FlownController& controller, const model::Vehicle& tr
     rate_(2) = -(1.0 - share) / tau;
     rate_per_input_ = stick_gain * (1.0 - share) / tau;
   }
-  const Parts parts(n, line_, way, controller.delay);
+  const Parts parts(n, line_, timing, controller.delay);
   const auto period = [&](Column& state, double vehicle_input) {
     const double commanded = tick(state, parts, true, vehicle_input);
-    for (std::size_t i = 1; i < way_.command_ticks; ++i) {
+    for (std::size_t i = 1; i < timing_.command_ticks; ++i) {
       tick(state, parts, false, 0.0);
     }
     return commanded;
@@ -220,12 +221,12 @@ FlownLoop::FlownLoop(const FlownController& controller, const model::Vehicle& tr
 }
 
 /// The present command of the law.
-double FlownLoop::law(const Column& told, const FlownController::Six& estimate) const {
+double FlownLoop::law(const Column& commands, const FlownController::Six& estimate) const {
   const mpc::DelayModel<double>& delay = controller_.delay;
   const auto ticks = static_cast<Index>(delay.ticks);
   const double offset = estimate(kM);
   const double disturbance = estimate(kD);
-  const double acting = told(ticks) + offset;
+  const double acting = commands(ticks) + offset;
   double chi = estimate(kTilt);
   double chi_rate = estimate(kRate);
   if (delay.lead.share != 0.0) {
@@ -239,12 +240,12 @@ double FlownLoop::law(const Column& told, const FlownController::Six& estimate) 
   if (state.size() == 4) {
     state(3) = chi_rate;
   }
-  state = through(delay.rest, state, acting, disturbance);
+  state = step_state(delay.rest, state, acting, disturbance);
   for (Index ago = ticks; ago >= 1; --ago) {
-    state = through(delay.tick, state, told(ago - 1) + offset, disturbance);
+    state = step_state(delay.tick, state, commands(ago - 1) + offset, disturbance);
   }
   return controller_.state_gain.dot(state) + controller_.disturbance_gain * disturbance +
-         controller_.offset_gain * offset + controller_.previous_gain * told(0);
+         controller_.offset_gain * offset + controller_.previous_gain * commands(0);
 }
 
 /// Simulates one tick. @returns the law's command in it
@@ -253,15 +254,15 @@ double FlownLoop::tick(Column& state, const Parts& at, bool sends, double vehicl
   auto line = state.segment(at.line, at.seen - at.line);
   auto seen = state.segment(at.seen, at.positions - at.seen);
   auto positions = state.segment(at.positions, at.filter - at.positions);
-  auto accelerations = state.segment(at.accelerations, at.told - at.accelerations);
-  auto told = state.segment(at.told, at.held - at.told);
+  auto accelerations = state.segment(at.accelerations, at.commands - at.accelerations);
+  auto commands = state.segment(at.commands, at.held - at.commands);
 
-  push(told, state(at.held + 1));
+  shift_in(commands, state(at.held + 1));
   const FlownController::Six before = state.segment(at.filter, 6);
   double acceleration = 0.0;
-  FlownController::Six estimate = predicted(controller_, before, told, acceleration);
+  FlownController::Six estimate = predicted(controller_, before, commands, acceleration);
   const double turning = (estimate(kRate) - before(kRate)) / kTick_s;
-  push(accelerations, acceleration);
+  shift_in(accelerations, acceleration);
 
   const double acting = line(line_ - 1);
   const double tilt = tilt_.dot(vehicle) + tilt_per_input_ * acting;
@@ -269,15 +270,15 @@ double FlownLoop::tick(Column& state, const Parts& at, bool sends, double vehicl
   const Index attitudes = seen.size() / 2;
   const double tilt_seen = attitudes > 0 ? seen(2 * attitudes - 2) : tilt;
   const double rate_seen = attitudes > 0 ? seen(2 * attitudes - 1) : rate;
-  push(seen, rate);
-  push(seen, tilt);
+  shift_in(seen, rate);
+  shift_in(seen, tilt);
   const double old_s = kTick_s * static_cast<double>(attitudes);
   estimate +=
       controller_.tilt_gain * (tilt_seen - estimate(kTilt) + old_s * estimate(kRate) - 0.5 * old_s * old_s * turning);
   estimate += controller_.rate_gain * (rate_seen - estimate(kRate) + old_s * turning);
 
   const double position_seen = positions.size() > 0 ? positions(positions.size() - 1) : vehicle(0);
-  push(positions, vehicle(0));
+  shift_in(positions, vehicle(0));
   const double age_s = kTick_s * static_cast<double>(positions.size());
   double expected = estimate(kP) - age_s * estimate(kV) + 0.5 * age_s * age_s * estimate(kD);
   for (Index j = 0; j < accelerations.size(); ++j) {
@@ -286,14 +287,14 @@ double FlownLoop::tick(Column& state, const Parts& at, bool sends, double vehicl
   estimate += controller_.pose_gain * (position_seen - expected);
   state.segment(at.filter, 6) = estimate;
 
-  const double commanded = law(told, estimate);
+  const double commanded = law(commands, estimate);
   if (sends) {
     state(at.held) = vehicle_input;
     state(at.held + 1) = commanded;
   }
   const double now = state(at.held);
   vehicle = (a_ * vehicle + early_ * line(line_ - 1) + late_ * (line_ > 1 ? line(line_ - 2) : now)).eval();
-  push(line, now);
+  shift_in(line, now);
   return commanded;
 }
 
@@ -315,15 +316,15 @@ bool FlownLoop::closed_is_stable() const {
   return closed.cwiseAbs().maxCoeff() < 1e-3;
 }
 
-Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis, const Way& way,
-                         int frequencies) {
-  const FlownController controller(believed, axis, way);
+Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis,
+                         const LoopTiming& timing, int frequencies) {
+  const FlownController controller(believed, axis, timing);
   const auto stable = [&](double extra_delay_s) {
-    Way late = way;
+    LoopTiming late = timing;
     late.extra_delay_s += extra_delay_s;
     return FlownLoop(controller, truth, axis, late).closed_is_stable();
   };
-  const FlownLoop loop(controller, truth, axis, way);
+  const FlownLoop loop(controller, truth, axis, timing);
   Margins out = margins_from([&](double frequency) { return loop.response(frequency); }, loop.period_s(), frequencies);
   out.stable = loop.closed_is_stable();
   if (!out.stable) {

@@ -13,13 +13,13 @@ namespace m100::lab::gains {
 /// The flight law of one axis with its observer, linear about hover, as the vehicle file `believed` gives it. It does
 /// not depend on the vehicle that it flies.
 struct FlownController {
-  FlownController(const model::Vehicle& believed, Axis axis, const Way& way);
+  FlownController(const model::Vehicle& believed, Axis axis, const LoopTiming& timing);
 
   using Square = Eigen::Matrix<double, 6, 6>;
   using Six = Eigen::Matrix<double, 6, 1>;
   /// States p, v, tilt, rate, d, m, as est::AxisFilter has them, and its steady gains, in the order of its corrections.
   model::AxisStep step;
-  double pull_m_s2 = 0.0;  ///< acceleration per tilt, with its sign
+  double acceleration_per_tilt_m_s2 = 0.0;  ///< acceleration per tilt, with its sign
   double drag_per_s = 0.0;
   double scale_per_count = 0.0;  ///< stick scale; 0: not stated
   Six tilt_gain, rate_gain, pose_gain;
@@ -39,7 +39,7 @@ class FlownLoop {
   using Dense = Eigen::MatrixXd;
   using Column = Eigen::VectorXd;
 
-  FlownLoop(const FlownController& controller, const model::Vehicle& truth, Axis axis, const Way& way);
+  FlownLoop(const FlownController& controller, const model::Vehicle& truth, Axis axis, const LoopTiming& timing);
 
   /// From the vehicle's command to the controller's at exp(i w period).
   std::complex<double> response(double frequency_rad_s) const;
@@ -49,10 +49,10 @@ class FlownLoop {
  private:
   struct Parts;
   double tick(Column& state, const Parts& parts, bool sends, double vehicle_input) const;
-  double law(const Column& told, const FlownController::Six& estimate) const;
+  double law(const Column& commands, const FlownController::Six& estimate) const;
 
   const FlownController& controller_;
-  Way way_;
+  LoopTiming timing_;
   // The vehicle: x(k+1) = a x + early u(k-n-1) + late u(k-n); tilt and rate as its attitude sensor sees them.
   Dense a_;
   Column early_, late_;

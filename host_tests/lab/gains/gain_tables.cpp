@@ -69,7 +69,7 @@ mpc::StepModel<double> step_model(const ContinuousAxis& axis, Real step_s) {
 
 }  // namespace
 
-Condensed condense(const AxisProblem& problem) {
+Condensed condense(const AxisQp& problem) {
   const Eigen::Index n = problem.step.a.rows();
   M100_ASSERT(problem.step.a.cols() == n && problem.step.b.size() == n && problem.step.bd.size() == n);
   M100_ASSERT(problem.q.size() == n && problem.p.rows() == n && problem.p.cols() == n);
@@ -95,7 +95,7 @@ Condensed condense(const AxisProblem& problem) {
   return out;
 }
 
-mpc::GainTable<double> make_gain_table(const AxisProblem& problem) {
+mpc::GainTable<double> make_gain_table(const AxisQp& problem) {
   const Eigen::Index n = problem.step.a.rows();
   if (n != 3 && n != 4) {
     throw std::domain_error("an axis has 3 or 4 states");
@@ -173,7 +173,7 @@ mpc::DelayModel<double> make_delay_model(const model::Vehicle& vehicle, Axis axi
 
 mpc::GainTables<double> make_gain_tables(const model::Vehicle& vehicle, const core::Sha256Digest& digest) {
   const auto axis_table = [&](Axis axis) {
-    mpc::GainTable<double> table = make_gain_table(axis_problem(vehicle, axis));
+    mpc::GainTable<double> table = make_gain_table(axis_qp(vehicle, axis));
     table.vehicle = digest;
     table.delay = make_delay_model(vehicle, axis);
     return table;

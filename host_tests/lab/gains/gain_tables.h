@@ -20,12 +20,12 @@ struct Condensed {
   Matrix h;   ///< 20 x 20
 };
 /// Sizes, with n states in the problem: a and p n x n; b, bd and q n.
-Condensed condense(const AxisProblem& problem);
+Condensed condense(const AxisQp& problem);
 
 /// The table of one quadratic program, without delay and set-point law. Preconditions: weights not negative, r > 0,
 /// u_min < u_max; the first state is the position, and no other state depends on it. Throws std::domain_error unless
 /// there are 3 or 4 states.
-mpc::GainTable<double> make_gain_table(const AxisProblem& problem);
+mpc::GainTable<double> make_gain_table(const AxisQp& problem);
 
 /// The model for predicting through the axis' transport delay, 0 to 0.3 s. Throws std::domain_error as
 /// continuous_axis().

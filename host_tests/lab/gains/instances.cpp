@@ -104,7 +104,7 @@ class Record {
 constexpr double kShortestStep_s = 1e-4;  // with less, nothing moves within the horizon
 constexpr double kLongestStep_s = 10.0;   // with more, the aircraft is not controlled
 
-AxisProblem read_model(const Record& record) {
+AxisQp read_model(const Record& record) {
   const double states = record.number("nx");  // 1e300 is not an index
   if (states != 3.0 && states != 4.0) {
     record.fail("nx", "must be 3 or 4");
@@ -113,7 +113,7 @@ AxisProblem read_model(const Record& record) {
   if (record.number("N") != static_cast<double>(mpc::kHorizon)) {
     record.fail("N", "must be " + std::to_string(mpc::kHorizon));
   }
-  AxisProblem out;
+  AxisQp out;
   out.step = {.a = record.matrix("A", n, n), .b = record.vector("B", n), .bd = record.vector("Bd", n)};
   out.q = record.vector("Q", n);
   out.r = Real(record.number("R"));
@@ -148,7 +148,7 @@ AxisProblem read_model(const Record& record) {
 
 constexpr double kLargestId = 2147483647.0;  // also where a long has 32 bits
 
-Instance read_problem(const Record& record, const AxisProblem& model) {
+Instance read_problem(const Record& record, const AxisQp& model) {
   Instance out;
   mpc::Problem<double>& problem = out.problem;
   const double id = record.number("id");

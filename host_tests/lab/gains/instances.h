@@ -23,7 +23,7 @@ struct Instance {
 };
 
 struct InstanceFile {
-  std::vector<AxisProblem> models;
+  std::vector<AxisQp> models;
   std::vector<std::string> names;  ///< of the models
   std::vector<Instance> instances;
 };

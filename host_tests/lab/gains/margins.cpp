@@ -189,9 +189,9 @@ class OpenLoop {
     Column predicted = estimate.head(full - 2);
     const double disturbance = estimate(full - 2);
     const double offset = estimate(full - 1);
-    predicted = through(delay_.rest, predicted, sent(states_ - 1) + offset, disturbance);
+    predicted = step_state(delay_.rest, predicted, sent(states_ - 1) + offset, disturbance);
     for (Eigen::Index ago = states_ - 2; ago >= 0; --ago) {
-      predicted = through(delay_.tick, predicted, sent(ago) + offset, disturbance);
+      predicted = step_state(delay_.tick, predicted, sent(ago) + offset, disturbance);
     }
     const double commanded =
         law_.state.dot(predicted) + law_.disturbance * disturbance + law_.offset * offset + law_.previous * sent(0);
@@ -225,7 +225,7 @@ class OpenLoop {
     }
     return out;
   }
-  static Column through(const mpc::StepModel<double>& model, const Column& state, double input, double disturbance) {
+  static Column step_state(const mpc::StepModel<double>& model, const Column& state, double input, double disturbance) {
     Column out(state.size());
     for (Eigen::Index row = 0; row < state.size(); ++row) {
       const auto r = static_cast<std::size_t>(row);

@@ -23,15 +23,15 @@ struct Margins {
 };
 
 /// Timing and scaling between the law and the aircraft, in both directions.
-struct Way {
+struct LoopTiming {
   std::size_t command_ticks = 4;       ///< ticks of 10 ms for which a command holds: 25 Hz
   std::size_t attitude_age_ticks = 1;  ///< as in app/config.h, and as measured on the simulated autopilot
   std::size_t pose_age_ticks = 2;
   bool by_sticks = true;       ///< commands have the scale of the vehicle's stick counts; false: they are angles
   double extra_delay_s = 0.0;  ///< unknown delay of the command, in addition to the vehicle's own
 };
-inline constexpr Way kVirtualRcWay{};
-inline constexpr Way kMovementWay{.command_ticks = 2, .by_sticks = false};
+inline constexpr LoopTiming kVirtualRcTiming{};
+inline constexpr LoopTiming kMovementTiming{.command_ticks = 2, .by_sticks = false};
 inline constexpr int kFrequencies = 3000;       ///< points of a frequency response, starting at 0.02 rad/s
 inline constexpr double kLargestDelay_s = 0.4;  ///< largest delay margin that is searched
 
@@ -40,8 +40,8 @@ inline constexpr double kLargestDelay_s = 0.4;  ///< largest delay margin that i
 /// transport delay of `truth` includes everything between the tick and the attitude loop. The stick has the scale of
 /// the vehicle file, and its dead zone is assumed to be inverted exactly. The delay margin comes from the eigenvalues
 /// of the closed loop, in steps of 0.2 ms, up to kLargestDelay_s.
-Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis, const Way& way,
-                         int frequencies = kFrequencies);
+Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis,
+                         const LoopTiming& timing, int frequencies = kFrequencies);
 
 /// Margins from the frequency response of the controller's command to the vehicle's, sampled with this period. The
 /// caller sets `stable`.

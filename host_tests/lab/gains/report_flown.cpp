@@ -24,7 +24,7 @@ model::Vehicle corner(model::Vehicle vehicle, double gain, double frequency) {
 struct WorstCorner {
   Margins margins{.stable = true, .delay_margin_s = kLargestDelay_s};
   std::array<double, 2> most_sensitive{1.0, 1.0};
-  std::array<double, 2> least_delay{1.0, 1.0};
+  std::array<double, 2> min_delay{1.0, 1.0};
 };
 
 WorstCorner worst_corner(const model::Vehicle& believed, const Structure& structure, Axis axis) {
@@ -33,7 +33,7 @@ WorstCorner worst_corner(const model::Vehicle& believed, const Structure& struct
   for (const double gain : kCorners) {
     for (const double frequency : kCorners) {
       const Margins margins =
-          flown_margins_of(believed, corner(structure.vehicle, gain, frequency), axis, kVirtualRcWay);
+          flown_margins_of(believed, corner(structure.vehicle, gain, frequency), axis, kVirtualRcTiming);
       worst.stable = worst.stable && margins.stable;
       if (margins.peak_sensitivity > worst.peak_sensitivity) {
         worst.peak_sensitivity = margins.peak_sensitivity;
@@ -41,7 +41,7 @@ WorstCorner worst_corner(const model::Vehicle& believed, const Structure& struct
       }
       if (margins.delay_margin_s < worst.delay_margin_s) {
         worst.delay_margin_s = margins.delay_margin_s;
-        out.least_delay = {gain, frequency};
+        out.min_delay = {gain, frequency};
       }
     }
   }
@@ -51,8 +51,8 @@ WorstCorner worst_corner(const model::Vehicle& believed, const Structure& struct
 nlohmann::json report_flown_axis(const model::Vehicle& believed, const Structure& structure, const char* name,
                                  Axis axis, bool corners) {
   nlohmann::json out;
-  for (const auto& [channel, way] : {std::pair{"virtual_rc", &kVirtualRcWay}, {"movement", &kMovementWay}}) {
-    const Margins margins = flown_margins_of(believed, structure.vehicle, axis, *way);
+  for (const auto& [channel, timing] : {std::pair{"virtual_rc", &kVirtualRcTiming}, {"movement", &kMovementTiming}}) {
+    const Margins margins = flown_margins_of(believed, structure.vehicle, axis, *timing);
     std::printf("as flown on %s, %s, %s: %s, peak sensitivity %.2f, gain margin %.2f, delay margin %.0f ms\n",
                 structure.name.c_str(), channel, name, margins.stable ? "stable" : "UNSTABLE", margins.peak_sensitivity,
                 margins.gain_margin, margins.delay_margin_s * 1e3);
@@ -61,14 +61,14 @@ nlohmann::json report_flown_axis(const model::Vehicle& believed, const Structure
   if (!corners) {
     return out;
   }
-  const auto [worst, most_sensitive, least_delay] = worst_corner(believed, structure, axis);
+  const auto [worst, most_sensitive, min_delay] = worst_corner(believed, structure, axis);
   const bool kept =
       worst.stable && worst.peak_sensitivity <= kLargestPeakSensitivity && worst.delay_margin_s >= kFieldDelayMargin_s;
   std::printf(
       "  over gain and frequency +-20 %%, virtual_rc, %s: %speak sensitivity %.2f (gain x %.1f, frequency x %.1f), "
       "delay margin %.0f ms (gain x %.1f, frequency x %.1f)%s\n",
       name, worst.stable ? "" : "UNSTABLE in a corner, ", worst.peak_sensitivity, most_sensitive[0], most_sensitive[1],
-      worst.delay_margin_s * 1e3, least_delay[0], least_delay[1], kept ? "" : ": NOT KEPT");
+      worst.delay_margin_s * 1e3, min_delay[0], min_delay[1], kept ? "" : ": NOT KEPT");
   out["corners"] = {{"stable", worst.stable},
                     {"peak_sensitivity", worst.peak_sensitivity},
                     {"delay_margin_s", worst.delay_margin_s},

@@ -13,17 +13,17 @@ constexpr double kFineness = 1.05;
 constexpr int kCoarse = 400;  ///< frequencies: enough to find a peak within a hundredth
 constexpr std::array kRow{2.0, 4.0, 8.0, 12.0, 18.0, 27.0, 40.0, 80.0};
 
-bool keeps_margins(const Kept& kept) {
+bool keeps_margins(const TunedMargins& kept) {
   return kept.stable && kept.peak_sensitivity <= kLargestPeakSensitivity && kept.delay_margin_s >= kFieldDelayMargin_s;
 }
 
 }  // namespace
 
-Kept kept_over(const model::Vehicle& believed, const std::vector<Structure>& structures) {
-  Kept kept;
+TunedMargins margins_over(const model::Vehicle& believed, const std::vector<Structure>& structures) {
+  TunedMargins kept;
   for (const Structure& structure : structures) {
     for (const Axis axis : {Axis::kX, Axis::kY}) {
-      const Margins margins = flown_margins_of(believed, structure.vehicle, axis, kVirtualRcWay, kCoarse);
+      const Margins margins = flown_margins_of(believed, structure.vehicle, axis, kVirtualRcTiming, kCoarse);
       kept.stable = kept.stable && margins.stable;
       kept.peak_sensitivity = std::max(kept.peak_sensitivity, margins.peak_sensitivity);
       kept.delay_margin_s = std::min(kept.delay_margin_s, margins.delay_margin_s);
@@ -37,7 +37,7 @@ Tuned tune(const model::Vehicle& believed, const std::vector<Structure>& structu
   model::Vehicle tried = believed;
   const auto at = [&](double input) {
     tried.mpc.input = input;
-    Tuned out{.weights = tried.mpc, .kept = kept_over(tried, structures)};
+    Tuned out{.weights = tried.mpc, .kept = margins_over(tried, structures)};
     out.motion_deg_s = hover_motion(tried);
     out.keeps_all = keeps_margins(out.kept) && out.motion_deg_s <= kLargestMotion_deg_s;
     return out;

@@ -16,19 +16,19 @@ struct Structure {
 };
 
 /// The worst margins of both axes over several structures, as flown on Virtual RC.
-struct Kept {
+struct TunedMargins {
   bool stable = true;
   double peak_sensitivity = 0.0;
   double delay_margin_s = kLargestDelay_s;
 };
 /// @param believed vehicle file of the controller, including weights and noises
-Kept kept_over(const model::Vehicle& believed, const std::vector<Structure>& structures);
+TunedMargins margins_over(const model::Vehicle& believed, const std::vector<Structure>& structures);
 
 inline constexpr double kLargestMotion_deg_s = 45.0;  ///< motion of both tilt commands together, in hover in calm air
 
 struct Tuned {
   model::MpcWeights weights;
-  Kept kept;
+  TunedMargins kept;
   double motion_deg_s = 0.0;
   bool keeps_all = false;  ///< false: no weight keeps all limits; this one has the least peak sensitivity
 };

@@ -243,8 +243,8 @@ std::string table_text(const std::string& name) {
 
 TableSet make_table_set(const companion::VehicleFile& file, const SetpointBox& box, const SetpointProgress& progress) {
   TableSet set{.tables = make_gain_tables(file.vehicle, file.digest),
-               .x = make_setpoint_law(axis_problem(file.vehicle, Axis::kX), box, Allowance(), progress),
-               .y = make_setpoint_law(axis_problem(file.vehicle, Axis::kY), box, Allowance(), progress)};
+               .x = make_setpoint_law(axis_qp(file.vehicle, Axis::kX), box, ComputeBudget(), progress),
+               .y = make_setpoint_law(axis_qp(file.vehicle, Axis::kY), box, ComputeBudget(), progress)};
   for (const auto& [table, rows] : {std::pair{&set.tables.x, &set.x}, {&set.tables.y, &set.y}}) {
     table->setpoint.box = rows->box;
     table->setpoint.mirror = rows->mirror;

@@ -7,7 +7,7 @@
 
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/lab/gains/gain_tables.h"
-#include "host_tests/lab/gains/setpoint_law.h"
+#include "host_tests/lab/gains/setpoint/setpoint_law.h"
 
 namespace m100::lab::gains {
 

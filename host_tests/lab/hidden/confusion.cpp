@@ -22,7 +22,7 @@ using Names = std::vector<std::string>;
 Names axis_effects() {
   Names out;
   for (const model::AxisEffect& effect : model::kAxisEffects) {
-    if (!model::is_base(effect) && can_hide(std::string(effect.name))) {
+    if (!model::is_base(effect) && supports_effect(std::string(effect.name))) {
       out.emplace_back(effect.name);
     }
   }
@@ -33,7 +33,7 @@ Names axis_effects() {
 Names translation_effects(bool with_thrust) {
   Names out;
   for (const model::TranslationEffect& effect : model::kTranslationEffects) {
-    if (effect.needs.thrust_set_point == with_thrust && can_hide(std::string(effect.name))) {
+    if (effect.needs.thrust_set_point == with_thrust && supports_effect(std::string(effect.name))) {
       out.emplace_back(effect.name);
     }
   }
@@ -147,17 +147,17 @@ std::vector<std::function<Case(std::uint64_t)>> recipes() {
 
 /// Every expected effect is named once, by an allowed name; nothing else is.
 bool matches(const Outcome& outcome, bool rivals_count) {
-  const Case& asked = outcome.asked;
-  if (outcome.verdict != asked.verdict) {
+  const Case& hidden_case = outcome.hidden_case;
+  if (outcome.verdict != hidden_case.verdict) {
     return false;
   }
-  if (asked.group == "outside") {
+  if (hidden_case.group == "outside") {
     return true;
   }
-  if (outcome.found.size() != asked.expected.size()) {
+  if (outcome.found.size() != hidden_case.expected.size()) {
     return false;
   }
-  return std::all_of(asked.expected.begin(), asked.expected.end(), [&](const Names& allowed) {
+  return std::all_of(hidden_case.expected.begin(), hidden_case.expected.end(), [&](const Names& allowed) {
     return std::any_of(outcome.found.begin(), outcome.found.end(), [&](const std::string& name) {
       if (contains(allowed, name)) {
         return true;
@@ -190,14 +190,14 @@ std::vector<Case> cases(std::size_t count, std::uint64_t seed) {
   return out;
 }
 
-Outcome analyse(const Case& asked) {
+Outcome analyse(const Case& hidden_case) {
   Outcome out;
-  out.asked = asked;
+  out.hidden_case = hidden_case;
   try {
-    const logs::FlightLog log = fly(asked.plan);
+    const logs::FlightLog log = fly(hidden_case.plan);
     identify::Request request;
-    request.axis = asked.plan.axis;
-    request.declared = asked.declare;
+    request.axis = hidden_case.plan.axis;
+    request.declared = hidden_case.declare;
     request.train = {{3.0, 30.0}};
     request.validate = {{30.0, 44.0}};
     request.log = &log;
@@ -249,16 +249,16 @@ namespace {
 
 /// The row of scores() in which an outcome is counted.
 std::size_t row_of(const Outcome& one) {
-  if (one.asked.group == "none") {
+  if (one.hidden_case.group == "none") {
     return 0;
   }
-  if (one.asked.group == "single") {
-    return one.asked.size == 1 ? 1 : one.asked.size == 0 ? 2 : 3;
+  if (one.hidden_case.group == "single") {
+    return one.hidden_case.size == 1 ? 1 : one.hidden_case.size == 0 ? 2 : 3;
   }
-  if (one.asked.group == "pair") {
+  if (one.hidden_case.group == "pair") {
     return 5;
   }
-  return one.asked.plan.hidden.count("dropout") > 0 ? 7 : 6;
+  return one.hidden_case.plan.hidden.count("dropout") > 0 ? 7 : 6;
 }
 
 }  // namespace
@@ -278,7 +278,7 @@ std::vector<Score> scores(const std::vector<Outcome>& outcomes) {
   };
   for (const Outcome& one : outcomes) {
     add(row_of(one), one.right);
-    if (one.asked.group == "single" && one.asked.size >= 1) {
+    if (one.hidden_case.group == "single" && one.hidden_case.size >= 1) {
       add(4, one.among_two);
     }
   }
@@ -308,10 +308,11 @@ std::string matrix_svg(const std::vector<Outcome>& outcomes) {
   }
   std::map<std::pair<std::size_t, std::size_t>, int> counts;
   for (const Outcome& one : outcomes) {
-    if (one.asked.plan.hidden.size() > 1) {
+    if (one.hidden_case.plan.hidden.size() > 1) {
       continue;
     }
-    const std::string row = one.asked.plan.hidden.empty() ? "nothing" : one.asked.plan.hidden.begin()->first;
+    const std::string row =
+        one.hidden_case.plan.hidden.empty() ? "nothing" : one.hidden_case.plan.hidden.begin()->first;
     const std::string column = one.verdict == "unexplained" ? "unexplained"
                                : one.found.empty()          ? "nothing"
                                                             : one.found.front();

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "host_tests/lab/hidden/hidden_flight.h"
-#include "host_tests/lab/identify/answer/result.h"
+#include "host_tests/lab/identify/output/result.h"
 
 namespace m100::lab::hidden {
 
@@ -22,7 +22,7 @@ struct Case {
 };
 
 struct Outcome {
-  Case asked;
+  Case hidden_case;
   std::vector<std::string> found;
   std::vector<std::vector<std::string>> not_separable;
   std::vector<std::string> unexplained;
@@ -40,7 +40,7 @@ struct Outcome {
 std::vector<Case> cases(std::size_t count, std::uint64_t seed);
 
 /// Flies, analyses (train 3 to 30 s, validation 30 to 44 s) and compares.
-Outcome analyse(const Case& asked);
+Outcome analyse(const Case& hidden_case);
 
 /// Analyses all cases on a few threads; `done` is called from the thread that finished one, never from two at once.
 std::vector<Outcome> analyse_all(const std::vector<Case>& list, unsigned threads,

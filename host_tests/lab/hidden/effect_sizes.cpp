@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/hidden/dice.h"
 #include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/lab/hidden/random_source.h"
 
 namespace m100::lab::hidden {
 namespace {
@@ -45,13 +45,13 @@ const std::map<std::string, Sizes>& sizes() {
 
 }  // namespace
 
-bool can_hide(const std::string& effect) { return sizes().count(effect) > 0; }
+bool supports_effect(const std::string& effect) { return sizes().count(effect) > 0; }
 
 double size_of(const std::string& effect, int size, std::uint64_t seed) {
   const Sizes& known = sizes().at(effect);
-  Dice dice(seed ^ 0xABCDEFULL);
-  const double base = (size == 0 ? known.small : size == 1 ? known.medium : known.large) * dice.between(0.85, 1.15);
-  const bool minus = dice.between(0.0, 1.0) < 0.5;
+  RandomSource rng(seed ^ 0xABCDEFULL);
+  const double base = (size == 0 ? known.small : size == 1 ? known.medium : known.large) * rng.between(0.85, 1.15);
+  const bool minus = rng.between(0.0, 1.0) < 0.5;
   switch (known.sign) {
     case Sizes::Sign::kPlus:
       return base;

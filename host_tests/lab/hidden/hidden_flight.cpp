@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "host_tests/lab/hidden/dice.h"
+#include "host_tests/lab/hidden/random_source.h"
 #include "host_tests/lab/hidden/stick_response.h"
 
 namespace m100::lab::hidden {
@@ -21,11 +21,11 @@ constexpr int kStepsPerStick = 10;
 constexpr double kG_m_s2 = 9.80665;
 
 /// A pilot's hand: doublets, 3-2-1-1, ramps and pauses, with a small correction towards the starting point.
-class Hand {
+class StickInput {
  public:
-  double stick(double now_s, double pull, Dice& dice) {
+  double stick(double now_s, double pull, RandomSource& rng) {
     if (now_s >= until_s_) {
-      next(now_s, dice);
+      next(now_s, rng);
     }
     const double phase = (now_s - since_s_) / (until_s_ - since_s_);
     double shape = 0.0;
@@ -49,12 +49,12 @@ class Hand {
   }
 
  private:
-  void next(double now_s, Dice& dice) {
-    kind_ = static_cast<int>(dice.between(0.0, 4.99));
+  void next(double now_s, RandomSource& rng) {
+    kind_ = static_cast<int>(rng.between(0.0, 4.99));
     since_s_ = now_s;
-    until_s_ = now_s + dice.between(0.8, 2.6);
-    const double size = dice.between(60.0, 320.0);
-    amplitude_ = dice.between(0.0, 1.0) < 0.5 ? -size : size;
+    until_s_ = now_s + rng.between(0.8, 2.6);
+    const double size = rng.between(60.0, 320.0);
+    amplitude_ = rng.between(0.0, 1.0) < 0.5 ? -size : size;
   }
 
   int kind_ = 4;
@@ -63,7 +63,7 @@ class Hand {
   double amplitude_ = 0.0;
 };
 
-double value_of(const Hidden& hidden, const char* name) {
+double value_of(const HiddenEffects& hidden, const char* name) {
   const auto found = hidden.find(name);
   return found == hidden.end() ? 0.0 : found->second;
 }
@@ -73,18 +73,18 @@ class Flight {
   explicit Flight(const FlightPlan& plan)
       : plan_(plan),
         on_axis_(plan.axis == "roll" ? plan.hidden : nothing_),
-        dice_(plan.seed),
-        roll_{.scale_rad = dice_.between(8e-4, 1.05e-3),
-              .frequency_rad_s = dice_.between(7.0, 11.0),
-              .damping = dice_.between(0.6, 0.85)},
-        pitch_{.scale_rad = dice_.between(8e-4, 1.05e-3),
-               .frequency_rad_s = dice_.between(7.0, 11.0),
-               .damping = dice_.between(0.6, 0.85)},
+        rng_(plan.seed),
+        roll_{.scale_rad = rng_.between(8e-4, 1.05e-3),
+              .frequency_rad_s = rng_.between(7.0, 11.0),
+              .damping = rng_.between(0.6, 0.85)},
+        pitch_{.scale_rad = rng_.between(8e-4, 1.05e-3),
+               .frequency_rad_s = rng_.between(7.0, 11.0),
+               .damping = rng_.between(0.6, 0.85)},
         roll_path_(on_axis_, delay_of(plan)),
-        pitch_path_(nothing_, dice_.between(0.02, 0.05)),
-        line_hz_(dice_.between(0.25, 0.9)),
-        line_phase_(dice_.between(0.0, 6.28)),
-        direction_(dice_.between(0.0, 6.28)) {}
+        pitch_path_(nothing_, rng_.between(0.02, 0.05)),
+        line_hz_(rng_.between(0.25, 0.9)),
+        line_phase_(rng_.between(0.0, 6.28)),
+        direction_(rng_.between(0.0, 6.28)) {}
 
   FlightLog run() {
     prepare();
@@ -128,7 +128,7 @@ class Flight {
       log_.of(signal).assign(log_.size, 0.0);
     }
     if (plan_.hidden.count("dropout") > 0) {
-      for (double at = dice_.between(4.0, 6.0); at < plan_.length_s; at += dice_.between(2.5, 6.0)) {
+      for (double at = rng_.between(4.0, 6.0); at < plan_.length_s; at += rng_.between(2.5, 6.0)) {
         dropouts_.emplace_back(at, at + plan_.hidden.at("dropout"));
       }
     }
@@ -140,11 +140,11 @@ class Flight {
       const double s = std::sin(yaw_rad_);
       const double forward = c * pull(0) + s * pull(1);
       const double left = -s * pull(0) + c * pull(1);
-      sticks_[0] = roll_hand_.stick(now_s_, left, dice_);
-      sticks_[1] = pitch_hand_.stick(now_s_, -forward, dice_);
-      sticks_[2] = 0.5 * climb_hand_.stick(now_s_, 120.0 * position_[2], dice_);
+      sticks_[0] = roll_hand_.stick(now_s_, left, rng_);
+      sticks_[1] = pitch_hand_.stick(now_s_, -forward, rng_);
+      sticks_[2] = 0.5 * climb_hand_.stick(now_s_, 120.0 * position_[2], rng_);
       sticks_[2] = std::clamp(sticks_[2] - 240.0 * position_[2], -kTravel_counts, kTravel_counts);
-      sticks_[3] = plan_.constant_heading ? 0.0 : 0.6 * yaw_hand_.stick(now_s_, 0.0, dice_);
+      sticks_[3] = plan_.constant_heading ? 0.0 : 0.6 * yaw_hand_.stick(now_s_, 0.0, rng_);
     }
     turn();
     move();
@@ -174,8 +174,8 @@ class Flight {
     yaw_rate_rad_s_ += kStep_s / 0.2 * (-2.2e-3 * sticks_[3] - yaw_rate_rad_s_);
     yaw_rad_ += kStep_s * yaw_rate_rad_s_;
     climb_m_s_ += kStep_s / 0.35 * (2.6e-3 * sticks_[2] - climb_m_s_);
-    for (Air& air : attitude_air_) {
-      air.step(dice_);
+    for (GaussMarkovNoise& air : attitude_air_) {
+      air.step(rng_);
     }
     const double line = value_of(on_axis_, "sine") * std::sin(2 * std::numbers::pi * line_hz_ * now_s_ + line_phase_);
     roll_rad_ = roll_.angle + attitude_air_[0].value() + line;
@@ -213,7 +213,7 @@ class Flight {
   Three outside_forces() {
     Three f{};
     for (std::size_t c = 0; c < 3; ++c) {
-      f[c] = air_[c].step(dice_);
+      f[c] = air_[c].step(rng_);
     }
     const double wind = on_translation("steady_wind");
     f[0] += wind * std::cos(direction_);
@@ -264,7 +264,7 @@ class Flight {
   void record(std::size_t k) {
     const auto put = [&](Signal signal, double value, double sigma) {
       if (auto& series = log_.of(signal); !series.empty()) {
-        series[k] = value + dice_.normal(sigma);
+        series[k] = value + rng_.normal(sigma);
       }
     };
     for (int i = 0; i < 4; ++i) {
@@ -318,16 +318,17 @@ class Flight {
   }
 
   const FlightPlan& plan_;
-  const Hidden nothing_{};
-  const Hidden& on_axis_;
-  Dice dice_;
+  const HiddenEffects nothing_{};
+  const HiddenEffects& on_axis_;
+  RandomSource rng_;
   Tilt roll_, pitch_;
   StickPath roll_path_, pitch_path_;
   double line_hz_, line_phase_, direction_;
   FlightLog log_;
-  Hand roll_hand_, pitch_hand_, climb_hand_, yaw_hand_;
-  std::array<Air, 2> attitude_air_{Air(0.004, 0.5), Air(0.004, 0.5)};
-  std::array<Air, 3> air_{Air(0.05, 0.35), Air(0.05, 0.35), Air(0.05, 0.35)};
+  StickInput roll_hand_, pitch_hand_, climb_hand_, yaw_hand_;
+  std::array<GaussMarkovNoise, 2> attitude_air_{GaussMarkovNoise(0.004, 0.5), GaussMarkovNoise(0.004, 0.5)};
+  std::array<GaussMarkovNoise, 3> air_{GaussMarkovNoise(0.05, 0.35), GaussMarkovNoise(0.05, 0.35),
+                                       GaussMarkovNoise(0.05, 0.35)};
   std::vector<std::pair<double, double>> dropouts_;
   std::array<double, 4> sticks_{};
   double roll_rad_ = 0, pitch_rad_ = 0, yaw_rad_ = 0.2, yaw_rate_rad_s_ = 0, climb_m_s_ = 0;

@@ -15,11 +15,11 @@ namespace m100::lab::hidden {
 
 /// Hidden effects by name, with their sizes in their own units. Names are those of the contract's effect table, and
 /// "sine", "slung_load", "dropout", "product" for effects that the library does not have.
-using Hidden = std::map<std::string, double>;
+using HiddenEffects = std::map<std::string, double>;
 
 struct FlightPlan {
   std::string axis;  ///< "roll" or "translation": which motion carries the effects
-  Hidden hidden;
+  HiddenEffects hidden;
   std::uint64_t seed = 1;
   double length_s = 45.0;
   bool logs_thrust = false;  ///< a wind-tunnel log: thrust_ratio and thrust_dir, no accelerometer, no sticks
@@ -31,7 +31,7 @@ struct FlightPlan {
 logs::FlightLog fly(const FlightPlan& plan);
 
 /// Whether this vehicle can have the effect.
-bool can_hide(const std::string& effect);
+bool supports_effect(const std::string& effect);
 
 /// The size of an effect that can_hide() accepts: 0 small, 1 medium, 2 large. The sign, where there is one, varies with
 /// the seed.

@@ -31,10 +31,10 @@ nlohmann::json to_json(const std::vector<Outcome>& outcomes) {
         {{"what", score.what}, {"right", score.right}, {"count", score.count}, {"goal", score.goal}});
   }
   for (const Outcome& one : outcomes) {
-    out["logs"].push_back({{"hidden", one.asked.plan.hidden},
-                           {"axis", one.asked.plan.axis},
-                           {"seed", one.asked.plan.seed},
-                           {"size", one.asked.size},
+    out["logs"].push_back({{"hidden", one.hidden_case.plan.hidden},
+                           {"axis", one.hidden_case.plan.axis},
+                           {"seed", one.hidden_case.plan.seed},
+                           {"size", one.hidden_case.size},
                            {"found", one.found},
                            {"verdict", one.verdict},
                            {"unexplained", one.unexplained},
@@ -49,7 +49,7 @@ nlohmann::json to_json(const std::vector<Outcome>& outcomes) {
 void print(const std::vector<Outcome>& outcomes, bool every_label) {
   std::map<std::string, std::pair<int, int>> labels;
   for (const Outcome& one : outcomes) {
-    auto& [right, count] = labels[one.asked.label];
+    auto& [right, count] = labels[one.hidden_case.label];
     right += one.right ? 1 : 0;
     ++count;
   }
@@ -112,8 +112,9 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
   }
   const std::vector<Outcome> outcomes = analyse_all(list, threads, [&](const Outcome& one, std::size_t finished) {
     if (verbose && !one.right) {
-      std::printf("%s size %d seed %llu: %s, %s%s%s %.4f -> %.4f\n", one.asked.label.c_str(), one.asked.size,
-                  static_cast<unsigned long long>(one.asked.plan.seed), joined(one.found).c_str(), one.verdict.c_str(),
+      std::printf("%s size %d seed %llu: %s, %s%s%s %.4f -> %.4f\n", one.hidden_case.label.c_str(),
+                  one.hidden_case.size, static_cast<unsigned long long>(one.hidden_case.plan.seed),
+                  joined(one.found).c_str(), one.verdict.c_str(),
                   one.unexplained.empty() ? "" : (": " + joined(one.unexplained)).c_str(), one.failure.c_str(),
                   one.before, one.after);
     }

@@ -19,7 +19,7 @@
 namespace m100::lab::hidden {
 namespace {
 
-constexpr double kMost_MB = 150.0;  // limit for an hour
+constexpr double kMax_MB = 150.0;  // limit for an hour
 
 struct Cost {
   double minutes = 0.0;
@@ -122,5 +122,5 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
     mean += cost.seconds / cost.minutes / static_cast<double>(costs.size());
   }
   const bool linear = costs.back().seconds / costs.back().minutes < 1.5 * mean;
-  return all_right && linear && costs.back().megabytes < kMost_MB ? 0 : 1;
+  return all_right && linear && costs.back().megabytes < kMax_MB ? 0 : 1;
 }

@@ -18,11 +18,11 @@ inline constexpr double kTravel_counts = 330.0;
 /// The effects that can act on a stick between hand and actuator.
 class StickPath {
  public:
-  StickPath(const Hidden& hidden, double delay_s)
+  StickPath(const HiddenEffects& hidden, double delay_s)
       : hidden_(hidden), line_(static_cast<std::size_t>(std::lround(delay_s / kStep_s)) + 1, 0.0), other_line_(line_) {}
 
   /// Whether this path, or the Tilt after it, has the effect; unknown names are ignored.
-  static bool knows(const std::string& effect) {
+  static bool supports(const std::string& effect) {
     static const std::set<std::string> kKnown{"transport_delay", "lead_zero",      "dead_zone",   "saturation",
                                               "rate_limit",      "gain_asymmetry", "trim_offset", "stick_curve",
                                               "backlash",        "gain_drift",     "cross_axis"};
@@ -63,7 +63,7 @@ class StickPath {
     return found == hidden_.end() ? 0.0 : found->second;
   }
 
-  const Hidden& hidden_;
+  const HiddenEffects& hidden_;
   std::deque<double> line_;
   std::deque<double> other_line_;
   double play_ = 0.0;

@@ -16,11 +16,11 @@
 
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/vehicle_file.h"
-#include "host_tests/lab/identify/answer/forecast.h"
-#include "host_tests/lab/identify/answer/json.h"
-#include "host_tests/lab/identify/answer/report.h"
-#include "host_tests/lab/identify/answer/to_vehicle.h"
-#include "host_tests/lab/identify/log_ranges.h"
+#include "host_tests/lab/identify/data/log_ranges.h"
+#include "host_tests/lab/identify/output/forecast_comparison.h"
+#include "host_tests/lab/identify/output/report.h"
+#include "host_tests/lab/identify/output/result_text.h"
+#include "host_tests/lab/identify/output/vehicle_update.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
@@ -105,7 +105,7 @@ void check_gain_of_sticks(const IdentifyOptions& options, const logs::FlightLog&
 }
 
 /// A finding that the column map or the clock is wrong: such parameters must not fly. Empty: there is none.
-std::string misread(const identify::IdentifyResult& result) {
+std::string misread_attitude(const identify::IdentifyResult& result) {
   for (const identify::Finding& finding : result.findings) {
     const bool wrong = finding.what == "sign_reversed" || finding.what == "swapped_axes" ||
                        finding.what == "wrong_unit" || finding.what == "clock_shift";
@@ -158,7 +158,7 @@ nlohmann::ordered_json compared(const nlohmann::json& forecast, const identify::
 }
 
 /// Training and validation ranges, from --split or from --train and --validate.
-void ask_for_ranges(const IdentifyOptions& options, const logs::FlightLog& log, const logs::FlightLog* other,
+void require_ranges(const IdentifyOptions& options, const logs::FlightLog& log, const logs::FlightLog* other,
                     identify::Request& request) {
   if (!options.split.empty()) {
     if (!options.train.empty() || !options.validate.empty()) {
@@ -206,7 +206,7 @@ void find_gaps(const identify::Request& request, identify::IdentifyResult& resul
   }
 }
 
-void write_answer(const IdentifyOptions& options, const identify::IdentifyResult& result,
+void write_result(const IdentifyOptions& options, const identify::IdentifyResult& result,
                   const nlohmann::ordered_json& comparison) {
   if (options.json.empty()) {
     return;
@@ -228,13 +228,13 @@ identify::Request request_of(const IdentifyOptions& options, const logs::FlightL
   request.noise_floor = options.noise_floor;
   request.wind_from_first_s = wind_from_first(options);
   request.refits = options.refits;
-  ask_for_ranges(options, log, other, request);
-  identify::refuse_data_used_twice(request);
+  require_ranges(options, log, other, request);
+  identify::reject_reused_data(request);
   return request;
 }
 
 /// The result; on a terminal it shows its progress.
-identify::IdentifyResult answer_to(identify::Request& request) {
+identify::IdentifyResult result_of(identify::Request& request) {
   const bool terminal = isatty(STDERR_FILENO) == 1;
   if (terminal) {
     request.progress = [](const std::string& line) { std::cerr << "\r\033[K  " << line << std::flush; };
@@ -252,8 +252,8 @@ void update_vehicle(const IdentifyOptions& options, identify::IdentifyResult& re
   const std::string source = base_names(options.logs) + ", train " +
                              (options.split.empty() ? options.train : options.split) + " s, m100-lab identify --axis " +
                              options.axis;
-  for (const std::string& homeless : identify::update_vehicle_file(options.vehicle, result, source)) {
-    result.findings.push_back(identify::note(homeless));
+  for (const std::string& not_in_file : identify::update_vehicle_file(options.vehicle, result, source)) {
+    result.findings.push_back(identify::note(not_in_file));
   }
 }
 
@@ -274,19 +274,19 @@ void run(const IdentifyOptions& options) {
   check_gain_of_sticks(options, log);
   const std::optional<logs::FlightLog> other = load_other(options);
   identify::Request request = request_of(options, log, other ? &*other : nullptr);
-  identify::IdentifyResult result = answer_to(request);
+  identify::IdentifyResult result = result_of(request);
   find_gaps(request, result);
   if (!options.believed.empty()) {
     result.refitted = identify::refitted(options.believed, result);
   }
-  const std::string wrong = misread(result);
+  const std::string wrong = misread_attitude(result);
   if (!options.vehicle.empty() && wrong.empty()) {
     update_vehicle(options, result);
   }
   identify::date_findings(request, result.findings);
   std::cout << identify::to_text(result);
   const nlohmann::ordered_json comparison = compared(forecast, result);
-  write_answer(options, result, comparison);
+  write_result(options, result, comparison);
   write_page(options, result);
   if (!options.vehicle.empty() && !wrong.empty()) {
     std::cerr << printable(options.vehicle + ": '--vehicle': not written: " + wrong) << "\n";

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "host_tests/lab/identify/answer/result.h"
+#include "host_tests/lab/identify/output/result.h"
 #include "host_tests/lab/logs/flight_log.h"
 
 namespace m100::lab::identify {
@@ -23,7 +23,7 @@ struct Request {
   std::vector<Range> validate;
   const logs::FlightLog* log = nullptr;             ///< the training ranges lie in it
   const logs::FlightLog* validation_log = nullptr;  ///< the validation ranges lie in it; may be the same
-  std::vector<Range> asked{};      ///< in a study of one part of `log`: all ranges of the user's request; see asked_of
+  std::vector<Range> requested{};  ///< in a study of one part of `log`: all ranges of the user's request; see asked_of
   double noise_floor = 0.0;        ///< declared; 0: none
   double wind_from_first_s = 0.0;  ///< translation: each flight's wind comes from its first seconds; 0: it is fitted
   std::size_t refits = 40;         ///< at most so many, for the intervals; 0: no intervals
@@ -37,12 +37,12 @@ inline bool in_one_log(const Request& request) {
 
 /// The ranges of the user's request in the log of the training part, or in that of the validation part: spoilt samples
 /// outside of them do not matter.
-inline std::vector<Range> asked_of(const Request& request, bool training) {
+inline std::vector<Range> requested_ranges(const Request& request, bool training) {
   if (!training && !in_one_log(request)) {
     return request.validate;
   }
-  std::vector<Range> out = request.asked.empty() ? request.train : request.asked;
-  if (request.asked.empty() && in_one_log(request)) {
+  std::vector<Range> out = request.requested.empty() ? request.train : request.requested;
+  if (request.requested.empty() && in_one_log(request)) {
     out.insert(out.end(), request.validate.begin(), request.validate.end());
   }
   return out;

@@ -26,8 +26,8 @@ struct InjectOptions {
   std::string log, columns, axis, declare, train, effect, out, map, json;
 };
 
-hidden::Hidden effects_of(const std::string& text, const std::string& axis) {
-  hidden::Hidden out;
+hidden::HiddenEffects effects_of(const std::string& text, const std::string& axis) {
+  hidden::HiddenEffects out;
   for (const std::string& one : list_of("--effect", text)) {
     const std::vector<std::string> halves = parts(one, '=');
     if (halves.size() != 2) {
@@ -50,7 +50,8 @@ hidden::Hidden effects_of(const std::string& text, const std::string& axis) {
   return out;
 }
 
-void write_answer(const InjectOptions& options, const identify::ModelResult& fitted, const hidden::Hidden& effects) {
+void write_answer(const InjectOptions& options, const identify::ModelResult& fitted,
+                  const hidden::HiddenEffects& effects) {
   nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
   for (const identify::NamedValue& one : fitted.parameters) {
     parameters[one.name] = one.value;
@@ -71,7 +72,7 @@ void run(const InjectOptions& options) {
       .writes("--map", options.map)
       .writes("--json", options.json)
       .check();
-  const hidden::Hidden effects = effects_of(options.effect, options.axis);
+  const hidden::HiddenEffects effects = effects_of(options.effect, options.axis);
   const logs::FlightLog log = logs::load(options.log, options.columns);
   identify::ModelResult fitted;
   if (options.axis != "translation") {

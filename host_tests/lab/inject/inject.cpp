@@ -46,8 +46,8 @@ double parameter(const identify::ModelResult& fitted, const std::string& name, d
 }
 
 /// The effects of the fitted model, except its delay, together with `effects`; `delay_s` becomes the delay of both.
-Hidden joined(const identify::ModelResult& fitted, const Hidden& effects, double& delay_s) {
-  Hidden all;
+HiddenEffects joined(const identify::ModelResult& fitted, const HiddenEffects& effects, double& delay_s) {
+  HiddenEffects all;
   for (const model::AxisEffect& effect : model::kAxisEffects) {
     const bool of_the_path = !model::is_base(effect) && effect.name != "transport_delay";
     const double value = parameter(fitted, std::string(effect.numbers[0].parameter), 0.0);
@@ -68,9 +68,9 @@ Hidden joined(const identify::ModelResult& fitted, const Hidden& effects, double
 
 /// The response of the fitted model with additional effects.
 std::vector<double> response(const FlightLog& log, const AxisOf& axis, const identify::ModelResult& fitted,
-                             const Hidden& effects) {
+                             const HiddenEffects& effects) {
   double delay_s = 0.0;
-  const Hidden all = joined(fitted, effects, delay_s);
+  const HiddenEffects all = joined(fitted, effects, delay_s);
   const auto value_of = [&](const char* name) { return all.count(name) > 0 ? all.at(name) : 0.0; };
   StickPath path(all, delay_s);
   Tilt tilt{.scale_rad = parameter(fitted, "gain", 0.0),
@@ -99,7 +99,7 @@ bool moves_the_aircraft(const std::string& name) {
 }
 
 /// Each effect's value times its first column. A line has 0.43 Hz.
-std::pair<double, double> horizontal_force(const Hidden& effects, const model::Moment& at) {
+std::pair<double, double> horizontal_force(const HiddenEffects& effects, const model::Moment& at) {
   constexpr double kLine_hz = 0.43;
   std::pair<double, double> sum{0.0, 0.0};
   for (const auto& [name, value] : effects) {
@@ -110,7 +110,7 @@ std::pair<double, double> horizontal_force(const Hidden& effects, const model::M
   return sum;
 }
 
-void into_translation(FlightLog& log, const Hidden& effects) {
+void into_translation(FlightLog& log, const HiddenEffects& effects) {
   if (!log.has(Signal::kAttitudeRoll) || !log.has(Signal::kAttitudePitch) || !log.has3(Signal::kVelocityX)) {
     throw InputError(log.file, 0, "attitude_roll", "translation needs attitude and velocity");
   }
@@ -174,14 +174,15 @@ std::optional<model::Bounds> addable(const std::string& effect, const std::strin
                                : axis == "climb"  ? model::AxisUnit::kClimb_m_s
                                                   : model::AxisUnit::kTilt_rad;
   const model::AxisEffect* row = model::axis_effect(effect);
-  if (row == nullptr || row->typical.size == 0.0 || !StickPath::knows(effect) || !row->numbers[0].file.exists(unit)) {
+  if (row == nullptr || row->typical.size == 0.0 || !StickPath::supports(effect) ||
+      !row->numbers[0].file.exists(unit)) {
     return std::nullopt;
   }
   return row->numbers[0].file.range[static_cast<std::size_t>(unit)];
 }
 
 FlightLog inject(const FlightLog& log, const std::string& axis, const identify::ModelResult& fitted,
-                 const Hidden& effects) {
+                 const HiddenEffects& effects) {
   FlightLog out = log;
   if (axis == "translation") {
     into_translation(out, effects);

@@ -7,7 +7,7 @@
 
 #include "firmware/model/axis_effect.h"
 #include "host_tests/lab/hidden/hidden_flight.h"
-#include "host_tests/lab/identify/answer/result.h"
+#include "host_tests/lab/identify/output/result.h"
 #include "host_tests/lab/logs/flight_log.h"
 
 namespace m100::lab::hidden {
@@ -26,6 +26,6 @@ std::optional<model::Bounds> addable(const std::string& effect, const std::strin
 /// @param fitted the declared model's parameters as identify reports them; unused for translation.
 /// @throws InputError: an effect that cannot be added to this axis, or a signal that is missing.
 logs::FlightLog inject(const logs::FlightLog& log, const std::string& axis, const identify::ModelResult& fitted,
-                       const Hidden& effects);
+                       const HiddenEffects& effects);
 
 }  // namespace m100::lab::hidden

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "firmware/companion/files/toml_text.h"
+#include "firmware/companion/files/text/toml_text.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/whole_file.h"
@@ -156,8 +156,8 @@ ColumnMap parse_column_map(std::string_view text, const std::string& file) {
 }
 
 ColumnMap read_column_map(const std::string& file) {
-  constexpr std::uintmax_t kMostBytes = 1U << 20U;
-  return parse_column_map(whole_file(file, kMostBytes), file);
+  constexpr std::uintmax_t kMaxBytes = 1U << 20U;
+  return parse_column_map(whole_file(file, kMaxBytes), file);
 }
 
 }  // namespace m100::lab::logs

@@ -80,7 +80,7 @@ void write_text(const std::string& file, const std::string& option, const std::s
 }
 
 /// Explains how to map a log with unknown names: a map in four lines, with a column of this file as example.
-void tell_how_to_map(const std::vector<logs::TopicSummary>& topics) {
+void print_mapping_hint(const std::vector<logs::TopicSummary>& topics) {
   const logs::TopicSummary* const first = topics.empty() || topics.front().fields.empty() ? nullptr : &topics.front();
   const std::string column =
       first == nullptr ? "t_s" : (first->name.empty() ? "" : first->name + ".") + first->fields.front();
@@ -120,7 +120,7 @@ void run(const LogsOptions& options) {
                out.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   }
   if (!proposal) {
-    tell_how_to_map(topics);
+    print_mapping_hint(topics);
     if (!options.map.empty()) {
       throw CLI::RuntimeError(kAnswerIsNo);
     }

@@ -272,9 +272,9 @@ class Loader {
 
   /// @throws InputError if time runs backwards, because it cannot be known which part of the log is wrong.
   Stream tidy(const Stream& stream, const std::string& name, bool is_clock) {
-    Untidy untidy;
+    StreamDefects untidy;
     std::size_t backwards = 0;
-    Stream out = tidied(stream, untidy, backwards);
+    Stream out = without_defects(stream, untidy, backwards);
     if (backwards < stream.time_s.size()) {
       throw InputError(raw_.file(), raw_.line_of(backwards), name, "time runs backwards");
     }

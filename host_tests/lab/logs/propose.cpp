@@ -16,15 +16,15 @@ namespace m100::lab::logs {
 namespace {
 
 /// One line of a map. In a column, `<Type>` stands for the first topic of that type.
-struct Line {
+struct MapEntry {
   const char* signal;
   const char* column;
   const char* more = "";  ///< offset and scale, as the map writes them
 };
 /// Lines that are used together or not at all; skipped if an earlier group has given the same signals.
 struct Group {
-  const char* gives;  ///< keyword of the signals given: later groups with the same one are skipped
-  std::vector<Line> lines;
+  const char* provides;  ///< keyword of the signals given: later groups with the same one are skipped
+  std::vector<MapEntry> lines;
 };
 struct Dialect {
   const char* name;
@@ -32,29 +32,30 @@ struct Dialect {
   const char* time;
   const char* frame;
   std::vector<Group> groups;
-  std::vector<Line> extra;
+  std::vector<MapEntry> extra;
 };
 
-std::vector<Line> three(const char* x_signal, const char* x, const char* y_signal, const char* y, const char* z_signal,
-                        const char* z, const char* more = "") {
+std::vector<MapEntry> three(const char* x_signal, const char* x, const char* y_signal, const char* y,
+                            const char* z_signal, const char* z, const char* more = "") {
   return {{x_signal, x, more}, {y_signal, y, more}, {z_signal, z, more}};
 }
-std::vector<Line> attitude_q(const char* w, const char* x, const char* y, const char* z) {
+std::vector<MapEntry> attitude_q(const char* w, const char* x, const char* y, const char* z) {
   return {{"attitude_qw", w}, {"attitude_qx", x}, {"attitude_qy", y}, {"attitude_qz", z}};
 }
-std::vector<Line> rates(const char* x, const char* y, const char* z, const char* more = "") {
+std::vector<MapEntry> rates(const char* x, const char* y, const char* z, const char* more = "") {
   return three("rate_x", x, "rate_y", y, "rate_z", z, more);
 }
-std::vector<Line> forces(const char* x, const char* y, const char* z) {
+std::vector<MapEntry> forces(const char* x, const char* y, const char* z) {
   return three("force_x", x, "force_y", y, "force_z", z);
 }
-std::vector<Line> velocities(const char* x, const char* y, const char* z) {
+std::vector<MapEntry> velocities(const char* x, const char* y, const char* z) {
   return three("velocity_x", x, "velocity_y", y, "velocity_z", z);
 }
-std::vector<Line> positions(const char* x, const char* y, const char* z) {
+std::vector<MapEntry> positions(const char* x, const char* y, const char* z) {
   return three("position_x", x, "position_y", y, "position_z", z);
 }
-std::vector<Line> sticks(const char* roll, const char* pitch, const char* throttle, const char* yaw, const char* more) {
+std::vector<MapEntry> sticks(const char* roll, const char* pitch, const char* throttle, const char* yaw,
+                             const char* more) {
   return {{"stick_roll", roll, more},
           {"stick_pitch", pitch, more},
           {"stick_throttle", throttle, more},
@@ -144,7 +145,7 @@ Dialect ardupilot() {
 }
 
 /// @param known_by the column of the attitude; everything else is the same for all bags.
-Dialect bag(const char* name, const char* known_by, const char* time, std::vector<Line> attitude) {
+Dialect bag(const char* name, const char* known_by, const char* time, std::vector<MapEntry> attitude) {
   return {
       name,
       known_by,
@@ -273,7 +274,7 @@ class Proposer {
 
   bool has(const std::string& column) const { return names_.count(column) > 0; }
 
-  bool readable(const Line& line) const {
+  bool readable(const MapEntry& line) const {
     const std::string column = resolved(line.column);
     if (!has(column)) {
       return false;
@@ -298,7 +299,7 @@ class Proposer {
     return out + "\"";
   }
 
-  void write(const Line& line, std::ostream& out) const {
+  void write(const MapEntry& line, std::ostream& out) const {
     const std::string column = quoted(resolved(line.column));
     const std::string_view more = line.more;
     out << line.signal << " = ";
@@ -315,16 +316,16 @@ class Proposer {
     out << "time = " << quoted(resolved(dialect.time)) << "\n[signals]\n";
     std::set<std::string> given;
     for (const Group& group : dialect.groups) {
-      if (given.count(group.gives) == 0 &&
-          std::all_of(group.lines.begin(), group.lines.end(), [&](const Line& line) { return readable(line); })) {
-        given.insert(group.gives);
-        for (const Line& line : group.lines) {
+      if (given.count(group.provides) == 0 &&
+          std::all_of(group.lines.begin(), group.lines.end(), [&](const MapEntry& line) { return readable(line); })) {
+        given.insert(group.provides);
+        for (const MapEntry& line : group.lines) {
           write(line, out);
         }
       }
     }
     bool first = true;
-    for (const Line& line : dialect.extra) {
+    for (const MapEntry& line : dialect.extra) {
       if (readable(line)) {
         out << (first ? "[extra]\n" : "");
         first = false;

@@ -46,7 +46,7 @@ class RawLog {
 
   /// Names that column() accepts, at most kMostNames of them, for `convert` and for messages.
   virtual std::vector<std::string> names() const = 0;
-  static constexpr std::size_t kMostNames = 100'000;
+  static constexpr std::size_t kMaxNames = 100'000;
 
   /// The streams in the file, for `logs`.
   virtual std::vector<TopicSummary> topics() const { return {}; }

@@ -28,47 +28,47 @@ double interpolate(const std::vector<double>& x, const std::vector<double>& y, d
 
 namespace {
 
-enum class Clock { kRuns, kStands, kSpoilt, kBackwards };
+enum class ClockState { kRuns, kStands, kSpoilt, kBackwards };
 
 /// Judges the clock of row k after the rows taken so far. A single row out of order with both neighbours is spoilt.
-Clock clock_at(const Stream& stream, std::size_t k, const std::vector<double>& taken_s) {
+ClockState clock_at(const Stream& stream, std::size_t k, const std::vector<double>& taken_s) {
   const double t = stream.time_s[k];
   if (!std::isfinite(t) || !std::isfinite(stream.values[k])) {
-    return Clock::kSpoilt;
+    return ClockState::kSpoilt;
   }
   if (taken_s.empty()) {
-    return Clock::kRuns;
+    return ClockState::kRuns;
   }
   const double last = taken_s.back();
   const bool has_next = k + 1 < stream.time_s.size();
   const double next = has_next ? stream.time_s[k + 1] : t;
   if (t == last) {
-    return Clock::kStands;
+    return ClockState::kStands;
   }
   const bool one_back = t < last && (!has_next || next > last);
   const bool one_ahead = has_next && t > next && next > last;
   if (one_back || one_ahead) {
-    return Clock::kSpoilt;
+    return ClockState::kSpoilt;
   }
-  return t < last ? Clock::kBackwards : Clock::kRuns;
+  return t < last ? ClockState::kBackwards : ClockState::kRuns;
 }
 
 }  // namespace
 
-Stream tidied(const Stream& stream, Untidy& untidy, std::size_t& backwards) {
+Stream without_defects(const Stream& stream, StreamDefects& untidy, std::size_t& backwards) {
   Stream tidy;
   bool spoilt = false;
   backwards = stream.time_s.size();
   for (std::size_t k = 0; k < stream.time_s.size(); ++k) {
-    const Clock clock = clock_at(stream, k, tidy.time_s);
-    if (clock == Clock::kBackwards) {
+    const ClockState clock = clock_at(stream, k, tidy.time_s);
+    if (clock == ClockState::kBackwards) {
       backwards = k;
       return tidy;
     }
-    spoilt = spoilt || clock == Clock::kSpoilt;
-    untidy.spoilt += clock == Clock::kSpoilt ? 1 : 0;
-    untidy.repeated += clock == Clock::kStands ? 1 : 0;
-    if (clock != Clock::kRuns) {
+    spoilt = spoilt || clock == ClockState::kSpoilt;
+    untidy.spoilt += clock == ClockState::kSpoilt ? 1 : 0;
+    untidy.repeated += clock == ClockState::kStands ? 1 : 0;
+    if (clock != ClockState::kRuns) {
       continue;
     }
     tidy.time_s.push_back(stream.time_s[k]);

@@ -16,7 +16,7 @@ struct Stream {
 };
 
 /// Counts of the samples that a tidied stream leaves out.
-struct Untidy {
+struct StreamDefects {
   std::size_t repeated = 0;  ///< repeated time stamps; the first sample of each is kept
   std::size_t spoilt = 0;    ///< samples or time stamps that are not finite, single time stamps far out of order
 };
@@ -24,7 +24,7 @@ struct Untidy {
 /// The samples in order of time. A single time stamp that jumps ahead or back between ordered ones is a spoilt sample.
 /// @param backwards receives the index of the sample at which time really runs backwards, or the size of the stream if
 ///   it does not. Later samples are left out.
-Stream tidied(const Stream& stream, Untidy& untidy, std::size_t& backwards);
+Stream tidied(const Stream& stream, StreamDefects& untidy, std::size_t& backwards);
 
 /// Resamples the stream onto a grid of `size` times: linear interpolation, held beyond the ends.
 /// @param gap receives 1 where nothing was sampled: inside a hole longer than 50 ms or 3.5 of the stream's own

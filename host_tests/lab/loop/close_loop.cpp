@@ -9,13 +9,13 @@
 #include <stdexcept>
 
 #include "host_tests/lab/gains/gain_tables.h"
-#include "host_tests/lab/identify/answer/to_vehicle.h"
+#include "host_tests/lab/identify/output/vehicle_update.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/loop/believed.h"
-#include "host_tests/lab/loop/flown_log.h"
+#include "host_tests/lab/loop/aligned_log.h"
 #include "host_tests/lab/loop/log_folder.h"
-#include "host_tests/lab/loop/trial.h"
+#include "host_tests/lab/loop/trial_flights.h"
+#include "host_tests/lab/loop/vehicle_comparison.h"
 
 namespace m100::lab::loop {
 namespace {
@@ -73,16 +73,16 @@ class Loop {
   }
 
   LoopResult run() {
-    tell("flying the present vehicle");
+    report_progress("flying the present vehicle");
     result_.before.experiments = tables(options_, options_.vehicle, options_.seed, options_.tasks, options_.seeds);
     const LogFolder folder(options_.log_folder);
-    const FlownLog first = kept_in_control(options_.seed + 101, folder.file("loop_train.ulg"));
-    const FlownLog second = kept_in_control(options_.seed + 202, folder.file("loop_validate.ulg"));
-    const FlownLog third = kept_in_control(options_.seed + 404, folder.file("loop_quote.ulg"));
+    const FlownLog first = control_range(options_.seed + 101, folder.file("loop_train.ulg"));
+    const FlownLog second = control_range(options_.seed + 202, folder.file("loop_validate.ulg"));
+    const FlownLog third = control_range(options_.seed + 404, folder.file("loop_quote.ulg"));
     std::set<std::string> better;
     for (const char* const channel : kChannels) {
-      tell(std::string("identifying ") + channel);
-      if (learn(channel, first, second)) {
+      report_progress(std::string("identifying ") + channel);
+      if (identify_channels(channel, first, second)) {
         better.insert(channel);
       }
     }
@@ -92,13 +92,13 @@ class Loop {
       result_.after.experiments = result_.before.experiments;  // the same vehicle and seeds: the same numbers
       return std::move(result_);
     }
-    tell("flying the new vehicle");
+    report_progress("flying the new vehicle");
     result_.after.experiments = tables(options_, result_.vehicle, options_.seed, options_.tasks, options_.seeds);
     return std::move(result_);
   }
 
  private:
-  void tell(const std::string& line) const {
+  void report_progress(const std::string& line) const {
     if (options_.progress) {
       options_.progress(line);
     }
@@ -106,7 +106,7 @@ class Loop {
 
   /// A flight that the ladder keeps in control to its end. After a handover the pilot flies, and his sticks are not in
   /// the log: such a flight is flown again on another course; if all of them end early, the longest one is used.
-  FlownLog kept_in_control(std::uint64_t seed, const std::string& file) {
+  FlownLog control_range(std::uint64_t seed, const std::string& file) {
     constexpr std::uint64_t kAnother = 1000;
     constexpr int kFlights = 4;
     constexpr double kMost = 0.8;  // of the flight
@@ -124,17 +124,17 @@ class Loop {
       if (length_s >= kMost * options_.flight_s) {
         break;
       }
-      std::string said = name;
-      said += two_numbers(": the ladder handed over after %.1f s of %.0f s", length_s, options_.flight_s);
-      said += why;
-      said += flight + 1 < kFlights ? ": flown again" : ": the longest of these flights is used";
-      result_.decisions.push_back(std::move(said));
+      std::string messages = name;
+      messages += two_numbers(": the ladder handed over after %.1f s of %.0f s", length_s, options_.flight_s);
+      messages += why;
+      messages += flight + 1 < kFlights ? ": flown again" : ": the longest of these flights is used";
+      result_.decisions.push_back(std::move(messages));
     }
     return best;
   }
 
   /// Identifies one channel from the first flight. @returns whether it predicts the second one better.
-  bool learn(const std::string& channel, const FlownLog& first, const FlownLog& second) {
+  bool identify_channels(const std::string& channel, const FlownLog& first, const FlownLog& second) {
     const bool translation = channel == "translation";
     identify::Request request;
     request.axis = channel;
@@ -148,12 +148,12 @@ class Loop {
       identify::IdentifyResult found =
           translation ? identify::identify_translation(request) : identify::identify_axis(request);
       model::Vehicle candidate = believed_;
-      const std::vector<std::string> homeless = identify::put_axis(found, candidate);
-      const Unseen flight{&second.log, request.validate.front().first, request.validate.front().second};
+      const std::vector<std::string> not_in_file = identify::put_axis(found, candidate);
+      const UnseenFlight flight{&second.log, request.validate.front().first, request.validate.front().second};
       found.refitted = believed_and_found(believed_, found, channel, flight, candidate);
       result_.believed_found[channel] = found.refitted;
       result_.identified[channel] = std::move(found);
-      result_.decisions.insert(result_.decisions.end(), homeless.begin(), homeless.end());
+      result_.decisions.insert(result_.decisions.end(), not_in_file.begin(), not_in_file.end());
       const std::string why = uncontrollable(with_channel(believed_, candidate, channel));
       if (!why.empty()) {
         result_.decisions.push_back(channel +
@@ -167,9 +167,9 @@ class Loop {
     }
   }
 
-  bool judge(const std::string& channel, const Unseen& flight, const model::Vehicle& candidate) {
-    const double before = one_second(believed_, flight, channel);
-    const double after = one_second(candidate, flight, channel);
+  bool judge(const std::string& channel, const UnseenFlight& flight, const model::Vehicle& candidate) {
+    const double before = error_at_1s(believed_, flight, channel);
+    const double after = error_at_1s(candidate, flight, channel);
     const bool better = predicts_better(believed_, candidate, flight, channel);
     candidates_[channel] = candidate;
     result_.decisions.push_back(channel + (better ? ": predicts better, " : ": left as it was, ") +
@@ -194,13 +194,13 @@ class Loop {
     if (better.empty()) {
       return;
     }
-    tell("trial flights");
+    report_progress("trial flights");
     const auto fly = [&](const companion::VehicleFile& vehicle) {
       return tables(options_, vehicle, options_.seed + 303, {"trajectory"}, 1);
     };
-    const Trial trial = try_out(better, fly(options_.vehicle),
-                                [&](const std::set<std::string>& channels) { return fly(vehicle_with(channels)); });
-    result_.decisions.insert(result_.decisions.end(), trial.said.begin(), trial.said.end());
+    const Trial trial = fly_trials(better, fly(options_.vehicle),
+                                   [&](const std::set<std::string>& channels) { return fly(vehicle_with(channels)); });
+    result_.decisions.insert(result_.decisions.end(), trial.messages.begin(), trial.messages.end());
     result_.taken_over = trial.kept;
     if (!trial.kept.empty()) {
       result_.vehicle = vehicle_with(trial.kept);

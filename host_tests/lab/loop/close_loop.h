@@ -10,7 +10,7 @@
 
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/lab/experiments/results.h"
-#include "host_tests/lab/identify/answer/result.h"
+#include "host_tests/lab/identify/output/result.h"
 #include "host_tests/lab/loop/prediction.h"
 #include "host_tests/sim/world/plant.h"
 
@@ -28,14 +28,14 @@ struct LoopOptions {
   std::function<void(const std::string&)> progress;  ///< may be empty
 };
 
-struct Side {
+struct LoopEvaluation {
   std::vector<experiments::TaskResult> experiments;
   Prediction prediction;  ///< on a third flight, which no fit and no decision has seen
 };
 
 struct LoopResult {
-  Side before;
-  Side after;
+  LoopEvaluation before;
+  LoopEvaluation after;
   companion::VehicleFile vehicle;  ///< the new vehicle file
   std::map<std::string, identify::IdentifyResult>
       identified;  ///< by channel: roll, pitch, climb, yaw_rate, translation

@@ -51,8 +51,8 @@ void predictions(const LoopResult& result, plot::Page& page) {
   page.table(rows, worse);
 }
 
-plot::Line distance(const char* name, const experiments::Trace& trace, const char* color) {
-  plot::Line line{.name = name, .x = {}, .y = {}, .color = color};
+plot::Curve distance(const char* name, const experiments::Trace& trace, const char* color) {
+  plot::Curve line{.name = name, .x = {}, .y = {}, .color = color};
   for (const experiments::TracePoint& point : trace) {
     double square = 0.0;
     for (std::size_t c = 0; c < 3; ++c) {

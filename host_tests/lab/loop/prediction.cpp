@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "firmware/sysid/axis_dynamics.h"
-#include "host_tests/lab/identify/axis/axis_blocks.h"
-#include "host_tests/lab/identify/axis/free_run.h"
-#include "host_tests/lab/identify/remainder/whitening.h"
+#include "host_tests/lab/identify/model/axis/axis_blocks.h"
+#include "host_tests/lab/identify/model/axis/free_run.h"
+#include "host_tests/lab/identify/model/whitening.h"
 
 namespace m100::lab::loop {
 namespace {
@@ -166,7 +166,7 @@ std::array<double, kHorizons_s.size()> velocity_errors(const model::Translation&
 
 using Errors = std::array<double, kHorizons_s.size()>;
 
-Errors velocity_ahead(const model::Vehicle& vehicle, const Unseen& flight) {
+Errors velocity_ahead(const model::Vehicle& vehicle, const UnseenFlight& flight) {
   const logs::FlightLog& log = *flight.log;
   const AxisForecast roll(log, Signal::kStickRoll, Signal::kStickPitch, Signal::kAttitudeRoll, vehicle.roll);
   const AxisForecast pitch(log, Signal::kStickPitch, Signal::kStickRoll, Signal::kAttitudePitch, vehicle.pitch);
@@ -195,7 +195,7 @@ LoggedAxis logged_axis(const model::Vehicle& vehicle, const logs::FlightLog& log
   return {axis_data(log, Signal::kStickYaw, Signal::kStickThrottle, Signal::kRateZ), yaw};
 }
 
-Errors ahead(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel) {
+Errors ahead(const model::Vehicle& vehicle, const UnseenFlight& flight, const std::string& channel) {
   if (channel == "translation") {
     return velocity_ahead(vehicle, flight);
   }
@@ -206,7 +206,7 @@ Errors ahead(const model::Vehicle& vehicle, const Unseen& flight, const std::str
 }  // namespace
 
 Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, double from_s, double to_s) {
-  const Unseen flight{&log, from_s, to_s};
+  const UnseenFlight flight{&log, from_s, to_s};
   Prediction out;
   out.roll_rad = ahead(vehicle, flight, "roll");
   out.pitch_rad = ahead(vehicle, flight, "pitch");
@@ -216,12 +216,12 @@ Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, do
   return out;
 }
 
-double one_second(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel) {
+double error_at_1s(const model::Vehicle& vehicle, const UnseenFlight& flight, const std::string& channel) {
   static_assert(kHorizons_s[2] == 1.0);
   return ahead(vehicle, flight, channel)[2];
 }
 
-double innovations(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel) {
+double innovations(const model::Vehicle& vehicle, const UnseenFlight& flight, const std::string& channel) {
   const LoggedAxis one = logged_axis(vehicle, *flight.log, channel);
   const identify::FreeRun run(one.data, {{flight.from_s, flight.to_s}});
   return identify::whitened_score(run.error(one.axis), run.segments());

@@ -40,17 +40,17 @@ inline constexpr std::array<Quantity, 5> kQuantities{
 Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, double from_s, double to_s);
 
 /// A flight that no fit has seen, and its part that was flown under control. The log must outlive it.
-struct Unseen {
+struct UnseenFlight {
   const logs::FlightLog* log = nullptr;
   double from_s = 0.0;
   double to_s = 0.0;
 };
 
 /// The error 1 s ahead of one channel: "roll", "pitch", "climb", "yaw_rate", or "translation" for the velocity.
-double one_second(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel);
+double error_at_1s(const model::Vehicle& vehicle, const UnseenFlight& flight, const std::string& channel);
 
 /// n ln(mean square) of the innovations of a stick axis over the flight: minus twice its log likelihood, up to a
 /// constant. Smallest for the vehicle that flew, in a closed loop too. Precondition: not "translation".
-double innovations(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel);
+double innovations(const model::Vehicle& vehicle, const UnseenFlight& flight, const std::string& channel);
 
 }  // namespace m100::lab::loop

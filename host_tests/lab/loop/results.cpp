@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "host_tests/lab/identify/answer/json.h"
+#include "host_tests/lab/identify/output/result_text.h"
 #include "host_tests/lab/loop/close_loop.h"
-#include "host_tests/lab/loop/trial.h"
+#include "host_tests/lab/loop/trial_flights.h"
 #include "host_tests/lab/plot/svg.h"
 
 namespace m100::lab::loop {
@@ -21,7 +21,7 @@ nlohmann::json json_of(const Prediction& prediction, std::size_t horizon) {
           {"yaw_rate_rad_s", prediction.yaw_rate_rad_s[horizon]}};
 }
 
-nlohmann::json json_of(const Side& side) {
+nlohmann::json json_of(const LoopEvaluation& side) {
   nlohmann::json out;
   out["experiments"] = experiments::to_json(side.experiments);
   constexpr std::array kNames{"prediction_0.2s", "prediction_0.5s", "prediction_1s", "prediction_2s"};
@@ -86,7 +86,7 @@ void print_believed_found(std::ostream& out, const LoopResult& result) {
 }
 
 /// "dead_zone, trim_offset; gain changed at 31.2 s; unexplained: predictable from stick_roll ..."
-std::string what_is_lacking(const identify::IdentifyResult& found) {
+std::string missing_effects(const identify::IdentifyResult& found) {
   std::string out;
   for (const identify::EffectResult& effect : found.effects) {
     out += (out.empty() ? "" : ", ") + effect.name;
@@ -108,7 +108,7 @@ std::string what_is_lacking(const identify::IdentifyResult& found) {
 void print(std::ostream& out, const LoopResult& result) {
   print_believed_found(out, result);
   for (const auto& [axis, found] : result.identified) {
-    out << axis << ": " << found.verdict << ": " << what_is_lacking(found) << "\n";
+    out << axis << ": " << found.verdict << ": " << missing_effects(found) << "\n";
   }
   for (const std::string& decision : result.decisions) {
     out << "  " << decision << "\n";

@@ -13,7 +13,7 @@
 #include "firmware/mpc/horizontal_mpc.h"
 #include "host_tests/lab/gains/gain_tables.h"
 #include "host_tests/lab/gains/instances.h"
-#include "host_tests/lab/gains/setpoint_law.h"
+#include "host_tests/lab/gains/setpoint/setpoint_law.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
@@ -74,7 +74,7 @@ template <typename T>
 void solve(const gains::InstanceFile& file, bool setpoint) {
   std::vector<mpc::GainTable<T>> tables;
   std::vector<Rows<T>> laws(file.models.size());
-  for (const gains::AxisProblem& model : file.models) {
+  for (const gains::AxisQp& model : file.models) {
     tables.push_back(gains::table_in<T>(gains::make_gain_table(model)));
     if (setpoint) {
       const gains::SetpointRows rows = gains::make_setpoint_law(model);

@@ -95,7 +95,7 @@ void draw_grid(std::ostream& out, const Sheet& s) {
 }
 
 /// At most two points per pixel column: the smallest and the largest, in their order.
-std::vector<std::pair<double, double>> thinned(const Line& line, const Sheet& s) {
+std::vector<std::pair<double, double>> thinned(const Curve& line, const Sheet& s) {
   std::vector<std::pair<double, double>> points;
   const std::size_t count = std::min(line.x.size(), line.y.size());
   const std::size_t bucket = std::max<std::size_t>(1, count / static_cast<std::size_t>(2.0 * s.width));
@@ -121,7 +121,7 @@ std::vector<std::pair<double, double>> thinned(const Line& line, const Sheet& s)
   return points;
 }
 
-void draw_line(std::ostream& out, const Line& line, const Sheet& s) {
+void draw_line(std::ostream& out, const Curve& line, const Sheet& s) {
   out << "<path fill=\"none\" stroke=\"" << line.color << "\" stroke-width=\"" << line.width
       << "\" stroke-linejoin=\"round\"" << (line.dashed ? " stroke-dasharray=\"6 4\"" : "") << " d=\"";
   bool pen_down = false;
@@ -138,9 +138,9 @@ void draw_line(std::ostream& out, const Line& line, const Sheet& s) {
   out << "\"/>\n";
 }
 
-void draw_legend(std::ostream& out, const std::vector<Line>& lines, double left, double y) {
+void draw_legend(std::ostream& out, const std::vector<Curve>& lines, double left, double y) {
   double x = left;
-  for (const Line& line : lines) {
+  for (const Curve& line : lines) {
     if (line.name.empty()) {
       continue;
     }
@@ -153,7 +153,7 @@ void draw_legend(std::ostream& out, const std::vector<Line>& lines, double left,
 
 Sheet sheet_of(const Figure& figure) {
   Sheet s{.left = 62, .top = 46, .width = figure.width - 80, .height = figure.height - 92, .x = {}, .y = {}};
-  for (const Line& line : figure.lines) {
+  for (const Curve& line : figure.lines) {
     std::for_each(line.x.begin(), line.x.end(), [&](double v) { s.x.take(v); });
     std::for_each(line.y.begin(), line.y.end(), [&](double v) { s.y.take(v); });
   }
@@ -253,7 +253,7 @@ std::string svg(const Figure& figure) {
   const std::string clip = "c" + std::to_string(std::hash<std::string>{}(figure.title + figure.y_label + out.str()));
   out << "<clipPath id=\"" << clip << "\"><rect x=\"" << s.left << "\" y=\"" << s.top << "\" width=\"" << s.width
       << "\" height=\"" << s.height << "\"/></clipPath>\n<g clip-path=\"url(#" << clip << ")\">\n";
-  for (const Line& line : figure.lines) {
+  for (const Curve& line : figure.lines) {
     draw_line(out, line, s);
   }
   out << "</g>\n";

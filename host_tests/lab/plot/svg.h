@@ -16,7 +16,7 @@ inline constexpr const char* kGreen = "#009e73";
 inline constexpr const char* kGrey = "#9a9a9a";
 
 /// A curve; NaN in y breaks it. x must not decrease. Curves of more points than pixels are drawn as their envelope.
-struct Line {
+struct Curve {
   std::string name;  ///< for the legend; empty: not in it
   std::vector<double> x;
   std::vector<double> y;
@@ -37,7 +37,7 @@ struct Figure {
   std::string title;
   std::string x_label;
   std::string y_label;
-  std::vector<Line> lines{};
+  std::vector<Curve> lines{};
   std::vector<Span> spans{};
   std::vector<std::pair<double, std::string>> levels{};  ///< horizontal marks: value, label
   std::optional<std::pair<double, double>> x_range{};

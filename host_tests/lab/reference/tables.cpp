@@ -13,10 +13,10 @@
 #include "firmware/companion/files/flight_file.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/files/vehicle_keys.h"
-#include "firmware/companion/room/parameters.h"
+#include "firmware/companion/ground_station/parameters.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/logs/signal.h"
-#include "host_tests/sim/autopilot/n1_words.h"
+#include "host_tests/sim/autopilot/n1_script_syntax.h"
 #include "host_tests/sim/world/plant_keys.h"
 
 namespace m100::lab::reference {
@@ -131,9 +131,9 @@ Table flight_table() {
 }
 
 template <typename T, std::size_t kCount>
-std::string one_of(const std::array<sim::Word<T>, kCount>& words) {
+std::string one_of(const std::array<sim::NamedValue<T>, kCount>& words) {
   std::string out;
-  for (const sim::Word<T>& word : words) {
+  for (const sim::NamedValue<T>& word : words) {
     out += (out.empty() ? "\"" : " or \"") + std::string(word.word) + "\"";
   }
   return out;
@@ -149,7 +149,7 @@ Table plant_table() {
   table.rows.push_back({"[pose]", "phase", {"text", one_of(sim::kPhases), "\"random\""}});
   table.rows.push_back({"[pose]", "reported_age", {"text", one_of(sim::kReportedAges), "\"true\""}});
   add<sim::Sensors>(table, "[sensors]", sim::kSensorKeys, plant.sensors);
-  for (const sim::OldName& name : sim::kOldPoseKeys) {
+  for (const sim::KeyAlias& name : sim::kPoseKeyAliases) {
     table.rows.push_back(
         {"[sensors]", std::string(name.old), {unit_of(name.old), "as pose." + std::string(name.key), "-"}});
   }
@@ -168,13 +168,13 @@ Table course_table() {
   return table;
 }
 
-std::string takes(const sim::N1Form& form) {
+std::string takes(const sim::N1EventSyntax& form) {
   if (form.words.empty()) {
     return form.low == form.high ? "nothing"
                                  : (form.whole ? "a whole number, " : "a number, ") + range(form.low, form.high);
   }
   std::string out;
-  for (const sim::N1Word& word : form.words) {
+  for (const sim::N1NamedValue& word : form.words) {
     out += (out.empty() ? "" : " or ") + std::string(word.text);
   }
   return out;
@@ -182,24 +182,24 @@ std::string takes(const sim::N1Form& form) {
 
 Table script_table() {
   Table table{"script_words", {"takes"}, {}};
-  for (const sim::N1Form& form : sim::kN1Forms) {
+  for (const sim::N1EventSyntax& form : sim::kN1Events) {
     table.rows.push_back({"what happens", std::string(form.name), {takes(form)}});
   }
-  for (const sim::N1StickWord& word : sim::kN1StickWords) {
+  for (const sim::N1StickShapeName& word : sim::kN1StickShapes) {
     const bool chirp = word.shape == sim::N1StickMove::Shape::kChirp;
     table.rows.push_back({"what the pilot does",
                           std::string(word.name),
                           {chirp ? "STICK COUNTS FROM_HZ TO_HZ SECONDS" : "STICK COUNTS SECONDS"}});
   }
-  for (const sim::Lie& lie : sim::lies()) {
+  for (const sim::SensorFault& lie : sim::sensor_faults()) {
     table.rows.push_back({"a channel lies, and by how much",
-                          std::string(sim::kN1LieWord) + " " + std::string(lie.name),
+                          std::string(sim::kN1FaultWord) + " " + std::string(lie.name),
                           {lie.unit.empty() ? "-" : "[" + std::string(lie.unit) + "]"}});
   }
   for (const std::string_view stick : sim::kN1StickNames) {
     table.rows.push_back({"names of a STICK", std::string(stick), {"-"}});
   }
-  for (const sim::N1AskedWord& word : sim::kN1AskedWords) {
+  for (const sim::N1RequestName& word : sim::kN1RequestNames) {
     table.rows.push_back({"commands that lose_acks can name", std::string(word.text), {"-"}});
   }
   return table;
@@ -216,7 +216,7 @@ Table signal_table() {
 
 Table parameter_table() {
   Table table{"mavlink_parameters", {"unit"}, {}};
-  for (const companion::ParameterRow& row : companion::parameter_rows()) {
+  for (const companion::ParameterEntry& row : companion::parameter_entries()) {
     table.rows.push_back({"what a room may read", std::string(row.name), {std::string(row.unit)}});
   }
   return table;

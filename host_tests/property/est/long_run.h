@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <random>
 
-#include "firmware/est/axis_filter.h"
-#include "firmware/est/units.h"
+#include "firmware/est/filter/axis_filter.h"
+#include "firmware/est/filter/units.h"
 
 namespace m100::est {
 
@@ -75,14 +75,14 @@ struct Runner {
   void tick(double u, double before, double after, bool pose, double position, double age_s, double tilt, double rate) {
     const auto n = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
     filter.predict({.now = n(u), .before = n(before), .after = n(after)});
-    filter.correct_attitude(n(tilt), n(rate * kTimeUnit_s), Age<S>::of(0.002));
+    filter.fuse_attitude(n(tilt), n(rate * kTimeUnit_s), MeasurementAge<S>::of(0.002));
     since_pose_s += kTick_s;
     if (pose) {
       // As in DisturbanceEkf: the gate is widened by the motion that wind may have caused without a pose.
       const double unseen_m = std::fmin(0.5, 1.5 * since_pose_s * since_pose_s);
-      const auto test = filter.test_pose(n(position), Age<S>::of(age_s), n(unseen_m), 0.F);
+      const auto test = filter.test_pose(n(position), MeasurementAge<S>::of(age_s), n(unseen_m), 0.F);
       if (test.inside) {
-        filter.correct_pose(test);
+        filter.fuse_pose(test);
         since_pose_s = 0.0;
       } else {
         ++refused;
@@ -174,7 +174,7 @@ class Wander {
 };
 
 template <typename S>
-void tell(Runner<S>& runner, const WanderTick& tick) {
+void update(Runner<S>& runner, const WanderTick& tick) {
   runner.tick(tick.u, tick.before, tick.after, tick.pose, tick.seen, tick.age_s, tick.tilt_seen, tick.rate_seen);
 }
 
@@ -210,10 +210,10 @@ inline LongRunReport long_run(double hours, std::uint32_t seed) {
   LongRunReport report;
   std::uint32_t early_fixed = 0;
   for (long tick = 0; tick < ticks; ++tick) {
-    const detail::WanderTick told = wander.tick(tick);
-    detail::tell(reference, told);
-    detail::tell(single, told);
-    detail::tell(fixed, told);
+    const detail::WanderTick measured = wander.tick(tick);
+    detail::update(reference, measured);
+    detail::update(single, measured);
+    detail::update(fixed, measured);
     wander.steer(reference.state(Filter::kP), reference.state(Filter::kV) / kTimeUnit_s, tick);
     if (tick == kSettled) {
       early_fixed = fixed.filter.health().saturations;
@@ -221,7 +221,7 @@ inline LongRunReport long_run(double hours, std::uint32_t seed) {
     if (tick > kSettled) {
       detail::compare(fixed, reference, report.fixed);
       detail::compare(single, reference, report.single);
-      const double error = reference.state(Filter::kD) / (kTimeUnit_s * kTimeUnit_s) - told.wind;
+      const double error = reference.state(Filter::kD) / (kTimeUnit_s * kTimeUnit_s) - measured.wind;
       report.disturbance_error_rms_m_s2 += error * error;
     }
     if (tick % 100 == 0) {

@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <cstring>
 
-#include "firmware/ctl/flight_law.h"
-#include "firmware/est/disturbance_ekf.h"
+#include "firmware/ctl/law/flight_law.h"
+#include "firmware/est/filter/disturbance_ekf.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "firmware/ref/trajectory.h"
 #include "firmware/vrc/command_map.h"

@@ -14,7 +14,7 @@
 
 #include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/request.h"
-#include "host_tests/property/identify/coverage_judge.h"
+#include "host_tests/property/identify/coverage_limits.h"
 #include "host_tests/property/identify/synthetic_axis.h"
 
 namespace {

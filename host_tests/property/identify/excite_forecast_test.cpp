@@ -17,31 +17,31 @@ const model::StickAxis kAxis{
     .scale_per_count = 9.3e-4, .natural_frequency_rad_s = 8.7, .damping_ratio = 0.68, .dead_zone_counts = 16.0};
 const model::StickAxis kClimb{.scale_per_count = 3e-3, .natural_frequency_rad_s = 5.0, .damping_ratio = 0.8};
 
-logs::FlightLog flown(const Manoeuvre& made, const model::StickAxis& axis, const Wish& wish, const std::string& effect,
-                      double size, unsigned seed) {
+logs::FlightLog flown(const Manoeuvre& made, const model::StickAxis& axis, const InputDesign& design,
+                      const std::string& effect, double size, unsigned seed) {
   using logs::Signal;
-  const std::vector<double> clean = response(made, axis, wish, effect, size);
+  const std::vector<double> clean = response(made, axis, design, effect, size);
   logs::FlightLog log;
   log.file = "excited";
   log.size = 2 * clean.size() - 1;
   log.gap.assign(log.size, 0);
-  const Signal stick = wish.rate ? Signal::kStickThrottle : Signal::kStickRoll;
-  const Signal measured = wish.rate ? Signal::kVelocityZ : Signal::kAttitudeRoll;
+  const Signal stick = design.rate ? Signal::kStickThrottle : Signal::kStickRoll;
+  const Signal measured = design.rate ? Signal::kVelocityZ : Signal::kAttitudeRoll;
   log.of(stick).resize(log.size);
   log.of(measured).resize(log.size);
-  log.of(Signal::kStickPitch).resize(wish.rate ? 0 : log.size);
+  log.of(Signal::kStickPitch).resize(design.rate ? 0 : log.size);
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   const double keep = std::exp(-0.01 / 0.3);
   double air = 0.0;
   for (std::size_t i = 0; i < log.size; ++i) {
     const std::size_t k = i / 2;
-    air = keep * air + wish.air * std::sqrt(1.0 - keep * keep) * normal(random);
+    air = keep * air + design.air * std::sqrt(1.0 - keep * keep) * normal(random);
     log.of(stick)[i] = made.stick_counts[k];
     // The response is known at the end of each stick period.
     const double before = k > 0 ? clean[k - 1] : 0.0;
     log.of(measured)[i] = (i % 2 == 0 ? before : 0.5 * (before + clean[k])) + air;
-    if (!wish.rate) {
+    if (!design.rate) {
       log.of(Signal::kStickPitch)[i] = other_stick(0.02 * static_cast<double>(k));
     }
   }
@@ -52,10 +52,10 @@ logs::FlightLog flown(const Manoeuvre& made, const model::StickAxis& axis, const
 class Promise : public ::testing::TestWithParam<bool> {};
 
 /// Effects that are identified in this log if the declared structure lacks only `but_for`.
-std::string names_found(const logs::FlightLog& log, const Wish& wish, const model::StickAxis& axis,
+std::string names_found(const logs::FlightLog& log, const InputDesign& design, const model::StickAxis& axis,
                         const std::string& but_for) {
   identify::Request request;
-  request.axis = wish.axis;
+  request.axis = design.axis;
   request.declared = {"second_order"};
   if (but_for != "transport_delay") {
     request.declared.emplace_back("transport_delay");
@@ -83,24 +83,24 @@ bool holds(const std::string& names, const std::string& effect) {
 }
 
 TEST_P(Promise, WhatIsForecastAsEnoughIsFoundAndNamed) {
-  Wish wish{.amplitude_counts = 280.0, .duration_s = 60.0, .fence_m = 12.0};
+  InputDesign design{.amplitude_counts = 280.0, .duration_s = 60.0, .fence_m = 12.0};
   if (GetParam()) {
-    wish.axis = "climb";
-    wish.rate = true;
-    wish.fence_m = 2.5;
-    wish.duration_s = 80.0;
-    wish.air = 0.05;
+    design.axis = "climb";
+    design.rate = true;
+    design.fence_m = 2.5;
+    design.duration_s = 80.0;
+    design.air = 0.05;
   }
   const model::StickAxis& axis = GetParam() ? kClimb : kAxis;
-  const Manoeuvre made = make(wish, axis);
+  const Manoeuvre made = design_manoeuvre(design, axis);
   int promised = 0;
   int kept = 0;
-  for (const Forecast& one : forecast(made, axis, wish)) {
-    if (one.sigma < kEnough_sigma || one.apart_sigma < kEnough_sigma) {
+  for (const Forecast& one : forecast(made, axis, design)) {
+    if (one.sigma < kMinSigma || one.apart_sigma < kMinSigma) {
       continue;
     }
-    const logs::FlightLog log = flown(made, axis, wish, one.effect, one.size, 7);
-    const std::string names = names_found(log, wish, axis, one.effect);
+    const logs::FlightLog log = flown(made, axis, design, one.effect, one.size, 7);
+    const std::string names = names_found(log, design, axis, one.effect);
     const bool named = holds(names, one.effect);
     ++promised;
     kept += named ? 1 : 0;

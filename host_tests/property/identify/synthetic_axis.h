@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "host_tests/lab/identify/axis/axis_blocks.h"
+#include "host_tests/lab/identify/model/axis/axis_blocks.h"
 #include "host_tests/lab/logs/flight_log.h"
 
 namespace m100::host_tests {
@@ -20,8 +20,8 @@ namespace m100::host_tests {
 struct SyntheticSizes {
   std::string_view effect;
   std::array<double, 3> sizes;
-  double other_way = 1.0;  ///< factor for the half of the vehicles that have it in the opposite direction
-  bool is_ratio = false;   ///< the sizes are logarithms
+  double negative_factor = 1.0;  ///< factor for the half of the vehicles that have it in the opposite direction
+  bool is_ratio = false;         ///< the sizes are logarithms
 };
 inline constexpr std::array kSyntheticSizes{
     SyntheticSizes{"transport_delay", {0.04, 0.1, 0.18}},
@@ -106,7 +106,8 @@ struct SyntheticAxis {
     if (row == kSyntheticSizes.end()) {
       return 0.0;
     }
-    const double value = (sign > 0.0 ? 1.0 : row->other_way) * chance * row->sizes.at(static_cast<std::size_t>(size));
+    const double value =
+        (sign > 0.0 ? 1.0 : row->negative_factor) * chance * row->sizes.at(static_cast<std::size_t>(size));
     return row->is_ratio ? std::exp(value) : value;
   }
 

@@ -21,7 +21,7 @@ struct Rate {
   const char* name;
   Channel channel;
   double rate_hz;
-  std::size_t most;  ///< largest number in any second
+  std::size_t max_count;  ///< largest number in any second
 };
 
 class RateLimits : public ::testing::TestWithParam<Rate> {
@@ -41,16 +41,16 @@ INSTANTIATE_TEST_SUITE_P(Channel, RateLimits,
                          [](const auto& tested) { return tested.param.name; });
 
 /// Largest number of commands in any half-open second.
-std::size_t most_in_a_second(const std::vector<TimePoint>& times) {
-  std::size_t most = 0;
+std::size_t max_in_a_second(const std::vector<TimePoint>& times) {
+  std::size_t max_count = 0;
   std::size_t first = 0;
   for (std::size_t last = 0; last < times.size(); ++last) {
     while (times[last] - times[first] >= std::chrono::seconds(1)) {
       ++first;
     }
-    most = std::max(most, last - first + 1);
+    max_count = std::max(max_count, last - first + 1);
   }
-  return most;
+  return max_count;
 }
 
 /// Sends whenever the limiter allows it, at ticks that are `next(now)` apart, for a minute.
@@ -75,7 +75,7 @@ TEST_P(RateLimits, HoldAgainstOneWhoSendsAtTheFirstMomentHeMay) {
       const bool pauses = seed > 0 && random() % 2000 == 0;
       return pauses ? std::chrono::milliseconds(random() % 3000) : Duration{std::chrono::microseconds(200)};
     });
-    ASSERT_LE(most_in_a_second(times), GetParam().most) << "seed " << seed;
+    ASSERT_LE(max_in_a_second(times), GetParam().max_count) << "seed " << seed;
   }
 }
 
@@ -98,7 +98,7 @@ TEST_P(RateLimits, HoldUnderAnyJitter) {
       last = std::max(last, at);
       return std::max(last - now, Duration{1});
     });
-    ASSERT_LE(most_in_a_second(times), GetParam().most) << "seed " << seed;
+    ASSERT_LE(max_in_a_second(times), GetParam().max_count) << "seed " << seed;
   }
 }
 
@@ -176,8 +176,9 @@ TEST_P(BothChannels, HoldOnALineThatSticksAndThroughLossesOfControl) {
       autopilot.advance(clock.now());
       disturb(cable, autopilot, tick, random);
       link.receive(clock.now());
-      const safety::Stage stage = link.authority().stage;
-      if (stage == safety::Stage::kReady || stage == safety::Stage::kSilent || stage == safety::Stage::kSilentCold) {
+      const safety::AuthorityStage stage = link.authority().stage;
+      if (stage == safety::AuthorityStage::kReady || stage == safety::AuthorityStage::kSilent ||
+          stage == safety::AuthorityStage::kSilentCold) {
         link.request_control(clock.now());
       }
       (void)link.send(
@@ -185,7 +186,7 @@ TEST_P(BothChannels, HoldOnALineThatSticksAndThroughLossesOfControl) {
           clock.now());
     }
     EXPECT_GT(sent.times.size(), 300U) << "seed " << seed;
-    EXPECT_LE(most_in_a_second(sent.times), GetParam() == Channel::kVirtualRc ? 25U : 50U) << "seed " << seed;
+    EXPECT_LE(max_in_a_second(sent.times), GetParam() == Channel::kVirtualRc ? 25U : 50U) << "seed " << seed;
   }
 }
 

@@ -9,7 +9,7 @@ namespace m100::link {
 namespace {
 
 using sim::LinkBench;
-using sim::N1Happening;
+using sim::N1EventKind;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
@@ -37,19 +37,19 @@ void something(LinkBench& bench, sim::Random& random) {
     case 2:
       return bench.autopilot.set_mode(sim::N1Mode::kF);
     case 3:
-      return bench.autopilot.happen(N1Happening::kTake, 'm');
+      return bench.autopilot.happen(N1EventKind::kTake, 'm');
     case 4:
-      return bench.autopilot.happen(N1Happening::kTake, 'r');
+      return bench.autopilot.happen(N1EventKind::kTake, 'r');
     case 5:
-      return bench.autopilot.happen(N1Happening::kRestart);
+      return bench.autopilot.happen(N1EventKind::kRestart);
     case 6:
-      return bench.autopilot.happen(N1Happening::kLoseAcks, 1 + static_cast<double>(random.next() % 3));
+      return bench.autopilot.happen(N1EventKind::kLoseAcks, 1 + static_cast<double>(random.next() % 3));
     case 7:
-      return bench.autopilot.happen(N1Happening::kDelayAcks, 0.3 * random.uniform());
+      return bench.autopilot.happen(N1EventKind::kDelayAcks, 0.3 * random.uniform());
     case 8:
-      return bench.autopilot.happen(N1Happening::kDoubleAcks, 3);
+      return bench.autopilot.happen(N1EventKind::kDoubleAcks, 3);
     case 9:
-      return bench.autopilot.happen(N1Happening::kSilence, 0.8 * random.uniform());
+      return bench.autopilot.happen(N1EventKind::kSilence, 0.8 * random.uniform());
     case 10:
       return bench.link.release(bench.clock.now());
     default:
@@ -74,13 +74,13 @@ TEST_P(CapriciousWorld, TheExaminerHasNothingToObject) {
   std::uint32_t times_in_control = 0;
   bool was_in_control = false;
   for (int n = 0; n < 60; ++n) {
-    const bool idle = bench.link.authority().stage == safety::Stage::kReady ||
-                      bench.link.authority().stage == safety::Stage::kSilent ||
-                      bench.link.authority().stage == safety::Stage::kSilentCold;
+    const bool idle = bench.link.authority().stage == safety::AuthorityStage::kReady ||
+                      bench.link.authority().stage == safety::AuthorityStage::kSilent ||
+                      bench.link.authority().stage == safety::AuthorityStage::kSilentCold;
     if (idle) {
       if (random.next() % 2 == 0) {  // the pilot permits it
         bench.autopilot.set_mode(sim::N1Mode::kF);
-        bench.autopilot.happen(N1Happening::kTake, 'r');
+        bench.autopilot.happen(N1EventKind::kTake, 'r');
       }
       bench.link.request_control(bench.clock.now());
     }
@@ -93,11 +93,11 @@ TEST_P(CapriciousWorld, TheExaminerHasNothingToObject) {
   const sim::N1Record& record = bench.autopilot.record();
   EXPECT_GT(times_in_control, 0U) << "the test needs flights in control";
   // Tolerance: the autopilot stamps a frame in steps of 2.5 ms.
-  EXPECT_GE(record.least_obtain_spacing.count(), 2000000 - 2500);
-  EXPECT_GE(record.least_on_spacing.count(), 2000000 - 2500);
-  EXPECT_LE(record.most_commands_per_s, GetParam().channel == Channel::kVirtualRc ? 25U : 50U);
+  EXPECT_GE(record.min_obtain_spacing.count(), 2000000 - 2500);
+  EXPECT_GE(record.min_on_spacing.count(), 2000000 - 2500);
+  EXPECT_LE(record.max_commands_per_s, GetParam().channel == Channel::kVirtualRc ? 25U : 50U);
   // Silence is noticed only after 500 ms; unit.serial_link checks that every other loss takes one period.
-  EXPECT_LE(record.latest_after_loss, SerialLink::kHeardFor + bench.link.command_period());
+  EXPECT_LE(record.latest_after_loss, SerialLink::kLinkTimeout + bench.link.command_period());
 }
 
 }  // namespace

@@ -64,7 +64,7 @@ TEST(MavlinkParser, EveryGoodFrameAmongGarbageIsFoundHoweverTheStreamIsCut) {
       append(stream, garbage(random, static_cast<std::size_t>(random.next() % 60)));
       append(stream, pose(static_cast<std::uint8_t>(n)).bytes());
     }
-    stream.resize(stream.size() + kMostFrameBytes);  // clean bytes, so that no false header stays incomplete
+    stream.resize(stream.size() + kMaxFrameBytes);  // clean bytes, so that no false header stays incomplete
     Parser parser;
     const std::vector<std::uint8_t> found =
         sequences(parser, stream, 1 + static_cast<std::size_t>(random.next() % 700));
@@ -82,7 +82,7 @@ TEST(MavlinkParser, NoFlippedBitIsAccepted) {
     Bytes stream(good.bytes().begin(), good.bytes().end());
     stream[bit / 8] ^= std::byte{1} << (bit % 8);
     append(stream, pose(4).bytes());
-    stream.resize(stream.size() + kMostFrameBytes);
+    stream.resize(stream.size() + kMaxFrameBytes);
     Parser parser;
     EXPECT_EQ(sequences(parser, stream, 13), std::vector<std::uint8_t>{4}) << "bit " << bit;
   }
@@ -94,7 +94,7 @@ TEST(MavlinkParser, CutShortAnywhereTheNextFrameIsFound) {
     Bytes stream(good.bytes().begin(), good.bytes().begin() + static_cast<std::ptrdiff_t>(length));
     append(stream, pose(4).bytes());
     append(stream, pose(5).bytes());
-    stream.resize(stream.size() + kMostFrameBytes);
+    stream.resize(stream.size() + kMaxFrameBytes);
     Parser parser;
     EXPECT_EQ(sequences(parser, stream, 1), (std::vector<std::uint8_t>{4, 5})) << length;
   }

@@ -18,7 +18,7 @@ using mpc::kHorizon;
 /// projected arc, and a projected gradient step if it stalls. Slow and simple; shares only H with the firmware.
 class Reference {
  public:
-  explicit Reference(const AxisProblem& problem) : problem_(problem), condensed_(condense(problem)) {}
+  explicit Reference(const AxisQp& problem) : problem_(problem), condensed_(condense(problem)) {}
 
   Vector gradient_at_zero(const mpc::Problem<double>& p) const {
     const Eigen::Index n = problem_.step.a.rows();
@@ -101,11 +101,11 @@ class Reference {
     return d;
   }
 
-  AxisProblem problem_;
+  AxisQp problem_;
   Condensed condensed_;
 };
 
-AxisProblem random_model(std::mt19937& random) {
+AxisQp random_model(std::mt19937& random) {
   const auto between = [&random](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
@@ -122,7 +122,7 @@ AxisProblem random_model(std::mt19937& random) {
   vehicle.mpc.input = std::exp(between(0.0, 5.0));
   vehicle.mpc.input_rate = between(0.0, 5.0);
   vehicle.mpc.tilt = between(0.0, 40.0);
-  AxisProblem out = axis_problem(vehicle, random() % 2 == 0 ? Axis::kX : Axis::kY);
+  AxisQp out = axis_qp(vehicle, random() % 2 == 0 ? Axis::kX : Axis::kY);
   if (random() % 3 == 0) {
     out.u_min *= Real(0.5);  // asymmetric limits
   }
@@ -164,7 +164,7 @@ class PreviewLaw : public ::testing::TestWithParam<unsigned> {};
 TEST_P(PreviewLaw, IsTheOptimumOfAnIndependentSolver) {
   std::mt19937 random(GetParam());
   for (int m = 0; m < 4; ++m) {
-    const AxisProblem model = random_model(random);
+    const AxisQp model = random_model(random);
     const Reference reference(model);
     const mpc::GainTable<double> table = make_gain_table(model);
     const mpc::GainTable<float> table_f = to_float(table);
@@ -193,9 +193,9 @@ TEST_P(PreviewLaw, TheBaselineIsTheOptimumWithoutLimitsClipped) {
   std::mt19937 random(1000 + GetParam());
   unsigned bound = 0;
   for (int m = 0; m < 4; ++m) {
-    const AxisProblem model = random_model(random);
+    const AxisQp model = random_model(random);
     const mpc::GainTable<double> table = make_gain_table(model);
-    AxisProblem without = model;
+    AxisQp without = model;
     without.u_min = -1e6;
     without.u_max = 1e6;
     const mpc::GainTable<double> unlimited = make_gain_table(without);

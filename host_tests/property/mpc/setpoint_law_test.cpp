@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/gains/setpoint_law.h"
+#include "host_tests/lab/gains/setpoint/setpoint_law.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include "firmware/mpc/horizontal_mpc.h"
 #include "host_tests/lab/gains/gain_tables.h"
 #include "host_tests/lab/gains/instances.h"
-#include "host_tests/lab/gains/setpoint_regions.h"
+#include "host_tests/lab/gains/setpoint/setpoint_regions.h"
 
 namespace m100::lab::gains {
 namespace {
@@ -60,14 +60,14 @@ mpc::Problem<double> problem_at(const ParametricProgram& program, const mpc::Gai
 }
 
 /// Largest number of changes of the active set in the preview law over problems of the box.
-struct MostChanges {
+struct MaxChanges {
   std::size_t regions = 0;   ///< critical regions in half the box; the other half is its mirror image
   std::uint16_t cold = 0;    ///< from the empty set, for a point inside each region and its corners
   std::uint16_t kept = 0;    ///< from the active set of each region to a point of each region of the half box
   std::uint32_t failed = 0;  ///< problems that neither the iteration nor the table solved
 };
 
-MostChanges most_changes(const AxisProblem& axis) {
+MaxChanges max_changes(const AxisQp& axis) {
 #ifdef M100_SANITIZED
   constexpr std::size_t kEvery = 19;  // instrumented code tests only every 19th
 #else
@@ -75,17 +75,17 @@ MostChanges most_changes(const AxisProblem& axis) {
 #endif
   constexpr double kInside = 0.99;  // share of the way from the middle to a corner
   ParametricProgram program(axis, kSetpointBox);
-  Allowance allowance;
+  ComputeBudget budget;
   const SetpointProgress nobody;
-  const Undertaking work(allowance, nobody);
+  const ConstructionContext work(budget, nobody);
   const Regions regions(program, work);
   const mpc::GainTable<double> table = make_gain_table(axis);
   mpc::HorizontalMpc<double> law(table);
   mpc::Solution<double> solution;
-  MostChanges most{.regions = regions.all().size()};
+  MaxChanges max{.regions = regions.all().size()};
   const auto changes = [&](const mpc::Problem<double>& problem) {
     law.solve_preview(problem, solution);
-    most.failed += solution.path == mpc::Path::kClipped ? 1U : 0U;
+    max.failed += solution.path == mpc::Path::kClipped ? 1U : 0U;
     return solution.changes;
   };
   std::vector<mpc::Problem<double>> inside, both;
@@ -96,22 +96,22 @@ MostChanges most_changes(const AxisProblem& axis) {
     }
     for (const Eigen::VectorXd& corner : region.corners) {
       law.reset();
-      most.cold =
-          std::max(most.cold, changes(problem_at(program, table, kInside * corner + (1.0 - kInside) * middle, 1.0)));
+      max.cold =
+          std::max(max.cold, changes(problem_at(program, table, kInside * corner + (1.0 - kInside) * middle, 1.0)));
     }
     inside.push_back(problem_at(program, table, middle, 1.0));
     both.push_back(inside.back());
     both.push_back(problem_at(program, table, middle, -1.0));
     law.reset();
-    most.cold = std::max(most.cold, changes(inside.back()));
+    max.cold = std::max(max.cold, changes(inside.back()));
   }
   for (std::size_t from = 0; from < both.size(); from += kEvery) {
     for (const mpc::Problem<double>& to : inside) {
       (void)changes(both[from]);
-      most.kept = std::max(most.kept, changes(to));
+      max.kept = std::max(max.kept, changes(to));
     }
   }
-  return most;
+  return max;
 }
 
 struct Difference {
@@ -162,7 +162,7 @@ TEST(SetpointLaw, OfTheFirstOrderBenchmarkHasItsRegionsAndIsThePreviewLaw) {
   model::Vehicle vehicle;
   vehicle.pitch.time_constant_s = 0.087;
   vehicle.mpc.input = 35.0;
-  const AxisProblem problem = axis_problem(vehicle, Axis::kX);
+  const AxisQp problem = axis_qp(vehicle, Axis::kX);
   const SetpointRows rows = make_setpoint_law(problem);
   EXPECT_GT(rows.regions, 500U);
   EXPECT_LT(rows.regions, 700U);
@@ -176,7 +176,7 @@ TEST(SetpointLaw, OfTheFirstOrderBenchmarkHasItsRegionsAndIsThePreviewLaw) {
 // Regression test: in this box, regions without a common facet touch, where an earlier version split a cell endlessly
 // or for minutes.
 TEST(SetpointLaw, OfABoxWithHardCornersIsThePreviewLaw) {
-  const AxisProblem problem = axis_problem(mpc::generated::kVehicle, Axis::kX);
+  const AxisQp problem = axis_qp(mpc::generated::kVehicle, Axis::kX);
   const SetpointRows rows = make_setpoint_law(problem, {6.0, 4.0, 0.5, 2.0, 0.6, 0.31, 2e-5, 2e-5});
   ASSERT_FALSE(rows.too_large);
   mpc::GainTable<double> table = make_gain_table(problem);
@@ -187,11 +187,11 @@ TEST(SetpointLaw, OfABoxWithHardCornersIsThePreviewLaw) {
 
 // The limit counts work, not time: every machine stops at the same place, with a clean answer instead of a hang.
 TEST(SetpointLaw, IsGivenUpWhenItsAllowanceIsSpent) {
-  const AxisProblem problem = axis_problem(mpc::generated::kVehicle, Axis::kX);
+  const AxisQp problem = axis_qp(mpc::generated::kVehicle, Axis::kX);
   double told = 0.0;
-  for (const Allowance allowance : {Allowance(2000), Allowance(400'000, 1'000'000)}) {
-    const SetpointRows rows = make_setpoint_law(problem, kSetpointBox, allowance,
-                                                [&](std::size_t, std::size_t, double spent) { told = spent; });
+  for (const ComputeBudget budget : {ComputeBudget(2000), ComputeBudget(400'000, 1'000'000)}) {
+    const SetpointRows rows =
+        make_setpoint_law(problem, kSetpointBox, budget, [&](std::size_t, std::size_t, double spent) { told = spent; });
     EXPECT_TRUE(rows.too_large);
     EXPECT_TRUE(rows.nodes.empty() && rows.planes.empty() && rows.laws.empty());
     EXPECT_GT(told, 0.0);
@@ -203,13 +203,13 @@ TEST(SetpointLaw, IsGivenUpWhenItsAllowanceIsSpent) {
 TEST(SetpointLaw, TheMostChangesOfTheActiveSetInItsBoxByEnumeration) {
   std::string cold, kept;
   for (const Axis axis : {Axis::kX, Axis::kY}) {
-    const MostChanges most = most_changes(axis_problem(mpc::generated::kVehicle, axis));
-    EXPECT_GT(most.regions, 400U);
-    EXPECT_EQ(most.failed, 0U);
-    EXPECT_LE(most.cold, mpc::kHorizon + 4) << "from the empty set, few changes should be reversed";
-    EXPECT_LE(most.kept, 3 * mpc::kMaxChanges / 4) << "a quarter of the limit must remain";
-    cold += (cold.empty() ? "" : ", ") + std::to_string(most.cold);
-    kept += (kept.empty() ? "" : ", ") + std::to_string(most.kept);
+    const MaxChanges max = max_changes(axis_qp(mpc::generated::kVehicle, axis));
+    EXPECT_GT(max.regions, 400U);
+    EXPECT_EQ(max.failed, 0U);
+    EXPECT_LE(max.cold, mpc::kHorizon + 4) << "from the empty set, few changes should be reversed";
+    EXPECT_LE(max.kept, 3 * mpc::kMaxChanges / 4) << "a quarter of the limit must remain";
+    cold += (cold.empty() ? "" : ", ") + std::to_string(max.cold);
+    kept += (kept.empty() ? "" : ", ") + std::to_string(max.kept);
   }
 #ifndef M100_SANITIZED
   RecordProperty("figure.box_changes.cold", cold);

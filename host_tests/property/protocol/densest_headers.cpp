@@ -34,12 +34,12 @@ std::uint16_t crc_of(std::size_t place, std::uint8_t value, std::uint16_t state 
 constexpr std::uint16_t kFixedOfNext = 0xC0FC;
 
 /// CRC16 is a sum of contributions of the bytes. Groups the values of byte 9 by their effect on kFixedOfNext.
-struct ByByteNine {
+struct ByteNineIndex {
   std::map<std::uint16_t, std::vector<std::uint8_t>> values;
   std::array<std::uint16_t, 256> crc{};
   std::array<std::uint16_t, 256> crc_of_byte_four{};
 
-  ByByteNine() {
+  ByteNineIndex() {
     for (unsigned value = 0; value < 256; ++value) {
       crc.at(value) = crc_of(9, static_cast<std::uint8_t>(value));
       crc_of_byte_four.at(value) = crc_of(4, static_cast<std::uint8_t>(value));
@@ -50,7 +50,7 @@ struct ByByteNine {
 
 /// All possible successors of a header: byte 4 of this one, and bytes 1 to 3 of the next, two of which are this CRC16.
 std::vector<std::pair<std::uint8_t, std::uint32_t>> dense_followers(std::uint32_t start, std::mt19937& random) {
-  static const ByByteNine kByByteNine;
+  static const ByteNineIndex kByByteNine;
   std::vector<std::pair<std::uint8_t, std::uint32_t>> followers;
   std::array<std::byte, 10> bytes{protocol::kStartByte};
   for (std::size_t i = 0; i < 3; ++i) {

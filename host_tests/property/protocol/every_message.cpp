@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/property/protocol/every_message.h"
 
-#include "protocol/acks.h"
 #include "protocol/aes256.h"
-#include "protocol/commands.h"
-#include "protocol/pushes.h"
+#include "protocol/dji/acks.h"
+#include "protocol/dji/commands.h"
+#include "protocol/dji/pushes.h"
 
 namespace m100::host_tests {
 namespace {

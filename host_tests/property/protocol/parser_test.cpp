@@ -11,7 +11,7 @@
 #include "host_tests/property/protocol/reference_parser.h"
 #include "host_tests/property/protocol/streams.h"
 #include "protocol/crc.h"
-#include "protocol/frame_parser.h"
+#include "protocol/dji/frame_parser.h"
 
 namespace m100::host_tests {
 namespace {

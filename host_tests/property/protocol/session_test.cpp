@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Both sides of the sessions over a line that loses, doubles and delays frames; a record of all events checks them.
-#include "protocol/session.h"
+#include "protocol/dji/session.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <map>
 
 #include "host_tests/property/protocol/streams.h"
-#include "protocol/acks.h"
-#include "protocol/frame_parser.h"
+#include "protocol/dji/acks.h"
+#include "protocol/dji/frame_parser.h"
 
 namespace m100::host_tests {
 namespace {

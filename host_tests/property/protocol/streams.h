@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "protocol/frame_encoder.h"
-#include "protocol/telemetry.h"
+#include "protocol/dji/frame_encoder.h"
+#include "protocol/dji/telemetry.h"
 
 // Byte streams to test a receiver: clean ones, and hostile ones that cost it the most processor time.
 namespace m100::host_tests {

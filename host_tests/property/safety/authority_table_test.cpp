@@ -15,20 +15,23 @@ namespace {
 /// Exhaustive check of the table: a loss ends control, whatever other signs are set at the same time.
 TEST(AuthorityTable, WhateverElseIsTrueALossEndsControl) {
   RecordProperty("promise", "R4");
-  constexpr AuthoritySign kFlying =
-      AuthoritySign::kHeard | AuthoritySign::kItemsFresh | AuthoritySign::kModeF | AuthoritySign::kDeviceOurs;
-  constexpr AuthoritySign kLosses =
-      AuthoritySign::kRestarted | AuthoritySign::kLostPush | AuthoritySign::kOwnStall | AuthoritySign::kNoAnswer;
+  constexpr AuthorityCondition kFlying = AuthorityCondition::kLinkAlive | AuthorityCondition::kItemsFresh |
+                                         AuthorityCondition::kModeF | AuthorityCondition::kDeviceOurs;
+  constexpr AuthorityCondition kLosses = AuthorityCondition::kRestarted | AuthorityCondition::kControlLostPush |
+                                         AuthorityCondition::kOwnStall | AuthorityCondition::kNoAnswer;
   for (std::uint32_t bits = 0; bits < (1U << 24U); ++bits) {
-    const AuthoritySign signs = static_cast<AuthoritySign>(bits);
-    const bool lost = !all(signs, kFlying) || any(signs, kLosses) ||
-                      (any(signs, AuthoritySign::kNeedsVirtualRc) && !any(signs, AuthoritySign::kVirtualRcOn));
-    const Stage after = next(Stage::kInControl, signs);
-    ASSERT_EQ(next(Stage::kInControl, signs | AuthoritySign::kPortBack), Stage::kListening) << std::hex << bits;
+    const AuthorityCondition conditions = static_cast<AuthorityCondition>(bits);
+    const bool lost =
+        !all(conditions, kFlying) || any(conditions, kLosses) ||
+        (any(conditions, AuthorityCondition::kNeedsVirtualRc) && !any(conditions, AuthorityCondition::kVirtualRcOn));
+    const AuthorityStage after = next(AuthorityStage::kInControl, conditions);
+    ASSERT_EQ(next(AuthorityStage::kInControl, conditions | AuthorityCondition::kPortBack), AuthorityStage::kListening)
+        << std::hex << bits;
     if (lost) {
-      ASSERT_TRUE(after == Stage::kSilent || after == Stage::kSilentCold) << std::hex << bits;
+      ASSERT_TRUE(after == AuthorityStage::kSilent || after == AuthorityStage::kSilentCold) << std::hex << bits;
     } else {
-      ASSERT_EQ(after, any(signs, AuthoritySign::kReleaseAsked) ? Stage::kReleasing : Stage::kInControl)
+      ASSERT_EQ(after, any(conditions, AuthorityCondition::kReleaseRequested) ? AuthorityStage::kReleasing
+                                                                              : AuthorityStage::kInControl)
           << std::hex << bits;
     }
   }
@@ -36,13 +39,16 @@ TEST(AuthorityTable, WhateverElseIsTrueALossEndsControl) {
 
 /// In every stage on the way to control, a loss leads to silence, whatever other signs are set.
 TEST(AuthorityTable, ALossOnTheWayToControlEndsTheAttempt) {
-  for (const Stage stage : {Stage::kObtaining, Stage::kSpacing, Stage::kConfirming, Stage::kEnabling}) {
-    for (std::uint32_t bits = 0; bits < (1U << 22U); ++bits) {  // no row of these stages needs kOwed
-      const AuthoritySign signs = static_cast<AuthoritySign>(bits);
-      const bool lost = !all(signs, AuthoritySign::kHeard | AuthoritySign::kItemsFresh | AuthoritySign::kModeF) ||
-                        any(signs, AuthoritySign::kRestarted | AuthoritySign::kLostPush);
-      const Stage after = next(stage, lost ? signs : signs | AuthoritySign::kOwnStall);
-      ASSERT_TRUE(after == Stage::kSilent || after == Stage::kSilentCold) << name(stage) << " " << std::hex << bits;
+  for (const AuthorityStage stage :
+       {AuthorityStage::kObtaining, AuthorityStage::kSpacing, AuthorityStage::kConfirming, AuthorityStage::kEnabling}) {
+    for (std::uint32_t bits = 0; bits < (1U << 22U); ++bits) {  // no row of these stages needs kReleasePending
+      const AuthorityCondition conditions = static_cast<AuthorityCondition>(bits);
+      const bool lost = !all(conditions, AuthorityCondition::kLinkAlive | AuthorityCondition::kItemsFresh |
+                                             AuthorityCondition::kModeF) ||
+                        any(conditions, AuthorityCondition::kRestarted | AuthorityCondition::kControlLostPush);
+      const AuthorityStage after = next(stage, lost ? conditions : conditions | AuthorityCondition::kOwnStall);
+      ASSERT_TRUE(after == AuthorityStage::kSilent || after == AuthorityStage::kSilentCold)
+          << name(stage) << " " << std::hex << bits;
     }
   }
 }
@@ -59,12 +65,13 @@ TEST(AuthorityTable, GivingBackIsRepeatedAtMostFiveTimesASecondAndRequestsEveryT
   std::size_t most = 0;
   for (int i = 0; i < 400000; ++i) {
     // Levels last for a while; edges are rare.
-    const auto levels = static_cast<AuthoritySign>((random() | random()) & (i % 50 < 40 ? 0x7CCU : 0x7CCU & random()));
-    const auto edges = static_cast<AuthoritySign>(random() % 8 == 0 ? 1U << (random() % 25U) : 0U);
+    const auto levels =
+        static_cast<AuthorityCondition>((random() | random()) & (i % 50 < 40 ? 0x7CCU : 0x7CCU & random()));
+    const auto edges = static_cast<AuthorityCondition>(random() % 8 == 0 ? 1U << (random() % 25U) : 0U);
     const AuthorityStep made = step(state, levels | edges, kTick);
     state = made.state;
     since_request += kTick;
-    if (made.action == Action::kReleaseControl) {
+    if (made.action == AuthorityAction::kReleaseControl) {
       while (!last_second.empty() && (i - last_second.front()) * kTick >= std::chrono::seconds(1)) {
         last_second.pop_front();
       }
@@ -72,7 +79,7 @@ TEST(AuthorityTable, GivingBackIsRepeatedAtMostFiveTimesASecondAndRequestsEveryT
       ASSERT_LE(last_second.size(), 5U) << "step " << i;
       most = std::max(most, last_second.size());
       ++releases;
-    } else if (made.action == Action::kRequestControl) {
+    } else if (made.action == AuthorityAction::kRequestControl) {
       ASSERT_GE(since_request, kRequestSpacing) << "step " << i;
       since_request = core::Duration{0};
     }
@@ -83,11 +90,12 @@ TEST(AuthorityTable, GivingBackIsRepeatedAtMostFiveTimesASecondAndRequestsEveryT
 
 TEST(AuthorityTable, EveryReasonAndEveryStageHasAName) {
   for (std::size_t stage = 0; stage < kStageCount; ++stage) {
-    EXPECT_FALSE(name(static_cast<Stage>(stage)).empty());
+    EXPECT_FALSE(name(static_cast<AuthorityStage>(stage)).empty());
   }
-  for (const AuthorityRow& row : kAuthorityTable) {
+  for (const AuthorityTransition& row : kAuthorityTable) {
     EXPECT_FALSE(name(row.reason).empty());
-    const bool is_end = row.to == Stage::kSilent || row.to == Stage::kSilentCold || row.to == Stage::kPausing;
+    const bool is_end = row.to == AuthorityStage::kSilent || row.to == AuthorityStage::kSilentCold ||
+                        row.to == AuthorityStage::kPausing;
     EXPECT_EQ(is_end && remedy(row.reason).empty(), false) << name(row.reason) << " has no remedy for the operator";
   }
 }

@@ -55,25 +55,26 @@ class Walk {
     world.since_on = std::min(world.since_on + passed, kSpacingUnits);
     world.seen.silent = world.seen.silent || choice.time_passes;
 
-    AuthoritySign signs = when(choice.event == Event::kPortBack, AuthoritySign::kPortBack);
+    AuthorityCondition conditions = when(choice.event == Event::kPortBack, AuthorityCondition::kPortBack);
     if (happen(world.autopilot, choice.event) && choice.push_arrives) {
-      signs |= AuthoritySign::kLostPush;
+      conditions |= AuthorityCondition::kControlLostPush;
     }
     if (choice.telemetry_arrives) {
       // The client notices a restart by the autopilot's clock in the first telemetry after it; here in the same step.
-      signs |= when(choice.event == Event::kRestart, AuthoritySign::kRestarted);
+      conditions |= when(choice.event == Event::kRestart, AuthorityCondition::kRestarted);
       world.seen = {world.autopilot.f, world.autopilot.virtual_rc, world.autopilot.device, false};
     }
-    signs |= answer_sign(world, choice);
-    signs |= operator_sign(world, choice.acts) | levels(world.seen);
+    conditions |= answer_sign(world, choice);
+    conditions |= operator_sign(world, choice.acts) | levels(world.seen);
 
     const bool was_busy = (kAcquiring | kHolding).has(world.client.stage);
-    const AuthorityStep made = step(world.client, signs, elapsed);
+    const AuthorityStep made = step(world.client, conditions, elapsed);
     world.client = made.state;
     world.open = world.open && !made.moved;
     stages_.set(static_cast<std::size_t>(world.client.stage));
     examine(world, made, choice);
-    const bool silent_now = world.client.stage == Stage::kSilent || world.client.stage == Stage::kSilentCold;
+    const bool silent_now =
+        world.client.stage == AuthorityStage::kSilent || world.client.stage == AuthorityStage::kSilentCold;
     world.must_be_silent = world.must_be_silent || (was_busy && silent_now);
     if (choice.event == Event::kPortBack) {
       examine_port_back(world);
@@ -86,13 +87,13 @@ class Walk {
  private:
   static constexpr unsigned kTableBits = 25;
 
-  static AuthoritySign answer_sign(World& world, const Choice& choice) {
-    AuthoritySign sign = AuthoritySign::kNone;
+  static AuthorityCondition answer_sign(World& world, const Choice& choice) {
+    AuthorityCondition sign = AuthorityCondition::kNone;
     if (world.open && world.ack != Ack::kNone && choice.ack_arrives) {
       sign = sign_of(world.ack);
       world.open = false;
     } else if (world.open && world.open_old) {
-      sign = AuthoritySign::kNoAnswer;
+      sign = AuthorityCondition::kNoAnswer;
       world.open = false;
     }
     world.open_old = world.open && (world.open_old || choice.time_passes);
@@ -101,24 +102,25 @@ class Walk {
   /// Start-up may run again. That control is requested only after an order is tested on the table itself.
   void examine_port_back(World& world) {
     world.must_be_silent = false;
-    if (world.client.stage != Stage::kListening || world.client.asked) {
+    if (world.client.stage != AuthorityStage::kListening || world.client.control_requested) {
       fail("after the port came back, start-up does not restart or an earlier order still counts");
     }
   }
-  AuthoritySign operator_sign(World& world, Operator acts) const {
+  AuthorityCondition operator_sign(World& world, Operator acts) const {
     if (acts == Operator::kAsks) {
       world.must_be_silent = false;
       world.obtains_since_ask = 0;
       world.ons_since_ask = 0;
-      return AuthoritySign::kAsked;
+      return AuthorityCondition::kControlRequested;
     }
-    return acts == Operator::kReleases ? AuthoritySign::kReleaseAsked : AuthoritySign::kNone;
+    return acts == Operator::kReleases ? AuthorityCondition::kReleaseRequested : AuthorityCondition::kNone;
   }
-  AuthoritySign levels(const Seen& seen) const {
-    return when(!seen.silent, AuthoritySign::kHeard | AuthoritySign::kItemsFresh) |
-           when(seen.f || (masked_ && seen.virtual_rc), AuthoritySign::kModeF) |
-           when(seen.device == Device::kOurs, AuthoritySign::kDeviceOurs) |
-           when(seen.virtual_rc, AuthoritySign::kVirtualRcOn) | when(uses_virtual_rc_, AuthoritySign::kNeedsVirtualRc);
+  AuthorityCondition levels(const Seen& seen) const {
+    return when(!seen.silent, AuthorityCondition::kLinkAlive | AuthorityCondition::kItemsFresh) |
+           when(seen.f || (masked_ && seen.virtual_rc), AuthorityCondition::kModeF) |
+           when(seen.device == Device::kOurs, AuthorityCondition::kDeviceOurs) |
+           when(seen.virtual_rc, AuthorityCondition::kVirtualRcOn) |
+           when(uses_virtual_rc_, AuthorityCondition::kNeedsVirtualRc);
   }
   void examine(const World& world, const AuthorityStep& made, const Choice& choice) {
     const bool commands = may_command(world.client.stage);
@@ -130,36 +132,36 @@ class Walk {
     if (commands && world.seen.silent) {
       fail("a command is sent although the link has been silent beyond its limit");
     }
-    const bool leaves = made.action != Action::kNone && made.action != Action::kReleaseControl;
+    const bool leaves = made.action != AuthorityAction::kNone && made.action != AuthorityAction::kReleaseControl;
     if (world.must_be_silent && (commands || leaves)) {
       fail("a byte is sent after a loss without a new order");
     }
     examine_spacing(world, made);
   }
   void examine_spacing(const World& world, const AuthorityStep& made) {
-    if (made.action == Action::kRequestControl && world.since_obtain < kSpacingUnits) {
+    if (made.action == AuthorityAction::kRequestControl && world.since_obtain < kSpacingUnits) {
       fail("two requests for control within two seconds");
     }
-    if (made.action == Action::kSwitchVirtualRcOn && world.since_on < kSpacingUnits) {
+    if (made.action == AuthorityAction::kSwitchVirtualRcOn && world.since_on < kSpacingUnits) {
       fail("two Virtual RC switches within two seconds");
     }
-    if (made.action == Action::kRequestControl && world.obtains_since_ask >= kRequestsPerAction) {
+    if (made.action == AuthorityAction::kRequestControl && world.obtains_since_ask >= kRequestsPerAction) {
       fail("more than three requests for one order");
     }
-    if (made.action == Action::kSwitchVirtualRcOn && world.ons_since_ask >= kRequestsPerAction) {
+    if (made.action == AuthorityAction::kSwitchVirtualRcOn && world.ons_since_ask >= kRequestsPerAction) {
       fail("more than three Virtual RC switches for one order");
     }
   }
 
-  void act(World& world, Action action, const Choice& choice) const {
-    if (action == Action::kNone) {
+  void act(World& world, AuthorityAction action, const Choice& choice) const {
+    if (action == AuthorityAction::kNone) {
       return;
     }
-    if (action == Action::kRequestControl) {
+    if (action == AuthorityAction::kRequestControl) {
       world.since_obtain = 0;
       world.obtains_since_ask = std::min<std::uint64_t>(world.obtains_since_ask + 1, 3);
     }
-    if (action == Action::kSwitchVirtualRcOn) {
+    if (action == AuthorityAction::kSwitchVirtualRcOn) {
       world.since_on = 0;
       world.ons_since_ask = std::min<std::uint64_t>(world.ons_since_ask + 1, 3);
     }
@@ -239,11 +241,12 @@ INSTANTIATE_TEST_SUITE_P(Product, AuthorityWalk,
                          [](const auto& tested) { return tested.param.name; });
 
 /// Continues with an order and without faults. @returns the final stage.
-Stage way_to_control(Walk& walk, World world) {
+AuthorityStage way_to_control(Walk& walk, World world) {
   for (int n = 0; n < 80 && !may_command(world.client.stage); ++n) {
-    const Stage stage = world.client.stage;
+    const AuthorityStage stage = world.client.stage;
     const bool waits =
-        !world.client.asked && (stage == Stage::kReady || stage == Stage::kSilent || stage == Stage::kSilentCold);
+        !world.client.control_requested &&
+        (stage == AuthorityStage::kReady || stage == AuthorityStage::kSilent || stage == AuthorityStage::kSilentCold);
     const Event event = !world.autopilot.f                          ? Event::kReturnF
                         : world.autopilot.device == Device::kMobile ? Event::kMobileEnds
                                                                     : Event::kNothing;
@@ -280,7 +283,8 @@ TEST_P(AuthorityWalk, NoOrderOfEventsBreaksAPromise) {
   const std::size_t stride = walk.states().size() / 20000 + 1;
   for (std::size_t i = 0; i < walk.states().size(); i += stride) {
     const World world = unpack(walk.states()[i]);
-    ASSERT_EQ(way_to_control(walk, world), Stage::kInControl) << "from state " << i << ", " << name(world.client.stage);
+    ASSERT_EQ(way_to_control(walk, world), AuthorityStage::kInControl)
+        << "from state " << i << ", " << name(world.client.stage);
     const int units = way_to_the_pilot(walk, world);
     ASSERT_TRUE(units >= 0 && units <= 2) << units << " from state " << i << ", " << name(world.client.stage);
   }

@@ -22,7 +22,7 @@ static_assert(kRequestSpacing % kUnit == core::Duration{0} && kConfirmTime % kUn
 inline constexpr std::uint64_t kSpacingUnits = static_cast<std::uint64_t>(kRequestSpacing / kUnit);
 
 enum class Device : std::uint8_t { kRc, kMobile, kOurs };
-enum class Ack : std::uint8_t { kNone, kDone, kAgain, kRefused, kNotActivated };
+enum class Ack : std::uint8_t { kNone, kDone, kSendAgain, kRefused, kNotActivated };
 enum class Event : std::uint8_t {
   kNothing,
   kLeaveF,
@@ -57,7 +57,7 @@ struct World {
   AuthorityState client;
   bool open = false;      ///< a request waits for its answer
   bool open_old = false;  ///< waiting for one unit or more: given up at the next step
-  Action question = Action::kNone;
+  AuthorityAction question = AuthorityAction::kNone;
   Ack ack = Ack::kNone;  ///< answer on its way
   Autopilot autopilot;
   Seen seen;
@@ -72,18 +72,18 @@ struct World {
 /// Makes states equal that have the same future, so that the walk ends.
 inline void canonicalise(World& world) {
   AuthorityState& client = world.client;
-  client.reason = Reason::kNone;
+  client.reason = AuthorityReason::kNone;
   client.since_request = std::min(client.since_request, kRequestSpacing);
   client.since_switch = std::min(client.since_switch, kRequestSpacing);
   client.since_release = client.since_release < kReleaseSpacing ? core::Duration{0} : kAgeLimit;
   client.releases = 0;  // the pause between releases only delays; GivingBackIsRepeated... tests the count
-  const bool timed = client.stage == Stage::kListening || client.stage == Stage::kPausing ||
-                     client.stage == Stage::kConfirming || client.stage == Stage::kEnabling ||
-                     client.stage == Stage::kAwaitingTelemetry;
+  const bool timed = client.stage == AuthorityStage::kListening || client.stage == AuthorityStage::kPausing ||
+                     client.stage == AuthorityStage::kConfirming || client.stage == AuthorityStage::kEnabling ||
+                     client.stage == AuthorityStage::kAwaitingTelemetry;
   client.since_entry = timed ? std::min(client.since_entry, kPauseTime) : core::Duration{0};
   if (!world.open) {
     world.open_old = false;
-    world.question = Action::kNone;
+    world.question = AuthorityAction::kNone;
     world.ack = Ack::kNone;
   }
   if (!(kAcquiring | kHolding).has(client.stage)) {
@@ -123,10 +123,10 @@ inline std::uint64_t units(core::Duration duration) { return static_cast<std::ui
 inline std::uint64_t pack(const World& w) {
   Packer p;
   p.put(static_cast<std::uint64_t>(w.client.stage), 4);
-  p.put(w.client.asked, 1);
+  p.put(w.client.control_requested, 1);
   p.put(w.client.requests, 2);
   p.put(w.client.switches, 2);
-  p.put(w.client.owed, 1);
+  p.put(w.client.release_pending, 1);
   p.put(w.client.must_release, 1);
   p.put(w.client.since_release >= kReleaseSpacing, 1);
   p.put(units(w.client.since_entry), 4);
@@ -158,20 +158,20 @@ inline std::uint64_t pack(const World& w) {
 inline World unpack(std::uint64_t word) {
   Unpacker u(word);
   World w;
-  w.client.stage = static_cast<Stage>(u.get(4));
-  w.client.asked = u.get(1) != 0;
+  w.client.stage = static_cast<AuthorityStage>(u.get(4));
+  w.client.control_requested = u.get(1) != 0;
   w.client.requests = static_cast<std::uint8_t>(u.get(2));
   w.client.switches = static_cast<std::uint8_t>(u.get(2));
-  w.client.owed = u.get(1) != 0;
+  w.client.release_pending = u.get(1) != 0;
   w.client.must_release = u.get(1) != 0;
   w.client.since_release = u.get(1) != 0 ? kAgeLimit : core::Duration{0};
   w.client.since_entry = static_cast<std::int64_t>(u.get(4)) * kUnit;
   w.client.since_request = static_cast<std::int64_t>(u.get(3)) * kUnit;
   w.client.since_switch = static_cast<std::int64_t>(u.get(3)) * kUnit;
-  w.client.reason = Reason::kNone;
+  w.client.reason = AuthorityReason::kNone;
   w.open = u.get(1) != 0;
   w.open_old = u.get(1) != 0;
-  w.question = static_cast<Action>(u.get(3));
+  w.question = static_cast<AuthorityAction>(u.get(3));
   w.ack = static_cast<Ack>(u.get(3));
   w.autopilot.f = u.get(1) != 0;
   w.autopilot.activated = u.get(1) != 0;
@@ -229,14 +229,14 @@ inline Ack obtain(Autopilot& autopilot) {
     return Ack::kRefused;
   }
   if (autopilot.device == Device::kMobile) {
-    return Ack::kAgain;
+    return Ack::kSendAgain;
   }
   autopilot.release_once = false;
   if (autopilot.device != Device::kOurs) {
     autopilot.asked_once = !autopilot.asked_once;
     autopilot.device = autopilot.asked_once ? Device::kRc : Device::kOurs;
   }
-  return autopilot.device == Device::kOurs ? Ack::kDone : Ack::kAgain;
+  return autopilot.device == Device::kOurs ? Ack::kDone : Ack::kSendAgain;
 }
 
 inline Ack give_back(Autopilot& autopilot) {
@@ -248,50 +248,51 @@ inline Ack give_back(Autopilot& autopilot) {
     autopilot.release_once = !autopilot.release_once;
     autopilot.device = autopilot.release_once ? Device::kOurs : Device::kRc;
   }
-  return autopilot.device == Device::kOurs ? Ack::kAgain : Ack::kDone;
+  return autopilot.device == Device::kOurs ? Ack::kSendAgain : Ack::kDone;
 }
 
 /// The autopilot's reaction to a request that reaches it (protocol, sections 6.1, 7 and 11).
-inline Ack receive(Autopilot& autopilot, Action request) {
+inline Ack receive(Autopilot& autopilot, AuthorityAction request) {
   switch (request) {
-    case Action::kAskVersion:
-    case Action::kSetRates:
+    case AuthorityAction::kRequestVersion:
+    case AuthorityAction::kSetRates:
       return Ack::kDone;
-    case Action::kActivate:
+    case AuthorityAction::kActivate:
       autopilot.activated = true;
       return Ack::kDone;
-    case Action::kRequestControl:
+    case AuthorityAction::kRequestControl:
       return obtain(autopilot);
-    case Action::kSwitchVirtualRcOn:
+    case AuthorityAction::kSwitchVirtualRcOn:
       autopilot.virtual_rc = autopilot.virtual_rc || (autopilot.f && autopilot.activated);
       return Ack::kNone;
-    case Action::kReleaseControl:
+    case AuthorityAction::kReleaseControl:
       return give_back(autopilot);
-    case Action::kNone:
+    case AuthorityAction::kNone:
       break;
   }
   return Ack::kNone;
 }
 
-inline AuthoritySign sign_of(Ack ack) {
+inline AuthorityCondition sign_of(Ack ack) {
   switch (ack) {
     case Ack::kDone:
-      return AuthoritySign::kDone;
-    case Ack::kAgain:
-      return AuthoritySign::kAgain;
+      return AuthorityCondition::kDone;
+    case Ack::kSendAgain:
+      return AuthorityCondition::kSendAgain;
     case Ack::kRefused:
-      return AuthoritySign::kRefused;
+      return AuthorityCondition::kRefused;
     case Ack::kNotActivated:
-      return AuthoritySign::kNotActivated;
+      return AuthorityCondition::kNotActivated;
     case Ack::kNone:
       break;
   }
-  return AuthoritySign::kNone;
+  return AuthorityCondition::kNone;
 }
 
 /// The client ignores the answer to a release, because telemetry shows the result.
-inline bool waits_for_answer(Action action) {
-  return action != Action::kNone && action != Action::kSwitchVirtualRcOn && action != Action::kReleaseControl;
+inline bool waits_for_answer(AuthorityAction action) {
+  return action != AuthorityAction::kNone && action != AuthorityAction::kSwitchVirtualRcOn &&
+         action != AuthorityAction::kReleaseControl;
 }
 
 }  // namespace m100::safety::walk

@@ -57,12 +57,13 @@ TEST_P(SupervisorObservations, NeverGrantWhatTheyMustNot) {
     const Observation seen = random_observation(random, now);
     const ctl::Command<double> wanted{random_number(random), random_number(random), random_number(random),
                                       random_number(random)};
-    const Rung before = supervisor.rung();
-    const Grant<double> grant = supervisor.review(wanted, {}, seen, 0.01);
+    const FailsafeState before = supervisor.failsafe_state();
+    const SupervisedCommand<double> grant = supervisor.review(wanted, {}, seen, 0.01);
     ASSERT_FALSE(grant.transmit && !(seen.authority && seen.mode_f));
-    ASSERT_FALSE((before == Rung::kSilent || before == Rung::kLevel || before == Rung::kRelease) &&
-                 grant.rung == Rung::kNominal && !seen.operator_engages);
-    ASSERT_FALSE(before == Rung::kNominal && grant.rung == Rung::kNominal &&
+    ASSERT_FALSE(
+        (before == FailsafeState::kSilent || before == FailsafeState::kLevel || before == FailsafeState::kRelease) &&
+        grant.failsafe_state == FailsafeState::kNominal && !seen.operator_engages);
+    ASSERT_FALSE(before == FailsafeState::kNominal && grant.failsafe_state == FailsafeState::kNominal &&
                  seen.pose_age > std::chrono::milliseconds(60));
     const auto check = [](double value, double was, double range, double slew) {
       ASSERT_TRUE(std::isfinite(value));
@@ -81,10 +82,11 @@ INSTANTIATE_TEST_SUITE_P(Seeds, SupervisorObservations, ::testing::Range(1, 9));
 // Every state and all 2^11 sets of signs: without permission to command, the ladder is silent in the next tick.
 TEST(Ladder, LeaveEveryStateWhenAuthorityGoes) {
   for (int bits = 0; bits < (1 << 11); ++bits) {
-    const LadderSign signs = static_cast<LadderSign>(bits);
-    for (const Rung state : {Rung::kSilent, Rung::kNominal, Rung::kCoast, Rung::kLevel, Rung::kRelease}) {
-      if (!any(signs, LadderSign::kCommandable)) {
-        ASSERT_EQ(next_rung(state, signs), Rung::kSilent) << "signs " << bits;
+    const FailsafeCondition conditions = static_cast<FailsafeCondition>(bits);
+    for (const FailsafeState state : {FailsafeState::kSilent, FailsafeState::kNominal, FailsafeState::kCoast,
+                                      FailsafeState::kLevel, FailsafeState::kRelease}) {
+      if (!any(conditions, FailsafeCondition::kCommandable)) {
+        ASSERT_EQ(next_failsafe_state(state, conditions), FailsafeState::kSilent) << "signs " << bits;
       }
     }
   }

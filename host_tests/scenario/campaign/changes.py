@@ -95,7 +95,7 @@ def fly(program, worlds, *options):
             raise RuntimeError(f"m100-lab campaign ended with {code}")
         report = json.loads(answer.read_text())
     for world_name, counts in report["worlds"].items():
-        counts["noticed"] = sum(flown["swing_noticed_s"] >= 0.0 for flown in report["flown"] if flown["world"] == world_name)
+        counts["noticed"] = sum(flown["limit_cycle_detected_s"] >= 0.0 for flown in report["flown"] if flown["world"] == world_name)
     return {name: report["worlds"][path.stem] for name, path in paths.items()}
 
 

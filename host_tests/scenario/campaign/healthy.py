@@ -19,7 +19,7 @@ WORLDS = pathlib.Path(__file__).resolve().parents[2] / "lab/campaign/worlds"
 
 # Keys of a flight's record, and the largest value that is no alarm. Poses after a gap may be refused while the observer
 # waits for three that agree, for at most 0.1 s: 24 poses at 240 Hz.
-MOST = {"swing_noticed_s": -1.0, "contradicted": False, "left_model": False, "refused_poses": 24}
+MAX_CHANGE = {"limit_cycle_detected_s": -1.0, "contradicted": False, "left_model": False, "refused_poses": 24}
 
 
 def value(words, option, otherwise):
@@ -37,7 +37,7 @@ def main():
             print(f"m100-lab campaign ended with {code}", file=sys.stderr)
             return 2
         flown = json.loads(answer.read_text())["flown"]
-    spoke = [(flight, [f"{key} {flight[key]}" for key, most in MOST.items() if flight[key] > most]) for flight in flown]
+    spoke = [(flight, [f"{key} {flight[key]}" for key, most in MAX_CHANGE.items() if flight[key] > most]) for flight in flown]
     spoke = [(flight, what) for flight, what in spoke if what]
     for flight, what in spoke:
         print(f"{flight['world']}, {flight['task']}, seed {flight['seed']}: {', '.join(what)}")

@@ -17,11 +17,11 @@ import subprocess
 import sys
 import tempfile
 
-MOST_TILT_DEG = 35.0
-MOST_HOVER_RATIO = 2.0
+MAX_TILT_DEG = 35.0
+MAX_HOVER_RATIO = 2.0
 NEES = (0.2, 3.0)
 DRAG_PER_S = 0.3
-MOST_PUSH_M_S2 = 4.0  # drag x (mean + gust amplitude), on each axis
+MAX_FORCE_M_S2 = 4.0  # drag x (mean + gust amplitude), on each axis
 GUST_SHARE = 0.3
 TURBULENCE_SHARE = 0.15
 LATEST_S = 0.140  # latency and jitter together
@@ -39,10 +39,10 @@ def pose(dice):
 
 
 def air(dice, push_m_s2=None):
-    """-> an air section. @param push_m_s2 including gusts, on the worse axis; None: drawn, up to MOST_PUSH_M_S2"""
+    """-> an air section. @param push_m_s2 including gusts, on the worse axis; None: drawn, up to MAX_FORCE_M_S2"""
     direction = dice.uniform(0.0, 2.0 * math.pi)
     along, across = math.cos(direction), math.sin(direction)
-    push_m_s2 = push_m_s2 or dice.uniform(0.1 * MOST_PUSH_M_S2, MOST_PUSH_M_S2)
+    push_m_s2 = push_m_s2 or dice.uniform(0.1 * MAX_FORCE_M_S2, MAX_FORCE_M_S2)
     mean_m_s = push_m_s2 / (DRAG_PER_S * (1.0 + GUST_SHARE) * max(abs(along), abs(across)))
     return (f"[air]\nlinear_drag_per_s = {DRAG_PER_S}\nwind_m_s = [{mean_m_s * along:.3f}, {mean_m_s * across:.3f}, 0.0]\n"
             f"gust_m_s = {GUST_SHARE * mean_m_s:.3f}\nturbulence_m_s = {TURBULENCE_SHARE * mean_m_s:.3f}\n")
@@ -78,10 +78,10 @@ def fly(program, folder, name, text, *options):
 def faults(world, kind_hover_deg):
     """-> a sentence for each violated limit"""
     found = [f"{one['task']}, seed {one['seed']}, at {one['at_s']:.2f} s: {one['why']}" for one in world["failures"]]
-    if world["worst_tilt_deg"] > MOST_TILT_DEG:
+    if world["worst_tilt_deg"] > MAX_TILT_DEG:
         found.append(f"tilts by {world['worst_tilt_deg']:.1f} degrees")
     hover_deg = world["tasks"]["hover"]["tilt_rms_deg"]
-    if hover_deg is not None and kind_hover_deg is not None and hover_deg > MOST_HOVER_RATIO * kind_hover_deg:
+    if hover_deg is not None and kind_hover_deg is not None and hover_deg > MAX_HOVER_RATIO * kind_hover_deg:
         found.append(f"hovers with a tilt of {hover_deg:.2f} degrees, {kind_hover_deg:.2f} in the kind world")
     if world["nees"] is None or not NEES[0] <= world["nees"] <= NEES[1]:
         found.append(f"NEES is {world['nees']}, not {NEES[0]} to {NEES[1]}")

@@ -14,13 +14,13 @@ import tempfile
 
 import held_out
 
-MOST_M_S = 1.0
+MAX_M_S = 1.0
 STRONGER = (1.05, 1.5)
 
 
 def draw(seed, number):
     dice = random.Random(f"storm {seed} {number}")
-    return held_out.air(dice, dice.uniform(*STRONGER) * held_out.MOST_PUSH_M_S2) + (
+    return held_out.air(dice, dice.uniform(*STRONGER) * held_out.MAX_FORCE_M_S2) + (
         held_out.pose(dice) if number % 2 else "")
 
 
@@ -38,7 +38,7 @@ def main():
             given = [flight for flight in flown if flight["handed_over_m_s"] >= 0.0]
             handed_over += [flight["handed_over_m_s"] for flight in given]
             fast += [f"{name}, {flight['task']}: control is given back at {flight['handed_over_m_s']:.2f} m/s, {flight['why']}"
-                     for flight in given if flight["handed_over_m_s"] >= MOST_M_S]
+                     for flight in given if flight["handed_over_m_s"] >= MAX_M_S]
     for sentence in fast:
         print(sentence)
     print(f"{6 * worlds} flights: {stayed} stayed, {len(handed_over)} were handed over, "

@@ -37,7 +37,7 @@ TEST_P(ShippedWorld, IsStayedInWithAStepOfThreeMetres) {
 // The course repeatedly turns the heading by a quarter while the aircraft leans against the wind. Catches a force
 // offset that is estimated in the axes of the heading: five of these six healthy flights had false alarms, and one left
 // its fence.
-TEST(PosesInWind, AreNotCalledLiesWhereTheHeadingTurns) {
+TEST(PosesInWind, NotReportedFaultyInTurns) {
   const Settings settings{.vehicle = companion::as_file(mpc::generated::kVehicle)};
   for (const char* const world : {"wind_8.toml", "wind_10.toml"}) {
     const sim::Plant plant = sim::load_plant((std::filesystem::path(M100_WORLDS) / world).string());
@@ -82,7 +82,7 @@ TEST(PoseTimingOfAFlight, IsFoundOnALineThatIsFull) {
 
 // Gusts at the start of a flight suggest a latency of zero until the effect on the force is known; that estimate must
 // not remain until the end. The poses are 20 ms old, and take 3.8 ms on the line.
-TEST(PoseTimingOfAFlight, LatencyIsFoundInWindWhateverItsFirstSecondsTold) {
+TEST(PoseTimingOfAFlight, LatencyIsFoundInWind) {
   const Settings settings{.vehicle = companion::as_file(mpc::generated::kVehicle)};
   const Task task = tasks_of("trajectory").front();
   for (const std::uint64_t seed : {700U, 705U, 707U, 710U, 711U}) {
@@ -92,11 +92,11 @@ TEST(PoseTimingOfAFlight, LatencyIsFoundInWindWhateverItsFirstSecondsTold) {
     plan.course = task.course;
     plan.duration_s = task.duration_s;
     plan.seed = seed;
-    plan.pilot_holds_place = true;
+    plan.pilot_holds_position = true;
     plan.flight_file = flight_file_of(task, sim::WorldOptions{}.position_w_m.z());
     const experiments::FlightResult flown = experiments::fly(plan);
     EXPECT_TRUE(flown.pose_timing.observable) << seed;
-    EXPECT_NEAR(core::seconds<double>(flown.pose_timing.least), 0.0238, 0.005) << seed;
+    EXPECT_NEAR(core::seconds<double>(flown.pose_timing.min_latency), 0.0238, 0.005) << seed;
   }
 }
 
@@ -119,11 +119,11 @@ TEST(PoseTimingOfAFlight, LatencyIsFoundInTwentySecondsOfStepsInCalmAirAndInWind
       plan.vehicle = companion::as_file(mpc::generated::kVehicle);
       plan.course = "step 1 0 0 0 5\nstep 0 0 0 0 5\nstep 0 1 0 0 5\nstep 0 0 0 0 5\n";
       plan.duration_s = 20.0;
-      plan.pilot_holds_place = true;
+      plan.pilot_holds_position = true;
       const experiments::FlightResult flown = experiments::fly(plan);
       ASSERT_TRUE(flown.flew);
       EXPECT_TRUE(flown.pose_timing.observable);
-      EXPECT_NEAR(core::seconds<double>(flown.pose_timing.least), way.latency_s + kLine_s, way.allowed_s)
+      EXPECT_NEAR(core::seconds<double>(flown.pose_timing.min_latency), way.latency_s + kLine_s, way.allowed_s)
           << way.source << air;
     }
   }

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "firmware/core/tilt.h"
-#include "firmware/ctl/flight_law.h"
+#include "firmware/ctl/law/flight_law.h"
 #include "host_tests/lab/gains/gain_tables.h"
 
 namespace m100::scenario {
@@ -304,7 +304,7 @@ Result fly(const World& first_world, const model::Vehicle& vehicle, const Flight
   Noise noise(world.seed);
   Motion motion(world, flight.reference(0.0, 0.0));
   Score score(flight);
-  ctl::Command<T> in_force;
+  ctl::Command<T> applied_command;
   const long ticks = std::lround(flight.duration_s * 100.0);
   const long every = std::max(1L, std::lround(world.command_period_s * 100.0));
   for (long tick = 0; tick < ticks; ++tick) {
@@ -312,19 +312,19 @@ Result fly(const World& first_world, const model::Vehicle& vehicle, const Flight
     flight.change(now_s, world);
     const est::Measurement<T> measured =
         measure<T>(world, motion.body(), motion.seen(), flight.pose_lost(now_s), noise);
-    const est::Estimate<T> estimate = observer.update(measured, in_force, core::kTickPeriod);
+    const est::Estimate<T> estimate = observer.update(measured, applied_command, core::kTickPeriod);
     const ref::Window<double> wanted = flight.reference(now_s, core::seconds<double>(law.lead()));
-    const ctl::Command<T> command = law.update(estimate, window_in<T>(wanted), in_force, core::kTickPeriod);
+    const ctl::Command<T> command = law.update(estimate, window_in<T>(wanted), applied_command, core::kTickPeriod);
     if (tick % every == 0) {
-      in_force = command;
+      applied_command = command;
     }
     if (!estimate.healthy && tick < 60) {
-      in_force = {};
+      applied_command = {};
     }
-    const ctl::Command<double> acting{.roll_rad = static_cast<double>(in_force.roll_rad),
-                                      .pitch_rad = static_cast<double>(in_force.pitch_rad),
-                                      .climb_m_s = static_cast<double>(in_force.climb_m_s),
-                                      .yaw_rate_rad_s = static_cast<double>(in_force.yaw_rate_rad_s)};
+    const ctl::Command<double> acting{.roll_rad = static_cast<double>(applied_command.roll_rad),
+                                      .pitch_rad = static_cast<double>(applied_command.pitch_rad),
+                                      .climb_m_s = static_cast<double>(applied_command.climb_m_s),
+                                      .yaw_rate_rad_s = static_cast<double>(applied_command.yaw_rate_rad_s)};
     score.add(now_s, motion.body(), acting);
     motion.tick(world, acting, noise);
   }

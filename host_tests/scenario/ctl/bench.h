@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "firmware/est/disturbance_ekf.h"
+#include "firmware/est/filter/disturbance_ekf.h"
 #include "firmware/model/vehicle.h"
 #include "firmware/ref/window.h"
 

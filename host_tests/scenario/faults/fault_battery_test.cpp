@@ -14,9 +14,9 @@ namespace {
 constexpr double kMargin = 2.0;
 constexpr double kTaken_m = 0.122, kStalled_m = 0.035, kFlipped_m = 0.038, kDeaf_m = 0.026;
 
-const char* label(Rung rung) {
+const char* label(FailsafeState failsafe_state) {
   constexpr std::array kNames{"Silent", "Nominal", "Coast", "Level", "Release"};
-  return kNames[static_cast<std::size_t>(rung)];
+  return kNames[static_cast<std::size_t>(failsafe_state)];
 }
 
 struct Loss {
@@ -28,33 +28,34 @@ struct Loss {
 const Loss kLosses[] = {
     {"SwitchToA", [](sim::World& w) { w.autopilot().set_mode(sim::N1Mode::kA); }, milliseconds(40), true},
     {"SwitchToP", [](sim::World& w) { w.autopilot().set_mode(sim::N1Mode::kP); }, milliseconds(40), true},
-    {"TakenByRc", [](sim::World& w) { w.autopilot().happen(sim::N1Happening::kTake, 'r'); }, milliseconds(40), false},
-    {"TakenByApp", [](sim::World& w) { w.autopilot().happen(sim::N1Happening::kTake, 'm'); }, milliseconds(40), false},
-    {"AutopilotRestarts", [](sim::World& w) { w.autopilot().happen(sim::N1Happening::kRestart); }, milliseconds(560),
+    {"TakenByRc", [](sim::World& w) { w.autopilot().happen(sim::N1EventKind::kTake, 'r'); }, milliseconds(40), false},
+    {"TakenByApp", [](sim::World& w) { w.autopilot().happen(sim::N1EventKind::kTake, 'm'); }, milliseconds(40), false},
+    {"AutopilotRestarts", [](sim::World& w) { w.autopilot().happen(sim::N1EventKind::kRestart); }, milliseconds(560),
      false},
-    {"TransmitterOff", [](sim::World& w) { w.autopilot().happen(sim::N1Happening::kRc, 0.0); }, milliseconds(40),
+    {"TransmitterOff", [](sim::World& w) { w.autopilot().happen(sim::N1EventKind::kRc, 0.0); }, milliseconds(40),
      false},
 };
 
-class LossInEveryRung : public ::testing::TestWithParam<std::tuple<Loss, Rung, link::Channel>> {};
-INSTANTIATE_TEST_SUITE_P(Faults, LossInEveryRung,
+class LossInEveryFailsafeState : public ::testing::TestWithParam<std::tuple<Loss, FailsafeState, link::Channel>> {};
+INSTANTIATE_TEST_SUITE_P(Faults, LossInEveryFailsafeState,
                          ::testing::Combine(::testing::ValuesIn(kLosses),
-                                            ::testing::Values(Rung::kSilent, Rung::kNominal, Rung::kCoast, Rung::kLevel,
-                                                              Rung::kRelease),
+                                            ::testing::Values(FailsafeState::kSilent, FailsafeState::kNominal,
+                                                              FailsafeState::kCoast, FailsafeState::kLevel,
+                                                              FailsafeState::kRelease),
                                             ::testing::Values(link::Channel::kVirtualRc, link::Channel::kMovement)),
                          [](const auto& tested) {
                            return std::string(std::get<0>(tested.param).what) + label(std::get<1>(tested.param)) +
                                   (std::get<2>(tested.param) == link::Channel::kMovement ? "Movement" : "");
                          });
 
-TEST_P(LossInEveryRung, SilencesAtOnceAndForGood) {
+TEST_P(LossInEveryFailsafeState, SilencesAtOnceAndForGood) {
   RecordProperty("promise", "R4");
-  const auto& [loss, rung, channel] = GetParam();
+  const auto& [loss, failsafe_state, channel] = GetParam();
   FaultBench bench(channel);
-  ASSERT_TRUE(bench.reach(rung));
+  ASSERT_TRUE(bench.reach(failsafe_state));
   loss.happen(bench.world());
-  const std::optional<core::Duration> seen = bench.until(Rung::kSilent, loss.seen_within);
-  EXPECT_TRUE(seen.has_value()) << "still " << label(bench.rung());
+  const std::optional<core::Duration> seen = bench.until(FailsafeState::kSilent, loss.seen_within);
+  EXPECT_TRUE(seen.has_value()) << "still " << label(bench.failsafe_state());
   const std::uint32_t asked = bench.noted().obtain_requests;
   bench.run(seconds(1));
   bench.world().pose_source().set_faults({});
@@ -82,7 +83,7 @@ TEST_P(SwitchDuringStartUp, EndsWithoutControl) {
     if (i == GetParam()) {
       bench.world().autopilot().set_mode(sim::N1Mode::kP);
     }
-    if (!engaged && bench.controller().link().authority().stage == safety::Stage::kReady) {
+    if (!engaged && bench.controller().link().authority().stage == safety::AuthorityStage::kReady) {
       bench.controller().engage();
       engaged = true;
     }
@@ -99,10 +100,10 @@ TEST(Faults, AFrozenPoseIsNoPose) {
   FaultBench bench;
   ASSERT_TRUE(bench.take_off());
   bench.world().pose_source().set_faults({.frozen = true});
-  EXPECT_TRUE(bench.until(Rung::kCoast, milliseconds(120)).has_value());
-  EXPECT_TRUE(bench.until(Rung::kLevel, milliseconds(750)).has_value());
-  EXPECT_TRUE(bench.until(Rung::kRelease, milliseconds(1100)).has_value());
-  EXPECT_TRUE(bench.until(Rung::kSilent, milliseconds(600)).has_value());
+  EXPECT_TRUE(bench.until(FailsafeState::kCoast, milliseconds(120)).has_value());
+  EXPECT_TRUE(bench.until(FailsafeState::kLevel, milliseconds(750)).has_value());
+  EXPECT_TRUE(bench.until(FailsafeState::kRelease, milliseconds(1100)).has_value());
+  EXPECT_TRUE(bench.until(FailsafeState::kSilent, milliseconds(600)).has_value());
   bench.run(seconds(1));
   EXPECT_FALSE(bench.world().autopilot().client_in_control());
   EXPECT_TRUE(bench.is_sound());
@@ -118,7 +119,7 @@ TEST_P(ControlWithoutAPose, GoesBackUnused) {
   RecordProperty("promise", "R12");
   FaultBench bench(GetParam());
   bench.run(seconds(1));
-  ASSERT_EQ(bench.controller().link().authority().stage, safety::Stage::kReady);
+  ASSERT_EQ(bench.controller().link().authority().stage, safety::AuthorityStage::kReady);
   bench.world().pose_source().set_faults({.silent = true});
   bench.run(milliseconds(100));
   bench.controller().engage();
@@ -136,16 +137,18 @@ TEST_P(ControlWithoutAPose, GoesBackUnused) {
 // One tick in a hover is late by `late`.
 struct Stall {
   core::Duration late;
-  Rung ends;
+  FailsafeState ends;
 };
 class AStall : public ::testing::TestWithParam<Stall> {};
-INSTANTIATE_TEST_SUITE_P(
-    Faults, AStall,
-    ::testing::Values(Stall{milliseconds(5), Rung::kNominal}, Stall{milliseconds(30), Rung::kNominal},
-                      Stall{milliseconds(100), Rung::kNominal}, Stall{milliseconds(250), Rung::kNominal},
-                      Stall{milliseconds(500), Rung::kSilent}, Stall{milliseconds(1000), Rung::kSilent},
-                      Stall{milliseconds(2000), Rung::kSilent}),
-    [](const auto& tested) { return std::to_string(tested.param.late.count() / 1000) + "ms"; });
+INSTANTIATE_TEST_SUITE_P(Faults, AStall,
+                         ::testing::Values(Stall{milliseconds(5), FailsafeState::kNominal},
+                                           Stall{milliseconds(30), FailsafeState::kNominal},
+                                           Stall{milliseconds(100), FailsafeState::kNominal},
+                                           Stall{milliseconds(250), FailsafeState::kNominal},
+                                           Stall{milliseconds(500), FailsafeState::kSilent},
+                                           Stall{milliseconds(1000), FailsafeState::kSilent},
+                                           Stall{milliseconds(2000), FailsafeState::kSilent}),
+                         [](const auto& tested) { return std::to_string(tested.param.late.count() / 1000) + "ms"; });
 
 TEST_P(AStall, IsCountedAndNoOldPoseIsFlown) {
   RecordProperty("promise", "R9,R15");
@@ -159,9 +162,10 @@ TEST_P(AStall, IsCountedAndNoOldPoseIsFlown) {
   }
   EXPECT_EQ(bench.controller().stats().stalls, GetParam().late > milliseconds(10) ? 1U : 0U);
   bench.run(seconds(1));
-  EXPECT_EQ(bench.world().autopilot().client_in_control(), GetParam().ends == Rung::kNominal) << "R15: within a second";
+  EXPECT_EQ(bench.world().autopilot().client_in_control(), GetParam().ends == FailsafeState::kNominal)
+      << "R15: within a second";
   bench.run(seconds(3));
-  EXPECT_EQ(bench.rung(), GetParam().ends) << label(bench.rung());
+  EXPECT_EQ(bench.failsafe_state(), GetParam().ends) << label(bench.failsafe_state());
   EXPECT_TRUE(bench.is_sound());
   EXPECT_LT(bench.farthest_m(), kMargin * kStalled_m);
 }
@@ -177,7 +181,7 @@ TEST(Faults, ALogThatNobodyEmptiesDoesNotChangeTheFlight) {
     ASSERT_EQ(without.world().vehicle().state().position_w_m, full.world().vehicle().state().position_w_m);
   }
   EXPECT_GT(full.log().dropped(), 0U);
-  EXPECT_EQ(full.rung(), Rung::kNominal);
+  EXPECT_EQ(full.failsafe_state(), FailsafeState::kNominal);
 }
 
 // Bit errors in both directions, at several rates.
@@ -194,7 +198,7 @@ TEST_P(BitFlips, OnBothLinesAreNotFlown) {
     cable->b_to_a().set_faults({.flip_per_bit = GetParam()});
   }
   bench.run(seconds(30));
-  EXPECT_EQ(bench.rung(), Rung::kNominal) << label(bench.rung());
+  EXPECT_EQ(bench.failsafe_state(), FailsafeState::kNominal) << label(bench.failsafe_state());
   EXPECT_LT(bench.farthest_m(), kMargin * kFlipped_m);
   EXPECT_TRUE(bench.is_sound());
   EXPECT_LE(bench.oldest_pose(), milliseconds(60) + safety::Limits{}.coast);
@@ -207,7 +211,7 @@ TEST(Faults, ALineThatFlipsEveryHundredthBitEndsWithThePilot) {
   ASSERT_TRUE(bench.take_off());
   bench.forget_worst();
   bench.world().autopilot_line().b_to_a().set_faults({.flip_per_bit = 0.01});
-  EXPECT_TRUE(bench.until(Rung::kSilent, milliseconds(1300)).has_value());
+  EXPECT_TRUE(bench.until(FailsafeState::kSilent, milliseconds(1300)).has_value());
   bench.run(seconds(3));
   EXPECT_TRUE(bench.is_sound());
   EXPECT_LT(bench.farthest_m(), kMargin * kDeaf_m);
@@ -252,7 +256,7 @@ TEST(Faults, AnotherBaudRateNeverBecomesReady) {
       world.advance(core::kTickPeriod);
       (void)link.receive(world.now());
       ASSERT_FALSE(link.authority().in_control);
-      ASSERT_NE(link.authority().stage, safety::Stage::kReady);
+      ASSERT_NE(link.authority().stage, safety::AuthorityStage::kReady);
     }
     EXPECT_EQ(link.health().parser.frames, 0U);
     EXPECT_GT(link.health().bytes_received, 1000U);

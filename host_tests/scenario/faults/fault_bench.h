@@ -14,7 +14,7 @@
 
 namespace m100::scenario {
 
-using safety::Rung;
+using safety::FailsafeState;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
@@ -45,7 +45,7 @@ class FaultBench {
     if (commanding()) {
       const core::Vector<double, 3> off = world_.vehicle().state().position_w_m - start_.position_w_m;
       farthest_m_ = std::max(farthest_m_, off.norm());
-      const bool by_law = safety::passes_law(rung());
+      const bool by_law = safety::passes_law(failsafe_state());
       oldest_pose_ = std::max(oldest_pose_, by_law ? controller_->estimate().pose_age : core::Duration{0});
     }
   }
@@ -55,9 +55,9 @@ class FaultBench {
     }
   }
   /// Ticks until the ladder is at `wanted`. @returns the time it took; empty if it took longer than `at_most`.
-  std::optional<core::Duration> until(Rung wanted, core::Duration at_most) {
+  std::optional<core::Duration> until(FailsafeState wanted, core::Duration at_most) {
     const core::TimePoint from = world_.now();
-    while (rung() != wanted) {
+    while (failsafe_state() != wanted) {
       if (world_.now() - from >= at_most) {
         return std::nullopt;
       }
@@ -67,24 +67,24 @@ class FaultBench {
   }
   /// Runs start-up, takes control and hovers for three seconds.
   bool take_off() {
-    for (int i = 0; i < 1000 && controller_->link().authority().stage != safety::Stage::kReady; ++i) {
+    for (int i = 0; i < 1000 && controller_->link().authority().stage != safety::AuthorityStage::kReady; ++i) {
       tick();
     }
     controller_->engage();
-    if (!until(Rung::kNominal, seconds(10))) {
+    if (!until(FailsafeState::kNominal, seconds(10))) {
       return false;
     }
     run(seconds(3));
-    return rung() == Rung::kNominal;
+    return failsafe_state() == FailsafeState::kNominal;
   }
   /// Brings the ladder from a hover to a rung, by the fault or order that leads there.
-  bool reach(Rung wanted) {
+  bool reach(FailsafeState wanted) {
     if (!take_off()) {
       return false;
     }
-    if (wanted == Rung::kCoast || wanted == Rung::kLevel) {
+    if (wanted == FailsafeState::kCoast || wanted == FailsafeState::kLevel) {
       world_.pose_source().set_faults({.silent = true});
-    } else if (wanted == Rung::kRelease || wanted == Rung::kSilent) {
+    } else if (wanted == FailsafeState::kRelease || wanted == FailsafeState::kSilent) {
       controller_->release();
     }
     return until(wanted, seconds(3)).has_value();
@@ -95,7 +95,7 @@ class FaultBench {
   log::FlightLogWriter& log() { return log_; }
   ref::Trajectory<double>& course() { return course_; }  ///< holds the position of the start
   const core::Vector<double, 3>& place() const { return start_.position_w_m; }
-  Rung rung() const { return controller_->grant().rung; }
+  FailsafeState failsafe_state() const { return controller_->grant().failsafe_state; }
   bool commanding() const { return controller_->grant().transmit; }
   const sim::N1Record& noted() { return world_.autopilot().record(); }
   double farthest_m() const { return farthest_m_; }  ///< from the hover point, while the program commands
@@ -107,7 +107,7 @@ class FaultBench {
 
   /// R12, at the end of every test: no hard touch, no large tilt, and nothing sent a period after a loss of control.
   bool is_sound(core::Duration command_period = milliseconds(40)) {
-    return tilt_deg_ < 35.0 && world_.vehicle().hardest_touch_m_s() < 1.0 &&
+    return tilt_deg_ < 35.0 && world_.vehicle().touchdown_speed_m_s() < 1.0 &&
            noted().latest_after_loss <= command_period;
   }
 

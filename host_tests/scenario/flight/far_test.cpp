@@ -38,14 +38,14 @@ TEST(FarTasks, AScoreCountsFromWhereTheFlightCameToRest) {
     TracePoint point{.t_s = 0.01 * i};
     point.reference_m = {point.t_s, 0.0, 0.0};
     point.position_m = {i < 100 ? point.t_s : i < 150 ? 1.25 : 1.0, 0.0, 0.0};
-    point.rung = 1;
+    point.failsafe_state = 1;
     trace.push_back(point);
   }
   const FarScore score = far_score(trace, task);
   EXPECT_NEAR(score.overshoot_m, 0.25, 1e-9);
   EXPECT_NEAR(score.iae_m_s, 0.125, 1e-3);
   EXPECT_EQ(score.stayed, 1);
-  trace[200].rung = 3;
+  trace[200].failsafe_state = 3;
   EXPECT_EQ(far_score(trace, task).stayed, 0);
   EXPECT_EQ(far_score({}, task).stayed, 0) << "an empty trace counts as a flight that stayed";
 }

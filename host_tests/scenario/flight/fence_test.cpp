@@ -45,7 +45,7 @@ TEST_P(Fence, IsNotLeftWhileTheProgramCommands) {
   plan.plant.air.linear_drag_per_s = test.drag_per_s;
   plan.plant.air.wind_m_s = {test.wind_m_s, 0.0, 0.0};
   plan.plant.air.gust_m_s = 0.3 * test.wind_m_s;
-  plan.pilot_holds_place = true;
+  plan.pilot_holds_position = true;
   plan.vehicle = companion::as_file(mpc::generated::kVehicle);
   plan.vehicle.vehicle.translation.tilt_limit_rad = test.tilt_limit_rad;
   plan.flight_file = companion::parse_flight(kFlight, "flight.toml");
@@ -61,7 +61,7 @@ TEST_P(Fence, IsNotLeftWhileTheProgramCommands) {
   ASSERT_TRUE(result.flew);
   double farthest_m = 0.0, lowest_m = 1e9, highest_m = 0.0, last_speed_m_s = 0.0;
   for (const TracePoint& point : result.trace) {
-    if (point.rung == static_cast<int>(safety::Rung::kSilent)) {
+    if (point.failsafe_state == static_cast<int>(safety::FailsafeState::kSilent)) {
       break;  // the pilot has control
     }
     farthest_m = std::max({farthest_m, std::abs(point.position_m[0]), std::abs(point.position_m[1])});
@@ -131,7 +131,7 @@ TEST_P(InAStorm, AnAircraftThatCannotStayIsHandedOverByNameAndNotInMotion) {
   plan.plant = sim::measured_plant();
   plan.plant.air.linear_drag_per_s = 0.3;
   plan.plant.air.wind_m_s = {GetParam().wind_m_s, 0.0, 0.0};
-  plan.pilot_holds_place = true;
+  plan.pilot_holds_position = true;
   plan.vehicle = companion::as_file(mpc::generated::kVehicle);
   const std::string half_m = GetParam().half_m;
   plan.flight_file = companion::parse_flight(
@@ -145,7 +145,7 @@ TEST_P(InAStorm, AnAircraftThatCannotStayIsHandedOverByNameAndNotInMotion) {
   double last_speed_m_s = 0.0;
   bool silent = false;
   for (const TracePoint& point : result.trace) {
-    if (point.rung == static_cast<int>(safety::Rung::kSilent)) {
+    if (point.failsafe_state == static_cast<int>(safety::FailsafeState::kSilent)) {
       silent = true;
       break;
     }

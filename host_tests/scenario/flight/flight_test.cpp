@@ -81,9 +81,9 @@ TEST(Flight, StartsObtainsControlAndGivesItBackByTheProtocol) {
   const FlightResult flight = fly(hover(5.0));
   EXPECT_TRUE(flight.flew);
   EXPECT_TRUE(flight.handed_over);
-  EXPECT_GE(flight.autopilot.least_obtain_spacing, std::chrono::seconds(2));
+  EXPECT_GE(flight.autopilot.min_obtain_spacing, std::chrono::seconds(2));
   EXPECT_LE(flight.autopilot.obtain_requests, 3U);
-  EXPECT_LE(flight.autopilot.most_commands_per_s, 26U);
+  EXPECT_LE(flight.autopilot.max_commands_per_s, 26U);
   EXPECT_EQ(flight.autopilot.control_after_loss, 0U);
 }
 
@@ -96,14 +96,14 @@ TEST(Flight, SurvivesPoseDropoutsOfAFifthOfASecond) {
   const FlightResult flight = fly(plan);
   ASSERT_TRUE(flight.flew);
   EXPECT_LT(worst(flight, 4.0, 20.0), 0.15);  // issue: below 0.15 m, recovers by itself
-  EXPECT_EQ(flight.trace.back().rung, static_cast<int>(safety::Rung::kNominal));
+  EXPECT_EQ(flight.trace.back().failsafe_state, static_cast<int>(safety::FailsafeState::kNominal));
 }
 
 struct Fault {
   const char* name;
   void (*apply)(sim::World&);
-  int rung;           ///< rung of the ladder five seconds later
-  double farthest_m;  ///< measured distance from the hover point while the program commands; 1 cm in a normal hover
+  int failsafe_state;  ///< rung of the ladder five seconds later
+  double farthest_m;   ///< measured distance from the hover point while the program commands; 1 cm in a normal hover
 };
 constexpr double kTwiceAsFar = 2.0;  ///< common margin
 class SingleFault : public ::testing::TestWithParam<Fault> {};
@@ -120,21 +120,21 @@ TEST_P(SingleFault, EndsInsideTheFenceOrWithThePilot) {
   };
   const FlightResult flight = fly(plan);
   ASSERT_TRUE(flight.flew);
-  EXPECT_LT(flight.hardest_touch_m_s, 1.0);
+  EXPECT_LT(flight.touchdown_speed_m_s, 1.0);
   EXPECT_LT(flight.largest_tilt_deg, 35.0);
   EXPECT_LE(flight.autopilot.latest_after_loss, milliseconds(40));  // R4: one command period
-  EXPECT_EQ(flight.trace.back().rung, GetParam().rung);
+  EXPECT_EQ(flight.trace.back().failsafe_state, GetParam().failsafe_state);
   double farthest = 0.0;
   for (const TracePoint& point : flight.trace) {
-    if (point.t_s > 8.0 && point.rung != static_cast<int>(safety::Rung::kSilent)) {
+    if (point.t_s > 8.0 && point.failsafe_state != static_cast<int>(safety::FailsafeState::kSilent)) {
       farthest = std::max(farthest, std::hypot(point.position_m[0], point.position_m[1]));
     }
   }
   EXPECT_LT(farthest, kTwiceAsFar * GetParam().farthest_m);
 }
 
-constexpr int kSilent = static_cast<int>(safety::Rung::kSilent);
-constexpr int kNominal = static_cast<int>(safety::Rung::kNominal);
+constexpr int kSilent = static_cast<int>(safety::FailsafeState::kSilent);
+constexpr int kNominal = static_cast<int>(safety::FailsafeState::kNominal);
 INSTANTIATE_TEST_SUITE_P(
     Battery, SingleFault,
     ::testing::Values(
@@ -152,13 +152,13 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"PoseJitters", [](sim::World& w) { w.pose_source().set_faults({.jitter = milliseconds(25)}); }, kNominal,
               0.013},
         Fault{"PilotLeavesModeF", [](sim::World& w) { w.autopilot().set_mode(sim::N1Mode::kP); }, kSilent, 0.004},
-        Fault{"MobileAppTakesOver", [](sim::World& w) { w.autopilot().happen(sim::N1Happening::kTake, 'm'); }, kSilent,
+        Fault{"MobileAppTakesOver", [](sim::World& w) { w.autopilot().happen(sim::N1EventKind::kTake, 'm'); }, kSilent,
               0.004},
-        Fault{"AutopilotRestarts", [](sim::World& w) { w.autopilot().happen(sim::N1Happening::kRestart); }, kSilent,
+        Fault{"AutopilotRestarts", [](sim::World& w) { w.autopilot().happen(sim::N1EventKind::kRestart); }, kSilent,
               0.008},
-        Fault{"LinkSilent", [](sim::World& w) { w.autopilot().happen(sim::N1Happening::kSilence, 30.0); }, kSilent,
+        Fault{"LinkSilent", [](sim::World& w) { w.autopilot().happen(sim::N1EventKind::kSilence, 30.0); }, kSilent,
               0.008},
-        Fault{"FramesLost", [](sim::World& w) { w.autopilot().happen(sim::N1Happening::kLoss, 0.1); }, kNominal, 0.011},
+        Fault{"FramesLost", [](sim::World& w) { w.autopilot().happen(sim::N1EventKind::kLoss, 0.1); }, kNominal, 0.011},
         Fault{"CableOut", [](sim::World& w) { w.autopilot_line().set_plugged(false); }, kSilent, 0.008},
         Fault{"Payload30PerCent", [](sim::World& w) { w.vehicle().add_payload(1.0); }, kNominal, 0.012},
         Fault{"SlowerActuators", [](sim::World& w) { w.vehicle().slow_actuators(0.8); }, kNominal, 0.011}),
@@ -208,7 +208,7 @@ TEST(Law, SolvesItsProgramsInTheTicksWhoseCommandLeaves) {
   int left = 0;
   int flown = 0;
   for (const companion::RecordedFlight::Tick& tick : read_back(flight, "solves_test.ulg").ticks) {
-    const bool flies = tick.record.state == static_cast<int>(safety::Rung::kNominal);
+    const bool flies = tick.record.state == static_cast<int>(safety::FailsafeState::kNominal);
     flown = flies ? flown + 1 : 0;
     if (flown > 1) {  // pose noise changes every solution
       const bool moved = tick.record.wanted[0] != before[0] && tick.record.wanted[1] != before[1];
@@ -257,7 +257,7 @@ TEST(Replay, GivesTheSameFlightAgain) {
   const companion::RecordedFlight recorded = read_back(flight, "replay_test.ulg");
   const companion::ReplayResult again = companion::replay(recorded, companion::Scalar::kDouble);
   EXPECT_EQ(again.ticks, recorded.ticks.size());
-  EXPECT_EQ(again.ticks_unlike, 0U) << "first at tick " << again.first_unlike;
+  EXPECT_EQ(again.different_ticks, 0U) << "first at tick " << again.first_difference;
   EXPECT_EQ(again.digest, companion::replay(recorded, companion::Scalar::kDouble).digest);
   // Other arithmetic gives the same flight within millimetres.
   EXPECT_LT(companion::replay(recorded, companion::Scalar::kFloat).largest_difference_m, 2e-3);
@@ -273,12 +273,12 @@ TEST(Replay, KnowsWhichLawFlew) {
   const FlightResult flight = fly(plan);
   ASSERT_TRUE(flight.flew);
   companion::RecordedFlight recorded = read_back(flight, "replay_lqr_test.ulg");
-  EXPECT_EQ(companion::replay(recorded, companion::Scalar::kDouble).ticks_unlike, 0U);
+  EXPECT_EQ(companion::replay(recorded, companion::Scalar::kDouble).different_ticks, 0U);
   std::string& note = recorded.notes.at(companion::kLinkNote);
   const std::size_t law = note.find(" law lqr");
   ASSERT_NE(law, std::string::npos);
   note.erase(law);
-  EXPECT_GT(companion::replay(recorded, companion::Scalar::kDouble).ticks_unlike, 0U);
+  EXPECT_GT(companion::replay(recorded, companion::Scalar::kDouble).different_ticks, 0U);
 }
 
 /// A damage to the recorded data of a tick.
@@ -303,12 +303,12 @@ TEST(Replay, NoticesEveryDamagedByteAndSaysInWhichTick) {
   ASSERT_TRUE(flight.flew);
   const companion::RecordedFlight sound = read_back(flight, "replay_damaged_test.ulg");
   const std::size_t middle = sound.ticks.size() / 2;
-  const auto first_unlike = [](const companion::RecordedFlight& flown) {
+  const auto first_difference = [](const companion::RecordedFlight& flown) {
     const companion::ReplayResult result = companion::replay(flown, companion::Scalar::kDouble);
-    return result.ticks_unlike > 0 && result.unlike.front() == result.first_unlike ? result.first_unlike
-                                                                                   : flown.ticks.size();
+    return result.different_ticks > 0 && result.differences.front() == result.first_difference ? result.first_difference
+                                                                                               : flown.ticks.size();
   };
-  ASSERT_EQ(first_unlike(sound), sound.ticks.size());
+  ASSERT_EQ(first_difference(sound), sound.ticks.size());
   companion::RecordedFlight damaged = sound;
   for (const Damage& damage : kDamages) {
     std::size_t tick = middle;
@@ -317,10 +317,10 @@ TEST(Replay, NoticesEveryDamagedByteAndSaysInWhichTick) {
     }
     ASSERT_LT(tick, sound.ticks.size()) << damage.what;
     damage.stream(damaged.ticks[tick])->back() ^= std::byte{4};
-    const std::size_t unlike = first_unlike(damaged);
-    EXPECT_GE(unlike, tick) << damage.what;
-    EXPECT_LT(unlike, tick + 20) << damage.what
-                                 << ": a damaged frame must be noticed at the latest when the next one arrives";
+    const std::size_t differences = first_difference(damaged);
+    EXPECT_GE(differences, tick) << damage.what;
+    EXPECT_LT(differences, tick + 20) << damage.what
+                                      << ": a damaged frame must be noticed at the latest when the next one arrives";
     damaged = sound;
   }
   // All bytes of the record in one replay: byte i of the record of tick i.
@@ -332,7 +332,7 @@ TEST(Replay, NoticesEveryDamagedByteAndSaysInWhichTick) {
     reinterpret_cast<unsigned char*>(&damaged.ticks[i].record)[i] ^= 1U;
     spoilt.push_back(i);
   }
-  EXPECT_EQ(companion::replay(damaged, companion::Scalar::kDouble).unlike, spoilt);
+  EXPECT_EQ(companion::replay(damaged, companion::Scalar::kDouble).differences, spoilt);
 }
 
 }  // namespace

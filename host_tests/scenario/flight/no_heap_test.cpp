@@ -72,7 +72,7 @@ TEST(NoHeap, IsTouchedInAnyTick) {
   ref::Trajectory<double> course;
   ref::Waypoint<double> start;
   start.position_w_m = world.vehicle().state().position_w_m;
-  companion::lay_course("step 0.5 0 0.2 0.3 2\nsquare 1 2 0.2\n", start, course);
+  companion::parse_course("step 0.5 0 0.2 0.3 2\nsquare 1 2 0.2\n", start, course);
   std::vector<std::byte> storage(1U << 18U);
   log::Ring ring(storage);
   log::FlightLogWriter log(ring);
@@ -92,7 +92,7 @@ TEST(NoHeap, IsTouchedInAnyTick) {
     const std::size_t before = allocations;
     static_cast<void>(controller->tick(world.now()));
     in_ticks += allocations - before;
-    flew = flew || controller->grant().rung == safety::Rung::kNominal;
+    flew = flew || controller->grant().failsafe_state == safety::FailsafeState::kNominal;
     while (!ring.front().empty()) {
       ring.pop(ring.front().size());
     }

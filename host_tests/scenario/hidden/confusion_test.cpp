@@ -13,16 +13,17 @@ class Translation : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Translation, NamesAHiddenEffectOfMediumSize) {
   RecordProperty("promise", "R13");
-  Case asked;
-  asked.plan.axis = "translation";
-  asked.plan.seed = 1001;
-  asked.plan.logs_thrust = GetParam() == "thrust_gain" || GetParam() == "thrust_lag" || GetParam() == "axial_inflow";
-  asked.plan.hidden[GetParam()] = size_of(GetParam(), 1, 1001);
-  asked.declare = {"rigid_body"};
-  asked.expected = {{GetParam()}};
-  asked.verdict = "explained";
-  asked.group = "single";
-  const Outcome outcome = analyse(asked);
+  Case hidden_case;
+  hidden_case.plan.axis = "translation";
+  hidden_case.plan.seed = 1001;
+  hidden_case.plan.logs_thrust =
+      GetParam() == "thrust_gain" || GetParam() == "thrust_lag" || GetParam() == "axial_inflow";
+  hidden_case.plan.hidden[GetParam()] = size_of(GetParam(), 1, 1001);
+  hidden_case.declare = {"rigid_body"};
+  hidden_case.expected = {{GetParam()}};
+  hidden_case.verdict = "explained";
+  hidden_case.group = "single";
+  const Outcome outcome = analyse(hidden_case);
   EXPECT_EQ(outcome.failure, "");
   EXPECT_EQ(outcome.found, std::vector<std::string>{GetParam()});
   EXPECT_EQ(outcome.verdict, "explained") << (outcome.unexplained.empty() ? "" : outcome.unexplained.front());
@@ -38,12 +39,12 @@ INSTANTIATE_TEST_SUITE_P(Effects, Translation,
 TEST(TranslationAlone, FindsNothingWhereNothingIsHidden) {
   RecordProperty("promise", "R13");
   for (const std::uint64_t seed : {11U, 12U, 13U, 14U}) {
-    Case asked;
-    asked.plan.axis = "translation";
-    asked.plan.seed = seed;
-    asked.plan.logs_thrust = seed % 2 == 0;
-    asked.declare = {"rigid_body"};
-    const Outcome outcome = analyse(asked);
+    Case hidden_case;
+    hidden_case.plan.axis = "translation";
+    hidden_case.plan.seed = seed;
+    hidden_case.plan.logs_thrust = seed % 2 == 0;
+    hidden_case.declare = {"rigid_body"};
+    const Outcome outcome = analyse(hidden_case);
     EXPECT_EQ(outcome.verdict, "nothing_missing") << "seed " << seed;
     EXPECT_TRUE(outcome.found.empty()) << "seed " << seed;
   }
@@ -53,12 +54,12 @@ TEST(TranslationAlone, FindsNothingWhereNothingIsHidden) {
 TEST(TranslationAlone, GivesNoNameToASlungLoad) {
   RecordProperty("promise", "R13");
   for (const std::uint64_t seed : {21U, 22U, 23U}) {
-    Case asked;
-    asked.plan.axis = "translation";
-    asked.plan.seed = seed;
-    asked.plan.hidden["slung_load"] = 0.25;
-    asked.declare = {"rigid_body"};
-    const Outcome outcome = analyse(asked);
+    Case hidden_case;
+    hidden_case.plan.axis = "translation";
+    hidden_case.plan.seed = seed;
+    hidden_case.plan.hidden["slung_load"] = 0.25;
+    hidden_case.declare = {"rigid_body"};
+    const Outcome outcome = analyse(hidden_case);
     EXPECT_EQ(outcome.verdict, "unexplained") << "seed " << seed;
     EXPECT_TRUE(outcome.found.empty()) << "seed " << seed << " named " << outcome.found.front();
   }
@@ -66,13 +67,13 @@ TEST(TranslationAlone, GivesNoNameToASlungLoad) {
 
 // At constant heading, wind, bias and trim cannot be distinguished: if one is named, the others must be named with it.
 TEST(TranslationAlone, SaysThatWindAndBiasAreOneAtConstantHeading) {
-  Case asked;
-  asked.plan.axis = "translation";
-  asked.plan.seed = 31;
-  asked.plan.constant_heading = true;
-  asked.plan.hidden["steady_wind"] = 0.5;
-  asked.declare = {"rigid_body"};
-  const Outcome outcome = analyse(asked);
+  Case hidden_case;
+  hidden_case.plan.axis = "translation";
+  hidden_case.plan.seed = 31;
+  hidden_case.plan.constant_heading = true;
+  hidden_case.plan.hidden["steady_wind"] = 0.5;
+  hidden_case.declare = {"rigid_body"};
+  const Outcome outcome = analyse(hidden_case);
   ASSERT_EQ(outcome.found.size(), 1U);
   const auto said = [&](const std::string& a, const std::string& b) {
     return std::any_of(outcome.not_separable.begin(), outcome.not_separable.end(), [&](const auto& group) {

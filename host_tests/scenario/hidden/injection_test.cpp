@@ -83,7 +83,7 @@ TEST(Injection, AFitThatEndedAtAnEdgeIsNoStartForWhatIsMissing) {
 }
 
 struct Case {
-  Hidden hidden;
+  HiddenEffects hidden;
   Names allowed;
 };
 

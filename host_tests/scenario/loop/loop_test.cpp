@@ -18,9 +18,10 @@ TEST(Loop, LearnsFromTheLongestFlightWhereNoneIsKeptToItsEnd) {
   });
   ASSERT_NE(strong, kHiddenPlants.end());
   const LoopResult result = found_on(plant_of(*strong), 1);
-  EXPECT_GE(std::count_if(result.decisions.begin(), result.decisions.end(),
-                          [](const std::string& said) { return said.find("longest of these") != std::string::npos; }),
-            2)
+  EXPECT_GE(
+      std::count_if(result.decisions.begin(), result.decisions.end(),
+                    [](const std::string& messages) { return messages.find("longest of these") != std::string::npos; }),
+      2)
       << "the test needs a plant whose flights end early";
   EXPECT_EQ(result.identified.size(), 5U);
   EXPECT_GT(result.taken_over.count("roll"), 0U);
@@ -29,7 +30,7 @@ TEST(Loop, LearnsFromTheLongestFlightWhereNoneIsKeptToItsEnd) {
 TEST(Loop, FindsNothingWhereTheVehicleFileIsThePlant) { expect_nothing_found(1); }
 
 // Regression test: seed 4 got no clean bill for roll and pitch. The nightly run flies all twenty seeds.
-TEST(Loop, GivesAFileThatWasIdentifiedItsCleanBill) { EXPECT_EQ(without_a_clean_bill(4, M100_IDENTIFIED_VEHICLE), ""); }
+TEST(Loop, FindsNothingMissingAfterwards) { EXPECT_EQ(without_a_clean_bill(4, M100_IDENTIFIED_VEHICLE), ""); }
 
 }  // namespace
 }  // namespace m100::lab::loop

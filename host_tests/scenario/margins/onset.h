@@ -56,7 +56,7 @@ inline double hover_tilt_deg(sim::Plant plant, gains::Axis axis, link::Channel c
   plan.course = "step 0 0 0 0 45\n";
   plan.duration_s = 40.0;
   plan.channel = channel;
-  plan.answers_swings = false;
+  plan.responds_to_limit_cycles = false;
   const FlightResult flight = fly(plan);
   double sum = 0.0;
   double squares = 0.0;
@@ -81,9 +81,10 @@ inline constexpr double kSwings_deg = 2.5;
 /// The axis with the smaller margin must not swing with 0.9 times the delay margin, and must swing with 1.1 times.
 inline void expect_onset_where_predicted(unsigned number, link::Channel channel) {
   const sim::Plant plant = drawn_plant(number);
-  const gains::Way& way = channel == link::Channel::kMovement ? gains::kMovementWay : gains::kVirtualRcWay;
+  const gains::LoopTiming& timing =
+      channel == link::Channel::kMovement ? gains::kMovementTiming : gains::kVirtualRcTiming;
   const auto margins = [&](gains::Axis axis) {
-    return gains::flown_margins_of(mpc::generated::kVehicle, as_vehicle(plant), axis, way);
+    return gains::flown_margins_of(mpc::generated::kVehicle, as_vehicle(plant), axis, timing);
   };
   const gains::Margins x = margins(gains::Axis::kX);
   const gains::Margins y = margins(gains::Axis::kY);

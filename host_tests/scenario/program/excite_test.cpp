@@ -125,8 +125,8 @@ TEST_F(Excite, IsAbortedByItsOwnLimitsAndTheLawHoldsThePlace) {
 }
 
 // The guide's room and its command, with wind, wrong trims and drag. Catches sticks centred on the vehicle file's
-// trims, and movements without a reserve for disturbances: both ended this flight at its third piece. soak.excite_room
-// covers many seeds and long delays.
+// trims, and movements without a reserve for disturbances: both ended this flight at its third piece.
+// soak.excitation_space covers many seeds and long delays.
 TEST_F(Excite, IsFlownToItsEndInTheGuidesRoom) {
   make("roll,pitch", {"--duration", "40", "--amplitude", "150", "--fence", "3"});
   fs::copy_file(M100_FLIGHT_FILE, flight_file, fs::copy_options::overwrite_existing);
@@ -145,7 +145,7 @@ TEST_F(Excite, EndsWithThePilotsSwitch) {
   fence("12");
   EXPECT_EQ(fly("12 mode P\n"), 1);
   const json excitation = flown();
-  EXPECT_EQ(excitation["abort"]["why"], "ladder");
+  EXPECT_EQ(excitation["abort"]["why"], "failsafe");
   EXPECT_NE(text_of(said).find("on roll: control is lost"), std::string::npos) << text_of(said);
 }
 

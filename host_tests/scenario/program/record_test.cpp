@@ -9,9 +9,9 @@
 
 #include "host_tests/scenario/program/program_fixture.h"
 #include "host_tests/sim/world/plant.h"
-#include "protocol/frame_encoder.h"
-#include "protocol/session.h"
-#include "protocol/telemetry.h"
+#include "protocol/dji/frame_encoder.h"
+#include "protocol/dji/session.h"
+#include "protocol/dji/telemetry.h"
 
 namespace m100::scenario {
 namespace {

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host_tests/sim/autopilot/n1_words.h"
-#include "protocol/acks.h"
-#include "protocol/frame_encoder.h"
-#include "protocol/pushes.h"
+#include "host_tests/sim/autopilot/n1_script_syntax.h"
+#include "protocol/dji/acks.h"
+#include "protocol/dji/frame_encoder.h"
+#include "protocol/dji/pushes.h"
 
 // The autopilot's core: time, line, scripted events, commands to the aircraft. Unrequested messages are in
 // n1_pushes.cpp, answered commands in n1_commands.cpp, commands without an answer in n1_channels.cpp.
@@ -21,17 +21,17 @@ constexpr double kLandingSink_m_s = 0.5;
 
 /// The event name of a script word. Empty for the remote controller, a restart, the sticks and a mode that changes:
 /// these report themselves, with their effect.
-std::string_view word_of(N1Happening what, double value, N1Mode mode) {
-  if (what == N1Happening::kRc || what == N1Happening::kRestart ||
-      (what == N1Happening::kMode && static_cast<N1Mode>(static_cast<char>(value)) != mode)) {
+std::string_view word_of(N1EventKind what, double value, N1Mode mode) {
+  if (what == N1EventKind::kRc || what == N1EventKind::kRestart ||
+      (what == N1EventKind::kMode && static_cast<N1Mode>(static_cast<char>(value)) != mode)) {
     return "";
   }
-  if (what == N1Happening::kTake) {
+  if (what == N1EventKind::kTake) {
     return static_cast<char>(value) == 'm' ? "take_mobile" : "take_rc";
   }
   const auto* const form =
-      std::find_if(kN1Forms.begin(), kN1Forms.end(), [&](const N1Form& one) { return one.what == what; });
-  return form == kN1Forms.end() ? "" : form->name;
+      std::find_if(kN1Events.begin(), kN1Events.end(), [&](const N1EventSyntax& one) { return one.what == what; });
+  return form == kN1Events.end() ? "" : form->name;
 }
 
 }  // namespace
@@ -41,12 +41,12 @@ N1Autopilot::N1Autopilot(hal::Uart& uart, VehiclePort& vehicle, const N1Config& 
       config_(config),
       line_(uart, config.baud, config.seed),
       random_(config.seed, "n1_autopilot"),
-      senses_(config.noise, config.seed),
+      estimator_(config.noise, config.seed),
       mode_(config.mode),
       wanted_mode_(config.mode),
       rates_(config.rates) {}
 
-void N1Autopilot::tell(std::string_view what, std::string_view name, double value) const {
+void N1Autopilot::emit(std::string_view what, std::string_view name, double value) const {
   if (sink_) {
     sink_({.at = time_, .what = what, .name = name, .value = value});
   }
@@ -72,7 +72,7 @@ void N1Autopilot::step(core::Duration passed) {
     ++next_line_;
   }
   receive();
-  if (mode_ != wanted_mode_ && time_ >= deaf_to_switch_until_) {
+  if (mode_ != wanted_mode_ && time_ >= switch_ignored_until_) {
     set_real_mode(wanted_mode_);
   }
   if (virtual_rc_on_ && time_ - last_virtual_rc_ > config_.virtual_rc_timeout) {
@@ -107,89 +107,89 @@ void N1Autopilot::receive() {
 }
 
 void N1Autopilot::happen(const N1ScriptLine& line) {
-  if (line.what == N1Happening::kStick) {
-    tell("did", "stick", line.move.counts);
+  if (line.what == N1EventKind::kStick) {
+    emit("did", "stick", line.move.counts);
     pilot_.move(line.move);
-  } else if (line.what == N1Happening::kLie) {
-    tell("did", line.lie->name, line.value);
-    set_lie(*line.lie, line.value);
+  } else if (line.what == N1EventKind::kSensorFault) {
+    emit("did", line.fault->name, line.value);
+    start_sensor_fault(*line.fault, line.value);
   } else {
-    happen(line.what, line.value, line.asked);
+    happen(line.what, line.value, line.request);
   }
 }
 
-void N1Autopilot::happen(N1Happening what, double value, N1Asked asked) {
+void N1Autopilot::happen(N1EventKind what, double value, N1Request request) {
   if (const std::string_view word = word_of(what, value, mode_); !word.empty()) {
-    tell("did", word, what == N1Happening::kMode ? rc_mode(mode_) : value);
+    emit("did", word, what == N1EventKind::kMode ? rc_mode(mode_) : value);
   }
   switch (what) {
-    case N1Happening::kMode:
+    case N1EventKind::kMode:
       wanted_mode_ = static_cast<N1Mode>(static_cast<char>(value));
       break;
-    case N1Happening::kRc:
+    case N1EventKind::kRc:
       switch_rc(value != 0.0);
       break;
-    case N1Happening::kTake:
+    case N1EventKind::kTake:
       take_control(static_cast<char>(value) == 'm');
       break;
-    case N1Happening::kRestart:
+    case N1EventKind::kRestart:
       restart();
       break;
-    case N1Happening::kSilence:
+    case N1EventKind::kSilence:
       silent_until_ = time_ + core::Duration{std::llround(value * 1e6)};
       break;
-    case N1Happening::kLoseAcks:
+    case N1EventKind::kLoseAcks:
       acks_to_lose_ = static_cast<std::uint32_t>(value);
-      acks_to_lose_of_ = asked;
+      acks_to_lose_of_ = request;
       break;
-    case N1Happening::kDelayAcks:
+    case N1EventKind::kDelayAcks:
       ack_delay_ = core::Duration{std::llround(value * 1e6)};
       break;
-    case N1Happening::kDoubleAcks:
+    case N1EventKind::kDoubleAcks:
       acks_to_double_ = static_cast<std::uint32_t>(value);
       break;
-    case N1Happening::kNoise:
+    case N1EventKind::kNoise:
       line_.make_noise(static_cast<std::size_t>(value));
       break;
-    case N1Happening::kLoss:
+    case N1EventKind::kLoss:
       line_.set_loss(value);
       break;
-    case N1Happening::kIoc:
+    case N1EventKind::kIoc:
       ioc_ = value != 0.0;
       break;
-    case N1Happening::kActivation:
+    case N1EventKind::kActivation:
       forced_activation_ = static_cast<std::uint16_t>(value);
       break;
-    case N1Happening::kTasks:
+    case N1EventKind::kTasks:
       tasks_ = value;
       break;
-    case N1Happening::kEndTask:
+    case N1EventKind::kEndTask:
       end_task();
       break;
-    case N1Happening::kPose:
+    case N1EventKind::kPose:
       pose_on_ = value != 0.0;
       break;
-    case N1Happening::kEndVirtualRc:
+    case N1EventKind::kEndVirtualRc:
       end_virtual_rc("ended_by_script");
       break;
-    case N1Happening::kStick:
-    case N1Happening::kLie:
+    case N1EventKind::kStick:
+    case N1EventKind::kSensorFault:
       break;  // these need the stick movement or the lie of a script line
   }
 }
 
 void N1Autopilot::set_real_mode(N1Mode mode) {
   mode_ = mode;
-  tell("did", "mode", rc_mode(mode));
+  emit("did", "mode", rc_mode(mode));
   if (mode != N1Mode::kF) {
-    asked_once_ = false;
-    release_asked_once_ = false;
+    requested_once_ = false;
+    release_requested_once_ = false;
     end_virtual_rc("left_f");
     drop_control("left_f", protocol::ControlDevice::kRemoteController);
   }
 }
 
-void N1Autopilot::note_loss(bool client_commanded) {
+void N1Autopilot::record_loss(bool client_commanded) {
   if (client_commanded && !authority_lost_) {
     authority_lost_ = true;
     lost_at_ = time_;
@@ -199,13 +199,13 @@ void N1Autopilot::note_loss(bool client_commanded) {
 
 void N1Autopilot::drop_control(std::string_view why, protocol::ControlDevice now_in_control) {
   const bool was_client = client_in_control();
-  note_loss(was_client || virtual_rc_on_);
+  record_loss(was_client || virtual_rc_on_);
   device_ = now_in_control;
   moving_ = false;
   end_task();
-  asked_once_ = false;
+  requested_once_ = false;
   if (was_client) {
-    tell("did", why);
+    emit("did", why);
     const core::Expected<protocol::Value> value = encode(protocol::ControlLost{});
     push(protocol::ids::kControlLost, *value);
   }
@@ -213,7 +213,7 @@ void N1Autopilot::drop_control(std::string_view why, protocol::ControlDevice now
 
 void N1Autopilot::switch_rc(bool on) {
   rc_on_ = on;
-  tell("did", on ? "rc_on" : "rc_off");
+  emit("did", on ? "rc_on" : "rc_off");
   if (!on) {
     drop_control("rc_off", protocol::ControlDevice::kRemoteController);
   }
@@ -230,17 +230,17 @@ void N1Autopilot::end_virtual_rc(std::string_view why) {
   if (!virtual_rc_on_) {
     return;
   }
-  note_loss(true);
+  record_loss(true);
   virtual_rc_on_ = false;
-  tell("did", why);
+  emit("did", why);
 }
 
 void N1Autopilot::restart() {
-  tell("did", "restart");
-  note_loss(client_in_control() || virtual_rc_on_);
+  emit("did", "restart");
+  record_loss(client_in_control() || virtual_rc_on_);
   activated_ = false;
   device_ = protocol::ControlDevice::kRemoteController;
-  asked_once_ = release_asked_once_ = virtual_rc_on_ = moving_ = task_open_ = task_done_ = false;
+  requested_once_ = release_requested_once_ = virtual_rc_on_ = moving_ = task_open_ = task_done_ = false;
   sessions_.reset();
   parser_ = {};
   line_.clear();
@@ -254,7 +254,7 @@ void N1Autopilot::restart() {
 void N1Autopilot::command_vehicle() {
   if (moving_ && time_ - last_movement_ > config_.movement_timeout) {
     moving_ = false;
-    tell("did", "movement_timed_out");
+    emit("did", "movement_timed_out");
   }
   if (task_open_ && !task_done_) {
     vehicle_.command(task_input());
@@ -278,9 +278,9 @@ void N1Autopilot::watch_transmitter() {
   const bool is_his = transmitter_in_control();
   if (was_his != is_his) {
     transmitter_since_ = is_his ? time_ : core::TimePoint::max();
-    tell("did", is_his ? "transmitter_has_control" : "transmitter_lost_control");
+    emit("did", is_his ? "transmitter_has_control" : "transmitter_lost_control");
   }
-  if (is_his && config_.pilot_holds_place) {
+  if (is_his && config_.pilot_holds_position) {
     pilot_sticks_ = pilot_.fly(vehicle_.state(), kTick);
   } else if (!is_his) {
     pilot_.stop();
@@ -299,7 +299,7 @@ MovementInput N1Autopilot::task_input() {
   if (!task_done_) {
     return {.climb_m_s = climbing ? kTakeOffClimb_m_s : -kLandingSink_m_s};
   }
-  tell("did", climbing ? "taken_off" : "landed");
+  emit("did", climbing ? "taken_off" : "landed");
   if (!climbing) {
     vehicle_.set_motors(false);
     landed_at_ = time_;
@@ -310,7 +310,7 @@ MovementInput N1Autopilot::task_input() {
 
 void N1Autopilot::end_task() {
   if (task_open_ && !task_done_) {
-    tell("did", "task_ended");
+    emit("did", "task_ended");
   }
   task_open_ = false;
 }

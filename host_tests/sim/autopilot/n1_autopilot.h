@@ -11,19 +11,19 @@
 
 #include "firmware/core/time.h"
 #include "hal/uart.h"
-#include "host_tests/sim/autopilot/lies.h"
 #include "host_tests/sim/autopilot/n1_line.h"
 #include "host_tests/sim/autopilot/n1_movement.h"
 #include "host_tests/sim/autopilot/n1_pilot.h"
 #include "host_tests/sim/autopilot/n1_script.h"
 #include "host_tests/sim/autopilot/n1_telemetry.h"
+#include "host_tests/sim/sensor_faults/sensor_fault_injector.h"
 #include "host_tests/sim/world/random.h"
 #include "host_tests/sim/world/vehicle_port.h"
 #include "protocol/cipher.h"
-#include "protocol/commands.h"
-#include "protocol/frame_parser.h"
-#include "protocol/session.h"
-#include "protocol/telemetry.h"
+#include "protocol/dji/commands.h"
+#include "protocol/dji/frame_parser.h"
+#include "protocol/dji/session.h"
+#include "protocol/dji/telemetry.h"
 
 namespace m100::sim {
 
@@ -45,7 +45,7 @@ struct N1Config {
   /// Accepts 64 bytes under the on/off id as Virtual RC data, as clients of SDK 3.3 to 4.1 send them.
   bool lenient_virtual_rc = false;
   /// The pilot flies while he has control: he brakes and holds the place. Otherwise his sticks stay at rest.
-  bool pilot_holds_place = false;
+  bool pilot_holds_position = false;
   core::Duration virtual_rc_timeout = std::chrono::seconds(1);       ///< protocol, 7
   core::Duration movement_timeout = std::chrono::milliseconds(500);  ///< undocumented; then the aircraft hovers
   std::vector<N1ScriptLine> script{};
@@ -63,17 +63,17 @@ struct N1Event {
 /// Counters for a strict check of the client.
 struct N1Record {
   std::uint32_t obtain_requests = 0;
-  core::Duration least_obtain_spacing = core::Duration::max();
+  core::Duration min_obtain_spacing = core::Duration::max();
   std::uint32_t virtual_rc_on_requests = 0;
-  core::Duration least_on_spacing = core::Duration::max();
+  core::Duration min_on_spacing = core::Duration::max();
   std::uint32_t movement_taken = 0;
   std::uint32_t movement_ignored = 0;
   std::uint32_t virtual_rc_taken = 0;
   std::uint32_t virtual_rc_ignored = 0;
-  std::uint32_t most_commands_per_s = 0;  ///< of one channel, in any second
-  std::uint32_t losses = 0;               ///< of authority while the client had it
-  std::uint32_t control_after_loss = 0;   ///< control frames of a channel that arrived after the loss of authority
-  core::Duration latest_after_loss{0};    ///< the longest time from the loss to such a frame
+  std::uint32_t max_commands_per_s = 0;  ///< of one channel, in any second
+  std::uint32_t losses = 0;              ///< of authority while the client had it
+  std::uint32_t control_after_loss = 0;  ///< control frames of a channel that arrived after the loss of authority
+  core::Duration latest_after_loss{0};   ///< the longest time from the loss to such a frame
   std::uint32_t telemetry_packages = 0;
   std::uint32_t bad_commands = 0;  ///< wrong size, unknown, or a number that is not finite
 };
@@ -104,12 +104,12 @@ class N1Autopilot {
   core::TimePoint ticks_next() const { return tick_time(ticks_ + 1); }
   void on_event(std::function<void(const N1Event&)> sink) { sink_ = std::move(sink); }
   /// Sets a function that changes each package of telemetry before it is sent; empty: no change.
-  void on_telemetry(std::function<void(protocol::Telemetry&)> lie) { lie_ = std::move(lie); }
+  void set_telemetry_fault(std::function<void(protocol::Telemetry&)> fault) { telemetry_fault_ = std::move(fault); }
 
   /// Has the same effect as a line of the script, immediately.
-  void happen(N1Happening what, double value = 0.0, N1Asked asked = N1Asked::kAny);
+  void happen(N1EventKind what, double value = 0.0, N1Request request = N1Request::kAny);
   void happen(const N1ScriptLine& line);
-  void set_mode(N1Mode mode) { happen(N1Happening::kMode, static_cast<char>(mode)); }
+  void set_mode(N1Mode mode) { happen(N1EventKind::kMode, static_cast<char>(mode)); }
   /// Resting position of the pilot's own sticks; flown while no other command is in force.
   void set_pilot_sticks(const StickInput& sticks) {
     pilot_.set_resting(sticks);
@@ -130,18 +130,18 @@ class N1Autopilot {
   /// Whether the script lets the room send poses, which are not part of an autopilot.
   bool pose_on() const { return pose_on_; }
   /// The active lie, which the sender of the room's poses has to apply to them; null: none.
-  Liar* liar() { return liar_ ? &*liar_ : nullptr; }
+  SensorFaultInjector* fault_injector() { return fault_injector_ ? &*fault_injector_ : nullptr; }
   /// Starts a lie in telemetry and in the room's poses; replaces the function set by on_telemetry().
-  void set_lie(const Lie& lie, double size) {
-    liar_.emplace(lie, size);
-    on_telemetry([this](protocol::Telemetry& telemetry) { liar_->tell(telemetry); });
+  void start_sensor_fault(const SensorFault& fault, double size) {
+    fault_injector_.emplace(fault, size);
+    set_telemetry_fault([this](protocol::Telemetry& telemetry) { fault_injector_->apply(telemetry); });
   }
 
  private:
   /// Times of the last commands of one channel, for the count in any second.
-  class RateWatch {
+  class RateCounter {
    public:
-    std::uint32_t note(core::TimePoint now);
+    std::uint32_t count(core::TimePoint now);
     void clear() { count_ = 0; }
 
    private:
@@ -158,9 +158,9 @@ class N1Autopilot {
   std::uint16_t execute(const protocol::Command& command);
   void execute_unanswered(const protocol::Command& command, protocol::MessageId id);
   void answer(const protocol::FrameHeader& to, std::span<const std::byte> value, const protocol::Cipher* cipher,
-              N1Asked asked);
-  void acknowledge(std::span<const std::byte> frame, N1Asked asked);
-  bool loses_ack(N1Asked asked);
+              N1Request request);
+  void acknowledge(std::span<const std::byte> frame, N1Request request);
+  bool loses_ack(N1Request request);
   void refuse(const protocol::FrameHeader& header, const core::Expected<protocol::Message>& message);
   protocol::Value version_answer() const;
   std::uint16_t activate(const protocol::Activation& activation);
@@ -173,9 +173,9 @@ class N1Autopilot {
   void take_virtual_rc(const protocol::VirtualRcData& data);
   void take_movement(const protocol::Movement& movement);
   /// @param obeyed whether the channel is the client's. @returns the number of frames within the last second.
-  std::uint32_t note_control_frame(RateWatch& watch, bool obeyed);
+  std::uint32_t count_control_frame(RateCounter& watch, bool obeyed);
 
-  void note_loss(bool client_commanded);
+  void record_loss(bool client_commanded);
   void drop_control(std::string_view why, protocol::ControlDevice now_in_control);
   void take_control(bool mobile);
   void switch_rc(bool on);
@@ -193,29 +193,29 @@ class N1Autopilot {
   protocol::Telemetry::Rc rc_item() const;
   protocol::FlightStatus flight_status() const;
   void push(protocol::MessageId id, std::span<const std::byte> value);
-  void tell(std::string_view what, std::string_view name, double value = 0.0) const;
+  void emit(std::string_view what, std::string_view name, double value = 0.0) const;
 
   VehiclePort& vehicle_;
   N1Config config_;
   N1Line line_;
   Random random_;
   std::function<void(const N1Event&)> sink_;
-  std::function<void(protocol::Telemetry&)> lie_;
+  std::function<void(protocol::Telemetry&)> telemetry_fault_;
   protocol::FrameParser parser_;
   protocol::CipherScratch scratch_{};
   protocol::AnswerSessions sessions_;
   N1Record record_;
   core::TimePoint time_{};  ///< ours
   std::int64_t ticks_ = 0;  ///< of its own clock
-  N1Senses senses_;
+  N1Estimator estimator_;
   std::size_t next_line_ = 0;  ///< of the script
 
   // State that a restart resets.
   std::int64_t booted_at_tick_ = 0;
   bool activated_ = false;
   protocol::ControlDevice device_ = protocol::ControlDevice::kRemoteController;
-  bool asked_once_ = false;
-  bool release_asked_once_ = false;
+  bool requested_once_ = false;
+  bool release_requested_once_ = false;
   bool virtual_rc_on_ = false;
   bool virtual_rc_falls_back_ = true;
   core::TimePoint last_virtual_rc_{};
@@ -234,11 +234,11 @@ class N1Autopilot {
   N1Mode mode_;
   bool rc_on_ = true;
   bool ioc_ = false;
-  double tasks_ = 1.0;  ///< value of N1Happening::kTasks
+  double tasks_ = 1.0;  ///< value of N1EventKind::kTasks
   bool pose_on_ = true;
-  std::optional<Liar> liar_;
+  std::optional<SensorFaultInjector> fault_injector_;
   bool mobile_wants_control_ = false;
-  core::TimePoint deaf_to_switch_until_{};
+  core::TimePoint switch_ignored_until_{};
   N1Mode wanted_mode_;
   N1Pilot pilot_;
   StickInput pilot_sticks_;
@@ -247,9 +247,9 @@ class N1Autopilot {
   std::uint64_t slot_ = 0;
   std::uint16_t forced_activation_ = 0;
   std::uint32_t acks_to_lose_ = 0;
-  N1Asked acks_to_lose_of_ = N1Asked::kAny;
+  N1Request acks_to_lose_of_ = N1Request::kAny;
   /// The request that each session's stored answer belongs to.
-  std::array<N1Asked, protocol::kSessionCount> asked_in_session_{};
+  std::array<N1Request, protocol::kSessionCount> request_in_session_{};
   std::uint32_t acks_to_double_ = 0;
   core::Duration ack_delay_{0};
   core::TimePoint silent_until_{};
@@ -258,8 +258,8 @@ class N1Autopilot {
   core::TimePoint last_on_{};
   bool authority_lost_ = false;
   core::TimePoint lost_at_{};
-  RateWatch movement_watch_;
-  RateWatch virtual_rc_watch_;
+  RateCounter movement_watch_;
+  RateCounter virtual_rc_watch_;
 };
 
 }  // namespace m100::sim

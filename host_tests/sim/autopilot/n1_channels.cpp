@@ -12,7 +12,7 @@ constexpr std::uint32_t kMovementMost_per_s = 50;
 
 }  // namespace
 
-std::uint32_t N1Autopilot::RateWatch::note(core::TimePoint now) {
+std::uint32_t N1Autopilot::RateCounter::count(core::TimePoint now) {
   times_[count_ % kDepth] = now;
   ++count_;
   std::uint32_t within = 0;
@@ -25,7 +25,7 @@ std::uint32_t N1Autopilot::RateWatch::note(core::TimePoint now) {
 void N1Autopilot::execute_unanswered(const protocol::Command& command, protocol::MessageId id) {
   // Sets 0x04 and 0x05 are ignored before activation [inferred]; session 0 cannot report that.
   if (!activated_) {
-    tell("ignored", protocol::name(id));
+    emit("ignored", protocol::name(id));
     return;
   }
   if (const auto* movement = std::get_if<protocol::Movement>(&command)) {
@@ -35,13 +35,13 @@ void N1Autopilot::execute_unanswered(const protocol::Command& command, protocol:
   } else if (const auto* data = std::get_if<protocol::VirtualRcData>(&command)) {
     take_virtual_rc(*data);
   } else {
-    tell("received", protocol::name(id));
+    emit("received", protocol::name(id));
   }
 }
 
-std::uint32_t N1Autopilot::note_control_frame(RateWatch& watch, bool obeyed) {
-  const std::uint32_t per_s = watch.note(time_);
-  record_.most_commands_per_s = std::max(record_.most_commands_per_s, per_s);
+std::uint32_t N1Autopilot::count_control_frame(RateCounter& watch, bool obeyed) {
+  const std::uint32_t per_s = watch.count(time_);
+  record_.max_commands_per_s = std::max(record_.max_commands_per_s, per_s);
   if (authority_lost_ && !obeyed) {
     ++record_.control_after_loss;
     record_.latest_after_loss = std::max(record_.latest_after_loss, time_ - lost_at_);
@@ -50,22 +50,22 @@ std::uint32_t N1Autopilot::note_control_frame(RateWatch& watch, bool obeyed) {
 }
 
 void N1Autopilot::switch_virtual_rc(const protocol::VirtualRcSwitch& wanted) {
-  tell("received", "vrc_switch", wanted.on ? 1.0 : 0.0);
+  emit("received", "vrc_switch", wanted.on ? 1.0 : 0.0);
   if (!wanted.on) {
     virtual_rc_on_ = false;  // requested, so not a loss
     return;
   }
   ++record_.virtual_rc_on_requests;
   if (record_.virtual_rc_on_requests > 1) {
-    record_.least_on_spacing = std::min(record_.least_on_spacing, time_ - last_on_);
+    record_.min_on_spacing = std::min(record_.min_on_spacing, time_ - last_on_);
     if (time_ - last_on_ < kSwitchSpacing) {
-      deaf_to_switch_until_ = time_ + kSwitchSpacing;
-      tell("received", "violation_virtual_rc_on_too_often", core::seconds<double>(time_ - last_on_));
+      switch_ignored_until_ = time_ + kSwitchSpacing;
+      emit("received", "violation_virtual_rc_on_too_often", core::seconds<double>(time_ - last_on_));
     }
   }
   last_on_ = time_;
   if (!rc_in_f()) {  // [inferred]: leaving F ends Virtual RC, so it cannot begin outside of F
-    tell("ignored", "vrc_switch");
+    emit("ignored", "vrc_switch");
     return;
   }
   if (!virtual_rc_on_) {
@@ -79,37 +79,37 @@ void N1Autopilot::switch_virtual_rc(const protocol::VirtualRcSwitch& wanted) {
 }
 
 void N1Autopilot::take_virtual_rc(const protocol::VirtualRcData& data) {
-  const std::uint32_t per_s = note_control_frame(virtual_rc_watch_, virtual_rc_on_);
+  const std::uint32_t per_s = count_control_frame(virtual_rc_watch_, virtual_rc_on_);
   if (per_s > kVirtualRcMost_per_s + 1) {
-    tell("received", "violation_virtual_rc_too_fast", per_s);
+    emit("received", "violation_virtual_rc_too_fast", per_s);
   }
   const bool right_id = !data.under_switch_id || config_.lenient_virtual_rc;
   if (!virtual_rc_on_ || !right_id || protocol::check(data) != core::Status::kOk) {
     ++record_.virtual_rc_ignored;
-    tell("ignored", "vrc_data", data.under_switch_id ? 1.0 : 0.0);
+    emit("ignored", "vrc_data", data.under_switch_id ? 1.0 : 0.0);
     return;
   }
   ++record_.virtual_rc_taken;
   virtual_rc_ = data;
   last_virtual_rc_ = time_;
-  tell("received", "vrc_data", virtual_rc_.channels[protocol::vrc_channel::kRoll]);
+  emit("received", "vrc_data", virtual_rc_.channels[protocol::vrc_channel::kRoll]);
 }
 
 void N1Autopilot::take_movement(const protocol::Movement& movement) {
-  const std::uint32_t per_s = note_control_frame(movement_watch_, client_in_control());
+  const std::uint32_t per_s = count_control_frame(movement_watch_, client_in_control());
   if (per_s > kMovementMost_per_s + 1) {
-    tell("received", "violation_movement_too_fast", per_s);
+    emit("received", "violation_movement_too_fast", per_s);
   }
   if (!client_in_control() || protocol::check(movement) != core::Status::kOk) {  // also a mode that does not exist
     ++record_.movement_ignored;
-    tell("ignored", "movement", movement.flag);
+    emit("ignored", "movement", movement.flag);
     return;
   }
   ++record_.movement_taken;
   moving_ = true;
   last_movement_ = time_;
   movement_.set(movement, vehicle_.state());
-  tell("received", "movement", movement.flag);
+  emit("received", "movement", movement.flag);
 }
 
 }  // namespace m100::sim

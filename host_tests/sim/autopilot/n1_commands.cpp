@@ -2,8 +2,8 @@
 #include <algorithm>
 
 #include "host_tests/sim/autopilot/n1_autopilot.h"
-#include "protocol/acks.h"
 #include "protocol/bytes.h"
+#include "protocol/dji/acks.h"
 
 namespace m100::sim {
 namespace {
@@ -15,16 +15,16 @@ bool has_unknown_rate(const protocol::Message& message) {
          std::any_of(items.begin(), items.end(), [](std::byte code) { return code > std::byte{5}; });
 }
 
-N1Asked asked_of(const protocol::Command& command, protocol::MessageId id) {
+N1Request asked_of(const protocol::Command& command, protocol::MessageId id) {
   if (const auto* request = std::get_if<protocol::ControlRequest>(&command)) {
-    return request->obtain ? N1Asked::kObtainControl : N1Asked::kReleaseControl;
+    return request->obtain ? N1Request::kObtainControl : N1Request::kReleaseControl;
   }
-  for (const N1AskedWord& word : kN1AskedWords) {
+  for (const N1RequestName& word : kN1RequestNames) {
     if (word.id == id) {
-      return word.asked;
+      return word.request;
     }
   }
-  return N1Asked::kAny;
+  return N1Request::kAny;
 }
 
 }  // namespace
@@ -35,7 +35,7 @@ void N1Autopilot::handle(const protocol::FrameView& frame) {
   }
   const protocol::AnswerSessions::Reception reception = sessions_.accept(frame.header);
   if (reception.verdict == protocol::AnswerSessions::Verdict::kRepeat) {
-    acknowledge(reception.bytes, asked_in_session_[frame.header.session]);
+    acknowledge(reception.bytes, request_in_session_[frame.header.session]);
     return;
   }
   if (reception.verdict == protocol::AnswerSessions::Verdict::kIgnore) {
@@ -52,7 +52,7 @@ void N1Autopilot::handle(const protocol::FrameView& frame) {
     return;
   }
   if (std::holds_alternative<protocol::VersionQuery>(*command) && answered) {
-    tell("received", "version_query");
+    emit("received", "version_query");
     answer(frame.header, version_answer(), config_.cipher, asked_of(*command, message->id));
     return;
   }
@@ -62,7 +62,7 @@ void N1Autopilot::handle(const protocol::FrameView& frame) {
   }
   const bool needs_activation = message->id.set == protocol::ids::kControlRequest.set;
   const std::uint16_t code = needs_activation && !activated_ ? protocol::kAckNotAuthorised : execute(*command);
-  tell("answered", protocol::name(message->id), code);
+  emit("answered", protocol::name(message->id), code);
   answer(frame.header, protocol::encode_ack(code), config_.cipher, asked_of(*command, message->id));
 }
 
@@ -71,38 +71,38 @@ void N1Autopilot::refuse(const protocol::FrameHeader& header, const core::Expect
   // With a wrong key every command deciphers into an unknown one; a known command was deciphered correctly.
   const bool undecipherable =
       header.encrypted() && (!message || !message->has_id || protocol::find(message->id) == nullptr);
-  tell("ignored", undecipherable ? "undecipherable" : "bad_command", header.session);
+  emit("ignored", undecipherable ? "undecipherable" : "bad_command", header.session);
   if (header.session == protocol::kUnansweredSession) {
     return;
   }
   if (undecipherable) {
     // Plain, because the client has another key and could not read an encrypted answer.
-    answer(header, protocol::encode_ack(protocol::kAckKeyError), nullptr, N1Asked::kAny);
+    answer(header, protocol::encode_ack(protocol::kAckKeyError), nullptr, N1Request::kAny);
   } else if (message && message->has_id && message->id == protocol::ids::kTelemetryFrequency) {
-    answer(header, protocol::encode_ack(1), config_.cipher, N1Asked::kSetRates);  // a code above 5
+    answer(header, protocol::encode_ack(1), config_.cipher, N1Request::kSetRates);  // a code above 5
   }
 }
 
 void N1Autopilot::answer(const protocol::FrameHeader& to, std::span<const std::byte> value,
-                         const protocol::Cipher* cipher, N1Asked asked) {
+                         const protocol::Cipher* cipher, N1Request request) {
   const core::Expected<protocol::Outgoing> frame = sessions_.answer(to, value, cipher);
   if (frame) {
-    asked_in_session_[to.session] = asked;
-    acknowledge(frame->bytes, asked);
+    request_in_session_[to.session] = request;
+    acknowledge(frame->bytes, request);
   }
 }
 
-bool N1Autopilot::loses_ack(N1Asked asked) {
-  if (acks_to_lose_ == 0 || (acks_to_lose_of_ != N1Asked::kAny && acks_to_lose_of_ != asked)) {
+bool N1Autopilot::loses_ack(N1Request request) {
+  if (acks_to_lose_ == 0 || (acks_to_lose_of_ != N1Request::kAny && acks_to_lose_of_ != request)) {
     return false;
   }
   --acks_to_lose_;
   return true;
 }
 
-void N1Autopilot::acknowledge(std::span<const std::byte> frame, N1Asked asked) {
-  if (loses_ack(asked)) {
-    tell("did", "lost_ack");
+void N1Autopilot::acknowledge(std::span<const std::byte> frame, N1Request request) {
+  if (loses_ack(request)) {
+    emit("did", "lost_ack");
     return;
   }
   const int copies = acks_to_double_ > 0 ? 2 : 1;
@@ -150,7 +150,7 @@ std::uint16_t N1Autopilot::execute(const protocol::Command& command) {
 }
 
 std::uint16_t N1Autopilot::activate(const protocol::Activation& activation) {
-  tell("received", "activate", activation.app_id);
+  emit("received", "activate", activation.app_id);
   if (forced_activation_ != 0) {
     return forced_activation_;
   }
@@ -174,32 +174,32 @@ std::uint16_t N1Autopilot::set_rates(const protocol::TelemetryFrequency& wanted)
 std::uint16_t N1Autopilot::control(bool obtain) {
   namespace ack = protocol::control_ack;
   if (!obtain) {
-    tell("received", "release_control");
+    emit("received", "release_control");
     if (!rc_in_f()) {
       return ack::kNotInModeF;  // the switch has already left F (protocol, section 11, state 8)
     }
-    asked_once_ = false;  // after a release, control has to be requested twice again
+    requested_once_ = false;  // after a release, control has to be requested twice again
     if (!client_in_control()) {
       return ack::kReleased;
     }
-    release_asked_once_ = !release_asked_once_;
-    if (release_asked_once_) {
+    release_requested_once_ = !release_requested_once_;
+    if (release_requested_once_) {
       return ack::kReleasing;
     }
     device_ = protocol::ControlDevice::kRemoteController;
     moving_ = false;
     end_task();
     authority_lost_ = false;  // given back, not taken
-    tell("did", "released");
+    emit("did", "released");
     return ack::kReleased;
   }
-  tell("received", "obtain_control");
+  emit("received", "obtain_control");
   ++record_.obtain_requests;
   if (record_.obtain_requests > 1) {
-    record_.least_obtain_spacing = std::min(record_.least_obtain_spacing, time_ - last_obtain_);
+    record_.min_obtain_spacing = std::min(record_.min_obtain_spacing, time_ - last_obtain_);
   }
   last_obtain_ = time_;
-  release_asked_once_ = false;
+  release_requested_once_ = false;
   if (!rc_in_f()) {
     return ack::kNotInModeF;
   }
@@ -212,13 +212,13 @@ std::uint16_t N1Autopilot::control(bool obtain) {
   if (mobile_wants_control_) {
     return ack::kObtaining;  // for as long as the app has control
   }
-  asked_once_ = !asked_once_;
-  if (asked_once_) {
+  requested_once_ = !requested_once_;
+  if (requested_once_) {
     return ack::kObtaining;
   }
   device_ = protocol::ControlDevice::kOnboardComputer;
   authority_lost_ = false;
-  tell("did", "obtained");
+  emit("did", "obtained");
   return ack::kObtained;
 }
 
@@ -241,7 +241,7 @@ std::uint16_t N1Autopilot::start_task(const protocol::TaskRequest& request) {
   const bool take_off = request.task == protocol::Task::kTakeOff;
   const VehicleState& state = vehicle_.state();
   const bool fits = take_off ? !state.in_air && !state.motors_on : state.in_air;  // protocol, 6.3: motors stopped
-  tell("received", take_off ? "task_takeoff" : request.task == protocol::Task::kLand ? "task_land" : "task_go_home");
+  emit("received", take_off ? "task_takeoff" : request.task == protocol::Task::kLand ? "task_land" : "task_go_home");
   if (!client_in_control() || tasks_ == 0.0 || !fits) {
     return protocol::task_ack::kRefused;
   }

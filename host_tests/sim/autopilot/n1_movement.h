@@ -2,7 +2,7 @@
 #pragma once
 
 #include "host_tests/sim/world/vehicle_port.h"
-#include "protocol/commands.h"
+#include "protocol/dji/commands.h"
 
 namespace m100::sim {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "host_tests/sim/autopilot/n1_autopilot.h"
-#include "protocol/frame_encoder.h"
+#include "protocol/dji/frame_encoder.h"
 
 namespace m100::sim {
 namespace {
@@ -72,15 +72,16 @@ void N1Autopilot::send_telemetry() {
     return;
   }
   const auto ticks = static_cast<std::uint32_t>(ticks_ - booted_at_tick_);
-  protocol::Telemetry telemetry = report(senses_.sense(vehicle_.state(), kSlot), ticks, config_.noise, random_);
+  protocol::Telemetry telemetry = report(estimator_.update(vehicle_.state(), kSlot), ticks, config_.noise, random_);
   telemetry.items = items;
   telemetry.rc = rc_item();
   telemetry.flight_status = flight_status();
   telemetry.control.mode = moving_ ? movement_.control_mode() : std::uint8_t{0};
-  telemetry.control.bits = static_cast<std::uint8_t>(
-      static_cast<unsigned>(device_) | (client_in_control() || asked_once_ ? 8U : 0U) | (virtual_rc_on_ ? 16U : 0U));
-  if (lie_) {
-    lie_(telemetry);
+  telemetry.control.bits =
+      static_cast<std::uint8_t>(static_cast<unsigned>(device_) | (client_in_control() || requested_once_ ? 8U : 0U) |
+                                (virtual_rc_on_ ? 16U : 0U));
+  if (telemetry_fault_) {
+    telemetry_fault_(telemetry);
   }
   push(protocol::ids::kTelemetry, encode(telemetry));
   ++record_.telemetry_packages;

@@ -6,13 +6,13 @@
 #include <sstream>
 #include <string_view>
 
-#include "host_tests/sim/autopilot/n1_words.h"
+#include "host_tests/sim/autopilot/n1_script_syntax.h"
 
 namespace m100::sim {
 namespace {
 
-double read_value(const N1Form& form, const std::string& word, long line) {
-  for (const N1Word& known : form.words) {
+double read_value(const N1EventSyntax& form, const std::string& word, long line) {
+  for (const N1NamedValue& known : form.words) {
     if (known.text == word) {
       return known.value;
     }
@@ -35,10 +35,10 @@ double read_value(const N1Form& form, const std::string& word, long line) {
   return value;
 }
 
-N1Asked read_command(const std::string& text, long line) {
-  for (const N1AskedWord& word : kN1AskedWords) {
+N1Request read_command(const std::string& text, long line) {
+  for (const N1RequestName& word : kN1RequestNames) {
     if (word.text == text) {
-      return word.asked;
+      return word.request;
     }
   }
   throw N1ScriptError(line, "'" + text + "' is not an acknowledged command");
@@ -69,30 +69,30 @@ N1StickMove read_move(N1StickMove::Shape shape, std::istringstream& words, long 
 N1ScriptLine read_lie(core::TimePoint at, std::istringstream& words, long line) {
   std::string name, more;
   words >> name;
-  const Lie* const lie = lie_of(name);
-  if (lie == nullptr) {
+  const SensorFault* const fault = find_sensor_fault(name);
+  if (fault == nullptr) {
     throw N1ScriptError(line, "unknown lie '" + name + "'");
   }
-  double size = lie->size;
+  double size = fault->size;
   const bool has_size = static_cast<bool>(words >> size);
-  if ((has_size && lie->unit.empty()) || (!has_size && !words.eof()) || words >> more || !(std::abs(size) <= 1e4)) {
+  if ((has_size && fault->unit.empty()) || (!has_size && !words.eof()) || words >> more || !(std::abs(size) <= 1e4)) {
     throw N1ScriptError(line, "expected: lie NAME, and a number if the lie has a size");
   }
-  return {.at = at, .what = N1Happening::kLie, .value = has_size ? size : lie->size, .lie = lie};
+  return {.at = at, .what = N1EventKind::kSensorFault, .value = has_size ? size : fault->size, .fault = fault};
 }
 
-N1ScriptLine read_form(const N1Form& form, core::TimePoint at, std::istringstream& words, long number) {
+N1ScriptLine read_form(const N1EventSyntax& form, core::TimePoint at, std::istringstream& words, long number) {
   std::string value, command, more;
   const bool takes_value = !form.words.empty() || form.low != form.high;
   if (takes_value != static_cast<bool>(words >> value) ||
-      (form.what == N1Happening::kLoseAcks && words >> command && words >> more) || words >> more) {
+      (form.what == N1EventKind::kLoseAcks && words >> command && words >> more) || words >> more) {
     throw N1ScriptError(number,
                         "'" + std::string(form.name) + (takes_value ? "' takes one value" : "' takes no value"));
   }
   return {.at = at,
           .what = form.what,
           .value = takes_value ? read_value(form, value, number) : 0.0,
-          .asked = command.empty() ? N1Asked::kAny : read_command(command, number)};
+          .request = command.empty() ? N1Request::kAny : read_command(command, number)};
 }
 
 N1ScriptLine read_line(const std::string& text, long number) {
@@ -103,16 +103,17 @@ N1ScriptLine read_line(const std::string& text, long number) {
     throw N1ScriptError(number, "expected: SECONDS WORD, and the values that the word takes");
   }
   const core::TimePoint at{core::Duration{std::llround(at_s * 1e6)}};
-  for (const N1StickWord& known : kN1StickWords) {
+  for (const N1StickShapeName& known : kN1StickShapes) {
     if (known.name == name) {
-      return {.at = at, .what = N1Happening::kStick, .move = read_move(known.shape, words, number)};
+      return {.at = at, .what = N1EventKind::kStick, .move = read_move(known.shape, words, number)};
     }
   }
-  if (name == kN1LieWord) {
+  if (name == kN1FaultWord) {
     return read_lie(at, words, number);
   }
-  const auto form = std::find_if(kN1Forms.begin(), kN1Forms.end(), [&](const N1Form& one) { return one.name == name; });
-  if (form == kN1Forms.end()) {
+  const auto form =
+      std::find_if(kN1Events.begin(), kN1Events.end(), [&](const N1EventSyntax& one) { return one.name == name; });
+  if (form == kN1Events.end()) {
     throw N1ScriptError(number, "unknown word '" + name + "'");
   }
   return read_form(*form, at, words, number);

@@ -9,14 +9,14 @@
 #include <vector>
 
 #include "firmware/core/time.h"
-#include "host_tests/sim/autopilot/lies.h"
 #include "host_tests/sim/autopilot/n1_pilot.h"
-#include "protocol/catalogue.h"
+#include "host_tests/sim/sensor_faults/sensor_fault_injector.h"
+#include "protocol/dji/catalogue.h"
 
 namespace m100::sim {
 
 /// Scripted events of the emulated autopilot, at stated times.
-enum class N1Happening : std::uint8_t {
+enum class N1EventKind : std::uint8_t {
   kMode,          ///< value: 'F', 'A' or 'P' of the real mode switch
   kRc,            ///< 1 on, 0 off: the remote controller
   kTake,          ///< 'm': the mobile app takes control; 'r': the app (or the pilot) ends that, and the RC has control
@@ -34,11 +34,11 @@ enum class N1Happening : std::uint8_t {
   kEndTask,  ///< the autopilot aborts its take-off or landing
   kPose,     ///< 0: the room sends no poses from now on; 1: it sends them again
   kStick,    ///< the pilot moves a stick
-  kLie,      ///< telemetry, or the room's poses, are false from now on
+  kSensorFault,  ///< telemetry, or the room's poses, are false from now on
 };
 
 /// Commands whose acknowledgements can be lost by name.
-enum class N1Asked : std::uint8_t {
+enum class N1Request : std::uint8_t {
   kAny,
   kVersion,
   kActivate,
@@ -49,29 +49,29 @@ enum class N1Asked : std::uint8_t {
   kTask,
   kTaskQuery,
 };
-struct N1AskedWord {
+struct N1RequestName {
   std::string_view text;  ///< in a script
-  N1Asked asked;
+  N1Request request;
   protocol::MessageId id;
 };
-inline constexpr std::array kN1AskedWords{
-    N1AskedWord{"version_query", N1Asked::kVersion, protocol::ids::kVersionQuery},
-    N1AskedWord{"activate", N1Asked::kActivate, protocol::ids::kActivation},
-    N1AskedWord{"set_broadcast_frequency", N1Asked::kSetRates, protocol::ids::kTelemetryFrequency},
-    N1AskedWord{"obtain_control", N1Asked::kObtainControl, protocol::ids::kControlRequest},
-    N1AskedWord{"release_control", N1Asked::kReleaseControl, protocol::ids::kControlRequest},
-    N1AskedWord{"motors", N1Asked::kMotors, protocol::ids::kMotors},
-    N1AskedWord{"task", N1Asked::kTask, protocol::ids::kTask},
-    N1AskedWord{"task_query", N1Asked::kTaskQuery, protocol::ids::kTaskQuery},
+inline constexpr std::array kN1RequestNames{
+    N1RequestName{"version_query", N1Request::kVersion, protocol::ids::kVersionQuery},
+    N1RequestName{"activate", N1Request::kActivate, protocol::ids::kActivation},
+    N1RequestName{"set_broadcast_frequency", N1Request::kSetRates, protocol::ids::kTelemetryFrequency},
+    N1RequestName{"obtain_control", N1Request::kObtainControl, protocol::ids::kControlRequest},
+    N1RequestName{"release_control", N1Request::kReleaseControl, protocol::ids::kControlRequest},
+    N1RequestName{"motors", N1Request::kMotors, protocol::ids::kMotors},
+    N1RequestName{"task", N1Request::kTask, protocol::ids::kTask},
+    N1RequestName{"task_query", N1Request::kTaskQuery, protocol::ids::kTaskQuery},
 };
 
 struct N1ScriptLine {
   core::TimePoint at{};
-  N1Happening what = N1Happening::kMode;
+  N1EventKind what = N1EventKind::kMode;
   double value = 0.0;
-  N1Asked asked = N1Asked::kAny;  ///< of kLoseAcks
-  N1StickMove move{};             ///< of kStick
-  const Lie* lie = nullptr;       ///< of kLie; `value` is its size
+  N1Request request = N1Request::kAny;  ///< of kLoseAcks
+  N1StickMove move{};                   ///< of kStick
+  const SensorFault* fault = nullptr;   ///< of kLie; `value` is its size
 };
 
 /// An invalid line of a script: its number and the error.

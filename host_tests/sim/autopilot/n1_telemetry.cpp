@@ -94,37 +94,37 @@ protocol::Telemetry report(const VehicleState& state, std::uint32_t ticks, const
   return telemetry;
 }
 
-N1Senses::N1Senses(const N1SensorNoise& noise, std::uint64_t seed)
+N1Estimator::N1Estimator(const N1SensorNoise& noise, std::uint64_t seed)
     : noise_(noise), random_(seed, "n1_senses"), barometer_(noise.height_drift_m, kBarometer_s) {
   for (Eigen::Index i = 0; i < 3; ++i) {
     offset_b_m_s2_[i] = noise.force_offset_m_s2 * random_.normal();
   }
 }
 
-VehicleState N1Senses::sense(const VehicleState& truth, core::Duration passed) {
-  VehicleState believed = truth;
+VehicleState N1Estimator::update(const VehicleState& truth, core::Duration passed) {
+  VehicleState estimated = truth;
   const double step_s = core::seconds<double>(passed);
-  feel(believed);
+  add_accelerometer_errors(estimated);
   if (noise_.velocity_zero_share > 0.0) {
-    sense_velocity(truth, step_s, believed);
+    estimate_velocity(truth, step_s, estimated);
   }
   if (noise_.height_drift_m > 0.0) {
-    sense_height(truth, step_s, believed);
+    estimate_height(truth, step_s, estimated);
   }
-  return believed;
+  return estimated;
 }
 
-void N1Senses::feel(VehicleState& believed) {
-  believed.specific_force_b_m_s2 += offset_b_m_s2_;
-  if (noise_.force_vibration_m_s2 > 0.0 && believed.motors_on) {
+void N1Estimator::add_accelerometer_errors(VehicleState& estimated) {
+  estimated.specific_force_b_m_s2 += offset_b_m_s2_;
+  if (noise_.force_vibration_m_s2 > 0.0 && estimated.motors_on) {
     // The rotors turn far above 100 Hz, so sampling makes their vibration white.
     for (Eigen::Index i = 0; i < 3; ++i) {
-      believed.specific_force_b_m_s2[i] += noise_.force_vibration_m_s2 * random_.normal();
+      estimated.specific_force_b_m_s2[i] += noise_.force_vibration_m_s2 * random_.normal();
     }
   }
 }
 
-void N1Senses::sense_velocity(const VehicleState& truth, double step_s, VehicleState& believed) {
+void N1Estimator::estimate_velocity(const VehicleState& truth, double step_s, VehicleState& estimated) {
   next_switch_s_ -= step_s;
   if (next_switch_s_ <= 0.0) {
     drifting_ = !drifting_;
@@ -138,21 +138,21 @@ void N1Senses::sense_velocity(const VehicleState& truth, double step_s, VehicleS
     for (Eigen::Index i = 0; i < 2; ++i) {
       drift_w_m_s_[i] += kVelocityWalk_m_s * std::sqrt(step_s) * random_.normal();
     }
-    believed.velocity_w_m_s = truth.velocity_w_m_s - from_w_m_s_ + drift_w_m_s_;
+    estimated.velocity_w_m_s = truth.velocity_w_m_s - from_w_m_s_ + drift_w_m_s_;
   } else {
-    believed.velocity_w_m_s.setZero();
+    estimated.velocity_w_m_s.setZero();
   }
-  believed.velocity_w_m_s.z() = climb_m_s;
+  estimated.velocity_w_m_s.z() = climb_m_s;
 }
 
-void N1Senses::sense_height(const VehicleState& truth, double step_s, VehicleState& believed) {
+void N1Estimator::estimate_height(const VehicleState& truth, double step_s, VehicleState& estimated) {
   const double drift_m = barometer_.advance(step_s, random_);
   const bool landed = was_in_air_ && !truth.in_air;
   was_in_air_ = truth.in_air;
   if (landed || random_.uniform() < step_s / kHeightReset_s) {
     height_from_m_ += noise_.height_drift_m * random_.normal();
   }
-  believed.position_w_m.z() = truth.position_w_m.z() + drift_m + height_from_m_;
+  estimated.position_w_m.z() = truth.position_w_m.z() + drift_m + height_from_m_;
 }
 
 }  // namespace m100::sim

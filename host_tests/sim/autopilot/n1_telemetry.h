@@ -7,8 +7,8 @@
 #include "firmware/core/time.h"
 #include "host_tests/sim/world/random.h"
 #include "host_tests/sim/world/vehicle_port.h"
-#include "protocol/commands.h"
-#include "protocol/telemetry.h"
+#include "protocol/dji/commands.h"
+#include "protocol/dji/telemetry.h"
 
 namespace m100::sim {
 
@@ -18,7 +18,7 @@ struct N1SensorNoise {
   double rate_rad_s = 0.0;
   double force_m_s2 = 0.0;
   double velocity_m_s = 0.0;
-  // Errors of its own estimates: see N1Senses.
+  // Errors of its own estimates: see N1Estimator.
   double force_offset_m_s2 = 0.0;
   double force_vibration_m_s2 = 0.0;
   double velocity_zero_share = 0.0;
@@ -42,16 +42,16 @@ std::uint16_t due_items(const N1Rates& rates, std::uint64_t slot);
 /// drifts and is reset. Its accelerometer has an offset that differs between flights, and the vibration of the rotors.
 /// As in the measured logs, intervals at zero and intervals of drift last about a second each, with exponential length,
 /// and the drift ends in one sample.
-class N1Senses {
+class N1Estimator {
  public:
-  N1Senses(const N1SensorNoise& noise, std::uint64_t seed);
+  N1Estimator(const N1SensorNoise& noise, std::uint64_t seed);
   /// @param passed time since the previous call. @returns the estimated state.
-  VehicleState sense(const VehicleState& truth, core::Duration passed);
+  VehicleState update(const VehicleState& truth, core::Duration passed);
 
  private:
-  void sense_velocity(const VehicleState& truth, double step_s, VehicleState& believed);
-  void sense_height(const VehicleState& truth, double step_s, VehicleState& believed);
-  void feel(VehicleState& believed);
+  void estimate_velocity(const VehicleState& truth, double step_s, VehicleState& estimated);
+  void estimate_height(const VehicleState& truth, double step_s, VehicleState& estimated);
+  void add_accelerometer_errors(VehicleState& estimated);
 
   N1SensorNoise noise_;
   Random random_;

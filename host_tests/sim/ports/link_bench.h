@@ -58,14 +58,14 @@ class LinkBench {
     }
     return false;
   }
-  bool run_until(safety::Stage stage, core::Duration at_most = std::chrono::seconds(20)) {
+  bool run_until(safety::AuthorityStage stage, core::Duration at_most = std::chrono::seconds(20)) {
     return run_until([&] { return link.authority().stage == stage; }, at_most);
   }
   /// Goes from start-up to control, as an operator does.
   bool take_control() {
-    const bool ready = run_until(safety::Stage::kReady);
+    const bool ready = run_until(safety::AuthorityStage::kReady);
     link.request_control(clock.now());
-    return ready && run_until(safety::Stage::kInControl);
+    return ready && run_until(safety::AuthorityStage::kInControl);
   }
   link::ChannelCommand command() const {
     return channel_ == link::Channel::kVirtualRc ? link::ChannelCommand(vrc::Sticks{})

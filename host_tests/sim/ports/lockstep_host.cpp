@@ -52,8 +52,8 @@ LockstepHost::~LockstepHost() {
     ::close(end.listening);
     ::unlink(end.path.c_str());
   }
-  for (const Attendant& attendant : attendants_) {
-    ::close(attendant.descriptor);
+  for (const AttachedProgram& program : programs_) {
+    ::close(program.descriptor);
   }
 }
 
@@ -140,7 +140,7 @@ void LockstepHost::hand_over(pid_t process) {
   }
 }
 
-void LockstepHost::welcome(EndState& end) {
+void LockstepHost::accept_end(EndState& end) {
   const int descriptor = ::accept4(end.listening, nullptr, nullptr, SOCK_CLOEXEC);
   if (descriptor < 0) {
     return;
@@ -156,7 +156,7 @@ void LockstepHost::welcome(EndState& end) {
     const std::int64_t now_us = now_.time_since_epoch().count();
     const pid_t process = peer_of(descriptor);
     if (send_all(descriptor, now_us)) {
-      attendants_.push_back({.descriptor = descriptor, .process = process, .deadline_us = now_us});
+      programs_.push_back({.descriptor = descriptor, .process = process, .deadline_us = now_us});
     }
     return;
   }
@@ -172,20 +172,20 @@ void LockstepHost::welcome(EndState& end) {
   end.waiting.clear();
 }
 
-void LockstepHost::hear(Attendant& attendant) {
+void LockstepHost::receive(AttachedProgram& program) {
   const ssize_t count =
-      ::recv(attendant.descriptor, &attendant.deadline_us, sizeof(attendant.deadline_us), MSG_DONTWAIT | MSG_WAITALL);
-  if (count == static_cast<ssize_t>(sizeof(attendant.deadline_us))) {
-    attendant.asleep = true;
-    attendant.seen_stopped = false;
+      ::recv(program.descriptor, &program.deadline_us, sizeof(program.deadline_us), MSG_DONTWAIT | MSG_WAITALL);
+  if (count == static_cast<ssize_t>(sizeof(program.deadline_us))) {
+    program.asleep = true;
+    program.seen_stopped = false;
   } else if (count >= 0 || errno != EAGAIN) {
-    ::close(attendant.descriptor);
-    attendant.descriptor = -1;
+    ::close(program.descriptor);
+    program.descriptor = -1;
   }
 }
 
-void LockstepHost::drop_the_gone() {
-  std::erase_if(attendants_, [](const Attendant& attendant) { return attendant.descriptor < 0; });
+void LockstepHost::drop_ended() {
+  std::erase_if(programs_, [](const AttachedProgram& program) { return program.descriptor < 0; });
 }
 
 void LockstepHost::service(int patience_ms) {
@@ -194,21 +194,21 @@ void LockstepHost::service(int patience_ms) {
     watched.push_back({.fd = end.listening, .events = POLLIN, .revents = 0});
   }
   const std::size_t first_attendant = watched.size();
-  const std::size_t known = attendants_.size();
-  for (const Attendant& attendant : attendants_) {
-    watched.push_back({.fd = attendant.descriptor, .events = POLLIN, .revents = 0});
+  const std::size_t known = programs_.size();
+  for (const AttachedProgram& program : programs_) {
+    watched.push_back({.fd = program.descriptor, .events = POLLIN, .revents = 0});
   }
   if (::poll(watched.data(), watched.size(), patience_ms) <= 0) {
     return;
   }
   for (std::size_t i = 0; i < known; ++i) {
-    if (watched[first_attendant + i].revents != 0 && attendants_[i].descriptor >= 0) {
-      hear(attendants_[i]);
+    if (watched[first_attendant + i].revents != 0 && programs_[i].descriptor >= 0) {
+      receive(programs_[i]);
     }
   }
   for (std::size_t i = 0; i < ends_.size(); ++i) {
     if (watched[i].revents != 0) {
-      welcome(ends_[i]);
+      accept_end(ends_[i]);
     }
   }
 }
@@ -216,7 +216,7 @@ void LockstepHost::service(int patience_ms) {
 void LockstepHost::await_sleep(std::size_t index) {
   for (int looks = 0; looks < kPatience_looks && !stopped_; ++looks) {
     service(kLook_ms);
-    const Attendant& awaited = attendants_[index];
+    const AttachedProgram& awaited = programs_[index];
     if (awaited.asleep || awaited.descriptor < 0) {
       return;
     }
@@ -226,19 +226,19 @@ void LockstepHost::await_sleep(std::size_t index) {
     }
     if (state == 'Z' || state == '\0') {  // another process still holds its socket
       ::close(awaited.descriptor);
-      attendants_[index].descriptor = -1;
+      programs_[index].descriptor = -1;
       return;
     }
   }
-  attendants_[index].seen_stopped = true;
+  programs_[index].seen_stopped = true;
 }
 
 void LockstepHost::wake(std::size_t index) {
-  hand_over(attendants_[index].process);
-  attendants_[index].asleep = false;
+  hand_over(programs_[index].process);
+  programs_[index].asleep = false;
   const std::int64_t now_us = now_.time_since_epoch().count();
-  if (!send_all(attendants_[index].descriptor, now_us)) {
-    hear(attendants_[index]);
+  if (!send_all(programs_[index].descriptor, now_us)) {
+    receive(programs_[index]);
     return;
   }
   await_sleep(index);
@@ -247,42 +247,42 @@ void LockstepHost::wake(std::size_t index) {
   }
 }
 
-void LockstepHost::await_newcomers() {
-  for (std::size_t i = 0; i < attendants_.size() && !stopped_; ++i) {  // others may connect meanwhile
-    if (!attendants_[i].asleep && !attendants_[i].seen_stopped && attendants_[i].descriptor >= 0) {
+void LockstepHost::wait_for_newcomers() {
+  for (std::size_t i = 0; i < programs_.size() && !stopped_; ++i) {  // others may connect meanwhile
+    if (!programs_[i].asleep && !programs_[i].seen_stopped && programs_[i].descriptor >= 0) {
       await_sleep(i);
     }
   }
-  drop_the_gone();
+  drop_ended();
 }
 
 void LockstepHost::advance(core::TimePoint until) {
   service(0);
-  drop_the_gone();
-  await_newcomers();
-  const auto runs = [this](const Attendant& attendant) {
-    return attendant.asleep && std::find(suspended_.begin(), suspended_.end(), attendant.process) == suspended_.end();
+  drop_ended();
+  wait_for_newcomers();
+  const auto runs = [this](const AttachedProgram& program) {
+    return program.asleep && std::find(suspended_.begin(), suspended_.end(), program.process) == suspended_.end();
   };
   std::int64_t next_us = until.time_since_epoch().count();
-  for (const Attendant& attendant : attendants_) {
-    next_us = runs(attendant) ? std::min(next_us, attendant.deadline_us) : next_us;
+  for (const AttachedProgram& program : programs_) {
+    next_us = runs(program) ? std::min(next_us, program.deadline_us) : next_us;
   }
   now_ = std::max(now_, core::TimePoint{core::Duration{next_us}});
-  const std::size_t present = attendants_.size();
+  const std::size_t present = programs_.size();
   for (std::size_t i = 0; i < present && !stopped_; ++i) {
-    if (attendants_[i].descriptor >= 0 && runs(attendants_[i]) &&
-        attendants_[i].deadline_us <= now_.time_since_epoch().count()) {
+    if (programs_[i].descriptor >= 0 && runs(programs_[i]) &&
+        programs_[i].deadline_us <= now_.time_since_epoch().count()) {
       wake(i);
     }
   }
-  drop_the_gone();
+  drop_ended();
 }
 
 bool LockstepHost::wait_for(const std::function<bool()>& condition, double at_most_s) {
   constexpr int kStep_ms = 10;
   for (int left = static_cast<int>(at_most_s * 1000.0 / kStep_ms); left > 0 && !stopped_; --left) {
     service(kStep_ms);
-    drop_the_gone();
+    drop_ended();
     if (condition()) {
       return true;
     }
@@ -290,9 +290,9 @@ bool LockstepHost::wait_for(const std::function<bool()>& condition, double at_mo
   return condition();
 }
 
-bool LockstepHost::attends(pid_t process) const {
-  return std::any_of(attendants_.begin(), attendants_.end(),
-                     [&](const Attendant& attendant) { return attendant.process == process; });
+bool LockstepHost::is_attached(pid_t process) const {
+  return std::any_of(programs_.begin(), programs_.end(),
+                     [&](const AttachedProgram& program) { return program.process == process; });
 }
 
 void LockstepHost::suspend(pid_t process) { suspended_.push_back(process); }

@@ -53,8 +53,8 @@ class LockstepHost {
   /// Stops time until the condition holds. @returns false: it did not hold within so many real seconds.
   bool wait_for(const std::function<bool()>& condition, double at_most_s);
   /// How many processes are attached, and whether this one is.
-  std::size_t attendants() const { return attendants_.size(); }
-  bool attends(pid_t process) const;
+  std::size_t attached_count() const { return programs_.size(); }
+  bool is_attached(pid_t process) const;
   /// Advances time without this process until it is resumed; it is then late.
   void suspend(pid_t process);
   void resume(pid_t process);
@@ -72,7 +72,7 @@ class LockstepHost {
     std::vector<std::byte> written{};
     std::vector<std::byte> waiting{};
   };
-  struct Attendant {
+  struct AttachedProgram {
     int descriptor = -1;
     pid_t process = -1;
     std::int64_t deadline_us = 0;
@@ -83,17 +83,17 @@ class LockstepHost {
   void listen(EndState& end);
   void hang_up(EndState& end);
   void receive(EndState& end);
-  void welcome(EndState& end);
-  void hear(Attendant& attendant);
+  void accept_end(EndState& end);
+  void receive(AttachedProgram& program);
   void hand_over(pid_t process);
-  void wake(std::size_t attendant);
-  void await_sleep(std::size_t attendant);
-  void await_newcomers();
+  void wake(std::size_t program);
+  void await_sleep(std::size_t program);
+  void wait_for_newcomers();
   void service(int patience_ms);
-  void drop_the_gone();
+  void drop_ended();
 
   std::vector<EndState> ends_;
-  std::vector<Attendant> attendants_;
+  std::vector<AttachedProgram> programs_;
   std::vector<pid_t> suspended_;
   core::TimePoint now_{};
   std::atomic<bool> stopped_ = false;

@@ -36,7 +36,7 @@ core::TimePoint PoseSender::newest_captured(core::TimePoint now) {
   return newest_captured_;
 }
 
-void PoseSender::answer_questions(core::TimePoint now) {
+void PoseSender::answer_time_requests(core::TimePoint now) {
   std::array<std::byte, 256> chunk;
   const std::size_t count = uart_.read(chunk).value_or(0);
   parser_.consume(std::span(chunk).first(count), [&](const mavlink::FrameView& frame) {
@@ -45,20 +45,20 @@ void PoseSender::answer_questions(core::TimePoint now) {
     }
     const auto question = mavlink::decode<mavlink::Timesync>(frame);
     if (question.tc1 == 0) {
-      const core::TimePoint heard = now + duration_of(source_.numbers().sync_out_s);
-      questions_.push_back({question.ts1, heard, heard + duration_of(source_.numbers().sync_back_s)});
+      const core::TimePoint received = now + duration_of(source_.numbers().sync_out_s);
+      requests_.push_back({question.ts1, received, received + duration_of(source_.numbers().sync_back_s)});
     }
   });
-  for (; !questions_.empty() && questions_.front().answered <= now; questions_.pop_front()) {
-    const Question& question = questions_.front();
-    const std::int64_t own_ns = source_.own_time(question.heard).time_since_epoch().count() * kNsPerUs;
+  for (; !requests_.empty() && requests_.front().answered <= now; requests_.pop_front()) {
+    const TimeRequest& question = requests_.front();
+    const std::int64_t own_ns = source_.own_time(question.received).time_since_epoch().count() * kNsPerUs;
     static_cast<void>(
         send(encode(mavlink::Timesync{.tc1 = own_ns, .ts1 = question.ts1}, kSource, frames_++).bytes(), now));
   }
 }
 
 void PoseSender::step(core::TimePoint now, const Vehicle& vehicle, core::TimePoint moved_at) {
-  answer_questions(now);
+  answer_time_requests(now);
   while (const auto sample = source_.step(now, vehicle.state(), vehicle.attitude().yaw_rad, moved_at)) {
     // World NWU and body FLU as NED and FRD: y and z change sign, and with them the turn about z.
     const double half_yaw = -0.5 * sample->yaw_rad;

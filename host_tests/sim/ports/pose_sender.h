@@ -35,19 +35,19 @@ class PoseSender {
     core::TimePoint captured{};
   };
   /// A time request on its way to the source, or its answer on the way back.
-  struct Question {
+  struct TimeRequest {
     std::int64_t ts1 = 0;
-    core::TimePoint heard{};
+    core::TimePoint received{};
     core::TimePoint answered{};
   };
-  void answer_questions(core::TimePoint now);
+  void answer_time_requests(core::TimePoint now);
   /// @returns the time at which the last of these bytes has passed; nothing: not all of them fitted.
   std::optional<core::TimePoint> send(std::span<const std::byte> bytes, core::TimePoint now);
 
   hal::Uart& uart_;
   PoseSource source_;
   mavlink::Parser parser_;
-  std::deque<Question> questions_;
+  std::deque<TimeRequest> requests_;
   std::deque<OnLine> on_line_;
   std::int64_t line_free_ns_ = 0;
   core::TimePoint newest_captured_{};

@@ -61,10 +61,10 @@ void World::advance(core::Duration step) {
   }
 }
 
-void World::lie(const Lie& lie, double size) {
-  autopilot_.set_lie(lie, size);
+void World::fault(const SensorFault& fault, double size) {
+  autopilot_.start_sensor_fault(fault, size);
   PoseFaults faults = pose_source().faults();
-  faults.lie = [liar = autopilot_.liar()](PoseSample& sample) { liar->tell(sample); };
+  faults.fault = [fault_injector = autopilot_.fault_injector()](PoseSample& sample) { fault_injector->apply(sample); };
   pose_source().set_faults(faults);
 }
 

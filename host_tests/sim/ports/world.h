@@ -41,7 +41,7 @@ class World {
   void advance(core::Duration step);
 
   /// Starts this lie in its channel.
-  void lie(const Lie& lie, double size);
+  void fault(const SensorFault& fault, double size);
 
   Vehicle& vehicle() { return vehicle_; }
   N1Autopilot& autopilot() { return autopilot_; }

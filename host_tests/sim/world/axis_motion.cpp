@@ -19,24 +19,24 @@ AxisMotion::AxisMotion(const model::StickAxis& axis, double extra_delay_s)
       delay_s_(axis.transport_delay_s + extra_delay_s),
       stick_counts_(axis.trim_counts) {
   law_.rest_at(axis.trim_counts);
-  past_[0].value = axis.trim_counts;  // before the first command the aircraft is trimmed
+  inputs_[0].value = axis.trim_counts;  // before the first command the aircraft is trimmed
 }
 
-void AxisMotion::remember(double value, bool direct) {
-  const Input& last = past_[newest_];
+void AxisMotion::store_input(double value, bool direct) {
+  const Input& last = inputs_[newest_];
   if (last.value == value && last.direct == direct) {
     return;
   }
-  newest_ = (newest_ + 1) % kPast;
-  past_[newest_] = {.since_s = time_s_, .value = value, .direct = direct};
+  newest_ = (newest_ + 1) % kMaxInputs;
+  inputs_[newest_] = {.since_s = time_s_, .value = value, .direct = direct};
 }
 
 void AxisMotion::set_stick(double counts) {
   stick_counts_ = counts - kCentre_vrc;
-  remember(law_.moved(stick_counts_), false);
+  store_input(law_.moved(stick_counts_), false);
 }
 
-void AxisMotion::become(const model::StickAxis& axis) {
+void AxisMotion::set_parameters(const model::StickAxis& axis) {
   const bool same_order = axis.is_first_order() == axis_.is_first_order();
   axis_ = axis;
   law_ = model::StickLaw<double>(axis, kStickPeriod_s);
@@ -48,13 +48,13 @@ void AxisMotion::become(const model::StickAxis& axis) {
   }
 }
 
-void AxisMotion::set_direct(double command) { remember(command, true); }
+void AxisMotion::set_direct(double command) { store_input(command, true); }
 
 const AxisMotion::Input& AxisMotion::delayed() const {
-  while (in_force_ != newest_ && past_[(in_force_ + 1) % kPast].since_s + delay_s_ <= time_s_ + 1e-9) {
-    in_force_ = (in_force_ + 1) % kPast;
+  while (in_force_ != newest_ && inputs_[(in_force_ + 1) % kMaxInputs].since_s + delay_s_ <= time_s_ + 1e-9) {
+    in_force_ = (in_force_ + 1) % kMaxInputs;
   }
-  return past_[in_force_];
+  return inputs_[in_force_];
 }
 
 double AxisMotion::commanded() const {

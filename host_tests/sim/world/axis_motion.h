@@ -22,7 +22,7 @@ class AxisMotion {
   void set_direct(double command);
 
   /// Replaces the parameters of the axis; its present motion continues.
-  void become(const model::StickAxis& axis);
+  void set_parameters(const model::StickAxis& axis);
 
   /// The law's output for the delayed input, before saturation: the input of the coupling to other axes.
   double commanded() const;
@@ -40,15 +40,15 @@ class AxisMotion {
     bool direct = false;
   };
   const Input& delayed() const;
-  void remember(double value, bool direct);
+  void store_input(double value, bool direct);
 
-  static constexpr std::size_t kPast = 512;  ///< input changes kept, for delays far beyond any measured one
+  static constexpr std::size_t kMaxInputs = 512;  ///< input changes kept, for delays far beyond any measured one
   model::StickAxis axis_;
   model::StickLaw<double> law_;
   double extra_delay_s_;
   double delay_s_;
   double stick_counts_ = 0.0;  ///< the last stick, from neutral
-  std::array<Input, kPast> past_{};
+  std::array<Input, kMaxInputs> inputs_{};
   std::size_t newest_ = 0;
   mutable std::size_t in_force_ = 0;  ///< index into past_ of the delayed input; only ever moves forward
   double time_s_ = 0.0;

@@ -9,8 +9,8 @@
 #include <sstream>
 #include <type_traits>
 
-#include "firmware/companion/files/regular_file.h"
-#include "firmware/companion/files/toml_text.h"
+#include "firmware/companion/files/text/regular_file.h"
+#include "firmware/companion/files/text/toml_text.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/sim/world/plant_keys.h"
 
@@ -78,7 +78,7 @@ class Reader {
     }
   }
   void old_pose_keys(const toml::table& sensors, const toml::table* pose, PoseNumbers& into) {
-    for (const OldName& name : kOldPoseKeys) {
+    for (const KeyAlias& name : kPoseKeyAliases) {
       const toml::node* const node = sensors.get(name.old);
       if (node == nullptr) {
         continue;
@@ -97,8 +97,8 @@ class Reader {
     }
     for (const auto& [key, node] : *table) {
       const std::string_view own = key.str();
-      const auto is_old = [own](const OldName& name) { return name.old == own; };
-      if (std::none_of(kOldPoseKeys.begin(), kOldPoseKeys.end(), is_old)) {
+      const auto is_old = [own](const KeyAlias& name) { return name.old == own; };
+      if (std::none_of(kPoseKeyAliases.begin(), kPoseKeyAliases.end(), is_old)) {
         number<Sensors>("sensors", key.str(), node, kSensorKeys, into);
       }
     }
@@ -298,7 +298,7 @@ class Reader {
   T word(const std::string& key, const toml::node& node, const Words& words) const {
     const std::string said = node.value<std::string>().value_or("");
     std::string known;
-    for (const Word<T>& one : words) {
+    for (const NamedValue<T>& one : words) {
       if (one.word == said) {
         return one.value;
       }
@@ -388,7 +388,7 @@ Plant parse_plant(std::string_view text, const std::string& name, const Plant& b
 }
 
 Plant load_plant(const std::string& path, const Plant& base) {
-  const companion::FileContent content = companion::read_regular(path, companion::kMostTextBytes);
+  const companion::FileContent content = companion::read_regular(path, companion::kMaxTextBytes);
   if (!content.why_not.empty()) {
     throw PlantFileError(path + ": " + content.why_not);
   }

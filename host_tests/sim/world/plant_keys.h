@@ -59,24 +59,24 @@ inline constexpr std::array kPoseKeys{
     NumberKey<PoseNumbers>{"dropout_s", &PoseNumbers::dropout_s, 0.0, 10.0},
 };
 /// Keys that older files have in [sensors], and their present names in [pose].
-struct OldName {
+struct KeyAlias {
   std::string_view old;
   std::string_view key;
 };
-inline constexpr std::array kOldPoseKeys{OldName{"pose_noise_m", "noise_m"}, OldName{"pose_yaw_noise_rad", "noise_rad"},
-                                         OldName{"pose_delay_s", "latency_s"},
-                                         OldName{"pose_dropout_per_s", "dropout_per_s"},
-                                         OldName{"pose_dropout_s", "dropout_s"}};
+inline constexpr std::array kPoseKeyAliases{
+    KeyAlias{"pose_noise_m", "noise_m"}, KeyAlias{"pose_yaw_noise_rad", "noise_rad"},
+    KeyAlias{"pose_delay_s", "latency_s"}, KeyAlias{"pose_dropout_per_s", "dropout_per_s"},
+    KeyAlias{"pose_dropout_s", "dropout_s"}};
 template <typename T>
-struct Word {
+struct NamedValue {
   std::string_view word;
   T value;
 };
-inline constexpr std::array kPhases{Word<PosePhase>{"random", PosePhase::kRandom},
-                                    Word<PosePhase>{"locked", PosePhase::kLocked}};
-inline constexpr std::array kReportedAges{Word<ReportedAge>{"true", ReportedAge::kTrue},
-                                          Word<ReportedAge>{"constant", ReportedAge::kConstant},
-                                          Word<ReportedAge>{"none", ReportedAge::kNone}};
+inline constexpr std::array kPhases{NamedValue<PosePhase>{"random", PosePhase::kRandom},
+                                    NamedValue<PosePhase>{"locked", PosePhase::kLocked}};
+inline constexpr std::array kReportedAges{NamedValue<ReportedAge>{"true", ReportedAge::kTrue},
+                                          NamedValue<ReportedAge>{"constant", ReportedAge::kConstant},
+                                          NamedValue<ReportedAge>{"none", ReportedAge::kNone}};
 inline constexpr std::array kSensorKeys{
     NumberKey<Sensors>{"attitude_noise_rad", &Sensors::attitude_noise_rad, 0.0, 0.5},
     NumberKey<Sensors>{"imu_offset_m_s2", &Sensors::imu_offset_m_s2, 0.0, 10.0},
@@ -86,8 +86,8 @@ inline constexpr std::array kSensorKeys{
     NumberKey<Sensors>{"imu_rate_noise_rad_s", &Sensors::imu_rate_noise_rad_s, 0.0, 1.0},
     NumberKey<Sensors>{"imu_acceleration_noise_m_s2", &Sensors::imu_acceleration_noise_m_s2, 0.0, 10.0},
 };
-inline constexpr std::array kShapes{Word<model::DeadZoneShape>{"continuous", model::DeadZoneShape::kContinuous},
-                                    Word<model::DeadZoneShape>{"jump", model::DeadZoneShape::kJump}};
+inline constexpr std::array kShapes{NamedValue<model::DeadZoneShape>{"continuous", model::DeadZoneShape::kContinuous},
+                                    NamedValue<model::DeadZoneShape>{"jump", model::DeadZoneShape::kJump}};
 inline constexpr std::array kLinkKeys{
     NumberKey<Link>{"baud", &Link::baud, 9600.0, 4e6},
     NumberKey<Link>{"clock_drift_ppm", &Link::clock_drift_ppm, -10000.0, 10000.0},

@@ -66,8 +66,8 @@ void PoseSource::spoil(PoseSample& sample) {
   sample.position_w_m = {c * straight.x() - s * straight.y(), s * straight.x() + c * straight.y(), straight.z()};
   sample.position_w_m += faults_.jump_m;
   sample.yaw_rad = std::remainder(sample.yaw_rad + faults_.turn_rad, 2.0 * core::kPi);
-  if (faults_.lie) {
-    faults_.lie(sample);
+  if (faults_.fault) {
+    faults_.fault(sample);
   }
   if (faults_.not_finite) {
     sample.position_w_m.x() = std::numeric_limits<double>::quiet_NaN();

@@ -33,7 +33,7 @@ struct PoseFaults {
   core::Duration extra_delay{0};
   core::Duration jitter{0};  ///< extra delay between 0 and this, drawn for each pose
   /// Changes a sample after its noise was added; empty: no change.
-  std::function<void(PoseSample& sample)> lie{};
+  std::function<void(PoseSample& sample)> fault{};
 };
 
 /// A pose source with its own clock: noise, age, bursts and dropouts as the plant states, faults as a test sets them.

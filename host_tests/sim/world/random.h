@@ -62,7 +62,7 @@ class ColouredNoise {
   }
   double value() const { return value_; }
   /// Changes the parameters; the noise continues from its present value.
-  void become(double sigma, double correlation_s) {
+  void set_parameters(double sigma, double correlation_s) {
     sigma_ = sigma;
     correlation_s_ = correlation_s;
   }

@@ -115,11 +115,11 @@ void Vehicle::change_when_due() {
   }
   has_changed_ = true;
   plant_ = changed(plant_);
-  roll_.become(plant_.roll);
-  pitch_.become(plant_.pitch);
-  yaw_rate_.become(plant_.yaw_rate);
-  climb_.become(plant_.climb);
-  wind_.become(plant_.air);
+  roll_.set_parameters(plant_.roll);
+  pitch_.set_parameters(plant_.pitch);
+  yaw_rate_.set_parameters(plant_.yaw_rate);
+  climb_.set_parameters(plant_.climb);
+  wind_.set_parameters(plant_.air);
   roll_wander_.set_sigma(plant_.air.attitude_disturbance_rad);
   pitch_wander_.set_sigma(plant_.air.attitude_disturbance_rad);
   heading_wander_.set_sigma(plant_.air.yaw_rate_disturbance_rad_s / kHeadingWander_rad_s);

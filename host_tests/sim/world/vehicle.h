@@ -33,7 +33,7 @@ class Vehicle final : public VehiclePort {
   /// Roll, pitch, yaw in rad, from which state().rotation_wb was computed.
   const core::Euler<double>& attitude() const { return attitude_; }
   /// Fastest downward touch of the ground so far, m/s; 0: never touched.
-  double hardest_touch_m_s() const { return hardest_touch_m_s_; }
+  double touchdown_speed_m_s() const { return hardest_touch_m_s_; }
 
   /// Changes the world in flight (fault tests): mass in addition to the plant's payload, and a factor on the bandwidth.
   void add_payload(double mass_kg) { plant_.payload.mass_kg += mass_kg; }

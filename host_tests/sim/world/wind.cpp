@@ -25,11 +25,11 @@ Wind::Wind(const Air& air, std::uint64_t seed)
       y_(air.turbulence_m_s, correlation_time_s(air)),
       z_(air.turbulence_m_s, correlation_time_s(air)) {}
 
-void Wind::become(const Air& air) {
+void Wind::set_parameters(const Air& air) {
   air_ = air;
   direction_ = direction_of(air);
   for (ColouredNoise* const axis : {&x_, &y_, &z_}) {
-    axis->become(air.turbulence_m_s, correlation_time_s(air));
+    axis->set_parameters(air.turbulence_m_s, correlation_time_s(air));
   }
 }
 

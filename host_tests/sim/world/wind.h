@@ -16,7 +16,7 @@ class Wind {
   /// Advances time. @returns the air's velocity at the end of the step.
   core::Vector<double, 3> advance(double step_s);
   /// Changes the parameters of the air; the turbulence continues from its present state.
-  void become(const Air& air);
+  void set_parameters(const Air& air);
 
  private:
   Air air_;

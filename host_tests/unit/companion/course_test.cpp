@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "firmware/companion/files/course_check.h"
+#include "firmware/companion/files/course_validation.h"
 
 namespace m100::companion {
 namespace {
@@ -27,8 +27,8 @@ Laid lay(const std::string& text, const CourseLimits& limits = {}) {
   start.position_w_m = {10.0, -3.0, 1.5};
   start.yaw_rad = 0.3;
   try {
-    laid.pieces = lay_course(text, start, *laid.course, "c");
-    expect_flyable(*laid.course, laid.pieces, start, limits, "c");
+    laid.pieces = parse_course(text, start, *laid.course, "c");
+    validate_course(*laid.course, laid.pieces, start, limits, "c");
   } catch (const CourseError& wrong) {
     laid.said = wrong.what();
   }

@@ -14,7 +14,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "firmware/companion/files/regular_file.h"
+#include "firmware/companion/files/text/regular_file.h"
 
 namespace m100::companion {
 namespace {
@@ -197,8 +197,8 @@ TEST_F(FileUseTest, AFileIsReadWholeUpToItsLimit) {
   std::ofstream(path("large")).close();
   fs::resize_file(path("large"), (std::uintmax_t{3} << 20U) + 1);
   EXPECT_EQ(read_regular(path("large"), std::uintmax_t{3} << 20U).why_not, "is larger than 3 MiB");
-  EXPECT_EQ(kMostTextBytes, 16777216U);
-  EXPECT_GE(kMostFileBytes, 536870912U);
+  EXPECT_EQ(kMaxTextBytes, 16777216U);
+  EXPECT_GE(kMaxFileBytes, 536870912U);
 }
 
 }  // namespace

@@ -137,10 +137,10 @@ TEST_P(CourseInTheBox, IsTakenOrRefusedByLineAndPlace) {
   ref::Waypoint<double> start;
   start.position_w_m = {10.0, -3.0, 1.5};
   auto course = std::make_unique<ref::Trajectory<double>>();
-  const std::vector<CoursePiece> pieces = lay_course(GetParam().course, start, *course, "c");
+  const std::vector<CoursePiece> pieces = parse_course(GetParam().course, start, *course, "c");
   std::string said;
   try {
-    expect_inside(flight, start, *course, pieces, "c");
+    validate_inside_fence(flight, start, *course, pieces, "c");
   } catch (const FlightFileError& wrong) {
     said = wrong.what();
   }
@@ -153,7 +153,7 @@ TEST(FlightFile, AStartBelowTheFloorIsRefused) {
   start.position_w_m = {0.0, 0.0, 0.1};
   auto course = std::make_unique<ref::Trajectory<double>>();
   course->hold(start);
-  EXPECT_THROW(expect_inside(flight, start, *course, {}, "c"), FlightFileError);
+  EXPECT_THROW(validate_inside_fence(flight, start, *course, {}, "c"), FlightFileError);
 }
 
 /// The limits of the file's keys, written out a second time, each with a file that holds the key.
@@ -216,9 +216,9 @@ TEST(FlightFile, EveryKeyReachesTheFlightInItsUnit) {
   EXPECT_EQ(course.acceleration_m_s2, 3.0);
   EXPECT_NEAR(course.tilt_rad, core::kPi / 10.0, 1e-12);
   EXPECT_NEAR(course.yaw_rate_rad_s, core::kPi / 5.0, 1e-12);
-  EXPECT_TRUE(limits_of(said).pose_fresh_is_said);
+  EXPECT_TRUE(limits_of(said).pose_fresh_is_set);
   const FlightFile unsaid = parse_flight(kFence, "f");
-  EXPECT_FALSE(limits_of(unsaid).pose_fresh_is_said);
+  EXPECT_FALSE(limits_of(unsaid).pose_fresh_is_set);
   EXPECT_EQ(limits_of(unsaid).level, safety::Limits{}.level);
   EXPECT_EQ(course_limits_of(unsaid).speed_m_s, CourseLimits{}.speed_m_s);
   EXPECT_EQ(course_limits_of(unsaid).tilt_rad, CourseLimits{}.tilt_rad);
@@ -245,7 +245,7 @@ TEST(FlightFile, AStartIsInsideToAMillimetre) {
     auto course = std::make_unique<ref::Trajectory<double>>();
     course->hold(start);
     try {
-      expect_inside(flight, start, *course, {}, "c");
+      validate_inside_fence(flight, start, *course, {}, "c");
       return true;
     } catch (const FlightFileError& wrong) {
       EXPECT_TRUE(std::string(wrong.what()).starts_with("the start of the flight: z = ")) << wrong.what();

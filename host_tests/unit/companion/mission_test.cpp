@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Missions: the transfer from a room (items that come twice, late or never, and invalid items), and how a mission is
 // flown.
-#include "firmware/companion/room/mission.h"
+#include "firmware/companion/ground_station/mission.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <limits>
 #include <vector>
 
-#include "firmware/companion/room/mission_transfer.h"
-#include "firmware/companion/room/parameters.h"
+#include "firmware/companion/ground_station/mission_transfer.h"
+#include "firmware/companion/ground_station/parameters.h"
 
 namespace m100::companion {
 namespace {
@@ -38,9 +38,9 @@ struct TransferTest : ::testing::Test {
   MissionTransfer transfer;
   core::TimePoint now{seconds(10)};
 
-  std::vector<Reply> hear(const RequestMessage& message, mavlink::Address from = kStation, bool is_flown = false) {
+  std::vector<Reply> receive(const RequestMessage& message, mavlink::Address from = kStation, bool is_flown = false) {
     Replies replies;
-    transfer.hear({message, from}, is_flown, now, replies);
+    transfer.receive({message, from}, is_flown, now, replies);
     return {replies.all().begin(), replies.all().end()};
   }
   std::vector<Reply> wait(core::Duration time) {
@@ -65,40 +65,40 @@ struct TransferTest : ::testing::Test {
     return ack == nullptr ? -1 : ack->type;
   }
   void carry_over(std::uint16_t count) {
-    EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = count})), 0);
+    EXPECT_EQ(asked(receive(mavlink::MissionCount{.count = count})), 0);
     for (std::uint16_t seq = 0; seq + 1 < count; ++seq) {
-      EXPECT_EQ(asked(hear(item(seq, seq, 0.0, -1.5))), seq + 1);
+      EXPECT_EQ(asked(receive(item(seq, seq, 0.0, -1.5))), seq + 1);
     }
-    EXPECT_EQ(result(hear(item(static_cast<std::uint16_t>(count - 1), 0.0, 0.0, -1.5))), mission_result::kAccepted);
+    EXPECT_EQ(result(receive(item(static_cast<std::uint16_t>(count - 1), 0.0, 0.0, -1.5))), mission_result::kAccepted);
     EXPECT_EQ(transfer.items().size(), count);
   }
 };
 
 TEST_F(TransferTest, ItemsAreAskedForOneByOneAndGivenBack) {
   carry_over(3);
-  const std::vector<Reply> count = hear(mavlink::MissionRequestList{}, kOther);
+  const std::vector<Reply> count = receive(mavlink::MissionRequestList{}, kOther);
   ASSERT_EQ(count.size(), 1U);
   EXPECT_EQ(std::get<mavlink::MissionCount>(count[0]).count, 3);
   EXPECT_EQ(std::get<mavlink::MissionCount>(count[0]).target_system, kOther.system);
-  const std::vector<Reply> second = hear(mavlink::MissionRequestInt{.seq = 1}, kOther);
+  const std::vector<Reply> second = receive(mavlink::MissionRequestInt{.seq = 1}, kOther);
   ASSERT_EQ(second.size(), 1U);
   EXPECT_EQ(std::get<mavlink::MissionItemInt>(second[0]).x, 10000);
   EXPECT_EQ(std::get<mavlink::MissionItemInt>(second[0]).target_system, kOther.system);
-  EXPECT_EQ(result(hear(mavlink::MissionRequestInt{.seq = 3})), mission_result::kInvalidSequence);
-  EXPECT_EQ(result(hear(mavlink::MissionClearAll{})), mission_result::kAccepted);
+  EXPECT_EQ(result(receive(mavlink::MissionRequestInt{.seq = 3})), mission_result::kInvalidSequence);
+  EXPECT_EQ(result(receive(mavlink::MissionClearAll{})), mission_result::kAccepted);
   EXPECT_TRUE(transfer.items().empty());
 }
 
 // Would catch a transfer that stops for ever after a lost packet, and one that stores an item twice.
 TEST_F(TransferTest, WhatIsLostIsAskedForAgainAndWhatComesTwiceIsOne) {
-  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
-  EXPECT_EQ(asked(wait(MissionTransfer::kAskAgain)), 0);
-  EXPECT_EQ(asked(hear(item(0, 1.0, 0.0, -1.5))), 1);
-  EXPECT_TRUE(hear(item(0, 1.0, 0.0, -1.5)).empty());
-  EXPECT_TRUE(hear(item(1, 1.0, 0.0, -1.5), kOther).empty()) << "another one's item is not of this list";
-  EXPECT_EQ(asked(wait(MissionTransfer::kAskAgain)), 1);
-  EXPECT_EQ(result(hear(item(1, 2.0, 0.0, -1.5))), mission_result::kAccepted);
-  EXPECT_EQ(result(hear(item(1, 2.0, 0.0, -1.5))), mission_result::kAccepted) << "our answer was lost";
+  EXPECT_EQ(asked(receive(mavlink::MissionCount{.count = 2})), 0);
+  EXPECT_EQ(asked(wait(MissionTransfer::kRetryInterval)), 0);
+  EXPECT_EQ(asked(receive(item(0, 1.0, 0.0, -1.5))), 1);
+  EXPECT_TRUE(receive(item(0, 1.0, 0.0, -1.5)).empty());
+  EXPECT_TRUE(receive(item(1, 1.0, 0.0, -1.5), kOther).empty()) << "another one's item is not of this list";
+  EXPECT_EQ(asked(wait(MissionTransfer::kRetryInterval)), 1);
+  EXPECT_EQ(result(receive(item(1, 2.0, 0.0, -1.5))), mission_result::kAccepted);
+  EXPECT_EQ(result(receive(item(1, 2.0, 0.0, -1.5))), mission_result::kAccepted) << "our answer was lost";
   EXPECT_EQ(transfer.items().size(), 2U);
 }
 
@@ -107,30 +107,30 @@ TEST_F(TransferTest, WhoRepeatsTheEndOfARefusedListIsNotToldThatItWasAccepted) {
   carry_over(2);
   mavlink::MissionItemInt global = item(1, 2.0, 0.0, -1.5);
   global.frame = 5;
-  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
-  EXPECT_EQ(asked(hear(item(0, 9.0, 0.0, -1.5))), 1);
-  EXPECT_EQ(result(hear(global)), mission_result::kUnsupportedFrame);
-  EXPECT_EQ(result(hear(global)), mission_result::kUnsupportedFrame) << "our answer was lost";
-  EXPECT_TRUE(hear(item(0, 9.0, 0.0, -1.5)).empty());
-  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
-  EXPECT_TRUE(hear(mavlink::MissionAck{.type = mission_result::kCancelled}).empty());
-  EXPECT_TRUE(hear(item(1, 9.0, 0.0, -1.5)).empty()) << "it was cancelled";
+  EXPECT_EQ(asked(receive(mavlink::MissionCount{.count = 2})), 0);
+  EXPECT_EQ(asked(receive(item(0, 9.0, 0.0, -1.5))), 1);
+  EXPECT_EQ(result(receive(global)), mission_result::kUnsupportedFrame);
+  EXPECT_EQ(result(receive(global)), mission_result::kUnsupportedFrame) << "our answer was lost";
+  EXPECT_TRUE(receive(item(0, 9.0, 0.0, -1.5)).empty());
+  EXPECT_EQ(asked(receive(mavlink::MissionCount{.count = 2})), 0);
+  EXPECT_TRUE(receive(mavlink::MissionAck{.type = mission_result::kCancelled}).empty());
+  EXPECT_TRUE(receive(item(1, 9.0, 0.0, -1.5)).empty()) << "it was cancelled";
   carry_over(1);
-  EXPECT_EQ(result(hear(mavlink::MissionClearAll{})), mission_result::kAccepted);
-  EXPECT_TRUE(hear(item(0, 9.0, 0.0, -1.5)).empty()) << "it was cleared";
+  EXPECT_EQ(result(receive(mavlink::MissionClearAll{})), mission_result::kAccepted);
+  EXPECT_TRUE(receive(item(0, 9.0, 0.0, -1.5)).empty()) << "it was cleared";
 }
 
 TEST_F(TransferTest, WhatIsNotWholeReplacesNothing) {
   carry_over(2);
   const std::uint32_t edition = transfer.edition();
-  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 3})), 0);
-  EXPECT_EQ(asked(hear(item(0, 9.0, 0.0, -1.5))), 1);
-  const std::vector<Reply> all = wait(MissionTransfer::kAskAgain * (MissionTransfer::kMostAsked + 2));
+  EXPECT_EQ(asked(receive(mavlink::MissionCount{.count = 3})), 0);
+  EXPECT_EQ(asked(receive(item(0, 9.0, 0.0, -1.5))), 1);
+  const std::vector<Reply> all = wait(MissionTransfer::kRetryInterval * (MissionTransfer::kMaxRequestsPerItem + 2));
   ASSERT_FALSE(all.empty());
   EXPECT_EQ(std::get<mavlink::MissionAck>(all.back()).type, mission_result::kCancelled);
-  EXPECT_EQ(all.size(), MissionTransfer::kMostAsked) << "asked again, and then given up";
-  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 3})), 0);
-  EXPECT_TRUE(hear(mavlink::MissionAck{.type = mission_result::kCancelled}).empty());
+  EXPECT_EQ(all.size(), MissionTransfer::kMaxRequestsPerItem) << "asked again, and then given up";
+  EXPECT_EQ(asked(receive(mavlink::MissionCount{.count = 3})), 0);
+  EXPECT_TRUE(receive(mavlink::MissionAck{.type = mission_result::kCancelled}).empty());
   EXPECT_FALSE(transfer.is_open());
   EXPECT_EQ(transfer.items().size(), 2U);
   EXPECT_EQ(transfer.items()[1].seq, 1);
@@ -152,35 +152,35 @@ mavlink::MissionItem older_item(std::uint16_t seq, float x_m, float y_m, float z
 // A sender from before 2020 requests with MISSION_REQUEST and sends MISSION_ITEM, in metres. Would catch a vehicle that
 // does not answer it.
 TEST_F(TransferTest, OlderMessagesCarryTheSameItems) {
-  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
-  EXPECT_EQ(asked(hear(older_item(0, 1.25F, -3.F, -1.5F))), 1);
-  EXPECT_EQ(result(hear(older_item(1, -1000.F, 1000.F, -1.5F))), mission_result::kAccepted);
+  EXPECT_EQ(asked(receive(mavlink::MissionCount{.count = 2})), 0);
+  EXPECT_EQ(asked(receive(older_item(0, 1.25F, -3.F, -1.5F))), 1);
+  EXPECT_EQ(result(receive(older_item(1, -1000.F, 1000.F, -1.5F))), mission_result::kAccepted);
   ASSERT_EQ(transfer.items().size(), 2U);
   EXPECT_EQ(transfer.items()[0].x, 12500);
   EXPECT_EQ(transfer.items()[0].y, -30000);
   EXPECT_EQ(transfer.items()[0].z, -1.5F);
-  const std::vector<Reply> given = hear(mavlink::MissionRequest{.seq = 1}, kOther);
+  const std::vector<Reply> given = receive(mavlink::MissionRequest{.seq = 1}, kOther);
   ASSERT_EQ(given.size(), 1U);
   EXPECT_EQ(std::get<mavlink::MissionItemInt>(given[0]).x, -10'000'000);
   EXPECT_EQ(std::get<mavlink::MissionItemInt>(given[0]).target_system, kOther.system);
-  EXPECT_EQ(result(hear(mavlink::MissionRequest{.seq = 2})), mission_result::kInvalidSequence);
-  EXPECT_EQ(result(hear(mavlink::MissionRequest{.seq = 0, .mission_type = 1})), mission_result::kUnsupported);
+  EXPECT_EQ(result(receive(mavlink::MissionRequest{.seq = 2})), mission_result::kInvalidSequence);
+  EXPECT_EQ(result(receive(mavlink::MissionRequest{.seq = 0, .mission_type = 1})), mission_result::kUnsupported);
 }
 
 TEST_F(TransferTest, AnOlderItemThatIsNoPlaceIsRefused) {
-  EXPECT_EQ(judge(newer(older_item(0, kNan, 0.F, -1.F))), mission_result::kInvalidX);
-  EXPECT_EQ(judge(newer(older_item(0, 0.F, 1e30F, -1.F))), mission_result::kInvalidY);
-  EXPECT_EQ(judge(newer(older_item(0, 1000.5F, 0.F, -1.F))), mission_result::kInvalidX);
-  EXPECT_EQ(judge(newer(older_item(0, 0.F, 0.F, kNan))), mission_result::kInvalidZ);
+  EXPECT_EQ(validate(to_item_int(older_item(0, kNan, 0.F, -1.F))), mission_result::kInvalidX);
+  EXPECT_EQ(validate(to_item_int(older_item(0, 0.F, 1e30F, -1.F))), mission_result::kInvalidY);
+  EXPECT_EQ(validate(to_item_int(older_item(0, 1000.5F, 0.F, -1.F))), mission_result::kInvalidX);
+  EXPECT_EQ(validate(to_item_int(older_item(0, 0.F, 0.F, kNan))), mission_result::kInvalidZ);
   mavlink::MissionItem by_degrees = older_item(0, 47.3F, 8.5F, 1.F);
   by_degrees.frame = 3;
-  EXPECT_EQ(judge(newer(by_degrees)), mission_result::kUnsupportedFrame);
+  EXPECT_EQ(validate(to_item_int(by_degrees)), mission_result::kUnsupportedFrame);
 }
 
 TEST_F(TransferTest, AMissionThatFliesIsNotReplaced) {
   carry_over(2);
-  EXPECT_EQ(result(hear(mavlink::MissionCount{.count = 1}, kStation, true)), mission_result::kDenied);
-  EXPECT_EQ(result(hear(mavlink::MissionClearAll{}, kStation, true)), mission_result::kDenied);
+  EXPECT_EQ(result(receive(mavlink::MissionCount{.count = 1}, kStation, true)), mission_result::kDenied);
+  EXPECT_EQ(result(receive(mavlink::MissionClearAll{}, kStation, true)), mission_result::kDenied);
   EXPECT_EQ(transfer.items().size(), 2U);
 }
 
@@ -188,34 +188,34 @@ TEST_F(TransferTest, AMissionThatFliesIsNotReplaced) {
 TEST_F(TransferTest, AMissionThatIsStartedDuringATransferIsNotReplacedByIt) {
   carry_over(2);
   const std::uint32_t edition = transfer.edition();
-  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
-  EXPECT_EQ(asked(hear(item(0, 9.0, 0.0, -1.5))), 1);
-  EXPECT_EQ(result(hear(item(1, 9.0, 0.0, -1.5), kStation, true)), mission_result::kDenied);
-  EXPECT_EQ(result(hear(item(1, 9.0, 0.0, -1.5), kStation, true)), mission_result::kDenied) << "our answer was lost";
+  EXPECT_EQ(asked(receive(mavlink::MissionCount{.count = 2})), 0);
+  EXPECT_EQ(asked(receive(item(0, 9.0, 0.0, -1.5))), 1);
+  EXPECT_EQ(result(receive(item(1, 9.0, 0.0, -1.5), kStation, true)), mission_result::kDenied);
+  EXPECT_EQ(result(receive(item(1, 9.0, 0.0, -1.5), kStation, true)), mission_result::kDenied) << "our answer was lost";
   EXPECT_FALSE(transfer.is_open());
   EXPECT_EQ(transfer.edition(), edition);
 }
 
 // Would catch a transfer that another station can end without the uploading station noticing.
 TEST_F(TransferTest, NobodyElseForgetsTheItemsDuringATransfer) {
-  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
-  EXPECT_EQ(result(hear(mavlink::MissionClearAll{}, kOther)), mission_result::kDenied);
+  EXPECT_EQ(asked(receive(mavlink::MissionCount{.count = 2})), 0);
+  EXPECT_EQ(result(receive(mavlink::MissionClearAll{}, kOther)), mission_result::kDenied);
   EXPECT_TRUE(transfer.is_open());
-  EXPECT_EQ(result(hear(mavlink::MissionClearAll{})), mission_result::kAccepted);
+  EXPECT_EQ(result(receive(mavlink::MissionClearAll{})), mission_result::kAccepted);
   EXPECT_FALSE(transfer.is_open());
 }
 
 TEST_F(TransferTest, OneTransferAtATime) {
-  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
-  EXPECT_EQ(result(hear(mavlink::MissionCount{.count = 2}, kOther)), mission_result::kDenied);
-  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 1})), 0) << "its own partner may begin anew";
+  EXPECT_EQ(asked(receive(mavlink::MissionCount{.count = 2})), 0);
+  EXPECT_EQ(result(receive(mavlink::MissionCount{.count = 2}, kOther)), mission_result::kDenied);
+  EXPECT_EQ(asked(receive(mavlink::MissionCount{.count = 1})), 0) << "its own partner may begin anew";
 }
 
 TEST_F(TransferTest, WhatIsNotThereIsRefused) {
-  EXPECT_EQ(result(hear(mavlink::MissionCount{.count = MissionTransfer::kMostItems + 1})), mission_result::kNoSpace);
-  EXPECT_EQ(result(hear(mavlink::MissionCount{.count = 1, .mission_type = 1})), mission_result::kUnsupported);
-  EXPECT_EQ(result(hear(mavlink::MissionRequestList{.mission_type = 2})), mission_result::kUnsupported);
-  EXPECT_TRUE(hear(item(0, 0.0, 0.0, -1.5)).empty()) << "nobody announced it";
+  EXPECT_EQ(result(receive(mavlink::MissionCount{.count = MissionTransfer::kMaxItems + 1})), mission_result::kNoSpace);
+  EXPECT_EQ(result(receive(mavlink::MissionCount{.count = 1, .mission_type = 1})), mission_result::kUnsupported);
+  EXPECT_EQ(result(receive(mavlink::MissionRequestList{.mission_type = 2})), mission_result::kUnsupported);
+  EXPECT_TRUE(receive(item(0, 0.0, 0.0, -1.5)).empty()) << "nobody announced it";
 }
 
 struct JudgedItem {
@@ -230,7 +230,7 @@ mavlink::MissionItemInt with(void (*change)(mavlink::MissionItemInt&)) {
 }
 using Item = mavlink::MissionItemInt;
 struct Judge : ::testing::TestWithParam<JudgedItem> {};
-TEST_P(Judge, SaysWhatIsWrong) { EXPECT_EQ(judge(GetParam().item), GetParam().result); }
+TEST_P(Judge, SaysWhatIsWrong) { EXPECT_EQ(validate(GetParam().item), GetParam().result); }
 INSTANTIATE_TEST_SUITE_P(
     Table, Judge,
     ::testing::Values(
@@ -255,7 +255,7 @@ struct MissionTest : ::testing::Test {
   ref::Trajectory<double> trajectory;
   core::Fence fence{.side = {{{-5.0, 5.0}, {-5.0, 5.0}, {0.5, 4.0}}}};
   ref::SpeedLimits limits;
-  Goals<double> goals{trajectory, fence, limits};
+  GoalPlanner<double> goals{trajectory, fence, limits};
   Mission<double> mission{goals};
   std::vector<mavlink::MissionItemInt> items;
   core::TimePoint now{seconds(10)};
@@ -281,7 +281,7 @@ struct MissionTest : ::testing::Test {
       estimate.height_m = window.height.position_m;
       slowest_m_s = std::min(slowest_m_s, std::hypot(window.x[0].velocity_m_s, window.y[0].velocity_m_s));
       farthest_m = std::max({farthest_m, std::abs(estimate.x.position_m), std::abs(estimate.y.position_m)});
-      if (const auto seq = mission.watch(items, now, estimate, flies)) {
+      if (const auto seq = mission.update(items, now, estimate, flies)) {
         reached.push_back(*seq);
       }
     }
@@ -333,7 +333,7 @@ TEST_F(MissionTest, StaysInsideTheFence) {
 
 TEST_F(MissionTest, WhateverElseMovesTheAircraftPausesItAndItGoesOnByOrder) {
   items = {item(0, 3.0, 0.0, -1.5), item(1, 0.0, 0.0, -1.5)};
-  EXPECT_FALSE(mission.go_on(items, now, true)) << "nothing is paused";
+  EXPECT_FALSE(mission.resume(items, now, true)) << "nothing is paused";
   EXPECT_FALSE(mission.start(items, 2, 0, now, true)) << "there is no such item";
   EXPECT_FALSE(mission.start(items, 0, 0, now, false)) << "nothing flies";
   ASSERT_TRUE(mission.start(items, 0, 0, now, true));
@@ -345,11 +345,11 @@ TEST_F(MissionTest, WhateverElseMovesTheAircraftPausesItAndItGoesOnByOrder) {
   pass(seconds(5));
   EXPECT_EQ(mission.state(), MissionState::kPaused) << "nothing goes on by itself";
   EXPECT_TRUE(reached.empty());
-  EXPECT_FALSE(mission.go_on(items, now, false));
-  ASSERT_TRUE(mission.go_on(items, now, true));
+  EXPECT_FALSE(mission.resume(items, now, false));
+  ASSERT_TRUE(mission.resume(items, now, true));
   pass(seconds(10));
   EXPECT_EQ(reached, (std::vector<std::uint16_t>{0, 1}));
-  mission.forget({});
+  mission.reset({});
   EXPECT_EQ(mission.state(), MissionState::kNone);
 }
 
@@ -376,7 +376,7 @@ struct ParametersTest : ::testing::Test {
   std::vector<mavlink::ParamValue> answers(const RequestMessage& message, int ticks) {
     std::vector<mavlink::ParamValue> all;
     Replies replies;
-    parameters.hear({message, kStation}, replies);
+    parameters.receive({message, kStation}, replies);
     for (int tick = 0; tick < ticks; ++tick) {
       parameters.tick(replies);
       for (const Reply& reply : replies.all()) {
@@ -390,11 +390,12 @@ struct ParametersTest : ::testing::Test {
 
 TEST_F(ParametersTest, AllAreToldOneATickAndOnce) {
   const std::vector<mavlink::ParamValue> all = answers(mavlink::ParamRequestList{}, 200);
-  ASSERT_EQ(all.size(), parameter_rows().size());
+  ASSERT_EQ(all.size(), parameter_entries().size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     EXPECT_EQ(all[i].param_index, i);
     EXPECT_EQ(all[i].param_count, all.size());
-    EXPECT_EQ(std::string_view(all[i].param_id.data(), parameter_rows()[i].name.size()), parameter_rows()[i].name);
+    EXPECT_EQ(std::string_view(all[i].param_id.data(), parameter_entries()[i].name.size()),
+              parameter_entries()[i].name);
   }
 }
 

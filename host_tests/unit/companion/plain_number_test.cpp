@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/companion/files/plain_number.h"
+#include "firmware/companion/files/text/plain_number.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/companion/files/printable.h"
+#include "firmware/companion/files/text/printable.h"
 
 #include <gtest/gtest.h>
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/frame_encoder.h"
-#include "protocol/session.h"
+#include "protocol/dji/frame_encoder.h"
+#include "protocol/dji/session.h"
 
 namespace m100::companion {
 namespace {
@@ -18,41 +18,41 @@ using std::chrono::milliseconds;
 
 core::TimePoint at(int time_ms) { return core::TimePoint{} + milliseconds(time_ms); }
 
-Recorder::Came hundred_hertz_until(int end_ms) {
-  Recorder::Came came;
+Recorder::StreamStatistics hundred_hertz_until(int end_ms) {
+  Recorder::StreamStatistics statistics;
   for (int time_ms = 0; time_ms <= end_ms; time_ms += 10) {
-    came.note(at(time_ms));
+    statistics.add(at(time_ms));
   }
-  return came;
+  return statistics;
 }
 
 TEST(RecorderTest, AStreamThatStopsBeforeTheEndHasAGap) {
-  Recorder::Came came = hundred_hertz_until(1000);
-  came.end(at(6000));
-  EXPECT_EQ(came.gaps, 1U);
-  EXPECT_EQ(came.longest_gap, milliseconds(5000));
-  EXPECT_EQ(came.samples, 101U) << "the end is no sample";
+  Recorder::StreamStatistics statistics = hundred_hertz_until(1000);
+  statistics.end(at(6000));
+  EXPECT_EQ(statistics.gaps, 1U);
+  EXPECT_EQ(statistics.longest_gap, milliseconds(5000));
+  EXPECT_EQ(statistics.samples, 101U) << "the end is no sample";
 }
 
 TEST(RecorderTest, AStreamThatComesUntilTheEndHasNone) {
-  Recorder::Came came = hundred_hertz_until(1000);
-  came.end(at(1012));
-  EXPECT_EQ(came.gaps, 0U);
-  EXPECT_EQ(came.longest_gap, milliseconds(12));
+  Recorder::StreamStatistics statistics = hundred_hertz_until(1000);
+  statistics.end(at(1012));
+  EXPECT_EQ(statistics.gaps, 0U);
+  EXPECT_EQ(statistics.longest_gap, milliseconds(12));
 }
 
 // A gap is longer than 50 ms and longer than three and a half intervals: 70 ms for an interval of 20 ms.
 TEST(RecorderTest, AGapIsLongerThanBothItsBounds) {
-  Recorder::Came fast = hundred_hertz_until(1000);
+  Recorder::StreamStatistics fast = hundred_hertz_until(1000);
   fast.end(at(1050));
   EXPECT_EQ(fast.gaps, 0U) << "50 ms are none";
   fast = hundred_hertz_until(1000);
   fast.end(at(1051));
   EXPECT_EQ(fast.gaps, 1U);
   for (const auto& [end_ms, gaps] : {std::pair{1069, 0U}, std::pair{1071, 1U}}) {
-    Recorder::Came slow;
+    Recorder::StreamStatistics slow;
     for (int time_ms = 0; time_ms <= 1000; time_ms += 20) {
-      slow.note(at(time_ms));
+      slow.add(at(time_ms));
     }
     slow.end(at(end_ms));
     EXPECT_EQ(slow.gaps, gaps) << end_ms;
@@ -61,9 +61,9 @@ TEST(RecorderTest, AGapIsLongerThanBothItsBounds) {
 
 TEST(RecorderTest, NobodyKnowsTheIntervalOfNineSamples) {
   for (const int samples : {9, 10}) {
-    Recorder::Came came = hundred_hertz_until(10 * (samples - 1));
-    came.end(at(5000));
-    EXPECT_EQ(came.gaps, samples == 9 ? 0U : 1U);
+    Recorder::StreamStatistics statistics = hundred_hertz_until(10 * (samples - 1));
+    statistics.end(at(5000));
+    EXPECT_EQ(statistics.gaps, samples == 9 ? 0U : 1U);
   }
 }
 
@@ -94,17 +94,17 @@ TEST(RecorderTest, ARateIsByTheAutopilotsClockHoweverLateAPackageIsRead) {
     const bool is_read_late = (made_ms / kWait_ms) % 2 == 1;
     take_package(recorder, made_ms, at(is_read_late ? (made_ms / kWait_ms + 1) * kWait_ms : made_ms));
   }
-  const Recorder::Came& came = recorder.came(Recorder::kAttitude);
-  EXPECT_EQ(came.samples, kPackages);
-  EXPECT_NEAR(came.rate_hz(), 1000.0 / kInterval_ms, 0.02) << "200 ppm of drift are allowed, and twice that held";
-  EXPECT_EQ(came.gaps, 0U);
+  const Recorder::StreamStatistics& statistics = recorder.statistics(Recorder::kAttitude);
+  EXPECT_EQ(statistics.samples, kPackages);
+  EXPECT_NEAR(statistics.rate_hz(), 1000.0 / kInterval_ms, 0.02) << "200 ppm of drift are allowed, and twice that held";
+  EXPECT_EQ(statistics.gaps, 0U);
   EXPECT_EQ(recorder.restarts(), 0U);
 }
 
 TEST(RecorderTest, AStreamThatNeverCameHasNoGap) {
-  Recorder::Came came;
-  came.end(at(6000));
-  EXPECT_EQ(came.gaps, 0U);
+  Recorder::StreamStatistics statistics;
+  statistics.end(at(6000));
+  EXPECT_EQ(statistics.gaps, 0U);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/companion/room/state_messages.h"
+#include "firmware/companion/ground_station/state_messages.h"
 
 #include <gtest/gtest.h>
 
@@ -41,12 +41,12 @@ TEST(StateMessages, TheHeartbeatSaysWhoHasControlAndHowItGoes) {
   EXPECT_EQ(heartbeat_of(state).base_mode, 1);
   EXPECT_EQ(heartbeat_of(state).system_status, 3);
   state.in_control = true;
-  state.rung = safety::Rung::kNominal;
+  state.failsafe_state = safety::FailsafeState::kNominal;
   EXPECT_EQ(heartbeat_of(state).base_mode, 1 + 8 + 128);
   EXPECT_EQ(heartbeat_of(state).system_status, 4);
-  state.rung = safety::Rung::kCoast;
+  state.failsafe_state = safety::FailsafeState::kCoast;
   EXPECT_EQ(heartbeat_of(state).system_status, 5);
-  state.rung = safety::Rung::kRelease;
+  state.failsafe_state = safety::FailsafeState::kRelease;
   EXPECT_EQ(heartbeat_of(state).system_status, 6);
 }
 

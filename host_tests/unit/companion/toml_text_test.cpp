@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Letters beyond ASCII: allowed in quotes and comments, refused elsewhere, and never passed to toml++.
-#include "firmware/companion/files/toml_text.h"
+#include "firmware/companion/files/text/toml_text.h"
 
 #include <gtest/gtest.h>
 

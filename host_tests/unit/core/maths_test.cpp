@@ -31,18 +31,18 @@ TEST(Maths, AnswersBadArgumentsWithOneNan) {
   EXPECT_EQ(std::bit_cast<std::uint32_t>(sin(std::numeric_limits<float>::infinity())), 0x7fc00000U);
 }
 
-// sin and cos must equal turn_of to the last bit, so their measured accuracy holds for turn_of too.
+// sin and cos must equal sin_cos_of to the last bit, so their measured accuracy holds for sin_cos_of too.
 TEST(Maths, TurnsAreSineAndCosineToTheLastBit) {
   for (int i = -4000; i <= 4000; ++i) {
     const double angle_rad = 0.00123 * i * (1.0 + 0.01 * (i % 7));
-    const Turn<double> turn = turn_of(angle_rad);
+    const SinCos<double> turn = sin_cos_of(angle_rad);
     ASSERT_EQ(turn.sine, sin(angle_rad)) << angle_rad;
     ASSERT_EQ(turn.cosine, cos(angle_rad)) << angle_rad;
     const auto narrow_rad = static_cast<float>(angle_rad);
-    ASSERT_EQ(turn_of(narrow_rad).sine, sin(narrow_rad)) << angle_rad;
-    ASSERT_EQ(turn_of(narrow_rad).cosine, cos(narrow_rad)) << angle_rad;
+    ASSERT_EQ(sin_cos_of(narrow_rad).sine, sin(narrow_rad)) << angle_rad;
+    ASSERT_EQ(sin_cos_of(narrow_rad).cosine, cos(narrow_rad)) << angle_rad;
   }
-  EXPECT_TRUE(turn_of(2.0 * kLargestAngle_rad).sine != turn_of(2.0 * kLargestAngle_rad).sine);
+  EXPECT_TRUE(sin_cos_of(2.0 * kLargestAngle_rad).sine != sin_cos_of(2.0 * kLargestAngle_rad).sine);
 }
 
 TEST(Maths, ClampsWhereItSaysSo) {

@@ -62,19 +62,19 @@ TEST_P(TiltOverAttitudes, HeadingRateIsTheDerivativeOfTheHeading) {
                         q.w * d.y - q.x * d.z + q.y * d.w + q.z * d.x, q.w * d.z + q.x * d.y - q.y * d.x + q.z * d.w})
         .yaw_rad;
   };
-  EXPECT_NEAR(yaw_rate_of(turns_of(e), rate), (heading(h) - heading(-h)) / (2 * h), 1e-8);
+  EXPECT_NEAR(yaw_rate_of(attitude_sin_cos(e), rate), (heading(h) - heading(-h)) / (2 * h), 1e-8);
 }
 
 TEST_P(TiltOverAttitudes, AStandingSlopeIsTheSlopeHoweverTheHeadingTurns) {
   const Euler<double>& e = GetParam();
-  StandingSlope<double> standing;
+  CachedTilt<double> standing;
   for (const double yaw_rad : {e.yaw_rad, e.yaw_rad + 0.5, -2.0}) {
     for (const double roll_rad : {e.roll_rad, e.roll_rad, e.roll_rad + 0.1}) {
       for (const double pitch_rad : {e.pitch_rad, e.pitch_rad - 0.1}) {
         const Euler<double> now{roll_rad, pitch_rad, yaw_rad};
-        const Slope<double> found = standing.at(roll_rad, pitch_rad, turn_of(yaw_rad));
-        EXPECT_EQ(found.x, slope_of(turns_of(now)).x);
-        EXPECT_EQ(found.y, slope_of(turns_of(now)).y);
+        const Slope<double> found = standing.at(roll_rad, pitch_rad, sin_cos_of(yaw_rad));
+        EXPECT_EQ(found.x, slope_of(attitude_sin_cos(now)).x);
+        EXPECT_EQ(found.y, slope_of(attitude_sin_cos(now)).y);
       }
     }
   }

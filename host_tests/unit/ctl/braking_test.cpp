@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How a vehicle can brake, by the formulas of the header, with numbers worked out by hand. The fence, the LEVEL rung
 // and the speed limit use them.
-#include "firmware/ctl/braking.h"
+#include "firmware/ctl/law/braking.h"
 
 #include <gtest/gtest.h>
 
@@ -45,7 +45,7 @@ TEST(Braking, TheReactionIsThatOfTheSlowerAxis) {
 }
 
 TEST(Braking, ACommandActsAfterDelayAndPeriod) {
-  EXPECT_NEAR(acts_after_s(lagging(0.12, 0.3)), 0.16, kExact);
+  EXPECT_NEAR(effective_delay_s(lagging(0.12, 0.3)), 0.16, kExact);
   const model::Vehicle vehicle = vehicle_of(lagging(0.12, 0.1), swinging(0.07, 3.0, 1.0));
   EXPECT_NEAR(braking_of(vehicle, 0.3).acts_s, 0.16, kExact);
   const model::Vehicle turned = vehicle_of(vehicle.pitch, vehicle.roll);
@@ -55,11 +55,11 @@ TEST(Braking, ACommandActsAfterDelayAndPeriod) {
 TEST(Braking, WhatTheLawGivesIsTakenATwentiethLess) {
   model::Vehicle vehicle = vehicle_of(lagging(0.1, 0.1), lagging(0.1, 0.1));
   EXPECT_NEAR(braking_of(vehicle, 0.2).acceleration_m_s2, 0.95 * model::kGravity_m_s2 * 0.2, kExact);
-  EXPECT_NEAR(braking_of(vehicle, 0.2).holds_m_s2, 0.95 * model::kGravity_m_s2 * 0.2, kExact);
+  EXPECT_NEAR(braking_of(vehicle, 0.2).max_disturbance_m_s2, 0.95 * model::kGravity_m_s2 * 0.2, kExact);
   vehicle.translation.tilt_gain = 0.8;
   EXPECT_NEAR(braking_of(vehicle, 0.2).acceleration_m_s2, 0.8 * 0.95 * model::kGravity_m_s2 * 0.2, kExact);
   EXPECT_NEAR(braking_of(vehicle, 1.0).acceleration_m_s2, 0.8 * 0.95 * model::kGravity_m_s2, kExact);
-  EXPECT_EQ(braking_of(vehicle, 1.0).holds_m_s2, 4.0) << "no more, however strong it is";
+  EXPECT_EQ(braking_of(vehicle, 1.0).max_disturbance_m_s2, 4.0) << "no more, however strong it is";
 }
 
 TEST(Braking, AVehicleFileMayBelieveTooLittleDrag) {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "firmware/ctl/altitude_pid.h"
-#include "firmware/ctl/flight_law.h"
-#include "firmware/ctl/yaw_p.h"
+#include "firmware/ctl/law/altitude_pid.h"
+#include "firmware/ctl/law/flight_law.h"
+#include "firmware/ctl/law/yaw_p.h"
 #include "firmware/model/paper.h"
 
 namespace m100::ctl {

@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(
                       LimitCase{"Speed", 0, 3.1, 0, 0, true, false, Abort::kSpeed},
                       LimitCase{"Tilt", 0, 0, 0.41, 0, true, false, Abort::kTilt},
                       LimitCase{"Fence", 0, 0, 0, 0, true, true, Abort::kFence},
-                      LimitCase{"Ladder", 0, 0, 0, 0, false, true, Abort::kLadder}),
+                      LimitCase{"Ladder", 0, 0, 0, 0, false, true, Abort::kFailsafe}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST_P(Limit, EndsTheExcitationForGood) {
@@ -153,8 +153,8 @@ TEST(WithoutAPlan, ThereIsNothingToFly) {
 // Catches two reasons with the same name: a log would not tell why an excitation ended.
 TEST(AbortName, IsAnotherWordForEach) {
   std::set<std::string_view> words;
-  for (const Abort abort : {Abort::kNone, Abort::kLadder, Abort::kFence, Abort::kDistance, Abort::kTilt, Abort::kSpeed,
-                            Abort::kNotAtRest}) {
+  for (const Abort abort : {Abort::kNone, Abort::kFailsafe, Abort::kFence, Abort::kDistance, Abort::kTilt,
+                            Abort::kSpeed, Abort::kNotAtRest}) {
     EXPECT_TRUE(words.insert(Excitation<double>::name(abort)).second) << Excitation<double>::name(abort);
   }
   EXPECT_EQ(Excitation<double>::name(static_cast<Abort>(99)), "none") << "a byte of a damaged log";

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/est/axis_filter.h"
+#include "firmware/est/filter/axis_filter.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "firmware/est/filter_parts.h"
+#include "firmware/est/filter/filter_math.h"
 #include "firmware/model/default_vehicle.h"
 
 namespace m100::est {

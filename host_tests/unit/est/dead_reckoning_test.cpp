@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/est/dead_reckoning.h"
+#include "firmware/est/consistency/dead_reckoning.h"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ using Vector2 = core::Vector<double, 2>;
 class DeadReckoningTest : public ::testing::Test {
  protected:
   DeadReckoningTest() {
-    estimate_.predicts = true;
+    estimate_.prediction_valid = true;
     felt_.attitude_is_new = true;
     turn_to(0.7);
   }
@@ -26,30 +26,30 @@ class DeadReckoningTest : public ::testing::Test {
 
   /// @param tilt_m_s2 acceleration by the tilt, along the world's x.
   /// @param push_m_s2 acceleration by the wind.
-  void fly(double seconds, double tilt_m_s2, double push_m_s2) {
+  void fly(double seconds, double tilt_m_s2, double disturbance_acceleration_m_s2) {
     for (double t_s = 0.0; t_s < seconds - 1e-9; t_s += kTick_s) {
       const double cosine = std::cos(estimate_.yaw_rad), sine = std::sin(estimate_.yaw_rad);
-      const double total_m_s2 = tilt_m_s2 + push_m_s2;
+      const double total_m_s2 = tilt_m_s2 + disturbance_acceleration_m_s2;
       const core::Euler<double> attitude = core::attitude_of(core::Slope<double>{.x = tilt_m_s2 / kGravity_m_s2},
-                                                             estimate_.yaw_rad, core::turn_of(estimate_.yaw_rad));
+                                                             estimate_.yaw_rad, core::sin_cos_of(estimate_.yaw_rad));
       felt_.roll_rad = attitude.roll_rad;
       felt_.pitch_rad = attitude.pitch_rad;
       speed_m_s_ += total_m_s2 * kTick_s;
       if (pose_tells_) {
         estimate_.x.velocity_m_s = speed_m_s_;
-        estimate_.x.disturbance_m_s2 = push_m_s2;
+        estimate_.x.disturbance_m_s2 = disturbance_acceleration_m_s2;
       }
       const double force_m_s2 = total_m_s2 + force_lies_m_s2_;
-      felt_h_m_s2_ += (Vector2(cosine, -sine) * force_m_s2 - felt_h_m_s2_) * (kTick_s / kFeltMean_s);
-      reckoning_.update(felt_, estimate_, felt_h_m_s2_, trusted_, pilots_, core::kTickPeriod);
+      measured_h_m_s2_ += (Vector2(cosine, -sine) * force_m_s2 - measured_h_m_s2_) * (kTick_s / kForceMean_s);
+      dead_reckoning_.update(felt_, estimate_, measured_h_m_s2_, trusted_, pilots_, core::kTickPeriod);
     }
   }
-  double error_m_s() const { return (reckoning_.velocity_w_m_s() - Vector2(speed_m_s_, 0.0)).norm(); }
+  double error_m_s() const { return (dead_reckoning_.velocity_w_m_s() - Vector2(speed_m_s_, 0.0)).norm(); }
 
-  DeadReckoning<double> reckoning_;
+  DeadReckoning<double> dead_reckoning_;
   Estimate<double> estimate_;
-  Felt<double> felt_;
-  Vector2 felt_h_m_s2_ = Vector2::Zero();  ///< averaged as CrossCheck averages it
+  ImuSample<double> felt_;
+  Vector2 measured_h_m_s2_ = Vector2::Zero();  ///< averaged as VelocityConsistency averages it
   double speed_m_s_ = 0.0;
   bool pose_tells_ = true;
   bool trusted_ = true;
@@ -64,10 +64,10 @@ TEST_F(DeadReckoningTest, WhileThePilotFliesItStands) {
   pose_tells_ = false;
   estimate_.x.velocity_m_s = 0.5;
   fly(3.0, 0.0, 0.0);
-  EXPECT_NEAR(reckoning_.velocity_w_m_s().norm(), 0.0, 0.01);
+  EXPECT_NEAR(dead_reckoning_.velocity_w_m_s().norm(), 0.0, 0.01);
   estimate_.x.velocity_m_s = 1.5;  // too fast for a hover
   fly(20.0, 0.0, 0.0);
-  EXPECT_NEAR(reckoning_.velocity_w_m_s().x(), 1.5, 0.05);
+  EXPECT_NEAR(dead_reckoning_.velocity_w_m_s().x(), 1.5, 0.05);
 }
 
 TEST_F(DeadReckoningTest, KnowsTheSpeedThatAnHonestFlightHas) {
@@ -93,7 +93,7 @@ TEST_F(DeadReckoningTest, RemembersTheMotionThatALyingPoseDenies) {
   const double when_noticed_m_s = error_m_s();
   fly(1.0, -2.0, 0.5);
   EXPECT_NEAR(error_m_s(), when_noticed_m_s, 0.1) << "nothing of the lie enters any more";
-  EXPECT_NEAR(reckoning_.push_w_m_s2().x(), 0.5, 0.15);
+  EXPECT_NEAR(dead_reckoning_.disturbance_acceleration_w_m_s2().x(), 0.5, 0.15);
 }
 
 // A hand at the frame, a tether or a new offset of the force: no tilt explains the force, and the pose shows no motion.
@@ -117,18 +117,18 @@ TEST_F(DeadReckoningTest, HandsOverTheMotionAndLeavesThePlace) {
   estimate_.x.position_m = 3.0;
   estimate_.y.input_offset_rad = 0.02;
   fly(2.0, 0.0, 0.3);
-  const Estimate<double> known = reckoning_.instead_of(estimate_);
+  const Estimate<double> known = dead_reckoning_.replace_motion(estimate_);
   EXPECT_EQ(known.x.position_m, 3.0);
-  EXPECT_EQ(known.x.velocity_m_s, reckoning_.velocity_w_m_s().x());
-  EXPECT_EQ(known.y.disturbance_m_s2, reckoning_.push_w_m_s2().y());
+  EXPECT_EQ(known.x.velocity_m_s, dead_reckoning_.velocity_w_m_s().x());
+  EXPECT_EQ(known.y.disturbance_m_s2, dead_reckoning_.disturbance_acceleration_w_m_s2().y());
   EXPECT_NEAR(known.y.input_offset_rad, 0.02, 1e-9);
 }
 
 TEST_F(DeadReckoningTest, BeginsAnewWithTheObserver) {
   fly(2.0, 1.0, 0.0);
-  estimate_.predicts = false;
+  estimate_.prediction_valid = false;
   fly(kTick_s, 0.0, 0.0);
-  estimate_.predicts = true;
+  estimate_.prediction_valid = true;
   speed_m_s_ = -1.0;
   fly(kTick_s, 0.0, 0.0);
   EXPECT_LT(error_m_s(), 0.02);

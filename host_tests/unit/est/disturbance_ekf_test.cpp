@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/est/disturbance_ekf.h"
+#include "firmware/est/filter/disturbance_ekf.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <random>
 
 #include "firmware/core/tilt.h"
-#include "firmware/est/units.h"
+#include "firmware/est/filter/units.h"
 #include "host_tests/unit/est/observed_vehicle.h"
 #include "host_tests/unit/est/scalars.h"
 
@@ -139,22 +139,22 @@ TYPED_TEST(AllScalars, PosesOfAnUnknownTimeLeaveHowItsErrorsGoTogether) {
 // Catches an observer that ignores the accuracy which the sender of a pose reports.
 TYPED_TEST(AllScalars, APoseThatClaimsLittleMovesLittle) {
   using Real = typename TypeParam::Real;
-  const auto moved_by_one_pose = [](Real told_m2) {
+  const auto moved_by_one_pose = [](Real sender_variance_m2) {
     typename TypeParam::Filter filter(vehicle());
     Hover<Real> hover;
     hover.wind_x_m_s2 = 0.0;
     const Estimate<Real> before = run(filter, hover, 1000);
     Measurement<Real> m = hover.measurement();
     m.pose.position_w_m.x() = before.x.position_m + Real(0.008);
-    m.pose.position_variance_m2.setConstant(told_m2);
+    m.pose.position_variance_m2.setConstant(sender_variance_m2);
     const Estimate<Real> after = filter.update(m, hover.command(), core::kTickPeriod);
     return static_cast<double>(after.x.position_m - before.x.position_m);
   };
-  const double untold = moved_by_one_pose(Real(0));
-  EXPECT_EQ(moved_by_one_pose(Real(1e-8)), untold) << "the vehicle file's sigma is the least";
-  EXPECT_EQ(moved_by_one_pose(std::numeric_limits<Real>::quiet_NaN()), untold);
-  EXPECT_GT(untold, 2e-4);
-  EXPECT_LT(std::abs(moved_by_one_pose(Real(0.01))), 0.1 * untold);
+  const double unreported = moved_by_one_pose(Real(0));
+  EXPECT_EQ(moved_by_one_pose(Real(1e-8)), unreported) << "the vehicle file's sigma is the least";
+  EXPECT_EQ(moved_by_one_pose(std::numeric_limits<Real>::quiet_NaN()), unreported);
+  EXPECT_GT(unreported, 2e-4);
+  EXPECT_LT(std::abs(moved_by_one_pose(Real(0.01))), 0.1 * unreported);
 }
 
 TYPED_TEST(AllScalars, NumbersThatAreNoneAreDroppedCountedAndForgotten) {
@@ -209,7 +209,7 @@ TYPED_TEST(AllScalars, AJumpOfThePoseSourceIsRefusedThenBelieved) {
   EXPECT_NEAR(e.x.position_m, Real(1.8), Real(0.01));
   EXPECT_NEAR(e.x.disturbance_m_s2, Real(1.0), Real(0.4));
   EXPECT_EQ(filter.counters().recoveries, 1U);
-  EXPECT_EQ(filter.counters().last_recovery, Recovery::kPoseMoved);
+  EXPECT_EQ(filter.counters().last_recovery, ResetReason::kPoseMoved);
 }
 
 TYPED_TEST(AllScalars, APoseTurnedByHalfATurnIsRefused) {
@@ -240,7 +240,7 @@ TYPED_TEST(AllScalars, ComesBackAfterALongDropoutSomewhereElse) {
   hover.velocity = {0.5, 0.0, 0.0};
   const Estimate<Real> e = run(filter, hover, 60);
   EXPECT_NEAR(static_cast<double>(e.x.position_m), hover.position.x(), 0.03);
-  EXPECT_EQ(filter.counters().last_recovery, Recovery::kLongDropout);
+  EXPECT_EQ(filter.counters().last_recovery, ResetReason::kLongDropout);
   EXPECT_EQ(filter.counters().recoveries, 1U);
 }
 
@@ -337,16 +337,16 @@ AxisFilter<double> turning() {
 TEST(RateGate, StandsAboutTheRateOfTheTimeOfTheMeasurement) {
   using Filter = AxisFilter<double>;
   const Filter before = turning();
-  const Age<double> age = Age<double>::of(0.1);
+  const MeasurementAge<double> age = MeasurementAge<double>::of(0.1);
   const double gained = age.units * 64.0 * before.state(Filter::kRate);  // from rest in one tick, 1/64 of a unit
   ASSERT_GT(gained, 2.0 * kTimeUnit_s);
   const double rate_then = before.state(Filter::kRate) - gained;
   const double tilt_then = before.state(Filter::kTilt) - age.units * (before.state(Filter::kRate) - 0.5 * gained);
   for (const double side : {-1.0, 1.0}) {
     Filter inside = before;
-    EXPECT_EQ(inside.correct_attitude(tilt_then, rate_then + side * 4.9 * kTimeUnit_s, age), Verdict::kUsed) << side;
+    EXPECT_EQ(inside.fuse_attitude(tilt_then, rate_then + side * 4.9 * kTimeUnit_s, age), FusionResult::kUsed) << side;
     Filter outside = before;
-    EXPECT_EQ(outside.correct_attitude(tilt_then, rate_then + side * 5.1 * kTimeUnit_s, age), Verdict::kRefused)
+    EXPECT_EQ(outside.fuse_attitude(tilt_then, rate_then + side * 5.1 * kTimeUnit_s, age), FusionResult::kRefused)
         << side;
   }
 }
@@ -361,9 +361,9 @@ TEST(RateGate, LetsAFastTurnPassAndNotItsOpposite) {
   const double rate = filter.state(Filter::kRate);
   const double tilt = filter.state(Filter::kTilt);
   ASSERT_GT(rate, 2.6 * kTimeUnit_s);
-  const Age<double> now = Age<double>::of(0.0);
-  EXPECT_EQ(Filter(filter).correct_attitude(tilt, -rate, now), Verdict::kRefused);
-  EXPECT_EQ(filter.correct_attitude(tilt, rate, now), Verdict::kUsed);
+  const MeasurementAge<double> now = MeasurementAge<double>::of(0.0);
+  EXPECT_EQ(Filter(filter).fuse_attitude(tilt, -rate, now), FusionResult::kRefused);
+  EXPECT_EQ(filter.fuse_attitude(tilt, rate, now), FusionResult::kUsed);
 }
 
 struct Shape {

@@ -9,13 +9,13 @@
 #include <set>
 #include <string_view>
 
-#include "firmware/est/answer_check.h"
-#include "firmware/est/cross_check.h"
-#include "firmware/est/dead_reckoning.h"
-#include "firmware/est/disturbance_ekf.h"
+#include "firmware/est/consistency/attitude_rate_consistency.h"
+#include "firmware/est/consistency/command_consistency.h"
+#include "firmware/est/consistency/dead_reckoning.h"
+#include "firmware/est/consistency/path_consistency.h"
+#include "firmware/est/consistency/velocity_consistency.h"
 #include "firmware/est/estimate.h"
-#include "firmware/est/motion_check.h"
-#include "firmware/est/tilt_check.h"
+#include "firmware/est/filter/disturbance_ekf.h"
 
 namespace m100::est {
 namespace {
@@ -23,8 +23,8 @@ namespace {
 // The log and the operator read why the observer started anew: each reason has a name, and no two share one.
 TEST(Estimate, EachReasonToBeginAnewHasAnotherName) {
   std::set<std::string_view> names;
-  for (const Recovery recovery :
-       {Recovery::kNone, Recovery::kPoseMoved, Recovery::kLongDropout, Recovery::kAttitude, Recovery::kNotFinite}) {
+  for (const ResetReason recovery : {ResetReason::kNone, ResetReason::kPoseMoved, ResetReason::kLongDropout,
+                                     ResetReason::kAttitude, ResetReason::kNotFinite}) {
     EXPECT_GE(name(recovery).size(), 4U);
     EXPECT_NE(name(recovery), "unknown");
     names.insert(name(recovery));
@@ -36,7 +36,7 @@ TEST(Estimate, EachReasonToBeginAnewHasAnotherName) {
 TEST(Estimate, AFreshOneIsWorthNothing) {
   const Estimate<double> fresh;
   EXPECT_FALSE(fresh.healthy);
-  EXPECT_FALSE(fresh.predicts);
+  EXPECT_FALSE(fresh.prediction_valid);
   for (const AxisEstimate<double>& axis : {fresh.x, fresh.y}) {
     for (const double value : {axis.position_m, axis.velocity_m_s, axis.tilt_rad, axis.tilt_rate_rad_s,
                                axis.disturbance_m_s2, axis.input_offset_rad, axis.position_variance_m2,
@@ -67,48 +67,48 @@ INSTANTIATE_TEST_SUITE_P(Checks, BadNumber, ::testing::ValuesIn(kBad), [](const 
 
 TEST_P(BadNumber, ATiltThatDoesNotAnswerIsStillSeen) {
   RecordProperty("promise", "R14");
-  AnswerCheck<float> check;
+  CommandConsistency<float> check;
   Estimate<float> estimate;
   for (float t_s = 0.F; t_s < 4.F; t_s += kTick_s) {
     estimate.x.tilt_rad = 0.1F * std::sin(3.F * t_s);
     const bool bad = t_s > 1.F && t_s < 1.F + 1.5F * kTick_s;
     check.update(estimate, {bad ? GetParam() : -estimate.x.tilt_rad, 0.F}, true, kTick_s);
   }
-  EXPECT_TRUE(check.is_unanswered());
+  EXPECT_TRUE(check.contradicts_command());
 }
 
 TEST_P(BadNumber, AnAttitudeWithOtherRatesIsStillSeen) {
   RecordProperty("promise", "R14");
-  TiltCheck<float> check;
-  Felt<float> felt;
-  felt.attitude_is_new = true;
+  AttitudeRateConsistency<float> check;
+  ImuSample<float> imu;
+  imu.attitude_is_new = true;
   for (float t_s = 0.F; t_s < 4.F; t_s += kTick_s) {
     const bool bad = t_s > 1.F && t_s < 1.F + 1.5F * kTick_s;
-    felt.roll_rad = 0.1F * std::sin(2.F * t_s);
-    felt.rate_b_rad_s = {bad ? GetParam() : -0.2F * std::cos(2.F * t_s), 0.F, 0.F};
-    check.update(felt, kTick_s);
+    imu.roll_rad = 0.1F * std::sin(2.F * t_s);
+    imu.rate_b_rad_s = {bad ? GetParam() : -0.2F * std::cos(2.F * t_s), 0.F, 0.F};
+    check.update(imu, kTick_s);
   }
   EXPECT_TRUE(check.contradicts());
 }
 
 TEST_P(BadNumber, APathThatStandsIsStillSeen) {
   RecordProperty("promise", "R14");
-  using Motion = MotionCheck<float>::Motion;
-  for (Vector2 Motion::*const input : {&Motion::force_m_s2, &Motion::place_m, &Motion::speed_m_s}) {
-    MotionCheck<float> check;
-    Vector2 place_m = Vector2::Zero(), speed_m_s = Vector2::Zero();
+  using PathInput = PathConsistency<float>::PathInput;
+  for (Vector2 PathInput::*const input : {&PathInput::force_m_s2, &PathInput::position_m, &PathInput::speed_m_s}) {
+    PathConsistency<float> check;
+    Vector2 position_m = Vector2::Zero(), speed_m_s = Vector2::Zero();
     for (float t_s = 0.F; t_s < 20.F; t_s += kTick_s) {
       const Vector2 force_m_s2(std::sin(1.5F * t_s), 0.F);
       speed_m_s += force_m_s2 * kTick_s;
-      place_m += speed_m_s * kTick_s;
+      position_m += speed_m_s * kTick_s;
       const float seen = t_s > 8.F ? 0.F : 1.F;  // then the pose stands still
-      Motion motion{.force_m_s2 = force_m_s2, .place_m = seen * place_m, .speed_m_s = seen * speed_m_s};
+      PathInput motion{.force_m_s2 = force_m_s2, .position_m = seen * position_m, .speed_m_s = seen * speed_m_s};
       if (t_s > 4.F && t_s < 4.F + 1.5F * kTick_s) {
         (motion.*input).x() = GetParam();
       }
       check.update(motion, true, kTick_s);
     }
-    EXPECT_GE(check.evidence(), 1.F) << "input " << (input == &Motion::force_m_s2 ? "force" : "place or speed");
+    EXPECT_GE(check.evidence(), 1.F) << "input " << (input == &PathInput::force_m_s2 ? "force" : "place or speed");
   }
 }
 
@@ -121,30 +121,30 @@ INSTANTIATE_TEST_SUITE_P(Checks, BadForce, ::testing::ValuesIn(kBad), [](const a
 // minute after one message of 1e30, because its mean length is spoilt.
 TEST_P(BadForce, APoseThatStandsIsStillContradicted) {
   RecordProperty("promise", "R14");
-  const std::function<void(Felt<float>&, Estimate<float>&, float)> spoils[] = {
-      [](Felt<float>& felt, Estimate<float>&, float bad) { felt.force_b.x() = bad; },
-      [](Felt<float>& felt, Estimate<float>&, float bad) { felt.force_b.z() = bad; },
-      [](Felt<float>& felt, Estimate<float>&, float bad) { felt.climb_m_s = bad; },
-      [](Felt<float>& felt, Estimate<float>&, float bad) { felt.roll_rad = bad; },
-      [](Felt<float>&, Estimate<float>& estimate, float bad) { estimate.x.velocity_m_s = bad; },
-      [](Felt<float>&, Estimate<float>& estimate, float bad) { estimate.y.position_m = bad; },
-      [](Felt<float>&, Estimate<float>& estimate, float bad) { estimate.height_m = bad; },
-      [](Felt<float>&, Estimate<float>& estimate, float bad) { estimate.climb_m_s = bad; },
+  const std::function<void(ImuSample<float>&, Estimate<float>&, float)> spoils[] = {
+      [](ImuSample<float>& imu, Estimate<float>&, float bad) { imu.force_b.x() = bad; },
+      [](ImuSample<float>& imu, Estimate<float>&, float bad) { imu.force_b.z() = bad; },
+      [](ImuSample<float>& imu, Estimate<float>&, float bad) { imu.climb_m_s = bad; },
+      [](ImuSample<float>& imu, Estimate<float>&, float bad) { imu.roll_rad = bad; },
+      [](ImuSample<float>&, Estimate<float>& estimate, float bad) { estimate.x.velocity_m_s = bad; },
+      [](ImuSample<float>&, Estimate<float>& estimate, float bad) { estimate.y.position_m = bad; },
+      [](ImuSample<float>&, Estimate<float>& estimate, float bad) { estimate.height_m = bad; },
+      [](ImuSample<float>&, Estimate<float>& estimate, float bad) { estimate.climb_m_s = bad; },
   };
   for (const auto& spoil : spoils) {
-    CrossCheck<float> check;
+    VelocityConsistency<float> check;
     for (float t_s = 0.F; t_s < 20.F; t_s += kTick_s) {
       Estimate<float> estimate;
       estimate.healthy = true;
-      Felt<float> felt{.attitude_is_new = true, .force_is_new = true, .climb_is_new = true};
-      felt.force_b = {t_s > 15.F ? 1.5F : 0.F, 0.F, kGravity_m_s2};
+      ImuSample<float> imu{.attitude_is_new = true, .force_is_new = true, .climb_is_new = true};
+      imu.force_b = {t_s > 15.F ? 1.5F : 0.F, 0.F, kGravity_m_s2};
       if (t_s > 5.F && t_s < 5.F + 1.5F * kTick_s) {
-        spoil(felt, estimate, GetParam());
+        spoil(imu, estimate, GetParam());
       }
-      check.update(felt, estimate, Vector2::Zero(), core::kTickPeriod);
+      check.update(imu, estimate, Vector2::Zero(), core::kTickPeriod);
     }
-    EXPECT_NE(check.report().check, Check::kNone) << "number " << (&spoil - spoils);
-    EXPECT_TRUE(check.felt_h_m_s2().has_value()) << "number " << (&spoil - spoils);
+    EXPECT_NE(check.report().check, ConsistencyCheck::kNone) << "number " << (&spoil - spoils);
+    EXPECT_TRUE(check.measured_h_m_s2().has_value()) << "number " << (&spoil - spoils);
   }
 }
 
@@ -154,12 +154,13 @@ TEST_P(BadNumber, WhatIsReckonedIsANumberAgain) {
   for (float t_s = 0.F; t_s < 4.F; t_s += kTick_s) {
     const bool bad = t_s > 1.F && t_s < 1.F + 1.5F * kTick_s;
     Estimate<float> estimate;
-    estimate.predicts = true;
+    estimate.prediction_valid = true;
     estimate.x.disturbance_m_s2 = bad ? GetParam() : 0.F;
-    reckoning.update(Felt<float>{}, estimate, Vector2(bad ? GetParam() : 0.F, 0.F), true, false, core::kTickPeriod);
+    reckoning.update(ImuSample<float>{}, estimate, Vector2(bad ? GetParam() : 0.F, 0.F), true, false,
+                     core::kTickPeriod);
   }
   EXPECT_LT(reckoning.velocity_w_m_s().norm(), 30.F);
-  EXPECT_LT(reckoning.push_w_m_s2().norm(), 1.F);
+  EXPECT_LT(reckoning.disturbance_acceleration_w_m_s2().norm(), 1.F);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Estimation of the pose latency from a known motion: each rule on its own. Flights with a complete pose source are in
 // the property tests.
-#include "firmware/est/pose_latency.h"
+#include "firmware/est/timing/pose_latency.h"
 
 #include <gtest/gtest.h>
 
@@ -26,15 +26,15 @@ struct PoseLatencyTest : ::testing::Test {
   }
   /// Flies a circle. The poses are older than their capture times by `late_s`, and a steady push that no sensor reports
   /// displaces the position.
-  void fly(double length_s, double late_s, double radius_m = 0.15, T push_m_s2 = T(0)) {
+  void fly(double length_s, double late_s, double radius_m = 0.15, T disturbance_acceleration_m_s2 = T(0)) {
     const double w = 2.0 * 3.14159265358979 / kTurn_s;
     for (int k = 0; k < static_cast<int>(length_s * 100.0); ++k) {
       now += milliseconds(10);
       const double t_s = core::seconds<double>(now.time_since_epoch());
       const double then_s = t_s - late_s;
-      latency.note_acceleration(now, circle(t_s, -radius_m * w * w));
-      const T aside = static_cast<T>(0.5 * then_s * then_s) * push_m_s2;
-      latency.note_pose(now, circle(then_s, radius_m) + Vector2(aside, T(0)));
+      latency.add_acceleration(now, circle(t_s, -radius_m * w * w));
+      const T aside = static_cast<T>(0.5 * then_s * then_s) * disturbance_acceleration_m_s2;
+      latency.add_pose(now, circle(then_s, radius_m) + Vector2(aside, T(0)));
     }
   }
 };
@@ -46,7 +46,7 @@ TYPED_TEST(PoseLatencyTest, IsFoundInMotionWhateverWasBelieved) {
   for (const double late_s : {0.03, 0.06, 0.15}) {
     for (const double believed_s : {0.0, 0.02, 0.1}) {
       this->latency = {};
-      this->latency.believe(static_cast<TypeParam>(believed_s), TypeParam(0.02));
+      this->latency.set_prior(static_cast<TypeParam>(believed_s), TypeParam(0.02));
       this->fly(20.0, late_s);
       EXPECT_NEAR(this->latency.tau_s(), late_s, 0.003) << "believed " << believed_s;
       EXPECT_TRUE(this->latency.is_observable());
@@ -55,14 +55,14 @@ TYPED_TEST(PoseLatencyTest, IsFoundInMotionWhateverWasBelieved) {
 }
 
 TYPED_TEST(PoseLatencyTest, ASteadyPushThatNobodySeesIsNoLatency) {
-  this->latency.believe(TypeParam(0.02), TypeParam(0.02));
+  this->latency.set_prior(TypeParam(0.02), TypeParam(0.02));
   this->fly(20.0, 0.06, 0.15, TypeParam(0.01));
   EXPECT_NEAR(this->latency.tau_s(), 0.06, 0.003);
 }
 
 // A still hover gives no information: the belief stays, with its uncertainty.
 TYPED_TEST(PoseLatencyTest, WithoutMotionTheBeliefStays) {
-  this->latency.believe(TypeParam(0.04), TypeParam(0.03));
+  this->latency.set_prior(TypeParam(0.04), TypeParam(0.03));
   EXPECT_FALSE(this->latency.is_observable());
   this->fly(20.0, 0.1, 0.0);
   EXPECT_EQ(this->latency.tau_s(), TypeParam(0.04));
@@ -72,18 +72,18 @@ TYPED_TEST(PoseLatencyTest, WithoutMotionTheBeliefStays) {
 
 // A pose cannot arrive before its capture, and poses older than 250 ms are not used for flight (R3).
 TYPED_TEST(PoseLatencyTest, IsFromNoughtTo250Milliseconds) {
-  this->latency.believe(TypeParam(0.4), TypeParam(0.001));
+  this->latency.set_prior(TypeParam(0.4), TypeParam(0.001));
   EXPECT_EQ(this->latency.tau_s(), TypeParam(0.25));
-  this->latency.believe(TypeParam(-0.1), TypeParam(0.001));
+  this->latency.set_prior(TypeParam(-0.1), TypeParam(0.001));
   EXPECT_EQ(this->latency.tau_s(), TypeParam(0));
-  this->latency.believe(TypeParam(0.25), TypeParam(0.001));
+  this->latency.set_prior(TypeParam(0.25), TypeParam(0.001));
   EXPECT_EQ(this->latency.tau_s(), TypeParam(0.25));
 }
 
 // Poses return after a gap, or after something other than flight has moved them: a window must not span the
 // interruption.
 TYPED_TEST(PoseLatencyTest, AWindowThatWasInterruptedIsLeftOut) {
-  this->latency.believe(TypeParam(0.02), TypeParam(0.02));
+  this->latency.set_prior(TypeParam(0.02), TypeParam(0.02));
   this->fly(20.0, 0.06);
   const TypeParam before = this->latency.tau_s();
   for (int jump = 0; jump < 20; ++jump) {

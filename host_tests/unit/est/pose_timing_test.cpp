@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/est/pose_timing.h"
+#include "firmware/est/timing/pose_timing.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <deque>
 #include <random>
 
-#include "firmware/est/disturbance_ekf.h"
+#include "firmware/est/filter/disturbance_ekf.h"
 
 namespace m100::est {
 namespace {
@@ -42,7 +42,7 @@ TEST(PoseClock, TakesTheJitterAwayAtEveryRateAndDrift) {
       int count = 0;
       for (int n = 0; n < static_cast<int>(60.0 * rate_hz); ++n) {
         const double captured_s = source.captured_s(n);
-        const core::TimePoint found = clock.note(source.stamp_of(n), at(captured_s + source.way_s()));
+        const core::TimePoint found = clock.update(source.stamp_of(n), at(captured_s + source.way_s()));
         if (captured_s > 10.0) {
           const double error_s = core::seconds<double>(found - at(captured_s));
           sum += error_s;
@@ -72,7 +72,7 @@ TEST(PoseClock, LostCapturesChangeNothing) {
     }
     const double captured_s = source.captured_s(n);
     const double error_s =
-        core::seconds<double>(clock.note(source.stamp_of(n), at(captured_s + source.way_s())) - at(captured_s));
+        core::seconds<double>(clock.update(source.stamp_of(n), at(captured_s + source.way_s())) - at(captured_s));
     if (n >= 300) {
       EXPECT_NEAR(error_s, 0.0, 0.003) << n;
     }
@@ -85,14 +85,14 @@ TEST(PoseClock, LostCapturesChangeNothing) {
 TEST(PoseClock, ASlowerSourceIsKnownAfterFourCaptures) {
   PoseClock clock;
   for (int n = 0; n < 500; ++n) {
-    clock.note(stamp(0.01 * n), at(0.01 * n));
+    clock.update(stamp(0.01 * n), at(0.01 * n));
   }
   for (int n = 1; n <= 5; ++n) {
-    clock.note(stamp(5.0 + 0.03 * n), at(5.0 + 0.03 * n));
+    clock.update(stamp(5.0 + 0.03 * n), at(5.0 + 0.03 * n));
   }
   EXPECT_NEAR(core::seconds<double>(clock.interval()), 0.030, 0.001);
   for (int n = 1; n <= 100; ++n) {
-    clock.note(stamp(5.15 + 0.01 * n), at(5.15 + 0.01 * n));
+    clock.update(stamp(5.15 + 0.01 * n), at(5.15 + 0.01 * n));
   }
   EXPECT_NEAR(core::seconds<double>(clock.interval()), 0.010, 0.001) << "and the way back";
 }
@@ -106,14 +106,14 @@ TEST(PoseClock, WhatComesLaterIsOlderHoweverLongItLasts) {
     for (int n = 0; n < begins + 1500; ++n) {
       const double late_s = n < begins ? 0.0 : 0.4;
       const double captured_s = source.captured_s(n);
-      const core::TimePoint found = clock.note(source.stamp_of(n), at(captured_s + late_s));
+      const core::TimePoint found = clock.update(source.stamp_of(n), at(captured_s + late_s));
       if (n >= begins) {
         EXPECT_NEAR(core::seconds<double>(found - at(captured_s)), 0.0, 0.06) << n << " of " << begins;
       }
     }
     const int n = begins + 1501;  // on time again
     const double captured_s = source.captured_s(n);
-    EXPECT_NEAR(core::seconds<double>(clock.note(source.stamp_of(n), at(captured_s)) - at(captured_s)), 0.0, 0.001);
+    EXPECT_NEAR(core::seconds<double>(clock.update(source.stamp_of(n), at(captured_s)) - at(captured_s)), 0.0, 0.001);
   }
 }
 
@@ -121,20 +121,20 @@ TEST(PoseClock, WhatComesLaterIsOlderHoweverLongItLasts) {
 TEST(PoseClock, StampsThatNeverFollowedTheArrivalsAreNotBelieved) {
   PoseClock clock;
   for (int n = 0; n < 500; ++n) {
-    clock.note(stamp(0.0001 * n), at(0.01 * n));  // 0.1 ms per 10 ms
+    clock.update(stamp(0.0001 * n), at(0.01 * n));  // 0.1 ms per 10 ms
   }
   EXPECT_FALSE(clock.is_regular());
-  EXPECT_EQ(clock.note(stamp(0.05), at(5.0)), at(5.0));
+  EXPECT_EQ(clock.update(stamp(0.05), at(5.0)), at(5.0));
 }
 
 TEST(PoseClock, BeginsAnewWhereTheSendersClockWasSet) {
   for (const double step_s : {3600.0, 1.0, -3600.0}) {
     PoseClock clock;
     for (int n = 0; n < 100; ++n) {
-      clock.note(stamp(0.01 * n), at(0.01 * n));
+      clock.update(stamp(0.01 * n), at(0.01 * n));
     }
     EXPECT_TRUE(clock.is_regular());
-    EXPECT_EQ(clock.note(stamp(1.0 + step_s), at(1.0)), at(1.0)) << step_s;
+    EXPECT_EQ(clock.update(stamp(1.0 + step_s), at(1.0)), at(1.0)) << step_s;
     EXPECT_FALSE(clock.is_regular()) << step_s;
   }
 }
@@ -169,7 +169,7 @@ class Swing {
       Measurement<T> measured;
       measured.now = at(now_s);
       receive(now_s, measured);
-      feel(now_s, measured);
+      fuse_specific_force(now_s, measured);
       timing.update(measured, T(0));
     }
     return timing.report();
@@ -197,15 +197,15 @@ class Swing {
     }
   }
   /// Measures the attitude that causes the oscillation, and the drag.
-  void feel(double now_s, Measurement<T>& measured) const {
+  void fuse_specific_force(double now_s, Measurement<T>& measured) const {
     measured.attitude.is_new = true;
     measured.attitude.age = core::Duration(std::llround(attitude_age_s * 1e6));
     const double then_s = now_s - attitude_age_s - attitude_later_s;
     const double acceleration = -pulsation_rad_s * pulsation_rad_s * position_m(then_s);
     const double drag_m_s2 = -drag_per_s * speed_m_s(then_s);
     measured.attitude.pitch_rad = static_cast<T>(std::atan((acceleration - drag_m_s2) / 9.8066));
-    measured.push.is_known = feels_drag;
-    measured.push.now_w_m_s2.x() = static_cast<T>(drag_m_s2);
+    measured.disturbance_acceleration.is_known = feels_drag;
+    measured.disturbance_acceleration.now_w_m_s2.x() = static_cast<T>(drag_m_s2);
   }
 
   static constexpr double kLine_s = 480.0 / 115200.0;  // 48 bytes
@@ -245,7 +245,7 @@ TYPED_TEST(PoseTimingOf, LatencyIsFoundIn20SecondsOfMotionWhateverIsTold) {
       swing.source = {.rate_hz = 97.0, .latency_s = latency_s, .jitter_s = 0.02};
       const PoseTimingReport<TypeParam> report = swing.fly(20.0);
       EXPECT_TRUE(report.observable);
-      EXPECT_NEAR(core::seconds<double>(report.least), latency_s, 0.006);
+      EXPECT_NEAR(core::seconds<double>(report.min_latency), latency_s, 0.006);
       EXPECT_NEAR(core::seconds<double>(report.jitter), 0.02, 0.006);
     }
   }
@@ -260,8 +260,8 @@ TYPED_TEST(PoseTimingOf, WhatIsToldIsBelievedOnlyAsFarAsMotionAgrees) {
   swing.stamped_late_s = 0.08;
   swing.source = {.rate_hz = 97.0, .latency_s = 0.1, .jitter_s = 0.02};
   const PoseTimingReport<TypeParam> report = swing.fly(10.0);
-  EXPECT_NEAR(core::seconds<double>(report.least), 0.1, 0.01);
-  EXPECT_LE(std::abs(core::seconds<double>(report.least) - 0.1), static_cast<double>(report.sigma_s));
+  EXPECT_NEAR(core::seconds<double>(report.min_latency), 0.1, 0.01);
+  EXPECT_LE(std::abs(core::seconds<double>(report.min_latency) - 0.1), static_cast<double>(report.sigma_s));
 }
 
 // Catches a window in which all poses are taken for younger than the newest attitude: no integral reaches them, nothing
@@ -275,7 +275,7 @@ TYPED_TEST(PoseTimingOf, ALatencyThatIsBelievedToBeNoughtIsLookedAtAgain) {
   swing.source = {.rate_hz = 97.0, .latency_s = 0.025};
   const PoseTimingReport<TypeParam> report = swing.fly(20.0);
   EXPECT_TRUE(report.observable);
-  EXPECT_NEAR(core::seconds<double>(report.least), 0.025, 0.005);
+  EXPECT_NEAR(core::seconds<double>(report.min_latency), 0.025, 0.005);
 }
 
 // Shifting all measurements in time changes nothing that can be observed. So the age of the attitude and the age of the
@@ -287,7 +287,7 @@ TYPED_TEST(PoseTimingOf, OnlyHowMuchOlderThePosesAreThanTheAttitudeIsSeen) {
     swing.attitude_later_s = later_s;
     swing.source = {.rate_hz = 97.0, .latency_s = 0.06};
     const PoseTimingReport<TypeParam> report = swing.fly(20.0);
-    EXPECT_NEAR(core::seconds<double>(report.least), 0.06 - later_s, 0.005) << later_s;
+    EXPECT_NEAR(core::seconds<double>(report.min_latency), 0.06 - later_s, 0.005) << later_s;
     EXPECT_TRUE(report.observable);
   }
 }
@@ -315,7 +315,7 @@ TYPED_TEST(PoseTimingOf, DragThatTheForceTellsIsNoLatency) {
     swing.drag_per_s = 0.3;
     swing.feels_drag = feels;
     swing.source = {.rate_hz = 97.0, .latency_s = 0.05};
-    const double error_s = core::seconds<double>(swing.fly(20.0).least) - 0.05;
+    const double error_s = core::seconds<double>(swing.fly(20.0).min_latency) - 0.05;
     if (feels) {
       EXPECT_NEAR(error_s, 0.0, 0.005);
     } else {
@@ -338,7 +338,7 @@ TYPED_TEST(PoseTimingOf, InAStillHoverComparedClocksTellTheAgeAsFarAsTheWaysAllo
     swing.offset = found_offset(one.wrong_s, one.bound_s);
     const PoseTimingReport<TypeParam> report = swing.fly(20.0);
     EXPECT_FALSE(report.observable) << "only motion makes it so";
-    EXPECT_NEAR(core::seconds<double>(report.least), 0.05 - one.wrong_s, 0.003);
+    EXPECT_NEAR(core::seconds<double>(report.min_latency), 0.05 - one.wrong_s, 0.003);
     EXPECT_LE(std::abs(one.wrong_s), static_cast<double>(report.sigma_s)) << "the truth lies within what is claimed";
   }
 }
@@ -349,7 +349,8 @@ TYPED_TEST(PoseTimingOf, AStillHoverTellsNothingAndSaysSo) {
   swing.source = {.latency_s = 0.05};
   const PoseTimingReport<TypeParam> report = swing.fly(20.0);
   EXPECT_FALSE(report.observable);
-  EXPECT_NEAR(core::seconds<double>(report.untold), 0.030, 0.002) << "what is believed of a sender that tells nothing";
+  EXPECT_NEAR(core::seconds<double>(report.unreported), 0.030, 0.002)
+      << "what is believed of a sender that tells nothing";
 }
 
 // Once, at 4.5 m/s, a pose with normal jitter was 45 mm from its predicted place, and the gate was 12 mm wide.

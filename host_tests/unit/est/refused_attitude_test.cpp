@@ -5,7 +5,7 @@
 #include <set>
 #include <string_view>
 
-#include "firmware/est/disturbance_ekf.h"
+#include "firmware/est/filter/disturbance_ekf.h"
 #include "host_tests/unit/est/observed_vehicle.h"
 #include "host_tests/unit/est/scalars.h"
 
@@ -36,9 +36,9 @@ TYPED_TEST(RefusedAttitude, StartsItAnewAfterHalfASecond) {
   ASSERT_EQ(filter.counters().attitudes_refused, 0U);
   fly(49, Real(0.5));
   EXPECT_EQ(filter.counters().attitudes_refused, 49U);
-  EXPECT_EQ(filter.counters().last_recovery, Recovery::kNone);
+  EXPECT_EQ(filter.counters().last_recovery, ResetReason::kNone);
   fly(1, Real(0.5));
-  EXPECT_EQ(filter.counters().last_recovery, Recovery::kAttitude);
+  EXPECT_EQ(filter.counters().last_recovery, ResetReason::kAttitude);
   EXPECT_FALSE(estimate.healthy);
   fly(20, Real(0.5));
   EXPECT_EQ(filter.counters().attitudes_refused, 50U) << "it has begun at the attitude that is said";
@@ -46,11 +46,11 @@ TYPED_TEST(RefusedAttitude, StartsItAnewAfterHalfASecond) {
 
 TEST(RecoveryName, IsAnotherWordForEach) {
   std::set<std::string_view> words;
-  for (const Recovery recovery : {Recovery::kNone, Recovery::kPoseMoved, Recovery::kLongDropout, Recovery::kAttitude,
-                                  Recovery::kNotFinite, static_cast<Recovery>(99)}) {
+  for (const ResetReason recovery : {ResetReason::kNone, ResetReason::kPoseMoved, ResetReason::kLongDropout,
+                                     ResetReason::kAttitude, ResetReason::kNotFinite, static_cast<ResetReason>(99)}) {
     EXPECT_TRUE(words.insert(name(recovery)).second) << name(recovery);
   }
-  EXPECT_EQ(name(Recovery::kNotFinite), "a state was not a number");
+  EXPECT_EQ(name(ResetReason::kNotFinite), "a state was not a number");
 }
 
 }  // namespace

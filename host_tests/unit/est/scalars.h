@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "firmware/est/disturbance_ekf.h"
+#include "firmware/est/filter/disturbance_ekf.h"
 
 namespace m100::est {
 

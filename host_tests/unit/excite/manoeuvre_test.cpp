@@ -17,8 +17,8 @@ class Kind : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Kind, StaysInsideTheFence) {
   for (const double fence_m : {3.0, 8.0}) {
-    const Wish wish{.kind = GetParam(), .amplitude_counts = 400.0, .duration_s = 60.0, .fence_m = fence_m};
-    const Manoeuvre made = make(wish, kAxis);
+    const InputDesign design{.kind = GetParam(), .amplitude_counts = 400.0, .duration_s = 60.0, .fence_m = fence_m};
+    const Manoeuvre made = design_manoeuvre(design, kAxis);
     EXPECT_LE(made.farthest_m, fence_m);
     EXPECT_GE(static_cast<double>(made.stick_counts.size()) * made.period_s, 60.0);
     EXPECT_LE(*std::max_element(made.stick_counts.begin(), made.stick_counts.end()), 660.0);
@@ -34,15 +34,15 @@ INSTANTIATE_TEST_SUITE_P(All, Kind, ::testing::Values("doublet", "3211", "chirp"
 TEST(Fit, HoldsThoughSomethingPushesThroughEveryPiece) {
   constexpr double kPush_m_s2 = 0.25;
   for (const double fence_m : {1.5, 3.0, 6.0}) {
-    const Wish wish{.amplitude_counts = 150.0, .duration_s = 60.0, .fence_m = fence_m};
-    const Manoeuvre made = make(wish, kAxis);
+    const InputDesign design{.amplitude_counts = 150.0, .duration_s = 60.0, .fence_m = fence_m};
+    const Manoeuvre made = design_manoeuvre(design, kAxis);
     double into_s = 0.0;
     for (std::size_t k = 1; k < made.piece.size(); ++k) {
       const bool goes_on = made.piece[k] != 0 && made.piece[k] == made.piece[k - 1];
       into_s = goes_on ? into_s + made.period_s : 0.0;
       for (const double push : {-kPush_m_s2, kPush_m_s2}) {
         EXPECT_FALSE(goes_on && must_abort(made.position_m[k] + 0.5 * push * into_s * into_s,
-                                           made.speed_m_s[k] + push * into_s, wish))
+                                           made.speed_m_s[k] + push * into_s, design))
             << fence_m << " m, piece " << made.piece[k] << " after " << into_s << " s";
       }
     }
@@ -51,19 +51,19 @@ TEST(Fit, HoldsThoughSomethingPushesThroughEveryPiece) {
 
 // Catches slow movements, which show dead zone and trim, that are left out in a small room instead of being flown in
 // parts.
-TEST(Fit, FliesInPartsWhatIsTooLongForASmallRoom) {
-  const Manoeuvre wide = make({.amplitude_counts = 150.0, .fence_m = 20.0}, kAxis);
+TEST(Fit, SplitsWhatIsTooLongForTheFence) {
+  const Manoeuvre wide = design_manoeuvre({.amplitude_counts = 150.0, .fence_m = 20.0}, kAxis);
   EXPECT_EQ(wide.in_parts, 0);
-  EXPECT_DOUBLE_EQ(wide.least_amplitude_counts, 150.0);
-  const Manoeuvre small = make({.amplitude_counts = 150.0, .fence_m = 3.0}, kAxis);
+  EXPECT_DOUBLE_EQ(wide.min_amplitude_counts, 150.0);
+  const Manoeuvre small = design_manoeuvre({.amplitude_counts = 150.0, .fence_m = 3.0}, kAxis);
   EXPECT_EQ(small.in_parts, 2) << "sweep and chirp";
   EXPECT_EQ(small.left_out, 0);
-  EXPECT_DOUBLE_EQ(small.least_amplitude_counts, 150.0);
+  EXPECT_DOUBLE_EQ(small.min_amplitude_counts, 150.0);
 }
 
 TEST(Fit, NamesTheFenceThatWouldBeEnough) {
   try {
-    make({.amplitude_counts = 150.0, .fence_m = 0.2}, kAxis);
+    design_manoeuvre({.amplitude_counts = 150.0, .fence_m = 0.2}, kAxis);
     FAIL() << "nothing fits into 0.2 m";
   } catch (const std::invalid_argument& refused) {
     EXPECT_STREQ(refused.what(), "--fence: 0.2 is too small for any manoeuvre of this vehicle; 0.5 is enough");
@@ -71,11 +71,11 @@ TEST(Fit, NamesTheFenceThatWouldBeEnough) {
 }
 
 TEST(Abort, LeavesRoomToBrake) {
-  const Wish wish{.fence_m = 8.0, .brake_m_s2 = 2.0};
-  EXPECT_FALSE(must_abort(7.0, 1.9, wish));
-  EXPECT_TRUE(must_abort(7.0, 2.1, wish));
-  EXPECT_FALSE(must_abort(7.0, -5.0, wish)) << "it flies inwards";
-  EXPECT_TRUE(must_abort(-7.0, -2.1, wish));
+  const InputDesign design{.fence_m = 8.0, .brake_m_s2 = 2.0};
+  EXPECT_FALSE(must_abort(7.0, 1.9, design));
+  EXPECT_TRUE(must_abort(7.0, 2.1, design));
+  EXPECT_FALSE(must_abort(7.0, -5.0, design)) << "it flies inwards";
+  EXPECT_TRUE(must_abort(-7.0, -2.1, design));
 }
 
 const Forecast& of(const std::vector<Forecast>& table, const std::string& effect) {
@@ -84,19 +84,21 @@ const Forecast& of(const std::vector<Forecast>& table, const std::string& effect
 
 // Catches a forecast that does not depend on the manoeuvre: a longer flight must show each effect more clearly.
 TEST(Forecast, SaysThatLongerFlightsShowMore) {
-  const Wish brief{.duration_s = 20.0, .fence_m = 20.0};
-  const Wish longer{.duration_s = 80.0, .fence_m = 20.0};
-  const auto a = forecast(make(brief, kAxis), kAxis);
-  const auto b = forecast(make(longer, kAxis), kAxis);
+  const InputDesign brief{.duration_s = 20.0, .fence_m = 20.0};
+  const InputDesign longer{.duration_s = 80.0, .fence_m = 20.0};
+  const auto a = forecast(design_manoeuvre(brief, kAxis), kAxis);
+  const auto b = forecast(design_manoeuvre(longer, kAxis), kAxis);
   for (const char* effect : {"dead_zone", "trim_offset", "gain_asymmetry"}) {
     EXPECT_GT(of(b, effect).sigma, 1.5 * of(a, effect).sigma) << effect;
   }
 }
 
 TEST(Forecast, SaysThatMixedManoeuvresTellDeadZoneFromCurveBetterThanDoublets) {
-  const auto doublets = forecast(make({.kind = "doublet", .amplitude_counts = 250, .fence_m = 20}, kAxis), kAxis);
-  const auto mixed = forecast(make({.kind = "mixed", .amplitude_counts = 250, .fence_m = 20}, kAxis), kAxis);
-  EXPECT_LT(of(mixed, "dead_zone").likeness, of(doublets, "dead_zone").likeness);
+  const auto doublets =
+      forecast(design_manoeuvre({.kind = "doublet", .amplitude_counts = 250, .fence_m = 20}, kAxis), kAxis);
+  const auto mixed =
+      forecast(design_manoeuvre({.kind = "mixed", .amplitude_counts = 250, .fence_m = 20}, kAxis), kAxis);
+  EXPECT_LT(of(mixed, "dead_zone").cosine, of(doublets, "dead_zone").cosine);
 }
 
 const model::StickAxis kClimb{.scale_per_count = 3e-3, .natural_frequency_rad_s = 5.0, .damping_ratio = 0.8};
@@ -104,18 +106,18 @@ const model::StickAxis kClimb{.scale_per_count = 3e-3, .natural_frequency_rad_s 
 // Catches a climb that is planned like a tilt: its fence limits the height, and it must return to its start.
 TEST(RateAxis, StaysInsideItsFenceAndComesBack) {
   for (const char* kind : {"doublet", "3211", "chirp", "mixed"}) {
-    const Wish wish{
+    const InputDesign design{
         .axis = "climb", .kind = kind, .amplitude_counts = 300.0, .duration_s = 60.0, .fence_m = 2.0, .rate = true};
-    const Manoeuvre made = make(wish, kClimb);
+    const Manoeuvre made = design_manoeuvre(design, kClimb);
     EXPECT_LE(made.farthest_m, 2.0) << kind;
     EXPECT_LT(std::abs(made.position_m.back()), 0.6) << kind;
   }
 }
 
-TEST(Wish, ThatMakesNoSenseIsRefused) {
-  EXPECT_THROW(make({.amplitude_counts = -1}, kAxis), std::invalid_argument);
-  EXPECT_THROW(make({.kind = "wiggle"}, kAxis), std::invalid_argument);
-  EXPECT_THROW(make({.fence_m = 0}, kAxis), std::invalid_argument);
+TEST(InputDesign, ThatMakesNoSenseIsRefused) {
+  EXPECT_THROW(design_manoeuvre({.amplitude_counts = -1}, kAxis), std::invalid_argument);
+  EXPECT_THROW(design_manoeuvre({.kind = "wiggle"}, kAxis), std::invalid_argument);
+  EXPECT_THROW(design_manoeuvre({.fence_m = 0}, kAxis), std::invalid_argument);
 }
 
 }  // namespace

@@ -98,9 +98,9 @@ TEST_F(UdpPortTest, GivesTheBytesOfPacketsInOrderAndSaysWhereOneBegins) {
 // end.
 TEST_F(UdpPortTest, PassesOverWhatIsEmptyOrTooLong) {
   peer.send(number, "");
-  peer.send(number, std::string(UdpPort::kMostPacketBytes + 1, 'x'));
-  peer.send(number, std::string(UdpPort::kMostPacketBytes, 'y'));
-  EXPECT_EQ(read(2000), std::string(UdpPort::kMostPacketBytes, 'y'));
+  peer.send(number, std::string(UdpPort::kMaxPacketBytes + 1, 'x'));
+  peer.send(number, std::string(UdpPort::kMaxPacketBytes, 'y'));
+  EXPECT_EQ(read(2000), std::string(UdpPort::kMaxPacketBytes, 'y'));
 }
 
 // Would catch a port that answers the last sender: a stranger could redirect the answers to himself.

@@ -100,7 +100,7 @@ TEST(FlightWinds, AreFittedBesideWhatIsShared) {
 }
 
 // Catches winds that are fitted although none was declared: the declared model does not contain them.
-TEST(FlightWinds, ThatDifferForbidACleanBillUnlessDeclared) {
+TEST(FlightWinds, DistinctWindsMustBeDeclared) {
   const logs::FlightLog log = three_flights();
   Request request = about(log, {"rigid_body", "linear_drag"});
   request.train = of_each(log, 3.0, 28.0);

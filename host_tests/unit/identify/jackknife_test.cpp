@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/identify/search/jackknife.h"
+#include "host_tests/lab/identify/selection/jackknife.h"
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ class Means final : public Family {
   std::vector<double> error(const Fit&, std::size_t) const override { return {0.0}; }
   std::vector<Edit> edits(const Structure&) const override { return {}; }
   Structure without(const Structure& structure, const std::string&) const override { return structure; }
-  bool big_enough(const Fit&, const std::string&) const override { return true; }
+  bool is_significant(const Fit&, const std::string&) const override { return true; }
 
  private:
   std::vector<double> blocks_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Defects of a log must be reported, and never named as effects of the aircraft.
-#include "host_tests/lab/identify/log_defects.h"
+#include "host_tests/lab/identify/data/log_defects.h"
 
 #include <gtest/gtest.h>
 
@@ -12,9 +12,9 @@
 #include <string>
 
 #include "host_tests/lab/hidden/hidden_flight.h"
-#include "host_tests/lab/identify/log_ground.h"
-#include "host_tests/lab/identify/remainder/residual_lines.h"
+#include "host_tests/lab/identify/data/ground_time.h"
 #include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/identify/residual_tests/vibration_and_drift.h"
 #include "host_tests/property/identify/synthetic_axis.h"
 
 namespace m100::lab::identify {
@@ -171,7 +171,7 @@ INSTANTIATE_TEST_SUITE_P(
              "nothing_missing", "on the ground"}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
-TEST(DamagedLogs, DegreesAreSaidAndTurned) {
+TEST(DamagedLogs, DegreesAreReportedAndConverted) {
   FlightLog log = clean_flight(606);
   const double gain = ask(log).final_model.parameters[0].value;
   for (double& angle : roll(log)) {
@@ -311,7 +311,7 @@ void spoil_the_stick(FlightLog& log, double row_s) {
 }
 
 // Catches saturations and curves that are found because a stick was logged with spoilt samples.
-TEST(SpoiltStick, IsSaidAndMended) {
+TEST(SpoiltStick, IsReportedAndRepaired) {
   for (const double row_s : {0.01, 0.034}) {
     FlightLog log = host_tests::SyntheticAxis::random(12).fly();
     spoil_the_stick(log, row_s);
@@ -380,12 +380,12 @@ TEST(SlowRows, HaveNoLineAboveTheirOwnRate) {
   for (std::size_t k = 0; k < residual.size(); ++k) {
     residual[k] = std::sin(2.0 * std::numbers::pi * 8.2 * 0.01 * static_cast<double>(k));
   }
-  EXPECT_GT(fast_line(residual, 0.01).share, 0.5);
-  EXPECT_EQ(fast_line(residual, 0.01, 0.1).share, 0.0);
+  EXPECT_GT(vibration_peak(residual, 0.01).share, 0.5);
+  EXPECT_EQ(vibration_peak(residual, 0.01, 0.1).share, 0.0);
 }
 
 // If the stick moves between two rows, the delay is not known to a fraction of a row, and the report must say so.
-TEST(SlowRows, UndersampledSticksAreSaidAndChangeNoDelay) {
+TEST(SlowRows, UndersampledSticksAreReported) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     host_tests::SyntheticAxis vehicle = host_tests::SyntheticAxis::random(seed);
     vehicle.air_rad = 0.002;
@@ -399,19 +399,19 @@ TEST(SlowRows, UndersampledSticksAreSaidAndChangeNoDelay) {
   EXPECT_EQ(said(ask(log)).find("undersampled"), std::string::npos);
 }
 
-TEST(FastLine, IsFoundAtItsFrequencyAndNotInNoise) {
+TEST(VibrationPeak, IsFoundAtItsFrequencyAndNotInNoise) {
   std::vector<double> noise(3000);
   std::uint32_t state = 1;
   for (double& value : noise) {
     state = state * 1664525U + 1013904223U;
     value = static_cast<double>(state >> 8U) / 16777216.0 - 0.5;
   }
-  EXPECT_LT(fast_line(noise, 0.01).share, 0.1);
+  EXPECT_LT(vibration_peak(noise, 0.01).share, 0.1);
   for (std::size_t k = 0; k < noise.size(); ++k) {
     noise[k] += 0.6 * std::sin(2.0 * std::numbers::pi * 21.3 * 0.01 * static_cast<double>(k));
   }
-  EXPECT_NEAR(fast_line(noise, 0.01).hz, 21.3, 0.2);
-  EXPECT_GT(fast_line(noise, 0.01).share, 0.5);
+  EXPECT_NEAR(vibration_peak(noise, 0.01).hz, 21.3, 0.2);
+  EXPECT_GT(vibration_peak(noise, 0.01).share, 0.5);
 }
 
 }  // namespace

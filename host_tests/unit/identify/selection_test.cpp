@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "host_tests/lab/identify/search/criteria.h"
-#include "host_tests/lab/identify/search/selection.h"
+#include "host_tests/lab/identify/selection/criteria.h"
+#include "host_tests/lab/identify/selection/selection.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -83,7 +83,7 @@ class Lines final : public Family {
     std::erase(out, name);
     return out;
   }
-  bool big_enough(const Fit& fit, const std::string& name) const override {
+  bool is_significant(const Fit& fit, const std::string& name) const override {
     const auto at = std::find(fit.structure.begin() + 1, fit.structure.end(), name);
     return at == fit.structure.end() ||
            std::abs(fit.parameters[static_cast<std::size_t>(at - fit.structure.begin() - 1)]) > 0.3;
@@ -114,8 +114,8 @@ TEST(Selection, FindsTwoEffectsThatHideEachOther) {
   EXPECT_LT(found.final_model.cv, 0.02 * found.declared.cv);
 }
 
-Judged judged(std::vector<std::vector<double>> errors, std::size_t parameters) {
-  Judged out;
+CrossValidatedFit validated(std::vector<std::vector<double>> errors, std::size_t parameters) {
+  CrossValidatedFit out;
   out.fit.free_parameters = parameters;
   for (const std::vector<double>& block : errors) {
     out.cv_block.push_back(std::inner_product(block.begin(), block.end(), block.begin(), 0.0));
@@ -129,7 +129,7 @@ Judged judged(std::vector<std::vector<double>> errors, std::size_t parameters) {
 
 // Once a rate limit of 15 rad/s was named in a flight of the vehicle file's own plant. It improved only the first
 // samples of blocks that began while the stick jumped.
-TEST(Comparison, WhatMendsTheStartsOfBlocksAloneConvincesNobody) {
+TEST(Comparison, CorrectingBlockStartsIsNoEffect) {
   constexpr std::size_t kStart = 15;
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;
@@ -142,7 +142,7 @@ TEST(Comparison, WhatMendsTheStartsOfBlocksAloneConvincesNobody) {
         without[block][i] = with[block][i] * (all_along || i < kStart ? 2.0 : 1.0);
       }
     }
-    const Comparison comparison = compare(judged(without, 3), judged(with, 4), kBlocks * kSamples, kStart);
+    const Comparison comparison = compare(validated(without, 3), validated(with, 4), kBlocks * kSamples, kStart);
     EXPECT_GT(comparison.cv_gain, 0.3);
     EXPECT_EQ(convincing(comparison, {}), all_along);
   }

@@ -167,7 +167,7 @@ TEST_F(SeveralLogs, HaveTrimsOfTheirOwn) {
 
 // The mean of both trims is zero, so no common trim is found. Catches a clean bill for a model that neither flight
 // alone would get one for.
-TEST_F(SeveralLogs, TrimsThatDifferForbidACleanBillUnlessDeclared) {
+TEST_F(SeveralLogs, DistinctTrimsMustBeDeclared) {
   write_two_trims(30.0);
   const std::vector<std::string> two{"--log", path("a.csv"), "--log", path("b.csv"), "--split", "alternate:5"};
   const auto [answer, said] = ask(two);

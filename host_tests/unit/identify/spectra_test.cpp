@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Spectra, frequency response and correlations of the report, on series for which they are known.
-#include "host_tests/lab/identify/answer/spectra.h"
+#include "host_tests/lab/identify/output/spectra.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The only place where a clean bill is given or refused.
-#include "host_tests/lab/identify/search/verdict.h"
+#include "host_tests/lab/identify/selection/verdict.h"
 
 #include <gtest/gtest.h>
 
@@ -36,8 +36,8 @@ std::vector<std::vector<double>> coloured(double size, std::size_t blocks, std::
 TEST(CompareParts, HealthyColouredResidualsPass) {
   int flagged = 0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-    const PartsCompared parts = compare_parts(coloured(1.0, 10, seed), coloured(1.0, 6, seed + 1000), 4);
-    flagged += parts.probability < GuardLimits{}.least_probability ? 1 : 0;
+    const ValidationComparison parts = compare_validation(coloured(1.0, 10, seed), coloured(1.0, 6, seed + 1000), 4);
+    flagged += parts.probability < CompletenessLimits{}.min_probability ? 1 : 0;
   }
   EXPECT_LE(flagged, 6) << "of 200: nominal 0.3 %, optimistic by two to three";
 }
@@ -53,9 +53,9 @@ TEST(CompareParts, ABlockThatBeginsInAWrongStateIsNoOtherVehicle) {
       validation[7][i] += 94.0 * std::exp(-0.06 * static_cast<double>(i));
     }
     const std::vector<std::vector<double>> training = coloured(1.0, 30, seed);
-    const double least = GuardLimits{}.least_probability;
-    flagged += compare_parts(training, validation, 4, 100).probability < least ? 1 : 0;
-    flagged_with_starts += compare_parts(training, validation, 4).probability < least ? 1 : 0;
+    const double least = CompletenessLimits{}.min_probability;
+    flagged += compare_validation(training, validation, 4, 100).probability < least ? 1 : 0;
+    flagged_with_starts += compare_validation(training, validation, 4).probability < least ? 1 : 0;
   }
   EXPECT_LE(flagged, 2);
   EXPECT_GE(flagged_with_starts, 25) << "else this shows nothing";
@@ -77,8 +77,8 @@ TEST(CompareParts, AirInGustsIsWorthFewerSquares) {
   };
   int flagged = 0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-    const PartsCompared parts = compare_parts(gusty(24, seed), gusty(12, seed + 1000), 4);
-    flagged += parts.probability < GuardLimits{}.least_probability ? 1 : 0;
+    const ValidationComparison parts = compare_validation(gusty(24, seed), gusty(12, seed + 1000), 4);
+    flagged += parts.probability < CompletenessLimits{}.min_probability ? 1 : 0;
   }
   EXPECT_LE(flagged, 6) << "of 200: nominal 0.3 %, optimistic by two to three";
 }
@@ -94,16 +94,16 @@ TEST(CompareParts, AChangeInsideTheValidationPartIsStillSeen) {
         value *= 3.0;
       }
     }
-    const PartsCompared parts = compare_parts(coloured(1.0, 24, seed), validation, 4);
-    flagged += parts.probability < GuardLimits{}.least_probability ? 1 : 0;
+    const ValidationComparison parts = compare_validation(coloured(1.0, 24, seed), validation, 4);
+    flagged += parts.probability < CompletenessLimits{}.min_probability ? 1 : 0;
   }
   EXPECT_GE(flagged, 48) << "of 50";
 }
 
 // Catches a guard that leaves out so much that nothing remains to compare.
 TEST(CompareParts, BlocksShorterThanTheirStartsAreComparedWhole) {
-  const PartsCompared parts = compare_parts(coloured(1.0, 10, 1), coloured(3.0, 6, 2), 4, 250);
-  EXPECT_LT(parts.probability, GuardLimits{}.least_probability);
+  const ValidationComparison parts = compare_validation(coloured(1.0, 10, 1), coloured(3.0, 6, 2), 4, 250);
+  EXPECT_LT(parts.probability, CompletenessLimits{}.min_probability);
   EXPECT_GT(parts.beyond_start, 4.0);
 }
 
@@ -113,80 +113,80 @@ IdentifyResult fine() {
   return result;
 }
 
-TEST(Guard, RefusesACleanBillWhereValidationIsMuchWorse) {
+TEST(Guard, RejectsMuchWorseValidation) {
   IdentifyResult result = fine();
-  guard(compare_parts(coloured(1.0, 10, 1), coloured(3.0, 6, 2), 4), {}, result);
+  check_completeness(compare_validation(coloured(1.0, 10, 1), coloured(3.0, 6, 2), 4), {}, result);
   EXPECT_EQ(verdict_of(result), "unexplained");
   EXPECT_GT(result.validation_over_training, 2.0);
 }
 
 // Once a change was dated 7 s off, so one fitted side contained the true change, and validation was 2.6 times worse.
 TEST(Guard, SidesOfAChangeMustAgreeWithThemselves) {
-  PartsCompared parts = compare_parts(coloured(1.0, 10, 1), coloured(3.0, 6, 2), 4);
+  ValidationComparison parts = compare_validation(coloured(1.0, 10, 1), coloured(3.0, 6, 2), 4);
   IdentifyResult result = fine();
   result.changes.emplace_back();
-  guard(parts, {}, result);
+  check_completeness(parts, {}, result);
   EXPECT_EQ(verdict_of(result), "unexplained");
   parts.across_a_change = true;
   IdentifyResult across = fine();
   across.changes.emplace_back();
-  guard(parts, {}, across);
+  check_completeness(parts, {}, across);
   EXPECT_EQ(verdict_of(across), "explained");
 }
 
 // Once the loop's own plant was "unexplained" for an error 1.06 times that of training, in a log of two minutes.
 TEST(Guard, AnErrorThatIsHardlyWorseIsNoOtherVehicle) {
-  PartsCompared parts{.ratio = 1.06 * 1.06,
-                      .beyond_start = 1.06 * 1.06,
-                      .probability = 1e-4,
-                      .training_degrees = 900.0,
-                      .validation_degrees = 900.0};
+  ValidationComparison parts{.ratio = 1.06 * 1.06,
+                             .beyond_start = 1.06 * 1.06,
+                             .probability = 1e-4,
+                             .training_degrees = 900.0,
+                             .validation_degrees = 900.0};
   IdentifyResult result = fine();
-  guard(parts, {}, result);
+  check_completeness(parts, {}, result);
   EXPECT_EQ(verdict_of(result), "nothing_missing");
   parts.ratio = parts.beyond_start = 1.2 * 1.2;
-  guard(parts, {}, result);
+  check_completeness(parts, {}, result);
   EXPECT_EQ(verdict_of(result), "unexplained");
 }
 
 // Once a lead zero was found correctly (0.22 s) but left unexplained, for a validation error 2.6 times that of
 // training. The whole difference was in the first half second of blocks that began while the stick jumped.
 TEST(Guard, WrongStartsOfBlocksTakeNoNameAway) {
-  PartsCompared parts{.ratio = 2.6 * 2.6,
-                      .beyond_start = 1.04 * 1.04,
-                      .probability = 1.0,
-                      .training_degrees = 100.0,
-                      .validation_degrees = 60.0};
+  ValidationComparison parts{.ratio = 2.6 * 2.6,
+                             .beyond_start = 1.04 * 1.04,
+                             .probability = 1.0,
+                             .training_degrees = 100.0,
+                             .validation_degrees = 60.0};
   IdentifyResult named = fine();
   named.effects.emplace_back();
-  guard(parts, {}, named);
+  check_completeness(parts, {}, named);
   EXPECT_EQ(verdict_of(named), "explained");
   EXPECT_GT(named.validation_over_training, 2.5);
   IdentifyResult clean = fine();
-  guard(parts, {}, clean);
+  check_completeness(parts, {}, clean);
   EXPECT_EQ(verdict_of(clean), "unexplained");
   parts.beyond_start = 1.6 * 1.6;
   IdentifyResult worse = fine();
   worse.effects.emplace_back();
-  guard(parts, {}, worse);
+  check_completeness(parts, {}, worse);
   EXPECT_EQ(verdict_of(worse), "unexplained");
 }
 
 // Once a position-mode flight with a fit of 48 % was "nothing_missing".
-TEST(Guard, RefusesACleanBillToAModelThatExplainsHalf) {
+TEST(Guard, RejectsModelThatExplainsHalf) {
   IdentifyResult result = fine();
   result.final_model.fit_percent = 48.0;
   result.final_model.validation_rmse = 0.1;
-  guard({}, {}, result);
+  check_completeness({}, {}, result);
   EXPECT_EQ(verdict_of(result), "unexplained");
   IdentifyResult at_floor = fine();
   at_floor.final_model.fit_percent = 48.0;
   at_floor.final_model.validation_rmse = at_floor.noise_floor = 0.004;
-  guard({}, {}, at_floor);
+  check_completeness({}, {}, at_floor);
   EXPECT_EQ(verdict_of(at_floor), "nothing_missing");
 }
 
-TEST(Verdict, FindingsAndChangesForbidACleanBillAndNotesDoNot) {
+TEST(Verdict, FindingsForbidNothingMissing) {
   for (const char* what : {"note", "gap", "on_ground"}) {
     IdentifyResult result = fine();
     result.findings.push_back({.what = what});

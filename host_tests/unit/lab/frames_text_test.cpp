@@ -6,10 +6,10 @@
 #include "host_tests/lab/frames/hex.h"
 #include "host_tests/lab/frames/message_json.h"
 #include "host_tests/lab/input_error.h"
-#include "protocol/acks.h"
 #include "protocol/aes256.h"
-#include "protocol/frame_encoder.h"
-#include "protocol/frame_parser.h"
+#include "protocol/dji/acks.h"
+#include "protocol/dji/frame_encoder.h"
+#include "protocol/dji/frame_parser.h"
 
 namespace m100::lab {
 namespace {

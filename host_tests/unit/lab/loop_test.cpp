@@ -13,11 +13,11 @@
 #include "firmware/mpc/generated/gain_table.h"
 #include "firmware/sysid/axis_dynamics.h"
 #include "host_tests/lab/experiments/tasks.h"
-#include "host_tests/lab/loop/believed.h"
-#include "host_tests/lab/loop/captured.h"
+#include "host_tests/lab/loop/capture_alignment.h"
 #include "host_tests/lab/loop/close_loop.h"
 #include "host_tests/lab/loop/log_folder.h"
-#include "host_tests/lab/loop/trial.h"
+#include "host_tests/lab/loop/trial_flights.h"
+#include "host_tests/lab/loop/vehicle_comparison.h"
 #include "host_tests/sim/world/random.h"
 
 namespace m100::lab::loop {
@@ -119,27 +119,27 @@ TEST(LogFolder, IsOfOneLoopAloneAndGoesWithIt) {
 }
 
 TEST(Trial, KeepsWhatIsBetter) {
-  const Trial trial = try_out({"climb", "roll"}, cells(0.2, 0.3), [](const Channels&) { return cells(0.1, 0.2); });
+  const Trial trial = fly_trials({"climb", "roll"}, cells(0.2, 0.3), [](const Channels&) { return cells(0.1, 0.2); });
   EXPECT_EQ(trial.kept, (Channels{"climb", "roll"}));
 }
 
 // Once one wind cell ended 499 m away, and three good axes were rejected.
 TEST(Trial, ACellThatDivergesBeforeAndAfterVetoesNothing) {
   const Trial trial =
-      try_out({"climb", "pitch", "roll"}, cells(0.2, 450.0), [](const Channels&) { return cells(0.1, 499.0); });
+      fly_trials({"climb", "pitch", "roll"}, cells(0.2, 450.0), [](const Channels&) { return cells(0.1, 499.0); });
   EXPECT_EQ(trial.kept.size(), 3U);
-  ASSERT_FALSE(trial.said.empty());
-  EXPECT_NE(trial.said.front().find("diverged"), std::string::npos) << trial.said.front();
+  ASSERT_FALSE(trial.messages.empty());
+  EXPECT_NE(trial.messages.front().find("diverged"), std::string::npos) << trial.messages.front();
 }
 
 TEST(Trial, InWhichAllDivergesHasNoErrorInsteadOfNone) {
-  const Trial trial = try_out({"roll"}, cells(400.0, 450.0), [](const Channels&) { return cells(410.0, 499.0); });
-  ASSERT_FALSE(trial.said.empty());
-  EXPECT_EQ(trial.said.back(), "trial flights: no task was flown to its end both before and after");
+  const Trial trial = fly_trials({"roll"}, cells(400.0, 450.0), [](const Channels&) { return cells(410.0, 499.0); });
+  ASSERT_FALSE(trial.messages.empty());
+  EXPECT_EQ(trial.messages.back(), "trial flights: no task was flown to its end both before and after");
 }
 
 TEST(Trial, TakesBackTheOneChannelThatMakesACellDiverge) {
-  const Trial trial = try_out({"climb", "pitch", "roll"}, cells(0.2, 0.3), [](const Channels& channels) {
+  const Trial trial = fly_trials({"climb", "pitch", "roll"}, cells(0.2, 0.3), [](const Channels& channels) {
     return channels.count("pitch") > 0 ? cells(0.1, 499.0)
                                        : cells(0.25 - 0.05 * static_cast<double>(channels.size()), 0.2);
   });
@@ -147,7 +147,7 @@ TEST(Trial, TakesBackTheOneChannelThatMakesACellDiverge) {
 }
 
 TEST(Trial, WithNothingThatIsBetterKeepsNothing) {
-  const Trial trial = try_out({"climb", "roll"}, cells(0.2, 0.3), [](const Channels&) { return cells(0.3, 0.4); });
+  const Trial trial = fly_trials({"climb", "roll"}, cells(0.2, 0.3), [](const Channels&) { return cells(0.3, 0.4); });
   EXPECT_TRUE(trial.kept.empty());
 }
 
@@ -228,11 +228,11 @@ TEST(PredictsBetter, IsWhatHalfATickOfDelayDoesNotExplain) {
   truth.roll = {
       .scale_per_count = 9e-4, .natural_frequency_rad_s = 8.0, .damping_ratio = 0.7, .transport_delay_s = 0.05};
   const logs::FlightLog log = rolled(truth.roll);
-  const Unseen flight{&log, 2.0, 58.0};
+  const UnseenFlight flight{&log, 2.0, 58.0};
   model::Vehicle believed = truth;
   EXPECT_FALSE(predicts_better(believed, truth, flight, "roll"));
   believed.roll.transport_delay_s = 0.055;
-  EXPECT_LT(one_second(truth, flight, "roll"), (1.0 - kLeastGain) * one_second(believed, flight, "roll"));
+  EXPECT_LT(error_at_1s(truth, flight, "roll"), (1.0 - kMinGain) * error_at_1s(believed, flight, "roll"));
   EXPECT_FALSE(predicts_better(believed, truth, flight, "roll"));
   believed.roll.transport_delay_s = 0.08;
   EXPECT_TRUE(predicts_better(believed, truth, flight, "roll"));

@@ -12,16 +12,16 @@ namespace {
 constexpr double kRadians = std::numbers::pi / 180.0;
 
 /// Thirty seconds with the given roll in degrees.
-Swing roll_of(const std::function<double(double t_s)>& roll_deg) {
+TiltOscillation roll_of(const std::function<double(double t_s)>& roll_deg) {
   experiments::Trace trace(3000);
   for (std::size_t i = 0; i < trace.size(); ++i) {
     trace[i].t_s = 0.01 * static_cast<double>(i);
     trace[i].roll_rad = kRadians * roll_deg(trace[i].t_s);
   }
-  return swing_of(trace);
+  return measure_oscillation(trace);
 }
 
-Swing sine(double frequency_hz, double amplitude_deg, double from_s = 0.0, double to_s = 30.0) {
+TiltOscillation sine(double frequency_hz, double amplitude_deg, double from_s = 0.0, double to_s = 30.0) {
   return roll_of([=](double t_s) {
     return t_s >= from_s && t_s < to_s ? amplitude_deg * std::sin(2.0 * std::numbers::pi * frequency_hz * t_s) : 0.0;
   });
@@ -43,20 +43,20 @@ TEST(Oscillation, IsNoLeanAndNoChangeOfLean) {
   EXPECT_FALSE(roll_of([](double t_s) { return t_s < 15.0 ? 0.0 : 15.0; }).periodic);
 }
 
-TEST(Oscillation, IsJudgedBesideTheKindWorld) {
-  const Swing wild = sine(1.0, 10.0);
-  const Swing calm = sine(1.0, 0.5);
+TEST(Oscillation, IsComparedWithTheNominalWorld) {
+  const TiltOscillation wild = sine(1.0, 10.0);
+  const TiltOscillation calm = sine(1.0, 0.5);
   EXPECT_TRUE(oscillates(wild, calm, false));
   EXPECT_FALSE(oscillates(wild, wild, false));
-  EXPECT_FALSE(surely_calm(wild, false));
-  EXPECT_TRUE(surely_calm(calm, true));
+  EXPECT_FALSE(is_surely_steady(wild, false));
+  EXPECT_TRUE(is_surely_steady(calm, true));
 }
 
 TEST(Oscillation, OfAHoverIsAlsoTwiceTheSwayOfTheKindWorld) {
-  const Swing slow = sine(0.05, 4.0);  // 2.8 degrees, too slow for a period
+  const TiltOscillation slow = sine(0.05, 4.0);  // 2.8 degrees, too slow for a period
   EXPECT_FALSE(slow.periodic);
-  EXPECT_FALSE(surely_calm(slow, true));
-  EXPECT_TRUE(surely_calm(slow, false));
+  EXPECT_FALSE(is_surely_steady(slow, true));
+  EXPECT_TRUE(is_surely_steady(slow, false));
   EXPECT_TRUE(oscillates(slow, sine(0.05, 1.9), true));
   EXPECT_FALSE(oscillates(slow, sine(0.05, 2.1), true));
   EXPECT_FALSE(oscillates(slow, sine(0.05, 1.9), false));

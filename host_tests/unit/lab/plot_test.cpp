@@ -12,7 +12,7 @@ namespace {
 
 // Catches thinning that keeps every n-th point: it loses the spike that the reader looks for.
 TEST(Plot, ThinningKeepsASpikeOfOneSample) {
-  Line line{.name = "y", .x = {}, .y = {}};
+  Curve line{.name = "y", .x = {}, .y = {}};
   for (int i = 0; i < 50000; ++i) {
     line.x.push_back(i);
     line.y.push_back(i == 31415 ? 10.0 : 0.0);
@@ -23,7 +23,7 @@ TEST(Plot, ThinningKeepsASpikeOfOneSample) {
 }
 
 TEST(Plot, NanBreaksACurveInsteadOfDrawingIt) {
-  const Line line{.name = "", .x = {0, 1, 2, 3}, .y = {1, std::nan(""), 1, 2}};
+  const Curve line{.name = "", .x = {0, 1, 2, 3}, .y = {1, std::nan(""), 1, 2}};
   const std::string picture = svg(Figure{.title = "t", .x_label = "", .y_label = "", .lines = {line}});
   EXPECT_EQ(picture.find("nan"), std::string::npos);
 }

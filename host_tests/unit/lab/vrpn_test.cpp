@@ -64,13 +64,14 @@ TEST(Vrpn, ThePosesOfOneTrackerAndSensorAreRead) {
 }
 
 // A wrong name or sensor is the most common mistake with VRPN, so the message names the trackers that exist.
-TEST(Vrpn, WhoeverNamedAnotherIsToldTheNames) {
+TEST(Vrpn, UnknownTrackerListsTheNames) {
   VrpnStream wrong("m200", 0), sensor("m100", 5), silent("m100", 0);
   EXPECT_TRUE(read(wrong, some_poses(), 100).poses.empty());
   EXPECT_TRUE(read(sensor, some_poses(), 100).poses.empty());
-  EXPECT_EQ(wrong.why_none(), "the server has no tracker 'm200'; it named 'm100', 'other'");
-  EXPECT_NE(sensor.why_none().find("no plausible pose of its sensor 5"), std::string::npos) << sensor.why_none();
-  EXPECT_EQ(silent.why_none(), "the server has no tracker 'm100'; it named none");
+  EXPECT_EQ(wrong.silence_reason(), "the server has no tracker 'm200'; it named 'm100', 'other'");
+  EXPECT_NE(sensor.silence_reason().find("no plausible pose of its sensor 5"), std::string::npos)
+      << sensor.silence_reason();
+  EXPECT_EQ(silent.silence_reason(), "the server has no tracker 'm100'; it named none");
 }
 
 /// The message with which the subcommand refuses. The key's file does not exist, so the subcommand never waits.
@@ -116,12 +117,12 @@ TEST(Vrpn, WhatIsNoVrpnEndsIt) {
 TEST(Vrpn, ALongNameIsPassedOver) {
   VrpnStandIn server;
   server.cookie();
-  server.name(-1, 1, std::string(VrpnStream::kMostNameBytes - 1, 'a'));
-  server.name(-1, 2, std::string(VrpnStream::kMostNameBytes, 'b'));
+  server.name(-1, 1, std::string(VrpnStream::kMaxNameBytes - 1, 'a'));
+  server.name(-1, 2, std::string(VrpnStream::kMaxNameBytes, 'b'));
   server.name(-1, 3, std::string(60000, 'c'));
   VrpnStream stream("m100", 0);
   EXPECT_TRUE(read(stream, server.bytes, 1000).goes_on);
-  EXPECT_EQ(stream.senders(), (std::vector<std::string>{std::string(VrpnStream::kMostNameBytes - 1, 'a')}));
+  EXPECT_EQ(stream.senders(), (std::vector<std::string>{std::string(VrpnStream::kMaxNameBytes - 1, 'a')}));
 }
 
 // No damaged stream may give an impossible pose or use more memory than stated (run with the sanitizers). The

@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "host_tests/sim/ports/link_bench.h"
-#include "protocol/frame_encoder.h"
+#include "protocol/dji/frame_encoder.h"
 
 namespace m100::link {
 namespace {
 
-using safety::Stage;
+using safety::AuthorityStage;
 using sim::LinkBench;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
@@ -60,12 +60,12 @@ INSTANTIATE_TEST_SUITE_P(Link, FalseHeaders,
 
 TEST_P(FalseHeaders, DoNotEndControlAndALossIsSeenAsSoonAsEver) {
   RecordProperty("promise", "R2,R4");
-  ASSERT_TRUE(bench_.run_until(Stage::kReady));
+  ASSERT_TRUE(bench_.run_until(AuthorityStage::kReady));
   bench_.link.request_control(bench_.clock.now());
   for (int i = 0; i < 600; ++i) {
     tick();
   }
-  ASSERT_EQ(bench_.link.authority().stage, Stage::kInControl);
+  ASSERT_EQ(bench_.link.authority().stage, AuthorityStage::kInControl);
   for (int i = 0; i < 2000; ++i) {
     tick();
     ASSERT_TRUE(bench_.link.authority().in_control) << safety::name(bench_.link.authority().reason);

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "firmware/link/clock_comparison.h"
 #include "firmware/link/link_meter.h"
+#include "firmware/link/pose/clock_comparison.h"
 #include "firmware/link/telemetry_check.h"
 #include "firmware/link/telemetry_clock.h"
 
@@ -109,7 +109,7 @@ TEST(LinkMeter, TheDelayIsWhatAPackageCameLaterThanTheFastest) {
 }
 
 TelemetryClock::Verdict noted(TelemetryClock& clock, std::uint32_t ticks, Duration when) {
-  return clock.note(ticks, at(when), at(when));
+  return clock.update(ticks, at(when), at(when));
 }
 
 TEST(TelemetryClock, TakesEachTickOnceAndOnlyForwards) {
@@ -118,7 +118,7 @@ TEST(TelemetryClock, TakesEachTickOnceAndOnlyForwards) {
   EXPECT_FALSE(noted(clock, 1000, seconds(10) + milliseconds(10)).is_new) << "repeated";
   EXPECT_FALSE(noted(clock, 999, seconds(10) + milliseconds(10)).is_new) << "overtaken";
   EXPECT_TRUE(noted(clock, 1001, seconds(10) + milliseconds(10)).is_new);
-  clock.forget();
+  clock.reset();
   EXPECT_TRUE(noted(clock, 5, seconds(11)).is_new) << "the first of a clock that nobody knows";
 }
 
@@ -174,13 +174,13 @@ TEST(ClockComparison, KnowsTheOffsetToHalfOfThereAndBack) {
   EXPECT_FALSE(clocks.offset(at(seconds(1))).known);
   EXPECT_EQ(clocks.offset(at(seconds(1))).bound, Duration{0});
   EXPECT_TRUE(clocks.due(at(seconds(1))));
-  const std::int64_t asked = clocks.ask(at(seconds(1)));
-  EXPECT_EQ(asked, 1000000000);
+  const std::int64_t control_requested = clocks.request(at(seconds(1)));
+  EXPECT_EQ(control_requested, 1000000000);
   EXPECT_FALSE(clocks.due(at(milliseconds(1199))));
   EXPECT_TRUE(clocks.due(at(milliseconds(1200))));
-  EXPECT_FALSE(clocks.answer(asked + 1, 5000000000, at(milliseconds(1020)))) << "to another question";
-  EXPECT_TRUE(clocks.answer(asked, 5000000000, at(milliseconds(1020))));
-  EXPECT_FALSE(clocks.answer(asked, 5000000000, at(milliseconds(1020)))) << "doubled";
+  EXPECT_FALSE(clocks.answer(control_requested + 1, 5000000000, at(milliseconds(1020)))) << "to another question";
+  EXPECT_TRUE(clocks.answer(control_requested, 5000000000, at(milliseconds(1020))));
+  EXPECT_FALSE(clocks.answer(control_requested, 5000000000, at(milliseconds(1020)))) << "doubled";
   const core::ClockOffset offset = clocks.offset(at(milliseconds(1020)));
   EXPECT_TRUE(offset.known);
   EXPECT_EQ(offset.to_ours, milliseconds(1010) - seconds(5));
@@ -191,19 +191,19 @@ TEST(ClockComparison, KnowsTheOffsetToHalfOfThereAndBack) {
 TEST(ClockComparison, PassesLateAnswersOver) {
   for (const Duration took : {milliseconds(500), milliseconds(501)}) {
     ClockComparison clocks;
-    const std::int64_t asked = clocks.ask(at(seconds(1)));
-    EXPECT_EQ(clocks.answer(asked, 0, at(seconds(1) + took)), took == milliseconds(500)) << took.count();
+    const std::int64_t control_requested = clocks.request(at(seconds(1)));
+    EXPECT_EQ(clocks.answer(control_requested, 0, at(seconds(1) + took)), took == milliseconds(500)) << took.count();
   }
   ClockComparison clocks;
-  const std::int64_t asked = clocks.ask(at(seconds(1)));
-  EXPECT_FALSE(clocks.answer(asked, 0, at(milliseconds(999)))) << "before it was asked";
+  const std::int64_t control_requested = clocks.request(at(seconds(1)));
+  EXPECT_FALSE(clocks.answer(control_requested, 0, at(milliseconds(999)))) << "before it was asked";
 }
 
 TEST(ClockComparison, KeepsTheBestAnswerUntilDriftMakesANewerOneBetter) {
   ClockComparison clocks;
   const auto compare = [&](Duration when, Duration took, Duration theirs) {
-    const std::int64_t asked = clocks.ask(at(when));
-    return clocks.answer(asked, std::chrono::nanoseconds(theirs).count(), at(when + took));
+    const std::int64_t control_requested = clocks.request(at(when));
+    return clocks.answer(control_requested, std::chrono::nanoseconds(theirs).count(), at(when + took));
   };
   ASSERT_TRUE(compare(seconds(1), milliseconds(4), seconds(1) + milliseconds(2)));
   EXPECT_EQ(clocks.offset(at(seconds(1))).to_ours, Duration{0});
@@ -213,7 +213,7 @@ TEST(ClockComparison, KeepsTheBestAnswerUntilDriftMakesANewerOneBetter) {
   EXPECT_EQ(clocks.offset(at(seconds(6))).to_ours, milliseconds(2)) << "the old one is worth 7 ms by now";
   ASSERT_TRUE(compare(seconds(7), milliseconds(40), seconds(90)));
   EXPECT_EQ(clocks.offset(at(seconds(7))).to_ours, milliseconds(7020) - seconds(90)) << "their clock was set";
-  clocks.forget();
+  clocks.reset();
   EXPECT_FALSE(clocks.offset(at(seconds(8))).known);
   EXPECT_TRUE(clocks.due(at(milliseconds(7001))));
 }
@@ -246,7 +246,7 @@ TEST(KeepFinite, RefusesTheItemThatHoldsSuchANumberAndNoOther) {
       now.acceleration = now.velocity_ned_m_s = now.angular_velocity_frd_rad_s = {1.F, 2.F, 3.F};
       now.position.height_m = 2.F;
       one.spoil(now, bad);
-      EXPECT_EQ(keep_finite(now, former), 1U);
+      EXPECT_EQ(reject_non_finite(now, former), 1U);
       EXPECT_EQ(now.items, protocol::kAllTelemetryItems & ~static_cast<unsigned>(one.item));
       EXPECT_EQ(now.attitude[1], one.item == Item::kAttitude ? 1.F : 0.F);
       EXPECT_EQ(now.acceleration[2], one.item == Item::kAcceleration ? 9.F : 3.F);
@@ -259,7 +259,7 @@ TEST(KeepFinite, RefusesTheItemThatHoldsSuchANumberAndNoOther) {
   protocol::Telemetry silent;
   silent.attitude[0] = nan;
   silent.items = static_cast<std::uint16_t>(Item::kTime);
-  EXPECT_EQ(keep_finite(silent, {}), 0U) << "an item that did not come is not judged";
+  EXPECT_EQ(reject_non_finite(silent, {}), 0U) << "an item that did not come is not judged";
 }
 
 }  // namespace

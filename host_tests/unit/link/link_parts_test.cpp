@@ -5,13 +5,13 @@
 #include <limits>
 #include <vector>
 
-#include "firmware/link/candidate_watch.h"
 #include "firmware/link/command_channel.h"
+#include "firmware/link/false_header_detector.h"
 #include "firmware/link/line_time.h"
 #include "firmware/link/outbox.h"
 #include "hal/mock/manual_clock.h"
 #include "hal/mock/uart_pair.h"
-#include "protocol/frame_encoder.h"
+#include "protocol/dji/frame_encoder.h"
 
 namespace m100::link {
 namespace {
@@ -98,16 +98,16 @@ protocol::FrameParser waiting_for(std::size_t size) {
   return parser;
 }
 
-TEST(CandidateWatch, GivesUpWhatNoAutopilotSendsAndWhatIsOverdue) {
+TEST(FalseHeaderDetector, GivesUpWhatNoAutopilotSendsAndWhatIsOverdue) {
   constexpr std::uint32_t kBaud = 230400;
-  CandidateWatch nothing(kBaud);
+  FalseHeaderDetector nothing(kBaud);
   EXPECT_FALSE(nothing.is_false(protocol::FrameParser{}, TimePoint{}, Duration{0}));
-  CandidateWatch longest(kBaud);
+  FalseHeaderDetector longest(kBaud);
   EXPECT_FALSE(longest.is_false(waiting_for(160), TimePoint{milliseconds(100)}, Duration{0}));
-  CandidateWatch longer(kBaud);
+  FalseHeaderDetector longer(kBaud);
   EXPECT_TRUE(longer.is_false(waiting_for(161), TimePoint{milliseconds(100)}, Duration{0}));
   const protocol::FrameParser parser = waiting_for(144);
-  CandidateWatch late(kBaud);
+  FalseHeaderDetector late(kBaud);
   const Duration due = line_time(144, kBaud) + milliseconds(16);
   EXPECT_FALSE(late.is_false(parser, TimePoint{milliseconds(100)}, milliseconds(16)));
   EXPECT_FALSE(late.is_false(parser, TimePoint{milliseconds(100) + due}, milliseconds(16)));

@@ -7,13 +7,13 @@
 
 #include "firmware/link/serial_link.h"
 #include "host_tests/sim/ports/link_bench.h"
-#include "protocol/catalogue.h"
-#include "protocol/frame_encoder.h"
+#include "protocol/dji/catalogue.h"
+#include "protocol/dji/frame_encoder.h"
 
 namespace m100::link::malformed {
 namespace {
 
-using safety::Stage;
+using safety::AuthorityStage;
 using Bytes = std::vector<std::byte>;
 
 /// Encrypts nothing; it only stands for another key.
@@ -39,7 +39,7 @@ class Malformed : public ::testing::Test {
     bench_.run(std::chrono::milliseconds(50));
   }
   std::uint32_t bad() const { return bench_.link.health().bad_packages - before_.bad_packages; }
-  bool in_control() const { return bench_.link.authority().stage == Stage::kInControl; }
+  bool in_control() const { return bench_.link.authority().stage == AuthorityStage::kInControl; }
 
   sim::LinkBench bench_{{}};
   LinkHealth before_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/link/pose_link.h"
+#include "firmware/link/pose/pose_link.h"
 
 #include <gtest/gtest.h>
 
@@ -109,7 +109,7 @@ TEST_F(PoseLinkTest, OtherMessagesOfTheSenderAreNotLostPoses) {
 struct TimesyncTest : PoseLinkTest {
   void exchange(core::Duration out, core::Duration back) {
     EXPECT_TRUE(send(kUnix_us + static_cast<std::uint64_t>(clock.now().time_since_epoch().count())));
-    link.ask_time(clock.now());
+    link.request_time(clock.now());
     clock.advance(out);
     std::array<std::byte, 64> bytes;
     const std::size_t count = cable.b().read(bytes).value_or(0);
@@ -177,7 +177,7 @@ TEST_F(TimesyncTest, AFullLineIsNotAskedForMore) {
     for (int i = 0; i < 480; ++i) {
       EXPECT_TRUE(after(spacing).status() != core::Status::kOutOfRange);
       write(mocap(kUnix_us + static_cast<std::uint64_t>(clock.now().time_since_epoch().count())));
-      link.ask_time(clock.now());
+      link.request_time(clock.now());
       std::array<std::byte, 128> bytes;
       const std::size_t count = cable.b().read(bytes).value_or(0);
       questions += count > 0 ? 1U : 0U;
@@ -194,7 +194,7 @@ TEST_F(TimesyncTest, AnswersToNobodysQuestionArePassedOver) {
   write(Timesync{.tc1 = 5, .ts1 = 12345});
   (void)after(milliseconds(10));
   EXPECT_EQ(link.stats().answers, 0U);
-  link.ask_time(clock.now());
+  link.request_time(clock.now());
   write(Timesync{.tc1 = 5, .ts1 = clock.now().time_since_epoch().count() * 1000}, {.system = 3, .component = 1});
   (void)after(milliseconds(10));
   EXPECT_EQ(link.stats().answers, 0U) << "of a stranger";

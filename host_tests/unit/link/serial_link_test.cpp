@@ -6,17 +6,17 @@
 
 #include <limits>
 
-#include "firmware/link/farewell.h"
+#include "firmware/link/release_sequence.h"
 #include "host_tests/sim/ports/link_bench.h"
-#include "protocol/frame_encoder.h"
+#include "protocol/dji/frame_encoder.h"
 
 namespace m100::link {
 namespace {
 
-using safety::Reason;
-using safety::Stage;
+using safety::AuthorityReason;
+using safety::AuthorityStage;
 using sim::LinkBench;
-using sim::N1Happening;
+using sim::N1EventKind;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
@@ -34,10 +34,10 @@ INSTANTIATE_TEST_SUITE_P(SerialLink, BothChannels, ::testing::Values(Channel::kV
 
 TEST_P(BothChannels, StartUpRunsByItselfAndStopsBeforeAskingForControl) {
   LinkBench bench(over(GetParam()));
-  ASSERT_TRUE(bench.run_until(Stage::kReady, seconds(3)));
+  ASSERT_TRUE(bench.run_until(AuthorityStage::kReady, seconds(3)));
   EXPECT_TRUE(bench.autopilot.activated());
   bench.run(seconds(10));
-  EXPECT_EQ(bench.link.authority().stage, Stage::kReady);
+  EXPECT_EQ(bench.link.authority().stage, AuthorityStage::kReady);
   EXPECT_EQ(bench.autopilot.record().obtain_requests, 0U) << "nobody asked";
   EXPECT_EQ(bench.autopilot.record().virtual_rc_on_requests, 0U);
   EXPECT_NEAR(bench.link.health().telemetry_rate_hz, 100.0, 1.0);
@@ -48,16 +48,16 @@ TEST_P(BothChannels, FromStartUpToRelease) {
   LinkBench bench(over(GetParam()));
   ASSERT_TRUE(bench.take_control());
   EXPECT_EQ(bench.autopilot.record().obtain_requests, 2U);
-  EXPECT_GE(bench.autopilot.record().least_obtain_spacing, seconds(2) - sim::N1Autopilot::kTick);
+  EXPECT_GE(bench.autopilot.record().min_obtain_spacing, seconds(2) - sim::N1Autopilot::kTick);
   const std::size_t before = bench.sent_at.size();
   bench.run(seconds(10));
   const double rate_hz = GetParam() == Channel::kVirtualRc ? 25.0 : 50.0;
   EXPECT_NEAR(static_cast<double>(bench.sent_at.size() - before), 10.0 * rate_hz, 1.0);
   EXPECT_EQ(bench.autopilot.record().virtual_rc_ignored + bench.autopilot.record().movement_ignored, 0U);
-  EXPECT_LE(bench.autopilot.record().most_commands_per_s, static_cast<std::uint32_t>(rate_hz) + 1U);
+  EXPECT_LE(bench.autopilot.record().max_commands_per_s, static_cast<std::uint32_t>(rate_hz) + 1U);
   bench.link.release(bench.clock.now());
-  ASSERT_TRUE(bench.run_until(Stage::kReady, seconds(3)));
-  EXPECT_EQ(bench.link.authority().reason, Reason::kReleased);
+  ASSERT_TRUE(bench.run_until(AuthorityStage::kReady, seconds(3)));
+  EXPECT_EQ(bench.link.authority().reason, AuthorityReason::kReleased);
   EXPECT_FALSE(bench.autopilot.client_in_control());
   EXPECT_FALSE(bench.autopilot.virtual_rc_on());
   EXPECT_EQ(bench.last_status, core::Status::kRefused);
@@ -65,22 +65,23 @@ TEST_P(BothChannels, FromStartUpToRelease) {
 
 struct Loss {
   const char* name;
-  N1Happening what;
+  N1EventKind what;
   double value;
-  Reason reason;
-  Stage stage;
+  AuthorityReason reason;
+  AuthorityStage stage;
 };
 
 class EveryLoss : public ::testing::TestWithParam<std::tuple<Loss, Channel>> {};
 INSTANTIATE_TEST_SUITE_P(
     SerialLink, EveryLoss,
     ::testing::Combine(
-        ::testing::Values(Loss{"SwitchToA", N1Happening::kMode, 'A', Reason::kControlLost, Stage::kSilent},
-                          Loss{"SwitchToP", N1Happening::kMode, 'P', Reason::kControlLost, Stage::kSilent},
-                          Loss{"MobileApp", N1Happening::kTake, 'm', Reason::kControlLost, Stage::kSilent},
-                          Loss{"RcOff", N1Happening::kRc, 0, Reason::kControlLost, Stage::kSilent},
-                          Loss{"Restart", N1Happening::kRestart, 0, Reason::kLinkSilent, Stage::kSilentCold},
-                          Loss{"Silence", N1Happening::kSilence, 5, Reason::kLinkSilent, Stage::kSilentCold}),
+        ::testing::Values(
+            Loss{"SwitchToA", N1EventKind::kMode, 'A', AuthorityReason::kControlLost, AuthorityStage::kSilent},
+            Loss{"SwitchToP", N1EventKind::kMode, 'P', AuthorityReason::kControlLost, AuthorityStage::kSilent},
+            Loss{"MobileApp", N1EventKind::kTake, 'm', AuthorityReason::kControlLost, AuthorityStage::kSilent},
+            Loss{"RcOff", N1EventKind::kRc, 0, AuthorityReason::kControlLost, AuthorityStage::kSilent},
+            Loss{"Restart", N1EventKind::kRestart, 0, AuthorityReason::kLinkSilent, AuthorityStage::kSilentCold},
+            Loss{"Silence", N1EventKind::kSilence, 5, AuthorityReason::kLinkSilent, AuthorityStage::kSilentCold}),
         ::testing::Values(Channel::kVirtualRc, Channel::kMovement)),
     [](const auto& tested) {
       return std::string(std::get<0>(tested.param).name) +
@@ -101,9 +102,9 @@ TEST_P(EveryLoss, StopsWithinAPeriodAndStaysSilentUntilTheOperatorAsks) {
   EXPECT_EQ(bench.link.authority().reason, loss.reason) << safety::name(bench.link.authority().reason);
   bench.run(seconds(5));
   // A restarted or silent autopilot is noticed only by its silence, for which the promise allows 500 ms.
-  const bool by_silence = loss.reason == Reason::kLinkSilent;
+  const bool by_silence = loss.reason == AuthorityReason::kLinkSilent;
   const core::Duration allowed =
-      by_silence ? SerialLink::kHeardFor + bench.link.command_period() : bench.link.command_period();
+      by_silence ? SerialLink::kLinkTimeout + bench.link.command_period() : bench.link.command_period();
   EXPECT_LE((bench.sent_at.back() - lost_at).count(), allowed.count());
   if (!by_silence) {
     EXPECT_LE(bench.autopilot.record().latest_after_loss.count(), bench.link.command_period().count());
@@ -112,15 +113,15 @@ TEST_P(EveryLoss, StopsWithinAPeriodAndStaysSilentUntilTheOperatorAsks) {
   const std::uint32_t requests_before = bench.autopilot.record().obtain_requests;
   // The cause is gone, but nobody has asked for control.
   bench.autopilot.set_mode(mode);
-  bench.autopilot.happen(N1Happening::kTake, 'r');
-  bench.autopilot.happen(N1Happening::kRc, 1);
+  bench.autopilot.happen(N1EventKind::kTake, 'r');
+  bench.autopilot.happen(N1EventKind::kRc, 1);
   bench.run(seconds(10));
   EXPECT_EQ(bench.link.health().bytes_sent, bytes_before) << "not one byte";
   EXPECT_EQ(bench.autopilot.record().obtain_requests, requests_before);
   bench.link.request_control(bench.clock.now());
-  EXPECT_TRUE(bench.run_until(Stage::kInControl));
-  EXPECT_GE(bench.autopilot.record().least_obtain_spacing.count(), 2000000 - 2500);
-  EXPECT_GE(bench.autopilot.record().least_on_spacing.count(), 2000000 - 2500);
+  EXPECT_TRUE(bench.run_until(AuthorityStage::kInControl));
+  EXPECT_GE(bench.autopilot.record().min_obtain_spacing.count(), 2000000 - 2500);
+  EXPECT_GE(bench.autopilot.record().min_on_spacing.count(), 2000000 - 2500);
 }
 
 /// Switches Virtual RC on twice: a second "on" makes the autopilot ignore its mode switch (protocol, 7).
@@ -141,18 +142,18 @@ INSTANTIATE_TEST_SUITE_P(SerialLink, RcItem, ::testing::Values(true, false),
 
 /// Moves the mode switch in a stage. Six seconds later the client must not command, and after the move it may have
 /// commanded for at most one period.
-void expect_taken_back(const LinkBench::Options& options, Stage stage, char mode) {
+void expect_taken_back(const LinkBench::Options& options, AuthorityStage stage, char mode) {
   SCOPED_TRACE(std::string(safety::name(stage)) + " " + mode);
   LinkBench bench(options);
-  ASSERT_TRUE(bench.run_until(Stage::kReady));
+  ASSERT_TRUE(bench.run_until(AuthorityStage::kReady));
   bench.link.request_control(bench.clock.now());
-  if (stage == Stage::kReleasing) {
-    ASSERT_TRUE(bench.run_until(Stage::kInControl));
+  if (stage == AuthorityStage::kReleasing) {
+    ASSERT_TRUE(bench.run_until(AuthorityStage::kInControl));
     bench.run(seconds(1));
     bench.link.release(bench.clock.now());
   }
-  ASSERT_TRUE(stage == Stage::kReady || bench.run_until(stage));
-  bench.autopilot.happen(N1Happening::kMode, mode);
+  ASSERT_TRUE(stage == AuthorityStage::kReady || bench.run_until(stage));
+  bench.autopilot.happen(N1EventKind::kMode, mode);
   const core::TimePoint moved_at = bench.clock.now();
   bench.run(seconds(6));
   EXPECT_FALSE(bench.autopilot.client_in_control());
@@ -168,9 +169,10 @@ void expect_taken_back(const LinkBench::Options& options, Stage stage, char mode
 TEST_P(RcItem, TheModeSwitchTakesTheAircraftBackInEveryStage) {
   RecordProperty("promise", "R4");
   for (const Channel channel : {Channel::kVirtualRc, Channel::kMovement}) {
-    for (const Stage stage : {Stage::kReady, Stage::kObtaining, Stage::kSpacing, Stage::kConfirming, Stage::kEnabling,
-                              Stage::kInControl, Stage::kReleasing}) {
-      if (stage == Stage::kEnabling && channel == Channel::kMovement) {
+    for (const AuthorityStage stage :
+         {AuthorityStage::kReady, AuthorityStage::kObtaining, AuthorityStage::kSpacing, AuthorityStage::kConfirming,
+          AuthorityStage::kEnabling, AuthorityStage::kInControl, AuthorityStage::kReleasing}) {
+      if (stage == AuthorityStage::kEnabling && channel == Channel::kMovement) {
         continue;  // movement control has no enabling stage
       }
       LinkBench::Options options = over(channel);
@@ -197,7 +199,7 @@ TEST(SerialLinkTest, TheModeSwitchIsSeenEvenIfTheAutopilotIgnoresIt) {
   bench.autopilot.set_mode(sim::N1Mode::kA);
   const core::TimePoint moved_at = bench.clock.now();
   bench.run(seconds(1));
-  EXPECT_EQ(bench.link.authority().reason, Reason::kLeftModeF) << safety::name(bench.link.authority().reason);
+  EXPECT_EQ(bench.link.authority().reason, AuthorityReason::kLeftModeF) << safety::name(bench.link.authority().reason);
   EXPECT_LE((bench.sent_at.back() - moved_at).count(), bench.link.command_period().count());
 }
 
@@ -205,10 +207,10 @@ TEST(SerialLinkTest, ARefusedAskNamesTheRemedyAndIsNotRepeated) {
   LinkBench::Options options;
   options.autopilot.mode = sim::N1Mode::kP;
   LinkBench bench(options);
-  ASSERT_TRUE(bench.run_until(Stage::kReady));
+  ASSERT_TRUE(bench.run_until(AuthorityStage::kReady));
   bench.link.request_control(bench.clock.now());
   bench.run(seconds(5));
-  EXPECT_EQ(bench.link.authority().reason, Reason::kNotModeF);
+  EXPECT_EQ(bench.link.authority().reason, AuthorityReason::kNotModeF);
   EXPECT_NE(safety::remedy(bench.link.authority().reason).find('F'), std::string_view::npos);
   bench.autopilot.set_mode(sim::N1Mode::kF);
   bench.run(seconds(5));
@@ -218,12 +220,12 @@ TEST(SerialLinkTest, ARefusedAskNamesTheRemedyAndIsNotRepeated) {
 TEST(SerialLinkTest, EndlessObtainingEndsAfterThreeRequests) {
   RecordProperty("promise", "R4");
   LinkBench bench({});
-  ASSERT_TRUE(bench.run_until(Stage::kReady));
-  bench.autopilot.happen(N1Happening::kTake, 'm');
+  ASSERT_TRUE(bench.run_until(AuthorityStage::kReady));
+  bench.autopilot.happen(N1EventKind::kTake, 'm');
   bench.link.request_control(bench.clock.now());
-  ASSERT_TRUE(bench.run_until(Stage::kSilent));
+  ASSERT_TRUE(bench.run_until(AuthorityStage::kSilent));
   EXPECT_EQ(bench.autopilot.record().obtain_requests, 3U);
-  EXPECT_EQ(bench.link.authority().reason, Reason::kEndlessObtaining);
+  EXPECT_EQ(bench.link.authority().reason, AuthorityReason::kEndlessObtaining);
   bench.run(seconds(20));
   EXPECT_EQ(bench.autopilot.record().obtain_requests, 3U);
 }
@@ -231,33 +233,33 @@ TEST(SerialLinkTest, EndlessObtainingEndsAfterThreeRequests) {
 struct Activation {
   const char* name;
   std::uint16_t code;
-  Stage stage;
+  AuthorityStage stage;
 };
 class ActivationAnswer : public ::testing::TestWithParam<Activation> {};
 INSTANTIATE_TEST_SUITE_P(SerialLink, ActivationAnswer,
-                         ::testing::Values(Activation{"ParameterError", 1, Stage::kSilentCold},
-                                           Activation{"EncryptionNotUnderstood", 2, Stage::kSilentCold},
-                                           Activation{"NewDevice", 3, Stage::kPausing},
-                                           Activation{"NoMobileApp", 4, Stage::kPausing},
-                                           Activation{"NoInternet", 5, Stage::kPausing},
-                                           Activation{"ServerRefused", 6, Stage::kSilentCold},
-                                           Activation{"LevelInsufficient", 7, Stage::kSilentCold},
-                                           Activation{"VersionMismatch", 8, Stage::kPausing}),
+                         ::testing::Values(Activation{"ParameterError", 1, AuthorityStage::kSilentCold},
+                                           Activation{"EncryptionNotUnderstood", 2, AuthorityStage::kSilentCold},
+                                           Activation{"NewDevice", 3, AuthorityStage::kPausing},
+                                           Activation{"NoMobileApp", 4, AuthorityStage::kPausing},
+                                           Activation{"NoInternet", 5, AuthorityStage::kPausing},
+                                           Activation{"ServerRefused", 6, AuthorityStage::kSilentCold},
+                                           Activation{"LevelInsufficient", 7, AuthorityStage::kSilentCold},
+                                           Activation{"VersionMismatch", 8, AuthorityStage::kPausing}),
                          [](const auto& tested) { return tested.param.name; });
 
 TEST_P(ActivationAnswer, StopsOrRetriesSlowlyAndSaysWhy) {
   LinkBench bench({});
-  bench.autopilot.happen(N1Happening::kActivation, GetParam().code);
+  bench.autopilot.happen(N1EventKind::kActivation, GetParam().code);
   ASSERT_TRUE(bench.run_until(GetParam().stage, seconds(3)));
-  EXPECT_EQ(bench.link.authority().reason, Reason::kAnswer);
+  EXPECT_EQ(bench.link.authority().reason, AuthorityReason::kAnswer);
   EXPECT_EQ(bench.link.authority().answer.code, GetParam().code);
   EXPECT_FALSE(bench.link.authority().answer.remedy.empty());
-  bench.autopilot.happen(N1Happening::kActivation, 0);
-  EXPECT_EQ(bench.run_until(Stage::kReady, seconds(10)), GetParam().stage == Stage::kPausing);
+  bench.autopilot.happen(N1EventKind::kActivation, 0);
+  EXPECT_EQ(bench.run_until(AuthorityStage::kReady, seconds(10)), GetParam().stage == AuthorityStage::kPausing);
 }
 
 TEST(SerialLinkTest, LostLateAndDoubledAcknowledgementsOnlyCostTime) {
-  for (const N1Happening what : {N1Happening::kLoseAcks, N1Happening::kDoubleAcks}) {
+  for (const N1EventKind what : {N1EventKind::kLoseAcks, N1EventKind::kDoubleAcks}) {
     for (int count = 1; count <= 2; ++count) {
       LinkBench bench({});
       bench.autopilot.happen(what, count);
@@ -266,19 +268,19 @@ TEST(SerialLinkTest, LostLateAndDoubledAcknowledgementsOnlyCostTime) {
     }
   }
   LinkBench late({});
-  late.autopilot.happen(N1Happening::kDelayAcks, 0.09);
+  late.autopilot.happen(N1EventKind::kDelayAcks, 0.09);
   EXPECT_TRUE(late.take_control());
-  EXPECT_GE(late.autopilot.record().least_obtain_spacing.count(), 2000000 - 2500);
+  EXPECT_GE(late.autopilot.record().min_obtain_spacing.count(), 2000000 - 2500);
 }
 
 TEST(SerialLinkTest, ALostAnswerToAnObtainRequestIsMadeGoodByTheNextRequest) {
   LinkBench bench({});
-  ASSERT_TRUE(bench.run_until(Stage::kReady));
-  bench.autopilot.happen(N1Happening::kLoseAcks, 1);
+  ASSERT_TRUE(bench.run_until(AuthorityStage::kReady));
+  bench.autopilot.happen(N1EventKind::kLoseAcks, 1);
   bench.link.request_control(bench.clock.now());
-  ASSERT_TRUE(bench.run_until(Stage::kInControl));
+  ASSERT_TRUE(bench.run_until(AuthorityStage::kInControl));
   EXPECT_EQ(bench.autopilot.record().obtain_requests, 2U);
-  EXPECT_GE(bench.autopilot.record().least_obtain_spacing.count(), 2000000 - 2500);
+  EXPECT_GE(bench.autopilot.record().min_obtain_spacing.count(), 2000000 - 2500);
 }
 
 // Catches a link that continues where it was when the port returns: another autopilot may be connected.
@@ -286,7 +288,7 @@ TEST(SerialLinkTest, PluggedInAgainItBecomesReadyAndAsksNobodyForControl) {
   RecordProperty("promise", "R4");
   for (const bool in_flight : {true, false}) {
     LinkBench bench({});
-    ASSERT_TRUE(in_flight ? bench.take_control() : bench.run_until(Stage::kReady));
+    ASSERT_TRUE(in_flight ? bench.take_control() : bench.run_until(AuthorityStage::kReady));
     const std::uint32_t requests = bench.autopilot.record().obtain_requests;
     bench.cable().set_plugged(false);
     bench.run(milliseconds(200));                   // shorter than the silence that ends control
@@ -295,14 +297,14 @@ TEST(SerialLinkTest, PluggedInAgainItBecomesReadyAndAsksNobodyForControl) {
     bench.run(milliseconds(30));
     EXPECT_FALSE(bench.link.authority().in_control);
     EXPECT_EQ(bench.link.health().outages, 1U);
-    EXPECT_TRUE(bench.run_until(Stage::kReady));
+    EXPECT_TRUE(bench.run_until(AuthorityStage::kReady));
     bench.run(seconds(5));
-    EXPECT_EQ(bench.link.authority().stage, Stage::kReady);
-    EXPECT_FALSE(bench.link.authority().owed);
+    EXPECT_EQ(bench.link.authority().stage, AuthorityStage::kReady);
+    EXPECT_FALSE(bench.link.authority().release_pending);
     EXPECT_TRUE(bench.autopilot.transmitter_in_control());
     EXPECT_EQ(bench.autopilot.record().obtain_requests, requests);
     bench.link.request_control(bench.clock.now());
-    EXPECT_TRUE(bench.run_until(Stage::kInControl));
+    EXPECT_TRUE(bench.run_until(AuthorityStage::kInControl));
   }
 }
 
@@ -314,17 +316,18 @@ TEST(SerialLinkTest, BytesOfOursThatDoNotArriveAreNoticedWithinASecond) {
     LinkBench bench(over(channel));
     ASSERT_TRUE(bench.take_control());
     bench.run(seconds(10));
-    EXPECT_EQ(bench.link.authority().stage, Stage::kInControl) << "healthy is silent";
+    EXPECT_EQ(bench.link.authority().stage, AuthorityStage::kInControl) << "healthy is silent";
     bench.cable().a_to_b().set_faults({.drop_per_write = 1.0});
-    ASSERT_TRUE(bench.run_until(Stage::kSilent, milliseconds(1050)));  // 0.2 s, eight times 0.1 s, and the tick
-    EXPECT_EQ(bench.link.authority().reason, Reason::kUnheard);
-    EXPECT_TRUE(bench.link.authority().owed);
+    ASSERT_TRUE(
+        bench.run_until(AuthorityStage::kSilent, milliseconds(1050)));  // 0.2 s, eight times 0.1 s, and the tick
+    EXPECT_EQ(bench.link.authority().reason, AuthorityReason::kUplinkSilent);
+    EXPECT_TRUE(bench.link.authority().release_pending);
     bench.run(seconds(3));
     bench.cable().a_to_b().set_faults({});
     bench.run(seconds(1));
     EXPECT_TRUE(bench.autopilot.transmitter_in_control()) << "it went on giving back";
-    EXPECT_FALSE(bench.link.authority().owed);
-    EXPECT_EQ(bench.link.authority().stage, Stage::kSilent);
+    EXPECT_FALSE(bench.link.authority().release_pending);
+    EXPECT_EQ(bench.link.authority().stage, AuthorityStage::kSilent);
   }
 }
 
@@ -386,7 +389,7 @@ TEST(SerialLinkTest, SticksOutsideTheirTravelNeverLeave) {
 TEST(SerialLinkTest, TheFarewellGivesControlBackWithoutTheLink) {
   for (const Channel channel : {Channel::kVirtualRc, Channel::kMovement}) {
     LinkBench bench(over(channel));
-    const Farewell farewell(bench.command(), nullptr);
+    const ReleaseSequence farewell(bench.command(), nullptr);
     ASSERT_TRUE(bench.take_control());
     ASSERT_EQ(bench.cable().a().write(farewell.bytes()).value(), farewell.bytes().size());
     for (int i = 0; i < 10; ++i) {
@@ -435,7 +438,7 @@ TEST(SerialLinkTest, TheAutopilotsClockIsWatched) {
 TEST(SerialLinkTest, EveryItemHasAnAgeOfItsOwn) {
   using protocol::TelemetryItem;
   LinkBench bench({});
-  ASSERT_TRUE(bench.run_until(Stage::kReady));
+  ASSERT_TRUE(bench.run_until(AuthorityStage::kReady));
   bench.run(seconds(1));
   core::Duration oldest_attitude{0};
   core::Duration oldest_position{0};

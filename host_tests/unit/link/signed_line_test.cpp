@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/link/signed_line.h"
+#include "firmware/link/pose/signed_line.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <deque>
 #include <vector>
 
-#include "firmware/link/pose_link.h"
+#include "firmware/link/pose/pose_link.h"
 #include "protocol/mavlink/messages.h"
 
 namespace m100::link {
@@ -192,9 +192,9 @@ TEST_F(SignedLineTest, AFloodCostsABoundedShareOfATickAndIsWorkedOffLater) {
 TEST_F(SignedLineTest, SignsWhatLeavesWithRisingTimesNotBehindWhatItHeard) {
   send(signed_pose(1000, kNow + 500));  // the sender's clock is ahead of ours
   ASSERT_TRUE(tick());
-  poses.ask_time(now);
+  poses.request_time(now);
   now += std::chrono::seconds(1);
-  poses.ask_time(now);
+  poses.request_time(now);
   ASSERT_EQ(network.written.size(), 2U);
   SignatureTime last = kNow + 499;
   for (const Packet& packet : network.written) {

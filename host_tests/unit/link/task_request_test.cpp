@@ -9,7 +9,7 @@ namespace {
 
 using protocol::Task;
 using sim::LinkBench;
-using sim::N1Happening;
+using sim::N1EventKind;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
@@ -36,7 +36,7 @@ TEST_F(TaskRequests, AreAnsweredByTheirOwnName) {
 }
 
 TEST_F(TaskRequests, AreRepeatedThreeTimesWhereNoAnswerComes) {
-  bench.autopilot.happen(N1Happening::kLoseAcks, 1000.0, sim::N1Asked::kTask);
+  bench.autopilot.happen(N1EventKind::kLoseAcks, 1000.0, sim::N1Request::kTask);
   ASSERT_EQ(bench.link.request(kLanding, bench.clock.now()), core::Status::kOk);
   bench.run(seconds(1));
   EXPECT_EQ(lost_answers, 3) << "protocol, section 3: sent at most";
@@ -47,7 +47,7 @@ TEST_F(TaskRequests, AreRepeatedThreeTimesWhereNoAnswerComes) {
 // Would catch a landing that is requested again after the pilot has taken the aircraft.
 TEST_F(TaskRequests, AreNotRepeatedBehindALossOfControl) {
   RecordProperty("promise", "R4");
-  bench.autopilot.happen(N1Happening::kLoseAcks, 1000.0, sim::N1Asked::kTask);
+  bench.autopilot.happen(N1EventKind::kLoseAcks, 1000.0, sim::N1Request::kTask);
   ASSERT_EQ(bench.link.request(kLanding, bench.clock.now()), core::Status::kOk);
   bench.run(milliseconds(50));
   ASSERT_EQ(lost_answers, 1);

@@ -19,7 +19,7 @@ bool ask_everything(const std::string& path) {
     static_cast<void>(log->notes());
     static_cast<void>(propose(*log));
     const std::vector<std::string> names = log->names();
-    EXPECT_LE(names.size(), RawLog::kMostNames);
+    EXPECT_LE(names.size(), RawLog::kMaxNames);
     for (std::size_t k = 0; k < std::min<std::size_t>(names.size(), 12); ++k) {
       try {
         static_cast<void>(log->column(names[k], "a test"));

@@ -110,7 +110,7 @@ w = "/vicon/m100.pose.orientation.w"
   EXPECT_DOUBLE_EQ(log.extra.at("w")[10], 1.0);
 }
 
-std::string complaint(const std::string& file, const std::string& column) {
+std::string error_text(const std::string& file, const std::string& column) {
   try {
     static_cast<void>(open_log(file)->column(column, "a test"));
   } catch (const InputError& wrong) {
@@ -122,12 +122,12 @@ std::string complaint(const std::string& file, const std::string& column) {
 TEST(RosBag, UnknownTopicsFieldsAndCompressionsAreOneClearError) {
   const std::string inside = messages();
   const std::string file = write("plain.bag", bag("none", inside, inside.size()));
-  EXPECT_NE(complaint(file, "/joystick.axes[0]").find("/joy.axes[0]"), std::string::npos) << "offers what is near";
-  EXPECT_NE(complaint(file, "/joy.axes[9]").find("no such field"), std::string::npos);
-  EXPECT_NE(complaint(write("lz4.bag", bag("lz4", inside, inside.size())), "/joy.axes[0]").find("lz4"),
+  EXPECT_NE(error_text(file, "/joystick.axes[0]").find("/joy.axes[0]"), std::string::npos) << "offers what is near";
+  EXPECT_NE(error_text(file, "/joy.axes[9]").find("no such field"), std::string::npos);
+  EXPECT_NE(error_text(write("lz4.bag", bag("lz4", inside, inside.size())), "/joy.axes[0]").find("lz4"),
             std::string::npos);
-  EXPECT_NE(complaint(write("old.bag", "#ROSLOG V1.1\n"), "/joy.axes[0]"), "");
-  EXPECT_NE(complaint(write("none.bag", bag("none", "", 0)), "/joy.axes[0]").find("no message"), std::string::npos);
+  EXPECT_NE(error_text(write("old.bag", "#ROSLOG V1.1\n"), "/joy.axes[0]"), "");
+  EXPECT_NE(error_text(write("none.bag", bag("none", "", 0)), "/joy.axes[0]").find("no message"), std::string::npos);
 }
 
 #ifdef M100_BZIP2
@@ -144,7 +144,7 @@ TEST(RosBag, Bz2ChunksAreTheSameBag) {
   EXPECT_EQ(open_log(file)->column("/joy.axes[0]", "a test").values,
             open_log(plain)->column("/joy.axes[0]", "a test").values);
   packed[packed.size() / 2] = static_cast<char>(~packed[packed.size() / 2]);
-  EXPECT_NE(complaint(write("damaged.bag", bag("bz2", packed, inside.size())), "/joy.axes[0]").find("damaged"),
+  EXPECT_NE(error_text(write("damaged.bag", bag("bz2", packed, inside.size())), "/joy.axes[0]").find("damaged"),
             std::string::npos);
 }
 #endif
@@ -155,7 +155,7 @@ TEST(RosBag, EveryTruncationIsSurvived) {
   const std::string whole = bag("none", inside, inside.size());
   for (std::size_t length = 0; length < whole.size(); length += 7) {
     const std::string file = write("cut.bag", whole.substr(0, length));
-    if (complaint(file, "/joy.axes[0]").empty()) {  // all of the messages are there, and a note reports the truncation
+    if (error_text(file, "/joy.axes[0]").empty()) {  // all of the messages are there, and a note reports the truncation
       EXPECT_FALSE(open_log(file)->notes().empty()) << length;
     }
   }

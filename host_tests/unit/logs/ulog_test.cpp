@@ -146,7 +146,7 @@ TEST_P(HostileUlog, FormatsCostNoMoreThanTheirText) {
   const TemporaryFile file("a.ulg", log.bytes());
   const auto read = open_log(file.path());
   EXPECT_EQ(read->column("sticks.axes[1]", "x").values.size(), 3U);
-  EXPECT_LE(read->names().size(), RawLog::kMostNames);
+  EXPECT_LE(read->names().size(), RawLog::kMaxNames);
   EXPECT_EQ(read->topics().size(), 3U);
   complaint_of([&] { read->column("bad.a", "x"); });
 }

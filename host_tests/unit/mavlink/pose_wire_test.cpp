@@ -16,7 +16,7 @@ constexpr std::array kBauds{57600.0, 115200.0, 230400.0, 460800.0, 921600.0};
 /// A share in per cent, in brackets if doctor refuses it.
 std::string cell(double share) {
   const std::string percent = std::to_string(std::lround(100.0 * share));
-  return share > kMostPoseShare ? " (" + percent + " %) |" : " " + percent + " % |";
+  return share > kMaxPoseShare ? " (" + percent + " %) |" : " " + percent + " % |";
 }
 
 // The table of the README: each message at each baud rate, unsigned and signed; shares that doctor refuses are in

@@ -101,11 +101,11 @@ TEST(Margins, AnOldPoseCostsALittle) {
 // loop. This holds for second order only: on a first-order axis the flight's observer uses the gyro, which the paper's
 // loop does not.
 TEST(FlownMargins, WithACommandInEveryTickAreThoseOfThePapersLoop) {
-  const Way way{.command_ticks = 1, .attitude_age_ticks = 0, .pose_age_ticks = 0};
+  const LoopTiming timing{.command_ticks = 1, .attitude_age_ticks = 0, .pose_age_ticks = 0};
   const model::Vehicle vehicle = second_order();
   for (const Axis axis : {Axis::kX, Axis::kY}) {
     const Margins ideal = margins_of(vehicle, axis);
-    const Margins flown = flown_margins_of(vehicle, vehicle, axis, way);
+    const Margins flown = flown_margins_of(vehicle, vehicle, axis, timing);
     EXPECT_TRUE(flown.stable);
     EXPECT_NEAR(flown.peak_sensitivity, ideal.peak_sensitivity, 0.02 * ideal.peak_sensitivity);
     EXPECT_NEAR(flown.gain_margin, ideal.gain_margin, 0.03 * ideal.gain_margin);
@@ -116,17 +116,17 @@ TEST(FlownMargins, WithACommandInEveryTickAreThoseOfThePapersLoop) {
 // Holding a command for 40 ms costs margin, for 20 ms less; so does a stick gain above the believed one.
 TEST(FlownMargins, TheHoldAndTheSticksGainCostThem) {
   const model::Vehicle vehicle = second_order();
-  const auto delay_margin_s = [&](const model::Vehicle& truth, const Way& way) {
-    return flown_margins_of(vehicle, truth, Axis::kX, way).delay_margin_s;
+  const auto delay_margin_s = [&](const model::Vehicle& truth, const LoopTiming& timing) {
+    return flown_margins_of(vehicle, truth, Axis::kX, timing).delay_margin_s;
   };
   const double every_tick = delay_margin_s(vehicle, {.command_ticks = 1});
-  const double movement = delay_margin_s(vehicle, kMovementWay);
-  const double sticks = delay_margin_s(vehicle, kVirtualRcWay);
+  const double movement = delay_margin_s(vehicle, kMovementTiming);
+  const double sticks = delay_margin_s(vehicle, kVirtualRcTiming);
   EXPECT_LT(movement, every_tick);
   EXPECT_LT(sticks, movement);
   model::Vehicle stronger = vehicle;
   stronger.pitch.scale_per_count *= 1.3;
-  EXPECT_LT(delay_margin_s(stronger, kVirtualRcWay), sticks);
+  EXPECT_LT(delay_margin_s(stronger, kVirtualRcTiming), sticks);
 }
 
 // An axis with a lead zero turns at once when its command jumps. An observer that trusts the gyro and expects the jump
@@ -134,10 +134,10 @@ TEST(FlownMargins, TheHoldAndTheSticksGainCostThem) {
 // ms of additional delay were enough. The shipped vehicle file trusts the gyro less.
 TEST(FlownMargins, AJumpThatTheGyroSeesAtAnotherTickBreaksTheLoopThatTrustsIt) {
   model::Vehicle vehicle = mpc::generated::kVehicle;
-  EXPECT_GT(flown_margins_of(vehicle, vehicle, Axis::kX, kVirtualRcWay).delay_margin_s, 0.05);
+  EXPECT_GT(flown_margins_of(vehicle, vehicle, Axis::kX, kVirtualRcTiming).delay_margin_s, 0.05);
   vehicle.estimator.rate_sigma_rad_s = 0.02;
   vehicle.mpc.input = 2.89;
-  const Margins margins = flown_margins_of(vehicle, vehicle, Axis::kX, kVirtualRcWay);
+  const Margins margins = flown_margins_of(vehicle, vehicle, Axis::kX, kVirtualRcTiming);
   EXPECT_TRUE(margins.stable);
   EXPECT_LT(margins.delay_margin_s, 0.02);
   EXPECT_GT(margins_of(vehicle, Axis::kX).delay_margin_s, 0.09) << "what the paper's loop promises";
@@ -171,12 +171,12 @@ TEST(Tuning, FindsTheEdgeOfTheLimitsAsFlown) {
   ASSERT_TRUE(tuned.keeps_all);
   model::Vehicle at = vehicle;
   at.mpc = tuned.weights;
-  const Kept kept = kept_over(at, structures);
+  const TunedMargins kept = kept_over(at, structures);
   EXPECT_LE(kept.peak_sensitivity, kLargestPeakSensitivity);
   EXPECT_GE(kept.delay_margin_s, kFieldDelayMargin_s);
   at.mpc.input /= 1.1;
   ASSERT_GT(at.mpc.input, kSmallestInputWeight) << "the edge is one of the margins, not of the row";
-  const Kept faster = kept_over(at, structures);
+  const TunedMargins faster = kept_over(at, structures);
   const double over = std::max(faster.peak_sensitivity / kLargestPeakSensitivity,
                                kFieldDelayMargin_s / std::max(faster.delay_margin_s, 1e-3));
   EXPECT_GT(over, 1.0) << "peak sensitivity " << faster.peak_sensitivity << ", delay margin " << faster.delay_margin_s;

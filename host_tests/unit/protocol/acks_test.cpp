@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "protocol/acks.h"
+#include "protocol/dji/acks.h"
 
 #include <gtest/gtest.h>
 

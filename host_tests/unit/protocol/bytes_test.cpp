@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "protocol/frame.h"
+#include "protocol/dji/frame.h"
 
 namespace m100::protocol {
 namespace {

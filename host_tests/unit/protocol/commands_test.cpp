@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "protocol/commands.h"
+#include "protocol/dji/commands.h"
 
 #include <gtest/gtest.h>
 

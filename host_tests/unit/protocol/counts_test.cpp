@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <vector>
 
-#include "protocol/acks.h"
-#include "protocol/order_message.h"
-#include "protocol/session.h"
-#include "protocol/telemetry_layout.h"
+#include "protocol/dji/acks.h"
+#include "protocol/dji/order_message.h"
+#include "protocol/dji/session.h"
+#include "protocol/dji/telemetry_layout.h"
 
 namespace m100::protocol {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "protocol/frame.h"
+#include "protocol/dji/frame.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "protocol/aes256.h"
-#include "protocol/frame_encoder.h"
-#include "protocol/frame_parser.h"
+#include "protocol/dji/frame_encoder.h"
+#include "protocol/dji/frame_parser.h"
 
 namespace m100::protocol {
 namespace {

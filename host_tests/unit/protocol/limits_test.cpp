@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "protocol/commands.h"
-#include "protocol/pushes.h"
-#include "protocol/session.h"
+#include "protocol/dji/commands.h"
+#include "protocol/dji/pushes.h"
+#include "protocol/dji/session.h"
 
 namespace m100::protocol {
 namespace {

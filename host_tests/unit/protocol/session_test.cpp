@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "protocol/session.h"
+#include "protocol/dji/session.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "protocol/acks.h"
 #include "protocol/aes256.h"
-#include "protocol/frame_parser.h"
+#include "protocol/dji/acks.h"
+#include "protocol/dji/frame_parser.h"
 
 namespace m100::protocol {
 namespace {

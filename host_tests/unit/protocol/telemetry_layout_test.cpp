@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which controllers' telemetry is decoded, and which controllers are refused by name. The sizes and bits of protocol,
 // section 8, are written out by hand.
-#include "protocol/telemetry_layout.h"
+#include "protocol/dji/telemetry_layout.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "protocol/telemetry.h"
+#include "protocol/dji/telemetry.h"
 
 #include <gtest/gtest.h>
 

@@ -38,39 +38,39 @@ struct Flight {
       seen.operator_engages = i == 15;
       tick(seen, wanted);
     }
-    EXPECT_EQ(supervisor.rung(), Rung::kNominal);
+    EXPECT_EQ(supervisor.failsafe_state(), FailsafeState::kNominal);
   }
-  Grant<double> tick(Observation seen, const ctl::Command<double>& wanted = {},
-                     const ctl::Command<double>& settled = {}) {
+  SupervisedCommand<double> tick(Observation seen, const ctl::Command<double>& wanted = {},
+                                 const ctl::Command<double>& settled = {}) {
     now += milliseconds(10);
     seen.now = now;
     return supervisor.review(wanted, settled, seen, 0.01);
   }
   /// Runs one tick at the time `after` later than the previous tick.
-  Rung later(Duration after, Observation seen) {
+  FailsafeState later(Duration after, Observation seen) {
     now += after - milliseconds(10);
-    return tick(seen).rung;
+    return tick(seen).failsafe_state;
   }
 };
 
-/// An observation at a limit of normal flight, which the ladder accepts and which ends normal flight one step beyond.
+/// An observation at a limit of normal flight, which the failsafe accepts and which ends normal flight one step beyond.
 struct Edge {
   const char* name;
   void (*at)(Observation& seen, Duration beyond);
-  Rung to;
-  Cause why;
+  FailsafeState to;
+  FailsafeReason why;
 };
 const Edge kEdges[] = {
-    {"PoseOf60Ms", [](Observation& o, Duration d) { o.pose_age = milliseconds(60) + d; }, Rung::kCoast,
-     Cause::kPoseOld},
-    {"TelemetryOf100Ms", [](Observation& o, Duration d) { o.telemetry_age = milliseconds(100) + d; }, Rung::kCoast,
-     Cause::kTelemetryOld},
+    {"PoseOf60Ms", [](Observation& o, Duration d) { o.pose_age = milliseconds(60) + d; }, FailsafeState::kCoast,
+     FailsafeReason::kPoseOld},
+    {"TelemetryOf100Ms", [](Observation& o, Duration d) { o.telemetry_age = milliseconds(100) + d; },
+     FailsafeState::kCoast, FailsafeReason::kTelemetryOld},
     {"GateShutFor300Ms", [](Observation& o, Duration d) { o.refused_for = milliseconds(300) + d - kLeast; },
-     Rung::kLevel, Cause::kPoseRefused},
-    {"PlaceLostFor3S", [](Observation& o, Duration d) { o.place_lost_for = milliseconds(3000) + d - kLeast; },
-     Rung::kLevel, Cause::kPlaceLost},
+     FailsafeState::kLevel, FailsafeReason::kPoseRefused},
+    {"PlaceLostFor3S", [](Observation& o, Duration d) { o.authority_exceeded_for = milliseconds(3000) + d - kLeast; },
+     FailsafeState::kLevel, FailsafeReason::kAuthorityExceeded},
     {"OnTheFence", [](Observation& o, Duration d) { o.outside_m = 1e-9 * static_cast<double>(d.count()); },
-     Rung::kLevel, Cause::kFenceLeft},
+     FailsafeState::kLevel, FailsafeReason::kFenceLeft},
 };
 
 class FlightLimit : public ::testing::TestWithParam<Edge> {};
@@ -80,14 +80,14 @@ TEST_P(FlightLimit, IsBorneAndNotPassed) {
   Flight borne;
   Observation seen = good(borne.now);
   edge.at(seen, Duration{0});
-  EXPECT_EQ(borne.tick(seen).rung, Rung::kNominal);
+  EXPECT_EQ(borne.tick(seen).failsafe_state, FailsafeState::kNominal);
   Flight passed;
   seen = good(passed.now);
   edge.at(seen, kLeast);
-  EXPECT_EQ(passed.tick(seen).rung, edge.to);
-  EXPECT_EQ(passed.supervisor.last_step().cause, edge.why);
-  EXPECT_EQ(passed.supervisor.descent().cause, edge.why);
-  EXPECT_EQ(passed.supervisor.last_step().from, Rung::kNominal);
+  EXPECT_EQ(passed.tick(seen).failsafe_state, edge.to);
+  EXPECT_EQ(passed.supervisor.last_step().reason, edge.why);
+  EXPECT_EQ(passed.supervisor.descent().reason, edge.why);
+  EXPECT_EQ(passed.supervisor.last_step().from, FailsafeState::kNominal);
   EXPECT_EQ(passed.supervisor.last_step().seen.now, passed.now);
 }
 INSTANTIATE_TEST_SUITE_P(Safety, FlightLimit, ::testing::ValuesIn(kEdges),
@@ -97,25 +97,26 @@ TEST(FlightLimit, TelemetryIsDeadBehind500Ms) {
   Flight flight;
   Observation seen = good(flight.now);
   seen.telemetry_age = milliseconds(500);
-  EXPECT_EQ(flight.tick(seen).rung, Rung::kCoast);
+  EXPECT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kCoast);
   seen.telemetry_age += kLeast;
-  EXPECT_EQ(flight.tick(seen).rung, Rung::kRelease);
+  EXPECT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kRelease);
 }
 
-// Each rung ends with the tick in which its time is over, not with the one before.
+// Each state ends with the tick in which its time is over, not with the one before.
 TEST(FlightLimit, RungsLastAsLongAsTheySay) {
   Observation old = good({});
   old.pose_age = milliseconds(61);
   for (const Duration more : {Duration{0}, kLeast}) {
     Flight flight;
-    ASSERT_EQ(flight.tick(old).rung, Rung::kCoast);
-    EXPECT_EQ(flight.later(milliseconds(700) - kLeast + more, old), more == kLeast ? Rung::kLevel : Rung::kCoast);
+    ASSERT_EQ(flight.tick(old).failsafe_state, FailsafeState::kCoast);
+    EXPECT_EQ(flight.later(milliseconds(700) - kLeast + more, old),
+              more == kLeast ? FailsafeState::kLevel : FailsafeState::kCoast);
     if (more == kLeast) {
       Flight longer = flight;
-      EXPECT_EQ(flight.later(milliseconds(1000) - kLeast, old), Rung::kLevel);
-      EXPECT_EQ(longer.later(milliseconds(1000), old), Rung::kRelease);
-      EXPECT_EQ(longer.later(milliseconds(500) - kLeast, old), Rung::kRelease);
-      EXPECT_EQ(longer.later(kLeast, old), Rung::kSilent);
+      EXPECT_EQ(flight.later(milliseconds(1000) - kLeast, old), FailsafeState::kLevel);
+      EXPECT_EQ(longer.later(milliseconds(1000), old), FailsafeState::kRelease);
+      EXPECT_EQ(longer.later(milliseconds(500) - kLeast, old), FailsafeState::kRelease);
+      EXPECT_EQ(longer.later(kLeast, old), FailsafeState::kSilent);
     }
   }
 }
@@ -129,13 +130,13 @@ TEST(FlightLimit, AMovingAircraftIsHandedOverInTheEnd) {
     seen.outside_m = 1.0;
     seen.pose_age = sees ? milliseconds(20) : milliseconds(61);
     seen.speed_m_s = 0.9;
-    ASSERT_EQ(flight.tick(seen).rung, Rung::kLevel);
+    ASSERT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kLevel);
     Flight slow = flight;
     const Duration most = sees ? milliseconds(10000) : milliseconds(2500);
-    EXPECT_EQ(flight.later(most - kLeast, seen), Rung::kLevel);
-    EXPECT_EQ(flight.later(kLeast, seen), Rung::kRelease);
+    EXPECT_EQ(flight.later(most - kLeast, seen), FailsafeState::kLevel);
+    EXPECT_EQ(flight.later(kLeast, seen), FailsafeState::kRelease);
     seen.speed_m_s = sees ? 0.8999 : 0.9 - 0.2 * 0.061 - 1e-6;
-    EXPECT_EQ(slow.later(milliseconds(1000), seen), Rung::kRelease);
+    EXPECT_EQ(slow.later(milliseconds(1000), seen), FailsafeState::kRelease);
   }
 }
 
@@ -147,34 +148,34 @@ TEST(FlightLimit, ASpeedThatNobodySeesIsTrustedLessTheLongerItIs) {
   old.outside_m = 1.0;
   old.pose_age = milliseconds(61);
   old.speed_m_s = 0.8;
-  ASSERT_EQ(flight.tick(old).rung, Rung::kLevel);
+  ASSERT_EQ(flight.tick(old).failsafe_state, FailsafeState::kLevel);
   Flight slower = flight;
   old.pose_age = milliseconds(1500);
-  EXPECT_EQ(flight.later(milliseconds(1000), old), Rung::kLevel);
+  EXPECT_EQ(flight.later(milliseconds(1000), old), FailsafeState::kLevel);
   old.speed_m_s = 0.59;
-  EXPECT_EQ(slower.later(milliseconds(1000), old), Rung::kRelease);
+  EXPECT_EQ(slower.later(milliseconds(1000), old), FailsafeState::kRelease);
 }
 
 // Once a step flown through half a second without a pose ended with the pilot, although poses came back. Braking begins
 // where the error exceeds the reserve, as in kLevel, and its time counts as time of kLevel.
 TEST(FlightLimit, CoastBrakesWhereItsErrorExceedsTheReserveAndEndsHalfASecondAfterItBegan) {
-  constexpr ctl::Command<double> kWanted{.roll_rad = 0.1}, kSettled{.roll_rad = -0.1};
+  constexpr ctl::Command<double> kLaw{.roll_rad = 0.1}, kBrakeAndHold{.roll_rad = -0.1};
   Flight flight;
   Observation old = good({});
   old.pose_age = milliseconds(61);
   old.error_m = old.reserve_m = 2.0;
-  ASSERT_EQ(flight.tick(old, kWanted, kSettled).rung, Rung::kCoast);
-  EXPECT_EQ(flight.tick(old, kWanted, kSettled).command.roll_rad, 0.1);
+  ASSERT_EQ(flight.tick(old, kLaw, kBrakeAndHold).failsafe_state, FailsafeState::kCoast);
+  EXPECT_EQ(flight.tick(old, kLaw, kBrakeAndHold).command.roll_rad, 0.1);
   old.error_m = 2.0001;
-  EXPECT_EQ(flight.tick(old, kWanted, kSettled).command.roll_rad, -0.1);
+  EXPECT_EQ(flight.tick(old, kLaw, kBrakeAndHold).command.roll_rad, -0.1);
   old.reserve_m = 3.0;  // slow: the stopping distance is short again, but without a pose the law must not resume
-  EXPECT_EQ(flight.tick(old, kWanted, kSettled).command.roll_rad, -0.1);
+  EXPECT_EQ(flight.tick(old, kLaw, kBrakeAndHold).command.roll_rad, -0.1);
   Flight seeing = flight;
-  EXPECT_EQ(flight.later(milliseconds(470) - kLeast, old), Rung::kCoast);
-  EXPECT_EQ(flight.later(kLeast, old), Rung::kLevel);
-  EXPECT_EQ(flight.later(milliseconds(520) - kLeast, old), Rung::kLevel);
-  EXPECT_EQ(flight.later(kLeast, old), Rung::kRelease) << "a second after the braking began";
-  EXPECT_EQ(seeing.tick(good({}), kWanted, kSettled).command.roll_rad, 0.1) << "the place is known again";
+  EXPECT_EQ(flight.later(milliseconds(470) - kLeast, old), FailsafeState::kCoast);
+  EXPECT_EQ(flight.later(kLeast, old), FailsafeState::kLevel);
+  EXPECT_EQ(flight.later(milliseconds(520) - kLeast, old), FailsafeState::kLevel);
+  EXPECT_EQ(flight.later(kLeast, old), FailsafeState::kRelease) << "a second after the braking began";
+  EXPECT_EQ(seeing.tick(good({}), kLaw, kBrakeAndHold).command.roll_rad, 0.1) << "the place is known again";
 }
 
 // Poses between two gaps restart the time of COAST only if they remove the effect of the first gap: they are accepted,
@@ -190,18 +191,19 @@ TEST(FlightLimit, TwoGapsAreTwoCoastsOnceThePlaceIsKnownAgain) {
     Observation old = good({});
     old.pose_age = milliseconds(61);
     old.error_m = 0.05;
-    ASSERT_EQ(flight.tick(old).rung, Rung::kCoast);
+    ASSERT_EQ(flight.tick(old).failsafe_state, FailsafeState::kCoast);
     old.error_m = 0.3;
-    ASSERT_EQ(flight.later(milliseconds(500), old), Rung::kCoast);
+    ASSERT_EQ(flight.later(milliseconds(500), old), FailsafeState::kCoast);
     Observation seen = good({});
     seen.error_m = one.error_m;
     seen.refused_poses = one.refused;
-    ASSERT_EQ(flight.later(milliseconds(10), seen), Rung::kCoast);
+    ASSERT_EQ(flight.later(milliseconds(10), seen), FailsafeState::kCoast);
     Flight longer = flight;
-    EXPECT_EQ(flight.later(milliseconds(190), old), one.renews ? Rung::kCoast : Rung::kLevel) << one.error_m;
+    EXPECT_EQ(flight.later(milliseconds(190), old), one.renews ? FailsafeState::kCoast : FailsafeState::kLevel)
+        << one.error_m;
     if (one.renews) {
-      EXPECT_EQ(longer.later(milliseconds(700) - kLeast, old), Rung::kCoast);
-      EXPECT_EQ(longer.later(kLeast, old), Rung::kLevel);
+      EXPECT_EQ(longer.later(milliseconds(700) - kLeast, old), FailsafeState::kCoast);
+      EXPECT_EQ(longer.later(kLeast, old), FailsafeState::kLevel);
     }
   }
 }
@@ -220,10 +222,10 @@ TEST(FlightLimit, ACommandBeyondTwiceItsRangeIsUnsound) {
       Flight flight;
       ctl::Command<double> wanted;
       wanted.*one.member = sign * 2.0 * one.range;
-      EXPECT_EQ(flight.tick(good({}), wanted).rung, Rung::kNominal);
+      EXPECT_EQ(flight.tick(good({}), wanted).failsafe_state, FailsafeState::kNominal);
       wanted.*one.member = sign * 2.0001 * one.range;
-      EXPECT_EQ(flight.tick(good({}), wanted).rung, Rung::kLevel);
-      EXPECT_EQ(flight.supervisor.stats().unsound_commands, 1U);
+      EXPECT_EQ(flight.tick(good({}), wanted).failsafe_state, FailsafeState::kLevel);
+      EXPECT_EQ(flight.supervisor.stats().invalid_commands, 1U);
     }
   }
 }
@@ -251,8 +253,8 @@ TEST(Envelope, EachCommandRisesAtItsOwnPaceToItsOwnRange) {
 
 TEST(SupervisorStats, CountTheLaddersSteps) {
   Supervisor<double> fresh{Limits{}, Envelope{}};
-  EXPECT_EQ(fresh.rung(), Rung::kSilent);
-  EXPECT_EQ(fresh.stats().steps + fresh.stats().unsound_commands + fresh.stats().limited_commands +
+  EXPECT_EQ(fresh.failsafe_state(), FailsafeState::kSilent);
+  EXPECT_EQ(fresh.stats().steps + fresh.stats().invalid_commands + fresh.stats().limited_commands +
                 fresh.stats().coasts + fresh.stats().levels + fresh.stats().releases,
             0U);
   Flight flight;
@@ -262,7 +264,7 @@ TEST(SupervisorStats, CountTheLaddersSteps) {
   flight.tick(old);
   flight.later(milliseconds(700), old);
   flight.later(milliseconds(1000), old);
-  const Grant<double> last = [&] {
+  const SupervisedCommand<double> last = [&] {
     flight.now += milliseconds(490);
     return flight.tick(old);
   }();
@@ -272,7 +274,7 @@ TEST(SupervisorStats, CountTheLaddersSteps) {
   EXPECT_EQ(flight.supervisor.stats().coasts, 1U);
   EXPECT_EQ(flight.supervisor.stats().levels, 1U);
   EXPECT_EQ(flight.supervisor.stats().releases, 1U);
-  EXPECT_EQ(flight.supervisor.stats().unsound_commands, 0U);
+  EXPECT_EQ(flight.supervisor.stats().invalid_commands, 0U);
 }
 
 // A pose whose estimated time of capture moves by less than a millisecond is the same pose.
@@ -281,12 +283,14 @@ TEST(Recovery, CountsAPoseOnlyWhereItsCaptureHasMovedByAMillisecond) {
     Flight flight;
     Observation seen = good({});
     seen.pose_age = milliseconds(61);
-    ASSERT_EQ(flight.tick(seen).rung, Rung::kCoast);
+    ASSERT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kCoast);
     seen.pose_age = milliseconds(10);
     for (int pose = 0; pose < 10; ++pose) {
       flight.later(moved, seen);
     }
-    EXPECT_EQ(flight.supervisor.rung(), moved == microseconds(1000) ? Rung::kNominal : Rung::kCoast) << moved.count();
+    EXPECT_EQ(flight.supervisor.failsafe_state(),
+              moved == microseconds(1000) ? FailsafeState::kNominal : FailsafeState::kCoast)
+        << moved.count();
   }
 }
 
@@ -296,13 +300,15 @@ TEST(Observation, AFreshOneLetsNobodyFly) {
   EXPECT_EQ(fresh.pose_age, core::Duration::max());
   EXPECT_EQ(fresh.telemetry_age, core::Duration::max());
   EXPECT_FALSE(fresh.estimate_healthy || fresh.authority || fresh.mode_f || fresh.operator_engages);
-  EXPECT_FALSE(fresh.operator_releases || fresh.task_flies || fresh.swings || fresh.swings_on || fresh.trim_drifted);
-  EXPECT_EQ(fresh.left_model, (std::array<bool, 4>{}));
+  EXPECT_FALSE(fresh.operator_releases || fresh.task_flies || fresh.limit_cycle_detected ||
+               fresh.limit_cycle_persists || fresh.trim_drifted);
+  EXPECT_EQ(fresh.model_mismatch, (std::array<bool, 4>{}));
   EXPECT_EQ(fresh.refused_poses + fresh.contradicted_by, 0U);
-  EXPECT_EQ(fresh.refused_for + fresh.place_lost_for, core::Duration{0});
-  for (const double value : {fresh.refused_by_m, fresh.refused_allowed_m, fresh.error_m, fresh.speed_m_s,
-                             fresh.speed_then_m_s, fresh.push_m_s2, fresh.swing_rad, fresh.swing_hz,
-                             fresh.refused_turn_rad, fresh.contradicted_with, fresh.contradicted_allowed}) {
+  EXPECT_EQ(fresh.refused_for + fresh.authority_exceeded_for, core::Duration{0});
+  for (const double value :
+       {fresh.refused_by_m, fresh.refused_allowed_m, fresh.error_m, fresh.speed_m_s, fresh.speed_then_m_s,
+        fresh.disturbance_acceleration_m_s2, fresh.limit_cycle_rad, fresh.limit_cycle_hz, fresh.refused_turn_rad,
+        fresh.contradicted_with, fresh.contradicted_allowed}) {
     EXPECT_EQ(value, 0.0);
   }
 }

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "firmware/safety/authority_table.h"
-#include "firmware/safety/ladder.h"
+#include "firmware/safety/failsafe.h"
 
 namespace m100::safety::situations {
 
@@ -12,22 +12,23 @@ namespace m100::safety::situations {
 // that is deleted, changed or moved changes at least one answer. rows_test.cpp also checks the reverse: for every row
 // there must be a situation that only this row answers.
 
-struct LadderSituation {
+struct FailsafeSituation {
   const char* name;
-  Rung rung;
-  LadderSign signs;
-  Rung after;
-  Cause why = Cause::kNone;  ///< kNone: no step is made
+  FailsafeState failsafe_state;
+  FailsafeCondition conditions;
+  FailsafeState after;
+  FailsafeReason why = FailsafeReason::kNone;  ///< kNone: no step is made
 };
 
-inline constexpr LadderSign kWell = LadderSign::kCommandable | LadderSign::kFresh | LadderSign::kRecovered;
-inline constexpr LadderSign kBlind = LadderSign::kCommandable;  ///< control is ours, and the pose is old
+inline constexpr FailsafeCondition kWell =
+    FailsafeCondition::kCommandable | FailsafeCondition::kFresh | FailsafeCondition::kRecovered;
+inline constexpr FailsafeCondition kBlind = FailsafeCondition::kCommandable;  ///< control is ours, and the pose is old
 
-inline constexpr auto kLadderSituations = [] {
-  using enum LadderSign;
-  using L = LadderSituation;
-  using R = Rung;
-  using C = Cause;
+inline constexpr auto kFailsafeSituations = [] {
+  using enum FailsafeCondition;
+  using L = FailsafeSituation;
+  using R = FailsafeState;
+  using C = FailsafeReason;
   return std::array{
       L{"ThePilotTakesAHealthyFlight", R::kNominal, kFresh | kRecovered, R::kSilent, C::kControlGone},
       L{"ThePilotTakesACoastingFlight", R::kCoast, kNone, R::kSilent, C::kControlGone},
@@ -40,7 +41,7 @@ inline constexpr auto kLadderSituations = [] {
       L{"TheOperatorGivesAHealthyFlightBack", R::kNominal, kWell | kOperatorReleases, R::kRelease, C::kGivenBack},
       L{"TheOperatorGivesACoastingFlightBack", R::kCoast, kBlind | kOperatorReleases, R::kRelease, C::kGivenBack},
       L{"TheOperatorGivesALevelledFlightBack", R::kLevel, kBlind | kOperatorReleases, R::kRelease, C::kGivenBack},
-      L{"GivingBackComesBeforeAnUnsoundCommand", R::kNominal, kWell | kOperatorReleases | kCommandUnsound, R::kRelease,
+      L{"GivingBackComesBeforeAnUnsoundCommand", R::kNominal, kWell | kOperatorReleases | kCommandInvalid, R::kRelease,
         C::kGivenBack},
       L{"GivingBackComesBeforeEngaging", R::kLevel, kWell | kOperatorReleases | kOperatorEngages, R::kRelease,
         C::kGivenBack},
@@ -59,18 +60,18 @@ inline constexpr auto kLadderSituations = [] {
       L{"TheOperatorTakesALevelledFlightAtTheLastMoment", R::kLevel, kWell | kLevelOver | kOperatorEngages, R::kNominal,
         C::kEngaged},
       L{"LevelLastsItsTime", R::kLevel, kWell, R::kLevel},
-      L{"TheLawGoesMad", R::kNominal, kWell | kCommandUnsound, R::kLevel, C::kCommandUnsound},
-      L{"TheLawGoesMadWhileCoasting", R::kCoast, kBlind | kCommandUnsound, R::kLevel, C::kCommandUnsound},
+      L{"TheLawGoesMad", R::kNominal, kWell | kCommandInvalid, R::kLevel, C::kCommandInvalid},
+      L{"TheLawGoesMadWhileCoasting", R::kCoast, kBlind | kCommandInvalid, R::kLevel, C::kCommandInvalid},
       L{"TheEstimateIsLost", R::kNominal, kWell | kEstimateLost, R::kLevel, C::kEstimateLost},
       L{"TheEstimateIsLostWithThePose", R::kNominal, kBlind | kEstimateLost, R::kLevel, C::kEstimateLost},
       L{"TheEstimateIsLostWhileCoasting", R::kCoast, kBlind | kEstimateLost, R::kLevel, C::kEstimateLost},
       L{"AFreshPoseDoesNotHelpALostEstimate", R::kCoast, kWell | kEstimateLost, R::kLevel, C::kEstimateLost},
-      L{"TheFenceIsLeft", R::kNominal, kWell | kOutside, R::kLevel, C::kFenceLeft},
-      L{"TheFenceIsLeftWithThePose", R::kNominal, kBlind | kOutside, R::kLevel, C::kFenceLeft},
-      L{"TheFenceIsLeftWhileCoasting", R::kCoast, kWell | kOutside, R::kLevel, C::kFenceLeft},
-      L{"TheWindIsStrongerThanTheAircraft", R::kNominal, kWell | kPlaceLost, R::kLevel, C::kPlaceLost},
-      L{"ItSwingsOnUnderTheCalmLaw", R::kNominal, kWell | kSwings | kSwingsOn, R::kLevel, C::kSwinging},
-      L{"ItSwings", R::kNominal, kWell | kSwings, R::kNominal},
+      L{"TheFenceIsLeft", R::kNominal, kWell | kOutsideFence, R::kLevel, C::kFenceLeft},
+      L{"TheFenceIsLeftWithThePose", R::kNominal, kBlind | kOutsideFence, R::kLevel, C::kFenceLeft},
+      L{"TheFenceIsLeftWhileCoasting", R::kCoast, kWell | kOutsideFence, R::kLevel, C::kFenceLeft},
+      L{"TheWindIsStrongerThanTheAircraft", R::kNominal, kWell | kAuthorityExceeded, R::kLevel, C::kAuthorityExceeded},
+      L{"ItSwingsOnUnderTheCalmLaw", R::kNominal, kWell | kLimitCycle | kLimitCyclePersists, R::kLevel, C::kLimitCycle},
+      L{"ItSwings", R::kNominal, kWell | kLimitCycle, R::kNominal},
       L{"TheReserveToTheFenceIsSpent", R::kCoast, kBlind | kReserveSpent, R::kLevel, C::kReserveSpent},
       L{"AFreshPoseRenewsTheReserve", R::kCoast, kBlind | kFresh | kReserveSpent, R::kCoast},
       L{"CoastWasLongEnough", R::kCoast, kBlind | kCoastOver, R::kLevel, C::kCoastOver},
@@ -82,15 +83,15 @@ inline constexpr auto kLadderSituations = [] {
       L{"ThePoseIsBack", R::kCoast, kWell, R::kNominal, C::kRecovered},
       L{"TheOperatorTakesALevelledFlight", R::kLevel, kWell | kOperatorEngages, R::kNominal, C::kEngaged},
       L{"NotWithoutAPose", R::kLevel, kBlind | kOperatorEngages, R::kLevel},
-      L{"NotOutsideTheFence", R::kLevel, kWell | kOperatorEngages | kOutside, R::kLevel},
+      L{"NotOutsideTheFence", R::kLevel, kWell | kOperatorEngages | kOutsideFence, R::kLevel},
       L{"NotWithoutAnEstimate", R::kLevel, kWell | kOperatorEngages | kEstimateLost, R::kLevel},
-      L{"NotWithALawThatIsMad", R::kLevel, kWell | kOperatorEngages | kCommandUnsound, R::kLevel},
+      L{"NotWithALawThatIsMad", R::kLevel, kWell | kOperatorEngages | kCommandInvalid, R::kLevel},
       L{"TheOperatorStartsTheFlight", R::kSilent, kWell | kOperatorEngages, R::kNominal, C::kEngaged},
       L{"NobodyStartsIt", R::kSilent, kWell, R::kSilent},
       L{"NotWithoutAuthority", R::kSilent, kFresh | kRecovered | kOperatorEngages, R::kSilent},
       L{"NoStartWithoutAPose", R::kSilent, kBlind | kFresh | kOperatorEngages, R::kSilent},
       L{"NoStartWithoutAnEstimate", R::kSilent, kWell | kOperatorEngages | kEstimateLost, R::kSilent},
-      L{"NoStartWithALawThatIsMad", R::kSilent, kWell | kOperatorEngages | kCommandUnsound, R::kSilent},
+      L{"NoStartWithALawThatIsMad", R::kSilent, kWell | kOperatorEngages | kCommandInvalid, R::kSilent},
       L{"ATakeOffBeginsLevel", R::kSilent, kBlind | kTaskFlies, R::kLevel, C::kTask},
       L{"TheLawWaitsForTheEndOfATakeOff", R::kSilent, kWell | kTaskFlies | kOperatorEngages, R::kLevel, C::kTask},
       L{"NoTaskWhereControlIsNotOurs", R::kSilent, kFresh | kRecovered | kTaskFlies, R::kSilent},
@@ -104,7 +105,7 @@ inline constexpr auto kLadderSituations = [] {
       L{"ThePilotEndsATask", R::kLevel, (kWell & ~kCommandable) | kTaskFlies, R::kSilent, C::kControlGone},
       L{"TheOperatorEndsATask", R::kLevel, kWell | kTaskFlies | kOperatorReleases, R::kRelease, C::kGivenBack},
       L{"ASilentAutopilotEndsATask", R::kLevel, kBlind | kTaskFlies | kTelemetryDead, R::kRelease, C::kTelemetrySilent},
-      L{"NoStartOutsideTheFence", R::kSilent, kWell | kOperatorEngages | kOutside, R::kSilent},
+      L{"NoStartOutsideTheFence", R::kSilent, kWell | kOperatorEngages | kOutsideFence, R::kSilent},
       L{"NoStartWhileGivingBack", R::kSilent, kWell | kOperatorEngages | kOperatorReleases, R::kSilent},
       L{"NoStartWithoutTelemetry", R::kSilent, kWell | kOperatorEngages | kTelemetryDead, R::kSilent},
   };
@@ -114,23 +115,26 @@ inline constexpr auto kLadderSituations = [] {
 struct AuthoritySituation {
   const char* name;
   StageSet stages;
-  AuthoritySign signs;
-  Stage after;
-  Action action = Action::kNone;
-  Reason why = Reason::kNone;
+  AuthorityCondition conditions;
+  AuthorityStage after;
+  AuthorityAction action = AuthorityAction::kNone;
+  AuthorityReason why = AuthorityReason::kNone;
   bool stays = false;  ///< no row answers; `after` has no meaning
 };
 
 /// On the ground and ready: the transmitter has control.
-inline constexpr AuthoritySign kGround =
-    AuthoritySign::kHeard | AuthoritySign::kItemsFresh | AuthoritySign::kModeF | AuthoritySign::kNeedsVirtualRc |
-    AuthoritySign::kSpaced | AuthoritySign::kTriesLeft | AuthoritySign::kSwitchSpaced | AuthoritySign::kSwitchesLeft;
+inline constexpr AuthorityCondition kGround = AuthorityCondition::kLinkAlive | AuthorityCondition::kItemsFresh |
+                                              AuthorityCondition::kModeF | AuthorityCondition::kNeedsVirtualRc |
+                                              AuthorityCondition::kRequestSpaced | AuthorityCondition::kTriesLeft |
+                                              AuthorityCondition::kSwitchSpaced | AuthorityCondition::kSwitchesLeft;
 /// In flight over Virtual RC.
-inline constexpr AuthoritySign kAir =
-    kGround | AuthoritySign::kDeviceOurs | AuthoritySign::kVirtualRcOn | AuthoritySign::kOwed;
-inline constexpr AuthoritySign kLinkUp = AuthoritySign::kHeard;
+inline constexpr AuthorityCondition kAir =
+    kGround | AuthorityCondition::kDeviceOurs | AuthorityCondition::kVirtualRcOn | AuthorityCondition::kReleasePending;
+inline constexpr AuthorityCondition kLinkUp = AuthorityCondition::kLinkAlive;
 
-constexpr AuthoritySign without(AuthoritySign signs, AuthoritySign gone) { return signs & ~gone; }
+constexpr AuthorityCondition without(AuthorityCondition conditions, AuthorityCondition gone) {
+  return conditions & ~gone;
+}
 
 extern const std::array<AuthoritySituation, 76> kAuthoritySituations;
 

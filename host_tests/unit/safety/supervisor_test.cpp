@@ -11,7 +11,7 @@ namespace {
 
 using std::chrono::milliseconds;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr ctl::Command<double> kWanted{.roll_rad = 0.1, .pitch_rad = -0.05, .climb_m_s = 0.3, .yaw_rate_rad_s = 0.2};
+constexpr ctl::Command<double> kLaw{.roll_rad = 0.1, .pitch_rad = -0.05, .climb_m_s = 0.3, .yaw_rate_rad_s = 0.2};
 
 /// A supervisor and its observations, with ticks of 10 ms.
 class Ladder : public ::testing::Test {
@@ -24,7 +24,7 @@ class Ladder : public ::testing::Test {
             .authority = true,
             .mode_f = true};
   }
-  Grant<double> tick(Observation seen, const ctl::Command<double>& wanted = kWanted) {
+  SupervisedCommand<double> tick(Observation seen, const ctl::Command<double>& wanted = kLaw) {
     now_ += milliseconds(10);
     seen.now = now_;
     return supervisor_.review(wanted, {}, seen, 0.01);
@@ -35,15 +35,15 @@ class Ladder : public ::testing::Test {
     }
     Observation engage = good();
     engage.operator_engages = true;
-    ASSERT_EQ(tick(engage).rung, Rung::kNominal);
+    ASSERT_EQ(tick(engage).failsafe_state, FailsafeState::kNominal);
     for (int i = 0; i < 20; ++i) {
       tick(good());
     }
   }
   /// Runs ticks until the state is left. @returns their number; 0: not within five seconds.
-  int ticks_in(Rung state, const Observation& seen) {
+  int ticks_in(FailsafeState state, const Observation& seen) {
     for (int i = 1; i <= 500; ++i) {
-      if (tick(seen).rung != state) {
+      if (tick(seen).failsafe_state != state) {
         return i;
       }
     }
@@ -62,10 +62,10 @@ TEST_F(Ladder, SendsNothingUntilAPersonAsks) {
 
 TEST_F(Ladder, PassesTheLawOnceItFlies) {
   fly();
-  const Grant<double> grant = tick(good());
+  const SupervisedCommand<double> grant = tick(good());
   EXPECT_TRUE(grant.transmit);
-  EXPECT_EQ(grant.command.roll_rad, kWanted.roll_rad);
-  EXPECT_EQ(grant.command.climb_m_s, kWanted.climb_m_s);
+  EXPECT_EQ(grant.command.roll_rad, kLaw.roll_rad);
+  EXPECT_EQ(grant.command.climb_m_s, kLaw.climb_m_s);
 }
 
 TEST_F(Ladder, WalksDownWhenThePoseStaysAway) {
@@ -73,14 +73,14 @@ TEST_F(Ladder, WalksDownWhenThePoseStaysAway) {
   fly();
   Observation old = good();
   old.pose_age = milliseconds(61);
-  EXPECT_EQ(tick(old).rung, Rung::kCoast);
-  EXPECT_EQ(ticks_in(Rung::kCoast, old), 70);  // 700 ms
-  EXPECT_EQ(supervisor_.rung(), Rung::kLevel);
-  EXPECT_EQ(tick(old).command.roll_rad, 0.0);  // level
-  EXPECT_EQ(ticks_in(Rung::kLevel, old), 99);  // 1 s
-  EXPECT_EQ(supervisor_.rung(), Rung::kRelease);
-  EXPECT_EQ(ticks_in(Rung::kRelease, old), 50);  // neutral for 0.5 s
-  EXPECT_EQ(supervisor_.rung(), Rung::kSilent);
+  EXPECT_EQ(tick(old).failsafe_state, FailsafeState::kCoast);
+  EXPECT_EQ(ticks_in(FailsafeState::kCoast, old), 70);  // 700 ms
+  EXPECT_EQ(supervisor_.failsafe_state(), FailsafeState::kLevel);
+  EXPECT_EQ(tick(old).command.roll_rad, 0.0);           // level
+  EXPECT_EQ(ticks_in(FailsafeState::kLevel, old), 99);  // 1 s
+  EXPECT_EQ(supervisor_.failsafe_state(), FailsafeState::kRelease);
+  EXPECT_EQ(ticks_in(FailsafeState::kRelease, old), 50);  // neutral for 0.5 s
+  EXPECT_EQ(supervisor_.failsafe_state(), FailsafeState::kSilent);
 }
 
 // Catches a freshness limit that punishes a sender which reports the true age of its poses, and one that grows without
@@ -92,7 +92,7 @@ TEST(FreshLimit, FollowsFromTheMeasuredLatency) {
   EXPECT_EQ(fresh_limit(kDefault, {milliseconds(70), milliseconds(5), milliseconds(10)}), milliseconds(100));
   EXPECT_EQ(fresh_limit(kDefault, {milliseconds(100), milliseconds(40), milliseconds(33)}), milliseconds(223));
   EXPECT_EQ(fresh_limit(kDefault, {milliseconds(200), milliseconds(40), milliseconds(33)}), milliseconds(250));
-  constexpr Limits kSaid{.pose_fresh = milliseconds(80), .pose_fresh_is_said = true};
+  constexpr Limits kSaid{.pose_fresh = milliseconds(80), .pose_fresh_is_set = true};
   EXPECT_EQ(fresh_limit(kSaid, {milliseconds(100), milliseconds(40), milliseconds(33)}), milliseconds(80));
 }
 
@@ -101,10 +101,10 @@ TEST_F(Ladder, FliesOnThePoseOfALongWay) {
   fly();
   Observation late = good();
   late.pose_age = milliseconds(115);
-  late.pose_latency = {.least = milliseconds(100), .jitter = milliseconds(5), .interval = milliseconds(10)};
-  EXPECT_EQ(tick(late).rung, Rung::kNominal);
+  late.pose_latency = {.min_latency = milliseconds(100), .jitter = milliseconds(5), .interval = milliseconds(10)};
+  EXPECT_EQ(tick(late).failsafe_state, FailsafeState::kNominal);
   late.pose_age = milliseconds(131);
-  EXPECT_EQ(tick(late).rung, Rung::kCoast);
+  EXPECT_EQ(tick(late).failsafe_state, FailsafeState::kCoast);
 }
 
 TEST_F(Ladder, GivesControlBackInExactlyOneTick) {
@@ -123,8 +123,8 @@ TEST_F(Ladder, ComesBackFromCoastAfterTenGoodTicks) {
   Observation old = good();
   old.pose_age = milliseconds(61);
   tick(old);
-  EXPECT_EQ(ticks_in(Rung::kCoast, good()), 10);
-  EXPECT_EQ(supervisor_.rung(), Rung::kNominal);
+  EXPECT_EQ(ticks_in(FailsafeState::kCoast, good()), 10);
+  EXPECT_EQ(supervisor_.failsafe_state(), FailsafeState::kNominal);
 }
 
 // Catches a count of ten ticks instead of ten poses: at 30 Hz three poses were enough.
@@ -135,7 +135,7 @@ TEST_F(Ladder, ComesBackFromCoastAfterTenGoodPosesHoweverSlowTheyCome) {
   old.pose_age = milliseconds(61);
   tick(old);
   int poses = 0;
-  for (int i = 0; supervisor_.rung() == Rung::kCoast; ++i) {
+  for (int i = 0; supervisor_.failsafe_state() == FailsafeState::kCoast; ++i) {
     Observation seen = good();
     seen.pose_age = milliseconds(20 + 10 * (i % 4));  // a new one every fourth tick
     poses += i % 4 == 0 ? 1 : 0;
@@ -143,7 +143,7 @@ TEST_F(Ladder, ComesBackFromCoastAfterTenGoodPosesHoweverSlowTheyCome) {
     ASSERT_LE(i, 100);
   }
   EXPECT_EQ(poses, 10);
-  EXPECT_EQ(supervisor_.rung(), Rung::kNominal);
+  EXPECT_EQ(supervisor_.failsafe_state(), FailsafeState::kNominal);
 }
 
 // Catches an order that cannot be carried out and that delays the handover to the pilot for as long as it stands (20
@@ -154,10 +154,10 @@ TEST_F(Ladder, HandsOverThoughAnOrderStands) {
   Observation lost = good();
   lost.pose_age = milliseconds(800);
   tick(lost);
-  ASSERT_EQ(ticks_in(Rung::kCoast, lost), 70);
+  ASSERT_EQ(ticks_in(FailsafeState::kCoast, lost), 70);
   lost.operator_engages = true;
-  EXPECT_EQ(ticks_in(Rung::kLevel, lost), 100);
-  EXPECT_EQ(supervisor_.rung(), Rung::kRelease);
+  EXPECT_EQ(ticks_in(FailsafeState::kLevel, lost), 100);
+  EXPECT_EQ(supervisor_.failsafe_state(), FailsafeState::kRelease);
 }
 
 // Catches a pilot who gets a fast aircraft, and one who never gets it.
@@ -168,43 +168,43 @@ TEST_F(Ladder, HandsOverBelowAMetrePerSecondOrInTheEnd) {
     fly();
     Observation outside = good();
     outside.outside_m = 0.1;
-    EXPECT_EQ(tick(outside).rung, Rung::kLevel);
-    EXPECT_EQ(supervisor_.descent().cause, Cause::kFenceLeft);
+    EXPECT_EQ(tick(outside).failsafe_state, FailsafeState::kLevel);
+    EXPECT_EQ(supervisor_.descent().reason, FailsafeReason::kFenceLeft);
     outside.pose_age = pose_age;
     return outside;
   };
   Observation seen = level(milliseconds(20));
   seen.speed_m_s = 1.0;
   for (int i = 0; i < 300; ++i) {
-    ASSERT_EQ(tick(seen).rung, Rung::kLevel);
+    ASSERT_EQ(tick(seen).failsafe_state, FailsafeState::kLevel);
   }
   seen.speed_m_s = 0.8;
   seen.speed_then_m_s = 1.0;  // a wind beyond the tilt limit: half a second later it would be that fast
-  EXPECT_EQ(tick(seen).rung, Rung::kLevel);
+  EXPECT_EQ(tick(seen).failsafe_state, FailsafeState::kLevel);
   seen.speed_then_m_s = 0.8;
-  EXPECT_EQ(tick(seen).rung, Rung::kRelease);
+  EXPECT_EQ(tick(seen).failsafe_state, FailsafeState::kRelease);
   seen = level(milliseconds(20));
   seen.speed_m_s = 3.0;
-  EXPECT_EQ(ticks_in(Rung::kLevel, seen), 0);  // not within five seconds, but after ten
+  EXPECT_EQ(ticks_in(FailsafeState::kLevel, seen), 0);  // not within five seconds, but after ten
   seen = level(milliseconds(600));
   seen.speed_m_s = 3.0;
-  EXPECT_EQ(ticks_in(Rung::kLevel, seen), 250);
+  EXPECT_EQ(ticks_in(FailsafeState::kLevel, seen), 250);
 }
 
 // Catches a release with half a second of level sticks, in a wind that the aircraft was just held against.
 TEST_F(Ladder, HoldsAgainstTheWindUntilTheSticksAreThePilots) {
   fly();
   Observation lost = good();
-  lost.place_lost_for = milliseconds(3000);
-  EXPECT_EQ(tick(lost).rung, Rung::kLevel);
-  EXPECT_EQ(supervisor_.descent().cause, Cause::kPlaceLost);
+  lost.authority_exceeded_for = milliseconds(3000);
+  EXPECT_EQ(tick(lost).failsafe_state, FailsafeState::kLevel);
+  EXPECT_EQ(supervisor_.descent().reason, FailsafeReason::kAuthorityExceeded);
   const ctl::Command<double> held{.roll_rad = 0.1, .pitch_rad = -0.4};
   for (int i = 0; i < 140; ++i) {
     now_ += milliseconds(10);
     Observation seen = good();
     seen.now = now_;
-    const Grant<double> grant = supervisor_.review(kWanted, held, seen, 0.01);
-    ASSERT_EQ(grant.rung, i < 99 ? Rung::kLevel : Rung::kRelease) << i;
+    const SupervisedCommand<double> grant = supervisor_.review(kLaw, held, seen, 0.01);
+    ASSERT_EQ(grant.failsafe_state, i < 99 ? FailsafeState::kLevel : FailsafeState::kRelease) << i;
     if (i > 3) {
       ASSERT_EQ(grant.command.pitch_rad, held.pitch_rad) << i;
     }
@@ -214,7 +214,7 @@ TEST_F(Ladder, HoldsAgainstTheWindUntilTheSticksAreThePilots) {
   fly();
   Observation leave = good();
   leave.operator_releases = true;
-  EXPECT_EQ(tick(leave).rung, Rung::kRelease);
+  EXPECT_EQ(tick(leave).failsafe_state, FailsafeState::kRelease);
   EXPECT_EQ(tick(good()).command.pitch_rad, 0.0);
 }
 
@@ -222,19 +222,19 @@ TEST_F(Ladder, StaysLevelUntilTheOperatorComes) {
   fly();
   Observation lost = good();
   lost.refused_for = milliseconds(300);
-  EXPECT_EQ(tick(lost).rung, Rung::kLevel);
+  EXPECT_EQ(tick(lost).failsafe_state, FailsafeState::kLevel);
   for (int i = 0; i < 50; ++i) {
-    EXPECT_EQ(tick(good()).rung, Rung::kLevel);
+    EXPECT_EQ(tick(good()).failsafe_state, FailsafeState::kLevel);
   }
   Observation engage = good();
   engage.operator_engages = true;
-  EXPECT_EQ(tick(engage).rung, Rung::kNominal);
+  EXPECT_EQ(tick(engage).failsafe_state, FailsafeState::kNominal);
 }
 
 struct Loss {
   const char* name;
   void (*change)(Observation&);
-  Rung expected;
+  FailsafeState expected;
   bool transmits;
 };
 class LossOf : public Ladder, public ::testing::WithParamInterface<Loss> {};
@@ -243,36 +243,36 @@ TEST_P(LossOf, IsAnsweredInTheSameTick) {
   fly();
   Observation seen = good();
   GetParam().change(seen);
-  const Grant<double> grant = tick(seen);
-  EXPECT_EQ(grant.rung, GetParam().expected);
+  const SupervisedCommand<double> grant = tick(seen);
+  EXPECT_EQ(grant.failsafe_state, GetParam().expected);
   EXPECT_EQ(grant.transmit, GetParam().transmits);
 }
 INSTANTIATE_TEST_SUITE_P(
     Table, LossOf,
-    ::testing::Values(Loss{"Authority", [](Observation& f) { f.authority = false; }, Rung::kSilent, false},
-                      Loss{"ModeF", [](Observation& f) { f.mode_f = false; }, Rung::kSilent, false},
-                      Loss{"Link", [](Observation& f) { f.telemetry_age = milliseconds(501); }, Rung::kRelease, true},
-                      Loss{"LinkBriefly", [](Observation& f) { f.telemetry_age = milliseconds(101); }, Rung::kCoast,
-                           true},
-                      Loss{"Estimate", [](Observation& f) { f.estimate_healthy = false; }, Rung::kLevel, true},
-                      Loss{"PoseAndMode",
-                           [](Observation& f) {
-                             f.pose_age = milliseconds(500);
-                             f.mode_f = false;
-                           },
-                           Rung::kSilent, false}),
+    ::testing::Values(
+        Loss{"Authority", [](Observation& f) { f.authority = false; }, FailsafeState::kSilent, false},
+        Loss{"ModeF", [](Observation& f) { f.mode_f = false; }, FailsafeState::kSilent, false},
+        Loss{"Link", [](Observation& f) { f.telemetry_age = milliseconds(501); }, FailsafeState::kRelease, true},
+        Loss{"LinkBriefly", [](Observation& f) { f.telemetry_age = milliseconds(101); }, FailsafeState::kCoast, true},
+        Loss{"Estimate", [](Observation& f) { f.estimate_healthy = false; }, FailsafeState::kLevel, true},
+        Loss{"PoseAndMode",
+             [](Observation& f) {
+               f.pose_age = milliseconds(500);
+               f.mode_f = false;
+             },
+             FailsafeState::kSilent, false}),
     [](const auto& tested) { return tested.param.name; });
 
 class Unsound : public Ladder, public ::testing::WithParamInterface<double> {};
 TEST_P(Unsound, CommandBecomesNeutralAndLevel) {
   RecordProperty("promise", "R5");
   fly();
-  ctl::Command<double> wanted = kWanted;
+  ctl::Command<double> wanted = kLaw;
   wanted.pitch_rad = GetParam();
-  const Grant<double> grant = tick(good(), wanted);
-  EXPECT_EQ(grant.rung, Rung::kLevel);
+  const SupervisedCommand<double> grant = tick(good(), wanted);
+  EXPECT_EQ(grant.failsafe_state, FailsafeState::kLevel);
   EXPECT_EQ(grant.command.pitch_rad, 0.0);
-  EXPECT_EQ(supervisor_.stats().unsound_commands, 1U);
+  EXPECT_EQ(supervisor_.stats().invalid_commands, 1U);
 }
 INSTANTIATE_TEST_SUITE_P(Values, Unsound,
                          ::testing::Values(kNan, std::numeric_limits<double>::infinity(), -1e300, 3.0));
@@ -280,7 +280,7 @@ INSTANTIATE_TEST_SUITE_P(Values, Unsound,
 TEST_F(Ladder, SlewsInsteadOfJumping) {
   RecordProperty("promise", "R5");
   fly();
-  ctl::Command<double> wanted = kWanted;
+  ctl::Command<double> wanted = kLaw;
   wanted.roll_rad = 0.43;
   EXPECT_NEAR(tick(good(), wanted).command.roll_rad, 0.1 + 20.0 * 0.01, 1e-12);
   EXPECT_NEAR(tick(good(), wanted).command.roll_rad, 0.43, 1e-12);

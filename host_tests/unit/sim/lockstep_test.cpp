@@ -59,7 +59,7 @@ struct Lockstep : ::testing::Test {
     }
   }
   bool comes(pid_t child) {
-    return host.wait_for([&] { return host.attends(child) && host.connected(end); }, kPatience_s);
+    return host.wait_for([&] { return host.is_attached(child) && host.connected(end); }, kPatience_s);
   }
   static void finish(pid_t child) {
     ::kill(child, SIGKILL);
@@ -137,7 +137,7 @@ TEST_F(Lockstep, ARealPortHasNoClockButTheMachines) {
     simulated.sleep_until(core::TimePoint{seconds(100)});
     host.stop();  // it does not sleep again
   });
-  ASSERT_TRUE(host.wait_for([&] { return host.attends(::getpid()) && host.attends(child); }, kPatience_s));
+  ASSERT_TRUE(host.wait_for([&] { return host.is_attached(::getpid()) && host.is_attached(child); }, kPatience_s));
   while (host.now() < core::TimePoint{seconds(100)}) {
     host.advance(core::TimePoint{seconds(100)});
   }
@@ -204,7 +204,7 @@ TEST_F(Lockstep, TimeGoesOnWithoutAProgramThatIsStoppedAndWithoutOneThatIsKilled
   host.advance(core::TimePoint{seconds(8)});
   host.advance(core::TimePoint{seconds(8)});
   EXPECT_EQ(host.now(), core::TimePoint{seconds(8)});
-  EXPECT_EQ(host.attendants(), 0U);
+  EXPECT_EQ(host.attached_count(), 0U);
 }
 
 }  // namespace

@@ -10,8 +10,8 @@
 #include "hal/mock/uart_pair.h"
 #include "host_tests/sim/autopilot/n1_autopilot.h"
 #include "host_tests/sim/world/still_vehicle.h"
-#include "protocol/acks.h"
-#include "protocol/frame_encoder.h"
+#include "protocol/dji/acks.h"
+#include "protocol/dji/frame_encoder.h"
 
 /// The emulated autopilot as the raw frames of a client see it: a cable, a hovering vehicle, and a clock that the test
 /// advances.

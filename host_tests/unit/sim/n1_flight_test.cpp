@@ -167,7 +167,7 @@ TEST_F(N1Test, SwitchingOnTooOftenMakesItDeafToItsModeSwitch) {
   autopilot->set_mode(N1Mode::kA);
   run(milliseconds(500));
   EXPECT_TRUE(autopilot->virtual_rc_on()) << "the hazard of the protocol's section 7";
-  EXPECT_LT(autopilot->record().least_on_spacing, seconds(1));
+  EXPECT_LT(autopilot->record().min_on_spacing, seconds(1));
 }
 
 TEST_F(N1Test, LeavingFEndsVirtualRc) {
@@ -205,9 +205,9 @@ TEST_F(N1Test, TakeOffIsRefusedWithMotorsOnAndLandingOnTheGround) {
   EXPECT_EQ(code(ids::kTask, bytes({1, 4})), 1U) << "motors on";
   EXPECT_EQ(code(ids::kTask, bytes({2, 6})), 1U) << "on the ground";
   vehicle.mutable_state().motors_on = false;
-  autopilot->happen(N1Happening::kTasks, 0.0);
+  autopilot->happen(N1EventKind::kTasks, 0.0);
   EXPECT_EQ(code(ids::kTask, bytes({3, 4})), 1U);
-  autopilot->happen(N1Happening::kTasks, 1.0);
+  autopilot->happen(N1EventKind::kTasks, 1.0);
   EXPECT_EQ(code(ids::kTask, bytes({4, 4})), 2U);
 }
 

@@ -115,10 +115,10 @@ TEST_F(N1Test, LeavingFDropsControlAndPushesInSession0AndReturningDoesNotRestore
 
 TEST_F(N1Test, IocAndTheMobileAppHaveTheirOwnAnswers) {
   activate();
-  autopilot->happen(N1Happening::kIoc, 1);
+  autopilot->happen(N1EventKind::kIoc, 1);
   EXPECT_EQ(code(ids::kControlRequest, bytes({1})), 0xC9U);
-  autopilot->happen(N1Happening::kIoc, 0);
-  autopilot->happen(N1Happening::kTake, 'm');
+  autopilot->happen(N1EventKind::kIoc, 0);
+  autopilot->happen(N1EventKind::kTake, 'm');
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(code(ids::kControlRequest, bytes({1})), 3U);
   }
@@ -164,12 +164,12 @@ TEST_F(N1Test, ARefusedEncryptedCommandIsAnsweredAsThePlainOne) {
 
 TEST_F(N1Test, AcknowledgementsOfOneCommandCanBeLostByName) {
   activate();
-  autopilot->happen(N1Happening::kLoseAcks, 1, N1Asked::kReleaseControl);
+  autopilot->happen(N1EventKind::kLoseAcks, 1, N1Request::kReleaseControl);
   ASSERT_EQ(code(ids::kControlRequest, bytes({1})), 3U);
   ASSERT_EQ(code(ids::kControlRequest, bytes({1})), 2U);
   EXPECT_FALSE(ask(ids::kControlRequest, bytes({0})).has_value());
   EXPECT_EQ(code(ids::kControlRequest, bytes({0})), 1U) << "the lost answer was 4";
-  autopilot->happen(N1Happening::kLoseAcks, 2);
+  autopilot->happen(N1EventKind::kLoseAcks, 2);
   EXPECT_FALSE(ask(ids::kVersionQuery, bytes({0})).has_value());
   EXPECT_FALSE(ask(ids::kControlRequest, bytes({0})).has_value());
   EXPECT_EQ(code(ids::kControlRequest, bytes({0})), 1U);
@@ -177,7 +177,7 @@ TEST_F(N1Test, AcknowledgementsOfOneCommandCanBeLostByName) {
 
 TEST_F(N1Test, ARestartForgetsEverything) {
   obtain();
-  autopilot->happen(N1Happening::kRestart);
+  autopilot->happen(N1EventKind::kRestart);
   run(milliseconds(10));  // empties the line
   heard.clear();
   run(seconds(1));
@@ -190,8 +190,8 @@ TEST_F(N1Test, ARestartForgetsEverything) {
 TEST(N1Script, NamesALieAndItsSize) {
   const auto script = read_n1_script("1 lie standing\n2 lie drift\n3 lie drift -0.1\n");
   ASSERT_EQ(script.size(), 3U);
-  EXPECT_EQ(script[0].lie, lie_of("standing"));
-  EXPECT_EQ(script[1].value, lie_of("drift")->size);
+  EXPECT_EQ(script[0].fault, find_sensor_fault("standing"));
+  EXPECT_EQ(script[1].value, find_sensor_fault("drift")->size);
   EXPECT_NEAR(script[2].value, -0.1, 1e-12);
   for (const char* const bad : {"1 lie", "1 lie gravely", "1 lie standing 2", "1 lie drift fast", "1 lie drift 1 2",
                                 "1 lie drift nan", "1 lie drift 1e9"}) {
@@ -201,9 +201,9 @@ TEST(N1Script, NamesALieAndItsSize) {
 
 // Catches a lie that changes another channel than its own, or no channel.
 TEST(Lies, EachChangesItsOwnChannelAlone) {
-  for (const Lie& lie : lies()) {
-    ASSERT_NE(lie.pose == nullptr, lie.telemetry == nullptr) << lie.name;
-    Liar liar(lie);
+  for (const SensorFault& fault : sensor_faults()) {
+    ASSERT_NE(fault.pose == nullptr, fault.telemetry == nullptr) << fault.name;
+    SensorFaultInjector fault_injector(fault);
     bool changed = false;
     for (int i = 0; i < 20; ++i) {
       PoseSample pose;
@@ -221,8 +221,8 @@ TEST(Lies, EachChangesItsOwnChannelAlone) {
       telemetry.battery_percent = 90;
       PoseSample told_pose = pose;
       protocol::Telemetry told = telemetry;
-      liar.tell(told_pose);
-      liar.tell(told);
+      fault_injector.apply(told_pose);
+      fault_injector.apply(told);
       const bool pose_changed = told_pose.position_w_m != pose.position_w_m || told_pose.yaw_rad != pose.yaw_rad ||
                                 told_pose.stamp != pose.stamp;
       const bool telemetry_changed =
@@ -231,10 +231,10 @@ TEST(Lies, EachChangesItsOwnChannelAlone) {
           told.angular_velocity_frd_rad_s != telemetry.angular_velocity_frd_rad_s ||
           told.position.height_m != telemetry.position.height_m || told.time.ticks != telemetry.time.ticks ||
           told.battery_percent != telemetry.battery_percent;
-      EXPECT_FALSE(lie.pose == nullptr ? pose_changed : telemetry_changed) << lie.name;
+      EXPECT_FALSE(fault.pose == nullptr ? pose_changed : telemetry_changed) << fault.name;
       changed = changed || pose_changed || telemetry_changed;
     }
-    EXPECT_TRUE(changed) << lie.name;
+    EXPECT_TRUE(changed) << fault.name;
   }
 }
 
@@ -244,8 +244,8 @@ TEST(N1Script, IsReadLineByLineAndErrorsNameTheLine) {
   EXPECT_EQ(script[0].at, core::TimePoint{milliseconds(1500)});
   EXPECT_EQ(script[1].value, 'm');
   EXPECT_NEAR(script[2].value, 0.01, 1e-12);
-  EXPECT_EQ(read_n1_script("1 lose_acks 2").front().asked, N1Asked::kAny);
-  EXPECT_EQ(read_n1_script("1 lose_acks 2 obtain_control # twice").front().asked, N1Asked::kObtainControl);
+  EXPECT_EQ(read_n1_script("1 lose_acks 2").front().request, N1Request::kAny);
+  EXPECT_EQ(read_n1_script("1 lose_acks 2 obtain_control # twice").front().request, N1Request::kObtainControl);
   for (const char* const bad :
        {"x mode A", "1 mode", "1 mode B", "1 fly", "1 loss 2", "1 loss nan", "1 restart 3", "2 mode A\n1 mode F",
         "1 mode A F", "-1 mode A", "nan mode A", "1 lose_acks", "1 lose_acks 2 movement", "1 lose_acks 2 task 3"}) {

@@ -174,7 +174,7 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"ChangedDampingOfAFirstOrder", "[change]\nat_s = 3\n\"axis.yaw_rate.damping_ratio\" = 0.3\n",
             "p.toml:3: 'axis.yaw_rate.damping_ratio': has no effect on a first order"},
         Bad{"NoTimeConstant", "[axis.yaw_rate]\ntime_constant_s = 0\n", "p.toml:2: 'axis.yaw_rate.time_constant_s'"},
-        Bad{"OldName", "[sensors]\n\npose_noise_m = \"text\"\n", "p.toml:3: 'sensors.pose_noise_m'"},
+        Bad{"KeyAlias", "[sensors]\n\npose_noise_m = \"text\"\n", "p.toml:3: 'sensors.pose_noise_m'"},
         Bad{"AxisIsANumber", "axis = 3\n", "p.toml:1: 'axis': must be a table"},
         Bad{"NoScale", "[axis.roll]\nscale_rad_per_count = 0\n", "scale_rad_per_count"},
         Bad{"ChangeOfNothing", "[change]\nat_s = 3\n\"axis.rol.dead_zone_counts\" = 3\n",

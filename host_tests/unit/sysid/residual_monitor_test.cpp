@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "host_tests/lab/identify/axis/axis_blocks.h"
+#include "host_tests/lab/identify/model/axis/axis_blocks.h"
 
 namespace m100::sysid {
 namespace {
@@ -148,7 +148,7 @@ TEST(AxisResidual, NoticesADelay) {
   EXPECT_TRUE(seen.departed) << "ratio " << seen.ratio;
 }
 
-// An offset is a trim, which est::TrimWatch reports; this monitor must not.
+// An offset is a trim, which est::TrimMonitor reports; this monitor must not.
 TEST(AxisResidual, LeavesAnOffsetToTheTrim) {
   lab::identify::AxisData data = fly(measured_roll(), 3000, 0.002);
   for (double& measured : data.measured) {

@@ -29,7 +29,7 @@ void run(const PaperOptions& options) {
   const identify::paper::Report report = identify::paper::reproduce(options.pitch_roll, options.height);
   std::printf("%-48s %12s %12s %12s\n", "", "paper", "reproduced", "aligned");
   nlohmann::ordered_json lines = nlohmann::ordered_json::array();
-  for (const identify::paper::Line& line : report.lines) {
+  for (const identify::paper::ReproducedNumber& line : report.lines) {
     std::printf("%-48s ", line.quantity.c_str());
     if (std::isfinite(line.paper)) {
       std::printf("%12.4g", line.paper);

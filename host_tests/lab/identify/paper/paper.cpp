@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "firmware/sysid/axis_dynamics.h"
-#include "host_tests/lab/identify/search/levenberg_marquardt.h"
+#include "host_tests/lab/identify/model/levenberg_marquardt.h"
 
 namespace m100::lab::identify::paper {
 namespace {
@@ -123,11 +123,11 @@ Dynamics fit(const Record& record, double scale, double from_s, double to_s, boo
 }  // namespace
 
 int correlation_lag(const std::vector<double>& stick, const std::vector<double>& response, double period_s) {
-  const auto most = static_cast<std::ptrdiff_t>(3.0 / period_s);
+  const auto maximum = static_cast<std::ptrdiff_t>(3.0 / period_s);
   const auto size = static_cast<std::ptrdiff_t>(std::min(stick.size(), response.size()));
   double best = -1.0;
   std::ptrdiff_t lag = 0;
-  for (std::ptrdiff_t shift = -most; shift <= most; ++shift) {
+  for (std::ptrdiff_t shift = -maximum; shift <= maximum; ++shift) {
     double sum = 0.0;
     for (std::ptrdiff_t row = std::max<std::ptrdiff_t>(0, shift); row < std::min(size, size + shift); ++row) {
       sum += response[static_cast<std::size_t>(row)] * stick[static_cast<std::size_t>(row - shift)];

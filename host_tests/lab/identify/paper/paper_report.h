@@ -8,7 +8,7 @@ namespace m100::lab::identify::paper {
 
 /// One number of the paper; the same from the authors' own rows with the authors' method; and the same after aligning
 /// the streams by their message counters.
-struct Line {
+struct ReproducedNumber {
   std::string quantity;
   double paper;
   double reproduced;
@@ -16,7 +16,7 @@ struct Line {
 };
 
 struct Report {
-  std::vector<Line> lines;
+  std::vector<ReproducedNumber> lines;
   int stick_shift_samples = 0;  ///< rows by which the sticks were early in the authors' tables
   std::string evidence;         ///< of the shift
 };

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/app/fault_isolation.h"
+
+#include <optional>
+
+#include "firmware/core/maths.h"
+#include "firmware/core/tilt.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::app {
+
+namespace {
+
+/// The speed still grows for a quarter of a second, until the tilt is reversed; a gust adds this much until the
+/// aircraft answers it.
+constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4;
+
+/// Distance between the poses and the observer's prediction from the reported attitude that has an innocent cause: per
+/// speed the largest error of the time of capture that PathConsistency allows, and another 5 cm for noise and the lag
+/// after a gust (1008 healthy flights: README of est). The mean is over a few poses.
+constexpr double kMaxLate_s = 0.12, kLag_m = 0.05, kPosesMean = 0.25;
+constexpr double kSane = 1e6;  ///< resets the velocity if it is NaN, which would otherwise stay
+
+/// Memory of the velocity from the commands: a trim error of half a degree is then 0.2 m/s. The shorter memory is for
+/// the time while the pilot flies, who hovers when he is about to hand over.
+constexpr double kModelMemory_s = 2.0, kHoverMemory_s = 0.5, kMax_m_s = 20.0;
+
+}  // namespace
+
+template <typename T>
+bool FaultIsolation<T>::contradicts_command() const {
+  const bool accuses = estimate_faulted_ || poses_confirm_commands_ || velocity_consistency_.is_suspect() ||
+                       velocity_consistency_.report().check != est::ConsistencyCheck::kNone;
+  return (disabled_checks_ & set_of(est::ConsistencyCheck::kAnswer)) == 0 && accuses &&
+         command_consistency_.contradicts_command();
+}
+
+template <typename T>
+est::Contradiction<T> FaultIsolation<T>::contradiction() const {
+  if (rates_contradict()) {
+    return {.check = est::ConsistencyCheck::kRates,
+            .measured = attitude_rate_consistency_.residual_rad(),
+            .allowed = attitude_rate_consistency_.allowed_rad()};
+  }
+  if (contradicts_command()) {
+    return {.check = est::ConsistencyCheck::kAnswer,
+            .measured = command_consistency_.residual_rad(),
+            .allowed = command_consistency_.allowed_rad()};
+  }
+  return velocity_consistency_.report();
+}
+
+/// Force and observer follow an attitude that was false before control was ours; the poses do not.
+template <typename T>
+void FaultIsolation<T>::update_pose_offset(const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
+                                           const core::Vector<T, 2>& model_tilt_rad) {
+  if (!measured.pose.is_new) {
+    return;
+  }
+  using Vector2 = core::Vector<T, 2>;
+  const Vector2 velocity_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
+  const Vector2 place_m = Vector2(estimate.x.position_m, estimate.y.position_m) -
+                          velocity_m_s * core::seconds<T>(measured.pose.age(measured.now));
+  pose_offset_m_ +=
+      (measured.pose.position_w_m.template head<2>() - place_m - pose_offset_m_) * static_cast<T>(kPosesMean);
+  if (!(pose_offset_m_.squaredNorm() < static_cast<T>(kSane))) {
+    pose_offset_m_.setZero();
+  }
+  const Vector2 toward(model_tilt_rad.x() - estimate.x.tilt_rad, estimate.y.tilt_rad - model_tilt_rad.y());
+  const T most_m = static_cast<T>(kLag_m) + static_cast<T>(kMaxLate_s) * core::sqrt(velocity_m_s.squaredNorm());
+  poses_confirm_commands_ = pose_offset_m_.squaredNorm() > most_m * most_m && pose_offset_m_.dot(toward) > T(0);
+}
+
+template <typename T>
+void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurement<T>& measured,
+                               const est::Estimate<T>& estimate, const core::Vector<T, 2>& model_tilt_rad,
+                               safety::FailsafeState failsafe_state, core::Duration elapsed) {
+  constexpr T kFar_m_s = T(0.5);
+  update_pose_offset(measured, estimate, model_tilt_rad);
+  attitude_rate_consistency_.update(imu, core::seconds<T>(elapsed));
+  command_consistency_.update(estimate, model_tilt_rad, failsafe_state != safety::FailsafeState::kSilent,
+                              core::seconds<T>(elapsed));
+  velocity_consistency_.update(imu, estimate, dead_reckoning_.disturbance_acceleration_w_m_s2(), elapsed);
+  const bool contradicted = contradiction().check != est::ConsistencyCheck::kNone;
+  const core::Vector<T, 2> apart =
+      core::Vector<T, 2>(estimate.x.velocity_m_s, estimate.y.velocity_m_s) - dead_reckoning_.velocity_w_m_s();
+  const bool settles =
+      failsafe_state == safety::FailsafeState::kLevel || failsafe_state == safety::FailsafeState::kRelease;
+  const bool refused = settles && estimate.refused_poses > 0 && apart.squaredNorm() > kFar_m_s * kFar_m_s;
+  estimate_faulted_ = contradicted || refused || (estimate_faulted_ && settles);
+  const bool lay = attitude_fault_;
+  attitude_fault_ = rates_contradict() || contradicts_command() || (attitude_fault_ && settles);
+  const T speed_m_s = core::sqrt(dead_reckoning_.velocity_w_m_s().squaredNorm());
+  if (!estimate_faulted_) {
+    max_speed_m_s_ =
+        speed_m_s + static_cast<T>(kTurnsRound_s) * velocity_consistency_.moved_m_s2() + static_cast<T>(kGust_m_s);
+  }
+  diverges_ = settles && (speed_m_s > max_speed_m_s_ || diverges_);
+  const bool trusted = !estimate_faulted_ && !velocity_consistency_.is_suspect() && estimate.refused_poses == 0;
+  const bool pilots = failsafe_state == safety::FailsafeState::kSilent;
+  model_tilt_rad_ = model_tilt_rad + dead_reckoning_.offset_rad();
+  predict_from_commands(estimate, trusted && !command_consistency_.contradicts_command(), pilots,
+                        core::seconds<T>(elapsed));
+  if (attitude_fault_ && !lay) {
+    dead_reckoning_.set_velocity(model_velocity_m_s_);
+  }
+  if (attitude_fault_) {
+    dead_reckoning_.update(with_model_tilt(imu, estimate.yaw_rad), estimate, std::nullopt, trusted, pilots, elapsed);
+  } else {
+    dead_reckoning_.update(imu, estimate, velocity_consistency_.measured_h_m_s2(), trusted, pilots, elapsed);
+  }
+}
+
+/// Computes the velocity from the commands, in addition to the reckoned velocity, whose attitude may have been false
+/// for a while before this is noticed.
+template <typename T>
+void FaultIsolation<T>::predict_from_commands(const est::Estimate<T>& estimate, bool trusted, bool pilots, T step_s) {
+  constexpr T kGravity_m_s2 = static_cast<T>(model::kGravity_m_s2);
+  const core::Vector<T, 2> tilted_m_s2(kGravity_m_s2 * core::tan(model_tilt_rad_.x()),
+                                       -kGravity_m_s2 * core::tan(model_tilt_rad_.y()));
+  if (!(model_velocity_m_s_.squaredNorm() < static_cast<T>(kSane))) {
+    model_velocity_m_s_.setZero();
+  }
+  model_velocity_m_s_ += (tilted_m_s2 + dead_reckoning_.disturbance_acceleration_w_m_s2()) * step_s;
+  model_velocity_m_s_ = model_velocity_m_s_.cwiseMax(T(-kMax_m_s)).cwiseMin(T(kMax_m_s));
+  if (pilots) {
+    model_velocity_m_s_ -= model_velocity_m_s_ * (step_s * static_cast<T>(1.0 / kHoverMemory_s));
+  } else if (trusted) {
+    const core::Vector<T, 2> seen_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
+    model_velocity_m_s_ += (seen_m_s - model_velocity_m_s_) * (step_s * static_cast<T>(1.0 / kModelMemory_s));
+  }
+}
+
+/// Replaces the false tilt by the tilt that the model predicts from the commands.
+template <typename T>
+est::ImuSample<T> FaultIsolation<T>::with_model_tilt(const est::ImuSample<T>& imu, T yaw_rad) const {
+  const core::Euler<T> asked = core::attitude_of(core::Tilt<T>{model_tilt_rad_.x(), model_tilt_rad_.y()}, yaw_rad);
+  est::ImuSample<T> believed = imu;
+  believed.attitude_is_new = true;
+  believed.roll_rad = asked.roll_rad;
+  believed.pitch_rad = asked.pitch_rad;
+  return believed;
+}
+
+template <typename T>
+est::Estimate<T> FaultIsolation<T>::motion(const est::Estimate<T>& estimate) const {
+  constexpr T kNotToBeUsed_m2_s2 = T(1e6);
+  est::Estimate<T> known = estimate_faulted_ ? dead_reckoning_.replace_motion(estimate) : estimate;
+  if (attitude_fault_) {
+    known.x.tilt_rad = model_tilt_rad_.x();
+    known.y.tilt_rad = model_tilt_rad_.y();
+  }
+  if (diverges_) {
+    known.x.velocity_variance_m2_s2 = known.y.velocity_variance_m2_s2 = kNotToBeUsed_m2_s2;
+  }
+  return known;
+}
+
+template <typename T>
+double FaultIsolation<T>::speed_m_s(const est::Estimate<T>& estimate) const {
+  constexpr T kWorthless_m2_s2 = T(1);
+  const est::AxisEstimate<T>& x = estimate.x;
+  const est::AxisEstimate<T>& y = estimate.y;
+  const bool learned = estimate_faulted_ ||
+                       (x.velocity_variance_m2_s2 < kWorthless_m2_s2 && y.velocity_variance_m2_s2 < kWorthless_m2_s2);
+  if (!estimate.prediction_valid || diverges_ || !learned) {
+    return 0.0;
+  }
+  const core::Vector<T, 2> velocity_m_s =
+      estimate_faulted_ ? dead_reckoning_.velocity_w_m_s() : core::Vector<T, 2>(x.velocity_m_s, y.velocity_m_s);
+  return static_cast<double>(core::sqrt(velocity_m_s.squaredNorm()));
+}
+
+template <typename T>
+double FaultIsolation<T>::speed_then_m_s(const est::Estimate<T>& estimate, core::Duration later) const {
+  constexpr T kGravity_m_s2 = static_cast<T>(model::kGravity_m_s2);
+  const double now_m_s = speed_m_s(estimate);
+  const est::Estimate<T> known = motion(estimate);
+  const core::Vector<T, 2> velocity_m_s(known.x.velocity_m_s, known.y.velocity_m_s);
+  const core::Vector<T, 2> disturbance_acceleration_m_s2(known.x.disturbance_m_s2 + kGravity_m_s2 * known.x.tilt_rad,
+                                                         known.y.disturbance_m_s2 - kGravity_m_s2 * known.y.tilt_rad);
+  const bool grows =
+      now_m_s > 0.0 && velocity_m_s.dot(disturbance_acceleration_m_s2) > T(0);  // zero: the speed is useless
+  return grows ? static_cast<double>(
+                     core::sqrt((velocity_m_s + disturbance_acceleration_m_s2 * core::seconds<T>(later)).squaredNorm()))
+               : now_m_s;
+}
+
+template <typename T>
+void FaultIsolation<T>::report_to(safety::Observation& observed, const est::Estimate<T>& estimate,
+                                  core::Duration gate_shut) const {
+  const est::Contradiction<T> contradicted = contradiction();
+  observed.refused_poses = estimate.refused_poses;
+  observed.refused_for = estimate_faulted_ && estimate.refused_for < gate_shut ? gate_shut : estimate.refused_for;
+  observed.refused_by_m = static_cast<double>(estimate.refusal.distance_m);
+  observed.refused_allowed_m = static_cast<double>(estimate.refusal.allowed_m);
+  observed.refused_turn_rad = static_cast<double>(estimate.refusal.turned_rad);
+  observed.contradicted_by = static_cast<std::uint8_t>(contradicted.check);
+  observed.contradicted_with = static_cast<double>(contradicted.measured);
+  observed.contradicted_allowed = static_cast<double>(contradicted.allowed);
+  observed.speed_m_s = speed_m_s(estimate);
+}
+
+template class FaultIsolation<float>;
+template class FaultIsolation<double>;
+
+}  // namespace m100::app

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/est/consistency/attitude_rate_consistency.h"
+#include "firmware/est/consistency/command_consistency.h"
+#include "firmware/est/consistency/dead_reckoning.h"
+#include "firmware/est/consistency/velocity_consistency.h"
+#include "firmware/est/estimate.h"
+#include "firmware/est/measurement.h"
+#include "firmware/safety/failsafe.h"
+#include "firmware/safety/observation.h"
+
+namespace m100::app {
+
+/// Reacts to false poses: compares the poses with the autopilot, remembers that they gave the observer a false motion,
+/// and then supplies another motion for braking.
+///
+/// Contradicted poses have given the observer a false motion. Poses that the gate refuses may have done so if the
+/// observer's motion is far from the one that is computed without them. The observer's motion then counts as false
+/// until the failsafe has ended. If the autopilot's attitude and rates contradict each other, or the attitude does not
+/// follow our commands while pose and force disagree, the attitude is false, and the motion is computed from the tilt
+/// predicted by the commands. If the computed speed grows although the aircraft brakes, it is useless: the aircraft is
+/// levelled by trim and wind, without waiting for it to slow down.
+///
+/// No heap. Cost: that of its four parts. T is float or double.
+template <typename T>
+class FaultIsolation {
+ public:
+  /// @param off checks that the operator has switched off.
+  explicit FaultIsolation(est::CheckSet off) : disabled_checks_(off), velocity_consistency_(off) {}
+
+  /// Once per tick, after the observer. @param measured its pose. @param asked_rad the tilt that the model predicts
+  /// from the commands. @param state of the failsafe before this tick's review.
+  void update(const est::ImuSample<T>& imu, const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
+              const core::Vector<T, 2>& model_tilt_rad, safety::FailsafeState failsafe_state, core::Duration elapsed);
+
+  bool is_converged() const { return velocity_consistency_.is_converged(); }
+  /// The present contradiction. A false attitude is reported first, because it makes the poses look false, too.
+  est::Contradiction<T> contradiction() const;
+  /// The push that the specific force shows and the tilt does not explain, for the observer.
+  const est::DisturbanceAcceleration<T>& disturbance_acceleration() const {
+    return velocity_consistency_.disturbance_acceleration();
+  }
+  /// The motion for braking: a contradicted estimate would follow the false poses.
+  est::Estimate<T> motion(const est::Estimate<T>& estimate) const;
+  /// Horizontal. Zero if the prediction is useless, so that nothing waits for the aircraft to slow down.
+  double speed_m_s(const est::Estimate<T>& estimate) const;
+  /// The same after `later`, if tilt and push stay as they are; not less than now.
+  double speed_then_m_s(const est::Estimate<T>& estimate, core::Duration later) const;
+  /// Adds refused and contradicted poses to the observation; a contradicted one counts as refused for long.
+  void report_to(safety::Observation& observed, const est::Estimate<T>& estimate, core::Duration gate_shut) const;
+
+ private:
+  bool contradicts_command() const;
+  void update_pose_offset(const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
+                          const core::Vector<T, 2>& model_tilt_rad);
+  void predict_from_commands(const est::Estimate<T>& estimate, bool trusted, bool pilots, T step_s);
+  est::ImuSample<T> with_model_tilt(const est::ImuSample<T>& imu, T yaw_rad) const;
+  bool rates_contradict() const {
+    return (disabled_checks_ & set_of(est::ConsistencyCheck::kRates)) == 0 && attitude_rate_consistency_.contradicts();
+  }
+
+  est::CheckSet disabled_checks_;
+  est::VelocityConsistency<T> velocity_consistency_;
+  est::AttitudeRateConsistency<T> attitude_rate_consistency_;
+  est::CommandConsistency<T> command_consistency_;
+  est::DeadReckoning<T> dead_reckoning_;
+  bool estimate_faulted_ = false;  ///< the observer's motion was learned from poses that are contradicted
+  T max_speed_m_s_{0};             ///< limit of the reckoned speed under braking
+  bool attitude_fault_ = false;    ///< the attitude is contradicted: by its rates, or by our own commands
+  bool diverges_ = false;          ///< the reckoned motion is useless
+  bool poses_confirm_commands_ =
+      false;  ///< the poses are where the commands lead, and far from where the attitude does
+  core::Vector<T, 2> pose_offset_m_ = core::Vector<T, 2>::Zero();  ///< from the observer's place to the poses, mean
+  core::Vector<T, 2> model_velocity_m_s_ = core::Vector<T, 2>::Zero();  ///< velocity from this tilt, without the poses
+  core::Vector<T, 2> model_tilt_rad_ = core::Vector<T, 2>::Zero();  ///< tilt predicted from the commands, with the trim
+};
+
+extern template class FaultIsolation<float>;
+extern template class FaultIsolation<double>;
+
+}  // namespace m100::app

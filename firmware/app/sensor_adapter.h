@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "firmware/core/frames.h"
+#include "firmware/core/time.h"
+#include "firmware/est/consistency/velocity_consistency.h"
+#include "firmware/est/measurement.h"
+#include "protocol/dji/telemetry.h"
+
+namespace m100::app {
+
+/// Limits of a working sensor; readings outside are dropped and counted.
+struct SensorLimits {
+  float position_m = 100.F;           ///< the estimator's own range
+  float rate_rad_s = 20.F;            ///< twice the estimator's range; in degrees a slow turn is already beyond it
+  float norm_error = 0.01F;           ///< of the unit quaternion
+  float tilt_rad = 1.2F;              ///< level flight with a larger tilt means swapped axes
+  std::uint32_t stuck_readings = 50;  ///< bit-identical readings in a row: half a second of a sensor that is stuck
+};
+
+struct SensorAdapterStats {
+  std::uint32_t refused_poses = 0;      ///< not finite, out of range, or captured later than now
+  std::uint32_t refused_attitudes = 0;  ///< not a unit quaternion, too steep, too fast
+  std::uint32_t stuck_attitudes = 0;    ///< the same bits for too long
+  std::uint32_t repeated_poses = 0;     ///< the same bits as the pose before: not new, whatever its time stamp is
+};
+
+/// Telemetry and pose as one measurement in our frames: NED to world, FRD to body, here and nowhere else.
+class SensorAdapter {
+ public:
+  explicit SensorAdapter(const SensorLimits& sensor_limits = {}) : sensor_limits_(sensor_limits) {}
+
+  /// @param attitude_age age of the telemetry's attitude.
+  template <typename T>
+  est::Measurement<T> update(const protocol::Telemetry& telemetry, core::Duration attitude_age,
+                             const core::Pose<double>& pose, core::TimePoint now);
+
+  /// The other motion data of the same package; the attitude is taken from `measured`, of this tick.
+  template <typename T>
+  static est::ImuSample<T> imu_sample(const protocol::Telemetry& telemetry, const est::Measurement<T>& measured);
+
+  const SensorAdapterStats& stats() const { return stats_; }
+
+ private:
+  template <typename T>
+  bool is_plausible(const protocol::Telemetry& telemetry, const core::Quaternion<T>& q, const core::Euler<T>& euler);
+  template <typename T>
+  bool is_plausible(const core::Pose<T>& pose, core::TimePoint now);
+  bool is_repeated(const core::Pose<double>& pose);
+
+  SensorLimits sensor_limits_;
+  SensorAdapterStats stats_;
+  std::array<float, 7> last_reading_{};
+  std::uint32_t same_readings_ = 0;
+  /// Bits of x, y, z, yaw; at first those of no number.
+  std::array<std::uint64_t, 4> last_pose_{~std::uint64_t{0}};
+};
+
+}  // namespace m100::app

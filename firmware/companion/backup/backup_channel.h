@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "firmware/companion/backup/backup_process.h"
+
+namespace m100::companion {
+
+/// The memory that the two processes share.
+struct BackupSharedState {
+  static constexpr std::uint32_t kReleased = 1U << 31U;
+  /// Heartbeats so far, and kSpoken from when the keeper decides to speak until the program has noticed it.
+  std::atomic<std::uint32_t> heartbeats{0};
+  std::atomic<std::uint32_t> in_control{0};
+  std::atomic<std::uint32_t> polls{0};  ///< of the keeper so far: they show that it runs
+};
+static_assert(std::atomic<std::uint32_t>::is_always_lock_free, "a lock could die with the program");
+
+// Messages from the flying program over the socket, one letter each.
+inline constexpr char kExit = 'g';
+inline constexpr char kRelease = 's';  ///< speak, then end
+inline constexpr char kPort = 'p';     ///< comes with a descriptor
+inline constexpr char kNoPort = 'n';   ///< the port is closed
+
+/// The keeper's one message: it runs, and would speak if the program died now.
+inline constexpr char kReady = 'k';
+
+/// Never waits. @returns false: the other side takes nothing now, or has ended.
+bool send_message(int socket, char letter, int descriptor);
+
+/// A message of the program. letter 0: none; -1: the program has ended.
+struct BackupMessage {
+  int letter = 0;
+  int descriptor = -1;
+};
+
+/// Never waits.
+BackupMessage receive_message(int socket);
+
+core::TimePoint monotonic_now();
+inline int milliseconds(core::Duration duration) { return static_cast<int>(duration.count() / 1000); }
+
+/// One farewell for each round, each with sequence numbers of its own.
+using Rounds = std::array<link::ReleaseSequence, BackupProcess::kRounds>;
+
+/// The whole run of the second process.
+[[noreturn]] void run_backup(int socket, const Rounds& rounds, BackupSharedState& board, hal::PortClock& clock);
+
+}  // namespace m100::companion

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/fly/flight_files.h"
+
+#include <CLI/Error.hpp>
+#include <algorithm>
+#include <memory>
+#include <sstream>
+#include <vector>
+
+#include "firmware/companion/files/course.h"
+#include "firmware/companion/fly/start_position.h"
+#include "firmware/companion/ground_station/guided_mode.h"
+#include "firmware/companion/replay/replay.h"
+#include "firmware/companion/subcommands.h"
+#include "firmware/companion/version.h"
+#include "firmware/link/pose/pose_link.h"
+
+namespace m100::companion {
+namespace {
+
+constexpr core::Duration kPosePatience = std::chrono::seconds(5);
+constexpr double kEverywhere_m = 1e9;
+
+/// How far the course goes below and above its start.
+Range heights_over_start(const ref::Trajectory<double>& course, const std::vector<CoursePiece>& pieces) {
+  Range heights_m;
+  for_each_sample(course, pieces, [&](const CoursePiece&, core::Duration, const ref::Motion& motion) {
+    heights_m = {std::min(heights_m.low, motion[2][0]), std::max(heights_m.high, motion[2][0])};
+  });
+  return heights_m;
+}
+
+CourseLimits limits_of_course(const FlightFiles& files) {
+  return files.flight ? course_limits_of(*files.flight) : CourseLimits{};
+}
+
+/// The fence keeper brakes before the sides of the fence, but not before its floor: an excitation in height must stay
+/// inside.
+void expect_height_for(const FlightFiles& files, const ref::Waypoint<double>& start) {
+  if (!files.excitation || !files.excitation->moves(ctl::ExcitedStick::kThrottle)) {
+    return;
+  }
+  const double distance_m = files.excitation->limits[static_cast<std::size_t>(ctl::ExcitedStick::kThrottle)].distance;
+  const double height_m = start.position_w_m.z();
+  const Range fence_m = files.flight->fence_z_m;
+  if (height_m - distance_m < fence_m.low || height_m + distance_m > fence_m.high) {
+    throw ExcitationFileError(files.excitation_name + ": its throttle may take the aircraft " +
+                              std::to_string(distance_m) + " m up and down; from a height of " +
+                              std::to_string(height_m) + " m that leaves " + files.flight_name + "'s fence.z_m");
+  }
+}
+
+/// An excitation may go its distance from the place in any direction, whatever the heading: with a distance beyond the
+/// fence it would be aborted in flight.
+void expect_room_for(const FlightFiles& files) {
+  if (!files.flight) {
+    return;
+  }
+  const FlightFile& flight = *files.flight;
+  const double side_m =
+      std::min({-flight.fence_x_m.low, flight.fence_x_m.high, -flight.fence_y_m.low, flight.fence_y_m.high});
+  for (const ctl::ExcitedStick axis : {ctl::ExcitedStick::kRoll, ctl::ExcitedStick::kPitch}) {
+    const double distance_m = files.excitation->limits[static_cast<std::size_t>(axis)].distance;
+    if (files.excitation->moves(axis) && distance_m > side_m) {
+      std::ostringstream said;
+      said << files.excitation_name << ": its " << name(axis) << " may take the aircraft " << distance_m
+           << " m from the start, but " << files.flight_name << "'s fence ends after " << side_m
+           << " m: make the file with an m100-lab excite --fence that is one or two metres smaller";
+      throw ExcitationFileError(said.str());
+    }
+  }
+}
+
+/// Lays the course; refuses a named course without a piece, which would be a hover that the operator did not order.
+std::vector<CoursePiece> lay(const FlightFiles& files, const ref::Waypoint<double>& start,
+                             ref::Trajectory<double>& course) {
+  std::vector<CoursePiece> pieces = parse_course(files.course_text, start, course, files.course_name);
+  if (pieces.empty() && !files.course_name.empty()) {
+    throw CourseError(files.course_name + ": has no piece; without --course the aircraft hovers where it is");
+  }
+  return pieces;
+}
+
+}  // namespace
+
+FlightFiles::FlightFiles(const FlyOptions& options) : flight_name(options.flight), course_name(options.course) {
+  if (!options.flight.empty()) {
+    flight_text = read_file(options.flight);
+    flight = parse_flight(flight_text, flight_name);
+    mode = options.mode.empty() ? flight->mode : mode_of(options.mode, "--mode");
+    flight->mode = mode;
+  } else if (!options.mode.empty()) {
+    mode = mode_of(options.mode, "--mode");
+  }
+  course_text = options.course.empty() ? "" : read_file(options.course);
+  if (!options.excite.empty()) {
+    excitation_name = options.excite;
+    excitation = parse_excitation(read_file(options.excite), options.excite);
+    expect_room_for(*this);
+  }
+}
+
+ref::Waypoint<double> find_start_position(PosePort& port) {
+  link::PoseLink link(port.line(), port.baud());
+  TickClock clock(port.clock_port());
+  StartPosition place;
+  for (core::TimePoint now = clock.now(); now.time_since_epoch() < kPosePatience && !stop_requested();
+       now = clock.next()) {
+    port.tick();
+    if (const core::Expected<core::Pose<double>> pose = link.receive(now)) {
+      if (const std::optional<ref::Waypoint<double>> start = place.add(*pose)) {
+        return *start;
+      }
+    }
+  }
+  if (stop_requested()) {
+    throw CLI::RuntimeError(kAnswerIsNo);
+  }
+  if (place.disagrees()) {
+    throw UsageError(port.name() +
+                     ": its poses do not agree on where the aircraft stands: of nine in a row, more than half lie " +
+                     "0.3 m or farther from their median; hold it still, and check the source of pose");
+  }
+  if (place.poses() > 0) {
+    throw UsageError(port.name() + ": only " + std::to_string(place.poses()) + " poses within " +
+                     std::to_string(kPosePatience.count() / 1000000) + " s; " + std::to_string(StartPosition::kPoses) +
+                     " are needed to know where the aircraft stands: check the rate of the " + "source of pose");
+  }
+  throw UsageError(port.name() + ": no pose within " + std::to_string(kPosePatience.count() / 1000000) + " s; " +
+                   why_no_pose(link, port));
+}
+
+ref::Waypoint<double> takeoff_end(ref::Waypoint<double> place) {
+  constexpr double kTakeOffHeight_m = 1.2;
+  place.position_w_m.z() += kTakeOffHeight_m;
+  return place;
+}
+
+void parse_and_validate(const FlightFiles& files, const ref::Waypoint<double>& start, ref::Trajectory<double>& course) {
+  const std::vector<CoursePiece> pieces = lay(files, start, course);
+  validate_course(course, pieces, start, limits_of_course(files), files.course_name);
+  if (files.flight) {
+    validate_inside_fence(*files.flight, start, course, pieces, files.course_name);
+    expect_height_for(files, start);
+  }
+}
+
+Range check_offsets(const FlightFiles& files) {
+  const auto course = std::make_unique<ref::Trajectory<double>>();
+  ref::Waypoint<double> start;
+  const std::vector<CoursePiece> pieces = lay(files, start, *course);
+  validate_course(*course, pieces, start, limits_of_course(files), files.course_name);
+  if (!files.flight) {
+    return {-kEverywhere_m, kEverywhere_m};
+  }
+  const Range heights_m = heights_over_start(*course, pieces);
+  const Range fence_m = files.flight->fence_z_m;
+  start.position_w_m.z() = fence_m.low - heights_m.low;  // the lowest start for which the course stays inside
+  validate_inside_fence(*files.flight, start, *course, lay(files, start, *course), files.course_name);
+  return {start.position_w_m.z(), fence_m.high - heights_m.high};
+}
+
+std::optional<ref::SpeedLimits> goal_limits(const FlyOptions& options, const FlightFiles& files) {
+  if (options.pose.key_file.empty() || !files.flight || files.excitation) {
+    return {};
+  }
+  return goal_limits_of(*files.flight);
+}
+
+ReturnSettings home_settings(const FlightFiles& files) {
+  return files.flight
+             ? ReturnSettings{.low_percent = files.flight->battery_low_percent, .limits = goal_limits_of(*files.flight)}
+             : ReturnSettings{};
+}
+
+app::FlightConfig flight_config(const FlyOptions& options, const FlightFiles& files, const ref::Waypoint<double>& start,
+                                const link::LinkConfig& link) {
+  app::FlightConfig config;
+  config.link = link;
+  config.pose_baud = hal::is_udp(options.pose.port) ? 0 : options.pose.baud;
+  config.law = mpc::law_of(options.law).value_or(mpc::Law::kMpc);
+  for (const std::string& check : options.disabled_checks) {
+    config.disabled_checks = static_cast<est::CheckSet>(
+        config.disabled_checks | set_of(est::check_of(check).value_or(est::ConsistencyCheck::kNone)));
+  }
+  if (files.flight) {
+    config.limits = limits_of(*files.flight);
+    config.fence = fence_of(*files.flight, start);
+  }
+  if (files.excitation) {
+    config.excitation = files.excitation->plan();
+  }
+  return config;
+}
+
+void write_notes(log::FlightLogWriter& log, const FlyOptions& options, const FlightModel& model,
+                 const FlightFiles& files, const ref::Waypoint<double>& start, const app::FlightConfig& config,
+                 core::TimePoint now) {
+  std::ostringstream place;
+  place.precision(17);
+  place << start.position_w_m.x() << " " << start.position_w_m.y() << " " << start.position_w_m.z() << " "
+        << start.yaw_rad;
+  const std::string where = place.str();
+  const std::string channel = options.channel + (options.paper_100_hz ? " paper_100_hz" : "");
+  const std::string link = link_note(config);
+  const std::string program = version();
+  const std::string mode(files.flight ? name(files.flight->mode) : "");
+  const std::string_view tables = model.table_bytes();
+  std::vector notes{log::Note{kVehicleNote, model.vehicle_text()},
+                    log::Note{kTablesNote, tables.substr(0, log::kLongestNote_bytes)},
+                    log::Note{kCourseNote, files.course_text},
+                    log::Note{kStartNote, where},
+                    log::Note{kChannelNote, channel},
+                    log::Note{kLinkNote, link},
+                    log::Note{kVersionNote, program}};
+  if (tables.size() > log::kLongestNote_bytes) {
+    notes.push_back({kMoreTablesNote, tables.substr(log::kLongestNote_bytes)});
+  }
+  if (files.flight) {
+    notes.push_back({kFlightNote, files.flight_text});
+    notes.push_back({kModeNote, mode});
+  }
+  const std::string excitation = files.excitation ? note_of(*files.excitation, files.excitation_name) : "";
+  if (files.excitation) {
+    notes.push_back({kExcitationNote, excitation});
+  }
+  const std::optional<ref::SpeedLimits> to_goals = goal_limits(options, files);
+  const std::string goals = to_goals ? goals_note(*to_goals) : "";
+  if (to_goals && !options.dry_run) {
+    notes.push_back({kGoalsNote, goals});
+  }
+  const std::string home = home_note(home_settings(files));
+  if (!options.dry_run) {
+    notes.push_back({kHomeNote, home});
+  }
+  if (options.dry_run) {
+    notes.push_back({kDryRunNote, "nothing was sent"});
+  }
+  if (log.begin(now, notes) != core::Status::kOk) {
+    throw UsageError(options.log + ": vehicle, gain tables, course and flight file are together too large for a log");
+  }
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "firmware/app/config.h"
+#include "firmware/companion/files/excitation_file.h"
+#include "firmware/companion/files/flight_file.h"
+#include "firmware/companion/fly/flight_model.h"
+#include "firmware/companion/fly/fly.h"
+#include "firmware/companion/ground_station/return_to_start.h"
+#include "firmware/log/flight_log.h"
+
+namespace m100::companion {
+
+/// The operator's files, read and checked before anything flies. Errors: UsageError, FlightFileError.
+struct FlightFiles {
+  explicit FlightFiles(const FlyOptions& options);
+
+  std::string flight_name;
+  std::string flight_text;           ///< empty: no flight file was given
+  std::optional<FlightFile> flight;  ///< with --mode's tuning
+  Mode mode = Mode::kField;          ///< of the flight file, or --mode
+  std::string course_name;
+  std::string course_text;  ///< empty: hover where the aircraft is
+  std::optional<ExcitationFile> excitation;
+  std::string excitation_name;
+};
+
+/// Where the aircraft stands, by the first poses that agree; waits for at most 5 s. Errors: UsageError;
+/// CLI::RuntimeError after a signal.
+ref::Waypoint<double> find_start_position(PosePort& port);
+
+/// Where an autopilot's take-off from this place ends (protocol, 6.3: "about 1.2 m").
+ref::Waypoint<double> takeoff_end(ref::Waypoint<double> place);
+
+/// Lays the course from where the flight starts and checks it. Errors: CourseError, also if it exceeds its limits;
+/// FlightFileError if it leaves the fence.
+void parse_and_validate(const FlightFiles& files, const ref::Waypoint<double>& start, ref::Trajectory<double>& course);
+
+/// The same without a pose: checks that the course can be read, stays inside the sides of the fence, and inside its
+/// heights from at least one start height. Errors as above.
+/// @returns the start heights, in the world of the pose, for which it does [m]; all heights without a flight file.
+Range check_offsets(const FlightFiles& files);
+
+/// The speed limits of the ways to goals; nothing: this flight takes no goals, because there is no key, or no flight
+/// file, or because an excitation flies.
+std::optional<ref::SpeedLimits> goal_limits(const FlyOptions& options, const FlightFiles& files);
+
+/// What the flight does on a low battery.
+ReturnSettings home_settings(const FlightFiles& files);
+
+app::FlightConfig flight_config(const FlyOptions& options, const FlightFiles& files, const ref::Waypoint<double>& start,
+                                const link::LinkConfig& link);
+
+/// Begins the log with the notes that `m100 replay` needs beside the records. Errors: UsageError.
+void write_notes(log::FlightLogWriter& log, const FlyOptions& options, const FlightModel& model,
+                 const FlightFiles& files, const ref::Waypoint<double>& start, const app::FlightConfig& config,
+                 core::TimePoint now);
+
+}  // namespace m100::companion

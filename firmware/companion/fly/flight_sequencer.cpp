@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/fly/flight_sequencer.h"
+
+#include "firmware/companion/operator/operator_messages.h"
+#include "firmware/core/maths.h"
+
+namespace m100::companion {
+namespace {
+
+using Excitation = ctl::Excitation<double>;
+
+/// As long as an order to fly is valid in the flight controller: after a later grant nothing would fly.
+constexpr core::Duration kRequestTimeout = std::chrono::seconds(20);
+
+constexpr std::string_view kNoLanding = "landing is not ordered: the program does not fly the aircraft";
+
+bool waits_for_the_operator(safety::AuthorityStage stage) {
+  return stage == safety::AuthorityStage::kReady || stage == safety::AuthorityStage::kSilent ||
+         stage == safety::AuthorityStage::kSilentCold;
+}
+
+}  // namespace
+
+bool FlightSequencer::tick(core::TimePoint now, const SequencerInput& input) {
+  const View& view = controller_.link().authority();
+  report_stage(now, view);
+  report_failsafe(now);
+  report_excitation(now);
+  report_limit_cycle(now);
+  home_.update(controller_, now);
+  report_return(now);
+  release_monitor_.update(now, view);
+  goal_led_ = input.goal_led;
+  if (input.land && (phase_ == Phase::kWaiting || phase_ == Phase::kRequesting || phase_ == Phase::kReleasing)) {
+    report(now, kNoLanding);
+  }
+  switch (phase_) {
+    case Phase::kWaiting:
+      return wait(now, view, input);
+    case Phase::kRequesting:
+      return request_control(now, view, input);
+    case Phase::kTask:
+      return fly_task(now, view, input);
+    case Phase::kFlying:
+      return fly(now, view, input);
+    case Phase::kReleasing:
+      return release_control(now, view, input);
+  }
+  return false;
+}
+
+bool FlightSequencer::wait(core::TimePoint now, const View& view, const SequencerInput& input) {
+  if (input.stops > 0) {
+    if (!view.release_pending) {
+      return false;
+    }
+    begin_release(now, false, input);
+    return true;
+  }
+  // A take-off needs to know whether the aircraft is on the ground or in the air.
+  const bool is_known = !request_.take_off || LandedState(controller_.link(), now).known;
+  const bool all_ready = view.stage == safety::AuthorityStage::kReady && is_known &&
+                         denial_now(starts_on_ground(now)) == safety::FailsafeReason::kNone;
+  // An operator who gives a command has looked at the aircraft; take_control acts in the first tick with all ready.
+  if (request_.take_control && !order_given_ && all_ready && controller_.is_converged()) {
+    order_given_ = true;
+    try_to_engage(now, input.backed_up);
+  } else if (input.toggle_control) {
+    try_to_engage(now, input.backed_up);
+  }
+  report_awaited(now, view);
+  waits_since_ = all_ready || phase_ != Phase::kWaiting ? now : waits_since_.value_or(now);
+  // Control was refused before it was requested, for a reason that does not go away by itself or has not gone away.
+  const bool has_waited = request_.take_control && now - *waits_since_ > kRequestTimeout;
+  const bool stuck = view.stage == safety::AuthorityStage::kSilent ||
+                     view.stage == safety::AuthorityStage::kSilentCold || order_given_ || has_waited;
+  const bool ends =
+      request_.once && phase_ == Phase::kWaiting && stuck && !view.control_requested && !view.release_pending;
+  if (ends && view.stage != safety::AuthorityStage::kReady && has_waited) {
+    TextLine line;
+    describe(line.add("control could not be asked for within 20 s: "), view);
+    report(now, line.text());
+  }
+  return !ends;
+}
+
+/// The position counts only if nothing else prevents flying by it. If goals have led, the next flight begins where the
+/// aircraft is; a take-off begins where the aircraft stood.
+bool FlightSequencer::is_out_of_reach(bool takes_off) const {
+  const est::Estimate<double>& at = controller_.estimate();
+  const core::Vector<double, 3>& from = takes_off ? request_.takeoff_position_w_m : request_.course_start_w_m;
+  const core::Vector<double, 3> away{at.x.position_m - from.x(), at.y.position_m - from.y(), at.height_m - from.z()};
+  const bool is_known = is_outside(takes_off) || denial_now(takes_off) == safety::FailsafeReason::kNone;
+  const bool is_bound = takes_off || !goal_led_;
+  return is_known && is_bound && away.squaredNorm() > request_.max_start_distance_m * request_.max_start_distance_m;
+}
+
+bool FlightSequencer::starts_on_ground(core::TimePoint now) const {
+  return request_.take_off && LandedState(controller_.link(), now).on_ground;
+}
+
+bool FlightSequencer::is_outside(bool takes_off) const {
+  return denial_now(takes_off) == safety::FailsafeReason::kFenceLeft;
+}
+
+/// Before the first telemetry package its age is meaningless, and the lost estimate would be blamed on the pose. The
+/// floor of the fence does not prevent a take-off.
+safety::FailsafeReason FlightSequencer::denial_now(bool takes_off) const {
+  if (controller_.link().health().packages == 0) {
+    return safety::FailsafeReason::kTelemetryOld;
+  }
+  const safety::FailsafeReason cause = denial_reason(controller_.observed(), limits_);
+  return takes_off && cause == safety::FailsafeReason::kFenceLeft ? safety::FailsafeReason::kNone : cause;
+}
+
+void FlightSequencer::try_to_engage(core::TimePoint now, bool backed_up) {
+  if (!backed_up) {
+    report(now,
+           "control is not asked for: nobody would give it back if this program died; end m100 and start it again");
+    return;
+  }
+  if (request_.take_off && !LandedState(controller_.link(), now).known) {
+    TextLine line;
+    line.add(
+        "control was not asked for: without the autopilot's flight status it is not known whether the aircraft is on ");
+    report(now, line.add("the ground; ").add(next_input(order_given_)).text());
+    return;
+  }
+  takes_off_ = starts_on_ground(now);
+  const safety::FailsafeReason cause = denial_now(takes_off_);
+  // Before telemetry there is no estimate: the order waits for start-up.
+  if (cause == safety::FailsafeReason::kPoseRefused || cause == safety::FailsafeReason::kPoseOld) {
+    report_denial(now, cause);
+    return;
+  }
+  if (is_out_of_bounds(takes_off_)) {
+    report_position(now, takes_off_);
+    return;
+  }
+  controller_.engage();
+  release_monitor_.control_requested(controller_.link().health().outages);
+  had_control_ = false;
+  landed_ = false;
+  phase_ = Phase::kRequesting;
+  since_ = now;
+}
+
+bool FlightSequencer::is_refused(core::TimePoint now, const View& view) const {
+  return now > since_ && !view.control_requested && waits_for_the_operator(view.stage);
+}
+
+bool FlightSequencer::request_control(core::TimePoint now, const View& view, const SequencerInput& input) {
+  const bool elsewhere = is_out_of_bounds(takes_off_);
+  if (view.in_control && !elsewhere) {
+    phase_ = Phase::kFlying;
+    flew_ = true;
+    had_control_ = true;
+    engaged_ = false;
+    since_ = now;
+    if (takes_off_) {
+      begin_task(now, protocol::Task::kTakeOff);
+    }
+    return true;
+  }
+  if (takes_off_) {
+    controller_.task_flies(protocol::Task::kTakeOff);  // if control is granted in the next tick, the law must not fly
+  }
+  const bool takes_it_back = now > since_ && (input.stops > 0 || input.toggle_control);
+  if (takes_it_back || elsewhere || !input.backed_up || now - since_ > kRequestTimeout) {
+    if (elsewhere) {
+      report_position(now, takes_off_);
+    } else if (!takes_it_back && input.backed_up) {
+      report(now, "control was not granted within 20 s");
+    }
+    controller_.release();  // a request may already be granted
+    begin_release(now, takes_it_back, input);
+  } else if (is_refused(now, view)) {
+    TextLine line;
+    line.add("refused: ");
+    describe(line, view);
+    report(now, line.add("; ").add(next_input(true)).text());
+    begin_release(now, false, input);
+  }
+  return true;
+}
+
+bool FlightSequencer::fly(core::TimePoint now, const View& view, const SequencerInput& input) {
+  engaged_ = engaged_ || safety::passes_law(controller_.supervisor().failsafe_state());
+  if (!view.in_control) {
+    report_end(now, view);
+    begin_release(now, false, input);
+    return true;
+  }
+  if (!engaged_ && is_out_of_bounds(false)) {  // control was granted while the position was unknown
+    report_position(now, false);
+    controller_.release();
+    begin_release(now, false, input);
+    return true;
+  }
+  const Excitation::State excitation = controller_.excitation().state();
+  if (excitation == Excitation::State::kReturning || excitation == Excitation::State::kMoving) {
+    since_ = now;  // --hold counts from the end of the excitation
+  }
+  end_or_continue(now, input);
+  return true;
+}
+
+void FlightSequencer::end_or_continue(core::TimePoint now, const SequencerInput& input) {
+  const bool at_home = home_.state() == ReturnToStart<double>::State::kArrived;
+  const bool is_held = request_.take_control && core::seconds<double>(now - since_) >= request_.hold_s;
+  const bool is_over = at_home || (is_held && !returns_to_start());
+  const bool ends = is_over && !(request_.land && may_land());
+  if (input.stops > 0 || input.toggle_control || ends) {
+    controller_.release();
+    begin_release(now, !at_home, input);
+  } else if (may_land() && (input.land || is_over)) {
+    begin_task(now, protocol::Task::kLand);
+  } else if (input.land) {
+    report(now, kNoLanding);
+  }
+}
+
+bool FlightSequencer::may_land() const {
+  const safety::FailsafeState failsafe_state = controller_.supervisor().failsafe_state();
+  const bool is_ours = phase_ == Phase::kFlying || phase_ == Phase::kTask;
+  return is_ours && failsafe_state != safety::FailsafeState::kRelease &&
+         failsafe_state != safety::FailsafeState::kSilent;
+}
+
+void FlightSequencer::begin_release(core::TimePoint now, bool by_operator, const SequencerInput& input) {
+  phase_ = Phase::kReleasing;
+  since_ = now;
+  release_monitor_.begin(now, input.stops);
+  by_operator_ = by_operator;
+  given_back_ = false;
+  ends_ = by_operator || request_.once || input.stops > 0;
+}
+
+bool FlightSequencer::release_control(core::TimePoint now, const View& view, const SequencerInput& input) {
+  ends_ = ends_ || input.stops > 0;
+  if (now > since_ && view.in_control && controller_.supervisor().failsafe_state() == safety::FailsafeState::kSilent) {
+    controller_.release();  // again: a delayed answer may have granted control meanwhile
+  }
+  switch (release_monitor_.confirm_release(now, controller_.link(), input.stops)) {
+    case ReleaseMonitor::State::kPending:
+      return true;
+    case ReleaseMonitor::State::kAbandoned:
+      return !ends_;
+    case ReleaseMonitor::State::kReleased:
+      break;
+  }
+  given_back_ = by_operator_ && had_control_ && release_monitor_.pilot_in_control();
+  phase_ = Phase::kWaiting;
+  clear_ = now;
+  return !ends_;
+}
+
+}  // namespace m100::companion

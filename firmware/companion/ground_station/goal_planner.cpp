@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/ground_station/goal_planner.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firmware/core/frames.h"
+#include "firmware/core/maths.h"
+
+namespace m100::companion {
+namespace {
+
+// Bits of type_mask (MAVLink POSITION_TARGET_TYPEMASK): a set bit means that the field is ignored.
+constexpr unsigned kIgnorePosition = 0b111;
+constexpr unsigned kIgnoreMotion = 0b111111000;  // velocity and acceleration
+constexpr unsigned kForce = 1U << 9U;
+constexpr unsigned kIgnoreYaw = 1U << 10U;
+constexpr unsigned kIgnoreYawRate = 1U << 11U;
+constexpr std::uint8_t kLocalNed = 1;  // MAV_FRAME
+
+constexpr double kShortestBrake_s = 0.5;
+/// The polynomial of degree 7 from a speed to rest peaks at 2.1 times its mean deceleration, even if it first
+/// accelerates.
+constexpr double kBrakePeak = 2.5;
+constexpr double kShortestWay_s = 0.3;
+constexpr double kLonger = 1.06;  ///< ratio of successive durations that are tried
+constexpr double kSamePlace_m = 1e-3;
+constexpr double kSameYaw_rad = 1e-3;
+
+bool is_number(float value) { return std::isfinite(value) && std::abs(value) <= 1000.F; }
+
+/// Comes to rest after a time, at half of the distance that the speed alone would cover.
+ref::Polynomial<double> to_rest(double position, double speed, double acceleration, double time_s) {
+  return ref::through({.start = {position, speed * time_s, acceleration * time_s * time_s, 0.0},
+                       .end = {position + speed * time_s / 2.0, 0.0, 0.0, 0.0}});
+}
+
+template <typename T>
+double as_double(T value) {
+  return static_cast<double>(value);
+}
+
+/// From a motion to rest at a place, degree 5, in normalised time.
+template <typename T>
+ref::Polynomial<double> to_place(const ref::AxisReference<T>& from, double to, double time_s) {
+  const double at = as_double(from.position_m);
+  const double slope = as_double(from.velocity_m_s) * time_s;
+  const double bend = as_double(from.acceleration_m_s2) * time_s * time_s;
+  const double way = to - at - slope - bend / 2.0;
+  const double end_slope = -slope - bend;  // to be cancelled by the last three terms
+  return {{at, slope, bend / 2.0, 10.0 * way - 4.0 * end_slope - bend / 2.0, -15.0 * way + 7.0 * end_slope + bend,
+           6.0 * way - 3.0 * end_slope - bend / 2.0, 0.0, 0.0}};
+}
+
+template <typename T>
+std::array<ref::AxisReference<T>, ref::kDimensions> motion_of(const ref::Window<T>& window) {
+  return {window.x[0], window.y[0], window.height,
+          ref::AxisReference<T>{.position_m = window.yaw_rad, .velocity_m_s = window.yaw_rate_rad_s}};
+}
+
+template <typename T>
+double speed_of(const ref::Window<T>& window) {
+  const double x = as_double(window.x[0].velocity_m_s), y = as_double(window.y[0].velocity_m_s);
+  const double z = as_double(window.height.velocity_m_s);
+  return core::sqrt(x * x + y * y + z * z);
+}
+
+template <typename T>
+ref::Waypoint<T> place_of(const ref::Window<T>& window) {
+  return {.position_w_m = {window.x[0].position_m, window.y[0].position_m, window.height.position_m},
+          .yaw_rad = window.yaw_rad};
+}
+
+bool names_only_places(unsigned mask) {
+  const bool has_place = (mask & kIgnorePosition) != kIgnorePosition || (mask & kIgnoreYaw) == 0;
+  return has_place && (mask & kIgnoreMotion) == kIgnoreMotion && (mask & kForce) == 0 && (mask & kIgnoreYawRate) != 0;
+}
+
+/// Copies the coordinates that the goal names into `place`. @returns false: one of them is not a valid number.
+template <typename T>
+bool put(const mavlink::SetPositionTargetLocalNed& goal, ref::Waypoint<T>& place) {
+  const std::array<float, 3> world{goal.x, -goal.y, -goal.z};  // NED to NWU
+  for (unsigned axis = 0; axis < world.size(); ++axis) {
+    if ((goal.type_mask & (1U << axis)) != 0) {
+      continue;
+    }
+    if (!is_number(world[axis])) {
+      return false;
+    }
+    place.position_w_m[static_cast<Eigen::Index>(axis)] = static_cast<T>(world[axis]);
+  }
+  if ((goal.type_mask & kIgnoreYaw) != 0) {
+    return true;
+  }
+  place.yaw_rad = is_number(goal.yaw) ? core::wrap_pi(static_cast<T>(-goal.yaw)) : place.yaw_rad;
+  return is_number(goal.yaw);
+}
+
+}  // namespace
+
+std::string_view name(GoalResult answer) {
+  switch (answer) {
+    case GoalResult::kAccepted:
+      return "it flies there";
+    case GoalResult::kUnchanged:
+      return "it flies there already";
+    case GoalResult::kNotFlying:
+      return "refused: the aircraft does not fly by goals now";
+    case GoalResult::kFrame:
+      return "refused: only the frame LOCAL_NED counts";
+    case GoalResult::kMask:
+      return "refused: only a position and a yaw count; set the bits of velocity, acceleration and yaw rate";
+    case GoalResult::kNotFinite:
+      return "refused: not finite, or farther than 1 km";
+    case GoalResult::kReturningToStart:
+      return "refused: the battery is low, and the aircraft flies to where the flight began";
+  }
+  return "";
+}
+
+template <typename T>
+ref::Waypoint<T> GoalPlanner<T>::clamp_to_fence(ref::Waypoint<T> place) const {
+  for (std::size_t axis = 0; axis < fence_.side.size(); ++axis) {
+    T& at = place.position_w_m[static_cast<Eigen::Index>(axis)];
+    at = static_cast<T>(std::clamp(as_double(at), fence_.side[axis].low_m, fence_.side[axis].high_m));
+  }
+  return place;
+}
+
+template <typename T>
+void GoalPlanner<T>::update(core::TimePoint now, bool by_law, core::TimePoint started,
+                            const est::Estimate<T>& estimate) {
+  if (by_law && started == started_) {
+    return;
+  }
+  started_ = started;
+  if (goal_) {  // its way began elsewhere; the flight's first tick uses this place
+    ref::Waypoint<T> here;
+    here.position_w_m = {estimate.x.position_m, estimate.y.position_m, estimate.height_m};
+    here.yaw_rad = estimate.yaw_rad;
+    goal_ = clamp_to_fence(here);
+    trajectory_.hold(*goal_);
+    trajectory_.start(now);
+  }
+}
+
+template <typename T>
+ref::Waypoint<T> GoalPlanner<T>::brake(core::TimePoint now) {
+  const ref::Window<T> window = trajectory_.window(now, core::Duration{0});
+  const std::array<ref::AxisReference<T>, 3> axes{window.x[0], window.y[0], window.height};
+  const double speed = speed_of(window);
+  ref::Waypoint<T> here = place_of(window);
+  trajectory_.hold(here);
+  trajectory_.start(now);
+  const double turns_rad_s = as_double(window.yaw_rate_rad_s);
+  if (speed == 0.0 && turns_rad_s == 0.0) {
+    return here;
+  }
+  const double time_s = std::max({kShortestBrake_s, kBrakePeak * speed / limits_.acceleration_m_s2});
+  std::array<ref::Polynomial<double>, ref::kDimensions> way{};
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    way[axis] = to_rest(as_double(axes[axis].position_m), as_double(axes[axis].velocity_m_s),
+                        as_double(axes[axis].acceleration_m_s2), time_s);
+  }
+  way[3] = to_rest(as_double(here.yaw_rad), turns_rad_s, 0.0, time_s);
+  (void)trajectory_.append_polynomial(way, core::Duration(std::llround(time_s * 1e6)));
+  return trajectory_.end();
+}
+
+template <typename T>
+bool GoalPlanner<T>::hold(core::TimePoint now, bool flies) {
+  if (flies) {
+    goal_ = brake(now);
+  }
+  return flies;
+}
+
+template <typename T>
+GoalResult GoalPlanner<T>::take(const mavlink::SetPositionTargetLocalNed& goal, core::TimePoint now, bool flies) {
+  if (goal.coordinate_frame != kLocalNed) {
+    return GoalResult::kFrame;
+  }
+  if (!names_only_places(goal.type_mask)) {
+    return GoalResult::kMask;
+  }
+  ref::Waypoint<T> place = goal_.value_or(trajectory_.end());
+  if (!put(goal, place)) {
+    return GoalResult::kNotFinite;
+  }
+  if (!flies) {
+    return GoalResult::kNotFlying;
+  }
+  place = clamp_to_fence(place);
+  if (goal_ && as_double((place.position_w_m - goal_->position_w_m).norm()) < kSamePlace_m &&
+      std::abs(core::wrap_pi(as_double(place.yaw_rad) - as_double(goal_->yaw_rad))) < kSameYaw_rad) {
+    return GoalResult::kUnchanged;
+  }
+  return fly_to(place, now) ? GoalResult::kAccepted : GoalResult::kNotFinite;
+}
+
+template <typename T>
+bool GoalPlanner<T>::fly_to(const ref::Waypoint<T>& place, core::TimePoint now) {
+  const ref::Waypoint<T> end = clamp_to_fence(place);
+  if (plan_to(end, now)) {
+    goal_ = end;
+    return true;
+  }
+  (void)brake(now);
+  const core::Status laid = trajectory_.append_quintic(end, limits_);
+  goal_ = laid == core::Status::kOk ? end : trajectory_.end();
+  return laid == core::Status::kOk;
+}
+
+template <typename T>
+bool GoalPlanner<T>::plan_to(const ref::Waypoint<T>& place, core::TimePoint now) {
+  const ref::Window<T> window = trajectory_.window(now, core::Duration{0});
+  const double speed_m_s = speed_of(window);
+  if (speed_m_s == 0.0) {
+    return false;  // from rest the straight way is used
+  }
+  const auto motion = motion_of(window);
+  const ref::Waypoint<T> here = place_of(window);
+  const std::array<double, ref::kDimensions> ends{
+      as_double(place.position_w_m.x()), as_double(place.position_w_m.y()), as_double(place.position_w_m.z()),
+      as_double(here.yaw_rad) + core::wrap_pi(as_double(place.yaw_rad) - as_double(here.yaw_rad))};
+  const double distance_m = as_double((place.position_w_m - here.position_w_m).norm());
+  double time_s = std::max(kShortestWay_s, distance_m / limits_.speed_m_s);  // any shorter would be too fast
+  for (int tries = 0; tries < kMaxAttempts; ++tries, time_s *= kLonger) {
+    PolynomialPath way;
+    for (std::size_t axis = 0; axis < way.size(); ++axis) {
+      way[axis] = to_place(motion[axis], ends[axis], time_s);
+    }
+    if (within_limits(way, time_s, speed_m_s)) {
+      trajectory_.hold(here);
+      trajectory_.start(now);
+      return trajectory_.append_polynomial(way, core::Duration(std::llround(time_s * 1e6))) == core::Status::kOk;
+    }
+  }
+  return false;
+}
+
+template <typename T>
+bool GoalPlanner<T>::within_limits(const PolynomialPath& way, double time_s, double speed_m_s) const {
+  const double max_m_s = std::max(speed_m_s, limits_.speed_m_s);  // a course may have been faster than goals
+  for (int sample = 1; sample < kSamples; ++sample) {
+    const double s = static_cast<double>(sample) / kSamples;
+    double speed = 0.0, acceleration = 0.0;
+    for (std::size_t axis = 0; axis < fence_.side.size(); ++axis) {
+      const ref::AxisReference<double> at = way[axis].at(s, time_s);
+      speed += at.velocity_m_s * at.velocity_m_s;
+      acceleration += at.acceleration_m_s2 * at.acceleration_m_s2;
+      // The start may lie outside, where a course of the operator led; the end lies inside.
+      if (at.position_m < std::min(fence_.side[axis].low_m, way[axis].c[0]) ||
+          at.position_m > std::max(fence_.side[axis].high_m, way[axis].c[0])) {
+        return false;
+      }
+    }
+    const double turn_rad_s = way[3].at(s, time_s).velocity_m_s;
+    if (speed > max_m_s * max_m_s || acceleration > limits_.acceleration_m_s2 * limits_.acceleration_m_s2 ||
+        std::abs(turn_rad_s) > limits_.yaw_rate_rad_s) {
+      return false;
+    }
+  }
+  return true;
+}
+
+template class GoalPlanner<float>;
+template class GoalPlanner<double>;
+
+}  // namespace m100::companion

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "firmware/core/eigen.h"
+#include "firmware/core/fence.h"
+#include "firmware/core/time.h"
+#include "firmware/est/estimate.h"
+#include "firmware/ref/trajectory.h"
+#include "protocol/mavlink/command_messages.h"
+
+namespace m100::companion {
+
+/// The answer to a goal.
+enum class GoalResult : std::uint8_t {
+  kAccepted,
+  kUnchanged,
+  kNotFlying,
+  kFrame,
+  kMask,
+  kNotFinite,
+  kReturningToStart
+};
+/// "refused: only positions, and a yaw, in LOCAL_NED count", for people.
+std::string_view name(GoalResult answer);
+
+/// Turns goals into a course during the flight. A goal is a place where the aircraft comes to rest; the way there is
+/// straight, of degree 5, as fast as the limits allow. If a goal arrives on the way, the new way starts from the
+/// present motion without a stop, provided that one polynomial of degree 5 per axis keeps the limits and the fence.
+/// Otherwise the reference first comes to rest on its way (degree 7). So speed and acceleration stay inside their
+/// limits for any goals, and place, speed and acceleration never jump. Goals beyond the fence are moved to its side;
+/// the fence keeper keeps the reference and the speed inside, as for any course.
+///
+/// Cost of a goal that arrives on the way: at most kTries * kSamples evaluations of four polynomials.
+///
+/// An aircraft that does not fly by the law takes no goals, and a flight that begins anew holds its place until the
+/// next goal arrives. Bounded, no heap; a log replays it from the bytes of the pose port.
+template <typename T>
+class GoalPlanner {
+ public:
+  GoalPlanner(ref::Trajectory<T>& trajectory, const core::Fence& fence, const ref::SpeedLimits& limits)
+      : trajectory_(trajectory), fence_(fence), limits_(limits) {}
+
+  /// Call it after each tick. If goals have led the flight, the next flight begins where the aircraft is.
+  /// @param by_law the law flies. @param started when the trajectory's time last began. @param estimate of this tick.
+  void update(core::TimePoint now, bool by_law, core::TimePoint started, const est::Estimate<T>& estimate);
+  /// Takes a goal. @param flies the ladder passes commands of the law.
+  GoalResult take(const mavlink::SetPositionTargetLocalNed& goal, core::TimePoint now, bool flies);
+  /// Flies to a place, or to the nearest place inside the fence. Only while the law flies. @returns false: no such way.
+  bool fly_to(const ref::Waypoint<T>& place, core::TimePoint now);
+  /// Brings the reference to rest on its way. @returns false: the law does not fly.
+  bool hold(core::TimePoint now, bool flies);
+
+  /// The last accepted goal, world frame; nothing: the course of the flight applies.
+  const std::optional<ref::Waypoint<T>>& goal() const { return goal_; }
+  /// The reference has reached its end and rests.
+  bool at_rest(core::TimePoint now) const { return trajectory_.finished(now); }
+  /// Position of the reference, world frame.
+  core::Vector<T, 3> reference(core::TimePoint now) const {
+    const ref::Window<T> window = trajectory_.window(now, core::Duration{0});
+    return {window.x[0].position_m, window.y[0].position_m, window.height.position_m};
+  }
+  T yaw(core::TimePoint now) const { return trajectory_.window(now, core::Duration{0}).yaw_rad; }
+  /// @returns the place, or the nearest one inside the fence.
+  ref::Waypoint<T> clamp_to_fence(ref::Waypoint<T> place) const;
+
+ private:
+  static constexpr int kMaxAttempts = 50;  ///< durations tried for a way from a motion
+  static constexpr int kSamples = 20;      ///< times per way that are checked against the limits
+  /// x, y, z, yaw.
+  using PolynomialPath = std::array<ref::Polynomial<double>, ref::kDimensions>;
+
+  /// Lays the shortest way to rest at a place, from the present motion, inside limits and fence. @returns false: none.
+  bool plan_to(const ref::Waypoint<T>& place, core::TimePoint now);
+  bool within_limits(const PolynomialPath& way, double time_s, double speed_m_s) const;
+  /// Begins the trajectory anew, from its present motion to rest. @returns where it ends.
+  ref::Waypoint<T> brake(core::TimePoint now);
+
+  ref::Trajectory<T>& trajectory_;
+  core::Fence fence_;
+  ref::SpeedLimits limits_;
+  std::optional<ref::Waypoint<T>> goal_;
+  core::TimePoint started_{};
+};
+
+extern template class GoalPlanner<float>;
+extern template class GoalPlanner<double>;
+
+}  // namespace m100::companion

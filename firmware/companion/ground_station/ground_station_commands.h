@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/companion/fly/flight_sequencer.h"
+#include "firmware/companion/ground_station/guided_mode.h"
+#include "firmware/companion/ground_station/parameters.h"
+#include "firmware/companion/ground_station/telemetry_stream.h"
+#include "firmware/companion/operator/operator_input.h"
+
+namespace m100::companion {
+
+/// How the operator's part of the flight would treat an order now.
+struct SequencerStatus {
+  bool waits = false;         ///< a command would request control; otherwise it would give it back
+  bool is_releasing = false;  ///< control goes back: a command has no effect
+  bool on_ground = false;     ///< a command would take off first
+  bool may_land = false;
+  bool takes_off = false;  ///< the autopilot takes off
+  bool lands = false;
+  bool returns_to_start = false;  ///< the battery is low: the room cannot change the course
+};
+SequencerStatus sequencer_status(const FlightSequencer& sequencer, core::TimePoint now);
+
+/// Handles goals, missions and orders from the room: goals and missions change the course, an order to engage or
+/// release has the effect of the operator's command, and each order is answered. An unknown order is refused by its
+/// number. No heap.
+class GroundStationCommands {
+ public:
+  /// @param limits nothing: the flight takes no goals (an excitation flies). @param speaker null: nothing is answered,
+  /// and so no mission can be transferred.
+  GroundStationCommands(const std::optional<ref::SpeedLimits>& limits, const model::Vehicle& vehicle,
+                        const app::FlightConfig& config, ref::Trajectory<double>& trajectory, GroundStationTap& line,
+                        TelemetryStream* telemetry_stream, OperatorLog& operator_log)
+      : parameters_({vehicle, config, limits.value_or(ref::SpeedLimits{})}),
+        line_(line),
+        telemetry_stream_(telemetry_stream),
+        operator_log_(operator_log) {
+    if (limits) {
+      guided_mode_.emplace(trajectory, config.fence, *limits);
+    }
+  }
+
+  /// Call it after each tick of the controller. @returns the commands that the room gave in the operator's place.
+  OperatorInput tick(core::TimePoint now, const app::FlightController<double>& controller,
+                     const SequencerStatus& status);
+  /// Goals have led the flight.
+  bool has_goal() const { return guided_mode_ && guided_mode_->goals().goal().has_value(); }
+  /// Number of requests to change a parameter; each is answered with the unchanged value.
+  std::uint32_t parameters_not_set() const { return parameters_not_set_; }
+
+ private:
+  static constexpr core::Duration kGoalReportInterval = std::chrono::seconds(1);     ///< between two lines about goals
+  static constexpr core::Duration kMissionReportInterval = std::chrono::seconds(1);  ///< between two MISSION_CURRENT
+  static constexpr core::Duration kParameterReportInterval =
+      std::chrono::seconds(1);  ///< between two lines about PARAM_SET
+
+  void receive_parameters(core::TimePoint now);
+  OperatorInput execute(core::TimePoint now, const GroundStationTap::Order& order, bool done,
+                        const SequencerStatus& status);
+  void report_goal(core::TimePoint now, GoalResult answer);
+  void report_mission(core::TimePoint now, const GuidedModeUpdate& outcome);
+  void answer(const GroundStationTap::Order& order, std::uint8_t result);
+  void reply(const Replies& replies);
+
+  std::optional<GuidedMode<double>> guided_mode_;
+  Parameters parameters_;
+  GroundStationTap& line_;
+  TelemetryStream* telemetry_stream_;
+  OperatorLog& operator_log_;
+  std::optional<GoalResult> reported_;
+  core::TimePoint goal_reported_at_{};
+  std::optional<MissionState> reported_mission_;
+  core::TimePoint mission_reported_at_{};
+  std::uint32_t parameters_not_set_ = 0;
+  core::TimePoint parameter_reported_at_{};
+};
+
+}  // namespace m100::companion

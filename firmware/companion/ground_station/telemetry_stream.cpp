@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/ground_station/telemetry_stream.h"
+
+#include <algorithm>
+#include <chrono>
+#include <variant>
+
+namespace m100::companion {
+namespace {
+
+/// The aircraft's address; TIMESYNC comes from component 191 with its own sequence numbers.
+constexpr mavlink::Address kAircraft{.system = 1, .component = 1};
+constexpr std::uint8_t kLinkOfTheSpeaker = 2;  ///< the signatures of two threads are two streams
+constexpr auto kLook = std::chrono::milliseconds(10);
+
+}  // namespace
+
+void TelemetryStream::start() {
+  thread_ = std::thread([this] {
+    while (running_) {
+      send_all();
+      std::this_thread::sleep_for(kLook);
+    }
+    send_all();
+  });
+}
+
+void TelemetryStream::finish() {
+  running_ = false;
+  if (thread_.joinable()) {
+    thread_.join();
+  }
+}
+
+void TelemetryStream::publish(const app::FlightController<double>& controller, core::TimePoint now,
+                              mavlink::SignatureTime min_time) {
+  if (ticks_++ % kTicksPerState == 0) {
+    FlightState state = state_of(controller, now);
+    state.signature_time = min_time;
+    (void)states_.push(state);
+  }
+}
+
+void TelemetryStream::publish(std::string_view line) {
+  Line copy;
+  copy.size = std::min(line.size(), copy.text.size());
+  std::copy_n(line.begin(), copy.size, copy.text.begin());
+  (void)lines_.push(copy);
+}
+
+void TelemetryStream::send_all() {
+  FlightState state;
+  while (states_.pop(state)) {
+    send(state);
+  }
+  Reply reply;
+  while (replies_.pop(reply)) {
+    std::visit([this](const auto& message) { send(message); }, reply);
+  }
+  Line line;
+  while (lines_.pop(line)) {
+    send(line);
+  }
+}
+
+template <typename Message>
+void TelemetryStream::send(const Message& message) {
+  mavlink::Frame frame = mavlink::encode(message, kAircraft, frames_++);
+  mavlink::sign(frame, key_, kLinkOfTheSpeaker, ++time_);
+  (void)port_.send(frame.bytes());  // a message that cannot be sent is lost, as on the air
+}
+
+void TelemetryStream::send(const FlightState& state) {
+  time_ = std::max(time_, state.signature_time);
+  send(attitude_of(state));
+  send(position_of(state));
+  if (states_sent_++ % kStatesPerHeartbeat == 0) {
+    send(heartbeat_of(state));
+    send(estimator_of(state));
+    send(battery_of(state));
+  }
+}
+
+void TelemetryStream::send(const Line& line) {
+  const std::string_view text(line.text.data(), line.size);
+  sentences_ = static_cast<std::uint16_t>(sentences_ == 0xFFFFU ? 1 : sentences_ + 1);
+  mavlink::StatusText message;
+  for (std::uint8_t piece = 0; status_text(text, severity_of(text), sentences_, piece, message); ++piece) {
+    send(message);
+  }
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <string_view>
+#include <thread>
+
+#include "firmware/companion/ground_station/requests.h"
+#include "firmware/companion/ground_station/state_messages.h"
+#include "firmware/core/spsc_ring.h"
+#include "hal/linux/udp_port.h"
+#include "protocol/mavlink/frame.h"
+
+namespace m100::companion {
+
+/// Sends the state of the flight to the room, over UDP, signed, from a thread of its own: the thread that flies hands
+/// over copies and neither waits nor allocates. Ten times a second ATTITUDE_QUATERNION and LOCAL_POSITION_NED; once a
+/// second HEARTBEAT, ESTIMATOR_STATUS and BATTERY_STATUS; each line for the operator as STATUSTEXT; answers as they
+/// come. The receiver is the sender of the last accepted packet.
+class TelemetryStream {
+ public:
+  static constexpr std::uint32_t kTicksPerState = 10;
+  static constexpr std::uint32_t kStatesPerHeartbeat = 10;
+  static constexpr std::size_t kMaxLineChars = 250;  ///< characters; the rest of a line is cut off
+
+  /// @param port must outlive it.
+  TelemetryStream(const hal::UdpPort& port, const mavlink::Key& key) : port_(port), key_(key) {}
+  ~TelemetryStream() { finish(); }
+  TelemetryStream(const TelemetryStream&) = delete;
+  TelemetryStream& operator=(const TelemetryStream&) = delete;
+
+  void start();
+  /// Sends the rest of the queues, and ends the thread.
+  void finish();
+
+  // Called by the thread that flies. A message that finds no room is not sent.
+  /// Call it every tick; one state in kTicksPerState is sent.
+  void publish(const app::FlightController<double>& controller, core::TimePoint now, mavlink::SignatureTime min_time);
+  void publish(std::string_view line);
+  void publish(const Reply& reply) { (void)replies_.push(reply); }
+
+ private:
+  struct Line {
+    std::array<char, kMaxLineChars> text{};
+    std::size_t size = 0;
+  };
+  void send_all();
+  void send(const FlightState& state);
+  void send(const Line& line);
+  template <typename Message>
+  void send(const Message& message);
+
+  const hal::UdpPort& port_;
+  mavlink::Key key_;
+  core::SpscRing<FlightState, 16> states_;
+  core::SpscRing<Line, 16> lines_;
+  core::SpscRing<Reply, 64> replies_;
+  std::uint32_t ticks_ = 0;
+  std::atomic<bool> running_{true};
+  std::thread thread_;
+  // Used by the sending thread.
+  std::uint32_t states_sent_ = 0;
+  std::uint16_t sentences_ = 0;
+  std::uint8_t frames_ = 0;
+  mavlink::SignatureTime time_ = 0;
+};
+
+}  // namespace m100::companion

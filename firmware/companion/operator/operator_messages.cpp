@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/operator/operator_messages.h"
+
+#include <array>
+#include <string_view>
+
+#include "firmware/core/maths.h"
+#include "firmware/core/time.h"
+#include "firmware/est/consistency/velocity_consistency.h"
+
+namespace m100::companion {
+namespace {
+
+using safety::FailsafeReason;
+
+constexpr double kTurnShown_rad = 0.35;  ///< the observer's innovation gate; a smaller turn is not the reason
+
+void add_age(TextLine& line, std::string_view what, core::Duration age, core::Duration allowed) {
+  if (age > std::chrono::hours(1)) {
+    line.add(what).add(": none has arrived");
+    return;
+  }
+  line.add(what).add(": ").add(core::seconds<double>(age), 3).add(" s, allowed ");
+  line.add(core::seconds<double>(allowed), 3).add(" s");
+}
+
+void add_refusal(TextLine& line, const safety::Observation& seen) {
+  const auto check = static_cast<est::ConsistencyCheck>(seen.contradicted_by);
+  const bool of_attitude = check == est::ConsistencyCheck::kRates || check == est::ConsistencyCheck::kAnswer;
+  line.add(of_attitude ? "attitude refused: " : "pose refused: ");
+  if (check != est::ConsistencyCheck::kNone) {
+    line.add(check == est::ConsistencyCheck::kAnswer  ? "it does not follow our commands, check "
+             : check == est::ConsistencyCheck::kRates ? "the autopilot's rates contradict it, check "
+                                                      : "the autopilot contradicts it, check ")
+        .add(est::name(check))
+        .add(": ");
+    line.add(seen.contradicted_with, 2).add(" ").add(est::unit_of(check)).add(" apart, allowed ");
+    line.add(seen.contradicted_allowed, 2).add(" ").add(est::unit_of(check));
+    return;
+  }
+  if (seen.refused_turn_rad > kTurnShown_rad) {
+    line.add("turned by ").add(seen.refused_turn_rad, 2).add(" rad from the prediction, allowed ");
+    line.add(kTurnShown_rad, 2).add(" rad");
+    return;
+  }
+  line.add(seen.refused_by_m, 2).add(" m from the prediction, allowed ").add(seen.refused_allowed_m, 2).add(" m");
+}
+
+/// The swing in degrees peak to peak, as an onlooker sees it.
+void add_limit_cycle(TextLine& line, const safety::Observation& seen) {
+  line.add("the aircraft swings by itself, by ")
+      .add(seen.limit_cycle_rad * 180.0 / core::kPi, 0)
+      .add(" degrees peak to peak, ");
+  line.add(seen.limit_cycle_hz, 1).add(" times a second");
+}
+
+}  // namespace
+
+void describe(TextLine& line, const link::AuthorityView& authority) {
+  const bool answered = authority.reason == safety::AuthorityReason::kAnswer;
+  const std::string_view remedy = answered ? authority.answer.remedy : safety::remedy(authority.reason);
+  line.add(safety::name(authority.stage)).add(" (").add(safety::name(authority.reason)).add(")");
+  if (answered) {
+    line.add(": ").add(authority.answer.name);
+  }
+  if (!remedy.empty()) {
+    line.add("; ").add(remedy);
+  }
+}
+
+void describe(TextLine& line, FailsafeReason cause, const safety::Observation& seen, const safety::Limits& limits) {
+  switch (cause) {
+    case FailsafeReason::kPoseRefused:
+      return add_refusal(line, seen);
+    case FailsafeReason::kPoseOld:
+      return add_age(line, "pose old", seen.pose_age, fresh_limit(limits, seen.pose_latency));
+    case FailsafeReason::kTelemetryOld:
+      return add_age(line, "telemetry old", seen.telemetry_age, limits.telemetry_stale);
+    case FailsafeReason::kTelemetrySilent:
+      return add_age(line, "telemetry silent", seen.telemetry_age, limits.telemetry_dead);
+    case FailsafeReason::kEstimateLost:
+      line.add("no estimate of the flight: newest pose ").add(core::seconds<double>(seen.pose_age), 2);
+      line.add(" s old, telemetry ").add(core::seconds<double>(seen.telemetry_age), 2).add(" s");
+      return;
+    case FailsafeReason::kControlGone:
+      line.add(seen.authority ? "the mode switch left F" : "control is not ours any more");
+      return;
+    case FailsafeReason::kCommandInvalid:
+      line.add("the law's command was not finite or far out of range");
+      return;
+    case FailsafeReason::kCoastOver:
+      return add_age(line, "no fresh pose while coasting; newest", seen.pose_age,
+                     fresh_limit(limits, seen.pose_latency));
+    case FailsafeReason::kReserveSpent:
+      line.add("without a pose the position error may be ").add(seen.error_m, 2);
+      line.add(" m, and the fence leaves ").add(seen.reserve_m, 2).add(" m");
+      return;
+    case FailsafeReason::kFenceLeft:
+      line.add("the aircraft is ").add(seen.outside_m, 2).add(" m outside its fence");
+      return;
+    case FailsafeReason::kAuthorityExceeded:
+      line.add("the wind pushes with ")
+          .add(seen.disturbance_acceleration_m_s2, 1)
+          .add(" m/s^2; the place has not been held for ");
+      line.add(core::seconds<double>(seen.authority_exceeded_for), 1).add(" s");
+      return;
+    case FailsafeReason::kLimitCycle:
+      add_limit_cycle(line, seen);
+      line.add(", under the calm law too: the law alone is not the cause");
+      return;
+    case FailsafeReason::kTask:
+      line.add("the autopilot flies a task of its own, on the operator's command");
+      return;
+    case FailsafeReason::kGivenBack:
+      line.add("on the operator's command, or because --hold is over");
+      return;
+    case FailsafeReason::kEngaged:
+      line.add("on the operator's command");
+      return;
+    case FailsafeReason::kLevelOver:
+    case FailsafeReason::kNeutralOver:
+      line.add(cause == FailsafeReason::kLevelOver
+                   ? "the cause has not cleared in the time allowed"
+                   : "the time with neutral sticks is over; the transmitter gets control");
+      return;
+    case FailsafeReason::kRecovered:
+      line.add("poses are good again");
+      return;
+    case FailsafeReason::kNone:
+      line.add("nothing stands in the way");
+      return;
+  }
+}
+
+void describe_limit_cycle(TextLine& line, const safety::Observation& seen) {
+  line.add("swinging: ");
+  add_limit_cycle(line, seen);
+  line.add(
+      "; the calm law flies now, slower and less exact. Stop and land; poses or commands may be later than known, or "
+      "the aircraft may respond more strongly than its vehicle file says: check with m100 doctor and m100-lab "
+      "identify; m100-lab gains --tune makes the loop calmer");
+}
+
+void describe(TextLine& line, const ctl::Excitation<double>& excitation) {
+  using State = ctl::Excitation<double>::State;
+  using Abort = ctl::Excitation<double>::Abort;
+  constexpr std::array<std::string_view, ctl::kStickAxes> kSticks{"roll", "pitch", "throttle", "yaw"};
+  const auto piece = [&] {
+    line.add("piece ").add(static_cast<double>(excitation.piece() + 1), 0).add(" on ");
+    line.add(kSticks[static_cast<std::size_t>(excitation.axis())]);
+  };
+  switch (excitation.state()) {
+    case State::kIdle:
+    case State::kReturning:
+      return;
+    case State::kMoving:
+      line.add("excitation: ");
+      piece();
+      return;
+    case State::kOver:
+      line.add("excitation: all ").add(static_cast<double>(excitation.piece()), 0).add(" pieces are flown");
+      return;
+    case State::kAborted:
+      break;
+  }
+  line.add("excitation aborted at ");
+  piece();
+  line.add(": ");
+  switch (excitation.abort()) {
+    case Abort::kFence:
+      line.add("the aircraft would stop beyond the fence");
+      break;
+    case Abort::kDistance:
+      line.add("the aircraft would stop beyond the excitation's own distance");
+      break;
+    case Abort::kTilt:
+      line.add("the tilt is beyond its limit");
+      break;
+    case Abort::kSpeed:
+      line.add("the speed is beyond its limit");
+      break;
+    case Abort::kNotAtRest:
+      line.add("the law could not bring the aircraft to rest at its place");
+      break;
+    case Abort::kFailsafe:
+    case Abort::kNone:
+      line.add("control is lost, or the ladder left its top rung");
+      break;
+  }
+  line.add("; ").add(excitation.distance(), 2).add(" m from its place at ").add(excitation.speed(), 2);
+  line.add(" m/s. The law has all sticks");
+}
+
+FailsafeReason denial_reason(const safety::Observation& seen, const safety::Limits& limits) {
+  if (seen.telemetry_age > limits.telemetry_stale) {
+    return FailsafeReason::kTelemetryOld;
+  }
+  if (seen.estimate_healthy && seen.refused_for >= limits.gate_shut) {
+    return FailsafeReason::kPoseRefused;
+  }
+  if (seen.pose_age > fresh_limit(limits, seen.pose_latency)) {
+    return FailsafeReason::kPoseOld;
+  }
+  if (!seen.estimate_healthy) {
+    return FailsafeReason::kEstimateLost;
+  }
+  return seen.outside_m > 0.0 ? FailsafeReason::kFenceLeft : FailsafeReason::kNone;
+}
+
+std::string_view remedy_for(FailsafeReason denial_reason) {
+  switch (denial_reason) {
+    case FailsafeReason::kFenceLeft:
+      return "bring the aircraft inside, or take a larger fence";
+    case FailsafeReason::kTelemetryOld:
+    case FailsafeReason::kTelemetrySilent:
+      return "check the cable and the autopilot's telemetry";
+    default:
+      return "check the source of pose";
+  }
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string_view>
+
+#include "firmware/companion/operator/text_line.h"
+#include "firmware/ctl/excitation.h"
+#include "firmware/link/serial_link.h"
+#include "firmware/safety/supervisor.h"
+
+namespace m100::companion {
+
+// Sentences for the operator, with numbers and remedies.
+
+/// The state of the authority table, its reason, and the remedy if there is one.
+void describe(TextLine& line, const link::AuthorityView& authority);
+
+/// What was seen: "pose refused: 0.31 m from the prediction, allowed 0.02 m".
+void describe(TextLine& line, safety::FailsafeReason cause, const safety::Observation& seen,
+              const safety::Limits& limits);
+
+/// A detected swing (Observation::swings), the program's reaction, and the remedy.
+void describe_limit_cycle(TextLine& line, const safety::Observation& seen);
+
+/// The state of an excitation; if it was aborted, why, with numbers. Nothing if there is none.
+void describe(TextLine& line, const ctl::Excitation<double>& excitation);
+
+/// What prevents flying now; kNone: nothing.
+safety::FailsafeReason denial_reason(const safety::Observation& seen, const safety::Limits& limits);
+/// The remedy for an obstacle.
+std::string_view remedy_for(safety::FailsafeReason denial_reason);
+
+}  // namespace m100::companion

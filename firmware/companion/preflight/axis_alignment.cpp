@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/preflight/axis_alignment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <sstream>
+#include <string_view>
+
+#include "firmware/core/maths.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::companion::preflight {
+namespace {
+
+constexpr double kTick_s = 0.01;
+// Less motion than this (root mean square) does not suffice to judge an axis.
+constexpr double kMinTilt = 0.05;  ///< of the direction of up: three degrees
+constexpr double kMinTurn_rad = 0.03;
+constexpr double kMinAcceleration_m_s2 = 0.25;
+/// Least correlation by which two axes count as the same.
+constexpr double kSure = 0.6;
+constexpr double kNoiseShare = 0.01;  ///< share of the least motion; below it the pose shows noise or nothing
+
+/// Body to world.
+Eigen::Matrix3d rotation_of(const core::Quaternion<double>& q) {
+  Eigen::Matrix3d out;
+  out << 1.0 - 2.0 * (q.y * q.y + q.z * q.z), 2.0 * (q.x * q.y - q.w * q.z), 2.0 * (q.x * q.z + q.w * q.y),
+      2.0 * (q.x * q.y + q.w * q.z), 1.0 - 2.0 * (q.x * q.x + q.z * q.z), 2.0 * (q.y * q.z - q.w * q.x),
+      2.0 * (q.x * q.z - q.w * q.y), 2.0 * (q.y * q.z + q.w * q.x), 1.0 - 2.0 * (q.x * q.x + q.y * q.y);
+  return out;
+}
+Eigen::Vector3d up_in_body(const core::Quaternion<double>& wb) { return rotation_of(wb).row(2).transpose(); }
+double heading(const core::Quaternion<double>& wb) { return core::euler_of(wb).yaw_rad; }
+
+std::string percent(double correlation) {
+  std::ostringstream text;
+  text.precision(2);
+  text << std::fixed << "correlation " << correlation;
+  return text.str();
+}
+
+/// Judges an axis of the pose by its correlations with the autopilot's axes.
+/// @param told root mean square of the pose's axis. @param moved the same of each of the autopilot's axes. @param least
+/// value of `moved` that suffices.
+template <typename Row>
+CheckResult judge(std::string_view what, std::string_view how, std::size_t axis, const Row& row, double shown,
+                  const Row& motion, double min, std::span<const std::string_view> names) {
+  CheckResult check{.name = std::string(what), .health = Health::kDoubtful, .finding = "", .remedy = ""};
+  Eigen::Index best = 0;
+  row.cwiseAbs().maxCoeff(&best);
+  const double correlation = row[best];
+  if (motion[static_cast<Eigen::Index>(axis)] < min) {
+    check.finding = "not moved enough to tell";
+    check.remedy = std::string(how);
+    return check;
+  }
+  if (shown < kNoiseShare * min) {
+    check.finding = "the pose does not show this motion: it stays the same while the aircraft moves";
+    check.remedy =
+        "of the pose's attitude m100 uses the heading alone; a position or a heading that stays the same is an error";
+    return check;
+  }
+  if (std::abs(correlation) < kSure) {
+    check.finding = "agrees with no axis of the autopilot (" + percent(correlation) + ")";
+    check.health = Health::kBad;
+    check.remedy =
+        "move one axis at a time, and more slowly; if it stays so, the body of the pose is turned by an angle that is "
+        "not a multiple of 90 degrees";
+    return check;
+  }
+  const bool is_own = static_cast<std::size_t>(best) == axis;
+  check.health = is_own && correlation > 0.0 ? Health::kGood : Health::kBad;
+  if (check.health == Health::kGood) {
+    check.finding = "correct (" + percent(correlation) + ")";
+    return check;
+  }
+  const std::string_view sign = correlation < 0.0 ? "minus " : "";
+  check.finding = is_own ? "is reversed (" + percent(correlation) + ")"
+                         : "is the autopilot's " + std::string(sign) +
+                               std::string(names[static_cast<std::size_t>(best)]) + " (" + percent(correlation) + ")";
+  check.remedy = "correct the axis at the source of pose; on the wire: world NED, body FRD";
+  return check;
+}
+
+}  // namespace
+
+void AxisAlignment::add(const Sample& sample) {
+  ++samples_;
+  force_length_ += sample.force_b.norm();
+  window_.push_back(sample);
+  if (window_.size() > 2 * kSpan + 1) {
+    window_.pop_front();
+  }
+  add_tilt(sample);
+  if (window_.size() > kSpan) {
+    add_turn(window_[window_.size() - 1 - kSpan], sample);
+  }
+  if (window_.size() == 2 * kSpan + 1) {
+    add_position();
+  }
+}
+
+void AxisAlignment::add_tilt(const Sample& sample) {
+  const Eigen::Vector3d pose = up_in_body(sample.pose_wb), autopilot = up_in_body(sample.autopilot_wb);
+  // Signs as of the angles: nose down is a positive pitch and lowers x; right side down is a positive roll.
+  const Eigen::Vector2d p(-pose.x(), pose.y()), a(-autopilot.x(), autopilot.y());
+  tilt_products_ += p * a.transpose();
+  tilt_pose_ += p;
+  tilt_autopilot_ += a;
+  tilt_pose_squares_ += p.cwiseAbs2();
+  tilt_autopilot_squares_ += a.cwiseAbs2();
+  upright_ += pose.z() * autopilot.z();
+}
+
+void AxisAlignment::add_turn(const Sample& then, const Sample& now) {
+  const double pose = core::wrap_pi(heading(now.pose_wb) - heading(then.pose_wb));
+  const double autopilot = core::wrap_pi(heading(now.autopilot_wb) - heading(then.autopilot_wb));
+  turn_products_ += pose * autopilot;
+  turn_pose_squares_ += pose * pose;
+  turn_autopilot_squares_ += autopilot * autopilot;
+}
+
+void AxisAlignment::add_position() {
+  constexpr double kSpan_s = kSpan * kTick_s;
+  const Eigen::Vector3d pose =
+      (window_.back().position_w_m - 2.0 * window_[kSpan].position_w_m + window_.front().position_w_m) /
+      (kSpan_s * kSpan_s);
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < window_.size(); ++i) {
+    const double weight = (1.0 - std::abs(static_cast<double>(i) - kSpan) / kSpan) / kSpan;
+    const Sample& sample = window_[i];
+    const double turn = heading(sample.pose_wb) - heading(sample.autopilot_wb);
+    const Eigen::Vector3d there = rotation_of(sample.autopilot_wb) * sample.force_b;
+    const double c = std::cos(turn), d = std::sin(turn);  // rotation about the vertical into the room's axes
+    force += weight * Eigen::Vector3d(c * there.x() - d * there.y(), d * there.x() + c * there.y(), there.z());
+  }
+  force *= model::kGravity_m_s2 * static_cast<double>(samples_) / std::max(1e-6, force_length_);
+  force.z() -= model::kGravity_m_s2;
+  position_products_ += pose * force.transpose();
+  position_pose_ += pose;
+  position_force_ += force;
+  position_pose_squares_ += pose.cwiseAbs2();
+  position_force_squares_ += force.cwiseAbs2();
+  ++positions_;
+}
+
+std::vector<CheckResult> AxisAlignment::checks() const {
+  constexpr std::array<std::string_view, 2> kTilts{"pitch", "roll"};
+  constexpr std::array<std::string_view, 2> kHow{"tilt the nose down and up, by 20 degrees", "tilt it right and left"};
+  constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
+  constexpr std::array<std::string_view, 3> kPush{"push it 30 cm along x of the room and back, in a second",
+                                                  "push it 30 cm along y and back, in a second",
+                                                  "lift it 30 cm and lower it, in a second"};
+  std::vector<CheckResult> checks;
+  const double n = static_cast<double>(std::max<std::size_t>(samples_, 1));
+  const Eigen::Vector2d pose_rms =
+      ((tilt_pose_squares_ / n) - (tilt_pose_ / n).cwiseAbs2()).cwiseMax(1e-12).cwiseSqrt();
+  const Eigen::Vector2d own_rms =
+      ((tilt_autopilot_squares_ / n) - (tilt_autopilot_ / n).cwiseAbs2()).cwiseMax(1e-12).cwiseSqrt();
+  const Eigen::Matrix2d tilt = tilt_products_ / n - (tilt_pose_ / n) * (tilt_autopilot_ / n).transpose();
+  for (Eigen::Index axis = 0; axis < 2; ++axis) {
+    const Eigen::Vector2d row = tilt.row(axis).transpose().cwiseQuotient(own_rms * pose_rms[axis]);
+    const auto i = static_cast<std::size_t>(axis);
+    checks.push_back(judge(kTilts[i], kHow[i], i, row, pose_rms[axis], own_rms, kMinTilt, kTilts));
+  }
+  if (upright_ < 0.0) {
+    checks.push_back({"up", Health::kBad, "the pose is upside down", "on the wire: world NED, body FRD"});
+  }
+  const Eigen::Matrix<double, 1, 1> turn_rms(std::sqrt(turn_autopilot_squares_ / n));
+  const Eigen::Matrix<double, 1, 1> turn(turn_products_ /
+                                         std::sqrt(std::max(1e-12, turn_pose_squares_ * turn_autopilot_squares_)));
+  constexpr std::array<std::string_view, 1> kHeading{"heading"};
+  checks.push_back(judge("heading", "turn it left and right about the vertical, by 45 degrees", 0, turn,
+                         std::sqrt(turn_pose_squares_ / n), turn_rms, kMinTurn_rad, kHeading));
+  const double m = static_cast<double>(std::max<std::size_t>(positions_, 1));
+  const Eigen::Vector3d pose_mean = position_pose_ / m, force_mean = position_force_ / m;  // an offset is not a motion
+  const Eigen::Vector3d force_rms = (position_force_squares_ / m - force_mean.cwiseAbs2()).cwiseMax(1e-12).cwiseSqrt();
+  const Eigen::Vector3d second_rms = (position_pose_squares_ / m - pose_mean.cwiseAbs2()).cwiseMax(1e-12).cwiseSqrt();
+  const Eigen::Matrix3d products = position_products_ / m - pose_mean * force_mean.transpose();
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d row = products.row(axis).transpose().cwiseQuotient(force_rms * second_rms[axis]);
+    const auto i = static_cast<std::size_t>(axis);
+    checks.push_back(judge(std::string("position ") + std::string(kAxes[i]), kPush[i], i, row, second_rms[axis],
+                           force_rms, kMinAcceleration_m_s2, kAxes));
+  }
+  return checks;
+}
+
+}  // namespace m100::companion::preflight

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/preflight/check_frames.h"
+
+#include <array>
+#include <iostream>
+#include <optional>
+#include <span>
+
+#include "firmware/companion/fly/fly.h"
+#include "firmware/companion/ground_station/mavlink_tap.h"
+#include "firmware/companion/preflight/axis_alignment.h"
+#include "firmware/companion/subcommands.h"
+#include "firmware/link/pose/pose_decoder.h"
+#include "firmware/link/pose/pose_link.h"
+#include "firmware/link/telemetry_check.h"
+#include "protocol/dji/frame_parser.h"
+#include "protocol/dji/session.h"
+#include "protocol/dji/telemetry.h"
+#include "protocol/mavlink/pose_messages.h"
+
+namespace m100::companion::preflight {
+namespace {
+
+/// Decodes the autopilot's telemetry.
+class TelemetryReceiver {
+ public:
+  explicit TelemetryReceiver(hal::Uart& uart) : uart_(uart) {}
+  /// Reads what has arrived.
+  void listen() {
+    for (auto count = uart_.read(buffer_); count && *count > 0; count = uart_.read(buffer_)) {
+      parser_.consume(std::span<const std::byte>(buffer_).first(*count),
+                      [this](const protocol::FrameView& frame) { receive(frame); });
+    }
+  }
+  const protocol::Telemetry& telemetry() const { return telemetry_; }
+  bool has_all() const {
+    return telemetry_.has(protocol::TelemetryItem::kAttitude) && telemetry_.has(protocol::TelemetryItem::kAcceleration);
+  }
+  bool received() const { return received_; }
+
+ private:
+  void receive(const protocol::FrameView& frame) {
+    const core::Expected<protocol::Message> message = protocol::open(frame, nullptr, scratch_);
+    if (!message || message->header.is_ack || !message->has_id || message->id != protocol::ids::kTelemetry) {
+      return;
+    }
+    const protocol::Telemetry former = telemetry_;
+    if (protocol::decode_telemetry(message->value, telemetry_) == core::Status::kOk) {
+      (void)link::reject_non_finite(telemetry_, former);
+      received_ = true;
+    }
+  }
+
+  hal::Uart& uart_;
+  std::array<std::byte, 4096> buffer_{};
+  protocol::FrameParser parser_;
+  protocol::CipherScratch scratch_{};
+  protocol::Telemetry telemetry_;
+  bool received_ = false;
+};
+
+core::Quaternion<double> quaternion(const std::array<float, 4>& q) {
+  return {static_cast<double>(q[0]), static_cast<double>(q[1]), static_cast<double>(q[2]), static_cast<double>(q[3])};
+}
+
+/// Keeps the attitude of the newest pose, of which a flight uses only the heading.
+class AttitudeTap final : public MavlinkTap {
+ public:
+  using MavlinkTap::MavlinkTap;
+  /// Body FLU to world NWU.
+  const core::Quaternion<double>& attitude() const { return attitude_; }
+
+ private:
+  void receive(const mavlink::FrameView& frame) override {
+    if (!link::decode_pose(frame)) {  // a flight would refuse it, too
+      return;
+    }
+    if (mavlink::is<mavlink::AttPosMocap>(frame)) {
+      attitude_ = core::flip_yz(quaternion(mavlink::decode<mavlink::AttPosMocap>(frame).q));
+    } else if (mavlink::is<mavlink::Odometry>(frame)) {
+      attitude_ = core::flip_yz(quaternion(mavlink::decode<mavlink::Odometry>(frame).q));
+    } else {
+      const auto seen = mavlink::decode<mavlink::VisionPositionEstimate>(frame);
+      attitude_ = core::flip_yz(core::quaternion_of(core::Euler<double>{
+          static_cast<double>(seen.roll), static_cast<double>(seen.pitch), static_cast<double>(seen.yaw)}));
+    }
+  }
+
+  core::Quaternion<double> attitude_{};
+};
+
+AxisAlignment::Sample sample_of(const core::Pose<double>& pose, const core::Quaternion<double>& pose_wb,
+                                const protocol::Telemetry& telemetry, core::TimePoint now) {
+  const std::array<float, 3>& f = telemetry.acceleration;
+  return {.at = now,
+          .position_w_m = pose.position_w_m,
+          .pose_wb = pose_wb,
+          .autopilot_wb = core::flip_yz(quaternion(telemetry.attitude)),
+          .force_b = {static_cast<double>(f[0]), -static_cast<double>(f[1]), -static_cast<double>(f[2])}};
+}
+
+}  // namespace
+
+std::vector<CheckResult> check_frames(const CheckFramesOptions& options) {
+  if (options.port.empty() || options.pose.port.empty()) {
+    throw UsageError("--frames: needs --port and --pose-port");
+  }
+  check(options.pose, options.port);
+  watch_signals();
+  hal::SerialPort port(options.port, options.baud);
+  open_or_explain(port);
+  PosePort pose_port(options.pose, options.port);
+  AttitudeTap pose_line(pose_port.line());
+  link::PoseLink pose_link(pose_line, pose_port.baud());
+  TelemetryReceiver ear(port);
+  AxisAlignment frames;
+  std::optional<core::Pose<double>> pose;
+  std::cout
+      << "propellers off; for " << options.hold_s
+      << " s: tilt the nose down and up, tilt right and left, turn both ways, then push it back and forth along x, y "
+         "and z of the room, each within a second"
+      << std::endl;
+  TickClock clock(options.port);
+  for (core::TimePoint now = clock.now();
+       core::seconds<double>(now.time_since_epoch()) < options.hold_s && !stop_requested(); now = clock.next()) {
+    pose_port.tick();
+    ear.listen();
+    if (const core::Expected<core::Pose<double>> newest = pose_link.receive(now)) {
+      pose = *newest;
+    }
+    if (pose && ear.has_all()) {
+      frames.add(sample_of(*pose, pose_line.attitude(), ear.telemetry(), now));
+    }
+  }
+  if (!pose) {
+    return {{"frames", Health::kBad, "no pose came; " + why_no_pose(pose_link, pose_port), "check the source of pose"}};
+  }
+  if (frames.samples() == 0) {
+    return {{"frames", Health::kBad,
+             ear.received() ? "telemetry without attitude or acceleration" : "no telemetry came",
+             ear.received() ? "set both items to 100 Hz in DJI's assistant" : "m100 probe tells why"}};
+  }
+  return frames.checks();
+}
+
+}  // namespace m100::companion::preflight

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "hal/uart.h"
+#include "protocol/dji/frame_parser.h"
+#include "protocol/dji/telemetry.h"
+
+namespace m100::companion {
+
+/// What is at the other end of a port, judged by listening alone.
+enum class Verdict : std::uint8_t {
+  kAutopilot,        ///< frames and telemetry: all is well
+  kApiNotEnabled,    ///< frames, but no telemetry
+  kWrongBaud,        ///< bytes, but no frame among them; many lack a stop bit, if the port counts that
+  kNoAutopilot,      ///< bytes with good stop bits, but no frame among them
+  kNoisy,            ///< frames, but many are damaged; or none, and some bytes without a stop bit
+  kOverrun,          ///< frames, but many are damaged: this machine was too slow to take them
+  kLineHeldLow,      ///< breaks, and no byte that means anything
+  kNothingReceived,  ///< not one byte
+  kCannotOpen,
+};
+
+std::string_view name(Verdict verdict);
+std::string_view remedy(Verdict verdict);
+
+/// Whose layout of the telemetry the packages fit (protocol, section 8).
+enum class Firmware : std::uint8_t { kUnknown, kM100, kM100Old, kOther };
+std::string_view name(Firmware firmware);
+
+/// Counts frames and telemetry in the bytes of a line, and judges them. It sends nothing.
+class LineProbe {
+ public:
+  void receive(std::span<const std::byte> bytes);
+
+  /// @param errors that the port has counted meanwhile; without them the verdict uses the bytes alone.
+  Verdict verdict(const core::Expected<hal::LineErrors>& errors = core::Status::kUnavailable) const;
+  Firmware firmware() const;
+  std::uint64_t packages() const { return packages_; }
+  std::uint64_t bytes() const { return parser_.stats().bytes; }
+  const protocol::ParserStats& stats() const { return parser_.stats(); }
+  const protocol::Telemetry& telemetry() const { return telemetry_; }
+
+ private:
+  Verdict without_frames(const core::Expected<hal::LineErrors>& errors) const;
+  void receive_telemetry(std::span<const std::byte> value);
+
+  protocol::FrameParser parser_;
+  protocol::CipherScratch scratch_{};
+  protocol::Telemetry telemetry_;
+  std::uint64_t packages_ = 0;
+  std::uint64_t fit_m100_ = 0;
+  std::uint64_t fit_old_ = 0;
+};
+
+}  // namespace m100::companion

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "firmware/companion/preflight/check_result.h"
+#include "protocol/mavlink/pose_wire.h"
+
+namespace m100::companion::preflight {
+
+/// Where poses will come from, as the operator gives it.
+struct PosePlan {
+  std::string port;      ///< a serial port, or "udp:PORT"; empty: no port is checked
+  std::string key_file;  ///< of the signatures; empty: none
+  std::string message{mavlink::kPoseWires.front().name};
+  double rate_hz = 100.0;
+  double baud = 115200.0;
+};
+
+/// The names that PosePlan::message may have.
+std::vector<std::string> pose_messages();
+
+/// Whether the planned rate of poses, with signatures, fits into the serial line. Not for a network.
+CheckResult check_pose_line(const PosePlan& line);
+
+/// Checks the port, its key, and the poses that arrive within two seconds. Empty if no port is named.
+std::vector<CheckResult> check_pose_port(const PosePlan& line);
+
+}  // namespace m100::companion::preflight

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/maths.h"
+#include "firmware/core/tilt.h"
+#include "firmware/ctl/command.h"
+#include "firmware/ctl/law/braking.h"
+#include "firmware/ctl/law/slope_limit.h"
+#include "firmware/est/estimate.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::ctl {
+
+/// The command of the failsafe's level state: it stops the aircraft without a course, and then holds it against trim
+/// and wind as last estimated. Per axis of the yaw-free frame
+///   v' = -k (v + t v'now),  at most the vehicle's braking:  slope = +-(v' - d) / g - m
+/// The speed is that of a reaction time t later, so that the tilt is removed in time; with k t = 0.7 the stop does not
+/// overshoot. It brakes as hard as the fence assumes: a gentler stop would end beyond the fence. Both slopes together
+/// are at most tan(30 degrees), the law's own limit, reduced by any tilt beyond it (tilt_room.h), and keep their
+/// direction. While no pose arrives the velocity is the model's prediction; if its sigma is too large, only trim and
+/// wind are compensated. Without a prediction the command is level. No climb, no turn: the autopilot holds the height.
+template <typename T>
+Command<T> brake_and_hold(const est::Estimate<T>& estimate, const Braking& braking) {
+  const T ahead_s = static_cast<T>(braking.reaction_s);
+  const T rate_per_s = static_cast<T>(0.7 / braking.reaction_s);
+  const T most_m_s2 = static_cast<T>(braking.acceleration_m_s2);
+  constexpr T kWorthless_m2_s2 = static_cast<T>(1.0);
+  constexpr T kMaxSlope = static_cast<T>(0.5773502691896258);  // tan 30 deg: FlightLawOptions
+  const T acts_s = static_cast<T>(braking.acts_s);
+  constexpr T kPerGravity = static_cast<T>(1.0 / model::kGravity_m_s2);
+  if (!estimate.prediction_valid) {
+    return {};
+  }
+  const auto slope = [=](const est::AxisEstimate<T>& axis, T sign) {
+    const bool known = axis.velocity_variance_m2_s2 < kWorthless_m2_s2;
+    const T now_m_s2 = sign * static_cast<T>(model::kGravity_m_s2) * axis.tilt_rad + axis.disturbance_m_s2;
+    const T soon_m_s = axis.velocity_m_s + ahead_s * now_m_s2;
+    const T braking_m_s2 = known ? core::clamp(-rate_per_s * soon_m_s, -most_m_s2, most_m_s2) : T(0);
+    return sign * (braking_m_s2 - axis.disturbance_m_s2) * kPerGravity - axis.input_offset_rad;
+  };
+  const T x = slope(estimate.x, T(1));
+  const T y = slope(estimate.y, T(-1));
+  const auto soon = [acts_s](const est::AxisEstimate<T>& axis) {
+    return predicted_slope(axis, core::tan(axis.tilt_rad), acts_s);
+  };
+  const T most = max_slope(soon(estimate.x), soon(estimate.y), kMaxSlope);
+  const T size = core::sqrt(x * x + y * y);
+  const T share = size > most ? most / size : T(1);
+  const core::Euler<T> attitude = core::attitude_of(core::Slope<T>{.x = share * x, .y = share * y}, estimate.yaw_rad,
+                                                    core::sin_cos_of(estimate.yaw_rad));
+  return {.roll_rad = attitude.roll_rad, .pitch_rad = attitude.pitch_rad};
+}
+
+}  // namespace m100::ctl

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/model/vehicle.h"
+
+namespace m100::ctl {
+
+/// How a vehicle can brake: the one model that the fence, the level state and the speed limit use.
+struct Braking {
+  /// On each horizontal axis, in still air, while the other axis brakes too.
+  double acceleration_m_s2 = 0.0;
+  /// The steady push against which it holds its place: at most 4 m/s^2.
+  double max_disturbance_m_s2 = 0.0;
+  /// From the decision to stop until the attitude is reversed.
+  double reaction_s = 0.0;
+  /// effective_delay_s() of the slower axis.
+  double acts_s = 0.0;
+  /// Drag that the aircraft may have in addition to that of the vehicle file. The wind that is estimated at a speed
+  /// includes this drag, which disappears as the aircraft slows down.
+  double unknown_drag_per_s = 0.0;
+  /// The drag by which wind and gusts push.
+  double drag_per_s = 0.0;
+};
+
+/// Time until a command that leaves now has begun to act, and the next one can act: transport delay + command period
+/// (40 ms).
+double effective_delay_s(const model::StickAxis& axis);
+
+/// @param slope_limit the largest slope (tangent of tilt) that the control law gives to one horizontal axis while the
+///   other one has as much: from the gain tables of this vehicle and from the law's limit of both axes together.
+///
+/// acceleration = 0.95 g tilt_gain slope_limit: the law approaches its limit gradually, hence a twentieth less.
+/// reaction     = transport delay + command period (40 ms) + attitude loop (2 zeta / w, or its time constant) + 20 ms
+///                until the estimate shows the effect; the slower of roll and pitch, at least 0.35 s.
+/// unknown drag = how much less drag the vehicle file has than a free rotor aircraft (published: 0.2 to 0.5 1/s; 0.3).
+Braking braking_of(const model::Vehicle& vehicle, double slope_limit);
+
+}  // namespace m100::ctl

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/maths.h"
+#include "firmware/ctl/law/braking.h"
+#include "firmware/est/estimate.h"
+#include "firmware/mpc/gain_table.h"
+#include "firmware/ref/window.h"
+
+namespace m100::ctl {
+
+/// Rate of the calm law: w [rad/s] below. Computed from the same vehicle file as the tables, through its braking:
+///   w = 0.463 / (t + 0.2 s),   t = Braking::reaction_s, the whole delay from a command to the attitude.
+/// With half more gain than assumed, the loop (2 w s + w^2) / s^2 has its crossover at 3.04 w and a phase margin of
+/// 80.7 degrees there, which is a delay of 0.463 / w: t, and 0.2 s that the vehicle file does not know. With the
+/// default vehicle 0.84 rad/s, which brings the aircraft back to its place in some 5 s.
+template <typename T>
+T fallback_rate_per_s(const Braking& braking) {
+  return static_cast<T>(0.463 / (braking.reaction_s + 0.2));
+}
+
+/// The law of one horizontal axis after its loop was seen to swing: slow, without prediction, and with slow use of the
+/// observer's wind and trim.
+///   a = a_ref + 2 w (v_ref + clamp(w/2 (p_ref - p), 1 m/s) - v),   slope = +-(a + c v_ref) / g + held
+/// held follows the compensation of wind and trim (-d and -m) with the time constant 1 / w, and begins at their
+/// estimates. The reference's acceleration costs no margin, so a course continues with a larger tracking error. T is
+/// float or double.
+template <typename T>
+class FallbackLaw {
+ public:
+  /// @returns the slope to command, before the limit of both axes together; the table's own limits are kept.
+  T slope(const est::AxisEstimate<T>& estimate, const ref::AxisReference<T>& reference, const mpc::GainTable<T>& table,
+          T rate_per_s, T step_s) {
+    constexpr T kMax_m_s = T(1);
+    const T per_acceleration = table.tilt_sign / (table.acceleration_per_tilt * table.input_gain);
+    const T needed = -per_acceleration * estimate.disturbance_m_s2 - estimate.input_offset_rad;
+    const T share = began_ ? core::clamp(rate_per_s * step_s, T(0), T(1)) : T(1);
+    began_ = true;
+    held_ += share * (needed - held_);
+    const T nearer_m_s =
+        core::clamp(T(0.5) * rate_per_s * (reference.position_m - estimate.position_m), -kMax_m_s, kMax_m_s);
+    const T wanted_m_s2 = reference.acceleration_m_s2 + table.drag_per_s * reference.velocity_m_s +
+                          T(2) * rate_per_s * (reference.velocity_m_s + nearer_m_s - estimate.velocity_m_s);
+    const T offset_rad = estimate.input_offset_rad;
+    return core::clamp(per_acceleration * wanted_m_s2 + held_, table.input_min_rad - offset_rad,
+                       table.input_max_rad - offset_rad);
+  }
+  void reset() { began_ = false; }
+
+ private:
+  T held_{0};
+  bool began_ = false;
+};
+
+}  // namespace m100::ctl

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+
+#include "firmware/core/tick_count.h"
+#include "firmware/core/tilt.h"
+#include "firmware/core/time.h"
+#include "firmware/ctl/command.h"
+#include "firmware/ctl/law/altitude_pid.h"
+#include "firmware/ctl/law/fallback_law.h"
+#include "firmware/ctl/law/yaw_p.h"
+#include "firmware/est/estimate.h"
+#include "firmware/model/vehicle.h"
+#include "firmware/mpc/delay_predictor.h"
+#include "firmware/mpc/horizontal_mpc.h"
+#include "firmware/ref/window.h"
+
+namespace m100::ctl {
+
+struct FlightLawOptions {
+  /// Height gains from the climb dynamics (design_altitude); false: those of the vehicle file, as they stand.
+  bool design_altitude = true;
+  /// Limit of the commanded tilt of both axes together, 0 to 90 degrees. The measured tilt exceeds it only briefly
+  /// (tilt_room.h): the promise is 35 degrees, the attitude loop overshoots by 7 %.
+  double combined_tilt_limit_rad = 0.5235987755982988;  // 30 deg
+  /// Law of the horizontal axes; the baseline shares everything but the optimisation with the MPC.
+  mpc::Law horizontal = mpc::Law::kMpc;
+};
+
+/// The inverse of an attitude loop up to the second derivative: u = t + first t' + second t'' makes it follow t.
+struct InverseLags {
+  double first_s = 0.0;    ///< T1
+  double second_s2 = 0.0;  ///< T2
+};
+/// (1 + a s + b s^2) / (1 + L s) = 1 + (a - L) s + (b - L (a - L)) s^2 + ..., with a = 2 z / w and b = 1 / w^2, or
+/// a = tau and b = 0, and the lead zero L. Zeros for an axis that follows at once.
+InverseLags inverse_lags(const model::StickAxis& axis);
+
+/// How the horizontal commands were last computed, for the log.
+struct LawReport {
+  mpc::Path path_x = mpc::Path::kTable;
+  mpc::Path path_y = mpc::Path::kTable;
+  unsigned changes = 0;       ///< of the active sets of both axes
+  bool tilt_limited = false;  ///< by the combined limit
+  bool fallback = false;      ///< by the calm law
+};
+
+/// The control law: MPC (or its baseline) in x and y, PID in height, P in yaw.
+///
+/// Horizontal, per axis of the yaw-free world frame (paper, III-E.1):
+///  1. The command in force goes into the pipe of the DelayPredictor; the state is predicted to now + delay.
+///  2. Targets. Tilts are taken as tangents, t = tan(tilt), which makes v' = +-g t - c v + d linear at any tilt:
+///       t_ref = +-(a_ref + c v_ref - d) / g,   input target s = t_ref + T1 t_ref' + T2 t_ref''
+///     (inverse_lags(): the input that makes the attitude loop follow t_ref).
+///  3. The program is solved for the input as the attitude loop sees it, u + m; the command is that minus m. So neither
+///     wind (d) nor trim and command gain (m) leaves a steady offset.
+/// Then both tilts are limited together, keeping their direction, with regard to the present tilt (tilt_room.h), and
+/// rotated by yaw into roll and pitch.
+/// Needs a window whose lead is lead(). Cost: firmware/README.md.
+template <typename T>
+class FlightLaw {
+ public:
+  /// The tables must outlive the law.
+  FlightLaw(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables, const FlightLawOptions& options = {});
+
+  /// Once per tick. @param in_force the command sent to the autopilot since the last tick, after supervisor and stick
+  ///   rounding; it goes into the prediction through the delay.
+  /// @param solves false: the last solved tilts are kept, because no command can leave in this tick. The pipes, height
+  ///   and yaw are updated; the window's points in x and y are not read.
+  Command<T> update(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
+                    const Command<T>& applied_command, core::Duration elapsed, bool solves = true);
+
+  /// How far ahead of now the window must begin: the transport delay of pitch (that of roll is accounted for).
+  core::Duration lead() const { return x_.predictor.lead(); }
+  const LawReport& report() const { return report_; }
+  /// Largest slope that is available to one axis whatever the other one wants: the smaller of the tables' boxes and the
+  /// combined limit divided by the root of two.
+  T slope_limit() const;
+  /// From now on, until reset(), the calm law (calm_law.h) flies the horizontal axes, with this rate [rad/s].
+  void start_fallback(T rate_per_s) { fallback_per_s_ = rate_per_s; }
+  bool fallback() const { return fallback_per_s_ > T(0); }
+  /// For a start in the air: clears the integral, the active sets and the calm law. The pipes keep the commands that
+  /// were sent.
+  void reset();
+
+ private:
+  using References = std::array<ref::AxisReference<T>, ref::kHorizon + 1>;
+  struct Axis {
+    mpc::HorizontalMpc<T> mpc;
+    mpc::DelayPredictor<T> predictor;
+    FallbackLaw<T> fallback{};
+    T first_lag_s{0};    ///< T1
+    T second_lag_s2{0};  ///< T2
+    T acts_s{0};         ///< effective_delay_s()
+    T soon{0};           ///< the slope by then
+    mpc::Path path = mpc::Path::kTable;
+    unsigned changes = 0;
+  };
+  static Axis make_axis(const mpc::GainTable<T>& table, const model::StickAxis& axis, mpc::Law law);
+  T solve(Axis& axis, const est::AxisEstimate<T>& estimate, const References& reference, bool constant, T lead_gap_s,
+          T applied_slope);
+  /// Both programs, or the calm law; both axes together within the combined limit.
+  core::Slope<T> slopes(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
+                        const core::Slope<T>& applied_command, T step_s);
+
+  Axis x_;
+  Axis y_;
+  AltitudePid<T> height_;
+  YawP<T> yaw_;
+  core::CachedTilt<T> commanded_slope_;
+  core::TickCount time_;  ///< of the pipes
+  T climb_lag_s_{0};
+  T fallback_per_s_{0};  ///< 0: the tables' law flies
+  T combined_tangent_{0};
+  core::Euler<T> attitude_{};  ///< roll and pitch as they were solved last
+  mpc::Problem<T> problem_;
+  mpc::Solution<T> solution_;
+  LawReport report_;
+};
+
+}  // namespace m100::ctl

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "firmware/core/fence.h"
+#include "firmware/ctl/law/braking.h"
+#include "firmware/est/estimate.h"
+#include "firmware/ref/window.h"
+
+namespace m100::ctl {
+
+/// Holds the reference inside the fence, and limits the speed so that the aircraft can always stop before a side.
+///
+/// Stopping distance on one horizontal axis, at a speed v towards a side (Braking has the vehicle's numbers):
+///   v t + a0 s (t - s / 2) + (v + a0 s)^2 / (2 a)
+/// where t is the reaction time until the attitude is reversed, s < t the time until it passes level, a0 >= 0 the
+/// acceleration by tilt, wind and gusts of the wind class until then, and
+///   a = braking - gusts - offset - the wind that blows towards the side.
+/// The offset is that of the specific force (est::kForceOffset_m_s2), which alone shows changes of the push while no
+/// pose arrives.
+/// That wind is the present estimate plus a third of the drag that the speed may hide in it: braking removes the drag
+/// and leaves the wind, at most one of the class. Over the braking distance a push that grows by c (v - v') costs as
+/// much as a constant third of c v.
+/// A state is admitted if position plus stopping distance plus three sigmas of position end before the side. If not,
+/// the reference is moved gradually to a place behind the aircraft, so that the law brakes with all its tilt. The
+/// estimate continues when the pose is lost, so the same applies while coasting. T is float or double.
+template <typename T>
+class GeofenceLimiter {
+ public:
+  GeofenceLimiter(const core::Fence& fence, const Braking& braking);
+
+  /// @param points how many points of the window in x and y are checked, beginning with the first.
+  void limit(ref::Window<T>& window, const est::Estimate<T>& estimate, std::size_t points = ref::kHorizon + 1);
+  /// Of the last hold(): distance from the point where the aircraft can stop to the nearest side, without the three
+  /// sigmas. Negative: the aircraft may stop too late.
+  T reserve_m() const { return reserve_m_; }
+  /// Of the last hold(): how far the estimated place is beyond the nearest side, floor and ceiling too; negative:
+  /// inside.
+  T outside_m() const { return outside_m_; }
+  /// Of the last hold(): the reference was moved because of the speed.
+  bool brakes() const { return brakes_; }
+
+ private:
+  struct Side {
+    T low_m, high_m;            ///< of the fence
+    T goal_low_m, goal_high_m;  ///< for goals
+  };
+  using Axis = std::span<ref::AxisReference<T>>;
+  static Side side_of(const core::Fence::Side& side);
+  /// At a speed towards the side; a tilt's acceleration and a wind that act towards it are positive.
+  T stop_m(T speed_m_s, T tilted_m_s2, T wind_m_s2) const;
+  void update_outside(const Side& side, T position_m);
+  void limit_axis(Axis window, const Side& side, const est::AxisEstimate<T>& estimate, T tilt_sign);
+
+  Side x_, y_, z_;
+  T braking_m_s2_, reaction_s_, unknown_drag_per_s_;
+  T wind_m_s2_;    ///< of the class
+  T unseen_m_s2_;  ///< its gusts, and the error of the estimated push while no pose arrives
+  T reserve_m_{0};
+  T outside_m_{0};
+  bool brakes_ = false;
+};
+
+extern template class GeofenceLimiter<float>;
+extern template class GeofenceLimiter<double>;
+
+}  // namespace m100::ctl

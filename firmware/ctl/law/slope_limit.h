@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/maths.h"
+#include "firmware/est/estimate.h"
+
+namespace m100::ctl {
+
+/// The slope (tangent of the tilt) of one axis `ahead_s` from now, if its tilt rate stays constant.
+/// @param slope of now.
+template <typename T>
+T predicted_slope(const est::AxisEstimate<T>& axis, T slope, T ahead_s) {
+  return slope + ahead_s * axis.tilt_rate_rad_s * (T(1) + slope * slope);
+}
+
+/// The largest slope that may be commanded while both axes are about to have these slopes: `limit`, minus twice the
+/// amount by which they exceed it together, but at least half of it.
+///
+/// The flown tilt differs from the commanded one. A balancing point that is wrong by 56 counts adds 3 degrees of tilt
+/// to the command, in any direction; so does an attitude loop that tilts more than commanded, or overshoots. The
+/// observer's estimate of this (input_offset_rad) takes seconds, and is along the axes of the world, so that a change
+/// of heading makes it wrong. The tilt itself is measured. An error of e at the limit leaves e / 3 beyond the limit.
+template <typename T>
+T max_slope(T soon_x, T soon_y, T limit) {
+  constexpr T kTakenBack = T(2);
+  constexpr T kMinShare = T(0.5);
+  const T square = soon_x * soon_x + soon_y * soon_y;
+  if (!(square > limit * limit)) {
+    return limit;
+  }
+  const T most = limit - kTakenBack * (core::sqrt(square) - limit);
+  return most > kMinShare * limit ? most : kMinShare * limit;
+}
+
+}  // namespace m100::ctl

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/eigen.h"
+#include "firmware/est/consistency/cusum.h"
+#include "firmware/est/imu_sample.h"
+
+namespace m100::est {
+
+/// Compares the autopilot's attitude with the autopilot's rates. It needs no pose, and it contradicts none.
+///
+///   e' = tilt' - (tilt rate from the body rates) - e / 0.25 s     roll and pitch together
+///
+/// |e| is weighed by its allowed value and summed (Evidence); the bounds stand in the source. The check finds a tilt
+/// that stands still, has other units or has other axes than its rates. It finds nothing where both are wrong in the
+/// same way.
+///
+/// Fifteen numbers; no heap. Cost: three square roots and about 40 products an attitude, plus the shared sines and
+/// cosines of its angles. T is float or double.
+template <typename T>
+class AttitudeRateConsistency {
+ public:
+  /// Once per tick.
+  void update(const ImuSample<T>& imu, T step_s);
+
+  /// Attitude and rates contradict each other.
+  bool contradicts() const { return cusum_.exceeds_threshold(); }
+  /// The difference of the two, and its allowed value; rad.
+  T residual_rad() const { return residual_rad_; }
+  T allowed_rad() const { return allowed_rad_; }
+
+ private:
+  using Vector2 = core::Vector<T, 2>;
+
+  T age_s_{1};                                 ///< since the newest attitude came
+  Vector2 tilt_rad_ = Vector2::Zero();         ///< roll and pitch of the newest attitude
+  Vector2 tilt_rate_rad_s_ = Vector2::Zero();  ///< their rates of change, from the body rates
+  Vector2 unturned_rad_ = Vector2::Zero();     ///< change of tilt that the rates do not explain, leaky sum
+  Vector2 turned_rad_ = Vector2::Zero();       ///< change of tilt that the rates imply, leaky sum
+  T fastest_rad_s_{0};                         ///< largest recent rate
+  T farthest_rad_{0};                          ///< largest recent turned_rad_
+  Cusum<T> cusum_;
+  T residual_rad_{0};
+  T allowed_rad_{0};
+};
+
+extern template class AttitudeRateConsistency<float>;
+extern template class AttitudeRateConsistency<double>;
+
+}  // namespace m100::est

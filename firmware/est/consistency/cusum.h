@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/maths.h"
+
+namespace m100::est {
+
+/// Evidence that two channels contradict each other, from how long and by how much they disagree: a one-sided sum
+/// (CUSUM), limited to 0 .. 2 kThreshold_s,
+///   S' = r - 1            for r = |x| / allowed up to 2
+///      = (r^2 - 1) / 3    beyond, at most 4: it grows like a likelihood ratio, but one tick is never enough
+/// Above kThreshold_s one of the two channels is contradicted. A disagreement of twice the allowed one takes 0.5 s, one
+/// of nearly four times takes 0.13 s, and a disagreement within the allowed one never adds up.
+template <typename T>
+class Cusum {
+ public:
+  static constexpr T kThreshold_s = T(0.5);
+
+  void add(T disagreement, T allowed, T step_s) {
+    const T ratio = disagreement / allowed;
+    const T weight = ratio < T(2) ? ratio - T(1) : (ratio * ratio - T(1)) * static_cast<T>(1.0 / 3.0);
+    sum_s_ = core::clamp(sum_s_ + (weight < kMaxWeight ? weight : kMaxWeight) * step_s, T(0), T(2) * kThreshold_s);
+  }
+  bool exceeds_threshold() const { return sum_s_ > kThreshold_s; }
+
+ private:
+  static constexpr T kMaxWeight = T(4);
+
+  T sum_s_{0};
+};
+
+}  // namespace m100::est

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/consistency/dead_reckoning.h"
+
+#include "firmware/core/frames.h"
+#include "firmware/core/maths.h"
+#include "firmware/core/tilt.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::est {
+namespace {
+
+/// Longer than a lie is flown before it is contradicted, and short enough to forget the velocity that the attitude's
+/// error of a tenth of a degree, 0.02 m/s^2, accumulates.
+constexpr double kVelocityMemory_s = 4.0;
+/// A pilot who is about to hand over hovers, within a few tenths of a m/s.
+constexpr double kHovers_m_s = 1.0, kHoverMemory_s = 0.5;
+constexpr double kDisturbanceMemory_s = 10.0;
+constexpr double kFirstMean_s = 0.5;
+constexpr double kSane = 1e6;
+constexpr double kMax_m_s = 20.0;  ///< while untrusted for minutes on the ground, it would diverge
+/// Reported variance of the velocity: (0.4 m/s)^2.
+constexpr double kVariance_m2_s2 = 0.16;
+
+template <typename T>
+T median(T a, T b, T c) {
+  const T low = a < b ? a : b;
+  const T high = a < b ? b : a;
+  return core::clamp(c, low, high);
+}
+
+}  // namespace
+
+template <typename T>
+void DeadReckoning<T>::update(const ImuSample<T>& imu, const Estimate<T>& estimate,
+                              const std::optional<Vector2>& measured_h_m_s2, bool trusted, bool pilots,
+                              core::Duration elapsed) {
+  if (!estimate.prediction_valid) {
+    seen_s_ = T(0);
+    return;
+  }
+  const T step_s = core::seconds<T>(elapsed);
+  const Vector2 seen_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
+  const Vector2 told_m_s2(estimate.x.disturbance_m_s2, estimate.y.disturbance_m_s2);
+  if (imu.attitude_is_new) {
+    slope_ = core::heading_slope_of(imu.roll(), imu.pitch());
+  }
+  const T all = velocity_w_m_s_.squaredNorm() + disturbance_acceleration_w_m_s2_.squaredNorm() +
+                offset_rad_.squaredNorm() + tilt_acceleration_h_m_s2_.squaredNorm();
+  if (!(all < static_cast<T>(kSane))) {  // not finite, and it would stay so
+    seen_s_ = T(0);
+    tilt_acceleration_h_m_s2_.setZero();
+  }
+  if (seen_s_ == T(0)) {
+    velocity_w_m_s_ = pilots ? Vector2(Vector2::Zero()) : seen_m_s;
+    disturbance_acceleration_w_m_s2_ = told_m_s2;
+    offset_rad_ = {estimate.x.input_offset_rad, estimate.y.input_offset_rad};
+  }
+  seen_s_ = core::clamp(seen_s_ + step_s, T(0), static_cast<T>(kDisturbanceMemory_s));
+  const core::SinCos<T>& yaw = estimate.heading();
+  const Vector2 tilted_h = slope_ * static_cast<T>(model::kGravity_m_s2);
+  tilt_acceleration_h_m_s2_ += (tilted_h - tilt_acceleration_h_m_s2_) * (step_s * static_cast<T>(1.0 / kForceMean_s));
+  const Vector2 measured_acceleration = measured_h_m_s2
+                                            ? core::rotate<T>(*measured_h_m_s2 - tilt_acceleration_h_m_s2_, yaw)
+                                            : disturbance_acceleration_w_m_s2_;
+  const Vector2 push(median(told_m_s2.x(), measured_acceleration.x(), disturbance_acceleration_w_m_s2_.x()),
+                     median(told_m_s2.y(), measured_acceleration.y(), disturbance_acceleration_w_m_s2_.y()));
+  velocity_w_m_s_ += (core::rotate<T>(tilted_h, yaw) + push) * step_s;
+  velocity_w_m_s_ = velocity_w_m_s_.cwiseMax(T(-kMax_m_s)).cwiseMin(T(kMax_m_s));
+  if (pilots && seen_m_s.squaredNorm() < static_cast<T>(kHovers_m_s * kHovers_m_s)) {
+    velocity_w_m_s_ -= velocity_w_m_s_ * (step_s * static_cast<T>(1.0 / kHoverMemory_s));
+  } else if (trusted) {
+    velocity_w_m_s_ += (seen_m_s - velocity_w_m_s_) * (step_s * static_cast<T>(1.0 / kVelocityMemory_s));
+  }
+  if (trusted) {
+    const T share = step_s / (seen_s_ > static_cast<T>(kFirstMean_s) ? seen_s_ : static_cast<T>(kFirstMean_s));
+    disturbance_acceleration_w_m_s2_ += (push - disturbance_acceleration_w_m_s2_) * share;
+    offset_rad_ += (Vector2(estimate.x.input_offset_rad, estimate.y.input_offset_rad) - offset_rad_) * share;
+  }
+}
+
+template <typename T>
+Estimate<T> DeadReckoning<T>::replace_motion(const Estimate<T>& estimate) const {
+  Estimate<T> known = estimate;
+  const auto replace = [this](AxisEstimate<T>& axis, Eigen::Index i) {
+    axis.velocity_m_s = velocity_w_m_s_[i];
+    axis.disturbance_m_s2 = disturbance_acceleration_w_m_s2_[i];
+    axis.input_offset_rad = offset_rad_[i];
+    axis.velocity_variance_m2_s2 = static_cast<T>(kVariance_m2_s2);
+  };
+  replace(known.x, 0);
+  replace(known.y, 1);
+  return known;
+}
+
+template class DeadReckoning<float>;
+template class DeadReckoning<double>;
+
+}  // namespace m100::est

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+
+#include "firmware/core/eigen.h"
+#include "firmware/core/time.h"
+#include "firmware/est/estimate.h"
+#include "firmware/est/imu_sample.h"
+
+namespace m100::est {
+
+/// Horizontal motion estimated without the poses; the aircraft brakes by it where the poses are a lie. The observer
+/// cannot serve for that: within half a second it has learned a false wind and a false speed from the lie.
+///
+///   v' = g tan(tilt) + p + (v_pose - v) / 4 s     tilt: the autopilot's attitude; v_pose: the observer's velocity
+///   p  = median(d, f - g tan(tilt), q)            d: the observer's disturbance; f: the measured force
+///   q' = (p - q) / 10 s                           the mean push of the flight until now
+///
+/// Three sources estimate the push of the wind, and the middle value is used: a pose that lies is outvoted by the force
+/// and the past, a force that lies (a hand, a tether, a new offset) by the pose and the past, and pose and force both
+/// show a wind that changes. A false velocity enters by a quarter of itself per second, and not at all once it is
+/// contradicted or refused; after that an error of the push of 0.1 m/s^2 adds 0.1 m/s per second.
+///
+/// While the pilot flies, the velocity decays to zero: if a pose lies before control is taken, nothing contradicts its
+/// speed, and a pilot who is about to hand over hovers. A pose faster than 1 m/s is believed: the pilot then does not
+/// hover.
+///
+/// Ten numbers; no heap. Cost: about 40 products a tick. T is float or double.
+template <typename T>
+class DeadReckoning {
+ public:
+  using Vector2 = core::Vector<T, 2>;
+
+  /// Once per tick.
+  /// @param measured_h_m_s2 from VelocityConsistency; without it the past counts twice
+  /// @param trusted nothing contradicts the poses
+  /// @param pilots the pilot flies
+  void update(const ImuSample<T>& imu, const Estimate<T>& estimate, const std::optional<Vector2>& measured_h_m_s2,
+              bool trusted, bool pilots, core::Duration elapsed);
+
+  /// Takes the velocity from a better source.
+  void set_velocity(const Vector2& velocity_w_m_s) { velocity_w_m_s_ = velocity_w_m_s; }
+
+  /// The estimate with its horizontal velocity, disturbance and input offset replaced by those of dead reckoning. The
+  /// position is unchanged: only the poses determine it.
+  Estimate<T> replace_motion(const Estimate<T>& estimate) const;
+
+  const Vector2& velocity_w_m_s() const { return velocity_w_m_s_; }
+  const Vector2& disturbance_acceleration_w_m_s2() const { return disturbance_acceleration_w_m_s2_; }
+  /// Mean offset of the input, about both axes of the yaw-free frame.
+  const Vector2& offset_rad() const { return offset_rad_; }
+
+ private:
+  T seen_s_{0};  ///< how long the push has been averaged; at most its memory
+  Vector2 velocity_w_m_s_ = Vector2::Zero();
+  Vector2 disturbance_acceleration_w_m_s2_ = Vector2::Zero();
+  Vector2 offset_rad_ = Vector2::Zero();                ///< mean, of the input
+  Vector2 slope_ = Vector2::Zero();                     ///< of the newest attitude, in heading axes
+  Vector2 tilt_acceleration_h_m_s2_ = Vector2::Zero();  ///< acceleration by that slope, averaged like the force
+};
+
+extern template class DeadReckoning<float>;
+extern template class DeadReckoning<double>;
+
+}  // namespace m100::est

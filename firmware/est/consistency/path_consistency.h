@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "firmware/core/eigen.h"
+
+namespace m100::est {
+
+/// Result of one scale of PathConsistency, independent of the number of axes.
+template <typename T>
+struct PathStatistic {
+  T seen_m2{0};           ///< largest recent w dot w, fading
+  T drift_cusum_s{0};     ///< evidence that the path differs
+  T likelihood_ratio{0};  ///< evidence that the pose does not respond to our motion, in nats
+  T evidence{0};          ///< the larger of the two, as a share of its alarm threshold
+  T residual_m{0};
+  T allowed_m{0};
+};
+
+/// Compares the path of the poses with the path that the specific force implies, in metres.
+///
+/// Both paths pass the same third-order high-pass, s^3 / (s + a)^3. Of a force that is integrated twice it passes s /
+/// (s + a)^3, so no offset has to be known (a constant one is forgotten), and initial position and velocity have no
+/// influence. There are three scales: the slow one (a = 0.75 1/s) detects a drift of several seconds, the middle one
+/// (a = 1.5 1/s) the motion of a hover, above the rotors' noise, and the fast one (a = 3 1/s) has settled two seconds
+/// after the start.
+///
+///   w  path of the observer's position; y  path of the force;  e = w - y
+///
+/// Two tests, each a one-sided sum:
+///   follows  r = |e| / allowed, S' = (r^2 - 1) / 3, where allowed = noise + |v| tau + share |y| + the observer's sigma
+///            (v: velocity of y; the part of e that a wrong time of capture explains is fitted and subtracted): finds a
+///            path that is turned, scaled, or begins to drift
+///   answers  (|e|^2 - |w|^2) / 2 sigma^2 - 1 for each axis per time of correlation, with sigma a third of the noise of
+///            an axis: the logarithm of the likelihood ratio of a pose that does not depend on our motion against one
+///            that shows it; an error in proportion to the motion (time, scale) is no evidence, and needs no allowance.
+///            Finds a body that stands still, or moves on its own
+///
+/// The input is the observer's position, not the poses, because it already accounts for their age and their gaps.
+///
+/// Two axes: the horizontal path. One axis: the height, in the two faster scales; the autopilot's climb speed shows a
+/// longer drift better.
+///
+/// No heap. Cost: about 140 products and six square roots per tick, a third of it for one axis. T is float or double.
+template <typename T, int kAxes = 2>
+class PathConsistency {
+ public:
+  using Vector = core::Vector<T, kAxes>;
+
+  /// Inputs of one tick, world frame.
+  struct PathInput {
+    Vector force_m_s2 = Vector::Zero();  ///< specific force
+    Vector position_m = Vector::Zero();  ///< the observer's position
+    Vector speed_m_s = Vector::Zero();   ///< the observer's velocity
+    T position_sigma_m{0};               ///< one sigma of the position, as the observer reports it
+    T position_noise_m2{0};              ///< white, of one axis, as measured
+    T force_noise_m2_s3{0};              ///< likewise: variance times the time that a sample covers
+    T tilt_acceleration_m2_s4{0};        ///< square of the acceleration by tilt beyond its mean; for the height only
+  };
+
+  /// Once per tick.
+  /// @param sees a pose was used recently; in a gap the force continues the path of the poses, and nothing is evidence
+  void update(const PathInput& motion, bool pose_used, T step_s);
+  /// Restarts both paths, after a motion that was not observed.
+  void restart() {
+    begun_ = false;
+    for (Path& path : paths_) {
+      path.evidence = T(0);
+    }
+  }
+
+  /// The evidence, as a share of the threshold from which it contradicts the poses.
+  T evidence() const { return worst().evidence; }
+  /// The difference of the paths and its allowed value, in the scale with the most evidence; m.
+  T residual_m() const { return worst().residual_m; }
+  T allowed_m() const { return worst().allowed_m; }
+
+ private:
+  static constexpr std::size_t kScales = kAxes == 2 ? 3 : 2;
+  struct Path : PathStatistic<T> {
+    Vector mean_m_s2 = Vector::Zero();  ///< of the force
+    Vector force_velocity_m_s = Vector::Zero();
+    Vector force_position_m = Vector::Zero();
+    std::array<Vector, 3> slow_m{Vector::Zero(), Vector::Zero(), Vector::Zero()};  ///< removed by each high-pass
+    T late_m2_s{0};   ///< sum of e dot v; over moved_m2_s it is the error of the time of capture
+    T moved_m2_s{0};  ///< sum of v dot v
+  };
+  const Path& worst() const {
+    const Path& slower = paths_[0].evidence > paths_[kScales - 1].evidence ? paths_[0] : paths_[kScales - 1];
+    return slower.evidence > paths_[1].evidence ? slower : paths_[1];
+  }
+  void begin(const PathInput& motion);
+  Vector bridge_gap(const PathInput& motion, bool pose_used, T step_s);
+  Vector correct_timing(std::size_t scale, const Vector& seen_m, T step_s);
+  void accumulate(std::size_t scale, const Vector& seen_m, T speed_m_s, T step_s);
+  Vector velocity_of(std::size_t scale) const;
+
+  std::array<Path, kScales> paths_;
+  bool begun_ = false;
+  T since_gap_s_{0};
+  T bridges_s_{0};                     ///< how long a gap is still bridged
+  Vector speed_m_s_ = Vector::Zero();  ///< in the gap
+  Vector position_m_ = Vector::Zero();
+  Vector shift_m_ = Vector::Zero();  ///< from the observer's position to the bridged one
+  T position_sigma_m_{0};            ///< the largest recent value, fading
+  T tilt_acceleration_m_s2_{0};      ///< likewise
+  T position_noise_m2_{0};           ///< newest input
+  T force_noise_m2_s3_{0};           ///< likewise, beyond the part that the scales include
+  std::size_t scale_index_ = 0;      ///< the scale that is judged in this tick; the scales take turns
+};
+
+extern template class PathConsistency<float>;
+extern template class PathConsistency<double>;
+extern template class PathConsistency<float, 1>;
+extern template class PathConsistency<double, 1>;
+
+}  // namespace m100::est

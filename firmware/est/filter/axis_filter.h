@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "firmware/core/fixed_point.h"
+#include "firmware/est/filter/acceleration_history.h"
+#include "firmware/est/filter/filter_math.h"
+#include "firmware/est/filter/scaled_covariance.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::est {
+
+/// Model of one horizontal axis that the filter uses.
+struct AxisModel {
+  model::StickAxis attitude;  ///< its dynamics and its delay; the stick law is inverted upstream
+  double tilt_sign = 1.0;     ///< +1: x'' = +g tan(tilt); -1: y'' = -g tan(tilt)
+  double tilt_gain = 1.0;
+  double linear_drag_per_s = 0.0;
+  double quadratic_drag_per_m = 0.0;
+  model::EstimatorNoise noise;
+};
+
+/// What happened to a measurement.
+enum class FusionResult : std::uint8_t { kUsed, kRefused };
+
+/// Extended Kalman filter of one horizontal axis, with the disturbance (paper, III-E.1: "augmented EKF based on the
+/// second order dynamics model").
+///
+/// State x (6x1): p [m], v [m/s], tilt [rad], tilt rate [rad/s], d [m/s^2], m [rad]; the internal time unit is 0.64 s.
+///   p'    = v
+///   v'    = +-tilt_gain g tan(tilt) - c v - c2 |v| v + d
+///   tilt  : model::AxisStep of (u + m), u the command of attitude.transport_delay_s ago
+///   d' = 0, m' = 0 (random walks; paper, Eq. (2): d_{k+1} = d_k)
+/// d acts as an acceleration (wind); m acts at the input (trim, command gain, offset of the attitude loop).
+/// Measurements: position of `age` ago, tilt and tilt rate of `age` ago, each as a scalar update.
+///
+/// S is double, float or core::Fixed; the same source, the same order of operations. Ranges, enforced: |p| <= 100 m,
+/// |v| <= 25 m/s, |tilt| <= 0.7 rad, |rate| <= 10 rad/s, |d| <= 8 m/s^2, |m| <= 0.3 rad.
+/// Cost per predict and three corrections: firmware/README.md.
+template <typename S>
+class AxisFilter {
+ public:
+  static constexpr int kStates = 6;
+  enum StateIndex : int { kP, kV, kTilt, kRate, kD, kM };
+  using Scales = std::array<int, kStates>;
+
+  /// Scales the covariance by the steady-state sigmas of this model (steady_scales).
+  explicit AxisFilter(const AxisModel& model);
+  AxisFilter(const AxisModel& model, const Scales& scales);
+
+  /// Starts at a position (m) with a velocity (m per unit) and the measured tilt; disturbance and offset are unknown.
+  void start(S position, S velocity, S tilt);
+  /// Advances one tick; commands in rad.
+  void predict(const ActingInputs<S>& input);
+  /// How a measured push is used.
+  enum class DisturbanceUse : std::uint8_t { kStored, kHeld, kTracked };
+  /// Uses the push that the force shows (m per unit squared). kNoted: at a pose; the push is stored as the one that
+  /// corresponds to the present d. kKept: the stored push stays. kFollowed: no pose comes, and d changes as the push
+  /// does, less the drag that this filter models itself, and stays within the force's offset (kForceOffset_m_s2) of it:
+  /// in motion d lags.
+  void fuse_specific_force(S disturbance, DisturbanceUse use);
+  /// Tilt (rad) and tilt rate (rad per unit) of `age` ago.
+  FusionResult fuse_attitude(S tilt, S rate, const MeasurementAge<S>& age);
+
+  /// Innovation of a position (m) of `age` ago, and whether it is inside the gate: kGateSigmas sigmas, or the distance
+  /// that an unseen change of the wind may have caused while no pose came.
+  struct PoseInnovation {
+    typename ScaledCovariance<S, kStates>::Projection projection;
+    S innovation{};
+    int scale = 0;  ///< of the variance in the projection
+    bool inside = false;
+    /// Innovation squared over its variance, expected 1.
+    float normalised_square() const {
+      using Number = core::Arithmetic<S>;
+      const auto scaled = Number::template real<float>(innovation) * power_of_two<float>(-scale);
+      return scaled * scaled / Number::template real<float>(projection.s);
+    }
+  };
+  /// @param sender_variance_m2 the variance that the sender of the pose claims; 0: none
+  PoseInnovation test_pose(S position, const MeasurementAge<S>& age, S unseen_m, float sender_variance_m2);
+  void fuse_pose(const PoseInnovation& test);
+  /// Sets position (of `age` ago) and velocity from outside and discards their covariances with the other states; d and
+  /// m stay.
+  void reset_position(S position, S velocity, const MeasurementAge<S>& age);
+
+  /// The tilt that the model predicts from the commands alone, without measurements; rad.
+  S model_tilt() const { return model_response_.output; }
+  S state(StateIndex i) const { return x_[static_cast<std::size_t>(i)]; }
+  /// Sigma squared of a state over 4^scale; see ScaledCovariance.
+  S scaled_covariance(int row, int col) const { return covariance_(row, col); }
+  const Scales& scales() const { return scales_; }
+  CovarianceHealth health() const { return covariance_.health(); }
+  /// All states are finite and inside their ranges (by construction, unless a float overflowed).
+  bool is_sane() const;
+
+ private:
+  struct Coefficients {
+    S gravity{}, half_gravity{}, drag{}, square_drag{};
+    // Scaled covariance: d(v)/d(tilt, rate, m) is v_* times 1/cos^2; the others do not depend on the state.
+    S v_tilt{}, v_rate{}, v_m{}, tick_drag{}, tick_square_drag{};
+    S pose_variance{}, tilt_variance{}, rate_variance{};
+    S pose_rate{}, pose_d{}, tilt_rate{};
+  };
+  void set_tangent();
+  void clamp_states();
+  void apply(const typename ScaledCovariance<S, kStates>::Column& gain, S innovation, int measured);
+
+  std::array<S, kStates> x_{};
+  S stored_disturbance_{};  ///< push of the air as last stored, less the model's drag
+  S tangent_{};             ///< of the tilt estimate
+  S secant_squared_{};      ///< 1 + tangent^2
+  S angular_acceleration_{};
+  ResponseStep<S> response_;
+  typename ResponseStep<S>::State model_response_;  ///< from commands and model alone
+  Coefficients c_;
+  typename ScaledCovariance<S, kStates>::Matrix phi_{};
+  typename ScaledCovariance<S, kStates>::Column q_{};
+  Scales scales_{};
+  ScaledCovariance<S, kStates> covariance_;
+  AccelerationHistory<S> history_;
+};
+
+/// Exponents of the covariance scales, 4 to 8 times the steady-state sigmas (units of the filter), from 5 s of the
+/// filter with poses 20 ms old. The same for every S, unless a sigma is a power of two to within its rounding. About 2
+/// ms on a desktop core; at start-up only. In S, because a board that flies in float has no room for a filter in
+/// double.
+template <typename S>
+typename AxisFilter<S>::Scales steady_scales(const AxisModel& model);
+
+}  // namespace m100::est

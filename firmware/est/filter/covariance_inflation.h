@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+namespace m100::est {
+
+/// Estimates the errors of one horizontal axis of the observer beyond its filter's covariance, from the recent
+/// corrections by poses.
+///
+/// The covariance of a Kalman filter holds for the disturbance that its model assumes. In a wind that changes faster, d
+/// lags, and velocity and position lag with it. The poses reveal the size of the lag: while a lag lasts, the rate at
+/// which poses correct a state is the error of its rate of change. With nu the innovation, and dp and dv the
+/// corrections of position and velocity, all as means over some poses:
+///   error of the position = nu,  of the velocity = dp / dt,  of the acceleration = dv / dt.
+/// Their mean products over a gust or two, less the share that pose-to-pose noise leaves in such means, are added to
+/// the filter's covariance. While no pose comes they grow for up to a second as such errors do, p by v t + a t^2 / 2
+/// and v by a t. The added errors of position and velocity are reported without a correlation: the report then holds
+/// for any correlation.
+///
+/// Where the innovations are smaller than predicted (poses better than the vehicle file says, no wind), the filter's
+/// own part shrinks with their normalised square (NIS), not below half a sigma, and only while poses come.
+/// Memory: ten numbers. Cost: about 50 products a pose, 25 a tick. T is float or double.
+template <typename T>
+class CovarianceInflation {
+ public:
+  /// Of position and velocity.
+  struct Covariance {
+    T pp_m2{0}, pv_m2_s{0}, vv_m2_s2{0};
+  };
+
+  /// Takes a pose that was used.
+  /// @param pushed_m, pushed_m_s the corrections that it made to position and velocity
+  /// @param nis square of the innovation over its variance
+  /// @param interval_s since the last pose that was used
+  void update(T innovation_m, T correction_m, T correction_m_s, T nis, T interval_s);
+
+  /// The covariance to report.
+  /// @param own covariance of the filter
+  /// @param age_s of the newest pose that was used
+  /// @param since_s since it was used
+  /// @param felt the force measures the push meanwhile: the error of the acceleration is then the force's offset
+  Covariance inflated(const Covariance& own, T age_s, T since_s, bool force_known = false) const;
+
+ private:
+  /// Errors of position, velocity and acceleration.
+  struct Error {
+    T p_m{0}, v_m_s{0}, a_m_s2{0};
+  };
+  struct Products {
+    T pp{0}, pv{0}, vv{0}, pa{0}, va{0}, aa{0};
+  };
+  static Products products(const Error& e);
+
+  Error now_;
+  Products mean_;
+  T nis_{1};
+};
+
+extern template class CovarianceInflation<float>;
+extern template class CovarianceInflation<double>;
+
+}  // namespace m100::est

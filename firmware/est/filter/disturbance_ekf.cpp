@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/filter/disturbance_ekf.h"
+
+#include "firmware/core/assert.h"
+#include "firmware/core/maths.h"
+#include "firmware/core/tilt.h"
+#include "firmware/est/filter/reset_pose.h"
+#include "firmware/est/filter/units.h"
+
+namespace m100::est {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr double kLargestAttitude_rad = 1.2;
+constexpr std::uint32_t kAttitudesBeforeRestart = 50;
+constexpr core::Duration kSettling = milliseconds(500);
+constexpr core::Duration kPoseMissed = milliseconds(100);  // longer than the usual pauses of a source
+constexpr core::Duration kAttitudeDoubted = milliseconds(100);
+// Longer than the age that telemetry may have in COAST, while the model predicts the tilt from the commands; shorter
+// than the silence that ends COAST.
+constexpr core::Duration kAttitudeSilent = milliseconds(450);
+constexpr core::Duration kPoseLost = milliseconds(1000);
+constexpr core::Duration kLongest = std::chrono::hours(1);
+
+core::Duration older(core::Duration age, core::Duration by) { return age > kLongest ? age : age + by; }
+
+CovarianceHealth operator+(const CovarianceHealth& a, const CovarianceHealth& b) {
+  return {a.floors + b.floors, a.ceilings + b.ceilings, a.repairs + b.repairs, a.saturations + b.saturations};
+}
+
+}  // namespace
+
+std::string_view name(ResetReason recovery) {
+  switch (recovery) {
+    case ResetReason::kNone:
+      return "none";
+    case ResetReason::kPoseMoved:
+      return "the pose source moved the vehicle";
+    case ResetReason::kLongDropout:
+      return "no pose for more than 0.5 s";
+    case ResetReason::kAttitude:
+      return "attitudes refused for 0.5 s";
+    case ResetReason::kNotFinite:
+      return "a state was not a number";
+  }
+  return "unknown";
+}
+
+template <typename S, typename Real>
+AxisModel DisturbanceEkf<S, Real>::axis_model(const model::Vehicle& vehicle, const model::StickAxis& axis,
+                                              double sign) {
+  return {.attitude = axis,
+          .tilt_sign = sign,
+          .tilt_gain = vehicle.translation.tilt_gain,
+          .linear_drag_per_s = vehicle.translation.linear_drag_per_s,
+          .quadratic_drag_per_m = vehicle.translation.quadratic_drag_per_m,
+          .noise = vehicle.estimator};
+}
+
+template <typename S, typename Real>
+typename DisturbanceEkf<S, Real>::Delay DisturbanceEkf<S, Real>::delay_of(double delay_s) {
+  const double ticks = delay_s > 0.0 ? delay_s / kTick_s : 0.0;
+  Delay delay;
+  delay.ticks = static_cast<std::size_t>(ticks + 1e-9);
+  M100_ASSERT(delay.ticks + 3 < kSentCapacity);
+  delay.rest = core::Arithmetic<S>::template number<double>(ticks - static_cast<double>(delay.ticks));
+  return delay;
+}
+
+template <typename S, typename Real>
+[[gnu::cold]] DisturbanceEkf<S, Real>::DisturbanceEkf(const model::Vehicle& vehicle)
+    : x_(axis_model(vehicle, vehicle.pitch, 1.0)),
+      y_(axis_model(vehicle, vehicle.roll, -1.0)),
+      height_(vehicle.climb, vehicle.estimator.pose_position_sigma_m),
+      yaw_(vehicle.estimator.attitude_sigma_rad),
+      delay_x_(delay_of(vehicle.pitch.transport_delay_s)),
+      delay_y_(delay_of(vehicle.roll.transport_delay_s)),
+      delay_climb_(delay_of(vehicle.climb.transport_delay_s)),
+      pose_variance_m2_(
+          static_cast<Real>(vehicle.estimator.pose_position_sigma_m * vehicle.estimator.pose_position_sigma_m)) {}
+
+template <typename S, typename Real>
+Estimate<Real> DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured,
+                                               const ctl::Command<Real>& applied_command, core::Duration elapsed) {
+  M100_ASSERT(elapsed >= core::Duration(0));
+  now_ = measured.now;
+  for (int ticks = time_.take(elapsed, kMaxTicks); ticks > 0; --ticks) {
+    store_command(applied_command);
+    predict_tick();
+  }
+  for (core::Duration* age :
+       {&since_start_, &since_attitude_, &since_pose_, &pose_age_, &since_recovery_, &since_last_, &since_first_}) {
+    *age = older(*age, elapsed);
+  }
+  if (since_attitude_ > kAttitudeDoubted) {
+    gyro_yaw_rate_ = S{};  // without attitudes a turn is not assumed to go on
+  }
+  if (measured.attitude.is_new) {
+    attitude_refused_ = true;
+    fuse_attitude(measured.attitude);
+  }
+  if (measured.pose.is_new && time_.behind() <= core::kTickPeriod) {
+    fuse_pose(measured.pose);
+  }
+  fuse_specific_force(measured.disturbance_acceleration);
+  if (started_ && !(x_.is_sane() && y_.is_sane() && height_.is_sane() && yaw_.is_sane())) {
+    recover(ResetReason::kNotFinite);
+    restart();
+  }
+  (void)heading_.of(core::Arithmetic<S>::template real<Real>(yaw_.yaw()));  // once for all users of the estimate
+  return estimate();
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::store_command(const ctl::Command<Real>& applied_command) {
+  if (finite(applied_command.roll_rad) && finite(applied_command.pitch_rad) && finite(applied_command.climb_m_s)) {
+    last_command_ = applied_command;
+  } else {
+    ++counters_.not_finite;
+  }
+  const auto inside = [](Real angle_rad) {
+    return core::clamp(angle_rad, Real(-kLargestAttitude_rad), Real(kLargestAttitude_rad));
+  };
+  const core::Tilt<Real> tilt =
+      core::tilt_of(commanded_slope_.at(inside(last_command_.roll_rad), inside(last_command_.pitch_rad),
+                                        heading_.of(core::Arithmetic<S>::template real<Real>(yaw_.yaw()))));
+  newest_ = (newest_ + 1) % kSentCapacity;
+  sent_[newest_] = {
+      .x = core::Arithmetic<S>::template number<Real>(tilt.x_rad),
+      .y = core::Arithmetic<S>::template number<Real>(tilt.y_rad),
+      .climb = core::Arithmetic<S>::template number<Real>(last_command_.climb_m_s * static_cast<Real>(kTimeUnit_s))};
+}
+
+// With a delay of n + f ticks, the command of n + 1 ticks ago acts for a share f of the last tick, then that of n ticks
+// ago.
+template <typename S, typename Real>
+ActingInputs<S> DisturbanceEkf<S, Real>::inputs(const Delay& delay, S PastCommand::*axis) {
+  auto& a = arithmetic_;
+  const auto mixed = [&](std::size_t ago) {
+    const S newer = sent(ago).*axis;
+    const S older_one = sent(ago + 1).*axis;
+    const S step = a.narrow(a.widen(older_one) - a.widen(newer));
+    return a.narrow(a.widen(newer) + a.product(delay.rest, step));
+  };
+  return {.now = mixed(delay.ticks),
+          .before = mixed(delay.ticks + 1),
+          .after = mixed(delay.ticks > 0 ? delay.ticks - 1 : 0)};
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::predict_tick() {
+  yaw_.predict(gyro_yaw_rate_);
+  if (!started_) {
+    return;
+  }
+  x_.predict(inputs(delay_x_, &PastCommand::x));
+  y_.predict(inputs(delay_y_, &PastCommand::y));
+  height_.predict(inputs(delay_climb_, &PastCommand::climb));
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::fuse_attitude(const typename Measurement<Real>::Attitude& attitude) {
+  using Number = core::Arithmetic<S>;
+  const core::Vector<Real, 3>& rate = attitude.rate_b_rad_s;
+  if (!finite(attitude.roll_rad) || !finite(attitude.pitch_rad) || !finite(rate.x()) || !finite(rate.y()) ||
+      !finite(rate.z())) {
+    ++counters_.not_finite;
+    return;
+  }
+  const auto beyond = [](Real value, double limit) { return value > Real(limit) || value < Real(-limit); };
+  if (beyond(attitude.roll_rad, kLargestAttitude_rad) || beyond(attitude.pitch_rad, kLargestAttitude_rad) ||
+      beyond(rate.x(), 20.0) || beyond(rate.y(), 20.0) || beyond(rate.z(), 20.0)) {
+    ++counters_.attitudes_refused;
+    return;
+  }
+  attitude_ = {.roll_rad = attitude.roll_rad,
+               .pitch_rad = attitude.pitch_rad,
+               .yaw_rad = Number::template real<Real>(yaw_.yaw())};
+  constexpr Real kUnit = static_cast<Real>(kTimeUnit_s);
+  const core::AttitudeSinCos<Real> turns{
+      .roll = attitude.roll(), .pitch = attitude.pitch(), .yaw = heading_.of(attitude_.yaw_rad)};
+  gyro_yaw_rate_ = Number::template number<Real>(core::yaw_rate_of(turns, rate) * kUnit);
+  attitude_known_ = true;
+  if (!started_) {
+    attitude_refused_ = false;
+    since_attitude_ = attitude.age;
+    return;
+  }
+  const core::Tilt<Real> tilt = core::tilt_of(core::slope_of(turns));
+  const core::Tilt<Real> tilt_rate = core::tilt_rate_of(turns, rate);
+  const MeasurementAge<S> age = MeasurementAge<S>::of(core::seconds<Real>(attitude.age));
+  const FusionResult x = x_.fuse_attitude(Number::template number<Real>(tilt.x_rad),
+                                          Number::template number<Real>(tilt_rate.x_rad * kUnit), age);
+  const FusionResult y = y_.fuse_attitude(Number::template number<Real>(tilt.y_rad),
+                                          Number::template number<Real>(tilt_rate.y_rad * kUnit), age);
+  if (x == FusionResult::kUsed && y == FusionResult::kUsed) {
+    attitudes_refused_in_a_row_ = 0;
+    attitude_refused_ = false;
+    since_attitude_ = attitude.age;
+    return;
+  }
+  ++counters_.attitudes_refused;
+  if (++attitudes_refused_in_a_row_ >= kAttitudesBeforeRestart && since_recovery_ >= kResetSpacing) {
+    recover(ResetReason::kAttitude);
+    restart();
+  }
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::fuse_specific_force(const DisturbanceAcceleration<Real>& disturbance_acceleration) {
+  using DisturbanceUse = typename AxisFilter<S>::DisturbanceUse;
+  if (!disturbance_acceleration.is_known) {
+    acceleration_stored_ = false;
+    return;
+  }
+  const bool missed = since_pose_ > kPoseMissed;
+  const bool notes = !acceleration_stored_ || since_pose_ == core::Duration(0);
+  const DisturbanceUse use = notes    ? DisturbanceUse::kStored
+                             : missed ? DisturbanceUse::kTracked
+                                      : DisturbanceUse::kHeld;
+  constexpr Real kUnits = static_cast<Real>(kTimeUnit_s * kTimeUnit_s);
+  const auto limit = static_cast<Real>(20.0) * kUnits;
+  const auto number = [=](Real m_s2) {
+    return core::Arithmetic<S>::template number<Real>(core::clamp(m_s2 * kUnits, -limit, limit));
+  };
+  x_.fuse_specific_force(number(disturbance_acceleration.mean_w_m_s2.x()), use);
+  y_.fuse_specific_force(number(disturbance_acceleration.mean_w_m_s2.y()), use);
+  acceleration_stored_ = true;
+}
+
+template <typename S, typename Real>
+Estimate<Real> DisturbanceEkf<S, Real>::estimate() const {
+  constexpr Real kPerUnit = static_cast<Real>(1.0 / kTimeUnit_s);
+  const auto real = [](S value) { return core::Arithmetic<S>::template real<Real>(value); };
+  Estimate<Real> e;
+  e.x = estimate_of(x_, inflation_x_);
+  e.y = estimate_of(y_, inflation_y_);
+  e.height_m = real(height_.state(HeightFilter<S>::kZ));
+  e.climb_m_s = real(height_.state(HeightFilter<S>::kClimb)) * kPerUnit;
+  e.climb_offset_m_s = real(height_.state(HeightFilter<S>::kOffset)) * kPerUnit;
+  e.yaw_rad = real(yaw_.yaw());
+  e.heading_sin_cos = heading_;
+  e.yaw_rate_rad_s = real(yaw_.yaw_rate()) * kPerUnit;
+  e.pose_age = pose_age_;
+  e.refused_poses = refused_in_a_row_;
+  e.refused_for = refused_in_a_row_ > 0 && agreeing_ > 1 ? agreeing_until_ - agreeing_since_ : core::Duration{0};
+  e.refusal = refusal_;
+  e.prediction_valid = started_ && since_start_ >= kSettling &&
+                       since_attitude_ <= (attitude_refused_ ? kAttitudeDoubted : kAttitudeSilent);
+  e.healthy = e.prediction_valid && since_pose_ <= kPoseLost;
+  return e;
+}
+
+template <typename S, typename Real>
+EkfCounters DisturbanceEkf<S, Real>::counters() const {
+  EkfCounters counters = counters_;
+  counters.covariance = x_.health() + y_.health() + height_.health() + yaw_.health();
+  counters.covariance.saturations += arithmetic_.saturations();
+  return counters;
+}
+
+template class DisturbanceEkf<double, double>;
+template class DisturbanceEkf<float, float>;
+template class DisturbanceEkf<core::Fixed, float>;
+
+}  // namespace m100::est

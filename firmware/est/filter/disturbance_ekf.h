@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "firmware/core/assert.h"
+#include "firmware/core/fixed_point.h"
+#include "firmware/core/tick_count.h"
+#include "firmware/core/tilt.h"
+#include "firmware/core/time.h"
+#include "firmware/ctl/command.h"
+#include "firmware/est/estimate.h"
+#include "firmware/est/filter/axis_filter.h"
+#include "firmware/est/filter/covariance_inflation.h"
+#include "firmware/est/filter/height_filter.h"
+#include "firmware/est/filter/yaw_filter.h"
+#include "firmware/est/measurement.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::est {
+
+/// Why the filter last discarded a state instead of correcting it.
+enum class ResetReason : std::uint8_t {
+  kNone,
+  kPoseMoved,    ///< refused poses agreed with each other: position and velocity taken from them
+  kLongDropout,  ///< no pose for more than 0.5 s, and the next ones were outside the gate
+  kAttitude,     ///< attitudes were refused for 0.5 s: restart
+  kNotFinite,    ///< a state was not finite: restart
+};
+std::string_view name(ResetReason recovery);
+
+/// Counts since the start; health outputs for the log.
+struct EkfCounters {
+  std::uint32_t poses_used = 0;
+  std::uint32_t poses_refused = 0;      ///< by the innovation gate
+  std::uint32_t poses_stale = 0;        ///< older than kMaxPoseAge_s
+  std::uint32_t attitudes_refused = 0;  ///< by the gate, or beyond 1.2 rad
+  std::uint32_t not_finite = 0;         ///< measurements or commands that were not finite, dropped
+  std::uint32_t recoveries = 0;
+  ResetReason last_recovery = ResetReason::kNone;
+  /// Sum of the normalised squared innovations (NIS) of all used poses, both horizontal axes; expected: 2 per pose.
+  float nis_sum = 0.F;
+  CovarianceHealth covariance;  ///< of all filters together
+};
+
+/// Estimates state and disturbance from telemetry and commands: two horizontal axes (AxisFilter), height, yaw.
+///
+/// The command is the one in force since the last tick (after supervisor, rate limit and stick rounding: the one that
+/// the autopilot received); it acts a transport delay later. Poses may be up to 0.25 s old and carry their age. A
+/// measurement or command that is not finite is dropped and counted; such a state lasts for at most one call.
+///
+/// Gate: a pose beyond 6 sigmas in x, y or z, or 0.35 rad in yaw, is refused; the sigmas include the distance flown
+/// during the uncertainty of the time of capture. After a dropout of t < 0.5 s the gate also passes what wind can have
+/// caused meanwhile (1.5 m/s^2 t^2). After 0.1 s without a pose the disturbance follows the force (Measurement::push):
+/// the drag of the speed, which braking removes, and gusts.
+/// Recovery: refused poses that agree with each other for 0.5 s (at most once in 2 s), or 3 of them after a dropout of
+/// more than 0.5 s, set the position and, by their difference over at least 0.1 s, the velocity; disturbance and offset
+/// stay. The reason is in the counters.
+/// S: double, float or core::Fixed; inputs and outputs are of type Real. Cost: firmware/README.md; after a stall one
+/// call catches up at most kMaxTicks ticks, and no pose is used until the state has reached the present.
+template <typename S, typename Real>
+class DisturbanceEkf {
+ public:
+  static constexpr int kMaxTicks = 5;
+
+  explicit DisturbanceEkf(const model::Vehicle& vehicle);
+
+  /// One tick, `elapsed` after the last call. Predicts whole ticks (core::TickCount), 0 to kMaxTicks.
+  Estimate<Real> update(const Measurement<Real>& measured, const ctl::Command<Real>& applied_command,
+                        core::Duration elapsed);
+
+  EkfCounters counters() const;
+  /// The tilt about both axes of the yaw-free frame that the model predicts from the commands alone; rad.
+  core::Vector<Real, 2> model_tilt_rad() const {
+    return {core::Arithmetic<S>::template real<Real>(x_.model_tilt()),
+            core::Arithmetic<S>::template real<Real>(y_.model_tilt())};
+  }
+
+ private:
+  /// One past command in the filter's frame.
+  struct PastCommand {
+    S x{}, y{}, climb{};
+  };
+  struct Delay {
+    std::size_t ticks = 0;
+    S rest{};  ///< fraction of a tick
+  };
+  static constexpr std::size_t kSentCapacity = 64;
+
+  static Delay delay_of(double delay_s);
+  static AxisModel axis_model(const model::Vehicle& vehicle, const model::StickAxis& axis, double sign);
+  const PastCommand& sent(std::size_t ago) const {
+    M100_ASSERT(ago < kSentCapacity);
+    return sent_[(newest_ + kSentCapacity - ago) % kSentCapacity];
+  }
+  void store_command(const ctl::Command<Real>& applied_command);
+  ActingInputs<S> inputs(const Delay& delay, S PastCommand::*axis);
+  void predict_tick();
+  void fuse_attitude(const typename Measurement<Real>::Attitude& attitude);
+  void fuse_pose(const core::Pose<Real>& pose);
+  void fuse_specific_force(const DisturbanceAcceleration<Real>& disturbance_acceleration);
+  /// Weight of a pose on one axis, and the distance from the state that the gate allows in addition.
+  struct Weight {
+    float variance_m2 = 0.F;
+    S unseen_m{};
+  };
+  /// The variance is the larger of the vehicle file's and the sender's, plus the distance flown in the uncertainty of
+  /// the time of capture: the gate uses all of that, the filter at most kMaxTimingError_m.
+  Weight weight(Real sender_variance_m2, Real time_sigma_s, S speed, Real unseen_m) const;
+  /// Stores a pose that does not agree with the state.
+  /// @returns true when it agrees with the pose before it
+  bool agrees(const core::Pose<Real>& pose);
+  void begin(const core::Pose<Real>& pose);
+  void record_fused(core::Duration pose_age, Real time_sigma_s);
+  void check_reset(const core::Pose<Real>& pose, const MeasurementAge<S>& age);
+  /// How often a sigma of a horizontal axis was halved at its ceiling. After that the correlations of the errors are no
+  /// longer right, and a pose's innovation would be distributed wrongly over the states.
+  std::uint32_t ceilings_met() const { return x_.health().ceilings + y_.health().ceilings; }
+  /// Velocity from the poses since `first_pose_`, plus what the tilt has added meanwhile, in m per unit of time.
+  core::Vector<Real, 3> velocity_since_first(const core::Pose<Real>& pose, Real tilt_x_rad, Real tilt_y_rad) const;
+  void recover(ResetReason reason);
+  void restart();
+  Estimate<Real> estimate() const;
+  AxisEstimate<Real> estimate_of(const AxisFilter<S>& filter, const CovarianceInflation<Real>& lag) const;
+  /// Corrects one axis by a pose that passed the gate.
+  void correct(AxisFilter<S>& filter, CovarianceInflation<Real>& lag,
+               const typename AxisFilter<S>::PoseInnovation& test);
+
+  AxisFilter<S> x_;
+  AxisFilter<S> y_;
+  CovarianceInflation<Real> inflation_x_, inflation_y_;
+  HeightFilter<S> height_;
+  YawFilter<S> yaw_;
+  Delay delay_x_, delay_y_, delay_climb_;
+  core::Arithmetic<S> arithmetic_;
+  std::array<PastCommand, kSentCapacity> sent_{};
+  std::size_t newest_ = 0;
+  ctl::Command<Real> last_command_{};
+  core::CachedTilt<Real> commanded_slope_;
+  core::CachedSinCos<Real> heading_;
+  Real pose_variance_m2_;  ///< the vehicle file's
+  S gyro_yaw_rate_{};
+  bool acceleration_stored_ = false;  ///< at the newest used pose, or since then
+  bool attitude_known_ = false;
+  bool attitude_refused_ = false;  ///< the newest attitude, for whatever reason
+  bool started_ = false;
+  core::Euler<Real> attitude_{};
+  core::Duration since_start_{0};
+  core::Duration since_attitude_{0};
+  core::Duration since_pose_{0};  ///< since the last pose that was used
+  core::TimePoint now_{};         ///< of this tick, for ages
+  core::TickCount time_;          ///< how far the state lags behind now_
+  core::Duration pose_age_{0};
+  core::Duration since_recovery_ = std::chrono::seconds(2);
+  std::uint32_t refused_in_a_row_ = 0;
+  std::uint32_t ceilings_at_pose_ = 0;  ///< ceilings_met() when a pose was last used
+  Refusal<Real> refusal_;
+  std::uint32_t attitudes_refused_in_a_row_ = 0;
+  std::uint32_t agreeing_ = 0;    ///< poses in a row that agree with each other but not with the state
+  core::Pose<Real> last_pose_{};  ///< the last of these
+  core::Pose<Real> first_pose_{};
+  core::Duration since_last_{0};  ///< since the capture of last_pose_
+  core::Duration since_first_{0};
+  core::TimePoint agreeing_since_{};  ///< when the first of these came
+  core::TimePoint agreeing_until_{};  ///< when the last of these came; later silence does not count
+  Real time_sigma_s_{0};              ///< of the newest pose that was used
+  EkfCounters counters_;
+};
+
+using DoubleEkf = DisturbanceEkf<double, double>;
+using FloatEkf = DisturbanceEkf<float, float>;
+using FixedEkf = DisturbanceEkf<core::Fixed, float>;
+
+}  // namespace m100::est

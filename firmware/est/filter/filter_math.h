@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+#include "firmware/core/fixed_point.h"
+#include "firmware/core/maths.h"
+#include "firmware/est/filter/units.h"
+#include "firmware/model/axis_step.h"
+
+// Shared by the filters of a horizontal axis and of the height.
+namespace m100::est {
+
+template <typename S>
+S limited(S value, double limit) {
+  const S high = core::Arithmetic<S>::template number<double>(limit);
+  const S low = core::Arithmetic<S>::template number<double>(-limit);
+  return value > high ? high : (value < low ? low : value);
+}
+
+/// false for NaN.
+template <typename S>
+bool inside(S value, double limit) {
+  return value <= core::Arithmetic<S>::template number<double>(limit) &&
+         value >= core::Arithmetic<S>::template number<double>(-limit);
+}
+
+/// Commands that act in this tick, the previous and the next one.
+template <typename S>
+struct ActingInputs {
+  S now{};
+  S before{};
+  S after{};
+};
+
+/// Time constant with which the filters model an output that follows at once, as first order: 1 / tau must stay within
+/// their number range.
+inline constexpr double kFastestTimeConstant_s = 0.01;
+
+/// Response of an axis over one tick, as the filters use it; an axis without dynamics follows at once.
+inline model::AxisStep tick_of(model::StickAxis axis) {
+  if (!axis.is_identified() || (axis.is_first_order() && axis.time_constant_s < kFastestTimeConstant_s)) {
+    axis.time_constant_s = kFastestTimeConstant_s;
+  }
+  return model::axis_step(axis, kTick_s);
+}
+
+/// A model::AxisStep over one tick, in the filter's unit of time.
+template <typename S>
+struct ResponseStep {
+  S oo{}, o_r{}, o_u{}, o_jump{}, ro{}, rr{}, r_u{}, r_next{}, r_jump{};
+
+  struct State {
+    S output{};
+    S rate{};
+  };
+
+  static ResponseStep of(const model::AxisStep& step) {
+    const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
+    return {.oo = number(step.oo),
+            .o_r = number(step.o_r / kTimeUnit_s),
+            .o_u = number(step.o_u),
+            .o_jump = number(step.o_jump),
+            .ro = number(step.ro * kTimeUnit_s),
+            .rr = number(step.rr),
+            .r_u = number(step.r_u * kTimeUnit_s),
+            .r_next = number(step.r_next * kTimeUnit_s),
+            .r_jump = number(step.r_jump * kTimeUnit_s)};
+  }
+
+  /// @param offset steady difference between the command and the final value of the output
+  State advance(core::Arithmetic<S>& a, const State& from, const ActingInputs<S>& input, S offset) const {
+    const S wanted = a.narrow(a.widen(input.now) + a.widen(offset));
+    const S wanted_after = a.narrow(a.widen(input.after) + a.widen(offset));
+    const S jump = a.narrow(a.widen(input.now) - a.widen(input.before));
+    return {.output = a.narrow(a.product(oo, from.output) + a.product(o_r, from.rate) + a.product(o_u, wanted) +
+                               a.product(o_jump, jump)),
+            .rate = a.narrow(a.product(ro, from.output) + a.product(rr, from.rate) + a.product(r_u, wanted) +
+                             a.product(r_next, wanted_after) + a.product(r_jump, jump))};
+  }
+};
+
+/// 2^exponent, -1022 to 1023.
+template <typename Real = double>
+constexpr Real power_of_two(int exponent) {
+  if constexpr (sizeof(Real) == sizeof(double)) {
+    return std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52U);
+  } else {
+    return std::bit_cast<float>(static_cast<std::uint32_t>(exponent + 127) << 23U);
+  }
+}
+
+/// Measurement variance of a position: the larger of the vehicle file's and the one that the sender of the pose claims.
+/// Fixed point uses at most 90 scaled units of it, 37 mm on a horizontal axis; a square has to fit beside the
+/// variances.
+/// @param scaled the vehicle file's, scaled
+/// @param sender_variance_m2 at most 1 m^2 is used; 0 or NaN: none claimed
+/// @param scale the unit of the position is 2^scale m
+template <typename S>
+S larger_variance(S scaled, float sender_variance_m2, int scale) {
+  if (!(sender_variance_m2 > 0.F)) {
+    return scaled;
+  }
+  constexpr float kMaxSenderVariance_m2 = 1.F;
+  constexpr float kLargestScaled = 90.F;
+  const float claimed = core::clamp(sender_variance_m2, 0.F, kMaxSenderVariance_m2) * power_of_two<float>(-2 * scale);
+  const bool fits = std::is_floating_point_v<S> || claimed < kLargestScaled;
+  const S number = core::Arithmetic<S>::template number<float>(fits ? claimed : kLargestScaled);
+  return number > scaled ? number : scaled;
+}
+
+inline constexpr double kGateSigmas = 6.0;
+inline constexpr double kLargestInnovation_m = 1.0;
+
+/// Whether a position's innovation is inside 6 sigmas or inside unseen_m, the distance that may have been flown
+/// unobserved; never beyond 1 m.
+/// @param s scaled variance of the innovation
+/// @param scale the unit of the position is 2^scale m
+template <typename S>
+bool inside_gate(core::Arithmetic<S>& a, S innovation, S s, int scale, S unseen_m) {
+  constexpr double kLargestScaled = 90.0;  // in fixed point: its square fits beside the variances
+  const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
+  const S size = innovation < S{} ? a.narrow(-a.widen(innovation)) : innovation;
+  if (!(size <= number(kLargestInnovation_m))) {
+    return false;
+  }
+  bool inside_sigmas = false;
+  if (std::is_floating_point_v<S> || size < a.narrow(a.scaled(a.widen(number(kLargestScaled)), scale))) {
+    const S scaled = a.narrow(a.scaled(a.widen(size), -scale));
+    inside_sigmas = a.product(scaled, scaled) <= a.product(s, number(kGateSigmas * kGateSigmas));
+  }
+  return inside_sigmas || size <= unseen_m;
+}
+
+/// The same gate in metres, for messages and the log.
+template <typename Real, typename S>
+Real gate_m(S s, int scale, Real unseen_m) {
+  const Real sigmas_m = static_cast<Real>(kGateSigmas) * power_of_two<Real>(scale) *
+                        core::sqrt(core::Arithmetic<S>::template real<Real>(s));
+  const Real gate = sigmas_m > unseen_m ? sigmas_m : unseen_m;
+  return gate < static_cast<Real>(kLargestInnovation_m) ? gate : static_cast<Real>(kLargestInnovation_m);
+}
+
+/// x += gain * innovation. The product in 64 bits is scaled afterwards: a gain in plain units would not fit.
+template <typename S, std::size_t kStates>
+void add_correction(core::Arithmetic<S>& a, std::array<S, kStates>& x, const std::array<S, kStates>& gain, S innovation,
+                    const std::array<int, kStates>& scales, int measured) {
+  for (std::size_t i = 0; i < kStates; ++i) {
+    const auto correction =
+        a.scaled(a.product(gain[i], innovation), scales[i] - scales[static_cast<std::size_t>(measured)]);
+    x[i] = a.narrow(a.widen(x[i]) + correction);
+  }
+}
+
+}  // namespace m100::est

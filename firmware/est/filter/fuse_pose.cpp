@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Weight of a pose, its gate, and its correction of the state.
+#include <type_traits>
+
+#include "firmware/core/maths.h"
+#include "firmware/est/filter/disturbance_ekf.h"
+#include "firmware/est/filter/reset_pose.h"
+#include "firmware/est/filter/units.h"
+
+namespace m100::est {
+namespace {
+
+constexpr double kYawGate_rad = 0.35;
+constexpr double kUnseenAcceleration_m_s2 = 3.0;  // largest change of the wind while no pose comes
+constexpr double kDisturbanceLag_s = 0.15;        // time constant with which the observer learns a push from poses
+/// Most of the pose error by speed times an unknown latency that the filter counts. With more, the filter's own sigma
+/// of position would meet its ceiling: ten times its scale, 39 mm. A covariance that has lost its correlations
+/// distributes innovations with the wrong sign, and the velocity diverges although poses come. By the Riccati equation
+/// of position, velocity and disturbance with the default vehicle's noise, poses of 30 mm leave a sigma of at most
+/// 21 mm (at 30 Hz, 0.14 s old).
+constexpr double kMaxTimingError_m = 0.03;
+
+/// The refusal of a pose, on the axis on which it exceeds the gate most.
+template <typename Real, typename... Tests>
+Refusal<Real> refusal_of(Real turned_rad, Real unseen_m, const Tests&... tests) {
+  Refusal<Real> worst{.turned_rad = turned_rad < Real(0) ? -turned_rad : turned_rad};
+  const auto look = [&](const auto& test) {
+    using S = std::remove_cvref_t<decltype(test.innovation)>;
+    const Real innovation_m = core::Arithmetic<S>::template real<Real>(test.innovation);
+    const Real distance_m = innovation_m < Real(0) ? -innovation_m : innovation_m;
+    const Real allowed_m = gate_m<Real>(test.projection.s, test.scale, unseen_m);
+    if (distance_m * worst.allowed_m >= worst.distance_m * allowed_m) {
+      worst.distance_m = distance_m;
+      worst.allowed_m = allowed_m;
+    }
+  };
+  (look(tests), ...);
+  return worst;
+}
+
+}  // namespace
+
+template <typename S, typename Real>
+typename DisturbanceEkf<S, Real>::Weight DisturbanceEkf<S, Real>::weight(Real sender_variance_m2, Real time_sigma_s,
+                                                                         S speed, Real unseen_m) const {
+  using Number = core::Arithmetic<S>;
+  constexpr Real kMax_m = static_cast<Real>(kMaxTimingError_m);
+  const Real way_m = Number::template real<Real>(speed) * static_cast<Real>(1.0 / kTimeUnit_s) * time_sigma_s;
+  const Real way_m2 = way_m * way_m;
+  const Real claimed_m2 = sender_variance_m2 > pose_variance_m2_ ? sender_variance_m2 : pose_variance_m2_;
+  if (way_m2 <= kMax_m * kMax_m) {
+    return {.variance_m2 = static_cast<float>(claimed_m2 + way_m2),
+            .unseen_m = Number::template number<Real>(unseen_m)};
+  }
+  const Real gate_m = core::clamp(static_cast<Real>(kGateSigmas) * core::sqrt(claimed_m2 + way_m2), unseen_m,
+                                  static_cast<Real>(kLargestInnovation_m));
+  return {.variance_m2 = static_cast<float>(claimed_m2 + kMax_m * kMax_m),
+          .unseen_m = Number::template number<Real>(gate_m)};
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::record_fused(core::Duration pose_age, Real time_sigma_s) {
+  ++counters_.poses_used;
+  refused_in_a_row_ = 0;
+  agreeing_ = 0;
+  since_pose_ = core::Duration(0);
+  ceilings_at_pose_ = ceilings_met();
+  pose_age_ = pose_age;
+  time_sigma_s_ = time_sigma_s;
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
+  using Number = core::Arithmetic<S>;
+  if (!finite(pose.position_w_m.x()) || !finite(pose.position_w_m.y()) || !finite(pose.position_w_m.z()) ||
+      !finite(pose.yaw_rad)) {
+    ++counters_.not_finite;
+    return;
+  }
+  const core::Duration pose_age = pose.age(now_);
+  const Real age_s = core::seconds<Real>(pose_age);
+  if (age_s > static_cast<Real>(kMaxPoseAge_s) || age_s < Real(0)) {
+    ++counters_.poses_stale;
+    return;
+  }
+  const MeasurementAge<S> age = MeasurementAge<S>::of(age_s);
+  const S position_x = Number::template number<Real>(pose.position_w_m.x());
+  const S position_y = Number::template number<Real>(pose.position_w_m.y());
+  const S position_z = Number::template number<Real>(pose.position_w_m.z());
+  if (!started_) {
+    begin(pose);
+    return;
+  }
+  const Real dropout_s = core::seconds<Real>(since_pose_);
+  constexpr Real kHalf_m_s2 = static_cast<Real>(0.5 * kUnseenAcceleration_m_s2);
+  const Real unseen = kHalf_m_s2 * (dropout_s * dropout_s + static_cast<Real>(kDisturbanceLag_s * kDisturbanceLag_s));
+  // After a long dropout the covariance has met its ceiling, and a large innovation would be distributed wrongly: a
+  // pose that is not inside the sigmas goes to check_reset().
+  const bool long_dropout = since_pose_ > kDropout;
+  if (long_dropout && ceilings_met() != ceilings_at_pose_) {
+    check_reset(pose, age);  // inside the sigmas or not: the correlations of the errors are no longer known
+    return;
+  }
+  const Real unseen_m = long_dropout ? Real(0) : unseen;
+  Real widest_m = unseen_m;
+  const core::Vector<Real, 3>& sender_variance_m2 = pose.position_variance_m2;
+  const auto test = [&](auto& filter, S position, Real told, S speed) {
+    const Weight by = weight(told, pose.time_sigma_s, speed, unseen_m);
+    const Real besides_m = Number::template real<Real>(by.unseen_m);
+    widest_m = besides_m > widest_m ? besides_m : widest_m;
+    return filter.test_pose(position, age, by.unseen_m, by.variance_m2);
+  };
+  const auto x = test(x_, position_x, sender_variance_m2.x(), x_.state(AxisFilter<S>::kV));
+  const auto y = test(y_, position_y, sender_variance_m2.y(), y_.state(AxisFilter<S>::kV));
+  const auto z = test(height_, position_z, sender_variance_m2.z(), height_.state(HeightFilter<S>::kClimb));
+  const S turned = yaw_.innovation(Number::template number<Real>(wrapped_yaw(pose)), age);
+  const S yaw_gate = Number::template number<double>(kYawGate_rad);
+  const S minus_yaw_gate = Number::template number<double>(-kYawGate_rad);
+  if (x.inside && y.inside && z.inside && turned <= yaw_gate && turned >= minus_yaw_gate) {
+    counters_.nis_sum += x.normalised_square() + y.normalised_square();
+    correct(x_, inflation_x_, x);
+    correct(y_, inflation_y_, y);
+    height_.fuse_pose(z);
+    yaw_.correct(turned, age);
+    record_fused(pose_age, pose.time_sigma_s);
+    return;
+  }
+  ++counters_.poses_refused;
+  ++refused_in_a_row_;
+  refusal_ = refusal_of(Number::template real<Real>(turned), widest_m, x, y, z);
+  check_reset(pose, age);
+}
+
+#define M100_POSES_OF(S, Real) template void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>&);
+M100_POSES_OF(double, double)
+M100_POSES_OF(float, float)
+M100_POSES_OF(core::Fixed, float)
+#undef M100_POSES_OF
+
+}  // namespace m100::est

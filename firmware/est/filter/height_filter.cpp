@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/filter/height_filter.h"
+
+#include "firmware/est/filter/units.h"
+
+namespace m100::est {
+namespace {
+
+// Process noise per sqrt(s): the autopilot's climb loop has an error of about 0.07 m/s in still air.
+constexpr double kHeightProcess_m = 1e-3;
+constexpr double kClimbProcess_m_s = 0.1;
+constexpr double kRateProcess_m_s2 = 0.5;
+constexpr double kOffsetProcess_m_s = 0.03;
+constexpr double kHeightLimit_m = 100.0;
+constexpr double kClimbLimit = 10.0 * kTimeUnit_s;
+constexpr double kRateLimit = 50.0 * kTimeUnit_s * kTimeUnit_s;
+constexpr double kOffsetLimit = 1.0 * kTimeUnit_s;
+
+// Scales: the unit of each covariance entry is 2^scale of the state, near the steady sigmas with the noise above.
+constexpr std::array<int, 4> kScale{-8, -5, -2, -6};
+constexpr double kScaleValue[] = {1.0 / 256.0, 1.0 / 32.0, 1.0 / 4.0, 1.0 / 64.0};
+constexpr double kInitialVariance = 64.0;
+
+struct Transition {
+  static constexpr std::array<std::string_view, 4> kRows{"1xxx", "0xxx", "0xxx", "0001"};
+};
+struct MeasuresHeight {
+  static constexpr std::string_view kRow = "1x00";
+};
+
+}  // namespace
+
+template <typename S>
+[[gnu::cold]] HeightFilter<S>::HeightFilter(const model::StickAxis& climb, double pose_sigma_m) {
+  const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
+  const model::AxisStep step = tick_of(climb);
+  const double o_r = step.o_r / kTimeUnit_s, ro = step.ro * kTimeUnit_s;
+  response_ = ResponseStep<S>::of(step);
+  const auto ratio = [](int from, int to) { return kScaleValue[from] / kScaleValue[to]; };
+  const double half_tick = 0.5 * kTick_s / kTimeUnit_s;
+  // z+ = z + T (w + w+) / 2
+  phi_[kZ][kClimb] = number(half_tick * (1.0 + step.oo) * ratio(kClimb, kZ));
+  phi_[kZ][kRate] = number(half_tick * o_r * ratio(kRate, kZ));
+  phi_[kZ][kOffset] = number(half_tick * step.o_u * ratio(kOffset, kZ));
+  phi_[kClimb][kClimb] = response_.oo;
+  phi_[kClimb][kRate] = number(o_r * ratio(kRate, kClimb));
+  phi_[kClimb][kOffset] = number(step.o_u * ratio(kOffset, kClimb));
+  phi_[kRate][kClimb] = number(ro * ratio(kClimb, kRate));
+  phi_[kRate][kRate] = response_.rr;
+  phi_[kRate][kOffset] = number((step.r_u + step.r_next) * kTimeUnit_s * ratio(kOffset, kRate));
+  const double sigma[] = {kHeightProcess_m, kClimbProcess_m_s * kTimeUnit_s,
+                          kRateProcess_m_s2 * kTimeUnit_s * kTimeUnit_s, kOffsetProcess_m_s * kTimeUnit_s};
+  for (std::size_t i = 0; i < q_.size(); ++i) {
+    const double scaled = sigma[i] / kScaleValue[i];
+    q_[i] = number(scaled * scaled * kTick_s);
+  }
+  const double pose = pose_sigma_m / kScaleValue[kZ];
+  pose_variance_ = number(pose * pose);
+  pose_rate_ = number(ratio(kClimb, kZ));
+  start(S{}, S{});
+}
+
+template <typename S>
+[[gnu::cold]] void HeightFilter<S>::start(S height, S climb) {
+  x_ = {};
+  x_[kZ] = height;
+  x_[kClimb] = climb;
+  std::array<double, kStates> variance;
+  variance.fill(kInitialVariance);
+  covariance_.set_diagonal(variance);
+  history_ = {};
+  clamp_states();
+}
+
+template <typename S>
+void HeightFilter<S>::clamp_states() {
+  x_[kZ] = limited(x_[kZ], kHeightLimit_m);
+  x_[kClimb] = limited(x_[kClimb], kClimbLimit);
+  x_[kRate] = limited(x_[kRate], kRateLimit);
+  x_[kOffset] = limited(x_[kOffset], kOffsetLimit);
+}
+
+template <typename S>
+void HeightFilter<S>::predict(const ActingInputs<S>& input) {
+  auto& a = covariance_.arithmetic();
+  const auto next = response_.advance(a, {.output = x_[kClimb], .rate = x_[kRate]}, input, x_[kOffset]);
+  const auto both = a.widen(x_[kClimb]) + a.widen(next.output);
+  const auto change = a.widen(next.output) - a.widen(x_[kClimb]);
+  history_.add(a.narrow(a.scaled(change, -kTickExponent)));
+  x_[kZ] = a.narrow(a.widen(x_[kZ]) + a.scaled(both, kTickExponent - 1));
+  x_[kClimb] = next.output;
+  x_[kRate] = next.rate;
+  covariance_.template predict<Transition>(phi_, q_);
+  clamp_states();
+}
+
+template <typename S>
+typename HeightFilter<S>::PoseInnovation HeightFilter<S>::test_pose(S height, const MeasurementAge<S>& age, S unseen_m,
+                                                                    float sender_variance_m2) {
+  auto& a = covariance_.arithmetic();
+  PoseInnovation test;
+  typename Covariance::Column h{};
+  h[kClimb] = a.narrow(-a.product(age.units, pose_rate_));
+  test.projection =
+      covariance_.template project<MeasuresHeight>(h, larger_variance(pose_variance_, sender_variance_m2, kScale[kZ]));
+  const auto expected =
+      a.widen(x_[kZ]) - a.product(age.units, x_[kClimb]) + a.widen(history_.displacement(a, age.ticks));
+  test.innovation = a.narrow(a.widen(height) - expected);
+  test.scale = kScale[kZ];
+  test.inside = inside_gate(a, test.innovation, test.projection.s, test.scale, unseen_m);
+  return test;
+}
+
+template <typename S>
+void HeightFilter<S>::fuse_pose(const PoseInnovation& test) {
+  add_correction(covariance_.arithmetic(), x_, covariance_.update(test.projection), test.innovation, kScale, kZ);
+  clamp_states();
+  covariance_.check();
+}
+
+template <typename S>
+[[gnu::cold]] void HeightFilter<S>::reset_position(S height, S climb, const MeasurementAge<S>& age) {
+  auto& a = covariance_.arithmetic();
+  x_[kClimb] = climb;
+  x_[kZ] = a.narrow(a.widen(height) + a.product(age.units, x_[kClimb]) - a.widen(history_.displacement(a, age.ticks)));
+  covariance_.decouple(kZ, kInitialVariance);
+  covariance_.decouple(kClimb, kInitialVariance);
+  clamp_states();
+}
+
+template <typename S>
+bool HeightFilter<S>::is_sane() const {
+  constexpr double kLimits[] = {kHeightLimit_m, kClimbLimit, kRateLimit, kOffsetLimit};
+  bool sane = true;
+  for (int i = 0; i < kStates; ++i) {
+    const S value = x_[static_cast<std::size_t>(i)];
+    const S variance = covariance_(i, i);
+    sane = sane && inside(value, kLimits[i]) && variance > S{} &&
+           variance < core::Arithmetic<S>::template number<double>(120.0);
+  }
+  return sane;
+}
+
+template class HeightFilter<double>;
+template class HeightFilter<float>;
+template class HeightFilter<core::Fixed>;
+
+}  // namespace m100::est

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "firmware/est/filter/acceleration_history.h"
+#include "firmware/est/filter/filter_math.h"
+#include "firmware/est/filter/scaled_covariance.h"
+
+namespace m100::est {
+
+/// Kalman filter of height z, climb speed w, its rate, and the climb offset b (steady difference between commanded and
+/// flown climb speed).
+///   z' = w, w follows (u + b) as the climb axis of the vehicle file does (model::AxisStep), b' = 0
+/// The internal time unit is 0.64 s. Measurement: height of `age` ago. Ranges: |z| <= 100 m, |w| <= 10 m/s, |b| <= 1
+/// m/s.
+template <typename S>
+class HeightFilter {
+ public:
+  static constexpr int kStates = 4;
+  enum StateIndex : int { kZ, kClimb, kRate, kOffset };
+  using Covariance = ScaledCovariance<S, kStates>;
+
+  HeightFilter(const model::StickAxis& climb, double pose_sigma_m);
+  void start(S height, S climb);
+  /// Commands: climb speed in m per unit.
+  void predict(const ActingInputs<S>& input);
+  struct PoseInnovation {
+    typename Covariance::Projection projection;
+    S innovation{};
+    int scale = 0;  ///< of the variance in the projection
+    bool inside = false;
+  };
+  PoseInnovation test_pose(S height, const MeasurementAge<S>& age, S unseen_m, float sender_variance_m2);
+  void fuse_pose(const PoseInnovation& test);
+  void reset_position(S height, S climb, const MeasurementAge<S>& age);
+  S state(StateIndex i) const { return x_[static_cast<std::size_t>(i)]; }
+  bool is_sane() const;
+  CovarianceHealth health() const { return covariance_.health(); }
+
+ private:
+  void clamp_states();
+
+  std::array<S, kStates> x_{};
+  ResponseStep<S> response_;
+  S pose_variance_{};
+  S pose_rate_{};
+  typename Covariance::Matrix phi_{};
+  typename Covariance::Column q_{};
+  Covariance covariance_;
+  AccelerationHistory<S> history_;
+};
+
+}  // namespace m100::est

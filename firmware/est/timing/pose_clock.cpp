@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/timing/pose_clock.h"
+
+#include "firmware/core/maths.h"
+
+namespace m100::est {
+namespace {
+
+constexpr float kMemory = 3000.F;  // poses
+constexpr float kRise = 3e-4F;     // share of the elapsed time: three times the drift of a poor quartz
+constexpr float kMaxDrift = 0.02F;
+/// Long steps in a row: where one capture in twenty is lost, chance does that once in 160000.
+constexpr std::uint32_t kSlowerSource = 4;
+constexpr core::Duration kLongest = std::chrono::seconds(10);  // without a pose: restart
+constexpr float kSetForward_s = 0.25F;  // before the envelope: no message is early, so the sender's clock was set
+
+}  // namespace
+
+void PoseClock::begin(core::SenderTime captured, core::TimePoint arrived) {
+  *this = PoseClock{};
+  last_arrived_ = arrived;
+  last_ = captured;
+  count_ = 1;
+}
+
+/// Updates the least squares by the last pose; own_s_ and slipped_s_ already include its step.
+void PoseClock::fit() {
+  const float count = static_cast<float>(count_);
+  const float share = 1.F / (count < kMemory ? count : kMemory);
+  const float kept = 1.F - share;
+  square_ = kept * (square_ + share * own_s_ * own_s_);
+  product_ = kept * (product_ + share * own_s_ * slipped_s_);
+  own_s_ *= kept;
+  slipped_s_ *= kept;
+  drift_ = core::clamp(square_ > 0.F ? product_ / square_ : 0.F, -kMaxDrift, kMaxDrift);
+}
+
+void PoseClock::update_interval(float step_s) {
+  if (spacing_s_ <= 0.F) {
+    spacing_s_ = step_s;
+    return;
+  }
+  // A step across lost captures has a small weight, so that some loss does not look like a slower source.
+  const bool usual = step_s < 1.5F * spacing_s_;
+  min_long_step_s_ = long_steps_ == 0 || step_s < min_long_step_s_ ? step_s : min_long_step_s_;
+  long_steps_ = usual ? 0U : long_steps_ + 1U;
+  if (long_steps_ >= kSlowerSource) {  // without a step of the usual length between them: the source is slower now
+    spacing_s_ = min_long_step_s_;
+    long_steps_ = 0;
+    return;
+  }
+  spacing_s_ += (usual ? 1.F / 16.F : 1.F / 256.F) * (step_s - spacing_s_);
+}
+
+core::TimePoint PoseClock::update(core::SenderTime captured, core::TimePoint arrived) {
+  const core::Duration step((captured - last_).count());
+  if (count_ == 0 || step <= core::Duration{0} || step > kLongest) {
+    begin(captured, arrived);
+    return arrived;
+  }
+  const float step_s = core::seconds<float>(step);
+  const float slip_s = core::seconds<float>(arrived - last_arrived_ - step);
+  last_ = captured;
+  last_arrived_ = arrived;
+  count_ += count_ < 1000000U ? 1U : 0U;
+  own_s_ += step_s;
+  slipped_s_ += slip_s;
+  update_interval(step_s);
+  const float late_so_far_s = behind_s_ + slip_s;  // relative to an envelope that does not drift
+  const bool is_overdue = is_proven() && late_so_far_s - step_s * drift_ > kMaxLateness_s;
+  if (!is_overdue) {
+    fit();
+  }
+  if (count_ < kMinPoses) {
+    behind_s_ = 0.F;
+    return arrived;
+  }
+  const float late_s = late_so_far_s - step_s * drift_;
+  if (late_s < -kSetForward_s) {
+    begin(captured, arrived);
+    return arrived;
+  }
+  // Uncertainty of the rate per pose step: jitter / n^1.5 (least squares over n poses of that spread).
+  const float count = static_cast<float>(count_);
+  const float unsure_s = lateness_.value_s() * (step_s / spacing_s_) / (count * core::sqrt(count));
+  const float rise_s = kRise * step_s * (1.F + drift_) + unsure_s;
+  behind_s_ = late_s < rise_s ? 0.F : late_s - rise_s;
+  lateness_.update(late_s);
+  if (!is_proven()) {
+    in_time_ = late_s < kMaxLateness_s ? in_time_ + 1 : 0;
+  }
+  return is_regular() ? arrived - duration_of(behind_s_) : arrived;
+}
+
+core::Duration PoseClock::interval() const { return count_ < kMinPoses ? core::Duration{0} : duration_of(spacing_s_); }
+
+core::Duration PoseClock::lateness() const { return duration_of(lateness_.value_s()); }
+
+}  // namespace m100::est

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/core/pose.h"
+#include "firmware/core/time.h"
+
+namespace m100::est {
+
+/// Converts seconds to a Duration; to the microsecond up to 8 s.
+template <typename T>
+core::Duration duration_of(T seconds) {
+  return core::Duration(static_cast<core::Duration::rep>(seconds * T(1e6) + (seconds < T(0) ? T(-0.5) : T(0.5))));
+}
+
+/// Estimates a quantile of numbers that come one by one.
+class Quantile {
+ public:
+  /// @param share of the numbers below the quantile
+  /// @param step_s largest change by one number
+  constexpr Quantile(float share, float step_s) : share_(share), step_s_(step_s) {}
+  void update(float value_s) { value_s_ += value_s > value_s_ ? share_ * step_s_ : (share_ - 1.F) * step_s_; }
+  /// Restarts from a value after the measured quantity has changed.
+  void set(float value_s) { value_s_ = value_s; }
+  float value_s() const { return value_s_ > 0.F ? value_s_ : 0.F; }
+
+ private:
+  float share_;
+  float step_s_;
+  float value_s_ = 0.F;
+};
+
+/// Removes transport jitter from the times of capture of a source that stamps its captures with a clock of its own.
+///
+/// With s the sender's time of a capture and y the time at which the pose came,
+///   y = t0 + r s + delta,  delta >= 0,
+/// because a message can be late but never early. The rate r (one, apart from the drift) comes from least squares over
+/// some 3000 poses; t0 + r s is the lower envelope of y: it advances with s, falls at once to a smaller y, and rises
+/// slowly (faster while r is uncertain). A constant remains, the latency that every message has; PoseLatency finds it.
+/// Lost captures change nothing. If the sender's clock was set forward, the estimate starts anew; if it was set back,
+/// the poses look old, which they may be. Time stamps that have once followed the arrivals stay trusted: a pose that is
+/// then far later than its stamp says is old, however long that lasts, and it does not change the rate.
+///
+/// Cost: about 30 products a pose, three divisions. In float for every scalar: the arithmetic uses only time
+/// differences, taken in whole microseconds, never times of a whole flight.
+class PoseClock {
+ public:
+  /// @param captured later than that of the call before; otherwise the estimate starts anew
+  /// @returns our time of capture plus the constant latency: when the pose would have come without jitter. `arrived`
+  ///   itself until 30 poses have come, or where the sender's time stamps do not follow the arrivals.
+  core::TimePoint update(core::SenderTime captured, core::TimePoint arrived);
+
+  /// Between two captures of the source; zero until it is known.
+  core::Duration interval() const;
+  /// How much faster our clock runs than the sender's, as a ratio; zero until it is known.
+  float drift() const { return count_ < kMinPoses ? 0.F : drift_; }
+  /// 99th percentile of the jitter that note() removed.
+  core::Duration lateness() const;
+  /// Whether note() removes jitter.
+  bool is_regular() const { return count_ >= kMinPoses && (is_proven() || lateness_.value_s() < kMaxLateness_s); }
+
+ private:
+  static constexpr std::uint32_t kMinPoses = 30;
+  static constexpr std::uint32_t kProven = 20;  ///< poses in a row, after the first kSettled
+  static constexpr float kMaxLateness_s = 0.12F;
+  bool is_proven() const { return in_time_ >= kProven; }
+  void begin(core::SenderTime captured, core::TimePoint arrived);
+  void fit();
+  void update_interval(float step_s);
+
+  core::TimePoint last_arrived_{};
+  core::SenderTime last_{};
+  std::uint32_t count_ = 0;
+  std::uint32_t in_time_ = 0;    ///< poses in a row not far later than their stamps; stays at kProven
+  float spacing_s_ = 0.F;        ///< between two captures
+  float min_long_step_s_ = 0.F;  ///< shortest of the run of longer steps than usual
+  std::uint32_t long_steps_ = 0;
+  // Least squares with forgetting, of s and of (y - s), both about their running means.
+  float own_s_ = 0.F;
+  float slipped_s_ = 0.F;
+  float square_ = 0.F;
+  float product_ = 0.F;
+  float drift_ = 0.F;     ///< r - 1
+  float behind_s_ = 0.F;  ///< how far the envelope is before the arrival of the last pose
+  Quantile lateness_{0.99F, 1e-3F};
+};
+
+}  // namespace m100::est

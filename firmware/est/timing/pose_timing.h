@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/time.h"
+#include "firmware/est/measurement.h"
+#include "firmware/est/timing/pose_clock.h"
+#include "firmware/est/timing/pose_latency.h"
+
+namespace m100::est {
+
+/// Properties of the path of a pose from its capture to its arrival.
+template <typename T>
+struct PoseTimingReport {
+  core::Duration min_latency{0};  ///< constant latency, which every pose has
+  core::Duration jitter{0};       ///< in addition: 99th percentile
+  core::Duration interval{0};     ///< between two captures; zero: not known yet
+  core::Duration unreported{0};   ///< from capture to the arrival without jitter, as applied
+  T sigma_s{0};                   ///< standard error of `untold`
+  bool observable = false;        ///< motion has determined it to 10 ms; otherwise it is the prior
+  float drift = 0.F;              ///< of our clock against the sender's, as a ratio
+};
+
+/// Determines when poses were captured, on our clock, from their times of arrival, their sender's time stamps and the
+/// inertial measurements: PoseClock removes the jitter, PoseLatency finds the constant latency. Where both sides have
+/// compared their clocks, the result is the prior of that latency, as far as unequal delays in the two directions
+/// allow; motion decides. The latency that is found is applied at 20 ms a second, so that a pose in motion never jumps.
+/// T is float or double.
+template <typename T>
+class PoseTiming {
+ public:
+  /// Before the observer, once per tick. Sets the time of capture of a new pose and its uncertainty. The part of the
+  /// force that the tilt does not explain (Measurement::push) counts as acceleration, where it is known: without it a
+  /// tilt that only balances a gust or drag looks like a motion 10 to 30 ms earlier or later.
+  /// @param yaw_rad as estimated in the tick before
+  void update(Measurement<T>& measured, T yaw_rad);
+  const PoseTimingReport<T>& report() const { return report_; }
+
+ private:
+  void add_attitude(const Measurement<T>& measured, T yaw_rad);
+  void update_latency(core::Duration way);
+  void update_jitter(float late_s);
+  void set_prior(const core::Pose<T>& pose, core::TimePoint regular);
+
+  PoseClock clock_;
+  PoseLatency<T> latency_;
+  Quantile jitter_{0.99F, 1e-3F};
+  float min_of_run_s_ = 0.F;  ///< smallest lateness in the run of poses far later than jitter_
+  std::uint32_t run_ = 0;
+  core::TimePoint run_since_{};
+  PoseTimingReport<T> report_;
+  T applied_s_{0};  ///< applied part of `untold`
+  core::TimePoint last_{};
+  float min_latency_s_ = 0.F;  ///< from the capture without jitter to the arrival
+  bool begun_ = false;
+};
+
+extern template class PoseTiming<float>;
+extern template class PoseTiming<double>;
+
+}  // namespace m100::est

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/maths.h"
+#include "firmware/est/estimate.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::est {
+
+/// Counts on the two tilt sticks.
+template <typename T>
+struct TrimCounts {
+  T roll{0};
+  T pitch{0};
+};
+
+/// Deviation of the sticks' balancing points from the vehicle file's, in counts (paper, III-A: 1080 and 998 where
+/// neutral is 1024; they drift with the aircraft's own levelling).
+template <typename T>
+struct TrimReport {
+  T roll_counts{0};
+  T pitch_counts{0};
+  bool converged = false;  ///< enough hover was observed
+  bool drifted = false;    ///< settled, and one of them is beyond the limit
+};
+
+/// Averages the observer's input offset in hover: the command that remains when the aircraft stands level in still air.
+/// In motion the offset includes errors of the command gain too, so only hover counts. The result is reported, never
+/// acted upon: the control law already compensates the offset itself.
+///
+/// Memory: eight numbers. Cost: a sine, a cosine and some ten products.
+template <typename T>
+class TrimMonitor {
+ public:
+  static constexpr T kTimeConstant_s = T(5);
+  static constexpr T kConverged_s = T(10);  ///< of hover, in total
+  static constexpr T kLimit_counts = T(15);
+  static constexpr T kStill_m_s = T(0.2);
+
+  explicit TrimMonitor(const model::Vehicle& vehicle)
+      : roll_counts_per_rad_(static_cast<T>(1.0 / vehicle.roll.scale_per_count)),
+        pitch_counts_per_rad_(static_cast<T>(1.0 / vehicle.pitch.scale_per_count)) {}
+
+  /// Once per tick.
+  /// @param holds the reference stands still and the commands are ours
+  void update(const Estimate<T>& estimate, bool holds, T step_s) {
+    now_ = counts(estimate, estimate.x.input_offset_rad, estimate.y.input_offset_rad);
+    if (!holds || !estimate.healthy || !still(estimate.x.velocity_m_s) || !still(estimate.y.velocity_m_s)) {
+      return;
+    }
+    // A plain mean until the time constant has passed, a first-order low-pass after that: it needs no initial value.
+    hover_s_ = hover_s_ < kConverged_s ? hover_s_ + step_s : hover_s_;
+    const T share = step_s / (hover_s_ < kTimeConstant_s ? hover_s_ : kTimeConstant_s);
+    report_.roll_counts += share * (now_.roll - report_.roll_counts);
+    report_.pitch_counts += share * (now_.pitch - report_.pitch_counts);
+    report_.converged = hover_s_ >= kConverged_s;
+    report_.drifted = report_.converged && (beyond(report_.roll_counts) || beyond(report_.pitch_counts));
+  }
+
+  const TrimReport<T>& report() const { return report_; }
+  /// Sticks that hold the position, in counts from the vehicle file's balancing points: they cancel the input offset
+  /// and lean against the disturbance (a = g u + d, so u = -d / g). Without the dead zone.
+  TrimCounts<T> holding(const Estimate<T>& estimate) const {
+    constexpr T kPerGravity = static_cast<T>(1.0 / model::kGravity_m_s2);
+    return counts(estimate, estimate.x.input_offset_rad + kPerGravity * estimate.x.disturbance_m_s2,
+                  estimate.y.input_offset_rad - kPerGravity * estimate.y.disturbance_m_s2);
+  }
+  /// The input offset of this tick as stick counts, whether in hover or not.
+  const TrimCounts<T>& now() const { return now_; }
+
+ private:
+  // Turns offsets from the yaw-free frame into the body frame; a = g (x, -y) in the world's x and y.
+  TrimCounts<T> counts(const Estimate<T>& estimate, T x_rad, T y_rad) const {
+    const T sine = core::sin(estimate.yaw_rad);
+    const T cosine = core::cos(estimate.yaw_rad);
+    const T pitch_rad = cosine * x_rad - sine * y_rad;
+    const T roll_rad = sine * x_rad + cosine * y_rad;
+    return {.roll = -roll_rad * roll_counts_per_rad_, .pitch = -pitch_rad * pitch_counts_per_rad_};
+  }
+  static bool still(T speed_m_s) { return speed_m_s > -kStill_m_s && speed_m_s < kStill_m_s; }
+  static bool beyond(T counts) { return counts > kLimit_counts || counts < -kLimit_counts; }
+
+  T roll_counts_per_rad_;
+  T pitch_counts_per_rad_;
+  T hover_s_{0};
+  TrimCounts<T> now_;
+  TrimReport<T> report_;
+};
+
+}  // namespace m100::est

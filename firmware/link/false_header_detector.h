@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/link/line_time.h"
+#include "protocol/dji/frame_parser.h"
+
+namespace m100::link {
+
+/// Detects that the parser waits for the rest of a header that cannot begin a frame of an autopilot. The parser accepts
+/// any legal length and has no clock, so a dozen false bytes could delay a tenth of a second of telemetry.
+class FalseHeaderDetector {
+ public:
+  /// Longest frame that an N1 sends: telemetry with every item, encrypted, is 144 bytes (protocol, section 10).
+  static constexpr std::size_t kLongestFrame = 160;
+
+  explicit FalseHeaderDetector(std::uint32_t baud) : baud_(baud) {}
+
+  /// @param adapter_delay longest delay of bytes between the line and this program.
+  /// @returns true: give the header up. It claims more than the longest frame of an autopilot, or its rest is overdue.
+  bool is_false(const protocol::FrameParser& parser, core::TimePoint now, core::Duration adapter_delay) {
+    const std::size_t claimed = parser.claimed_bytes();
+    if (claimed == 0) {
+      return false;
+    }
+    if (!seen_ || parser.candidate_offset() != offset_) {
+      seen_ = true;
+      offset_ = parser.candidate_offset();
+      since_ = now;
+    }
+    return claimed > kLongestFrame || now - since_ > line_time(claimed, baud_) + adapter_delay;
+  }
+
+ private:
+  std::uint32_t baud_;
+  bool seen_ = false;
+  std::uint64_t offset_ = 0;
+  core::TimePoint since_{};
+};
+
+}  // namespace m100::link

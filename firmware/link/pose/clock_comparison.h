@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/core/pose.h"
+#include "firmware/core/time.h"
+
+namespace m100::link {
+
+/// Compares our clock with that of the source of pose, by questions and answers (TIMESYNC). Each answer shows that the
+/// sender's time was T at some moment between our question and the answer's arrival. The offset is therefore known to
+/// half of the round trip and no better, because the two directions may differ. The best answer is kept until drift has
+/// made a newer one better.
+class ClockComparison {
+ public:
+  static constexpr core::Duration kEvery = std::chrono::milliseconds(200);
+  static constexpr core::Duration kLatest = std::chrono::milliseconds(500);  ///< round trip; a later answer is ignored
+
+  /// @returns true: it is time to ask.
+  bool due(core::TimePoint now) const { return !asked_ || since_request(now) >= kEvery; }
+  core::Duration since_request(core::TimePoint now) const { return now - asked_at_; }
+  /// An answer has come.
+  bool is_known() const { return known_; }
+  /// Records a question that is sent now. @returns the value of its ts1 [ns].
+  std::int64_t request(core::TimePoint now);
+  /// Records an answer. @param ts1 that of its question; only an answer to the last question counts.
+  /// @param theirs the sender's time [ns] @returns false: ignored.
+  bool answer(std::int64_t ts1, std::int64_t theirs, core::TimePoint arrived);
+  /// The sender's clock was restarted.
+  void reset() { *this = ClockComparison{}; }
+
+  core::ClockOffset offset(core::TimePoint now) const;
+
+ private:
+  core::Duration bound(core::TimePoint now) const;
+
+  bool asked_ = false;
+  bool waiting_ = false;
+  core::TimePoint asked_at_{};
+  bool known_ = false;
+  core::Duration to_ours_{0};
+  core::Duration half_{0};
+  core::TimePoint found_at_{};
+};
+
+}  // namespace m100::link

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/expected.h"
+#include "firmware/core/pose.h"
+#include "protocol/mavlink/frame.h"
+
+namespace m100::link {
+
+/// The pose in a frame of ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY, in our frames: NED and FRD of the wire
+/// become world NWU and body FLU here, and nowhere else. `captured` is the sender's time stamp, zero without a stamp; a
+/// variance that the sender does not know, or reports as zero, is zero.
+/// @returns kNotReady: another message. kOutOfRange: an impossible pose: a number that is not finite, a position beyond
+///   1 km, a quaternion whose length is not one to 1 %, a variance above 100 m^2, a stamp beyond 285 years, ODOMETRY in
+///   a frame that is not NED or FRD.
+core::Expected<core::Pose<double>> decode_pose(const mavlink::FrameView& frame);
+
+}  // namespace m100::link

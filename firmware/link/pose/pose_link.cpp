@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/link/pose/pose_link.h"
+
+#include <array>
+
+#include "firmware/link/line_time.h"
+#include "firmware/link/pose/pose_decoder.h"
+#include "protocol/mavlink/pose_messages.h"
+
+namespace m100::link {
+namespace {
+
+constexpr std::uint64_t kRoomForAnswer = 56;  // bytes: as much again stays free, so that the line can catch up
+constexpr core::Duration kSenderGone = std::chrono::seconds(1);
+/// System 1 is the aircraft, component 191 its companion computer.
+constexpr mavlink::Address kOurs{.system = 1, .component = 191};
+
+}  // namespace
+
+PoseLink::PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap) : uart_(uart), baud_(baud), tap_(tap) {}
+
+bool PoseLink::is_from_sender(const mavlink::FrameView& frame, core::TimePoint now) {
+  if (has_last_ && frame.from != sender_ && now - last_time_ <= kSenderGone) {
+    return false;
+  }
+  const auto step = static_cast<std::uint8_t>(frame.sequence - last_frame_);
+  constexpr std::uint8_t kLargestGap = 128;  // more is another count
+  if (has_last_ && frame.from == sender_ && step > 0 && step < kLargestGap) {
+    stats_.lost_frames += step - 1U;
+  }
+  last_frame_ = frame.sequence;
+  return true;
+}
+
+bool PoseLink::accept(const core::Pose<double>& pose, core::TimePoint now) {
+  const bool stamped = pose.captured != core::SenderTime{};
+  const core::SenderClock::duration step = pose.captured - last_captured_;
+  const bool set_back = has_last_ && step < -kRestart;
+  const bool restarted = !has_last_ || set_back || now - last_time_ > kSenderGone;
+  if (stamped && !restarted && step <= core::SenderClock::duration{0}) {
+    ++stats_.refused_order;
+    return false;
+  }
+  if (set_back) {
+    comparison_.reset();
+  }
+  has_last_ = true;
+  last_captured_ = pose.captured;
+  last_time_ = now;
+  ++stats_.poses;
+  return true;
+}
+
+void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest& newest) {
+  const std::uint64_t end = frame.offset + frame.bytes.size();
+  if (mavlink::is<mavlink::Timesync>(frame)) {
+    const auto answer = mavlink::decode<mavlink::Timesync>(frame);
+    if (has_last_ && frame.from == sender_ && is_from_sender(frame, now) && answer.tc1 != 0) {
+      newest.ts1 = answer.ts1;
+      newest.theirs = answer.tc1;
+      newest.answer_end = end;
+    }
+    return;
+  }
+  core::Expected<core::Pose<double>> pose = decode_pose(frame);
+  if (pose.status() == core::Status::kNotReady) {
+    if (has_last_ && frame.from == sender_) {
+      (void)is_from_sender(frame,
+                           now);  // another message: its sequence number counts, so that no frame seems to be lost
+    }
+    return;
+  }
+  if (!is_from_sender(frame, now)) {
+    ++stats_.refused_senders;
+    return;
+  }
+  if (!pose) {
+    ++stats_.refused;
+    return;
+  }
+  if (has_last_ && frame.from != sender_) {
+    comparison_.reset();
+  }
+  if (accept(*pose, now)) {
+    sender_ = frame.from;
+    newest.pose = *pose;
+    newest.pose_end = end;
+  }
+}
+
+core::Expected<core::Pose<double>> PoseLink::receive(core::TimePoint now) {
+  Newest newest;
+  std::array<std::byte, 64> chunk;  // a pose; larger costs stack in every tick
+  for (std::size_t visit = 0; visit < kBytesPerTick / chunk.size(); ++visit) {
+    const core::Expected<std::size_t> count = uart_.read(chunk);
+    if (!count || *count == 0) {
+      break;
+    }
+    const std::span<const std::byte> bytes = std::span(chunk).first(*count);
+    if (tap_ != nullptr) {
+      tap_->received(bytes, now);
+    }
+    parser_.consume(bytes, [&](const mavlink::FrameView& frame) { take(frame, now, newest); });
+  }
+  // Bytes after a frame in the stream arrived after it.
+  const std::uint64_t all = parser_.stats().bytes;
+  if (newest.answer_end > 0 &&
+      comparison_.answer(newest.ts1, newest.theirs, now - line_time(all - newest.answer_end, baud_))) {
+    ++stats_.answers;
+  }
+  if (newest.pose_end == 0) {
+    return core::Status::kNotReady;
+  }
+  core::Pose<double> pose = newest.pose;
+  pose.sequence = static_cast<std::uint32_t>(stats_.poses);
+  pose.arrived = now - line_time(all - newest.pose_end, baud_);
+  if (pose.captured == core::SenderTime{}) {
+    pose.set_captured_at(pose.arrived);
+    return pose;
+  }
+  pose.to_ours = pose.arrived.time_since_epoch() - core::Duration(pose.captured.time_since_epoch().count());
+  pose.offset = comparison_.offset(now);
+  return pose;
+}
+
+/// If the line has no room for the answer, a question makes every later pose older: 240 poses of 48 bytes a second fill
+/// 115200 baud, and five more answers a second are a queue that grows by 12 ms a second.
+bool PoseLink::has_room(core::TimePoint now) const {
+  const core::Duration busy = line_time(parser_.stats().bytes - asked_at_bytes_, baud_);
+  return comparison_.since_request(now) - busy >= line_time(kRoomForAnswer, baud_);
+}
+
+void PoseLink::request_time(core::TimePoint now) {
+  if (!comparison_.due(now) || (comparison_.is_known() && !has_room(now))) {
+    return;
+  }
+  asked_at_bytes_ = parser_.stats().bytes;
+  const mavlink::Frame question =
+      mavlink::encode(mavlink::Timesync{.tc1 = 0, .ts1 = comparison_.request(now)}, kOurs, questions_++);
+  const core::Expected<std::size_t> taken = uart_.write(question.bytes());
+  if (taken && *taken > 0 && tap_ != nullptr) {
+    tap_->sent(question.bytes().first(*taken), now);
+  }
+}
+
+}  // namespace m100::link

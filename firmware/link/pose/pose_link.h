@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/core/expected.h"
+#include "firmware/core/pose.h"
+#include "firmware/core/time.h"
+#include "firmware/link/byte_tap.h"
+#include "firmware/link/pose/clock_comparison.h"
+#include "hal/uart.h"
+#include "protocol/mavlink/parser.h"
+
+namespace m100::link {
+
+struct PoseLinkStats {
+  std::uint64_t poses = 0;            ///< accepted
+  std::uint32_t refused = 0;          ///< impossible numbers
+  std::uint32_t refused_order = 0;    ///< duplicated, or overtaken by a newer one
+  std::uint32_t refused_senders = 0;  ///< from another sender than the accepted one
+  std::uint32_t lost_frames = 0;      ///< by the sequence numbers of the sender's frames, of any message
+  std::uint32_t answers = 0;          ///< to our time requests
+};
+
+/// The source of pose at the other end of a second UART: MAVLink, unsigned, because a serial port is a wire. One call
+/// per tick; older poses of the same tick are skipped. A pose whose time stamp is not newer than the last is refused,
+/// unless the sender evidently restarted: a step back by more than kRestart, or silence for a second. Until then only
+/// the first sender is accepted.
+class PoseLink {
+ public:
+  static constexpr std::size_t kBytesPerTick = 2048;
+  static constexpr core::SenderClock::duration kRestart = std::chrono::seconds(10);
+
+  /// @param baud gives the time of a byte on the line; 0: none.
+  /// @param tap sees all bytes of both directions; may be null.
+  PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap = nullptr);
+
+  /// @returns the newest pose that arrived since the last call; `captured` is the sender's time stamp, or the time of
+  ///   arrival if the sender does not stamp. kNotReady: none.
+  core::Expected<core::Pose<double>> receive(core::TimePoint now);
+
+  /// Asks the sender for its time, five times a second: 30 bytes. Once the time is known, it asks only when the line
+  /// has had room for the answer since the last question. A sender that does not answer is used nevertheless.
+  void request_time(core::TimePoint now);
+
+  const PoseLinkStats& stats() const { return stats_; }
+  const mavlink::ParserStats& parser_stats() const { return parser_.stats(); }
+
+ private:
+  /// The newest of its kind in this call, and where in the stream it ended.
+  struct Newest {
+    core::Pose<double> pose;
+    std::uint64_t pose_end = 0;
+    std::int64_t ts1 = 0;
+    std::int64_t theirs = 0;
+    std::uint64_t answer_end = 0;
+  };
+  void take(const mavlink::FrameView& frame, core::TimePoint now, Newest& newest);
+  bool accept(const core::Pose<double>& pose, core::TimePoint now);
+  bool is_from_sender(const mavlink::FrameView& frame, core::TimePoint now);
+  bool has_room(core::TimePoint now) const;
+
+  hal::Uart& uart_;
+  std::uint32_t baud_;
+  ByteTap* tap_;
+  mavlink::Parser parser_;
+  ClockComparison comparison_;
+  bool has_last_ = false;
+  mavlink::Address sender_;
+  std::uint8_t last_frame_ = 0;  ///< number of the sender's last frame
+  core::SenderTime last_captured_{};
+  core::TimePoint last_time_{};
+  std::uint8_t questions_ = 0;
+  std::uint64_t asked_at_bytes_ = 0;  ///< of the parser, at the last question
+  PoseLinkStats stats_;
+};
+
+}  // namespace m100::link

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "firmware/link/command_channel.h"
+#include "protocol/cipher.h"
+
+namespace m100::link {
+
+/// The last messages of a program after a failed assertion (M100_ASSERT): a neutral command, Virtual RC off, and two
+/// requests to release control, as the protocol requires. They are encoded at start-up, before anything can be broken;
+/// sending them is one write of constant bytes, which a handler can do whatever the state of the program is.
+///
+/// The releases use the two highest sessions, which SerialLink never opens: it takes the lowest free one.
+class ReleaseSequence {
+ public:
+  static constexpr std::size_t kBytes = 256;
+
+  /// Any number is valid for a single farewell: the autopilot compares it with the last one of the same session.
+  static constexpr std::uint16_t kSequence = 0xFA2E;
+
+  /// @param neutral command of the channel in use. @param cipher null: plain. @param sequence of all frames; to send a
+  ///   farewell again to an autopilot that was not restarted since, use another number.
+  ReleaseSequence(const ChannelCommand& neutral, const protocol::Cipher* cipher, std::uint16_t sequence = kSequence);
+
+  std::span<const std::byte> bytes() const { return std::span(bytes_).first(size_); }
+  /// The same without the neutral command, for the case that control may have been taken meanwhile (R4).
+  std::span<const std::byte> release_only() const { return bytes().subspan(neutral_size_); }
+
+ private:
+  template <typename Command>
+  void append(const Command& command, std::uint8_t session, const protocol::Cipher* cipher, std::uint16_t sequence);
+
+  std::array<std::byte, kBytes> bytes_{};
+  std::size_t size_ = 0;
+  std::size_t neutral_size_ = 0;
+};
+
+}  // namespace m100::link

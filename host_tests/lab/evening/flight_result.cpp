@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/evening/flight_result.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <string_view>
+
+#include "firmware/companion/files/recorded_flight.h"
+#include "firmware/companion/files/vehicle_file.h"
+#include "firmware/companion/replay/replay.h"
+#include "host_tests/lab/logs/raw_log.h"
+#include "host_tests/lab/read_json.h"
+#include "host_tests/lab/whole_file.h"
+
+namespace m100::lab::evening {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kMaxDelay_s = 0.5;  ///< largest transport delay of an axis
+
+constexpr std::string_view kTrackingMap = R"(time = "tick.timestamp"
+[signals]
+stick_roll = { column = "tick.sticks[0]", offset = -1024 }
+stick_pitch = { column = "tick.sticks[1]", offset = -1024 }
+attitude_roll = "tick.imu_attitude[0]"
+attitude_pitch = "tick.imu_attitude[1]"
+position_x = "tick.pose_position[0]"
+position_y = "tick.pose_position[1]"
+position_z = "tick.pose_position[2]"
+[extra]
+x = "tick.ref_position[0]"
+y = "tick.ref_position[1]"
+z = "tick.ref_position[2]"
+age = "tick.pose_age"
+ref_yaw = "tick.ref_yaw"
+yaw = "tick.pose_yaw"
+)";
+
+/// The reference of a flight, interpolated between its ticks.
+class Reference {
+ public:
+  explicit Reference(const logs::FlightLog& flight) : flight_(flight) {}
+
+  /// @param ticks before tick k; at most k - 1
+  double at(const char* channel, std::size_t k, double ticks) const {
+    const auto whole = static_cast<std::size_t>(ticks);
+    const double share = ticks - static_cast<double>(whole);
+    const std::vector<double>& of = flight_.extra.at(channel);
+    return (1.0 - share) * of[k - whole] + share * of[k - whole - 1];
+  }
+
+ private:
+  const logs::FlightLog& flight_;
+};
+
+}  // namespace
+
+json result_of(const Folder& folder, const std::string& result) {
+  const json read = parse_json(whole_file(folder.file(result)));
+  return read.is_object() ? read : json::object();
+}
+
+std::pair<double, double> nominal(const json& result) {
+  std::pair<double, double> out{0.0, 0.0};
+  for (const json& step : result.value("ladder", json::array())) {
+    if (step.value("to", "") == "nominal" && out.first == 0.0) {
+      out.first = step.value("t_s", 0.0);
+    } else if (step.value("from", "") == "nominal") {
+      out.second = step.value("t_s", 0.0);
+    }
+  }
+  return out;
+}
+
+logs::FlightLog tracked(const Folder& folder, const std::string& log) {
+  return logs::load(*logs::open_log(folder.file(log)),
+                    logs::parse_column_map(kTrackingMap, "(reference, pose and tilt)"));
+}
+
+bool record_errors(Folder& folder, const std::string& name, const std::string& vehicle) {
+  const std::pair<double, double> flown = nominal(result_of(folder, name + ".json"));
+  const logs::FlightLog flight = tracked(folder, name + ".ulg");
+  // The logged x and y references are for the time at which the tick's command takes effect: they lead the tick by the
+  // delay that the law predicts through (ref::Window). Height and heading are those of the tick. The pose is where the
+  // aircraft was at the time of capture.
+  const double delay_s = companion::load_vehicle(folder.file(vehicle)).vehicle.pitch.transport_delay_s;
+  const double ahead = std::clamp(delay_s, 0.0, kMaxDelay_s) / flight.period_s;
+  const Reference reference(flight);
+  double x_m2 = 0.0, y_m2 = 0.0, z_m2 = 0.0, heading_rad2 = 0.0, count = 0.0;
+  const auto first = static_cast<std::size_t>(ahead + kMaxDelay_s / flight.period_s) + 1;
+  for (std::size_t k = std::max(first, flight.index_of(flown.first + kSettled_s)); k < flight.index_of(flown.second);
+       ++k) {
+    const double age = std::clamp(flight.extra.at("age")[k], 0.0, kMaxDelay_s) / flight.period_s;
+    x_m2 += std::pow(flight.of(logs::Signal::kPositionX)[k] - reference.at("x", k, ahead + age), 2);
+    y_m2 += std::pow(flight.of(logs::Signal::kPositionY)[k] - reference.at("y", k, ahead + age), 2);
+    z_m2 += std::pow(flight.of(logs::Signal::kPositionZ)[k] - reference.at("z", k, age), 2);
+    const double heading =
+        flight.extra.at("yaw")[k] - reference.at("ref_yaw", k, std::floor(age));  // not interpolated: it may wrap
+    heading_rad2 += std::pow(std::remainder(heading, 2.0 * std::numbers::pi), 2);
+    count += 1.0;
+  }
+  if (count == 0.0) {
+    return false;
+  }
+  folder.set_number("pose_m." + name, std::sqrt((x_m2 + y_m2 + z_m2) / count));
+  folder.set_number("horizontal_m." + name, std::sqrt((x_m2 + y_m2) / count));
+  folder.set_number("x_m." + name, std::sqrt(x_m2 / count));
+  folder.set_number("y_m." + name, std::sqrt(y_m2 / count));
+  folder.set_number("height_m." + name, std::sqrt(z_m2 / count));
+  folder.set_number("heading_deg." + name, std::sqrt(heading_rad2 / count) * 180.0 / std::numbers::pi);
+  return true;
+}
+
+namespace {
+
+/// The name of the log note that holds a file which the flight read; empty: none does.
+std::string note_of(const std::string& file) {
+  if (file == "flight.toml") {
+    return companion::kFlightNote;
+  }
+  if (file == "course.txt") {
+    return companion::kCourseNote;
+  }
+  return file.ends_with(".toml") ? companion::kVehicleNote : "";
+}
+
+}  // namespace
+
+std::string differing_input(const Folder& folder, const std::string& name, const std::vector<std::string>& reads) {
+  const std::string log = name + ".ulg";
+  if (reads.empty() || !folder.has(log)) {
+    return "";
+  }
+  std::map<std::string, std::string> notes;
+  try {
+    notes = companion::read_flight(folder.file(log)).notes;
+  } catch (const companion::FlightLogError& wrong) {
+    return wrong.what();
+  }
+  const auto other = std::find_if(reads.begin(), reads.end(), [&](const std::string& file) {
+    const std::string set_number = note_of(file);
+    return !set_number.empty() && notes[set_number] != whole_file(folder.file(file));
+  });
+  return other == reads.end() ? "" : log + ": was flown with a different " + *other + " than the folder holds";
+}
+
+}  // namespace m100::lab::evening

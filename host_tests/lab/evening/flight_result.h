@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host_tests/lab/evening/folder.h"
+#include "host_tests/lab/logs/flight_log.h"
+
+// The results of a flight of the evening: the program's JSON answer and the log.
+namespace m100::lab::evening {
+
+inline constexpr double kSettled_s = 1.0;  ///< from the start of control until errors count
+
+/// The JSON object that the board's command wrote; empty if the file holds no JSON object.
+nlohmann::json result_of(const Folder& folder, const std::string& result);
+
+/// Start and end, in seconds on the log's clock, of the time in which the law commanded.
+std::pair<double, double> nominal(const nlohmann::json& result);
+
+/// Sticks, tilts and pose of a flight, with the reference (x, y, z, heading) and the pose's age as extra columns.
+logs::FlightLog tracked(const Folder& folder, const std::string& log);
+
+/// Notes the root mean square errors of NAME.ulg from its course: "pose_m.NAME", "horizontal_m.NAME", and by channel
+/// "x_m.NAME", "y_m.NAME", "height_m.NAME", "heading_deg.NAME". Each pose is compared with the course at the pose's
+/// time of capture.
+/// @param vehicle the vehicle file of the flight.
+/// @returns false: the log contains less than a second of flight under control
+bool record_errors(Folder& folder, const std::string& name, const std::string& vehicle);
+
+/// Compares the files that a flight's log holds with those of the folder. @returns in one sentence which one differs;
+/// empty: none, or the step is not a flight.
+/// @param reads the files that the step NAME reads; the step made NAME.ulg.
+std::string differing_input(const Folder& folder, const std::string& name, const std::vector<std::string>& reads);
+
+}  // namespace m100::lab::evening

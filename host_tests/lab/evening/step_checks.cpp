@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/evening/step_checks.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "host_tests/lab/campaign/oscillation.h"
+#include "host_tests/lab/evening/flight_result.h"
+#include "host_tests/lab/evening/steps.h"
+#include "host_tests/lab/logs/flight_log.h"
+
+namespace m100::lab::evening {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kMinMoved_counts = 60.0;    ///< to either side, for roll and pitch: a fit cannot tell less from noise
+constexpr double kWorstFit_percent = 50.0;   ///< on the validation part; below it the log does not show the axis
+constexpr double kTrimmed_s = 5.0;           ///< from the start of control until the mean stick is taken as the trim
+constexpr double kMaxWeightIncreases = 2.0;  ///< how often the weights are made calmer before the evening gives up
+
+std::string rounded(double value) {
+  std::ostringstream out;
+  out.precision(3);
+  out << value;
+  return out.str();
+}
+
+}  // namespace
+
+std::string check_probe(const Folder& folder, const std::string& result) {
+  const json result_json = result_of(folder, result);
+  const std::string verdict = result_json.value("verdict", "");
+  return verdict == "autopilot"
+             ? ""
+             : "the board heard '" + verdict + "' instead of an autopilot: " + result_json.value("remedy", "");
+}
+
+std::string check_recording(const Folder& folder, const std::string& result) {
+  const json result_json = result_of(folder, result);
+  if (!result_json.value("recorded", false)) {
+    return "nothing useful was recorded: " + result_json.value("trouble", "no reason given");
+  }
+  for (const char* const stick : {"roll", "pitch"}) {
+    const json& moved = result_json.at("sticks").at(stick);
+    if (moved.value("most_counts", 0.0) < kMinMoved_counts || moved.value("least_counts", 0.0) > -kMinMoved_counts) {
+      return std::string("the ") + stick + " stick moved from " + rounded(moved.value("least_counts", 0.0)) + " to " +
+             rounded(moved.value("most_counts", 0.0)) + " counts: move it by at least " + rounded(kMinMoved_counts) +
+             " counts to both sides";
+    }
+  }
+  return "";
+}
+
+std::string check_identification(Folder& folder, const std::vector<std::string>& answers, const std::string& name) {
+  for (const std::string& answer : answers) {
+    const json result_json = result_of(folder, answer);
+    const double fit = result_json.at("final").value("fit_percent", 0.0);
+    const std::string axis = result_json.value("axis", answer);
+    if (fit < kWorstFit_percent) {
+      return axis + ": the model explains only " + rounded(fit) + " % of the validation part of the log; at least " +
+             rounded(kWorstFit_percent) + " % is needed. Excite the axis more, or see " + answer;
+    }
+    folder.set_number("rmse_rad." + axis + "." + name, result_json.at("final").value("validation_rmse", 0.0));
+    const std::array<std::pair<const char*, const char*>, 2> kept{
+        {{"delay_s", "transport_delay_s"}, {"offset_counts", "trim_counts"}}};
+    for (const auto& [parameter, key] : kept) {
+      folder.set_number(std::string(key) + "." + axis + "." + name,
+                        result_json.at("final").at("parameters").value(parameter, 0.0));
+    }
+  }
+  return "";
+}
+
+std::string check_margins(const Folder& folder, const std::string& result) {
+  const json result_json = result_of(folder, result);
+  for (const char* const axis : {"x", "y"}) {
+    if (!result_json.at("margins").at(axis).value("stable", false)) {
+      return std::string("the loop of axis ") + axis + " is not stable with these weights; see " + result;
+    }
+  }
+  return "";
+}
+
+std::string check_handshake(const Folder& folder, const std::string& result) {
+  const json result_json = result_of(folder, result);
+  return result_json.value("obtained", false) && result_json.value("released", false)
+             ? ""
+             : "control was " + std::string(result_json.value("obtained", false) ? "not given back" : "not obtained") +
+                   "; the autopilot's last answer: " + result_json.value("last_reason", "none");
+}
+
+std::string check_flight(const Folder& folder, const std::string& result) {
+  const json result_json = result_of(folder, result);
+  if (!result_json.value("obtained", false) || !result_json.value("released", false)) {
+    return check_handshake(folder, result);
+  }
+  for (const json& step : result_json.value("ladder", json::array())) {
+    const std::string cause = step.value("cause", "");
+    if (cause == "given_back") {
+      break;  // the rungs after this one belong to the normal release
+    }
+    if (cause != "engaged") {
+      return "the failsafe ladder left normal flight: " + step.value("from", "") + " to " + step.value("to", "") +
+             ", " + step.value("seen", "");
+    }
+  }
+  return "";
+}
+
+namespace {
+
+double weight_increases(const Folder& folder) {
+  const auto before = folder.numbers().find(kWeightIncreases);
+  return before == folder.numbers().end() ? 0.0 : before->second;
+}
+
+bool is_weight_at_limit(const Folder& folder) { return weight_increases(folder) >= kMaxWeightIncreases; }
+
+/// Asks for calmer weights: the loop is too fast for the aircraft's real delay. @returns the sentence for the person.
+std::string increase_input_weight(Folder& folder, const std::string& seen) {
+  if (is_weight_at_limit(folder)) {
+    return seen + ", also with the calmest weights. Check the delays in the log, and record a new flight by hand";
+  }
+  folder.set_number(kWeightIncreases, weight_increases(folder) + 1.0);
+  folder.again("gains");
+  return seen + ": its delay is longer than in the vehicle file. The weights are made calmer; then hover again";
+}
+
+/// Notes the mean sticks of the settled part of a hover: the present trims of the aircraft.
+void record_trim(Folder& folder, const logs::FlightLog& flight, std::pair<double, double> flown) {
+  const std::size_t first = flight.index_of(flown.first + kTrimmed_s);
+  const std::size_t last = flight.index_of(flown.second);
+  for (const auto& [signal, name] :
+       {std::pair{logs::Signal::kStickRoll, kTrimRoll}, std::pair{logs::Signal::kStickPitch, kTrimPitch}}) {
+    double sum = 0.0;
+    for (std::size_t k = first; k < last; ++k) {
+      sum += flight.of(signal)[k];
+    }
+    if (last > first) {
+      folder.set_number(name, sum / static_cast<double>(last - first));
+    }
+  }
+}
+
+}  // namespace
+
+std::string check_hover(Folder& folder, const std::string& name) {
+  const std::string result = name + ".json";
+  if (std::string why = check_flight(folder, result); !why.empty()) {
+    return why;
+  }
+  const std::pair<double, double> flown = nominal(result_of(folder, result));
+  const logs::FlightLog flight = tracked(folder, name + ".ulg");
+  experiments::Trace trace;
+  for (std::size_t k = flight.index_of(flown.first + kSettled_s); k < flight.index_of(flown.second); ++k) {
+    trace.push_back({.roll_rad = flight.of(logs::Signal::kAttitudeRoll)[k],
+                     .pitch_rad = flight.of(logs::Signal::kAttitudePitch)[k]});
+  }
+  const campaign::TiltOscillation swing = campaign::measure_oscillation(trace);
+  const double most_deg = std::max(swing.roll_deviation_deg, swing.pitch_deviation_deg);
+  folder.set_number("oscillation_deg." + name, most_deg);
+  record_trim(folder, flight, flown);
+  if (!swing.periodic && !result_of(folder, result).contains("swinging")) {
+    return "";
+  }
+  return increase_input_weight(folder, "the aircraft oscillates by " + rounded(most_deg) + " degrees root mean square");
+}
+
+std::string check_course(Folder& folder, const std::string& name, const std::string& vehicle) {
+  if (std::string why = check_flight(folder, name + ".json"); !why.empty()) {
+    return why;
+  }
+  const bool swung = result_of(folder, name + ".json").contains("swinging");
+  if (swung && name == kBefore && !is_weight_at_limit(folder)) {
+    return increase_input_weight(folder, "the aircraft began to oscillate on the course, and the calm law took over");
+  }
+  folder.set_number(kFallbackLaw + name, swung ? 1.0 : 0.0);
+  return record_errors(folder, name, vehicle) ? "" : name + ".ulg: contains less than a second of flight under control";
+}
+
+std::string check_excitation(Folder& folder, const std::string& result) {
+  const json result_json = result_of(folder, result);
+  if (result_json.contains("swinging") && !is_weight_at_limit(folder)) {
+    return increase_input_weight(
+        folder, "the aircraft began to oscillate in the excitation");  // the log shows the loop, not the axis
+  }
+  if (!result_json.contains("excitation") || result_json.at("excitation").value("over", false)) {
+    return check_flight(folder, result);
+  }
+  const std::string why = result_json.at("excitation").value("abort", json::object()).value("why", "control was lost");
+  std::string seen = "the excitation was not flown to its end (" + why + ")";
+  if (why == "not_at_rest") {
+    return increase_input_weight(folder, seen);
+  }
+  if (why == "control was lost" || why == "ladder" || folder.numbers().contains(kTrimmed)) {
+    return seen;
+  }
+  folder.set_number(kTrimmed, 1.0);
+  folder.again("gains");
+  return seen + ": the mean sticks of the hover become the trims; then hover again";
+}
+
+std::string check_rates_excitation(Folder& folder, const std::string& result) {
+  const json result_json = result_of(folder, result);
+  const bool is_over = result_json.contains("excitation") && result_json.at("excitation").value("over", false);
+  const std::string why = is_over ? check_flight(folder, result)
+                                  : result_json.value("excitation", json::object())
+                                        .value("abort", json::object())
+                                        .value("why", "control was lost");
+  const bool was_flown_before = folder.numbers().contains(kRatesNotFlown) && folder.numbers().at(kRatesNotFlown) > 0.0;
+  folder.set_number(kRatesNotFlown, why.empty() ? 0.0 : was_flown_before ? 2.0 : 1.0);
+  if (why.empty() || was_flown_before) {
+    return "";  // the models of roll and pitch do not need these movements
+  }
+  return "the movements of throttle and yaw were not flown to their end (" + why +
+         "). Fly them once more; if they fail again, climb and yaw rate stay as in the first vehicle file";
+}
+
+}  // namespace m100::lab::evening

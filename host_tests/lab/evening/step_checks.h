@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/evening/folder.h"
+
+// The checks after each step. Each function reads the step's result in the folder and returns in one sentence why the
+// evening cannot continue; empty: it continues.
+namespace m100::lab::evening {
+
+std::string check_probe(const Folder& folder, const std::string& result);
+std::string check_recording(const Folder& folder, const std::string& result);
+/// Checks the results of identification, one for each axis: the model must explain the validation part.
+/// Notes the error, delay and trim of each axis under `name`.
+std::string check_identification(Folder& folder, const std::vector<std::string>& answers, const std::string& name);
+std::string check_margins(const Folder& folder, const std::string& result);
+std::string check_handshake(const Folder& folder, const std::string& result);
+std::string check_flight(const Folder& folder, const std::string& result);
+/// Checks a flight (NAME.json and NAME.ulg) and refuses a loop that oscillates (campaign::Swing, or noticed in flight).
+/// In that case kCalmer counts up and `gains` must be done again, with calmer weights; after two times the weights are
+/// not changed further.
+std::string check_hover(Folder& folder, const std::string& name);
+/// Checks a flight (NAME.json and NAME.ulg) and notes its errors (note_errors()).
+/// @param vehicle the vehicle file of the flight.
+std::string check_course(Folder& folder, const std::string& name, const std::string& vehicle);
+/// An excitation that did not come to rest makes the weights calmer, as a hover that oscillates does; one that exceeded
+/// its distance, tilt or speed sets kBalanced. In both cases `gains` and the flights made with it must be done again.
+std::string check_excitation(Folder& folder, const std::string& result);
+/// Checks the movements of throttle and yaw: a first flight that does not reach their end must be flown again; a second
+/// one passes, and kRatesLeft notes it.
+std::string check_rates_excitation(Folder& folder, const std::string& result);
+
+}  // namespace m100::lab::evening

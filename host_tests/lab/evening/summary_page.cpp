@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/evening/summary_page.h"
+
+#include <array>
+#include <cstdio>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host_tests/lab/evening/corrected_vehicle.h"
+#include "host_tests/lab/evening/steps.h"
+#include "host_tests/lab/plot/html.h"
+#include "host_tests/lab/plot/svg.h"
+
+namespace m100::lab::evening {
+namespace {
+
+constexpr double kNoticed_percent = 5.0;  ///< smaller changes of the error are ignored
+
+using Rows = std::vector<std::vector<std::string>>;
+
+/// One error before and after the correction.
+struct Compared {
+  std::string words;
+  double before = 0.0;
+  double after = 0.0;
+  bool is_worse() const { return after > (1.0 + kNoticed_percent / 100.0) * before; }
+};
+
+/// Every error that is known for both flights of the course, by channel.
+std::vector<Compared> compared(const Folder& folder) {
+  std::vector<std::array<std::string, 3>> names;
+  for (const auto& [key, words] :
+       {std::pair{"pose_m", "distance from the course [m]"}, std::pair{"horizontal_m", "horizontal distance [m]"},
+        std::pair{"x_m", "along x [m]"}, std::pair{"y_m", "along y [m]"}, std::pair{"height_m", "in height [m]"},
+        std::pair{"heading_deg", "heading [degrees]"}}) {
+    names.push_back({words, std::string(key) + ".course", std::string(key) + ".corrected"});
+  }
+  for (const VehicleAxis& axis : kVehicleAxes) {
+    const std::string name = std::string("ahead.") + axis.name;
+    names.push_back({std::string("predicted 1 s ahead: ") + axis.words, name + ".before", name + ".after"});
+  }
+  std::vector<Compared> out;
+  for (const auto& [words, before, after] : names) {
+    if (folder.numbers().contains(before) && folder.numbers().contains(after)) {
+      out.push_back({words, folder.numbers().at(before), folder.numbers().at(after)});
+    }
+  }
+  return out;
+}
+
+/// The number of that name; "-" if the evening has not reached it.
+std::string number(const Folder& folder, const std::string& name) {
+  const auto found = folder.numbers().find(name);
+  return found == folder.numbers().end() ? "-" : plot::number(found->second);
+}
+
+/// The flights of the course ("before", "after") that oscillated, so that the calm law took over.
+std::vector<std::string> fallback_law_flew(const Folder& folder) {
+  std::vector<std::string> out;
+  for (const auto& [flight, words] : {std::pair{kBefore, "before"}, std::pair{kAfter, "after"}}) {
+    const auto swung = folder.numbers().find(std::string(kFallbackLaw) + flight);
+    if (swung != folder.numbers().end() && swung->second > 0.0) {
+      out.emplace_back(words);
+    }
+  }
+  return out;
+}
+
+bool is_taken_over(const Folder& folder, const std::string& channel) {
+  const auto found = folder.numbers().find("found." + channel);
+  return found != folder.numbers().end() && found->second > 0.0;
+}
+
+/// One sentence: the corrections that the excited flight gave to the first vehicle file.
+std::string found_in_short(const Folder& folder) {
+  std::string out = "Found in the excited flight: ";
+  for (const std::string axis : {"roll", "pitch"}) {
+    const auto change = [&](const std::string& key) {
+      return number(folder, key + "." + axis + ".before") + ", now " + number(folder, key + "." + axis + ".after");
+    };
+    out += axis + ": transport delay [s] " + change("transport_delay_s") + ", trim [counts] " + change("trim_counts") +
+           "; ";
+  }
+  const auto rate = [&](const char* channel) { return is_taken_over(folder, channel) ? "corrected" : "unchanged"; };
+  return out + "climb speed: " + rate("climb") + "; yaw rate: " + rate("yaw_rate") + ".";
+}
+
+/// One sentence: the errors that became worse, and the parts of the vehicle file that the evening does not correct.
+std::string not_reached(const Folder& folder) {
+  std::string out;
+  for (const Compared& one : compared(folder)) {
+    if (one.is_worse()) {
+      out += one.words + " became worse (" + plot::number(one.before) + " to " + plot::number(one.after) + "); ";
+    }
+  }
+  return "Not reached: " + (out.empty() ? "no error became worse; " : out) +
+         "drag, wind and load are not identified and stay as in the first vehicle file.";
+}
+
+/// Writes the first screen: question, verdict, findings.
+void outcome(const Folder& folder, plot::Page& page) {
+  page.paragraph(
+      "Asked: which effects does a vehicle file miss that was identified from a log flown by hand, and does the "
+      "corrected file fly better?");
+  const auto before = folder.numbers().find(std::string("pose_m.") + kBefore);
+  const auto after = folder.numbers().find(std::string("pose_m.") + kAfter);
+  if (before == folder.numbers().end() || after == folder.numbers().end()) {
+    page.verdict("The corrected flight was not flown yet.", "warn");
+    return;
+  }
+  const double change = 100.0 * (after->second / before->second - 1.0);
+  page.verdict("Distance from the reference on the same course, root mean square: " + plot::number(before->second) +
+                   " m before, " + plot::number(after->second) + " m after (" + plot::number(change) + " %).",
+               change < -kNoticed_percent  ? "good"
+               : change < kNoticed_percent ? "warn"
+                                           : "bad");
+  page.paragraph(found_in_short(folder));
+  page.paragraph(not_reached(folder));
+  page.paragraph(folder.settings().port.starts_with("sim:")
+                     ? "The aircraft is emulated: every number of a flight on this page is simulated."
+                     : "The numbers of the flights are measured: they come from the logs of the board.");
+}
+
+/// Writes each error of the two flights, and the changes that apply to both.
+void flights(const Folder& folder, plot::Page& page) {
+  plot::Cells worse;
+  Rows rows{{"root mean square", "before", "after"}};
+  for (const Compared& one : compared(folder)) {
+    if (one.is_worse()) {
+      worse.insert({rows.size(), 2});
+    }
+    rows.push_back({one.words, plot::number(one.before), plot::number(one.after)});
+  }
+  page.table(rows, worse);
+  page.paragraph(
+      "The distances are those of the two flights of the course. The predictions 1 s ahead are of the flight before "
+      "the correction, which no fit has used: by the first vehicle file (before) and by the corrected one (after).");
+  if (folder.numbers().contains(kWeightIncreases)) {
+    page.paragraph(
+        std::string("The loop oscillated with the weights that were tuned on the log flown by hand. The input weight "
+                    "was therefore tripled ") +
+        (folder.numbers().at(kWeightIncreases) > 1.5 ? "twice" : "once") + ", for the flights before and after alike.");
+  }
+  for (const std::string& name : fallback_law_flew(folder)) {
+    page.paragraph("The flight " + name +
+                   " the correction began to oscillate, and the calm law took over. This made its error larger, so "
+                   "the change is not the effect of the correction alone.");
+  }
+  if (folder.numbers().contains(kTrimmed)) {
+    page.paragraph("The flights before and after both used trims that were taken from the hover.");
+  }
+}
+
+void found(const Folder& folder, plot::Page& page) {
+  page.heading("What was found");
+  Rows rows{{"axis", "quantity", "from the log flown by hand", "from the excited flight"}};
+  const std::array<std::array<const char*, 2>, 3> quantities{{{"rmse_rad", "error on unseen data [rad]"},
+                                                              {"transport_delay_s", "transport delay [s]"},
+                                                              {"trim_counts", "trim [counts]"}}};
+  for (const std::string axis : {"roll", "pitch"}) {
+    for (const auto& [key, words] : quantities) {
+      const std::string name = std::string(key) + "." + axis;
+      rows.push_back({axis, words, number(folder, name + ".before"), number(folder, name + ".after")});
+    }
+  }
+  page.table(rows);
+  page.paragraph(
+      "A delay or trim of 0 means that the log shows none. The errors on unseen data belong to two different flights: "
+      "they show how good each model is on its own flight, not which model is better.");
+  for (const auto& [name, words] : {std::pair{"climb", "Climb speed"}, std::pair{"yaw_rate", "Yaw rate"}}) {
+    page.paragraph(std::string(words) +
+                   (is_taken_over(folder, name)
+                        ? " was identified from the flight that moved throttle and yaw; the corrected flight used it."
+                        : " stays as in the first vehicle file: the model identified from the flight that moved "
+                          "throttle and yaw does not predict that flight better."));
+  }
+}
+
+void files(const Folder& folder, plot::Page& page) {
+  page.heading("Which file was made from which");
+  Rows rows{{"file", "made by", "from", "SHA-256 begins"}};
+  for (const auto& [name, made] : folder.files()) {
+    std::string from;
+    for (const auto& [source, hash] : made.from) {
+      from += (from.empty() ? "" : ", ") + source;
+    }
+    rows.push_back({name, made.made_by.empty() ? "shipped or by a person" : made.made_by, from.empty() ? "-" : from,
+                    "h:" + made.sha256.substr(0, 12)});
+  }
+  page.table(rows);
+}
+
+}  // namespace
+
+std::string before_and_after(const Folder& folder) {
+  std::string out;
+  for (const Compared& one : compared(folder)) {
+    char line[120];
+    std::snprintf(line, sizeof line, "  %-46s %8.4f %8.4f%s\n", one.words.c_str(), one.before, one.after,
+                  one.is_worse() ? "  worse" : "");
+    out += line;
+  }
+  for (const std::string& name : fallback_law_flew(folder)) {
+    out += "  the flight " + name + " the correction began to oscillate, and the calm law took over\n";
+  }
+  return out;
+}
+
+void write_summary(const Folder& folder) {
+  plot::Page page("One evening: from the first byte to the corrected flight");
+  outcome(folder, page);
+  flights(folder, page);
+  found(folder, page);
+  files(folder, page);
+  page.write(folder.file("summary.html"));
+}
+
+}  // namespace m100::lab::evening

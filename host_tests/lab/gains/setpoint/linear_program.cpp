@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/gains/setpoint/linear_program.h"
+
+#include <glpk.h>
+
+#include <cmath>
+#include <limits>
+
+#include "firmware/core/assert.h"
+
+namespace m100::lab::gains {
+namespace {
+
+/// Columns of the program: the parameters, then the radius of a ball.
+int column(Eigen::Index i) { return static_cast<int>(i) + 1; }
+
+}  // namespace
+
+Polytope::Polytope(std::size_t dimensions, ComputeBudget& budget)
+    : program_(glp_create_prob()), budget_(budget), dimensions_(dimensions) {
+  M100_ASSERT(dimensions > 0);
+  glp_term_out(GLP_OFF);
+  glp_set_obj_dir(program_, GLP_MAX);
+  glp_add_cols(program_, static_cast<int>(dimensions) + 1);
+  for (std::size_t i = 0; i < dimensions; ++i) {
+    glp_set_col_bnds(program_, static_cast<int>(i) + 1, GLP_DB, -1.0, 1.0);
+  }
+  glp_set_col_bnds(program_, static_cast<int>(dimensions) + 1, GLP_FX, 0.0, 0.0);
+}
+Polytope::~Polytope() { glp_delete_prob(program_); }
+
+void Polytope::add(const HalfSpace& half_space) {
+  M100_ASSERT(half_space.a.size() == static_cast<Eigen::Index>(dimensions_));
+  const int row = glp_add_rows(program_, 1);
+  std::vector<int> index(1, 0);
+  std::vector<double> value(1, 0.0);
+  for (Eigen::Index i = 0; i < half_space.a.size(); ++i) {
+    index.push_back(column(i));
+    value.push_back(half_space.a(i));
+  }
+  index.push_back(static_cast<int>(dimensions_) + 1);
+  value.push_back(1.0);  // coefficient of the ball's radius, since |a| = 1
+  glp_set_mat_row(program_, row, static_cast<int>(index.size()) - 1, index.data(), value.data());
+  glp_set_row_bnds(program_, row, GLP_UP, 0.0, half_space.b);
+  rows_.push_back(half_space);
+}
+
+int Polytope::solve(double decision) {
+  budget_.program();
+  glp_smcp settings;
+  glp_init_smcp(&settings);
+  settings.msg_lev = GLP_MSG_OFF;
+  settings.it_lim = ComputeBudget::kPivots;
+  if (glp_simplex(program_, &settings) != 0) {
+    glp_std_basis(program_);
+    glp_simplex(program_, &settings);
+  }
+  if (glp_get_status(program_) == GLP_OPT && std::abs(glp_get_obj_val(program_) - decision) > 1e-8) {
+    return GLP_OPT;
+  }
+  if (glp_exact(program_, &settings) == GLP_EITLIM) {
+    throw ComputeBudget::Exhausted{};
+  }
+  return glp_get_status(program_);
+}
+
+double Polytope::maximise(const Eigen::VectorXd& a, double decision, Eigen::VectorXd* where) {
+  M100_ASSERT(a.size() == static_cast<Eigen::Index>(dimensions_));
+  for (Eigen::Index i = 0; i < a.size(); ++i) {
+    glp_set_obj_coef(program_, column(i), a(i));
+  }
+  glp_set_obj_coef(program_, static_cast<int>(dimensions_) + 1, 0.0);
+  if (solve(decision) != GLP_OPT) {
+    return -std::numeric_limits<double>::infinity();
+  }
+  if (where != nullptr) {
+    where->resize(static_cast<Eigen::Index>(dimensions_));
+    for (Eigen::Index i = 0; i < where->size(); ++i) {
+      (*where)(i) = glp_get_col_prim(program_, column(i));
+    }
+  }
+  return glp_get_obj_val(program_);
+}
+
+double Polytope::radius(Eigen::VectorXd* centre, std::size_t on) {
+  const int ball = static_cast<int>(dimensions_) + 1;
+  glp_set_col_bnds(program_, ball, GLP_DB, -10.0, 1.0);
+  if (on != SIZE_MAX) {
+    glp_set_row_bnds(program_, static_cast<int>(on) + 1, GLP_FX, rows_.at(on).b, rows_.at(on).b);
+    std::vector<int> index(1, 0);
+    std::vector<double> value(1, 0.0);
+    for (Eigen::Index i = 0; i < rows_.at(on).a.size(); ++i) {
+      index.push_back(column(i));
+      value.push_back(rows_.at(on).a(i));
+    }
+    glp_set_mat_row(program_, static_cast<int>(on) + 1, static_cast<int>(dimensions_), index.data(), value.data());
+  }
+  Eigen::VectorXd zero = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(dimensions_));
+  for (Eigen::Index i = 0; i < zero.size(); ++i) {
+    glp_set_obj_coef(program_, column(i), 0.0);
+  }
+  glp_set_obj_coef(program_, ball, 1.0);
+  const double radius = solve(1e300) == GLP_OPT ? glp_get_obj_val(program_) : -1.0;
+  if (centre != nullptr) {
+    centre->resize(zero.size());
+    for (Eigen::Index i = 0; i < zero.size(); ++i) {
+      (*centre)(i) = glp_get_col_prim(program_, column(i));
+    }
+  }
+  if (on != SIZE_MAX) {
+    std::vector<int> index(1, 0);
+    std::vector<double> value(1, 0.0);
+    for (Eigen::Index i = 0; i < zero.size(); ++i) {
+      index.push_back(column(i));
+      value.push_back(rows_.at(on).a(i));
+    }
+    index.push_back(ball);
+    value.push_back(1.0);
+    glp_set_mat_row(program_, static_cast<int>(on) + 1, ball, index.data(), value.data());
+    glp_set_row_bnds(program_, static_cast<int>(on) + 1, GLP_UP, 0.0, rows_.at(on).b);
+  }
+  glp_set_col_bnds(program_, ball, GLP_FX, 0.0, 0.0);
+  return radius;
+}
+
+bool Polytope::is_facet(std::size_t i) {
+  const HalfSpace& row = rows_.at(i);
+  glp_set_row_bnds(program_, static_cast<int>(i) + 1, GLP_UP, 0.0, row.b + 1.0);
+  const double reach = maximise(row.a, row.b);
+  glp_set_row_bnds(program_, static_cast<int>(i) + 1, GLP_UP, 0.0, row.b);
+  return reach > row.b + 1e-9;
+}
+
+}  // namespace m100::lab::gains

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "firmware/core/eigen.h"
+
+struct glp_prob;
+
+namespace m100::lab::gains {
+
+/// A half-space a's <= b of scaled parameters, |a| = 1.
+struct HalfSpace {
+  Eigen::VectorXd a;
+  double b = 0.0;
+};
+
+/// The computing budget of a construction. It is counted, not timed, so that every machine gets the same result. A
+/// construction that has spent its allowance throws Exhausted.
+class ComputeBudget {
+ public:
+  struct Exhausted {};
+  /// Most simplex steps of one linear program. A comparison tests one point against one plane.
+  static constexpr int kPivots = 2000;
+
+  explicit ComputeBudget(std::uint64_t programs = 400'000, std::uint64_t comparisons = 2'000'000'000)
+      : programs_(programs), comparisons_(comparisons) {}
+
+  void program() {
+    if (++programs_spent_ > programs_) {
+      throw Exhausted{};
+    }
+  }
+  void compare(std::uint64_t count) {
+    comparisons_spent_ += count;
+    if (comparisons_spent_ > comparisons_) {
+      throw Exhausted{};
+    }
+  }
+  std::uint64_t programs_spent() const { return programs_spent_; }
+  std::uint64_t comparisons_spent() const { return comparisons_spent_; }
+  /// The larger of both spent shares.
+  double spent() const {
+    return std::max(static_cast<double>(programs_spent_) / static_cast<double>(programs_),
+                    static_cast<double>(comparisons_spent_) / static_cast<double>(comparisons_));
+  }
+
+ private:
+  std::uint64_t programs_, comparisons_;
+  std::uint64_t programs_spent_ = 0, comparisons_spent_ = 0;
+};
+
+/// A polytope, examined by linear programs. All parameters lie in [-1, 1].
+class Polytope {
+ public:
+  /// Precondition: at least one dimension. The allowance must outlive the polytope.
+  Polytope(std::size_t dimensions, ComputeBudget& budget);
+  ~Polytope();
+  Polytope(const Polytope&) = delete;
+  Polytope& operator=(const Polytope&) = delete;
+
+  /// Adds a half-space, which gets the next number, starting with 0. Its a has one number per dimension.
+  void add(const HalfSpace& half_space);
+
+  // Each of these costs one linear program of the allowance, and throws ComputeBudget::Exhausted if that is spent.
+
+  /// The largest value of a's, with a as in add(), and its place; -infinity if the polytope is empty. If the value is
+  /// within 1e-8 of `decision`, the program is solved again in rational arithmetic.
+  double maximise(const Eigen::VectorXd& a, double decision, Eigen::VectorXd* where = nullptr);
+  /// Radius of the largest inscribed ball (negative: empty) and its centre; with `on`, of the ball on that facet.
+  double radius(Eigen::VectorXd* centre = nullptr, std::size_t on = SIZE_MAX);
+  /// Whether half-space i defines a facet. `on` and `i` are numbers of added half-spaces.
+  bool is_facet(std::size_t i);
+
+ private:
+  int solve(double decision);
+
+  glp_prob* program_;
+  ComputeBudget& budget_;
+  std::size_t dimensions_;
+  std::vector<HalfSpace> rows_;
+};
+
+}  // namespace m100::lab::gains

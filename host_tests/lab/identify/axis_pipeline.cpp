@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The stick axes: from a log and a declared model to a verdict.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "host_tests/lab/identify/axis_problem.h"
+#include "host_tests/lab/identify/model/axis/flight_trims.h"
+#include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/identify/residual_tests/axis/axis_change_point.h"
+#include "host_tests/lab/identify/residual_tests/axis/axis_tether.h"
+#include "host_tests/lab/identify/residual_tests/axis/axis_time_offset.h"
+#include "host_tests/lab/identify/residual_tests/axis/change_point_checks.h"
+#include "host_tests/lab/identify/residual_tests/axis/ground_check.h"
+#include "host_tests/lab/identify/residual_tests/axis/intersample_hypotheses.h"
+#include "host_tests/lab/identify/residual_tests/axis/stick_freeze.h"
+#include "host_tests/lab/identify/residual_tests/axis/weak_effect.h"
+#include "host_tests/lab/identify/selection/regimes.h"
+#include "host_tests/lab/identify/selection/verdict.h"
+
+namespace m100::lab::identify {
+namespace {
+
+/// The order of the tests of a log: clock before structure, structure before change.
+class AxisPipeline {
+ public:
+  explicit AxisPipeline(const Request& request) : request_(request) {
+    request_.requested = requested_ranges(request, true);
+  }
+
+  IdentifyResult run() {
+    const auto started = std::chrono::steady_clock::now();
+    problem_ = std::make_unique<AxisProblem>(request_);
+    const bool own_trims = request_.log->flights.size() > 1 && subtract_flight_trims(declared_fit());
+    chosen_ = select_effects(*problem_, request_, {});
+    if (own_trims && subtract_flight_trims(
+                         chosen_.final_model.fit)) {  // a dead zone hides trims: tested again under the selected model
+      chosen_ = select_effects(*problem_, request_, {});
+    }
+    if (own_trims) {
+      side_findings_.findings.push_back(note(describe(flight_trims_)));
+    }
+    if (!detect_stick_freeze()) {
+      detect_time_offset();
+      if (!detect_tether()) {
+        detect_change_point();
+      }
+    }
+    check_flight_trims();
+    withdraw_unconfirmed_effects();
+    detect_weak_effect();
+    IdentifyResult result = conclude(*problem_, problem_->request(), std::move(chosen_), std::move(side_findings_));
+    result.elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    return result;
+  }
+
+ private:
+  Fit declared_fit() const {
+    const AxisFamily& family = problem_->axis_family();
+    return family.fit(request_.declared, std::vector<int>(family.block_count(), 1), nullptr);
+  }
+
+  /// Gives each flight of a joined log its own trim where the trims differ. @returns whether this made a new study.
+  bool subtract_flight_trims(const Fit& fit) {
+    std::vector<FlightTrim> more = flight_trims(*problem_, fit);
+    if (!(flight_trims_.empty() ? are_distinct(*problem_, more) : moved(*problem_, more))) {
+      return false;
+    }
+    std::vector<double> values;
+    for (std::size_t k = 0; k < more.size(); ++k) {
+      const double before = flight_trims_.empty() ? 0.0 : flight_trims_[k].size.value;
+      more[k].size = {more[k].size.value + before, more[k].size.low + before, more[k].size.high + before};
+      values.push_back(more[k].size.value);
+    }
+    flight_trims_ = std::move(more);
+    trims_ = std::move(values);
+    problem_ = std::make_unique<AxisProblem>(request_, shift_s_, trims_);
+    return true;
+  }
+
+  /// Tested first: a column that freezes while the hand moves on looks like a change, or like a clock shift.
+  bool detect_stick_freeze() {
+    const std::vector<Finding> found = stick_freeze({&problem_->training(), &problem_->validation()},
+                                                    problem_->axis_family().model(chosen_.final_model.fit));
+    side_findings_.findings.insert(side_findings_.findings.end(), found.begin(), found.end());
+    return !found.empty();
+  }
+
+  /// Neutral points that differ are an effect like any other. If it was neither declared nor named, it forbids a clean
+  /// bill, although the trims were subtracted from the sticks.
+  void check_flight_trims() {
+    constexpr const char* kTrim = "trim_offset";
+    const auto is_trim = [](const SelectionStep& step) { return step.name == kTrim; };
+    const bool declared =
+        std::find(request_.declared.begin(), request_.declared.end(), kTrim) != request_.declared.end();
+    if (!flight_trims_.empty() && !declared && std::none_of(chosen_.steps.begin(), chosen_.steps.end(), is_trim)) {
+      side_findings_.unexplained.emplace_back("the neutral points differ from flight to flight; declare trim_offset");
+    }
+  }
+
+  /// A named effect must be certain for every reading of the stick between slow rows, by the selection's threshold for
+  /// whitened residuals. Otherwise it loses its name and is reported as unexplained.
+  void withdraw_unconfirmed_effects() {
+    const double minimum = SelectionOptions{}.min_delta_white;
+    const AxisFamily& family = problem_->axis_family();
+    const Fit& fit = chosen_.final_model.fit;
+    std::vector<std::string> open;
+    for (const SelectionStep& step : chosen_.steps) {
+      const double price = std::log(static_cast<double>(problem_->free_run().size()));
+      if (min_ratio_over_hypotheses(problem_->training().signals.data, problem_->free_ranges(), family, fit,
+                                    step.name) < minimum + price) {
+        open.push_back(step.name);
+      }
+    }
+    for (const std::string& name : open) {
+      side_findings_.unexplained.push_back(name + " would fit, but the stick was logged too slowly to confirm it");
+      withdraw(name);
+    }
+  }
+
+  /// Tested last, where the result would otherwise be a clean bill.
+  void detect_weak_effect() {
+    const bool clean =
+        chosen_.steps.empty() && side_findings_.changes.empty() && side_findings_.unexplained.empty() &&
+        std::none_of(side_findings_.findings.begin(), side_findings_.findings.end(), forbids_nothing_missing);
+    if (!clean) {
+      return;
+    }
+    IntersampleHypotheses hypotheses =
+        intersample_hypotheses(problem_->training().signals.data, problem_->free_ranges());
+    const std::optional<WeakEffect> trace = weak_effect(std::move(hypotheses.runs), problem_->training().signals.data,
+                                                        problem_->axis_family(), chosen_.final_model.fit);
+    if (!trace) {
+      return;
+    }
+    std::array<char, 200> text{};
+    std::snprintf(
+        text.data(), text.size(),
+        "an effect like %s is certain (likelihood ratio %.0f above its penalty), but it explains too little of "
+        "the residual to be named",
+        trace->name.c_str(), trace->likelihood_ratio);
+    side_findings_.unexplained.emplace_back(text.data());
+  }
+
+  /// Where the response begins before its stick, the sticks are shifted and the structure is selected again: the effect
+  /// that explained the shift (mostly a lead zero) is no longer needed. The shift must still be there under the new
+  /// structure.
+  void detect_time_offset() {
+    const TimeOffset first = time_offset(problem_->free_run(), problem_->axis_family(), chosen_.final_model.fit);
+    if (!first.likely) {
+      withdraw_doubtful_lead_zero(first);
+      return;
+    }
+    auto moved = std::make_unique<AxisProblem>(request_, -first.shift_s, trims_);
+    Selection chosen = select_effects(*moved, request_, {});
+    const TimeOffset clock = time_offset(problem_->free_run(), moved->axis_family(), chosen.final_model.fit);
+    if (!clock.likely) {
+      withdraw_doubtful_lead_zero(first);
+      return;
+    }
+    std::array<char, 200> text{};
+    std::snprintf(text.data(), text.size(), "the response begins %.3f s (+-%.3f) before its stick: %s", -clock.shift_s,
+                  2.0 * clock.sigma_s,
+                  clock.certain ? "the clocks disagree; the stick samples were shifted"
+                                : "the clocks may disagree, but these data cannot confirm it");
+    side_findings_.findings.push_back(
+        {.what = "clock_shift", .signal = moved->stick_name(), .text = text.data(), .certain = clock.certain});
+    side_findings_.unexplained.emplace_back(text.data());
+    shift_s_ = -first.shift_s;
+    problem_ = std::move(moved);
+    chosen_ = std::move(chosen);
+    withdraw("lead_zero");  // never beside a response that begins before its stick
+  }
+
+  /// Where rows are too slow to confirm a shift, they are too slow to name a lead zero, which may be caused by it.
+  void withdraw_doubtful_lead_zero(const TimeOffset& clock) {
+    constexpr const char* kZero = "lead_zero";
+    const bool named = std::any_of(chosen_.steps.begin(), chosen_.steps.end(),
+                                   [&](const SelectionStep& step) { return step.name == kZero; });
+    if (clock.zero_in_doubt && named) {
+      side_findings_.unexplained.emplace_back(
+          "these data cannot distinguish a lead zero from a response that begins before its stick");
+      withdraw(kZero);
+    }
+  }
+
+  /// Tests for a climb speed that falls with the height flown, before a change, which it imitates. It is tested under
+  /// the selected and under the declared model, because beside it the declared model may be complete.
+  bool detect_tether() {
+    if (request_.axis != "climb" || !problem_->training().signals.data.other.empty()) {
+      return false;
+    }
+    const AxisFamily& family = problem_->axis_family();
+    const auto under = [&](const Fit& fit) {
+      return detect_tether_force(problem_->training().signals.data, problem_->free_ranges(), family, fit);
+    };
+    std::optional<AxisTether> tether = under(chosen_.final_model.fit);
+    if (!chosen_.steps.empty()) {
+      const Fit& declared = chosen_.declared.fit;
+      const Fit& found = chosen_.final_model.fit;
+      const FreeRun run = problem_->free_run();
+      const double more = static_cast<double>(found.free_parameters) - static_cast<double>(declared.free_parameters);
+      const double price = std::max(0.0, more) * std::log(static_cast<double>(run.size()));
+      const std::optional<AxisTether> plain = under(declared);
+      if (plain && plain->score < price + (tether ? tether->score : unchanged_score(run, family, found))) {
+        tether = plain;
+        chosen_.steps.clear();
+        chosen_.not_separable.clear();
+        chosen_.final_model = chosen_.declared;
+      }
+    }
+    if (tether) {
+      side_findings_.findings.push_back(tether_finding(*tether, problem_->training().signals.response_name));
+      side_findings_.unexplained.push_back(side_findings_.findings.back().text);
+    }
+    return tether.has_value();
+  }
+
+  /// A change must remain under the structure that is selected on one side of it.
+  void detect_change_point() {
+    FreeRun run = problem_->free_run();
+    weight_by_input_uncertainty({&run, 1}, problem_->training().signals.data,
+                                problem_->axis_family().model(chosen_.final_model.fit));
+    const ChangePoint first = change_point_under(run, chosen_);
+    if (!first.found) {
+      if (first.likely && chosen_.steps.empty() &&
+          min_ratio_over_hypotheses(problem_->training().signals.data, problem_->free_ranges(), problem_->axis_family(),
+                                    chosen_.final_model.fit, first) >= kChanceChange) {
+        report_uncertain_change(first.change,
+                                "the change is too uncertain to be named and too likely for a clean bill");
+      }
+      return;
+    }
+    std::optional<Regime<AxisProblem>> regime =
+        select_regime<AxisProblem>(request_, first.change, {}, shift_s_, trims_);
+    if (!regime) {
+      if (confirm_change_point(first, problem_->axis_family(), chosen_.final_model.fit)) {
+        accept_change(first.change);
+      }
+      return;
+    }
+    const Fit& fit = regime->chosen.final_model.fit;
+    ChangePoint change = change_point(run, regime->problem->axis_family(), fit);
+    add_rival_change(first, run, change);
+    if (!change.found || !confirm_change_point(change, regime->problem->axis_family(), fit)) {
+      return;
+    }
+    side_findings_.findings.push_back(regime_note(*regime->request));
+    problem_ = std::move(regime->problem);
+    chosen_ = std::move(regime->chosen);
+    accept_change(change.change);
+  }
+
+  /// An effect found on one side together with another change may explain the log as well as the first change alone.
+  /// Unless they are clearly worth the penalty of their parameters, neither name is certain.
+  static void add_rival_change(const ChangePoint& first, const FreeRun& run, ChangePoint& change) {
+    const double more = static_cast<double>(change.numbers) - static_cast<double>(first.numbers);
+    const double price = std::max(0.0, more) * std::log(static_cast<double>(run.size()));
+    if (change.found && change.change.name != first.change.name && first.score < change.score + price + kNameMargin) {
+      change.change.rivals.push_back(first.change.name);
+    }
+  }
+
+  /// @returns false for a change that slow rows of the stick make uncertain, which is reported, or may have caused. A
+  /// temporary change is reported beside the change.
+  bool confirm_change_point(const ChangePoint& change, const AxisFamily& family, const Fit& fit) {
+    const AxisData& data = problem_->training().signals.data;
+    const std::vector<Range> ranges = problem_->free_ranges();
+    const std::optional<Change> another = second_change_point(data, ranges, family, fit, change);
+    if (another) {
+      std::array<char, 120> text{};
+      std::snprintf(text.data(), text.size(), "a temporary change: the response changes at %.1f s and again at %.1f s",
+                    std::min(change.change.at_s, another->at_s), std::max(change.change.at_s, another->at_s));
+      side_findings_.unexplained.emplace_back(text.data());
+      return true;
+    }
+    const double ratio = min_ratio_over_hypotheses(data, ranges, family, fit, change);
+    if (ratio >= kChanceChange && ratio < kCertainChange) {
+      report_uncertain_change(change.change, "the stick was logged too slowly to confirm it");
+    }
+    return ratio >= kCertainChange;
+  }
+
+  void report_uncertain_change(const Change& change, const char* why) {
+    std::array<char, 200> text{};
+    std::snprintf(text.data(), text.size(), "something may have changed at %.1f s (%s would fit): %s", change.at_s,
+                  change.name.c_str(), why);
+    side_findings_.unexplained.emplace_back(text.data());
+  }
+
+  void accept_change(const Change& change) {
+    const std::string reason = ground_reason(*problem_, request_, chosen_.final_model.fit, change);
+    if (!reason.empty()) {
+      side_findings_.unexplained.push_back(reason);
+      return;
+    }
+    withdraw(change.name);
+    add_change(side_findings_, change);
+  }
+
+  /// Removes the effect's name from the result; the model keeps the effect. It is reported as a change, as a clock
+  /// shift or as unexplained instead.
+  void withdraw(const std::string& name) {
+    std::erase_if(chosen_.steps, [&](const SelectionStep& step) { return step.name == name; });
+    std::erase_if(chosen_.not_separable,
+                  [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
+  }
+
+  /// The change under the final structure; or under the declared one, where the change explains more than all named
+  /// effects.
+  ChangePoint change_point_under(const FreeRun& run, const Selection& chosen) const {
+    const AxisFamily& family = problem_->axis_family();
+    ChangePoint with_effects = change_point(run, family, chosen.final_model.fit);
+    if (chosen.steps.empty()) {
+      return with_effects;
+    }
+    const ChangePoint plain = change_point(run, family, chosen.declared.fit);
+    if (with_effects.found) {  // an effect with another change can imitate one change: the simpler explanation wins
+      const double more = static_cast<double>(chosen.final_model.fit.free_parameters) -
+                          static_cast<double>(chosen.declared.fit.free_parameters);
+      const double price = std::max(0.0, more) * std::log(static_cast<double>(run.size()));
+      return plain.found && plain.score < with_effects.score + price ? plain : with_effects;
+    }
+    constexpr double kBetter = 6.0;
+    return plain.found && plain.score + kBetter < unchanged_score(run, family, chosen.final_model.fit) ? plain
+                                                                                                       : with_effects;
+  }
+
+  Request request_;
+  double shift_s_ = 0.0;
+  std::vector<FlightTrim> flight_trims_;  ///< empty: the flights do not differ
+  std::vector<double> trims_;             ///< their values
+  std::unique_ptr<AxisProblem> problem_;
+  Selection chosen_;
+  SideFindings side_findings_;
+};
+
+}  // namespace
+
+IdentifyResult identify_axis(const Request& request) { return AxisPipeline(request).run(); }
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/identify/model/axis/axis_family.h"
+#include "host_tests/lab/identify/model/axis/free_run.h"
+#include "host_tests/lab/identify/residual_tests/axis/axis_residual.h"
+#include "host_tests/lab/identify/selection/problem.h"
+
+namespace m100::lab::identify {
+
+/// One stick axis of a request: its models, its errors, its own tests.
+class AxisProblem final : public Problem {
+ public:
+  /// @param stick_earlier_s  by which the sticks are shifted first, for clocks that disagree
+  /// @param flight_trims  of each flight of a joined log, subtracted from its stick; empty: none
+  explicit AxisProblem(const Request& request, double stick_earlier_s = 0.0,
+                       const std::vector<double>& flight_trims = {});
+  const Family& family() const override { return *family_; }
+  const AxisFamily& axis_family() const { return *family_; }
+  const AxisDataSet& training() const { return training_; }
+  const AxisDataSet& validation() const { return validation_; }
+  const Request& request() const { return request_; }
+  const std::string& stick_name() const { return training_.signals.stick_name; }
+  /// Ranges of the training part, and of the validation part where it is in the same log.
+  std::vector<Range> free_ranges() const;
+  /// These ranges simulated without restarts.
+  FreeRun free_run() const { return free_run(training_.signals.data); }
+  /// The same for another reading of the log, which must outlive the run.
+  FreeRun free_run(const AxisData& data) const;
+  double validation_rmse(const Fit& fit) const override { return validation_.blocks.rmse(family_->model(fit)); }
+  std::vector<std::vector<double>> validation_errors(const Fit& fit) const override;
+  void subtract_input_uncertainty(const Fit& fit, std::vector<std::vector<double>>& training,
+                                  std::vector<std::vector<double>>& validation) const override;
+  std::size_t start_samples() const override {
+    return static_cast<std::size_t>(std::lround(FreeRun::kSettle_s / training_.signals.data.period_s));
+  }
+  ModelResult errors_of(const Fit& fit) const override;
+  std::vector<Parameter> parameters(const Fit& fit) const override;
+  std::vector<double> coordinates(const Fit& fit) const override { return fit.parameters; }
+  double reported(const Fit& fit, std::size_t parameter, double coordinate) const override;
+  void examine(const Selection& selection, IdentifyResult& result) const override;
+  bool are_side_effects(const Selection&, const IdentifyResult&) const override { return false; }
+  void annotate(const Selection&, IdentifyResult& result) const override;
+  Traces traces(const Fit& declared, const Fit& final_fit) const override;
+
+ private:
+  /// Adds reasons that make every name a guess, or the log unfit, and that no regression finds.
+  void add_doubts(const Selection& selection, IdentifyResult& result) const;
+  /// Adds a note where the stick moved so much between the rows of the log that the response shows it.
+  void undersampled(const model::StickAxis& model, IdentifyResult& result) const;
+  /// Whether the response follows the other stick. Precondition: the other stick was logged.
+  bool follows_other_stick() const;
+  /// Adds findings about wrong signs and units of the column map, from the gain [unit per count, or per unit of the
+  /// command].
+  void misreadings(const model::StickAxis& model, IdentifyResult& result) const;
+  Request request_;
+  AxisDataSet training_;
+  AxisDataSet validation_;
+  std::optional<AxisFamily> family_;  ///< made once the request has been checked
+};
+
+}  // namespace m100::lab::identify

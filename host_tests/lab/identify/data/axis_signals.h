@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/identify/model/axis/axis_blocks.h"
+#include "host_tests/lab/identify/output/result.h"
+#include "host_tests/lab/logs/flight_log.h"
+
+namespace m100::lab::identify {
+
+/// The signals of a log that belong to a stick axis, and their names in reports.
+struct AxisSignals {
+  AxisData data;
+  std::string stick_name;
+  std::string other_name;  ///< empty: none
+  std::string response_name;
+  std::vector<Finding> findings;  ///< parts of the log that were excluded, and why
+};
+
+/// Takes the stick (or command in SI units), the other axis' stick and the measured response of `axis` from a log. A
+/// climb speed or yaw rate that was not logged is computed as the slope of height or yaw.
+/// @param asked  ranges outside of which spoilt samples do not matter; empty: none
+/// @param stick_earlier_s  by which both sticks are shifted, at least 0: for clocks that disagree
+/// @throws InputError naming file and signal.
+AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, const std::vector<Range>& requested,
+                         double stick_earlier_s = 0.0);
+
+/// Central difference over +-5 samples, i.e. over ten sample periods.
+std::vector<double> slope(const std::vector<double>& values, double period_s);
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "host_tests/lab/identify/output/result.h"
+#include "host_tests/lab/logs/flight_log.h"
+
+namespace m100::lab::identify {
+
+/// Time ranges [s] in which the vehicle stood on the ground: from the start of the log to take-off, and from landing to
+/// its end. Criterion: every logged response (roll, pitch, climb) stays within its own noise for a second after a stick
+/// of one of them moved by half of its usual travel; in the air the vehicle would answer. A log that begins or ends in
+/// a hover with centred or held sticks has no such range. Cost: linear in the log.
+std::vector<std::pair<double, double>> ground_times(const logs::FlightLog& log);
+
+/// Findings for ground_times(), one each.
+std::vector<Finding> ground_findings(const std::vector<std::pair<double, double>>& times);
+
+}  // namespace m100::lab::identify

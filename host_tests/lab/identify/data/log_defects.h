@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host_tests/lab/identify/output/result.h"
+#include "host_tests/lab/logs/flight_log.h"
+
+namespace m100::lab::identify {
+
+// Defects that a log itself shows. Nothing here knows a model.
+
+/// Sets `valid` to 0 on the ground and for the first second after it, and for `memory_s` after every gap, because the
+/// past input is not known there. @param gap  of the signals that are used, as FlightLog::gap_of gives it
+void mask_unusable(const logs::FlightLog& log, const std::vector<std::uint8_t>& gap,
+                   const std::vector<std::pair<double, double>>& ground, double memory_s, std::vector<char>& valid);
+
+/// How long a moving signal holds one value: the median length of its runs of equal samples. One sample period or less
+/// means that it is not held.
+double hold_s(const std::vector<double>& values, const std::vector<char>& used, double period_s);
+
+struct SampleGrid {
+  double start_s = 0.0;
+  double period_s = 0.01;
+  double row_s = 0.0;  ///< between the rows in which the signal was logged, where that is more than a period
+};
+
+/// Share of the used samples on which a stick stands at its largest value, the same on both sides: either the log
+/// clipped it there, or the pilot flies to the stops only. 0 where the stick mostly jumps to that value at once: pulses
+/// of a machine do this, a hand does not. Rows of 55 ms and more cannot show the difference.
+double clipped_share(const std::vector<double>& stick, const std::vector<char>& used, const SampleGrid& clock);
+
+/// Detects angles in degrees that are read as radians (roll or pitch beyond half a turn), and converts them to radians.
+/// @param used  samples to check: samples outside of the ranges do not matter
+/// @returns one finding, or nothing.
+std::vector<Finding> repair_units(std::vector<double>& angle_rad, const std::vector<char>& used,
+                                  const std::string& signal);
+
+/// 1 for each sample inside of a range or within `margin_s` of one, 0 otherwise. Empty ranges: all samples.
+std::vector<char> mask_ranges(const logs::FlightLog& log, const std::vector<std::pair<double, double>>& ranges,
+                              double margin_s);
+
+/// Repairs samples of a response that are not measurements. Frozen: at least five equal rows, although the signal
+/// usually changes more often (at most a tenth of its runs may be as long as a quarter of this one), and a jump at the
+/// end; these samples are removed from `used`. Outliers: more than 12 sigma from the median of five, sigma from second
+/// differences, and more than 5 % of the amplitude; the median replaces them.
+/// @returns at most one finding for each kind, over the times of all its samples.
+std::vector<Finding> repair_samples(std::vector<double>& values, std::vector<char>& used, const SampleGrid& clock,
+                                    const std::string& signal);
+
+/// Repairs samples of a stick that jump away and back within a tenth of a second, faster than a hand can: by more than
+/// 12 sigma (sigma from second differences, at least that of its rounding) and 5 % of its large values, while their
+/// neighbours agree. The median replaces them. Rows more than 50 ms apart cannot show this.
+/// @returns at most one finding.
+std::vector<Finding> repair_stick(std::vector<double>& values, const std::vector<char>& used, const SampleGrid& clock,
+                                  const std::string& signal);
+
+/// How much of a response one stick explains by a gain and a lag up to 0.6 s: the square of the best correlation.
+double share_explained(const std::vector<double>& stick, const std::vector<double>& response,
+                       const std::vector<char>& used, double period_s);
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/identify/output/result.h"
+#include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/logs/flight_log.h"
+
+namespace m100::lab::identify {
+
+// Converts ranges of the command line to the clock of the joined logs.
+
+/// Parses "12:38,40:55" of a single log, or "1@12:38,2@3:40" of several logs, each on its own clock, numbered from 1.
+/// @throws InputError naming option and range: no numbers, backwards, outside of its log, no log of that number.
+std::vector<Range> ranges(const std::string& option, const std::string& text, const logs::FlightLog& log);
+
+/// Parses "alternate:6": divides every log, or the ranges `within`, into pieces of 6 s that are used for training and
+/// validation in turn. @throws InputError as ranges(); for another keyword; for pieces shorter than a block.
+void split(const std::string& text, const std::string& within, const logs::FlightLog& log, Request& request);
+
+/// Checks that ranges do not share samples of a flight, neither training with validation nor within one option. One
+/// flight that is given under two names is recognised: a moving signal is the same throughout. @throws InputError.
+void reject_reused_data(const Request& request);
+
+/// Adds a finding "gap" for each signal that was not sampled inside of the ranges.
+void find_gaps(const logs::FlightLog& log, const std::vector<Range>& ranges, std::vector<Finding>& findings);
+
+/// Gives each finding without a time range, such as a note, the first and last moment of the data that were used.
+void date_findings(const Request& request, std::vector<Finding>& findings);
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/model/stick_axis.h"
+#include "host_tests/lab/identify/request.h"
+
+namespace m100::lab::identify {
+
+/// One stick axis of one log, on a uniform clock. Sample i belongs to time start_s + i period_s.
+struct AxisData {
+  double start_s = 0.0;
+  double period_s = 0.01;
+  double row_s = 0.0;                ///< between the logged rows of the response; 0: a period
+  double stick_row_s = 0.0;          ///< between the logged rows of the stick; 0: a period
+  std::vector<double> stick;         ///< counts from neutral
+  std::vector<double> other;         ///< stick of the other axis; empty: not logged
+  std::vector<double> measured;      ///< unit of the axis
+  std::vector<char> valid;           ///< 0 where the log had a gap; same length as measured
+  std::vector<std::size_t> flights;  ///< first samples of the logs that were joined; empty: one log
+  /// Seconds from the start of the sample's log (of joined logs, its own) to the sample.
+  double since_begin_s(std::size_t sample) const {
+    std::size_t begin = 0;
+    for (const std::size_t flight : flights) {
+      begin = flight <= sample ? flight : begin;
+    }
+    return period_s * static_cast<double>(sample - begin);
+  }
+  double time_s(std::size_t sample) const { return start_s + period_s * static_cast<double>(sample); }
+};
+
+/// Part of a log, divided into consecutive blocks. Each block starts from the measured state: value and slope of a
+/// quadratic fitted to eleven samples. A block ends before a gap and another begins after it; a piece shorter than half
+/// of 2.5 s is left out.
+class AxisBlocks {
+ public:
+  struct Block {
+    std::size_t begin;  ///< first sample
+    std::size_t end;
+    double value;
+    double rate_per_s;
+    std::size_t stretch;  ///< the contiguous part of the log that contains it
+  };
+  /// Length of the past input, for the delay and for effects with memory of the stick.
+  static constexpr double kPast_s = 3.0;
+  static constexpr double kBlock_s = 2.5;
+
+  AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, double block_s = kBlock_s);
+
+  const AxisData& data() const { return *data_; }
+  std::size_t size() const { return blocks_.size(); }
+  const Block& operator[](std::size_t block) const { return blocks_[block]; }
+  std::size_t samples() const { return samples_; }
+
+  /// Simulated minus measured of the blocks with positive weight, one after the other, times the root of the weight;
+  /// zero at invalid samples. An empty span of weights means all ones.
+  /// @returns the number of values written.
+  std::size_t error(const model::StickAxis& axis, std::span<const int> weights, std::span<double> out) const;
+  /// The simulated response of all blocks, one after the other.
+  std::vector<double> response(const model::StickAxis& axis) const;
+  /// Root mean square of error() over all blocks.
+  double rmse(const model::StickAxis& axis) const;
+  /// 100 (1 - |error| / |measured - mean|).
+  double fit_percent(const model::StickAxis& axis) const;
+
+ private:
+  struct Stretch {
+    std::size_t past;  ///< first sample whose input is used
+    std::size_t begin;
+    std::size_t end;
+  };
+  /// Cache of the last commands of the stick, by the parameters that determine them: a step of frequency, delay or zero
+  /// does not change them.
+  struct CommandCache {
+    model::StickAxis axis;
+    std::vector<std::vector<double>> commands;  ///< by stretch
+    std::vector<char> known;
+  };
+  static constexpr std::size_t kLanes = 4;  ///< blocks that are simulated side by side
+
+  /// The cache entry of the axis' commands; where there is none, the older entry is reused.
+  CommandCache& cached_commands(const model::StickAxis& axis) const;
+  const std::vector<double>& commands(const model::StickAxis& axis, std::size_t stretch) const;
+  void command(const model::StickAxis& axis, const Stretch& around, std::vector<double>& out) const;
+  /// The command after delay and zero, sample by sample of a block.
+  void delayed_command(const model::StickAxis& axis, const Block& block, std::span<double> out) const;
+  /// The response of at most kTogether blocks, one after the other.
+  void run(const model::StickAxis& axis, std::span<const Block* const> blocks, std::span<double> out) const;
+  /// @returns the number of values written.
+  std::size_t simulate(const model::StickAxis& axis, std::span<const int> weights, std::span<double> out) const;
+  Block start_of(std::size_t begin, std::size_t end, std::size_t stretch) const;
+
+  const AxisData* data_;
+  std::vector<Stretch> stretches_;
+  std::vector<Block> blocks_;
+  std::size_t samples_ = 0;
+  mutable std::array<CommandCache, 2> caches_;
+  mutable std::size_t last_cache_ = 0;
+  mutable std::vector<double> driven_;
+};
+
+/// Root mean square prediction error at the given horizons, over starts every 0.1 s inside the ranges.
+std::vector<std::pair<double, double>> horizon_rmse(const AxisData& data, const std::vector<Range>& ranges,
+                                                    const model::StickAxis& axis, const std::vector<double>& ages_s);
+
+}  // namespace m100::lab::identify

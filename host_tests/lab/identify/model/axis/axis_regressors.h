@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "host_tests/lab/identify/data/axis_signals.h"
+#include "host_tests/lab/identify/residual_tests/predictable_share.h"
+
+namespace m100::lab::identify {
+
+/// Regressors for the residual of this axis, over the samples [begin, end) of the log: lags, powers and products of
+/// the sticks, time, and every extra channel. Only possible causes: a channel that moves with the residual itself
+/// (rates, velocities) proves nothing. Every column is thinned when it is made: an hour at the log's own rate would
+/// take 260 MB.
+/// @param rows  thinning of the stretch; its samples are counted from `begin`
+std::vector<RegressorGroup> axis_regressors(const logs::FlightLog& log, const AxisSignals& signals, std::size_t begin,
+                                            std::size_t end, const Thinned& rows);
+/// Activity of the sticks, which may explain the residual's size.
+std::vector<RegressorGroup> axis_activity(const AxisSignals& signals, std::size_t begin, std::size_t end,
+                                          const Thinned& rows);
+
+}  // namespace m100::lab::identify

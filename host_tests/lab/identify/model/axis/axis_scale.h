@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/model/axis_effect.h"
+#include "host_tests/lab/identify/model/axis/axis_blocks.h"
+
+namespace m100::lab::identify {
+
+/// Typical sizes in the training data, so that starts and bounds suit any unit and any aircraft.
+struct AxisScale {
+  double stick = 1.0;           ///< 98 % of the sticks are smaller [counts]
+  double gain = 1.0;            ///< first guess, unit per count
+  double response = 1.0;        ///< 98 % of the measured values are smaller
+  double rate_per_s = 1.0;      ///< likewise of its slope
+  double minimum_counts = 1.0;  ///< one count, or the equivalent where the log holds commands in SI units
+  double of(model::AxisNumber::FitUnit unit) const;
+};
+/// Precondition: at least one block.
+AxisScale scale_of(const AxisBlocks& training);
+
+}  // namespace m100::lab::identify

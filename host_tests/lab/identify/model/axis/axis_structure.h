@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware/model/axis_effects.h"
+#include "host_tests/lab/identify/selection/selection.h"
+
+namespace m100::lab::identify {
+
+// The parameters of a structure of a stick axis (base model, then effects), and its possible edits. Everything is read
+// from model::kAxisEffects.
+
+/// One free parameter of a structure.
+struct AxisParameter {
+  const model::AxisEffect* effect;
+  const model::AxisNumber* number;
+  bool is(double model::StickAxis::*member) const { return number->member == member; }
+};
+
+/// The free parameters in the order of the structure's effects. A number that an earlier effect already has is free
+/// only once: the delay of a lead zero is the transport delay where there is one already. Precondition: every name of
+/// the structure is an effect of the table.
+std::vector<AxisParameter> parameters_of(const Structure& structure);
+
+/// Converts a number in the parameter's unit to the fitted number, and back.
+double to_fitted(const model::AxisNumber& number, double in_unit);
+double from_fitted(const model::AxisNumber& number, double fitted);
+
+bool has(const Structure& structure, std::string_view name);
+
+/// The structures with one more effect.
+/// @param has_other  whether the log holds the other axis' stick
+std::vector<Family::Edit> axis_edits(const Structure& present, bool has_other);
+
+/// The structure without this effect; the same structure where another effect needs it or where it is the first order.
+Structure without_effect(const Structure& structure, std::string_view name);
+
+/// Removes the letters of `token` from a fit's shape, which lists the variants of its effects one after another.
+std::string without_token(std::string shape, std::string_view token);
+
+}  // namespace m100::lab::identify

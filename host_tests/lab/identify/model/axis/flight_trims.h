@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/identify/axis_problem.h"
+#include "host_tests/lab/identify/output/result.h"
+
+namespace m100::lab::identify {
+
+// Several flights of one vehicle share its parameters, but not the neutral point of their sticks: battery, load and the
+// pilot's own trim differ from flight to flight. One trim for all of them would be found as a change where they join.
+
+/// Trim of one flight relative to the trim that all flights share, in the unit of the stick.
+struct FlightTrim {
+  Interval size;       ///< deviation from the mean of all flights; 95 %, from the spread over blocks
+  bool known = false;  ///< the flight has blocks that show it
+};
+
+/// Estimates the deviations of the flights' trims from their mean, under `fit`, in the training part. A flight that is
+/// only in the validation part keeps the mean: otherwise the quoted validation error would contain a fitted parameter.
+/// Cost: some forty simulations of each flight. @returns nothing for a log that is one flight.
+std::vector<FlightTrim> flight_trims(const AxisProblem& problem, const Fit& fit);
+
+/// Whether one of them deserves its own parameter: above four standard errors and above the smallest significant trim.
+bool are_distinct(const AxisProblem& problem, const std::vector<FlightTrim>& trims);
+
+/// Whether the trims that remain after subtraction justify another iteration: above half a standard error.
+bool moved(const AxisProblem& problem, const std::vector<FlightTrim>& more);
+
+/// The trims in one sentence for the report.
+std::string describe(const std::vector<FlightTrim>& trims);
+
+}  // namespace m100::lab::identify

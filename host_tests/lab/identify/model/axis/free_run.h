@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "firmware/model/stick_axis.h"
+#include "host_tests/lab/identify/model/axis/axis_blocks.h"
+#include "host_tests/lab/identify/model/whitening.h"
+
+namespace m100::lab::identify {
+
+/// One stick axis simulated without restarts, from gap to gap, and compared with the log in means over 50 ms, or over a
+/// row of the log if that is longer: between two rows nothing was measured, and the mean of an interpolated line is no
+/// independent evidence. It shows effects that blocks of 2.5 s hide: clocks that disagree by a hundredth of a second,
+/// and a vehicle that changes.
+class FreeRun {
+ public:
+  static constexpr double kMinMean_s = 0.05;
+  static constexpr double kSettle_s = 1.0;  ///< a free run forgets its start within this time
+
+  /// Ranges may overlap or touch: they are joined. The data must outlive the run.
+  FreeRun(const AxisData& data, const std::vector<Range>& ranges);
+
+  const AxisData& data() const { return data_; }
+  std::size_t size() const { return time_s_.size(); }  ///< rows, one for each mean
+  const std::vector<double>& time_s() const { return time_s_; }
+  const std::vector<Segment>& segments() const { return segments_; }
+  /// Sets the weights of the innovations. @param weights  one for each row; empty: equal weights
+  void set_weights(Rows weights) { weights_ = std::move(weights); }
+  const Rows& weights() const { return weights_; }
+  /// Replaces rows by their weighed innovations under an autoregression.
+  void whiten_rows(const Ar& filter, Eigen::Ref<Rows> values) const;
+  /// n ln(mean square of the weighed innovations of an error under its own autoregression).
+  double score(const Rows& error) const;
+  std::size_t mean() const { return mean_; }  ///< samples in a row
+  double mean_s() const { return static_cast<double>(mean_) * data_.period_s; }
+  double seconds() const { return static_cast<double>(size()) * mean_s(); }
+
+  /// Simulated minus measured. A transport delay below zero takes the stick from the future.
+  Rows error(const model::StickAxis& axis) const { return error(axis, axis, 1e300); }
+  /// The same for a vehicle that changes from `before` to `after` at `switch_s`.
+  Rows error(const model::StickAxis& before, const model::StickAxis& after, double switch_s) const;
+
+ private:
+  struct Run {
+    std::size_t past;   ///< first sample whose input is used
+    std::size_t begin;  ///< first sample, which gives the measured initial state
+    std::size_t end;
+    double value;
+    double rate_per_s;
+  };
+  bool switches(const Run& run, double switch_s) const { return data_.time_s(run.end) > switch_s; }
+  void command(const model::StickAxis& axis, const Run& run, std::vector<double>& out) const;
+  /// Writes into command_: changes at the stick act before the delay.
+  void command_with_switch(const model::StickAxis& before, const model::StickAxis& after, double switch_s,
+                           const Run& run) const;
+
+  const AxisData& data_;
+  std::size_t mean_;    ///< samples in a mean
+  std::size_t settle_;  ///< samples
+  std::vector<Run> runs_;
+  std::vector<double> time_s_;
+  std::vector<Segment> segments_;
+  Rows weights_;
+  mutable std::vector<double> command_, command_after_;  // scratch
+};
+
+/// One free parameter of a whitened fit.
+struct FreeParameter {
+  std::string name;
+  double model::StickAxis::*member = nullptr;
+  double step = 0.0;  ///< of the derivative, in the member's unit
+  double low = 0.0;
+  double high = 0.0;
+};
+
+/// Maximum-likelihood fit over free runs: the residual is white after an autoregression of order 4.
+struct WhitenedFit {
+  model::StickAxis before;
+  model::StickAxis after;
+  double offset = 0.0;         ///< of the simulated response
+  double score = 0.0;          ///< n ln(mean square of the innovations)
+  std::vector<double> values;  ///< of the knobs, then of the change if there is one
+  std::vector<double> sigmas;  ///< their standard errors
+};
+
+/// A change of the axis: `knob` jumps by a free amount at `at_s`.
+struct ParameterJump {
+  FreeParameter free_parameter;
+  double at_s = 0.0;
+  double size = 0.0;  ///< to start from
+};
+
+/// Gauss-Newton from `start`; the knobs and a constant offset of the response are free. Cost: some ten iterations, each
+/// with one simulation per knob.
+WhitenedFit fit_whitened(const FreeRun& run, const model::StickAxis& start,
+                         std::span<const FreeParameter> free_parameters, const ParameterJump* change = nullptr);
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "host_tests/lab/identify/model/translation/translation_regression.h"
+#include "host_tests/lab/identify/residual_tests/periodic_force.h"
+
+namespace m100::lab::identify::translation {
+
+/// Measured acceleration in the rows of `part`.
+Vector measured_rows(const TranslationBlocks& part);
+
+struct Solution {
+  Vector linear;
+  double sum_of_squares = 0.0;
+  std::vector<double> winds;  ///< of the flights, x and y in turn, where they are fitted, too (flight_winds.h)
+};
+
+/// Weighted least squares for given searched parameters. `measured` has part.rows values; `weights` one for each block.
+Solution solve(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
+               const SearchPoint& searched, std::span<const int> weights);
+
+/// Minimises the error of the linear solution over the searched parameters, one coordinate after the other with
+/// shrinking steps, because they are few and nearly independent of each other.
+class CoordinateSearch {
+ public:
+  /// All arguments must outlive the search; their shapes are those of solve().
+  CoordinateSearch(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
+                   std::span<const int> weights)
+      : part_(part), measured_(measured), structure_(structure), weights_(weights), used_(searched_in(structure)) {}
+
+  double cost(const SearchPoint& at) const { return solve(part_, measured_, structure_, at, weights_).sum_of_squares; }
+  /// Improves `at`, starting with the given step size of every parameter; unused slots are not changed.
+  void refine(SearchPoint& at, double model::SearchedParameter::*step, int rounds) const;
+  bool has_parameters() const;
+
+ private:
+  /// Steps to one side, or otherwise to the other, if this costs less than the best so far. @returns whether it does.
+  bool step_along(std::size_t slot, double step, SearchPoint& at, double& best) const;
+
+  const TranslationBlocks& part_;
+  const Vector& measured_;
+  const Structure& structure_;
+  std::span<const int> weights_;
+  std::array<bool, kSearched> used_;
+};
+
+/// Measured minus predicted, in the rows of `part`, which may be of another log than the fit.
+Vector residual_of(const TranslationBlocks& part, const Vector& measured, const Fit& fit);
+
+/// Residual of one axis with its times, for the line search. Blocks of weight 0 are left out; no weights: all count.
+TimeSeries axis_series(const TranslationBlocks& part, const Vector& residual, std::size_t axis,
+                       std::span<const int> weights);
+
+/// Frequency of the strongest line in the horizontal axes of a residual.
+double strongest_peak_hz(const TranslationBlocks& part, const Vector& residual, std::span<const int> weights);
+
+}  // namespace m100::lab::identify::translation

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/identify/model/model_family.h"
+#include "host_tests/lab/identify/model/translation/translation_data_set.h"
+#include "host_tests/lab/identify/model/translation/translation_regression.h"
+#include "host_tests/lab/identify/output/result.h"
+
+namespace m100::lab::identify::translation {
+
+/// Winds of flights as constant accelerations in the world: one column (x, y) [m/s^2] for each flight.
+using Winds = Eigen::Matrix<double, 2, Eigen::Dynamic>;
+
+/// The wind of each flight of a part, where each flight has its own wind: the constant acceleration that the wind gives
+/// to the vehicle at rest. The flights share the rest of the model.
+///
+/// There are two kinds. *Of several logs* (TranslationData::winds_per_flight): least squares over the blocks of each
+/// flight, as deviations from the mean of all flights, which stays the steady_wind of the model. *From the first
+/// seconds* (TranslationBlocks::head): least squares over the head of each flight, in which no error is counted. This
+/// is the whole wind, so the model has none.
+///
+/// Both enter linearly. Subtracting them from the target and from every column of a regression equals a joint fit,
+/// exactly and without a search.
+class FlightWinds {
+ public:
+  /// The part must outlive it. Cost: that of two columns, where it is active.
+  explicit FlightWinds(const TranslationBlocks& part);
+
+  bool active() const { return own_ || head_; }
+  /// The winds in values of the part's rows. @param head  the same in the rows of the part's head, where there is one.
+  /// @param weights  one for each block; empty: all count once. A flight without a block gets the mean.
+  Winds of(const Vector& rows, const Vector& head, std::span<const int> weights) const;
+  /// Subtracts winds from rows.
+  void take(const Winds& winds, Vector& rows) const;
+  /// Applies of() and take() to each column of a regression and to its target.
+  void take_from(Matrix& columns, const Matrix& head_columns, Vector& target, const Vector& head_target,
+                 std::span<const int> weights) const;
+
+ private:
+  const TranslationBlocks& part_;
+  bool own_;   ///< of several logs
+  bool head_;  ///< from the first seconds
+  Matrix columns_;
+  Matrix head_columns_;
+};
+
+/// The winds of a fit, flight by flight, which follow the linear parameters. Empty: it has none.
+Winds winds_in(const Fit& fit);
+
+/// Deviation of a flight's wind from the mean of all flights, with its standard error over blocks [m/s^2].
+struct FlightWind {
+  std::array<double, 2> accel_m_s2{};
+  std::array<double, 2> sigma_m_s2{};
+  bool known = false;  ///< the flight has at least two blocks
+};
+/// Estimates the winds from the residual of a fit, in a part of several logs with or without fitted winds.
+std::vector<FlightWind> flight_winds(const TranslationDataSet& part, const Fit& fit);
+/// Whether any wind deserves its own parameter: above the smallest steady_wind and above four standard errors.
+bool are_distinct(const std::vector<FlightWind>& winds);
+/// The winds in one sentence for the report.
+std::string describe(const std::vector<FlightWind>& winds);
+
+/// Number (from 1) of the first flight whose head has no usable block although the flight has blocks; 0: none.
+/// Precondition: the part has a head.
+std::size_t flight_without_head(const TranslationBlocks& part);
+
+/// The wind at the start of each flight of a part, in one sentence. Precondition: the part has a head.
+std::string describe_head_winds(const TranslationDataSet& part, const Fit& fit, double head_s);
+
+}  // namespace m100::lab::identify::translation

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/output/report.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firmware/model/axis_effects.h"
+#include "firmware/model/translation.h"
+#include "host_tests/lab/identify/output/report_figures.h"
+#include "host_tests/lab/plot/svg.h"
+
+namespace m100::lab::identify {
+namespace {
+
+using plot::number;
+
+std::string unit_of(const std::string& axis) {
+  if (axis == "translation") {
+    return "m/s²";
+  }
+  return axis == "climb" ? "m/s" : (axis == "yaw_rate" ? "rad/s" : "rad");
+}
+
+std::string joined(const std::vector<std::string>& words, const std::string& between) {
+  std::string all;
+  for (const std::string& word : words) {
+    all += (all.empty() ? "" : between) + word;
+  }
+  return all;
+}
+
+/// One sentence for pilots: the meaning of the effect for the controller; empty where there is none.
+std::string meaning_of(const std::string& effect) {
+  if (const model::AxisEffect* row = model::axis_effect(effect)) {
+    return std::string(row->sentence);
+  }
+  const model::TranslationEffect* row = model::translation_effect(effect);
+  return row == nullptr ? "" : std::string(row->sentence);
+}
+
+/// The part of the controller that handles the effect in flight.
+std::string in_flight(const std::string& effect) {
+  if (const model::AxisEffect* row = model::axis_effect(effect)) {
+    return std::string(words(row->in_flight));
+  }
+  const model::TranslationEffect* row = model::translation_effect(effect);
+  return row == nullptr ? "" : std::string(words(row->in_flight));
+}
+
+/// The stretches of validation samples, for the shading.
+std::vector<plot::Span> validation_spans(const Figures& figures) {
+  std::vector<plot::Span> spans;
+  for (std::size_t i = 0; i < figures.t_s.size() && i < figures.validation.size(); ++i) {
+    if (figures.validation[i] == 0) {
+      continue;
+    }
+    const bool starts =
+        spans.empty() || figures.validation[i - 1] == 0 || std::abs(figures.t_s[i] - spans.back().to) > 0.5;
+    if (starts) {
+      spans.push_back({.from = figures.t_s[i], .to = figures.t_s[i], .label = "validation"});
+    }
+    spans.back().to = figures.t_s[i];
+  }
+  return spans;
+}
+
+/// Breaks curves where the log has gaps between its ranges.
+std::vector<double> with_gaps(const std::vector<double>& t_s, std::vector<double> values) {
+  for (std::size_t i = 1; i < values.size() && i < t_s.size(); ++i) {
+    if (t_s[i] - t_s[i - 1] > 0.1) {
+      values[i] = std::nan("");
+    }
+  }
+  return values;
+}
+
+/// The verdict in a coloured line.
+void verdict_line(plot::Page& page, const IdentifyResult& r) {
+  std::vector<std::string> found;
+  for (const EffectResult& effect : r.effects) {
+    found.push_back(effect.name);
+  }
+  for (const Change& change : r.changes) {
+    found.push_back("a change of " + change.name);
+  }
+  if (r.verdict == "nothing_missing") {
+    page.verdict("Nothing is missing: these data show no effect that the declared model lacks.", "good");
+  } else if (r.verdict == "explained") {
+    page.verdict("Explained by: " + joined(found, ", ") + ".", "good");
+  } else {
+    page.verdict("Unexplained: " + (r.unexplained.empty() ? std::string("the residual") : joined(r.unexplained, "; ")) +
+                     (found.empty() ? "." : ". Effects found: " + joined(found, ", ") + "."),
+                 "bad");
+  }
+}
+
+/// Errors of the declared model and of the final one, and the change between them.
+void errors_table(plot::Page& page, const IdentifyResult& r) {
+  const std::string unit = unit_of(r.axis);
+  const double gain =
+      r.declared.validation_rmse > 0 ? 100.0 * (1.0 - r.final_model.validation_rmse / r.declared.validation_rmse) : 0;
+  page.table(
+      {{"", "structure", "error, training [" + unit + "]", "error, validation [" + unit + "]", "fit [%]"},
+       {"declared (before)", joined(r.declared.structure, " + "), number(r.declared.train_rmse),
+        number(r.declared.validation_rmse), number(r.declared.fit_percent)},
+       {"with the effects found (after)", joined(r.final_model.structure, " + "), number(r.final_model.train_rmse),
+        number(r.final_model.validation_rmse), number(r.final_model.fit_percent)}});
+  page.paragraph("The validation error changes by " + number(-gain) + " %. For the final model it is " +
+                 number(r.validation_over_training) + " times the training error." +
+                 (r.noise_floor > 0 ? " Noise floor: " + number(r.noise_floor) + " " + unit + "." : ""));
+}
+
+std::string interval_text(const Interval& interval) {
+  return number(interval.value) + " [" + number(interval.low) + ", " + number(interval.high) + "]";
+}
+
+/// The findings in sentences for pilots.
+std::vector<std::string> sentences(const IdentifyResult& r) {
+  std::vector<std::string> out;
+  for (const EffectResult& effect : r.effects) {
+    if (const std::string meaning = meaning_of(effect.name); !meaning.empty()) {
+      out.push_back(effect.name + ": " + meaning);
+    }
+  }
+  for (const std::vector<std::string>& group : r.not_separable) {
+    out.push_back("These data cannot tell apart: " + joined(group, " and ") + ".");
+  }
+  for (const Change& change : r.changes) {
+    out.push_back(change.name + " changed in mid-flight, at " + number(change.at_s) + " s (between " +
+                  number(change.low_s) + " and " + number(change.high_s) + " s).");
+  }
+  for (const Refitted& one : r.refitted) {
+    if (one.matters) {
+      out.push_back(one.parameter + ": believed " + number(one.believed) + ", found " + interval_text(one.found) + ".");
+    }
+  }
+  for (const Finding& finding : r.findings) {
+    out.push_back((finding.what == "note" ? "" : finding.what + ": ") + finding.text);
+  }
+  return out;
+}
+
+void summary(plot::Page& page, const IdentifyResult& r, const ReportOrigin& origin) {
+  page.paragraph("Log " + origin.log + (origin.simulated ? " (simulated)" : "") + ", trained on " + origin.train +
+                 ", validated on " + origin.validation +
+                 ", which no fit has seen. All errors are simulation errors over blocks of 2.5 s; each block starts "
+                 "from the measured state.");
+  verdict_line(page, r);
+  errors_table(page, r);
+  const std::vector<std::string> means = sentences(r);
+  if (!means.empty()) {
+    page.heading("What it means for the flight");
+    page.list(means);
+  }
+}
+
+void effect_table(plot::Page& page, const IdentifyResult& r) {
+  if (r.effects.empty()) {
+    return;
+  }
+  page.heading("Effects in the order in which they were accepted");
+  std::vector<std::vector<std::string>> rows{{"effect", "parameters [95 %]", "validation after", "cross-validated gain",
+                                              "ΔBIC", "rivals within 5 %", "in flight"}};
+  for (const EffectResult& effect : r.effects) {
+    std::vector<std::string> parameters;
+    for (const NamedInterval& p : effect.parameters) {
+      parameters.push_back(p.name + " " + interval_text(p.interval));
+    }
+    std::vector<std::string> rivals;
+    for (const Rival& rival : effect.rivals) {
+      rivals.push_back(rival.name);
+    }
+    rows.push_back({effect.name + (effect.shape.empty() ? "" : " (" + effect.shape + ")"), joined(parameters, "; "),
+                    number(effect.validation_rmse_after), number(100 * effect.cv_gain) + " %", number(effect.delta_bic),
+                    rivals.empty() ? "none" : joined(rivals, ", "), in_flight(effect.name)});
+  }
+  page.table(rows);
+}
+
+void time_figures(plot::Page& page, const IdentifyResult& r) {
+  const std::string unit = unit_of(r.axis);
+  const Figures& f = r.figures;
+  for (const std::string suffix : {"", "_x", "_y", "_z"}) {
+    const Series* measured = series_named(r, "measured" + suffix);
+    if (measured == nullptr || f.t_s.empty()) {
+      continue;
+    }
+    const std::string what = r.axis + (suffix.empty() ? "" : " " + suffix.substr(1));
+    plot::Figure against{.title = "Measured " + what + " against both models",
+                         .x_label = "time [s]",
+                         .y_label = what + " [" + unit + "]",
+                         .spans = validation_spans(f)};
+    plot::Figure left{.title = "Residual: measured minus model",
+                      .x_label = "time [s]",
+                      .y_label = "residual [" + unit + "]",
+                      .spans = validation_spans(f)};
+    const auto add = [&](plot::Figure& figure, const std::string& key, const std::string& label, const char* color) {
+      if (const Series* series = series_named(r, key + suffix); series != nullptr) {
+        figure.lines.push_back({.name = label, .x = f.t_s, .y = with_gaps(f.t_s, series->values), .color = color});
+      }
+    };
+    add(against, "measured", "measured", plot::kBlack);
+    add(against, "declared", "declared model", plot::kOrange);
+    add(against, "final", "with the effects found", plot::kBlue);
+    page.figure(plot::svg(against), "Each model restarts from the measured state every 2.5 s.");
+    add(left, "declared_residual", "declared model", plot::kOrange);
+    add(left, "final_residual", "with the effects found", plot::kBlue);
+    if (!left.lines.empty()) {
+      page.figure(plot::svg(left), "The part of the measurement that each model does not explain.");
+    }
+  }
+}
+
+void autocorrelations(plot::Page& page, const IdentifyResult& r) {
+  const Figures& f = r.figures;
+  if (!f.lag_s.empty()) {
+    const double white = 1.96 / std::sqrt(std::max(1.0, static_cast<double>(f.t_s.size())));
+    page.figure(
+        plot::svg(plot::Figure{
+            .title = "Autocorrelation of the residual",
+            .x_label = "lag [s]",
+            .y_label = "correlation",
+            .lines =
+                {{.name = "declared model", .x = f.lag_s, .y = f.declared_autocorrelation, .color = plot::kOrange},
+                 {.name = "with the effects found", .x = f.lag_s, .y = f.final_autocorrelation, .color = plot::kBlue}},
+            .levels = {{white, "95 % of white noise"}, {-white, ""}, {0.0, ""}},
+            .height = 230}),
+        "White noise would stay inside the band from the first lag; air and autopilot make the residual coloured.");
+  }
+}
+
+void candidates_figure(plot::Page& page, const IdentifyResult& r) {
+  if (r.candidates.empty()) {
+    return;
+  }
+  plot::BarChart chart{.title = "Candidates of the first round: cross-validated reduction of the error",
+                       .x_label = "gain [% of mean square]",
+                       .bars = {}};
+  for (const CandidateRow& row : r.candidates) {
+    if (row.round == 0) {
+      chart.bars.push_back({.label = row.name,
+                            .value = 100 * std::max(row.cv_gain, -0.2),
+                            .note = number(100 * row.cv_gain) + " %" + (row.winner ? "  taken" : ""),
+                            .color = row.winner ? plot::kGreen : (row.accepted ? plot::kBlue : plot::kGrey)});
+    }
+  }
+  std::stable_sort(chart.bars.begin(), chart.bars.end(),
+                   [](const auto& a, const auto& b) { return a.value > b.value; });
+  page.figure(plot::svg(chart), "Green: accepted; blue: passes every test but is not the best; grey: fails a test.");
+}
+
+void intervals_figure(plot::Page& page, const IdentifyResult& r) {
+  if (r.final_intervals.empty()) {
+    return;
+  }
+  plot::IntervalChart chart{.title = "Parameters of the final model, 95 %, block jackknife", .rows = {}};
+  for (const NamedInterval& p : r.final_intervals) {
+    chart.rows.push_back({.label = p.name, .value = p.interval.value, .low = p.interval.low, .high = p.interval.high});
+  }
+  page.figure(plot::svg(chart),
+              "Dot: estimate; bar: interval in per cent of the estimate. A long bar is an uncertain number; a bar that "
+              "reaches the edge continues beyond it.");
+}
+
+void horizon_figure(plot::Page& page, const IdentifyResult& r) {
+  if (r.final_model.horizon_rmse.empty()) {
+    return;
+  }
+  plot::Figure figure{.title = "Prediction error by horizon (validation)",
+                      .x_label = "horizon [s]",
+                      .y_label = "error [" + unit_of(r.axis) + "]",
+                      .height = 230};
+  const auto add = [&](const ModelResult& model, const char* name, const char* color) {
+    plot::Curve line{.name = name, .x = {}, .y = {}, .color = color, .width = 2.2};
+    for (const auto& [horizon, rmse] : model.horizon_rmse) {
+      line.x.push_back(horizon);
+      line.y.push_back(rmse);
+    }
+    figure.lines.push_back(line);
+  };
+  add(r.declared, "declared model", plot::kOrange);
+  add(r.final_model, "with the effects found", plot::kBlue);
+  figure.levels.emplace_back(0.0, "");
+  page.figure(plot::svg(figure), "Root mean square prediction error at each time after the start of the prediction.");
+}
+
+}  // namespace
+
+plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin) {
+  plot::Page page("Identification: " + result.axis);
+  summary(page, result, origin);
+  effect_table(page, result);
+  page.heading("Figures");
+  time_figures(page, result);
+  autocorrelations(page, result);
+  specialist_figures(page, result);
+  candidates_figure(page, result);
+  intervals_figure(page, result);
+  horizon_figure(page, result);
+  return page;
+}
+
+std::string write_report(const IdentifyResult& result, const ReportOrigin& origin, const std::string& directory) {
+  std::string path = directory + "/" + result.axis + ".html";
+  report_page(result, origin).write(path);
+  return path;
+}
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "host_tests/lab/identify/output/result.h"
+#include "host_tests/lab/plot/html.h"
+
+namespace m100::lab::identify {
+
+/// Origin of the numbers, for the head of the report.
+struct ReportOrigin {
+  std::string log;         ///< file name of the log
+  std::string train;       ///< e.g. "12 to 38 s"
+  std::string validation;  ///< e.g. "38 to 55.5 s"
+  bool simulated = false;  ///< the log was made by a simulator
+};
+
+/// The page of one axis: first the declared and the final model, the errors before and after and their meaning for the
+/// flight; then the figures (measured against both models, residual and its autocorrelation, candidates, intervals,
+/// horizons).
+plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin);
+
+/// Writes DIR/<axis>.html. @returns its path. Errors: InputError.
+std::string write_report(const IdentifyResult& result, const ReportOrigin& origin, const std::string& directory);
+
+}  // namespace m100::lab::identify

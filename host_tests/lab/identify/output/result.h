@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace m100::lab::identify {
+
+// The result of `m100-lab identify`, the same for the stick axes and for translation: one field for each key of its
+// JSON, plus the series that the report draws. Units: rad (roll, pitch), rad/s (yaw_rate), m/s (climb), m/s^2
+// (translation).
+
+/// A number and its 95 % block-jackknife interval.
+struct Interval {
+  double value = 0.0;
+  double low = 0.0;
+  double high = 0.0;
+};
+
+struct NamedInterval {
+  std::string name;  ///< with its unit, e.g. "width_counts"
+  Interval interval;
+};
+
+struct NamedValue {
+  std::string name;
+  double value = 0.0;
+};
+
+/// One structure fitted to the training part. Root mean squares are of the simulation error over 2.5 s blocks.
+struct ModelResult {
+  std::vector<std::string> structure;  ///< base model first, then effects
+  std::vector<NamedValue> parameters;
+  std::string dead_zone_shape;  ///< "continuous" or "jump" where the structure has a dead zone, declared or found
+  double train_rmse = 0.0;
+  double validation_rmse = 0.0;
+  double fit_percent = 0.0;                             ///< on the validation part
+  std::vector<std::pair<double, double>> horizon_rmse;  ///< horizon [s], root mean square prediction error there
+};
+
+struct Rival {
+  std::string name;
+  double validation_rmse = 0.0;
+  double cv_ratio = 1.0;  ///< its cross-validated error over the winner's
+};
+
+/// One accepted effect. Its numbers are those found when it was added to the effects before it.
+struct EffectResult {
+  std::string name;
+  std::vector<NamedInterval> parameters;
+  std::string shape;  ///< dead_zone: "continuous" or "jump"; empty elsewhere
+  double validation_rmse_after = 0.0;
+  double cv_gain = 0.0;    ///< fraction of the cross-validated mean square it removes
+  double delta_bic = 0.0;  ///< criterion without it minus criterion with it, effective sample size
+  double paired_t = 0.0;   ///< over blocks
+  std::vector<Rival> rivals;
+};
+
+/// One line of the candidate table, which lists every edit that was tried, accepted or not.
+struct CandidateRow {
+  int round = 0;  ///< 0: first addition
+  std::string name;
+  double cv_gain = 0.0;
+  double delta_bic = 0.0;
+  double delta_white = 0.0;  ///< the criterion on whitened residuals
+  double paired_t = 0.0;
+  bool is_significant = false;
+  bool accepted = false;
+  bool winner = false;
+};
+
+struct Alignment {
+  double stick_shift_samples = 0.0;  ///< by how many samples the stick must be delayed to match the response
+  std::string evidence = "none";     ///< "sequence", "correlation" or "none"
+};
+
+/// A finding about the log, the fit or the flight. `what` is one of the contract's names:
+/// sign_reversed, swapped_axes, wrong_unit, frozen, outliers, clock_shift, on_ground, gap, position_force, note.
+struct Finding {
+  std::string what = "note";
+  std::string signal{};  ///< empty: no single signal
+  double from_s = 0.0;
+  double to_s = 0.0;   ///< equal to from_s: no time range
+  std::string text{};  ///< a sentence
+  bool certain = true;
+};
+inline Finding note(std::string text) { return {.text = std::move(text)}; }
+
+/// A property of the vehicle that changes within the log.
+struct Change {
+  double at_s = 0.0;
+  double low_s = 0.0;  ///< 95 % interval of the date
+  double high_s = 0.0;
+  std::string name;  ///< of an effect, or gain, frequency, damping, mass
+  std::vector<NamedValue> parameters;
+  std::vector<std::string> rivals;  ///< names that fit as well; empty: the name is certain
+  double likelihood_ratio = 0.0;
+};
+
+/// A parameter of the believed model, and the value that the fit found.
+struct Refitted {
+  std::string parameter;
+  double believed = 0.0;
+  Interval found;
+  bool matters = false;  ///< the believed value lies outside the interval and makes the prediction worse
+};
+
+/// A series for a figure: one value per sample time; NaN where there is none.
+struct Series {
+  std::string name;  ///< e.g. "measured", "declared", "final", "declared_residual", "final_residual"
+  std::vector<double> values;
+};
+
+struct Figures {
+  std::vector<double> t_s;       ///< of all series below: the training and validation ranges
+  std::vector<char> validation;  ///< 1 where t_s lies in the validation part
+  double sample_period_s = 0.0;  ///< of t_s inside of a range
+  std::vector<Series> series;    ///< translation: "measured_x", "measured_y", ... one set per axis
+  std::vector<double> lag_s;     ///< of the autocorrelations
+  std::vector<double> declared_autocorrelation;
+  std::vector<double> final_autocorrelation;
+};
+
+struct IdentifyResult {
+  std::string axis;
+  ModelResult declared;
+  std::vector<EffectResult> effects;
+  ModelResult final_model;  ///< JSON key "final"
+  std::vector<NamedInterval> final_intervals;
+  double noise_floor = 0.0;
+  Alignment alignment;
+  std::vector<std::vector<std::string>> not_separable;
+  std::vector<std::string> unexplained;
+  std::string verdict;  ///< "nothing_missing", "explained" or "unexplained"
+  std::vector<Finding> findings;
+  std::vector<Change> changes;            ///< not repeated among the effects
+  std::vector<Refitted> refitted;         ///< filled only where a believed vehicle file was given
+  double validation_over_training = 0.0;  ///< ratio of the root mean squares of the final model
+  std::vector<CandidateRow> candidates;
+  Figures figures;
+  double elapsed_s = 0.0;
+};
+
+}  // namespace m100::lab::identify

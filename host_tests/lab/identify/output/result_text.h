@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "host_tests/lab/identify/output/result.h"
+
+namespace m100::lab::identify {
+
+/// The result with the keys of `m100-lab identify --json`; series for figures are left out.
+nlohmann::ordered_json to_json(const IdentifyResult& result);
+
+/// The result as text for a terminal: declared and final model, errors before and after, findings, residual.
+std::string to_text(const IdentifyResult& result);
+/// The value of the key "refitted": believed and found parameters of one channel.
+nlohmann::ordered_json to_json(const std::vector<Refitted>& refitted);
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "host_tests/lab/identify/model/axis/axis_family.h"
+#include "host_tests/lab/identify/model/axis/free_run.h"
+#include "host_tests/lab/identify/output/result.h"
+
+namespace m100::lab::identify {
+
+/// Everything that a structure has, to be fitted again to whitened free runs.
+std::vector<FreeParameter> free_parameters_of(const AxisFamily& family, const Fit& fit);
+
+/// Likelihood ratio from which on a change is named,
+inline constexpr double kCertainChange = 30.0;
+/// from which on it is no clean bill (24 left no false change in 480 healthy logs of another trial), and
+inline constexpr double kLikelyChange = 24.0;
+/// below which it is chance: the supremum over dates of five parameters exceeds it in one healthy log of a hundred.
+inline constexpr double kChanceChange = 16.0;
+
+/// What became another in mid-flight: gain, frequency, damping, transport_delay, dead_zone or trim_offset.
+struct ChangePoint {
+  bool found = false;
+  bool likely = false;  ///< not found, because it is less certain or smaller; all else is there, its date is the scan's
+  Change change;
+  double score = 0.0;            ///< of the model with the change, refitted (see WhitenedFit)
+  std::size_t numbers = 0;       ///< that were free beside the change
+  FreeParameter free_parameter;  ///< what changed
+  model::StickAxis before, after;
+};
+
+/// Scans the free run of a fit for a parameter that takes another value (change_scan.h), then refits every candidate at
+/// its own best date and compares them: the best is the name, and who is within 6 of it is its rival. A change must be
+/// likelier than none by 30 (the theory of such a supremum says 16 for one false change in a hundred logs; estimating
+/// the autoregression again at every date and refitting take the rest) and large enough to mean something. The ratio is
+/// counted in the variance of the noisier side of the date.
+/// Precondition: the fit is of `family`. Cost: one scan for each candidate, some 1000 simulations where one is found.
+ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit& fit);
+
+/// From which likelihood ratio on one name is preferred to another.
+inline constexpr double kNameMargin = 6.0;
+
+/// Score of the fit's structure refitted over the same rows with nothing that changes: for comparison with
+/// ChangePoint::score.
+double unchanged_score(const FreeRun& run, const AxisFamily& family, const Fit& fit);
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/identify/data/axis_signals.h"
+#include "host_tests/lab/identify/model/axis/axis_family.h"
+#include "host_tests/lab/identify/request.h"
+
+namespace m100::lab::identify {
+
+/// The signals after subtracting a trim from the stick of each flight; without trims they are unchanged.
+AxisSignals without_trims(AxisSignals signals, const std::vector<double>& trims);
+
+/// One log with its axis, its ranges and its blocks.
+struct AxisDataSet {
+  /// The log must outlive the part. @param asked  as for axis_signals
+  /// @param stick_earlier_s  by which the sticks are shifted first
+  /// @param trims  of each flight of a joined log, subtracted from its stick; empty: none
+  /// @throws InputError as axis_signals does.
+  AxisDataSet(const logs::FlightLog& flight_log, const std::string& axis, const std::vector<Range>& given,
+              const std::vector<Range>& requested, double stick_earlier_s = 0.0, const std::vector<double>& trims = {})
+      : log(flight_log),
+        signals(without_trims(axis_signals(flight_log, axis, requested, stick_earlier_s), trims)),
+        ranges(given),
+        blocks(signals.data, given) {}
+  AxisDataSet(const AxisDataSet&) = delete;
+  AxisDataSet& operator=(const AxisDataSet&) = delete;
+
+  const logs::FlightLog& log;
+  AxisSignals signals;
+  std::vector<Range> ranges;
+  AxisBlocks blocks;
+};
+
+/// Tests whether the residual of the final model, in free runs over both parts, is still predictable.
+/// Preconditions: both parts are of the request and have at least one block each.
+/// @returns sentences; empty: the residual is not predictable.
+std::vector<std::string> residual_findings(const Request& request, const AxisDataSet& training,
+                                           const AxisDataSet& validation, const model::StickAxis& model);
+
+/// Root mean square of the residual where the stick has rested for as long as the model remembers it: the error that
+/// air and autopilot cause.
+/// @param minimum_counts  a stick that moves by less than three of these rests
+/// @returns 0 where the stick hardly ever rested.
+double noise_floor_at_rest(const AxisDataSet& part, const model::StickAxis& model, double minimum_counts);
+
+/// Error of the response that the unknown stick between its rows may cause, for each sample of the ranges' blocks, one
+/// after the other: the larger difference to the responses to the two sticks of held_between_rows(). Zero where the
+/// stick is known.
+std::vector<double> intersample_error(const AxisData& data, const std::vector<Range>& ranges,
+                                      const model::StickAxis& model, double block_s = AxisBlocks::kBlock_s);
+
+/// An extreme reading of the stick between its rows: held at its last row, or already at its next row.
+AxisData hold_between_rows(AxisData data, bool next);
+/// Whether the stick was logged in rows further apart than samples.
+inline bool is_stick_undersampled(const AxisData& data) { return data.stick_row_s > 1.5 * data.period_s; }
+
+}  // namespace m100::lab::identify

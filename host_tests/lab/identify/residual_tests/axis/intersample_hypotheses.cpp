@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/residual_tests/axis/intersample_hypotheses.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "firmware/sysid/axis_dynamics.h"
+#include "host_tests/lab/identify/model/whitening.h"
+#include "host_tests/lab/identify/residual_tests/axis/axis_change_point.h"
+#include "host_tests/lab/identify/residual_tests/axis/axis_residual.h"
+
+namespace m100::lab::identify {
+
+IntersampleHypotheses intersample_hypotheses(const AxisData& data, const std::vector<Range>& ranges) {
+  IntersampleHypotheses out;
+  if (is_stick_undersampled(data)) {
+    out.held = {hold_between_rows(data, false), hold_between_rows(data, true)};
+  }
+  out.runs.emplace_back(data, ranges);
+  for (const AxisData& hypothesis : out.held) {
+    out.runs.emplace_back(hypothesis, ranges);
+  }
+  return out;
+}
+
+namespace {
+
+/// Means over `mean` samples of the response to one count for one sample, whitened: the effect on the innovations of a
+/// stick that moved earlier or later than logged.
+std::vector<double> step_time_innovations(const AxisData& data, std::size_t mean, const model::StickAxis& model,
+                                          const Ar& filter) {
+  constexpr double kLasts_s = 1.5;
+  const auto means = static_cast<std::size_t>(std::lround(kLasts_s / data.period_s)) / mean;
+  sysid::AxisDynamics<double> dynamics(model, data.period_s);
+  dynamics.start(0.0, 0.0);
+  const auto delay = static_cast<std::size_t>(std::lround(std::max(0.0, model.transport_delay_s) / data.period_s));
+  const double lead = model.lead_zero_s / data.period_s;
+  std::vector<double> out(means, 0.0);
+  for (std::size_t i = 0; i < means * mean; ++i) {
+    out[i / mean] += dynamics.value() / static_cast<double>(mean);
+    const double now = i == delay ? 1.0 + lead : i == delay + 1 ? -lead : 0.0;
+    dynamics.step(model.scale_per_count * now);
+  }
+  for (std::size_t k = means; k-- > 0;) {
+    for (std::size_t lag = 1; lag <= std::min<std::size_t>(k, kArOrder); ++lag) {
+      out[k] -= filter(static_cast<Eigen::Index>(lag) - 1) * out[k - lag];
+    }
+  }
+  return out;
+}
+
+/// Variance of each innovation if every step of the stick between two rows happened at one moment of the row, uniformly
+/// distributed: (step times row) squared over twelve.
+Rows step_time_variance(const FreeRun& run, const AxisData& data, const model::StickAxis& model, const Ar& filter) {
+  const auto row = static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s));
+  const std::size_t mean = run.mean();
+  std::vector<double> areas(data.stick.size() / mean + 1, 0.0);
+  for (std::size_t i = 0; i + row < data.stick.size(); i += row) {
+    const double area = (data.stick[i + row] - data.stick[i]) * static_cast<double>(row);
+    areas[(i + row / 2) / mean] += area * area / 12.0;
+  }
+  const std::vector<double> kernel = step_time_innovations(data, mean, model, filter);
+  Rows out = Rows::Zero(static_cast<Eigen::Index>(run.size()));
+  for (std::size_t k = 0; k < run.size(); ++k) {
+    const auto at = static_cast<std::size_t>(std::max(0.0, (run.time_s()[k] - data.start_s) / data.period_s)) / mean;
+    for (std::size_t lag = 0; lag < kernel.size() && lag <= at; ++lag) {
+      out(static_cast<Eigen::Index>(k)) += areas[at - lag] * kernel[lag] * kernel[lag];
+    }
+  }
+  return out;
+}
+
+/// The share of that variance beside the variance of the air, by maximum likelihood: a hand that moves smoothly leaves
+/// nothing uncertain although its rows are slow. The upper limit 3 is a step at either end of the row, which has three
+/// times the variance of a uniformly distributed step.
+double step_time_share(const Rows& white, const Rows& moments, double power) {
+  constexpr double kMax = 3.0;
+  constexpr int kSteps = 24;
+  double best = 0.0;
+  double minimum = std::numeric_limits<double>::infinity();
+  for (int step = 0; step <= kSteps; ++step) {
+    const double share = step == 0 ? 0.0 : kMax * std::pow(0.75, kSteps - step);
+    // The estimated power of the air falls as the share rises: a few fixed-point iterations.
+    double air = power;
+    for (int round = 0; round < 4; ++round) {
+      air = (white.array().square() / (1.0 + share * moments.array() / air)).mean();
+    }
+    const double cost =
+        (white.array().square() / (air + share * moments.array()) + (air + share * moments.array()).log()).sum();
+    best = cost < minimum ? share / air : best;
+    minimum = std::min(minimum, cost);
+  }
+  return best;
+}
+
+}  // namespace
+
+std::vector<FreeParameter> free_parameters_within_row(const AxisFamily& family, const Fit& fit) {
+  std::vector<FreeParameter> out = free_parameters_of(family, fit);
+  for (FreeParameter& free_parameter : out) {
+    if (free_parameter.member == &model::StickAxis::transport_delay_s) {
+      free_parameter.low = std::min(free_parameter.low, -std::max(family.period_s(), family.stick_row_s()));
+    }
+  }
+  return out;
+}
+
+void weight_by_input_uncertainty(std::span<FreeRun> hypotheses, const AxisData& data, const model::StickAxis& model) {
+  if (!is_stick_undersampled(data)) {
+    return;
+  }
+  const Rows error = hypotheses.front().error(model);
+  const std::vector<Segment>& segments = hypotheses.front().segments();
+  const Ar filter = autoregression(error, segments);
+  Rows white = error;
+  whiten(filter, segments, white);
+  const double power = white.squaredNorm() / std::max(1.0, whitened_rows(segments));
+  if (!(power > 0.0)) {
+    return;
+  }
+  const Rows moments = step_time_variance(hypotheses.front(), data, model, filter);
+  const Rows weights = (1.0 + step_time_share(white, moments, power) * moments.array()).rsqrt();
+  for (FreeRun& hypothesis : hypotheses) {
+    hypothesis.set_weights(weights);
+  }
+}
+
+double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
+                                 const Fit& fit, const std::string& effect) {
+  double minimum = std::numeric_limits<double>::infinity();
+  const Structure reduced = family.without(fit.structure, effect);
+  if (!is_stick_undersampled(data) || reduced == fit.structure) {
+    return minimum;
+  }
+  IntersampleHypotheses hypotheses = intersample_hypotheses(data, ranges);
+  weight_by_input_uncertainty(hypotheses.runs, data, family.model(fit));
+  const Fit plain = family.fit(reduced, std::vector<int>(family.block_count(), 1), &fit);
+  for (const FreeRun& run : hypotheses.runs) {
+    const WhitenedFit with = fit_whitened(run, family.model(fit), free_parameters_within_row(family, fit));
+    double without = std::numeric_limits<double>::infinity();
+    for (const Fit& start : {plain, family.with_parameters_of(plain, with.before)}) {
+      without =
+          std::min(without, fit_whitened(run, family.model(start), free_parameters_within_row(family, start)).score);
+    }
+    minimum = std::min(minimum, without - with.score);
+  }
+  return minimum;
+}
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/identify/model/axis/axis_family.h"
+#include "host_tests/lab/identify/model/axis/free_run.h"
+
+namespace m100::lab::identify {
+
+/// An effect that is certain but explains too little to be named.
+struct WeakEffect {
+  std::string name;
+  /// Twice the logarithm, minus the Schwarz penalty of its parameters and minus twice the logarithm of the number of
+  /// starting points tried.
+  double likelihood_ratio = 0.0;
+};
+
+/// Finds the likeliest effect that a model lacks, each fitted to whitened free runs together with all parameters of the
+/// model. The selection requires a better prediction of blocks, in which strong slow air hides effects that a
+/// likelihood ratio shows; such an effect forbids a clean bill. Each effect starts at several sizes, and is fitted
+/// where a step toward it promises a gain; where the model jumps at its dead zone's edge, also beside the zone without
+/// the jump. Cost: a simulation for each starting point, a few fits.
+/// @param readings  of the log: first as logged, then the other readings of the stick between slow rows. An effect is
+///   certain only if each of them confirms it; rows after a stick that moved count less. Precondition: at least one
+/// @param data  of the first reading
+/// @returns nothing where no effect is both certain and of significant size.
+std::optional<WeakEffect> weak_effect(std::vector<FreeRun> hypotheses, const AxisData& data, const AxisFamily& family,
+                                      const Fit& fit);
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "host_tests/lab/identify/model/whitening.h"
+
+namespace m100::lab::identify {
+
+// Finds the date at which a parameter takes another value. Shared by the stick axes and by translation.
+
+/// Residual of a model with its sensitivities, in rows of 50 ms. Several directions of motion follow one another, each
+/// with its own segments.
+struct ScanRows {
+  std::vector<double> time_s;  ///< of each row; ascending within a segment
+  std::vector<Segment> segments;
+  Rows residual;
+  Columns base;  ///< sensitivities of the model's own parameters: a residual that they explain is no change
+  Rows weights;  ///< of the innovations, one for each row; empty: equal weights
+};
+
+/// The best date of a change of one parameter (or of two together).
+struct ScanHit {
+  double at_s = 0.0;
+  double low_s = 0.0;  ///< likelihood interval of the date: within 7.35 of the best
+  double high_s = 0.0;
+  double likelihood_ratio = 0.0;
+  Rows size;  ///< of the change, one for each column, in the column's unit
+};
+
+/// Supremum over the middle 80 % of the time of LR(tau) = -N ln(1 - share of the whitened residual that
+/// columns 1[t > tau] explain beside the base columns). The autoregression is estimated from the residual with the
+/// change in it: without the change it would absorb a step entirely. Every row is scanned, because the profile is
+/// jagged.
+/// @param columns  residual rows x 1 or 2: sensitivity of the parameter over the whole log
+/// Preconditions: at least 40 rows; shapes agree. Cost: 48 whitenings of all columns and a pass over the rows for each.
+ScanHit scan_change(const ScanRows& rows, const Columns& columns);
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace m100::lab::identify {
+
+struct TimeSeries {
+  std::vector<double> time_s;
+  std::vector<double> values;
+};
+
+struct SpectralPeak {
+  double frequency_hz = 0.0;
+  double share = 0.0;  ///< of the variance of all series together
+};
+
+/// The strongest spectral line of several series with the same clock, between two and a half periods in the time span
+/// and 5 Hz, by least squares on a grid of a quarter of the resolution. Cost: samples times frequencies.
+SpectralPeak strongest_peak(const std::vector<TimeSeries>& series);
+
+/// Share of the variance about a straight line that a line at this frequency holds.
+double share_at(const TimeSeries& series, double frequency_hz);
+
+/// Input of judge_own_motion(). A periodic force may only be claimed where the vehicle itself does not move with that
+/// period, because on a periodic path every measured signal has that line.
+struct VehicleMotion {
+  double frequency_hz;
+  std::array<std::array<double, 2>, 2> force;  ///< cosine and sine amplitude on x and y [m/s^2]
+  std::array<TimeSeries, 2> residual;          ///< before the force is taken out
+  struct Channel {
+    std::string name;
+    int moved_by_axis;  ///< velocity: axis of the force that moves it, whose effect is subtracted first; -1: none
+    std::vector<double> values;
+  };
+  std::vector<Channel> channels;
+  std::vector<double> speed_m_s;  ///< empty: not logged
+};
+
+/// Decides whether the vehicle itself moves at the line.
+/// @returns empty if no channel has more than 15 % of its power at the line, or if hovering shows the force (the line,
+///   fitted while moving, predicts more than 30 % of the residual while hovering); otherwise a sentence with the
+///   channel and its share.
+std::string check_vehicle_motion(const VehicleMotion& motion);
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace m100::lab::identify {
+
+// Tests whether the residual after the selection is still predictable. Shared by the stick axes and by translation.
+
+/// Regressors of one source, e.g. the lags of a stick. Each column has one value per sample of the residual, or one per
+/// row of its thinning (residual_share.h).
+struct RegressorGroup {
+  std::string source;  ///< its name in reports: "stick_roll", "stick_roll * stick_pitch", "battery"
+  std::vector<std::vector<double>> columns;
+};
+
+struct ResidualInput {
+  double sample_period_s = 0.01;
+  double row_s = 0.0;                          ///< between the rows of the log file, where that is more
+  std::vector<std::vector<double>> residuals;  ///< one per direction of motion; the stick axes have one
+  std::vector<std::size_t> block_begin;        ///< first sample of each block, ascending, the first is 0; blocks are
+                                               ///< the units that cross-validation leaves out
+  std::vector<double> time_s;                  ///< of each sample on the clock of its flight; empty: all in one row
+  std::vector<std::size_t> flight;             ///< number of each sample's flight (own clock each); empty: one flight
+  std::vector<RegressorGroup> groups;          ///< may explain the residual
+  std::vector<RegressorGroup> activity;        ///< may explain its size
+  /// For each sample: error of the residual that the unknown input between two rows may cause, at least 0. It is
+  /// subtracted from the residual's size before the tests. Empty: the input is known.
+  std::vector<double> input_uncertainty;
+  double noise_floor = 0.0;  ///< declared root mean square; 0: not declared
+};
+
+struct ResidualOptions {
+  std::size_t shifts = 99;       ///< circular shifts of the residual; a share must exceed the best of them
+  double shift_factor = 1.5;     ///< times this factor
+  double shift_margin = 0.03;    ///< plus this share of the variance
+  double minimum_share = 0.12;   ///< least cross-validated share of the variance that counts
+  double periodic_share = 0.25;  ///< one spectral line with more than this share of the power is periodic
+  double periodic_peak = 20.0;   ///< and this many times its neighbourhood
+  double drift_share = 0.2;      ///< a straight line over time is a drift with more than this share of the power
+  double drift_t = 6.0;          ///< and more than this t, over means of blocks
+  double burst_sigma = 6.0;      ///< an excursion beyond this many robust sigmas is a burst
+  double burst_share = 0.25;     ///< bursts that hold more than this share of the power are reported
+  double floor_factor = 2.0;     ///< residual above this times the declared floor is a disturbance
+};
+
+struct ResidualFinding {
+  std::vector<std::string> unexplained;  ///< sentences; empty: the residual is not predictable
+  struct Share {
+    std::string source;
+    double predicted = 0.0;  ///< cross-validated share of the variance
+    double shifted = 0.0;    ///< the best that any group reached on any shifted residual
+  };
+  std::vector<Share> shares;  ///< all groups, largest first
+  double peak_hz = 0.0;       ///< strongest spectral line
+  double peak_share = 0.0;
+  double rms = 0.0;
+};
+
+/// Tests the residual by ridge regression on each group, cross-validated over blocks and compared with circular shifts
+/// of the residual; the same for its size; by its strongest spectral line; against the declared floor. Fewer than five
+/// blocks cannot be tested, and the finding says so.
+/// Preconditions: at least one residual, all of the same length; time_s and flight (unless empty) have that length; a
+/// column has that length or the number of thinned rows; block_begin is not empty. Cost: linear in samples, quadratic
+/// in the columns of a group.
+ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions& options);
+
+/// Appends the samples of another stretch to the groups of the same source and number of columns; an empty `into`
+/// becomes `more`. A group that is missing in one of the two is dropped, because its columns would be too short.
+/// Precondition: at least one group is common to all stretches.
+void merge(std::vector<RegressorGroup>& into, std::vector<RegressorGroup> more);
+
+/// Correlation of a series with itself `lag` samples earlier, about its mean or about zero. 0 for a series without
+/// power.
+double autocorrelation(const std::vector<double>& values, std::size_t lag, bool about_mean);
+
+/// Lags of a channel as columns: the value `lag` samples ago, for each lag.
+std::vector<std::vector<double>> lagged(const std::vector<double>& channel, const std::vector<std::size_t>& lags);
+
+}  // namespace m100::lab::identify

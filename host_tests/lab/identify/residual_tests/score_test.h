@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <span>
+
+#include "host_tests/lab/identify/model/axis/free_run.h"
+
+namespace m100::lab::identify {
+
+/// The residual of a whitened fit without the part that its own parameters could still explain. It estimates for many
+/// other models whether fitting them is worth the time.
+class ScoreTest {
+ public:
+  /// @param fit, knobs  a fit of the run and its free parameters. The run must outlive this object.
+  ScoreTest(const FreeRun& run, const WhitenedFit& fit, std::span<const FreeParameter> free_parameters);
+
+  /// Likelihood ratio of a step of free size toward another model, together with steps of all own parameters: the gain
+  /// of a fit that starts there, to first order.
+  /// @param error  of the other model, row by row of the run
+  double statistic(const Rows& error) const;
+
+ private:
+  Rows difference_to(const Rows& error) const;
+
+  const FreeRun& run_;
+  double offset_;
+  Rows error_;
+  Ar filter_;
+  Rows white_;   ///< innovations, without the part that the own parameters explain
+  Columns own_;  ///< orthonormal: steps of the own parameters and of the offset
+};
+
+}  // namespace m100::lab::identify

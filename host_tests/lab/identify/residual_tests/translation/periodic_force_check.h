@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "host_tests/lab/identify/model/model_family.h"
+#include "host_tests/lab/identify/model/translation/translation_regression.h"
+
+namespace m100::lab::identify::translation {
+
+/// Whether a spectral line in the residual may be named as a force with its own clock: the vehicle itself must not move
+/// with that period, and a line fitted to the first part of the training must predict the rest. A force with its own
+/// clock passes this; an oscillation that is excited again and again does not.
+/// Preconditions: the fit is of `family`, to all blocks of `training`, and has the effect; the effect has `own_clock`
+/// and two columns, cosine and sine, for each horizontal axis.
+bool is_periodic_force(const Family& family, const TranslationBlocks& training, const Fit& fit,
+                       const model::TranslationEffect& effect);
+
+}  // namespace m100::lab::identify::translation

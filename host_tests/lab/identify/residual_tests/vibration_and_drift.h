@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace m100::lab::identify {
+
+// Two patterns that a regression on causes does not show: a fast line (vibration) and a slow drift.
+
+struct VibrationPeak {
+  double hz = 0.0;
+  double share = 0.0;  ///< of the power of the whole residual
+  double peak = 0.0;   ///< over the mean of its neighbourhood
+};
+
+/// Strongest line between 4 Hz and 0.45 of the sample rate, from averaged periodograms of 5 s pieces. In the thinned
+/// residual such a line would appear under a false frequency. Cost: linear in samples.
+/// @param row_s  between the log's own rows, where it was resampled from slower ones: lines above 0.45 of that rate are
+///   made by the resampling
+VibrationPeak vibration_peak(const std::vector<double>& residual, double period_s, double row_s = 0.0);
+
+struct Drift {
+  double share = 0.0;  ///< of the power of the residual that a straight line over time takes
+  double t = 0.0;      ///< of its slope
+};
+
+/// Fits a straight line through the means of blocks. Air is correlated over about a second, so means over 2.5 s are
+/// independent of each other, and the slope's t shows whether the aircraft (or its sensor) drifts.
+Drift drift(const std::vector<double>& residual, const std::vector<std::size_t>& block_begin,
+            const std::vector<double>& time_s);
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/selection/criteria.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "firmware/core/eigen.h"
+// After our eigen.h, which redirects the checks.
+#include <Eigen/Cholesky>
+
+namespace m100::lab::identify {
+namespace {
+
+double sum_of_squares(const std::vector<double>& values) {
+  return std::inner_product(values.begin(), values.end(), values.begin(), 0.0);
+}
+
+double paired_t(const std::vector<double>& without, const std::vector<double>& with) {
+  const double n = static_cast<double>(without.size());
+  double mean = 0.0;
+  for (std::size_t block = 0; block < without.size(); ++block) {
+    mean += (without[block] - with[block]) / n;
+  }
+  double variance = 0.0;
+  for (std::size_t block = 0; block < without.size(); ++block) {
+    const double offset = without[block] - with[block] - mean;
+    variance += offset * offset / std::max(1.0, n - 1.0);
+  }
+  return variance > 0.0 ? mean / std::sqrt(variance / n) : 0.0;
+}
+
+/// Sum of squares without the first `start` samples of each block; a block that is not longer counts as a whole.
+double beyond_starts(const std::vector<std::vector<double>>& blocks, std::size_t start) {
+  double sum = 0.0;
+  for (const std::vector<double>& block : blocks) {
+    const auto from = block.begin() + static_cast<std::ptrdiff_t>(block.size() > start ? start : 0);
+    sum = std::inner_product(from, block.end(), from, sum);
+  }
+  return sum;
+}
+
+}  // namespace
+
+Comparison compare(const CrossValidatedFit& without, const CrossValidatedFit& with, double samples, std::size_t start) {
+  Comparison out;
+  out.cv_gain = 1.0 - with.cv / without.cv;
+  const double effective = with.effective_samples;
+  out.delta_bic = information_criterion(without.fit.sum_of_squares / samples, effective, without.fit.free_parameters) -
+                  information_criterion(with.fit.sum_of_squares / samples, effective, with.fit.free_parameters);
+  out.t = paired_t(without.cv_block, with.cv_block);
+  if (out.cv_gain > 0.0 && !with.errors.empty() && !without.errors.empty()) {
+    const std::size_t more = with.fit.free_parameters, fewer = without.fit.free_parameters;
+    out.delta_white = whitened_criterion(without.errors, with.errors, more > fewer ? more - fewer : 0);
+    out.gain_beyond_starts = 1.0 - beyond_starts(with.errors, start) / beyond_starts(without.errors, start);
+  }
+  return out;
+}
+
+bool convincing(const Comparison& comparison, const SelectionOptions& options) {
+  if (comparison.cv_gain <= options.minimum_cv_gain || comparison.gain_beyond_starts <= options.minimum_cv_gain) {
+    return false;
+  }
+  const double least_t = comparison.delta_bic > 0.0 ? options.minimum_t_white : options.minimum_t;
+  if (comparison.t > least_t && comparison.delta_white > options.minimum_delta_white) {
+    return true;
+  }
+  // In coloured air the first criterion is not an efficient test, and in a closed loop it is biased: a stick that
+  // counteracts the air moves nothing, which looks like backlash. The whitened criterion must not contradict it.
+  return comparison.delta_white >= options.min_delta_white && comparison.delta_bic > options.minimum_delta_bic &&
+         (comparison.t > options.minimum_t ||
+          (comparison.delta_bic > options.strong_delta_bic && comparison.t > options.minimum_t_strong));
+}
+
+double effective_sample_size(const std::vector<std::vector<double>>& blocks) {
+  double power = 0.0;
+  std::size_t samples = 0;
+  std::size_t longest = 0;
+  for (const std::vector<double>& block : blocks) {
+    power += sum_of_squares(block);
+    samples += block.size();
+    longest = std::max(longest, block.size());
+  }
+  if (samples == 0 || power <= 0.0) {
+    return static_cast<double>(samples);
+  }
+  double time = 1.0;
+  for (std::size_t lag = 1; lag < longest; ++lag) {
+    double product = 0.0;
+    for (const std::vector<double>& block : blocks) {
+      for (std::size_t i = lag; i < block.size(); ++i) {
+        product += block[i] * block[i - lag];
+      }
+    }
+    if (product <= 0.0) {
+      break;
+    }
+    time += 2.0 * product / power;
+  }
+  return std::max(1.0, static_cast<double>(samples) / time);
+}
+
+double whitened_criterion(const std::vector<std::vector<double>>& without, const std::vector<std::vector<double>>& with,
+                          std::size_t extra) {
+  constexpr std::size_t kThin = 5;
+  constexpr int kOrder = 4;
+  const auto thinned = [](const std::vector<std::vector<double>>& blocks) {
+    std::vector<std::vector<double>> out;
+    for (const std::vector<double>& block : blocks) {
+      std::vector<double> means;
+      for (std::size_t at = 0; at + kThin <= block.size(); at += kThin) {
+        means.push_back(std::accumulate(block.begin() + static_cast<std::ptrdiff_t>(at),
+                                        block.begin() + static_cast<std::ptrdiff_t>(at + kThin), 0.0) /
+                        kThin);
+      }
+      out.push_back(std::move(means));
+    }
+    return out;
+  };
+  const std::vector<std::vector<double>> a = thinned(without);
+  const std::vector<std::vector<double>> b = thinned(with);
+  Eigen::Matrix<double, kOrder, kOrder> normal = Eigen::Matrix<double, kOrder, kOrder>::Zero();
+  Eigen::Matrix<double, kOrder, 1> right = Eigen::Matrix<double, kOrder, 1>::Zero();
+  for (const std::vector<double>& block : b) {
+    for (std::size_t i = kOrder; i < block.size(); ++i) {
+      const Eigen::Map<const Eigen::Matrix<double, kOrder, 1>> past(&block[i - kOrder]);
+      normal += past * past.transpose();
+      right += past * block[i];
+    }
+  }
+  normal.diagonal() *= 1.0 + 1e-6;
+  const Eigen::Matrix<double, kOrder, 1> filter = normal.ldlt().solve(right);
+  double sum_a = 0.0;
+  double sum_b = 0.0;
+  double count = 0.0;
+  for (std::size_t block = 0; block < b.size(); ++block) {
+    for (std::size_t i = kOrder; i < std::min(a[block].size(), b[block].size()); ++i) {
+      const Eigen::Map<const Eigen::Matrix<double, kOrder, 1>> past_a(&a[block][i - kOrder]);
+      const Eigen::Map<const Eigen::Matrix<double, kOrder, 1>> past_b(&b[block][i - kOrder]);
+      const double white_a = a[block][i] - filter.dot(past_a);
+      const double white_b = b[block][i] - filter.dot(past_b);
+      sum_a += white_a * white_a;
+      sum_b += white_b * white_b;
+      count += 1.0;
+    }
+  }
+  if (!(count > 0.0 && sum_a > 0.0 && sum_b > 0.0)) {
+    return 0.0;
+  }
+  return count * std::log(sum_a / sum_b) - static_cast<double>(extra) * std::log(count);
+}
+
+double information_criterion(double mean_square, double effective_samples, std::size_t parameters) {
+  return effective_samples * std::log(std::max(mean_square, 1e-300)) +
+         static_cast<double>(parameters) * std::log(std::max(effective_samples, 2.0));
+}
+
+void cross_validate(const Family& family, CrossValidatedFit& out, std::size_t folds) {
+  const std::size_t blocks = family.block_count();
+  out.errors = family.errors(out.fit, std::vector<int>(blocks, 1));
+  out.effective_samples = effective_sample_size(out.errors);
+  out.cv_block.assign(blocks, 0.0);
+  const std::size_t used = std::min(folds, blocks);
+  for (std::size_t fold = 0; fold < used; ++fold) {
+    std::vector<int> kept(blocks, 1);
+    std::vector<int> left_out(blocks, 0);
+    for (std::size_t block = fold; block < blocks; block += used) {
+      kept[block] = used > 1 ? 0 : 1;
+      left_out[block] = 1;
+    }
+    const Fit fitted = family.fit(out.fit.structure, kept, &out.fit);
+    const std::vector<std::vector<double>> errors = family.errors(fitted, left_out);
+    for (std::size_t block = fold; block < blocks; block += used) {
+      out.cv_block[block] = sum_of_squares(errors[block]);
+    }
+  }
+  out.cv = std::accumulate(out.cv_block.begin(), out.cv_block.end(), 0.0);
+}
+
+CrossValidatedFit cross_validated_fit(const Family& family, const Structure& structure, const Fit* warm,
+                                      std::size_t folds) {
+  CrossValidatedFit out;
+  out.fit = family.fit(structure, std::vector<int>(family.block_count(), 1), warm);
+  cross_validate(family, out, folds);
+  return out;
+}
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "host_tests/lab/identify/selection/selection.h"
+
+namespace m100::lab::identify {
+
+// Judges edits of a model by cross-validation and two information criteria.
+
+/// Fills everything but the fit. Folds are interleaved blocks.
+void cross_validate(const Family& family, CrossValidatedFit& validated, std::size_t folds);
+/// Fits `structure` to everything and cross-validates it.
+CrossValidatedFit cross_validated_fit(const Family& family, const Structure& structure, const Fit* warm,
+                                      std::size_t folds);
+
+/// Number of independent samples that a coloured residual is worth: n / (1 + 2 sum of autocorrelations), the sum ending
+/// before its first non-positive term. Samples are correlated within a block, not across blocks; blocks may differ in
+/// length.
+double effective_sample_size(const std::vector<std::vector<double>>& blocks);
+
+/// The information criterion on whitened residuals, `without` minus `with` an effect of `extra` parameters: means over
+/// 50 ms, filtered by the autoregression of order 4 that whitens `with`. Slow air hides fast effects (a lead zero) from
+/// the criterion on the effective sample size, but not from this one. Both arguments hold the same blocks, sample by
+/// sample. @returns 0 where no block is long enough to be whitened.
+double whitened_criterion(const std::vector<std::vector<double>>& without, const std::vector<std::vector<double>>& with,
+                          std::size_t extra);
+
+/// n_eff ln(mean square) + k ln(n_eff)
+double information_criterion(double mean_square, double effective_samples, std::size_t parameters);
+
+/// Comparison of two structures.
+struct Comparison {
+  double cv_gain = 0.0;
+  double delta_bic = 0.0;
+  double delta_white = 0.0;
+  double t = 0.0;
+  /// Share of the fit's error that the edit removes after the starts of the blocks. A block that begins while the stick
+  /// jumps starts from a wrong state; an edit that only corrects this (a rate limit, beside a lead zero) is no effect
+  /// of the vehicle.
+  double gain_beyond_starts = 0.0;
+};
+
+/// Compares two judged fits. The criteria use the effective sample size of the better-explained residual, because the
+/// residual without the effect is coloured by this very effect. Precondition: both are cross-validated over the same
+/// blocks.
+/// @param samples  of all training blocks together
+/// @param start  samples at the start of each block that depend on its initial state
+Comparison compare(const CrossValidatedFit& without, const CrossValidatedFit& with, double samples, std::size_t start);
+
+/// Whether this evidence is enough to accept the effect; its physical size is checked elsewhere.
+bool convincing(const Comparison& comparison, const SelectionOptions& options);
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "host_tests/lab/identify/output/result.h"
+#include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/identify/selection/problem.h"
+#include "host_tests/lab/input_error.h"
+
+namespace m100::lab::identify {
+
+/// The request limited to each side of a change on which a model can be selected and tested, the longer side first.
+/// Where a side contains no validation part, its last third becomes the validation part. Empty: neither side is long
+/// enough.
+std::vector<Request> regimes_of(const Request& request, const Change& change);
+
+/// One side of a change, with the structure that was selected on it alone.
+template <typename ProblemType>
+struct Regime {
+  std::unique_ptr<Request> request;  ///< outlives the study
+  std::unique_ptr<ProblemType> problem;
+  Selection chosen;
+};
+
+/// Selects the structure again on one side of the date, because a change distorts the structure, and a missing effect
+/// looks like a change. The longer side is tried first. A side without a usable study (the stick rests, too many gaps)
+/// is skipped. Empty: neither side is usable.
+/// @param more  arguments of the study's constructor after the request
+template <typename ProblemType, typename... More>
+std::optional<Regime<ProblemType>> select_regime(const Request& request, const Change& change,
+                                                 const SelectionOptions& options, const More&... more) {
+  for (const Request& side : regimes_of(request, change)) {
+    Regime<ProblemType> regime{.request = std::make_unique<Request>(side), .problem = nullptr, .chosen = {}};
+    try {
+      regime.problem = std::make_unique<ProblemType>(*regime.request, more...);
+    } catch (const InputError&) {
+      continue;
+    }
+    regime.chosen = select_effects(*regime.problem, *regime.request, options);
+    return regime;
+  }
+  return std::nullopt;
+}
+
+/// Adds a change to the result. Where other names fit as well, it is added to the unexplained, too.
+void add_change(SideFindings& side_findings, const Change& change);
+
+/// A note that effects, errors and intervals are from one side of a change only.
+Finding regime_note(const Request& side);
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/identify/model/model_family.h"
+#include "host_tests/lab/identify/output/result.h"
+
+namespace m100::lab::identify {
+
+// Forward selection of model edits. It knows neither stick axes nor translation, only the interface Family.
+
+struct SelectionOptions {
+  double minimum_cv_gain = 0.04;
+  double minimum_delta_bic = 6.0;
+  double minimum_delta_white = 15.0;  ///< alternative: this much on whitened residuals, with minimum_t_white
+  double min_delta_white = 8.0;       ///< needed in any case: logs with nothing hidden reach 7.1
+  double minimum_t_white = 1.0;       ///< minimum_t instead where the first criterion does not fall
+  double minimum_t = 1.7;
+  double strong_delta_bic = 10.0;  ///< with this much, minimum_t_strong is enough
+  double minimum_t_strong = 0.3;
+  double rival_margin = 0.05;       ///< cross-validated root mean square within this of the winner's: not separable
+  double max_rival_ratio = 1.25;    ///< rivals above this ratio of mean squares are not cross-validated
+  double keep_cv_gain = 0.02;       ///< an earlier effect with a smaller gain is dropped
+  double simpler_margin = 0.02;     ///< within this, the candidate with fewer parameters wins
+  std::size_t pair_candidates = 6;  ///< when no single edit is accepted, pairs of this many best edits are tried
+  double split_gain = 0.15;         ///< a pair must be this much better than the single effect that it replaces
+  std::size_t pairs_up_to = 3;      ///< with more effects than this, no pair is tried in the place of one
+  std::size_t folds = 5;
+  std::size_t start_samples = 0;  ///< samples at the start of each block that depend on its initial state
+  std::size_t maximum_effects = 5;
+  std::function<void(const std::string&)> progress;  ///< called with one short line per round; may be empty
+};
+
+/// Cross-validated fit of one structure.
+struct CrossValidatedFit {
+  Fit fit;                       ///< to all blocks
+  std::vector<double> cv_block;  ///< sum of squares of each block, predicted by the fit to the other folds
+  double cv = 0.0;               ///< their sum
+  double effective_samples = 0.0;
+  std::vector<std::vector<double>> errors;  ///< of the fit to all blocks, block by block
+};
+
+struct SelectionStep {
+  std::string name;
+  double cv_gain = 0.0;
+  double delta_bic = 0.0;
+  double paired_t = 0.0;
+  struct RivalFit {
+    std::string name;
+    Fit fit;
+    double cv_ratio = 1.0;
+  };
+  std::vector<RivalFit> rivals;
+  bool alias_of_rival = false;
+};
+
+/// Largest factor by which a kept effect may increase the validation error. An effect with weak evidence must reduce
+/// the error. One with strong evidence is kept where the error hardly changes, because the validation part may not
+/// exercise the effect at all.
+constexpr double max_validation_ratio(const SelectionStep& step) {
+  constexpr double kStrongGain = 0.15;
+  constexpr double kStrongCriterion = 15.0;
+  constexpr double kIndifferent = 1.05;
+  return step.cv_gain > kStrongGain && step.delta_bic > kStrongCriterion ? kIndifferent : 1.0;
+}
+
+struct Selection {
+  CrossValidatedFit declared;
+  CrossValidatedFit final_model;
+  std::vector<SelectionStep> steps;  ///< the effects that were kept, in order of acceptance
+  std::vector<CandidateRow> table;
+  std::vector<std::vector<std::string>> not_separable;  ///< groups of rivals; four names where pairs are rivals
+  std::vector<std::string> notes;                       ///< sentences for the report
+};
+
+/// Starts from `declared` and edits it as long as an edit is accepted. With fewer blocks than `folds` it uses fewer
+/// folds (at least 2). Precondition: `declared` is a structure of the family. Cost: about folds * candidates fits for
+/// each effect that is found.
+Selection select(const Family& family, const Structure& declared, const SelectionOptions& options);
+
+}  // namespace m100::lab::identify

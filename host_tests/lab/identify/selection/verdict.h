@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "host_tests/lab/identify/output/result.h"
+
+namespace m100::lab::identify {
+
+// Decides whether a clean bill ("nothing_missing") may be given: one rule for the stick axes and for translation.
+
+/// Comparison of the prediction errors on validation and training part.
+struct ValidationComparison {
+  double ratio = 1.0;         ///< mean square of validation over mean square of training
+  double beyond_start = 1.0;  ///< the same ratio without the starts of the blocks; the F test uses it
+  double probability = 1.0;   ///< of so large a ratio by chance (F test); 1 where the ratio is below one
+  double training_degrees = 0.0;
+  double validation_degrees = 0.0;
+  bool across_a_change = false;  ///< a change lies between or within the parts, so they need not agree
+};
+
+/// F test of two coloured residuals. Degrees of freedom: samples over the sum of squared autocorrelations (summed over
+/// both signs of the lag to the first value below 0.05), the number of independent squares that a coloured Gaussian
+/// series is worth. With eight training blocks or more they are limited by the spread of the blocks' mean squares,
+/// because gusty air is worth less. Errors are given block by block; they are correlated within a block, not across.
+///
+/// A block that begins where the stick has just jumped starts from a wrong state, because no smoothing of a measurement
+/// follows a kink: its first half second can hold a third of the power of thirty blocks. This is one event, not as many
+/// squares as it has samples, and no evidence about the model. So the F test leaves the starts out.
+/// @param parameters  number fitted to the training part; each takes one degree of freedom
+/// @param start  samples at the start of each block that depend on its initial state. A block that is not longer is
+///   left out; if that removed a whole part, nothing is left out.
+ValidationComparison compare_validation(const std::vector<std::vector<double>>& training,
+                                        const std::vector<std::vector<double>>& validation, std::size_t parameters,
+                                        std::size_t start = 0);
+
+/// Upper tail of the F distribution, P(F > ratio), for degrees of freedom above zero.
+double f_tail(double ratio, double numerator_degrees, double denominator_degrees);
+
+/// Limits of guard().
+struct CompletenessLimits {
+  double min_probability = 0.003;  ///< of the F test, nominal; used only where nothing was named
+  double min_ratio = 1.1;          ///< of root mean squares; a smaller ratio is no other vehicle, however certain
+  double max_ratio = 1.5;  ///< of root mean squares; a larger one forbids a clean bill whatever the F test says, and a
+                           ///< name only if it is larger without the starts of the blocks, too
+  double min_fit_percent = 50.0;  ///< a model that explains less than half of the motion is incomplete,
+  double floor_factor = 2.0;      ///< unless the residual is within this factor of the declared or measured floor
+};
+
+/// Adds to `unexplained` the reasons against a complete model: the comparison of the two parts, and the fit. Where
+/// result.changes has a change, the change is the result and the parts need not agree.
+/// Preconditions: final_model, noise_floor and changes of the result are there.
+void check_completeness(const ValidationComparison& parts, const CompletenessLimits& limits, IdentifyResult& result);
+
+/// Whether a finding forbids a clean bill: all do except notes, gaps and time on the ground.
+bool forbids_nothing_missing(const Finding& finding);
+
+/// "nothing_missing", "explained" or "unexplained", from the rest of the result.
+std::string verdict_of(const IdentifyResult& result);
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/experiments/results.h"
+
+namespace m100::lab::loop {
+
+/// The channels that the trial flights keep, of those that predict unseen data better.
+struct Trial {
+  std::set<std::string> kept;
+  std::vector<std::string> messages;  ///< cells that diverged, channels that were reverted, and the errors
+};
+
+/// Whether a cell (task and condition) was not flown, or ended further from its reference than our widest task.
+bool diverged(const experiments::TaskResult& cell);
+
+/// Flies with all channels of `candidates`. While the trial is worse than `before`, it reverts one channel, always the
+/// one without which the trial is best. Trials are compared by the number of cells that diverge in only one of them,
+/// then by the root mean square of the pose over the cells that diverge in neither, with a tolerance of 1 %. A cell
+/// that diverges before and after is reported and decides nothing.
+/// @param before  the same cells in the same order as `fly` gives them
+/// @param fly  the trial with these channels taken over; called at most n (n + 1) / 2 + 1 times for n candidates
+Trial fly_trials(const std::set<std::string>& candidates, const std::vector<experiments::TaskResult>& before,
+                 const std::function<std::vector<experiments::TaskResult>(const std::set<std::string>&)>& fly);
+
+}  // namespace m100::lab::loop

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "firmware/model/vehicle.h"
+#include "host_tests/lab/identify/output/result.h"
+#include "host_tests/lab/loop/prediction.h"
+
+namespace m100::lab::loop {
+
+// Compares a vehicle file with a flight, for one channel ("roll", "pitch", "climb", "yaw_rate" or "translation").
+
+/// Relative reduction of the error 1 s ahead that a channel needs to be taken over: near the noise floor of the air
+/// this corresponds to a parameter error worth half of the floor.
+inline constexpr double kMinGain = 0.15;
+
+/// Likelihood ratio (n ln of the mean square of the innovations) that a stick axis needs as well: the same that
+/// identify requires of an effect.
+inline constexpr double kMinLikelihoodRatio = 15.0;
+
+/// Half a tick: our log does not show when between two of our ticks the autopilot took a stick and sent its attitude.
+inline constexpr double kTickPhase_s = 0.005;
+
+/// Whether the found model predicts an unseen flight better than the believed one. For a stick axis this must hold for
+/// every believed delay within half a tick: at 3 rad/s the effect of a millisecond equals the noise of the air. Better
+/// means a smaller error 1 s ahead, and for a stick axis also better innovations: in a closed loop the sticks answer
+/// the air, so a wrong model can predict part of the air; innovations do not reward this (the direct method of
+/// identification in closed loop).
+bool predicts_better(const model::Vehicle& believed, const model::Vehicle& found, const UnseenFlight& flight,
+                     const std::string& channel);
+
+/// Everything that the file states for the channel, as a declaration for `identify`: then only effects that the file
+/// lacks can be found missing. Effects of translation that our own logs cannot show (they have no thrust set point) are
+/// left out.
+std::vector<std::string> declared(const model::Vehicle& vehicle, const std::string& channel);
+
+/// `believed` with this channel taken from `found`.
+model::Vehicle with_channel(const model::Vehicle& believed, const model::Vehicle& found, const std::string& channel);
+
+/// Believed and found values of every parameter of the final model, with intervals. A parameter matters if all found
+/// values together predict the flight better (predicts_better), its believed value lies outside of the interval by a
+/// significant amount, and the believed value predicts at least 1 % worse than the found one, with all other parameters
+/// as found. A parameter on which the prediction does not depend (a limit that was never reached) was not found: it
+/// keeps its believed value, also in `found`.
+/// @param found  the believed vehicle with the channel as identified; undetermined parameters are reset
+std::vector<identify::Refitted> believed_and_found(const model::Vehicle& believed,
+                                                   const identify::IdentifyResult& result, const std::string& channel,
+                                                   const UnseenFlight& flight, model::Vehicle& found);
+
+}  // namespace m100::lab::loop

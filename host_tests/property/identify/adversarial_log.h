@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host_tests/lab/identify/output/result.h"
+#include "host_tests/lab/logs/flight_log.h"
+
+namespace m100::host_tests {
+
+/// A simulated log with known truth that is designed to mislead the identification: one roll axis of 45 s
+/// (synthetic_axis.h), or an unknown vehicle's (stranger.h).
+struct AdversarialLog {
+  std::string kind;
+  lab::logs::FlightLog log;
+  std::string axis = "roll";
+  std::vector<std::string> declared{"second_order", "transport_delay"};
+  bool healthy = false;            ///< a clean bill is the right answer
+  std::string change;              ///< effect that changes in mid-flight; empty: none
+  double change_s = 0.0;           ///< time of the change
+  std::string finding;             ///< finding about the log that must be reported; empty: none
+  std::vector<std::string> named;  ///< effects that may be named
+  std::string effect;              ///< effect that the declared model lacks throughout; empty: none
+  /// A clean bill is right if the finding is reported: the rest of the log is sound. A change of the air alone ("note")
+  /// need not be reported, because the model lacks nothing.
+  bool usable = false;
+  std::vector<std::pair<double, double>> train{{3.0, 30.0}}, validate{{30.0, 44.0}};
+  /// Upper bound of the log's evidence for the hidden effect (stranger_bound.h); empty: the effect is obvious. Takes up
+  /// to a second.
+  std::function<double()> evidence;
+};
+
+/// The kinds, in the order of the published table.
+const std::vector<std::string>& adversarial_log_kinds();
+/// @param kind  one of adversary_kinds()
+AdversarialLog adversarial_log(const std::string& kind, std::uint64_t seed);
+
+enum class Classification { kRight, kUndecided, kWrongName, kFalseAcceptance, kFalseRejection };
+
+/// Classifies the answer to an adversary.
+///   right         only the change, the effect or the finding is named; healthy log: a clean bill
+///   undecided     "unexplained", and the hidden effect is not named for certain
+///   wrong name    "explained" by an effect that is not there
+///   false clean   "nothing_missing" although an effect is there
+///   refused       a healthy log that gets no clean bill
+Classification classify(const AdversarialLog& truth, const lab::identify::IdentifyResult& result);
+
+/// Runs identify with the adversary's declaration and ranges.
+lab::identify::IdentifyResult identify_log(const AdversarialLog& truth, std::size_t refits = 0);
+
+}  // namespace m100::host_tests

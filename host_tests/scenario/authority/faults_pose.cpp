@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <array>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "host_tests/scenario/authority/catalogue.h"
+
+namespace m100::authority {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::uint8_t kWithPose = bit(Stage::kStarting) | bit(Stage::kAsking) | bit(Stage::kFlying);
+
+void turn_pose(mavlink::AttPosMocap& message) {
+  message.x = -message.x;
+  message.y = -message.y;
+  const std::array<float, 4> q = message.q;
+  message.q = {-q[3], -q[2], q[1], q[0]};  // multiplied from the left by half a turn about z
+}
+
+void freeze_pose(Bench& bench) {
+  auto frozen = std::make_shared<std::optional<mavlink::AttPosMocap>>();
+  bench.pose_messages.set_change([frozen](mavlink::AttPosMocap& message, core::TimePoint) {
+    if (!*frozen) {
+      *frozen = message;
+    }
+    message.x = (*frozen)->x;
+    message.y = (*frozen)->y;
+    message.z = (*frozen)->z;
+    message.q = (*frozen)->q;
+    return true;
+  });
+}
+
+/// Passes only every third pose.
+void slow_down(Bench& bench) {
+  auto count = std::make_shared<int>(0);
+  bench.pose_messages.set_change([count](mavlink::AttPosMocap&, core::TimePoint) { return ++*count % 3 == 0; });
+}
+
+constexpr std::array kFaults{
+    Fault{.name = "pose lost",
+          .group = Group::kPose,
+          .strike = [](Bench& b) { b.poses.plan.cut = true; },
+          .stages = kWithPose,
+          .within_s = kFailsafe_s},
+    Fault{.name = "pose lost for 0.3 s",
+          .group = Group::kPose,
+          .strike = [](Bench& b) { b.poses.plan.cut = true; },
+          .stages = kWithPose,
+          .heals_after_s = 0.3,
+          .heal = [](Bench& b) { b.poses.plan.cut = false; }},
+    Fault{.name = "pose lost, --once",  // a script must not wait for ever: it ends after 20 s without a pose
+          .group = Group::kPose,
+          .strike = [](Bench& b) { b.poses.plan.cut = true; },
+          .stages = bit(Stage::kStarting),
+          .heals_after_s = 18.0,  // the case is watched for 5 s more
+          .heal = [](Bench&) {},
+          .prepare = [](Setup& s) { s.more_words.emplace_back("--once"); },
+          .ends_alone = true},
+    Fault{.name = "pose port unplugged",
+          .group = Group::kPose,
+          .strike = [](Bench& b) { b.cable().unplug(End::kClientPose); },
+          .stages = kWithPose,
+          .within_s = kFailsafe_s},
+    Fault{.name = "pose frozen", .group = Group::kPose, .strike = freeze_pose, .stages = kWithPose},
+    Fault{.name = "pose jumps 1 m",
+          .group = Group::kPose,
+          .strike =
+              [](Bench& b) {
+                b.pose_messages.set_change([](mavlink::AttPosMocap& message, core::TimePoint) {
+                  message.x += 1.0F;
+                  return true;
+                });
+              },
+          .stages = bit(Stage::kFlying),
+          .within_s = kFailsafe_s},
+    Fault{.name = "pose turned by half a turn",
+          .group = Group::kPose,
+          .strike =
+              [](Bench& b) {
+                b.pose_messages.set_change([](mavlink::AttPosMocap& message, core::TimePoint) {
+                  turn_pose(message);
+                  return true;
+                });
+              },
+          .stages = bit(Stage::kFlying),
+          .within_s = kFailsafe_s},
+    Fault{.name = "pose not a number",
+          .group = Group::kPose,
+          .strike =
+              [](Bench& b) {
+                b.pose_messages.set_change([](mavlink::AttPosMocap& message, core::TimePoint) {
+                  message.y = std::numeric_limits<float>::quiet_NaN();
+                  return true;
+                });
+              },
+          .stages = kWithPose,
+          .within_s = kFailsafe_s},
+    Fault{.name = "pose 0.4 s late",
+          .group = Group::kPose,
+          .strike = [](Bench& b) { b.poses.plan.delay = milliseconds(400); },  // the stamps show the capture time
+          .stages = kWithPose,
+          .within_s = kFailsafe_s},
+    Fault{.name = "pose scrambled",
+          .group = Group::kPose,
+          .strike = [](Bench& b) { b.poses.plan.flip_per_bit = 0.03; },
+          .stages = kWithPose,
+          .within_s = kFailsafe_s},
+    // A source that becomes worse: the flight must continue as with a source that was so from the start.
+    Fault{.name = "pose slows to 33 Hz",
+          .group = Group::kPose,
+          .strike = slow_down,
+          .stages = bit(Stage::kFlying),
+          .flies_on = true},
+    Fault{.name = "pose in bunches of 50 ms",
+          .group = Group::kPose,
+          .strike = [](Bench& b) { b.poses.plan.bunch = milliseconds(50); },
+          .stages = bit(Stage::kFlying),
+          .flies_on = true},
+    Fault{.name = "pose in bunches of 80 ms",
+          .group = Group::kPose,
+          .strike = [](Bench& b) { b.poses.plan.bunch = milliseconds(80); },
+          .stages = bit(Stage::kFlying),
+          .flies_on = true},
+    Fault{.name = "pose later by 100 to 140 ms",
+          .group = Group::kPose,
+          .strike =
+              [](Bench& b) {
+                b.poses.plan.delay = milliseconds(100);
+                b.poses.plan.jitter = milliseconds(40);
+              },
+          .stages = bit(Stage::kFlying),
+          .flies_on = true},
+};
+
+}  // namespace
+
+std::span<const Fault> pose_faults() { return kFaults; }
+
+}  // namespace m100::authority

@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The operator's part of m100 fly with the whole flight controller. Who has control is judged at the autopilot.
+#include "firmware/companion/fly/flight_sequencer.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "host_tests/scenario/faults/fault_bench.h"
+#include "host_tests/scenario/faults/message_recorder.h"
+
+namespace m100::scenario {
+namespace {
+
+class PilotageTest : public ::testing::TestWithParam<link::Channel> {
+ protected:
+  void begin(const companion::FlightRequest& wishes, const core::Fence& fence = {}) {
+    bench_.emplace(GetParam(), 0, fence);
+    sequencer_.emplace(wishes, app::kDefaultFlight, bench_->controller(), bench_->course(), heard_);
+  }
+  bool tick() {
+    bench_->tick();
+    const bool goes_on = sequencer_->tick(bench_->world().now(), input_);
+    input_.toggle_control = false;
+    return goes_on;
+  }
+  /// @returns the time until the condition was true; empty if it was not in time, or if the program ended before.
+  template <typename Condition>
+  std::optional<core::Duration> until(const Condition& condition, core::Duration at_most) {
+    const core::TimePoint from = bench_->world().now();
+    while (!condition()) {
+      if (ended_ || bench_->world().now() - from >= at_most) {
+        return std::nullopt;
+      }
+      ended_ = !tick();
+    }
+    return bench_->world().now() - from;
+  }
+  bool fly_for(core::Duration time) {
+    const auto flies = [&] { return bench_->failsafe_state() == FailsafeState::kNominal; };
+    if (!until(flies, seconds(20))) {
+      return false;
+    }
+    (void)until([] { return false; }, time);
+    return flies();
+  }
+  static core::Vector<double, 3> bench_start() { return FaultBench().world().vehicle().state().position_w_m; }
+  bool is_pilots() {
+    return !bench_->world().autopilot().client_in_control() && !bench_->world().autopilot().virtual_rc_on();
+  }
+
+  std::optional<FaultBench> bench_;
+  MessageRecorder heard_;
+  std::optional<companion::FlightSequencer> sequencer_;
+  companion::SequencerInput input_;
+  bool ended_ = false;
+};
+INSTANTIATE_TEST_SUITE_P(Faults, PilotageTest, ::testing::Values(link::Channel::kVirtualRc, link::Channel::kMovement));
+
+// Catches a program that ends and keeps control: it sends one release, gets the answer "again", and exits.
+TEST_P(PilotageTest, AfterTheLaddersReleaseTheTransmitterHasItAndTheProgramStays) {
+  RecordProperty("promise", "R15");
+  begin({.take_control = true, .hold_s = 1000.0});
+  ASSERT_TRUE(fly_for(seconds(3))) << heard_.all();
+  bench_->world().pose_source().set_faults({.silent = true});
+  ASSERT_TRUE(until([&] { return bench_->failsafe_state() == FailsafeState::kRelease; }, seconds(3)));
+  const auto taken = until([&] { return is_pilots(); }, seconds(2));
+  ASSERT_TRUE(taken.has_value()) << heard_.all();
+  EXPECT_LE(*taken, seconds(1));
+  ASSERT_FALSE(until([] { return false; }, seconds(2)) || ended_) << heard_.all();
+  EXPECT_TRUE(heard_.has("pose old: 0.0")) << heard_.all();
+  EXPECT_TRUE(heard_.has("the transmitter has the aircraft")) << heard_.all();
+  EXPECT_FALSE(sequencer_->given_back()) << "the operator has not stopped it";
+  bench_->world().pose_source().set_faults({});
+  (void)until([] { return false; }, seconds(1));
+  EXPECT_TRUE(is_pilots()) << "the program flies without an order";
+  input_.toggle_control = true;
+  EXPECT_TRUE(fly_for(seconds(1))) << "a new order of the operator has no effect\n" << heard_.all();
+}
+
+// Catches a program that was started on the ground or at another place, and flies back there on the order to fly.
+TEST_P(PilotageTest, FarFromTheCoursesBeginningControlIsNotTakenAndItSaysWhy) {
+  for (const bool once : {false, true}) {
+    ended_ = false;
+    begin({.take_control = true,
+           .hold_s = 1000.0,
+           .once = once,
+           .course_start_w_m = bench_start() + core::Vector<double, 3>{2.0, 0.0, 0.0},
+           .max_start_distance_m = 1.5});
+    (void)until([] { return false; }, seconds(10));
+    EXPECT_TRUE(is_pilots());
+    EXPECT_FALSE(sequencer_->flew());
+    EXPECT_TRUE(heard_.has("fly there, or start m100 again here")) << heard_.all();
+    EXPECT_EQ(ended_, once) << "only a script (--once) ends";
+  }
+}
+
+// Catches a script that waits for ever for a dead source of poses.
+TEST_P(PilotageTest, AScriptWithoutAPoseEndsAfterTwentySecondsAndSaysWhy) {
+  begin({.take_control = true, .hold_s = 1000.0, .once = true});
+  bench_->world().pose_source().set_faults({.silent = true});
+  const core::TimePoint from = bench_->world().now();
+  (void)until([] { return false; }, seconds(40));
+  ASSERT_TRUE(ended_) << heard_.all();
+  const double after_s = core::seconds<double>(bench_->world().now() - from);
+  EXPECT_GT(after_s, 20.0);
+  EXPECT_LT(after_s, 28.0) << "20 s, plus some seconds of start-up";
+  EXPECT_TRUE(heard_.has("control is not asked for yet")) << heard_.all();
+  EXPECT_EQ(bench_->noted().obtain_requests, 0U);
+}
+
+// Without the keeper nobody would give control back after a death of the program. Then control is not taken, and a
+// request in progress is given back.
+TEST_P(PilotageTest, WithoutTheSecondProcessControlIsNotAskedFor) {
+  RecordProperty("promise", "R15");
+  begin({.take_control = true, .hold_s = 1000.0});
+  input_.backed_up = false;
+  (void)until([] { return false; }, seconds(12));
+  EXPECT_EQ(bench_->noted().obtain_requests, 0U);
+  EXPECT_TRUE(heard_.has("nobody would give it back if this program died")) << heard_.all();
+  input_.backed_up = true;
+  input_.toggle_control = true;
+  ASSERT_TRUE(until([&] { return bench_->noted().obtain_requests > 0U; }, seconds(5))) << heard_.all();
+  input_.backed_up = false;
+  (void)until([] { return false; }, seconds(5));
+  EXPECT_TRUE(is_pilots());
+  EXPECT_FALSE(sequencer_->flew());
+}
+
+/// A fence whose limit along x is `metres` beyond the aircraft's place.
+core::Fence fence_beyond(const core::Vector<double, 3>& place, double metres) {
+  core::Fence fence;
+  fence.side[core::Fence::kX] = {.low_m = place.x() - 50.0, .high_m = place.x() + metres};
+  return fence;
+}
+
+// Catches a program that asks for control outside the fence, where it may not command: the pilot would lose the sticks.
+TEST_P(PilotageTest, OutsideTheFenceControlIsNotAskedForAndItSaysWhy) {
+  RecordProperty("promise", "R16");
+  for (const double begins_m : {0.0, -4.0}) {  // within reach of the course's beginning, and beyond
+    begin(
+        {.course_start_w_m = bench_start() + core::Vector<double, 3>{begins_m, 0.0, 0.0}, .max_start_distance_m = 1.5},
+        fence_beyond(bench_start(), -2.0));
+    (void)until([&] { return bench_->controller().link().authority().stage == safety::AuthorityStage::kReady; },
+                seconds(10));
+    (void)until([] { return false; }, seconds(1));
+    input_.toggle_control = true;
+    (void)until([] { return false; }, seconds(3));
+    EXPECT_TRUE(is_pilots());
+    EXPECT_FALSE(sequencer_->flew());
+    EXPECT_EQ(bench_->noted().obtain_requests, 0U);
+    EXPECT_TRUE(
+        heard_.has("control is not taken; the aircraft is 2.00 m outside its fence: bring the aircraft inside, or "
+                   "take a larger fence"))
+        << heard_.all();
+    EXPECT_FALSE(heard_.has("check the source of pose")) << heard_.all();
+  }
+}
+
+/// A flight that is ordered 0.3 m before a limit of the place, at 3 m/s.
+struct Leaving {
+  const char* name;
+  double fence_m;               ///< from the start
+  double max_start_distance_m;  ///< from the start
+  bool pose_is_lost;            ///< from the order to fly until control is granted
+  const char* words;
+};
+
+// Catches a check of the place that is not made outside the fence, or not after control is granted: the ladder then
+// goes to nominal as soon as it can, and the law flies the whole distance at once.
+TEST_P(PilotageTest, WhoLeavesWhileControlIsAskedForIsNotFlown) {
+  RecordProperty("promise", "R16");
+  for (const Leaving& way : {Leaving{"fence", 5.0, 1e9, false, "m outside its fence: bring the aircraft inside"},
+                             Leaving{"reach", 1e3, 5.0, false, "the course begins at"},
+                             Leaving{"fence, unseen", 5.0, 1e9, true, "m outside its fence: bring the aircraft inside"},
+                             Leaving{"reach, unseen", 1e3, 5.0, true, "the course begins at"}}) {
+    SCOPED_TRACE(way.name);
+    const core::Vector<double, 3> start = bench_start();
+    begin({.course_start_w_m = start, .max_start_distance_m = way.max_start_distance_m},
+          fence_beyond(start, way.fence_m));
+    (void)until([&] { return bench_->controller().link().authority().stage == safety::AuthorityStage::kReady; },
+                seconds(10));
+    (void)until([] { return false; }, seconds(1));
+    sim::StickInput sticks;
+    sticks.pitch_vrc += 150.0;
+    bench_->world().autopilot().set_pilot_sticks(sticks);
+    const auto gone_m = [&] { return (bench_->world().vehicle().state().position_w_m - start).norm(); };
+    ASSERT_TRUE(until([&] { return gone_m() > 4.7; }, seconds(8))) << heard_.all();
+    input_.toggle_control = true;
+    ASSERT_TRUE(tick());
+    const auto in_control = [&] { return bench_->controller().link().authority().in_control; };
+    ASSERT_FALSE(in_control()) << heard_.all();
+    if (way.pose_is_lost) {
+      bench_->world().pose_source().set_faults({.silent = true});
+      ASSERT_TRUE(until(in_control, seconds(5))) << heard_.all();
+      bench_->world().pose_source().set_faults({});
+    }
+    (void)until([] { return false; }, seconds(3));
+    EXPECT_TRUE(is_pilots()) << heard_.all();
+    EXPECT_EQ(bench_->controller().supervisor().stats().steps, 0U) << heard_.all();
+    EXPECT_TRUE(heard_.has(way.words)) << heard_.all();
+    heard_.lines.clear();
+  }
+}
+
+TEST_P(PilotageTest, AScriptsFlightEndsAfterTheReleaseAndNotBefore) {
+  RecordProperty("promise", "R15");
+  begin({.take_control = true, .hold_s = 1000.0, .once = true});
+  ASSERT_TRUE(fly_for(seconds(3)));
+  bench_->world().pose_source().set_faults({.silent = true});
+  (void)until([] { return false; }, seconds(5));
+  EXPECT_TRUE(ended_);
+  EXPECT_TRUE(is_pilots());
+  EXPECT_FALSE(sequencer_->given_back());
+}
+
+// Catches a script that waits for ever for an autopilot that is off, or without telemetry.
+TEST_P(PilotageTest, AScriptEndsWhereTheAutopilotDoesNotBecomeReady) {
+  begin({.take_control = true, .hold_s = 1.0, .once = true});
+  bench_->world().autopilot_line().set_plugged(false);
+  const auto ended = until([&] { return ended_; }, seconds(30));
+  ASSERT_TRUE(ended_) << heard_.all();
+  EXPECT_GE(ended.value_or(seconds(30)), seconds(20));
+  EXPECT_FALSE(sequencer_->flew());
+  EXPECT_TRUE(heard_.has("control could not be asked for within 20 s: ")) << heard_.all();
+}
+
+// Catches a message that blames the source of poses while telemetry is missing.
+TEST_P(PilotageTest, BeforeTelemetryAWordWaitsForStartUp) {
+  begin({.course_start_w_m = bench_start(), .max_start_distance_m = 1.5});
+  ASSERT_TRUE(tick());
+  ASSERT_EQ(bench_->controller().link().health().packages, 0U);
+  input_.toggle_control = true;
+  (void)until([] { return false; }, milliseconds(100));
+  EXPECT_FALSE(heard_.has("pose old")) << heard_.all();
+  EXPECT_TRUE(fly_for(seconds(1))) << "the order must stay valid for 20 s\n" << heard_.all();
+}
+
+TEST_P(PilotageTest, TheOperatorsStopTheWordAndTheEndOfTheHoldEndInASecond) {
+  RecordProperty("promise", "R15");
+  for (const int way : {0, 1, 2}) {
+    SCOPED_TRACE(way);
+    ended_ = false;
+    input_ = {};
+    begin({.take_control = true, .hold_s = way == 2 ? 2.0 : 1000.0});
+    ASSERT_TRUE(until([&] { return bench_->world().autopilot().client_in_control(); }, seconds(20)));
+    (void)until([] { return false; }, seconds(2));
+    input_.stops = way == 0 ? 1 : 0;
+    input_.toggle_control = way == 1;
+    const auto taken = until([&] { return is_pilots(); }, seconds(3));
+    ASSERT_TRUE(taken.has_value()) << heard_.all();
+    EXPECT_LE(*taken, seconds(1));
+    EXPECT_FALSE(ended_) << "telemetry has not reported it yet";
+    (void)until([] { return false; }, milliseconds(100));
+    EXPECT_TRUE(ended_);
+    EXPECT_TRUE(sequencer_->given_back());
+  }
+}
+
+// Catches a task that waits for ever when its request cannot be sent, or that requests without control.
+TEST_P(PilotageTest, ATaskWithoutControlIsNotAskedForAndFails) {
+  begin({});
+  ASSERT_TRUE(bench_->reach(FailsafeState::kSilent));
+  companion::AutopilotTask task;
+  task.start(protocol::Task::kLand, bench_->world().now());
+  const core::TimePoint from = bench_->world().now();
+  while (task.failure() == companion::AutopilotTask::Failure::kNone && bench_->world().now() - from < seconds(10)) {
+    bench_->tick();
+    (void)task.tick(bench_->world().now(), bench_->controller());
+  }
+  EXPECT_EQ(task.failure(), companion::AutopilotTask::Failure::kNotSent);
+  EXPECT_LE(bench_->world().now() - from, seconds(5));
+  EXPECT_FALSE(bench_->world().autopilot().client_in_control());
+  companion::TextLine line;
+  describe(line, task);
+  EXPECT_EQ(line.text(), "landing: the request could not be sent");
+}
+
+TEST_P(PilotageTest, ARefusalIsSaidAndTheWordIsTakenAgain) {
+  begin({.take_control = true, .hold_s = 1000.0});
+  bench_->world().autopilot().set_mode(sim::N1Mode::kP);
+  ASSERT_TRUE(until([&] { return heard_.has("not_mode_f"); }, seconds(20))) << heard_.all();
+  (void)until([] { return false; }, seconds(3));
+  ASSERT_FALSE(ended_);
+  bench_->world().autopilot().set_mode(sim::N1Mode::kF);
+  (void)until([] { return false; }, seconds(3));
+  EXPECT_EQ(bench_->noted().obtain_requests, 0U) << "control was requested although the order was refused";
+  input_.toggle_control = true;
+  EXPECT_TRUE(fly_for(seconds(1))) << heard_.all();
+}
+
+TEST_P(PilotageTest, TheWordWorksAfterTheAutopilotRestarted) {
+  begin({.take_control = true, .hold_s = 1000.0});
+  ASSERT_TRUE(fly_for(seconds(1)));
+  bench_->world().autopilot().happen(sim::N1EventKind::kRestart);
+  ASSERT_TRUE(until([&] { return heard_.has("silent_cold"); }, seconds(2))) << heard_.all();
+  (void)until([] { return false; }, seconds(5));
+  ASSERT_FALSE(ended_);
+  input_.toggle_control = true;
+  EXPECT_TRUE(fly_for(seconds(1))) << heard_.all();
+}
+
+TEST_P(PilotageTest, ARefusedPoseIsToldInMetres) {
+  RecordProperty("promise", "R14");
+  begin({.take_control = true, .hold_s = 1000.0});
+  ASSERT_TRUE(fly_for(seconds(3)));
+  bench_->world().pose_source().set_faults({.jump_m = {0.31, 0.0, 0.0}});
+  (void)until([] { return false; }, seconds(4));
+  EXPECT_TRUE(heard_.has("pose refused: 0.3")) << heard_.all();
+  EXPECT_TRUE(heard_.has(" m from the prediction, allowed 0.1")) << heard_.all();
+}
+
+TEST_P(PilotageTest, WhereNothingArrivesTheOperatorReadsWhatToDo) {
+  RecordProperty("promise", "R15");
+  begin({.take_control = true, .hold_s = 1000.0});
+  ASSERT_TRUE(fly_for(seconds(1)));
+  bench_->world().autopilot_line().set_plugged(false);
+  EXPECT_TRUE(until([&] { return heard_.has("turn the mode switch to P and back to F"); }, milliseconds(100)))
+      << heard_.all();
+  (void)until([] { return false; }, seconds(3));
+  EXPECT_FALSE(ended_) << "it must keep trying";
+  bench_->world().autopilot_line().set_plugged(true);
+  EXPECT_TRUE(until([&] { return is_pilots(); }, seconds(1))) << heard_.all();
+}
+
+}  // namespace
+}  // namespace m100::scenario

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100 doctor at the pose port: a missing key, poses over the bridge, wrong axes; and the live values of a flight.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <functional>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "host_tests/scenario/ground_station/ground_station.h"
+#include "host_tests/scenario/program/program_fixture.h"
+#include "protocol/mavlink/pose_messages.h"
+
+namespace m100::ground_station {
+namespace {
+
+using scenario::json;
+
+struct Doctor : scenario::ProgramTest {
+  std::unique_ptr<GroundStation> ground_station;
+  std::string key;
+
+  void SetUp() override {
+    ProgramTest::SetUp();
+    ground_station = std::make_unique<GroundStation>(folder, 5);
+    key = key_file(GroundStation::key_text()).string();
+  }
+  void TearDown() override {
+    ground_station.reset();
+    ProgramTest::TearDown();
+  }
+  /// Result of a check of the last run: "good: ..." or "bad: ...".
+  std::string check(const std::string& name) const {
+    const json all = json::parse(std::ifstream(result));
+    for (const json& one : all["checks"]) {
+      if (one["name"] == name) {
+        return one["health"].get<std::string>() + ": " + one["finding"].get<std::string>();
+      }
+    }
+    return "";
+  }
+  void examine(const std::vector<std::string>& more) {
+    std::vector<std::string> words{"doctor", "--folder", folder.string(), "--json", result.string()};
+    words.insert(words.end(), more.begin(), more.end());
+    (void)run(words);  // other findings on this machine do not matter here
+  }
+};
+
+TEST_F(Doctor, KnowsANetworkAndItsKey) {
+  examine({"--pose-port", ground_station->pose_port()});
+  EXPECT_NE(check("pose port " + ground_station->pose_port()).find("bad: --pose-port: "), std::string::npos);
+  EXPECT_NE(check("pose port " + ground_station->pose_port()).find("must be signed; name the key with --mavlink-key"),
+            std::string::npos);
+  EXPECT_EQ(check("pose line"), "") << "a network has no baud rate";
+  examine({"--pose-port", ground_station->pose_port(), "--mavlink-key", key + "none"});
+  EXPECT_NE(check("pose port " + ground_station->pose_port()).find("cannot be read"), std::string::npos);
+  examine({"--pose-port", ground_station->pose_port(), "--mavlink-key", key});
+  EXPECT_EQ(check("pose port " + ground_station->pose_port()), "good: opens, and the key can be read");
+  EXPECT_NE(check("poses").find("bad: none came; not one byte came"), std::string::npos) << check("poses");
+}
+
+TEST_F(Doctor, RefusesAMessageThatDoesNotFitItsLine) {
+  examine({"--pose-message", "ODOMETRY", "--pose-baud", "230400"});
+  EXPECT_EQ(check("pose line"), "bad: ODOMETRY (245 bytes) at 100 Hz takes 106 % of 230400 baud");
+  examine({"--pose-message", "ATT_POS_MOCAP", "--pose-baud", "57600", "--pose-rate", "95"});
+  EXPECT_EQ(check("pose line").substr(0, 4), "good");
+  examine({"--pose-message", "ATT_POS_MOCAP", "--pose-baud", "57600", "--pose-rate", "95", "--mavlink-key", key});
+  EXPECT_EQ(check("pose line").substr(0, 4), "bad:") << "a signature adds 13 bytes: " << check("pose line");
+}
+
+// The bridge and m100 run in real time. The number of poses in two seconds is not judged, and the two seconds begin
+// when the bridge listens.
+TEST_F(Doctor, SeesPosesThatComeOverTheBridge) {
+  const Socket source;
+  const std::uint16_t listens = Socket().port();
+  std::array<int, 2> pipe{};
+  ASSERT_EQ(::pipe2(pipe.data(), O_CLOEXEC), 0);
+  scenario::Process bridge(M100_LAB_PROGRAM,
+                           {"bridge", "--listen", "udp:" + std::to_string(listens), "--to",
+                            "127.0.0.1:" + ground_station->pose_port().substr(4), "--mavlink-key", key, "--stamp",
+                            "arrival", "--json", (folder / "bridge.json").string()},
+                           {}, pipe[1]);
+  ::close(pipe[1]);
+  char first = 0;
+  ASSERT_EQ(::read(pipe[0], &first, 1), 1) << "the bridge ended before it listened";  // its first line: it listens
+  std::atomic<bool> over{false};
+  std::thread sends([&] {
+    for (int i = 0; !over; ++i) {
+      const std::string text = i % 10 == 0 ? "nonsense" : "1.0 0.5 -0.25 1.5 1 0 0 0";
+      source.send(listens, std::as_bytes(std::span(text)));
+      usleep(5000);
+    }
+  });
+  examine({"--pose-port", ground_station->pose_port(), "--mavlink-key", key});
+  over = true;
+  sends.join();
+  EXPECT_NE(check("poses").substr(0, 3), "bad") << check("poses");
+  EXPECT_NE(check("poses").find("frames signed with the key; refused: 0 unsigned, 0 with a wrong signature"),
+            std::string::npos)
+      << check("poses");
+  bridge.send(SIGINT);
+  EXPECT_EQ(bridge.wait(scenario::kPatience), 0);
+  ::close(pipe[0]);
+  const json counts = json::parse(std::ifstream(folder / "bridge.json"));
+  EXPECT_GT(counts["sent"], 0);
+  EXPECT_GT(counts["refused"], 0);
+}
+
+TEST_F(Doctor, TheBridgeSaysWhatIsWrong) {
+  EXPECT_EQ(run_lab({"bridge", "--mavlink-key", key, "--to", "somewhere", "--duration", "1"}), 2);
+  EXPECT_EQ(run_lab({"bridge", "--mavlink-key", key, "--listen", "9763", "--duration", "1"}), 2);
+  EXPECT_EQ(run_lab({"bridge", "--mavlink-key", key + "none", "--duration", "1"}), 2);
+  EXPECT_EQ(run_lab({"bridge", "--mavlink-key", key, "--from", "somebody", "--duration", "1"}), 2);
+  EXPECT_EQ(run_lab({"bridge", "--duration", "1"}), 2);
+  const std::uint16_t free = Socket().port();
+  EXPECT_EQ(run_lab({"bridge", "--mavlink-key", key, "--listen", "udp:" + std::to_string(free), "--duration", "0.2"}),
+            1)
+      << "no pose arrived";
+}
+
+/// The pilot's sticks move the aircraft instead of a person's hands; the pose's axes are changed on the way.
+struct Frames : Doctor {
+  std::string script() const {
+    const std::filesystem::path path = folder / "hands.txt";
+    std::ofstream(path)
+        << "3 doublet pitch 250 1\n8 doublet roll 250 1\n13 doublet yaw 300 1.5\n18 doublet throttle 300 "
+           "1\n23 doublet pitch 250 1\n28 doublet roll 250 1\n";
+    return path.string();
+  }
+  void move(const std::function<void(mavlink::AttPosMocap&)>& change) {
+    ground_station->sends_poses = false;
+    ground_station->on_pose = [this, change](const mavlink::AttPosMocap& seen) {
+      mavlink::AttPosMocap changed = seen;
+      change(changed);
+      (void)ground_station->send(mavlink::encode(changed, GroundStation::kSender, ground_station->frames++));
+    };
+    ground_station->start_autopilot(events, {"--script", script(), "--rc-mode", "A"});
+    ASSERT_TRUE(ground_station->start(
+        {"doctor", "--frames", "--port", ground_station->port(), "--pose-port", ground_station->pose_port(),
+         "--mavlink-key", key, "--hold", "34", "--json", result.string()},
+        errors))
+        << error();
+    ending = ground_station->run_to_end(60.0);
+  }
+  std::optional<int> ending;
+};
+
+TEST_F(Frames, RightAxesAreRight) {
+  move([](mavlink::AttPosMocap&) {});
+  EXPECT_EQ(ending, 0) << json::parse(std::ifstream(result)).dump(1);
+  for (const char* const name : {"heading", "position x", "position y", "position z"}) {
+    EXPECT_EQ(check(name).substr(0, 5), "good:") << check(name);
+  }
+  EXPECT_NE(check("roll").find("the pose does not show this motion"), std::string::npos)
+      << "the emulator sends only the heading";
+}
+
+TEST_F(Frames, AReversedAxisIsNamed) {
+  move([](mavlink::AttPosMocap& seen) { seen.y = -seen.y; });
+  EXPECT_EQ(ending, 1);
+  EXPECT_EQ(check("position y").substr(0, 16), "bad: is reversed") << json::parse(std::ifstream(result)).dump(1);
+  EXPECT_EQ(check("position x").substr(0, 5), "good:");
+  EXPECT_EQ(check("heading").substr(0, 5), "good:");
+}
+
+TEST_F(Doctor, FramesNeedsBothPorts) {
+  EXPECT_EQ(run({"doctor", "--frames", "--port", ground_station->port()}), 2);
+  EXPECT_NE(error().find("--frames: needs --port and --pose-port"), std::string::npos) << error();
+}
+
+// The live values of a flight, read as PlotJuggler would do.
+TEST_F(Doctor, AFlightIsShownWhileItFlies) {
+  const Socket plot;
+  ground_station->start_autopilot(events);
+  std::vector<std::string> words = fly_words(*ground_station, key);
+  words.insert(words.end(), {"--take-control", "--once", "--hold", "8", "--live",
+                             "127.0.0.1:" + std::to_string(plot.port()), "--status", "always"});
+  double last_s = -1.0;
+  int in_control = 0, states = 0;
+  // Reads during the flight, because a full socket drops packets.
+  const auto read = [&] {
+    while (const std::optional<Packet> packet = plot.receive()) {
+      const json state = json::parse(std::string(reinterpret_cast<const char*>(packet->data()), packet->size()));
+      EXPECT_GT(state["timestamp"], last_s);
+      last_s = state["timestamp"];
+      in_control += state["in_control"].get<int>();
+      ++states;
+    }
+  };
+  ground_station->on_pose = [&](const mavlink::AttPosMocap&) { read(); };
+  ASSERT_TRUE(ground_station->start(words, errors)) << error();
+  ASSERT_EQ(ground_station->run_to_end(60.0), 0) << error();
+  read();
+  EXPECT_GT(states, 10) << "a busy machine may drop some, but not most";
+  EXPECT_GT(in_control, 0);
+  EXPECT_GT(last_s, 5.0);
+}
+
+}  // namespace
+}  // namespace m100::ground_station

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cmath>
+#include <csignal>
+#include <cstdint>
+#include <map>
+#include <optional>
+
+#include "host_tests/scenario/ground_station/ground_station.h"
+#include "host_tests/scenario/program/program_fixture.h"
+#include "protocol/mavlink/messages.h"
+
+namespace m100::ground_station {
+
+inline constexpr std::uint8_t kArmed = 128;
+inline constexpr std::uint16_t kReturnHome = 20;
+inline constexpr std::uint16_t kLand = 21;
+inline constexpr std::uint16_t kTakeOff = 22;
+inline constexpr std::uint16_t kGuidedEnable = 92;
+inline constexpr std::uint16_t kMissionStart = 300;
+inline constexpr std::uint16_t kOnlyPosition = 0b110111111000;
+/// Largest distance from a corner when the aircraft has come to rest there.
+inline constexpr double kAtCorner_m = 0.25;
+
+struct Place {
+  double x = 0.0, y = 0.0, z = 0.0;  ///< NED
+};
+inline double distance(const Place& a, const Place& b) { return std::hypot(a.x - b.x, a.y - b.y, a.z - b.z); }
+
+inline mavlink::Frame goal_frame(const Place& place, std::uint8_t number) {
+  return mavlink::encode(mavlink::SetPositionTargetLocalNed{.x = static_cast<float>(place.x),
+                                                            .y = static_cast<float>(place.y),
+                                                            .z = static_cast<float>(place.z),
+                                                            .type_mask = kOnlyPosition,
+                                                            .target_system = 1,
+                                                            .coordinate_frame = 1},
+                         GroundStation::kSender, number);
+}
+
+/// m100 flown by a room over a network that loses, doubles and reorders packets.
+struct GroundStationFlight : scenario::ProgramTest {
+  std::unique_ptr<GroundStation> ground_station;
+  Place truth;
+  mavlink::LocalPositionNed position;
+  std::uint8_t base_mode = 0;
+  std::uint64_t attitudes = 0, estimates = 0;
+  std::int8_t battery = -1;              // %, as in the message
+  std::map<std::uint16_t, int> answers;  ///< by command
+  std::vector<mavlink::MissionItemInt> mission;
+  std::optional<int> transfer_result;  ///< the result of the mission's transfer
+  std::vector<int> reached;
+  int mission_state = 0;
+  std::map<std::string, float> parameters;
+  std::string said;
+
+  void SetUp() override {
+    ProgramTest::SetUp();
+    ground_station = std::make_unique<GroundStation>(folder, 2);
+    ground_station->network.lost = ground_station->network.doubled = ground_station->network.swapped = 0.05;
+    ground_station->on_pose = [this](const mavlink::AttPosMocap& seen) {
+      truth = {static_cast<double>(seen.x), static_cast<double>(seen.y), static_cast<double>(seen.z)};
+    };
+    ground_station->on_frame = [this](const mavlink::FrameView& frame) { receive(frame); };
+  }
+  void TearDown() override {
+    ground_station.reset();
+    ProgramTest::TearDown();
+  }
+
+  void receive(const mavlink::FrameView& frame) {
+    if (mavlink::is<mavlink::Heartbeat>(frame)) {
+      base_mode = mavlink::decode<mavlink::Heartbeat>(frame).base_mode;
+    } else if (mavlink::is<mavlink::LocalPositionNed>(frame)) {
+      position = mavlink::decode<mavlink::LocalPositionNed>(frame);
+    } else if (mavlink::is<mavlink::AttitudeQuaternion>(frame)) {
+      ++attitudes;
+    } else if (mavlink::is<mavlink::EstimatorStatus>(frame)) {
+      ++estimates;
+    } else if (mavlink::is<mavlink::BatteryStatus>(frame)) {
+      battery = mavlink::decode<mavlink::BatteryStatus>(frame).battery_remaining;
+    } else if (mavlink::is<mavlink::CommandAck>(frame)) {
+      const auto answer = mavlink::decode<mavlink::CommandAck>(frame);
+      answers[answer.command] = answer.result;
+    } else if (mavlink::is<mavlink::StatusText>(frame)) {
+      const auto text = mavlink::decode<mavlink::StatusText>(frame);
+      said += std::string(text.text.data(), strnlen(text.text.data(), text.text.size()));
+    } else {
+      receive_mission(frame);
+    }
+  }
+  void receive_mission(const mavlink::FrameView& frame) {
+    if (mavlink::is<mavlink::MissionRequestInt>(frame)) {
+      const auto asked = mavlink::decode<mavlink::MissionRequestInt>(frame);
+      EXPECT_EQ(asked.target_system, GroundStation::kSender.system);
+      (void)ground_station->send(
+          mavlink::encode(mission.at(asked.seq), GroundStation::kSender, ground_station->frames++));
+    } else if (mavlink::is<mavlink::MissionAck>(frame)) {
+      transfer_result = mavlink::decode<mavlink::MissionAck>(frame).type;
+    } else if (mavlink::is<mavlink::MissionItemReached>(frame)) {
+      reached.push_back(mavlink::decode<mavlink::MissionItemReached>(frame).seq);
+    } else if (mavlink::is<mavlink::MissionCurrent>(frame)) {
+      mission_state = mavlink::decode<mavlink::MissionCurrent>(frame).mission_state;
+    } else if (mavlink::is<mavlink::ParamValue>(frame)) {
+      const auto value = mavlink::decode<mavlink::ParamValue>(frame);
+      parameters[std::string(value.param_id.data(), strnlen(value.param_id.data(), value.param_id.size()))] =
+          value.param_value;
+    }
+  }
+  void add_item(const Place& place, float radius_m = 0.F) {
+    mission.push_back({.param2 = radius_m,
+                       .param4 = std::nanf(""),
+                       .x = static_cast<std::int32_t>(std::lround(place.x * 1e4)),
+                       .y = static_cast<std::int32_t>(std::lround(place.y * 1e4)),
+                       .z = static_cast<float>(place.z),
+                       .seq = static_cast<std::uint16_t>(mission.size()),
+                       .command = 16,
+                       .target_system = 1,
+                       .frame = 1,
+                       .autocontinue = 1});
+  }
+  /// Transfers the mission; repeats, because packets are lost.
+  bool transfer_mission() {
+    transfer_result.reset();
+    int rounds = 0;
+    return receive_until([&] {
+      if (!transfer_result && rounds++ % 200 == 0) {
+        (void)ground_station->send(mavlink::encode(
+            mavlink::MissionCount{.count = static_cast<std::uint16_t>(mission.size()), .target_system = 1},
+            GroundStation::kSender, ground_station->frames++));
+      }
+      return transfer_result.has_value();
+    });
+  }
+  bool start_flight(std::vector<std::string> more = {}, const std::vector<std::string>& of_autopilot = {}) {
+    ground_station->start_autopilot(events, of_autopilot);
+    std::vector<std::string> words = fly_words(*ground_station, key_file(GroundStation::key_text()).string());
+    words.insert(words.end(), {"--log", log.string()});
+    words.insert(words.end(), more.begin(), more.end());
+    return ground_station->start(words, errors);
+  }
+  /// Runs until the room has received what it waits for; m100 sends from a thread that runs in real time.
+  bool receive_until(const std::function<bool()>& condition) {
+    constexpr int kRounds = 3000;
+    for (int round = 0; round < kRounds && !condition(); ++round) {
+      (void)ground_station->run_until([] { return false; }, 0.05);
+      usleep(5000);
+    }
+    return condition();
+  }
+  /// Sends a command until it is answered; repeats, because packets are lost.
+  bool send_command(std::uint16_t command, float param1, float param7 = 0.F) {
+    answers.erase(command);
+    return receive_until([&] {
+      if (answers.count(command) == 0) {
+        (void)ground_station->send(mavlink::encode(
+            mavlink::CommandLong{.param1 = param1, .param7 = param7, .command = command, .target_system = 1},
+            GroundStation::kSender, ground_station->frames++));
+      }
+      return answers.count(command) > 0;
+    });
+  }
+  void fly_to(const Place& goal) {
+    for (int second = 0; second < 12; ++second) {
+      (void)ground_station->send(goal_frame(goal, ground_station->frames++));  // repeating a goal has no further effect
+      (void)ground_station->run_until([] { return false; }, 1.0);
+    }
+    EXPECT_LT(distance(truth, goal), kAtCorner_m) << "at " << truth.x << " " << truth.y << " " << truth.z;
+  }
+};
+
+}  // namespace m100::ground_station

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "hal/cortex_m/semihosting.h"
+#include "host_tests/golden/flight/flight_recording.h"
+#include "protocol/crc.h"
+
+// Plays a recording, a file of the emulator's host, into the flight program.
+namespace m100::target {
+
+/// The most bytes that the program takes from a 921600 baud line in one tick.
+inline constexpr std::size_t kHostileBytes = link::SerialLink::kBatchBytes;
+
+/// Damaged bytes that burden a parser, in turn: only start bytes; headers with a valid checksum and the greatest
+/// length, one after the other; noise.
+inline std::byte hostile_byte(std::size_t tick, std::size_t at) {
+  static std::uint32_t noise = 1;
+  constexpr std::array<std::byte, 10> kHeader{std::byte{0xAA}, std::byte{0xFF}, std::byte{0x03}};
+  switch (tick % 3) {
+    case 0:
+      return std::byte{0xAA};
+    case 1: {
+      const std::uint16_t crc = protocol::crc16(kHeader);
+      const std::size_t in_header = at % 12;
+      return in_header < 10 ? kHeader[in_header] : static_cast<std::byte>(crc >> (8 * (in_header - 10)));
+    }
+    default:
+      noise = noise * 1664525U + 1013904223U;
+      return static_cast<std::byte>(noise >> 24U);
+  }
+}
+
+inline void put_hostile_bytes_first(golden::RecordedTick& tick, std::size_t number) {
+  const std::size_t recorded = tick.head.autopilot_bytes;
+  const std::size_t more = recorded < kHostileBytes ? kHostileBytes - recorded : 0;  // the recorded telemetry follows
+  std::copy_backward(tick.autopilot.begin(), tick.autopilot.begin() + static_cast<std::ptrdiff_t>(recorded),
+                     tick.autopilot.begin() + static_cast<std::ptrdiff_t>(recorded + more));
+  for (std::size_t i = 0; i < more; ++i) {
+    tick.autopilot[i] = hostile_byte(number, i);
+  }
+  tick.head.autopilot_bytes = static_cast<std::uint16_t>(recorded + more);
+}
+
+/// Calls on_tick(number) for each tick of the recording; it must run one tick of the flight.
+/// @param hostile once the program is in control, fills each tick up to kHostileBytes with damaged bytes before the
+///   recorded ones, and replaces the course by moves so far and so frequent that the quadratic programs are at their
+///   limits
+/// @returns the number of ticks; 0: no such file.
+template <typename T, typename S, typename OnTick>
+std::size_t play(golden::ReplayedFlight<T, S>& flight, std::string_view path, bool hostile, OnTick&& on_tick) {
+  static golden::RecordedTick tick;
+  hal::HostFile file(path);
+  if (!file.is_open()) {
+    return 0;
+  }
+  if (hostile) {
+    flight.fly_far_and_often();
+  }
+  std::size_t ticks = 0;
+  while (golden::read_tick(tick, [&file](std::span<std::byte> into) { return file.read(into).size(); })) {
+    if (hostile && flight.controller().link().authority().in_control) {
+      put_hostile_bytes_first(tick, ticks);
+    }
+    flight.load(tick);
+    on_tick(ticks);
+    flight.drain();
+    ++ticks;
+  }
+  return ticks;
+}
+
+}  // namespace m100::target

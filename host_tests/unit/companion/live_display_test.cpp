@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Live display of a flight: one JSON object per state, one status line, and no receiver unless one is given.
+#include "firmware/companion/operator/live_display.h"
+
+#include <gtest/gtest.h>
+
+#include <arpa/inet.h>
+#include <malloc.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "firmware/companion/subcommands.h"
+
+namespace m100::companion {
+namespace {
+
+LiveState flying() {
+  LiveState state;
+  state.t_s = 12.34;
+  state.failsafe_state = safety::FailsafeState::kNominal;
+  state.in_control = true;
+  state.position_m = {1.0, -2.0, 1.5};
+  state.reference_m = {1.03, -2.0, 1.54};
+  state.pose_latency_s = 0.021;
+  state.pose_jitter_s = 0.004;
+  state.poses = 1234;
+  state.telemetry_hz = 100.0;
+  state.telemetry_age_s = 0.003;
+  return state;
+}
+
+TEST(LiveDisplay, AStateIsOneObjectWithItsTime) {
+  const nlohmann::json json = nlohmann::json::parse(json_of(flying()));
+  EXPECT_EQ(json["timestamp"], 12.34);
+  EXPECT_EQ(json["rung"], 1);
+  EXPECT_EQ(json["position_m"]["y"], -2.0);
+  EXPECT_EQ(json["reference_m"]["z"], 1.54);
+  EXPECT_EQ(json["pose"]["taken"], 1234);
+  EXPECT_EQ(json["link"]["telemetry_hz"], 100.0);
+  EXPECT_LT(json_of(flying()).size(), 1200U) << "one packet of a common network";
+}
+
+// JSON has no NaN; a receiver could not parse the object.
+TEST(LiveDisplay, WhatIsNoNumberIsNull) {
+  LiveState state = flying();
+  state.yaw_rad = std::nan("");
+  EXPECT_TRUE(nlohmann::json::parse(json_of(state))["yaw_rad"].is_null());
+}
+
+TEST(LiveDisplay, TheLineSaysRungPlaceErrorPoseAndLink) {
+  EXPECT_EQ(status_of(flying(), 0.0125),
+            "nominal   1.00  -2.00  1.50 m, off 0.05 m, pose 21+4 ms, lost 1.2 %, link 100 Hz 3 ms");
+  LiveState waiting = flying();
+  waiting.failsafe_state = safety::FailsafeState::kSilent;
+  EXPECT_NE(status_of(waiting, 0.0).find("not flown"), std::string::npos);
+  waiting.telemetry_age_s = std::nan("");
+  EXPECT_NE(status_of(waiting, 0.0).find("no telemetry"), std::string::npos);
+}
+
+TEST(LiveDisplay, AReceiverIsAnAddressAndAPort) {
+  EXPECT_FALSE(receiver_of("").has_value());
+  const std::optional<sockaddr_in> receiver = receiver_of("127.0.0.1:9870");
+  ASSERT_TRUE(receiver.has_value());
+  EXPECT_EQ(ntohs(receiver->sin_port), 9870);
+  EXPECT_EQ(ntohl(receiver->sin_addr.s_addr), INADDR_LOOPBACK);
+  for (const char* const wrong : {"127.0.0.1", "localhost:9870", "127.0.0.1:0", "127.0.0.1:65536", "127.0.0.1:98x",
+                                  "127.0.0.1:", ":9870", "1.2.3:9870", "127.0.0.1:123456789"}) {
+    EXPECT_THROW((void)receiver_of(wrong), UsageError) << wrong;
+  }
+}
+
+// Catches a thread with a malloc arena of its own, which takes 64 MB of address space: memory is locked, and the limit
+// that doctor asks for does not leave room for it.
+TEST(LiveDisplay, TheThreadThatShowsHasNoMemoryOfItsOwn) {
+  LiveDisplay live({.to = "127.0.0.1:9", .status = "never"});
+  live.start();
+  live.publish(flying());
+  live.finish();
+  char* text = nullptr;
+  std::size_t size = 0;
+  std::FILE* const report = open_memstream(&text, &size);
+  ASSERT_EQ(malloc_info(0, report), 0);
+  std::fclose(report);
+  const std::string pools(text, size);
+  std::free(text);
+  EXPECT_NE(pools.find("<heap nr=\"0\">"), std::string::npos) << pools;
+  EXPECT_EQ(pools.find("<heap nr=\"1\">"), std::string::npos) << pools;
+}
+
+TEST(LiveDisplay, WithoutAStatusLineLinesBeginAtTheirBeginning) {
+  EXPECT_EQ(line_begin(), "");
+  LiveDisplay nobody({.to = "", .status = "never"});
+  nobody.start();
+  EXPECT_EQ(line_begin(), "");
+}
+
+}  // namespace
+}  // namespace m100::companion

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/ctl/law/geofence_limiter.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "firmware/ctl/law/brake_and_hold.h"
+#include "firmware/mpc/generated/gain_table.h"
+
+namespace m100::ctl {
+namespace {
+
+core::Fence box() { return {.side = {core::Fence::Side{-5, 5}, core::Fence::Side{-5, 5}, core::Fence::Side{0.5, 4}}}; }
+
+/// Braking of the shipped vehicle: the law gives each axis 22.2 degrees when both brake.
+Braking shipped() { return braking_of(mpc::generated::kVehicle, 0.408); }
+
+ref::Window<double> goal(double x_m, double z_m) {
+  ref::Window<double> window;
+  window.x.fill({.position_m = x_m, .velocity_m_s = 1.0});
+  window.height = {.position_m = z_m};
+  window.constant = true;
+  return window;
+}
+
+TEST(GeofenceLimiter, HoldsGoalsInsideAndLeavesTheOthersAlone) {
+  GeofenceLimiter<double> keeper(box(), shipped());
+  ref::Window<double> window = goal(100.0, -3.0);
+  keeper.limit(window, {});
+  EXPECT_EQ(window.x[0].position_m, 4.8);
+  EXPECT_EQ(window.x[20].velocity_m_s, 0.0);
+  EXPECT_EQ(window.height.position_m, 0.7);
+  window = goal(2.0, 1.5);
+  keeper.limit(window, {});
+  EXPECT_EQ(window.x[5].position_m, 2.0);
+  EXPECT_EQ(window.x[5].velocity_m_s, 1.0);
+  EXPECT_FALSE(keeper.brakes());
+}
+
+TEST(GeofenceLimiter, WithoutAFenceNothingIsHeld) {
+  GeofenceLimiter<double> keeper{core::Fence{}, shipped()};
+  ref::Window<double> window = goal(100.0, 50.0);
+  est::Estimate<double> fast;
+  fast.x.velocity_m_s = 8.0;
+  keeper.limit(window, fast);
+  EXPECT_EQ(window.x[0].position_m, 100.0);
+  EXPECT_FALSE(keeper.brakes());
+}
+
+TEST(GeofenceLimiter, SaysHowFarOutsideThePlaceIs) {
+  GeofenceLimiter<double> keeper(box(), shipped());
+  const auto outside = [&keeper](double x_m, double y_m, double z_m) {
+    ref::Window<double> window = goal(0.0, 1.5);
+    est::Estimate<double> estimate;
+    estimate.x.position_m = x_m;
+    estimate.y.position_m = y_m;
+    estimate.height_m = z_m;
+    keeper.limit(window, estimate);
+    return keeper.outside_m();
+  };
+  EXPECT_EQ(outside(0.0, 0.0, 1.5), -1.0);
+  EXPECT_EQ(outside(0.0, -5.25, 1.5), 0.25);
+  EXPECT_EQ(outside(5.5, 0.0, 1.5), 0.5);
+  EXPECT_EQ(outside(0.0, 0.0, 0.25), 0.25);
+  EXPECT_EQ(outside(0.0, 0.0, 4.5), 0.5);
+}
+
+/// An aircraft whose attitude follows the command after a delay (transport and command period).
+struct Aircraft {
+  const char* name;
+  double natural_frequency_rad_s;
+  double damping_ratio;
+  double delay_s;
+  double slope_limit;
+};
+
+Braking braking_of(const Aircraft& aircraft) {
+  model::Vehicle vehicle = mpc::generated::kVehicle;
+  for (model::StickAxis* const axis : {&vehicle.pitch, &vehicle.roll}) {
+    axis->natural_frequency_rad_s = aircraft.natural_frequency_rad_s;
+    axis->damping_ratio = aircraft.damping_ratio;
+    axis->transport_delay_s = aircraft.delay_s;
+  }
+  return ctl::braking_of(vehicle, aircraft.slope_limit);
+}
+
+struct Start {
+  double speed_m_s;
+  double tilt_rad;
+  double wind_m_s2;  ///< as estimated at the start: less the drag of the speed
+  double drag_per_s;
+};
+
+/// Way to a stop with all the tilt that one axis is sure to have, with gusts of 30 % of 5 m/s in the worst phase.
+double way_to_a_stop(const Aircraft& aircraft, const Start& start) {
+  constexpr double kStep_s = 1e-3;
+  const double w = aircraft.natural_frequency_rad_s, limit_rad = std::atan(aircraft.slope_limit);
+  double x_m = 0.0, v = start.speed_m_s, angle = start.tilt_rad, rate = 0.0;
+  for (double t_s = 0.0; v > 0.0 && t_s < 40.0; t_s += kStep_s) {
+    const double wanted = t_s < aircraft.delay_s + 0.04 ? start.tilt_rad : -limit_rad;
+    rate += kStep_s * (w * w * (wanted - angle) - 2.0 * aircraft.damping_ratio * w * rate);
+    angle += kStep_s * rate;
+    const double disturbance_acceleration_m_s2 = start.wind_m_s2 + start.drag_per_s * (start.speed_m_s - v);
+    v += kStep_s * (9.8066 * std::tan(angle) + disturbance_acceleration_m_s2 + 0.3 * 0.3 * 5.0);
+    x_m += kStep_s * v;
+  }
+  return x_m;
+}
+
+class EveryAircraft : public ::testing::TestWithParam<Aircraft> {};
+
+/// Combinations of speed, tilt, wind and drag for which some tilt is left to brake with. Beyond them the failsafe acts
+/// (the place cannot be held).
+std::vector<Start> starts_of(const Aircraft& aircraft) {
+  std::vector<Start> out;
+  for (double speed = 0.5; speed <= 6.0; speed += 0.5) {
+    for (const double tilt : {-1.0, 0.0, 0.5, 1.0}) {
+      for (const double wind : {0.0, 0.75, 1.5}) {
+        for (const double drag : {0.0, 0.15, 0.3}) {
+          if (wind + 0.45 <= 0.9 * 9.8066 * aircraft.slope_limit) {
+            out.push_back({speed, tilt * std::atan(aircraft.slope_limit), wind - drag * speed, drag});
+          }
+        }
+      }
+    }
+  }
+  return out;
+}
+
+// From every admitted state full braking must end inside the fence. Catches a reserve that ignores the way until the
+// attitude has turned, the speed gained meanwhile, the wind, the drag that the speed hides in the wind estimate, or the
+// parameters of the aircraft.
+TEST_P(EveryAircraft, StopsInsideFromWhateverStateIsAdmitted) {
+  RecordProperty("promise", "R16");
+  const Aircraft& aircraft = GetParam();
+  GeofenceLimiter<double> keeper(box(), braking_of(aircraft));
+  int admitted = 0;
+  for (const Start& start : starts_of(aircraft)) {
+    est::Estimate<double> estimate;
+    estimate.x = {.position_m = -4.0,
+                  .velocity_m_s = start.speed_m_s,
+                  .tilt_rad = start.tilt_rad,
+                  .disturbance_m_s2 = start.wind_m_s2};
+    ref::Window<double> window = goal(4.0, 1.5);
+    keeper.limit(window, estimate);
+    if (keeper.reserve_m() < 0.0) {
+      EXPECT_TRUE(keeper.brakes());
+      EXPECT_LT(window.x[0].position_m, -4.0) << "a goal behind the aircraft";
+      continue;
+    }
+    ++admitted;
+    EXPECT_LT(-4.0 + way_to_a_stop(aircraft, start), 5.0)
+        << start.speed_m_s << " m/s, tilt " << start.tilt_rad << ", wind with the drag " << start.wind_m_s2 << ", drag "
+        << start.drag_per_s;
+  }
+  EXPECT_GT(admitted, 30);
+}
+
+INSTANTIATE_TEST_SUITE_P(GeofenceLimiter, EveryAircraft,
+                         ::testing::Values(Aircraft{"Shipped", 6.175, 0.712, 0.0553, 0.408},
+                                           Aircraft{"OfLittleTilt", 6.175, 0.712, 0.0553, 0.2027},
+                                           Aircraft{"OfALongDelay", 6.175, 0.712, 0.16, 0.408},
+                                           Aircraft{"Slow", 3.0, 0.8, 0.1, 0.408}),
+                         [](const auto& one) { return std::string(one.param.name); });
+
+TEST(Settle, BrakesThenHoldsTrimAndWind) {
+  est::Estimate<double> estimate;
+  estimate.prediction_valid = true;
+  estimate.x = {
+      .velocity_m_s = 4.0, .disturbance_m_s2 = 1.0, .input_offset_rad = 0.02, .velocity_variance_m2_s2 = 0.01};
+  const double braking = shipped().acceleration_m_s2;
+  EXPECT_NEAR(brake_and_hold(estimate, shipped()).pitch_rad, std::atan((-braking - 1.0) / 9.8066 - 0.02), 1e-12);
+  estimate.x.velocity_m_s = 0.0;
+  estimate.x.tilt_rad = -1.0 / 9.8066;  // it holds against the wind: no acceleration
+  EXPECT_NEAR(brake_and_hold(estimate, shipped()).pitch_rad, std::atan(-1.0 / 9.8066 - 0.02), 1e-12);
+  estimate.x.velocity_m_s = 4.0;
+  estimate.x.velocity_variance_m2_s2 = 2.0;  // a useless estimate
+  EXPECT_NEAR(brake_and_hold(estimate, shipped()).pitch_rad, std::atan(-1.0 / 9.8066 - 0.02), 1e-12);
+  estimate.prediction_valid = false;
+  EXPECT_EQ(brake_and_hold(estimate, shipped()).pitch_rad, 0.0);
+}
+
+// Catches a LEVEL state that needs more way to a stop than the fence predicts plus the 0.4 m by which the fence brakes
+// early, or that swings back.
+TEST_P(EveryAircraft, SettlesWithinTheWayThatTheFenceReckonsWith) {
+  RecordProperty("promise", "R16");
+  const Aircraft& aircraft = GetParam();
+  const Braking braking = braking_of(aircraft);
+  GeofenceLimiter<double> keeper(box(), braking);
+  const double w = aircraft.natural_frequency_rad_s;
+  for (const double speed : {1.0, 2.0, 4.0}) {
+    est::Estimate<double> estimate;
+    estimate.prediction_valid = true;
+    estimate.x = {.position_m = -4.0, .velocity_m_s = speed, .velocity_variance_m2_s2 = 0.01};
+    ref::Window<double> window = goal(4.0, 1.5);
+    keeper.limit(window, estimate);
+    const double ends_m = 5.0 - keeper.reserve_m();
+    std::deque<double> pipe(static_cast<std::size_t>((aircraft.delay_s + 0.04) * 1e3), 0.0);
+    double rate = 0.0, least_m_s = speed;
+    for (int k = 0; k < 8000; ++k) {
+      pipe.push_back(brake_and_hold(estimate, braking).pitch_rad);
+      rate += 1e-3 * (w * w * (pipe.front() - estimate.x.tilt_rad) - 2.0 * aircraft.damping_ratio * w * rate);
+      pipe.pop_front();
+      estimate.x.tilt_rad += 1e-3 * rate;
+      estimate.x.velocity_m_s += 1e-3 * 9.8066 * std::tan(estimate.x.tilt_rad);
+      estimate.x.position_m += 1e-3 * estimate.x.velocity_m_s;
+      least_m_s = std::min(least_m_s, estimate.x.velocity_m_s);
+    }
+    EXPECT_LT(estimate.x.position_m, ends_m + 0.4) << speed << " m/s";
+    EXPECT_NEAR(estimate.x.velocity_m_s, 0.0, 0.05) << speed << " m/s";
+    EXPECT_GT(least_m_s, -0.15) << speed << " m/s";
+  }
+}
+
+// Catches a tilt limit that is applied to each axis alone: 4 m/s over the diagonal against wind then tilted by 35
+// degrees, and a large wind gave more than 50, which was unsound, so no command was left.
+TEST(Settle, TiltsBothAxesTogetherByThirtyDegreesAtMost) {
+  for (const double yaw_rad : {0.0, 0.7, -2.0}) {
+    for (const double wind_m_s2 : {1.0, 3.0, 20.0}) {
+      est::Estimate<double> estimate;
+      estimate.prediction_valid = true;
+      estimate.yaw_rad = yaw_rad;
+      estimate.x = {.velocity_m_s = 4.0, .disturbance_m_s2 = wind_m_s2, .velocity_variance_m2_s2 = 0.01};
+      estimate.y = {.velocity_m_s = 4.0, .disturbance_m_s2 = wind_m_s2, .velocity_variance_m2_s2 = 0.01};
+      const Command<double> command = brake_and_hold(estimate, shipped());
+      const double tilt_rad = std::acos(std::cos(command.roll_rad) * std::cos(command.pitch_rad));
+      EXPECT_NEAR(tilt_rad, core::kPi / 6.0, 1e-9) << yaw_rad << " " << wind_m_s2;
+      if (yaw_rad == 0.0) {
+        EXPECT_LT(command.pitch_rad, 0.0);
+        EXPECT_GT(command.roll_rad, 0.0);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace m100::ctl

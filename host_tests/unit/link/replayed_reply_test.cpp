@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Repeated telemetry says nothing about the present: only new telemetry may complete a release (promise R15).
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <vector>
+
+#include "firmware/link/telemetry_clock.h"
+#include "host_tests/sim/ports/link_bench.h"
+#include "protocol/dji/frame_parser.h"
+
+namespace m100::link {
+namespace {
+
+using safety::AuthorityStage;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+core::TimePoint at(int time_ms) { return core::TimePoint{} + milliseconds(time_ms); }
+
+/// Notes a package with the autopilot's tick count (400 Hz) that arrived within the last 10 ms.
+TelemetryClock::Verdict update(TelemetryClock& clock, int ticks, int now_ms) {
+  return clock.update(static_cast<std::uint32_t>(ticks), at(now_ms - 10), at(now_ms));
+}
+
+TEST(TelemetryClock, ARepeatedOrOvertakenPackageIsNotNew) {
+  TelemetryClock clock;
+  EXPECT_TRUE(update(clock, 4000, 100).is_new);
+  EXPECT_TRUE(update(clock, 4004, 110).is_new);
+  EXPECT_FALSE(update(clock, 4004, 120).is_new) << "the same once more";
+  EXPECT_FALSE(update(clock, 4000, 120).is_new) << "the one before";
+  EXPECT_TRUE(update(clock, 4008, 120).is_new);
+  for (int later_ms = 130; later_ms < 20000; later_ms += 10) {
+    const TelemetryClock::Verdict verdict = update(clock, 4008, later_ms);
+    ASSERT_FALSE(verdict.is_new || verdict.restarted) << "frozen for ever";
+  }
+}
+
+TEST(TelemetryClock, ARestartIsSaidAtOnceAndSpeaksFromItsSecondPackageOn) {
+  TelemetryClock clock;
+  EXPECT_TRUE(update(clock, 40000, 100).is_new);
+  const TelemetryClock::Verdict first = update(clock, 4, 700);
+  EXPECT_TRUE(first.restarted);
+  EXPECT_FALSE(first.is_new) << "one package alone may be an old one";
+  const TelemetryClock::Verdict second = update(clock, 8, 710);
+  EXPECT_TRUE(second.is_new);
+  EXPECT_FALSE(second.restarted) << "it is said once";
+  EXPECT_TRUE(update(clock, 12, 720).is_new);
+}
+
+TEST(TelemetryClock, OldPackagesAmongNewOnesNeverCount) {
+  TelemetryClock clock;
+  for (int tick = 0; tick < 1000; ++tick) {
+    ASSERT_TRUE(update(clock, 40000 + 4 * tick, 10000 + 10 * tick).is_new) << tick;
+    ASSERT_FALSE(update(clock, 38000 + 4 * tick, 10000 + 10 * tick).is_new) << tick << ": five seconds late";
+    ASSERT_FALSE(update(clock, 39920 + 4 * tick, 10000 + 10 * tick).is_new) << tick << ": a fifth of a second late";
+  }
+}
+
+TEST(TelemetryClock, TheWrapOfTheCounterIsAStep) {
+  TelemetryClock clock;
+  EXPECT_TRUE(update(clock, -4, 100).is_new);
+  EXPECT_TRUE(update(clock, 0, 110).is_new);
+}
+
+/// One end of a line that can freeze telemetry: answers pass, but telemetry repeats one frame.
+class FreezingLine final : public hal::Uart {
+ public:
+  explicit FreezingLine(hal::Uart& line) : line_(line) {}
+  core::Expected<std::size_t> read(std::span<std::byte> destination) override {
+    std::array<std::byte, 512> came;
+    const auto count = line_.read(came);
+    parser_.consume(std::span(came).first(count.value_or(0)), [this](const protocol::FrameView& frame) {
+      const std::vector<std::byte> bytes(frame.bytes.begin(), frame.bytes.end());
+      const bool is_telemetry = !frame.header.is_ack && frame.header.session == 0;
+      frozen_ = is_telemetry && (!is_frozen || frozen_.empty()) ? bytes : frozen_;
+      const std::vector<std::byte>& passed = is_telemetry ? frozen_ : bytes;
+      waiting_.insert(waiting_.end(), passed.begin(), passed.end());
+    });
+    const std::size_t taken = std::min(destination.size(), waiting_.size());
+    std::copy_n(waiting_.begin(), taken, destination.begin());
+    waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(taken));
+    return taken;
+  }
+  core::Expected<std::size_t> write(std::span<const std::byte> source) override {
+    return loses_what_is_sent ? source.size() : line_.write(source);
+  }
+  bool is_frozen = false;
+  bool loses_what_is_sent = false;
+
+ private:
+  hal::Uart& line_;
+  protocol::FrameParser parser_;
+  std::vector<std::byte> frozen_;
+  std::deque<std::byte> waiting_;
+};
+
+class FrozenTelemetry : public ::testing::TestWithParam<Channel> {
+ protected:
+  FrozenTelemetry()
+      : pair_(clock_, 230400, 1), autopilot_(pair_.b(), vehicle_, {}), line_(pair_.a()), link_(line_, config()) {}
+  static LinkConfig config() {
+    LinkConfig config;
+    config.channel.channel = GetParam();
+    return config;
+  }
+  void run(core::Duration time) {
+    for (const core::TimePoint end = clock_.now() + time; clock_.now() < end;) {
+      for (int i = 0; i < 4; ++i) {
+        clock_.advance(sim::N1Autopilot::kTick);
+        autopilot_.advance(clock_.now());
+      }
+      (void)link_.receive(clock_.now());
+    }
+  }
+  hal::ManualClock clock_;
+  sim::StillVehicle vehicle_;
+  hal::UartPair pair_;
+  sim::N1Autopilot autopilot_;
+  FreezingLine line_;
+  SerialLink link_;
+};
+INSTANTIATE_TEST_SUITE_P(Link, FrozenTelemetry, ::testing::Values(Channel::kVirtualRc, Channel::kMovement),
+                         [](const auto& tested) {
+                           return tested.param == Channel::kVirtualRc ? "VirtualRc" : "Movement";
+                         });
+
+// Catches a client that believes that the transmitter has control because it keeps receiving a frame from before the
+// grant.
+TEST_P(FrozenTelemetry, OfATimeBeforeTheGrantFinishesNoRelease) {
+  RecordProperty("promise", "R15");
+  run(seconds(5));
+  ASSERT_EQ(link_.authority().stage, AuthorityStage::kReady);
+  line_.is_frozen = true;
+  link_.request_control(clock_.now());
+  run(milliseconds(100));
+  line_.loses_what_is_sent = true;  // the first releases are lost; later ones must succeed
+  run(seconds(3));
+  EXPECT_TRUE(link_.authority().release_pending) << "nothing new has said that the transmitter has it";
+  EXPECT_FALSE(link_.authority().telemetry_fresh);
+  EXPECT_GT(link_.health().old_packages, 200U);
+  line_.loses_what_is_sent = false;
+  run(seconds(1));
+  EXPECT_FALSE(autopilot_.client_in_control());
+  EXPECT_TRUE(link_.authority().release_pending) << "and still nobody has said so";
+  line_.is_frozen = false;
+  run(milliseconds(100));
+  EXPECT_FALSE(link_.authority().release_pending);
+  EXPECT_EQ(link_.authority().stage, AuthorityStage::kSilentCold) << "never by itself";
+}
+
+}  // namespace
+}  // namespace m100::link

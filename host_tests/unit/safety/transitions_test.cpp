@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Every row of both safety tables must answer a situation, and a test must fail without it.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "host_tests/unit/safety/situations.h"
+
+namespace m100::safety {
+namespace {
+
+using situations::AuthoritySituation;
+using situations::FailsafeSituation;
+using situations::kAuthoritySituations;
+using situations::kFailsafeSituations;
+
+constexpr std::array kEveryStageOnce{AuthorityStage::kListening,  AuthorityStage::kRequestingVersion,
+                                     AuthorityStage::kActivating, AuthorityStage::kSettingRates,
+                                     AuthorityStage::kPausing,    AuthorityStage::kAwaitingTelemetry,
+                                     AuthorityStage::kReady,      AuthorityStage::kObtaining,
+                                     AuthorityStage::kSpacing,    AuthorityStage::kConfirming,
+                                     AuthorityStage::kEnabling,   AuthorityStage::kInControl,
+                                     AuthorityStage::kReleasing,  AuthorityStage::kSilent,
+                                     AuthorityStage::kSilentCold};
+static_assert(kEveryStageOnce.size() == kStageCount);
+
+std::string words(std::size_t row) { return row < kAuthorityTable.size() ? "row " + std::to_string(row) : "no row"; }
+
+// The situations, in the order of the promises. They do not read the tables' rows, so a missing row is found.
+
+class SituationOfTheFailsafe : public ::testing::TestWithParam<FailsafeSituation> {};
+
+TEST_P(SituationOfTheFailsafe, IsAnsweredAsThePromisesSay) {
+  RecordProperty("promise", "R4, R12");
+  const FailsafeSituation& told = GetParam();
+  const std::size_t row = row_number(told.failsafe_state, told.conditions);
+  EXPECT_EQ(name(next_failsafe_state(told.failsafe_state, told.conditions)), name(told.after));
+  EXPECT_EQ(name(row < kFailsafeTransitions.size() ? kFailsafeTransitions[row].why : FailsafeReason::kNone),
+            name(told.why))
+      << "row " << row;
+}
+INSTANTIATE_TEST_SUITE_P(All, SituationOfTheFailsafe, ::testing::ValuesIn(kFailsafeSituations),
+                         [](const auto& tested) { return tested.param.name; });
+
+class SituationOfAuthority : public ::testing::TestWithParam<AuthoritySituation> {};
+
+TEST_P(SituationOfAuthority, IsAnsweredAsThePromisesSay) {
+  RecordProperty("promise", "R4, R15");
+  const AuthoritySituation& told = GetParam();
+  for (const AuthorityStage stage : kEveryStageOnce) {
+    if (!told.stages.has(stage)) {
+      continue;
+    }
+    const std::size_t number = match_number(stage, told.conditions);
+    SCOPED_TRACE(std::string(name(stage)) + ": " + words(number));
+    EXPECT_EQ(number == kAuthorityTable.size(), told.stays);
+    if (number < kAuthorityTable.size() && !told.stays) {
+      const AuthorityTransition& row = kAuthorityTable[number];
+      EXPECT_EQ(name(row.to), name(told.after));
+      EXPECT_EQ(row.action, told.action);
+      EXPECT_EQ(name(row.reason), name(told.why));
+    }
+  }
+}
+INSTANTIATE_TEST_SUITE_P(All, SituationOfAuthority, ::testing::ValuesIn(kAuthoritySituations),
+                         [](const auto& tested) { return tested.param.name; });
+
+// One test per row, made from the tables. A row that is the only answer to no situation is either unnecessary, or its
+// loss would not be noticed.
+
+/// The row that answers when row `gone` is missing.
+template <typename Row, std::size_t kRows, typename Matches>
+std::size_t answer_without(const std::array<Row, kRows>& table, std::size_t gone, const Matches& matches) {
+  for (std::size_t i = 0; i < kRows; ++i) {
+    if (i != gone && matches(table[i])) {
+      return i;
+    }
+  }
+  return kRows;
+}
+
+class FailsafeTransitionRow : public ::testing::TestWithParam<std::size_t> {};
+
+TEST_P(FailsafeTransitionRow, HasASituationThatItAloneAnswers) {
+  const FailsafeTransition& row = kFailsafeTransitions[GetParam()];
+  int situations_found = 0;
+  for (const FailsafeSituation& told : kFailsafeSituations) {
+    const auto matches = [&told](const FailsafeTransition& other) {
+      return other.from == told.failsafe_state && all(told.conditions, other.needs) &&
+             !any(told.conditions, other.excludes);
+    };
+    const std::size_t other = answer_without(kFailsafeTransitions, GetParam(), matches);
+    const bool same = other < kFailsafeTransitions.size() && kFailsafeTransitions[other].to == row.to &&
+                      kFailsafeTransitions[other].why == row.why;
+    situations_found += row_number(told.failsafe_state, told.conditions) == GetParam() && !same ? 1 : 0;
+  }
+  EXPECT_GT(situations_found, 0) << "from " << name(row.from) << " to " << name(row.to) << ", " << name(row.why)
+                                 << ": add the situation to situations.h";
+}
+INSTANTIATE_TEST_SUITE_P(Every, FailsafeTransitionRow, ::testing::Range(std::size_t{0}, kFailsafeTransitions.size()),
+                         [](const auto& tested) {
+                           const FailsafeTransition& row = kFailsafeTransitions[tested.param];
+                           return std::to_string(tested.param) + "_" + std::string(name(row.from)) + "_" +
+                                  std::string(name(row.why));
+                         });
+
+class RowOfAuthority : public ::testing::TestWithParam<std::size_t> {};
+
+TEST_P(RowOfAuthority, HasASituationThatItAloneAnswersInEveryStageOfIt) {
+  const AuthorityTransition& row = kAuthorityTable[GetParam()];
+  for (const AuthorityStage stage : kEveryStageOnce) {
+    int situations_found = 0;
+    for (const AuthoritySituation& told : kAuthoritySituations) {
+      const auto matches = [&told, stage](const AuthorityTransition& other) {
+        return other.from.has(stage) && all(told.conditions, other.with) && !any(told.conditions, other.without);
+      };
+      const std::size_t number = answer_without(kAuthorityTable, GetParam(), matches);
+      bool same = false;
+      if (number < kAuthorityTable.size()) {
+        const AuthorityTransition& other = kAuthorityTable[number];
+        same = other.to == row.to && other.action == row.action && other.reason == row.reason;
+      }
+      situations_found += told.stages.has(stage) && match_number(stage, told.conditions) == GetParam() && !same ? 1 : 0;
+    }
+    EXPECT_EQ(situations_found > 0, row.from.has(stage))
+        << "in " << name(stage) << ", to " << name(row.to) << ", " << name(row.reason)
+        << ": add the situation to authority_situations.cpp";
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Every, RowOfAuthority, ::testing::Range(std::size_t{0}, kAuthorityTable.size()),
+                         [](const auto& tested) {
+                           const AuthorityTransition& row = kAuthorityTable[tested.param];
+                           return std::to_string(tested.param) + "_to_" + std::to_string(static_cast<int>(row.to));
+                         });
+
+}  // namespace
+}  // namespace m100::safety

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "firmware/core/expected.h"
+#include "protocol/crc.h"
+#include "protocol/dji/frame.h"
+
+namespace m100::protocol {
+
+/// Counters of the parser. An error is counted for each start byte that did not begin a frame.
+struct ParserStats {
+  std::uint64_t bytes = 0;   ///< taken
+  std::uint64_t frames = 0;  ///< delivered
+  std::uint64_t crc16_errors =
+      0;  ///< start byte, but no header: its checksum fails or (out of step) a fixed bit is set
+  std::uint64_t reserved_errors = 0;  ///< where a frame was due: good header checksum, but VER, RES0 or RES1 not zero
+  std::uint64_t length_errors = 0;    ///< good header checksum, but a LEN that no frame can have
+  std::uint64_t padding_errors = 0;   ///< more filler than DATA, or encrypted DATA that is not whole cipher blocks
+  std::uint64_t crc32_errors = 0;     ///< good header, but the frame checksum fails
+  std::uint64_t resyncs = 0;          ///< how often synchronisation was lost: runs of dropped bytes
+  std::uint64_t bytes_dropped = 0;    ///< bytes that belong to no delivered frame
+  friend constexpr bool operator==(const ParserStats&, const ParserStats&) = default;
+};
+
+/// Finds frames in a byte stream that may start anywhere and may be damaged anywhere.
+///
+/// Invariants, whatever the bytes are: no more than kBufferBytes are stored; no frame is reported unless both checksums
+/// hold; each good frame that does not overlap a delivered one is delivered as soon as no earlier start byte can claim
+/// its bytes, at the latest after one longest frame of clean bytes after any damage.
+///
+/// Cost: each byte enters the running CRC32 at most once, and each start byte costs a constant: one CRC16 of 10 bytes
+/// and, if a header is good, one CRC32 of the whole frame from two running values (see crc32_advance). The bytes of a
+/// false frame are searched again from the second byte, without summing them again.
+class FrameParser {
+ public:
+  static constexpr std::size_t kBufferBytes = 2048;
+
+  /// Takes as many bytes as there is room for; after poll() returned kNotReady there is room for at least 1000.
+  /// Invalidates the views of earlier frames.
+  /// @returns the number of bytes taken.
+  [[nodiscard]] std::size_t push(std::span<const std::byte> bytes);
+
+  /// The next frame. It views the parser's buffer until the next push().
+  /// @returns kNotReady: none is complete yet.
+  core::Expected<FrameView> poll();
+
+  /// Feeds one byte and polls. One byte can complete several frames (those inside the bytes that a false header
+  /// claimed): after a frame, call poll() until kNotReady.
+  core::Expected<FrameView> push(std::byte value);
+
+  /// Feeds all bytes and calls on_frame(const FrameView&) for each frame found.
+  template <typename OnFrame>
+  void consume(std::span<const std::byte> bytes, OnFrame&& on_frame) {
+    while (!bytes.empty()) {
+      bytes = bytes.subspan(push(bytes));
+      for (core::Expected<FrameView> frame = poll(); frame; frame = poll()) {
+        on_frame(*frame);
+      }
+    }
+  }
+
+  /// Abandons the pending frame and continues the search after its start byte. For a link that became silent in the
+  /// middle of a frame: the next bytes are not its rest. Call poll() afterwards.
+  void abandon_candidate();
+
+  /// LEN of the pending frame's header; 0: no frame is pending.
+  std::size_t claimed_bytes() const { return needed_ > kHeaderBytes ? needed_ : 0; }
+  /// Where in the stream that header begins.
+  std::uint64_t candidate_offset() const { return base_ + begin_; }
+
+  const ParserStats& stats() const { return stats_; }
+  /// Bytes taken, but neither delivered nor dropped yet.
+  std::size_t pending_bytes() const { return end_ - (begin_ > delivered_ ? begin_ : delivered_); }
+
+ private:
+  static constexpr std::size_t kBlockBytes = kCrc32BlockBytes;
+
+  void make_room();
+  /// Searches from a position on for a frame whose bytes are all there. Moves the window to it (true), or to what must
+  /// be waited for (false).
+  bool search(const std::byte* at);
+  /// Advances to the next header that may begin a frame.
+  /// @returns the length of that frame, whose bytes are all present; 0: the window begins at an incomplete frame.
+  std::size_t find_header(const std::byte*& at, const std::byte* last);
+  /// @returns the first start byte in at..last that the fixed bits of a header do not rule out, or that is too near the
+  ///   end to judge, or last.
+  const std::byte* next_candidate(const std::byte* at, const std::byte* last);
+  /// Judges eight bytes at once, from `at`, where no header begins. @returns where to continue.
+  const std::byte* after_word(const std::byte* at, const std::byte* last);
+  /// Counts a start byte where no header begins.
+  void refuse_start(const std::byte* at);
+  /// Counts a false frame. @returns where to continue the search.
+  const std::byte* refuse_frame(const std::byte* at);
+  /// Advances the window; bytes after the last delivered frame count as dropped.
+  void move_to(const std::byte* at, std::size_t needed);
+  FrameView deliver();
+  /// 1 outside a delivered frame, 0 inside: start bytes inside do not count as errors.
+  std::uint64_t outside_delivered(const std::byte* at) const { return at >= buffer_.data() + delivered_ ? 1U : 0U; }
+
+  std::array<std::byte, kBufferBytes> buffer_{};
+  std::size_t begin_ = 0;      ///< window start
+  std::size_t end_ = 0;        ///< bytes in the buffer
+  std::size_t delivered_ = 0;  ///< end of the last delivered frame
+  std::size_t needed_ = 1;     ///< window size at which there is something to do; above kHeaderBytes: LEN of a header
+  bool in_step_ = true;
+  std::uint64_t base_ = 0;  ///< stream position of buffer_[0]
+  /// running_[i]: CRC register at buffer position i * kBlockBytes, for i up to running_last_. Its start position and
+  /// start value do not matter.
+  std::array<std::uint32_t, kBufferBytes / kBlockBytes + 1> running_{};
+  std::size_t running_last_ = 0;
+  ParserStats stats_;
+};
+
+}  // namespace m100::protocol
