@@ -41,7 +41,7 @@ struct SupervisorStats {
   std::uint32_t releases = 0;
 };
 
-/// Checks every command between the law and the wire; it may only take away: the failsafe of ladder.h, then range and
+/// Checks every command between the law and the wire; it may only take away: the failsafe of failsafe.h, then range and
 /// slew limits (R5).
 ///
 /// Cost: one pass over some 20 table rows, about 60 comparisons. Its only state is the failsafe's, its clock and the

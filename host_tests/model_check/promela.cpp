@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes both safety tables as Promela for Spin, from the constexpr arrays that fly: sticks.pml includes the result.
+// Writes both safety tables as Promela for Spin, from the constexpr arrays that fly: authority.pml includes the result.
 // Usage: promela [--plant NAME]   (with a wrong row in a table, which the check has to find; --list prints the names)
 //        promela --every-row      changes each number of each row, one after the other: the model has to change, too
 #include <array>

@@ -2,7 +2,7 @@
 // Replays the recorded flight on the processor: arguments RECORDING hash|cost|hostile|profile.
 //   hash     one SHA-256 for each scalar type (promise R6)
 //   cost     instructions of each tick of the float build without a log (promise R7): best, median, worst
-//   hostile  the same, with the hostile bytes of tape_player.h
+//   hostile  the same, with the hostile bytes of recording_player.h
 //   profile  where those instructions are spent: addresses sampled by the system timer, for linker/profile_report.py
 #include <algorithm>
 #include <array>

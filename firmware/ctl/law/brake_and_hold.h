@@ -16,7 +16,7 @@ namespace m100::ctl {
 ///   v' = -k (v + t v'now),  at most the vehicle's braking:  slope = +-(v' - d) / g - m
 /// The speed is that of a reaction time t later, so that the tilt is removed in time; with k t = 0.7 the stop does not
 /// overshoot. It brakes as hard as the fence assumes: a gentler stop would end beyond the fence. Both slopes together
-/// are at most tan(30 degrees), the law's own limit, reduced by any tilt beyond it (tilt_room.h), and keep their
+/// are at most tan(30 degrees), the law's own limit, reduced by any tilt beyond it (slope_limit.h), and keep their
 /// direction. While no pose arrives the velocity is the model's prediction; if its sigma is too large, only trim and
 /// wind are compensated. Without a prediction the command is level. No climb, no turn: the autopilot holds the height.
 template <typename T>

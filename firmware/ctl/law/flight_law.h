@@ -22,7 +22,7 @@ struct FlightLawOptions {
   /// Height gains from the climb dynamics (design_altitude); false: those of the vehicle file, as they stand.
   bool design_altitude = true;
   /// Limit of the commanded tilt of both axes together, 0 to 90 degrees. The measured tilt exceeds it only briefly
-  /// (tilt_room.h): the promise is 35 degrees, the attitude loop overshoots by 7 %.
+  /// (slope_limit.h): the promise is 35 degrees, the attitude loop overshoots by 7 %.
   double combined_tilt_limit_rad = 0.5235987755982988;  // 30 deg
   /// Law of the horizontal axes; the baseline shares everything but the optimisation with the MPC.
   mpc::Law horizontal = mpc::Law::kMpc;
@@ -55,7 +55,7 @@ struct LawReport {
 ///     (inverse_lags(): the input that makes the attitude loop follow t_ref).
 ///  3. The program is solved for the input as the attitude loop sees it, u + m; the command is that minus m. So neither
 ///     wind (d) nor trim and command gain (m) leaves a steady offset.
-/// Then both tilts are limited together, keeping their direction, with regard to the present tilt (tilt_room.h), and
+/// Then both tilts are limited together, keeping their direction, with regard to the present tilt (slope_limit.h), and
 /// rotated by yaw into roll and pitch.
 /// Needs a window whose lead is lead(). Cost: firmware/README.md.
 template <typename T>
@@ -77,7 +77,7 @@ class FlightLaw {
   /// Largest slope that is available to one axis whatever the other one wants: the smaller of the tables' boxes and the
   /// combined limit divided by the root of two.
   T slope_limit() const;
-  /// From now on, until reset(), the calm law (calm_law.h) flies the horizontal axes, with this rate [rad/s].
+  /// From now on, until reset(), the calm law (fallback_law.h) flies the horizontal axes, with this rate [rad/s].
   void start_fallback(T rate_per_s) { fallback_per_s_ = rate_per_s; }
   bool fallback() const { return fallback_per_s_ > T(0); }
   /// For a start in the air: clears the integral, the active sets and the calm law. The pipes keep the commands that

@@ -13,7 +13,7 @@ using Column = FlownLoop::Column;
 using Index = Eigen::Index;
 enum Filter : Index { kP, kV, kTilt, kRate, kD, kM };
 
-/// The observer models an axis without dynamics as first order with this time constant (est/filter_parts.h).
+/// The observer models an axis without dynamics as first order with this time constant (est/filter/filter_math.h).
 constexpr double kFastest_s = 0.01;
 /// Ticks of a minute of flight, in which the slowest mode of the observer, the offset, has settled.
 constexpr int kObserverIterations = 6000;

@@ -66,7 +66,7 @@ Observer observer(const model::Vehicle& vehicle, Axis axis, std::size_t pose_age
   const bool rate_seen = n == 4 && zero == 0.0;
   out.c = Dense::Zero(rate_seen ? 3 : 2, n + 2);
   const double age_s = static_cast<double>(pose_age_ticks) * kTick_s;
-  out.c(0, 0) = 1.0;  // the position at the pose's capture: est/delayed_pose.h
+  out.c(0, 0) = 1.0;  // the position at the pose's capture: est/filter/acceleration_history.h
   out.c(0, 1) = -age_s;
   out.c(0, n) = 0.5 * age_s * age_s;
   out.c(1, 2) = 1.0;

@@ -12,7 +12,7 @@ namespace m100::lab::gains {
 /// every tick of 10 ms, as in the paper; flown_margins_of(): as the program flies. The loop consists of the axis as in
 /// the vehicle file, the steady observer (position, tilt, tilt rate measured; disturbance and input offset estimated),
 /// the prediction through the delay, the unconstrained MPC, and a pose whose age the observer knows
-/// (est/delayed_pose.h). Limits are not included.
+/// (est/filter/acceleration_history.h). Limits are not included.
 struct Margins {
   bool stable = false;
   double peak_sensitivity = 0.0;

@@ -32,7 +32,7 @@ class TranslationProblem final : public Problem {
   /// The winds of the flights of the training log, relative to their mean.
   std::vector<FlightWind> winds(const Fit& fit) const { return flight_winds(training_, fit); }
 
-  /// A force that grows with the distance from a place (translation_change.h).
+  /// A force that grows with the distance from a place (translation_change_point.h).
   std::vector<Finding> tether(const Fit& fit) const;
 
   /// Changes in mid-flight, over both parts where they are of one log.

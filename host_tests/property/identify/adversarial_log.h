@@ -13,7 +13,7 @@
 namespace m100::host_tests {
 
 /// A simulated log with known truth that is designed to mislead the identification: one roll axis of 45 s
-/// (synthetic_axis.h), or an unknown vehicle's (stranger.h).
+/// (synthetic_axis.h), or an unknown vehicle's (unseen_log.h).
 struct AdversarialLog {
   std::string kind;
   lab::logs::FlightLog log;
@@ -29,7 +29,7 @@ struct AdversarialLog {
   /// need not be reported, because the model lacks nothing.
   bool usable = false;
   std::vector<std::pair<double, double>> train{{3.0, 30.0}}, validate{{30.0, 44.0}};
-  /// Upper bound of the log's evidence for the hidden effect (stranger_bound.h); empty: the effect is obvious. Takes up
+  /// Upper bound of the log's evidence for the hidden effect (unseen_log_bound.h); empty: the effect is obvious. Takes up
   /// to a second.
   std::function<double()> evidence;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // identify_coverage [--logs N] [--seed S] [--json FILE] [--judge 1]: how often the 95 % intervals of identify contain
-// the true value, over simulated logs. With --judge, exit code 1: a parameter is not as coverage_judge.h states.
+// the true value, over simulated logs. With --judge, exit code 1: a parameter is not as coverage_limits.h states.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A room that uses another implementation of MAVLink (node-mavlink). node_mavlink_test.cpp controls it line by line, so
-// that it runs in the test's time. Usage: node node_room.js NODE_MODULES PORT KEY_HEX FIRST_UNIX_MS
+// that it runs in the test's time. Usage: node node_ground_station.js NODE_MODULES PORT KEY_HEX FIRST_UNIX_MS
 //   pose US X Y Z QW QX QY QZ   signs and sends ATT_POS_MOCAP through a network that loses, doubles and reorders
 //   packets goal X Y Z                  sends SET_POSITION_TARGET_LOCAL_NED with only the position in use
 //   order COMMAND PARAM1        sends COMMAND_LONG

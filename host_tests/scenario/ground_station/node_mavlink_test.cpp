@@ -18,7 +18,7 @@ namespace {
 
 using scenario::json;
 
-/// Runs node_room.js: each line gets one line as an answer.
+/// Runs node_ground_station.js: each line gets one line as an answer.
 class NodeGroundStation {
  public:
   NodeGroundStation(const std::string& modules, const std::string& port, const std::string& key) {

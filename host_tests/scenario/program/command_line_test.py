@@ -3,7 +3,7 @@
 """Checks the command lines of both programs: --version, an example with existing options in every --help, refusal of
 malformed numbers and lists, --json for every command that reports, and one printable line for every error.
 
-Usage: words_test.py M100 LAB VEHICLE TABLE FLIGHT. Prints one line per offence.
+Usage: command_line_test.py M100 LAB VEHICLE TABLE FLIGHT. Prints one line per offence.
 """
 import json
 import pathlib

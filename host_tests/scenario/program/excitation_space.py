@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Flies the guide's excitation in the guide's room with 24 aircraft: m100-lab excite makes it, m100 flies it.
 
-Usage: excite_room.py M100 LAB SOURCE
+Usage: excitation_space.py M100 LAB SOURCE
 
 Each aircraft has wind of 0 to 3 m/s from any direction, the measured drag or 0.3 1/s, trims 20 counts off the vehicle
 file's, and an attitude loop with a transport delay of 130 to 180 ms, which the vehicle file contains. A flight that is

@@ -26,7 +26,7 @@ std::span<const Channel> channels();
 /// @throws std::invalid_argument if there is no channel of this name.
 const Channel& channel_of(std::string_view name);
 
-/// A fault as worst.txt keeps it: the task and the fault of the channel.
+/// A fault as worst_faults.txt keeps it: the task and the fault of the channel.
 struct Fault {
   std::string task = "hover";
   Waveform wave;

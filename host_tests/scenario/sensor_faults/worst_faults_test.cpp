@@ -21,7 +21,7 @@ TEST_P(WorstFault, TakesTheAircraftNoFartherThanItDid) {
   RecordProperty("promise", "R14");
   const auto recorded = recorded_faults(M100_WORST_FAULTS);
   const Channel& channel = channel_of(GetParam());
-  ASSERT_TRUE(recorded.contains(channel.name)) << "worst.txt has no fault of this channel";
+  ASSERT_TRUE(recorded.contains(channel.name)) << "worst_faults.txt has no fault of this channel";
   const RecordedFault& worst = recorded.find(channel.name)->second;
   FaultEffect max{.after_s = 0.0};
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {

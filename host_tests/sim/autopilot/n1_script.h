@@ -100,7 +100,7 @@ class N1ScriptError : public std::runtime_error {
 ///   55 3211 roll 150 0.3               3, 2, 1, 1 times 0.3 s, to either side in turn
 ///   60 chirp roll 100 0.4 2.5 8        a sine from 0.4 to 2.5 Hz within 8 s
 ///
-/// and a lie of a channel by its name (lies.h), with a size if it differs from the default:
+/// and a lie of a channel by its name (sensor_fault_injector.h), with a size if it differs from the default:
 ///
 ///   30 lie standing                    30 lie drift 0.1
 ///

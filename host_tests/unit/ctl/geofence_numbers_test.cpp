@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The numbers of the fence, worked out by hand from its equations (fence_keeper.h), on both axes and towards both
+// The numbers of the fence, worked out by hand from its equations (geofence_limiter.h), on both axes and towards both
 // sides.
 #include <gtest/gtest.h>
 

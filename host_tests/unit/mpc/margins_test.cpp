@@ -171,12 +171,12 @@ TEST(Tuning, FindsTheEdgeOfTheLimitsAsFlown) {
   ASSERT_TRUE(tuned.keeps_all);
   model::Vehicle at = vehicle;
   at.mpc = tuned.weights;
-  const TunedMargins kept = kept_over(at, structures);
+  const TunedMargins kept = margins_over(at, structures);
   EXPECT_LE(kept.peak_sensitivity, kLargestPeakSensitivity);
   EXPECT_GE(kept.delay_margin_s, kFieldDelayMargin_s);
   at.mpc.input /= 1.1;
   ASSERT_GT(at.mpc.input, kSmallestInputWeight) << "the edge is one of the margins, not of the row";
-  const TunedMargins faster = kept_over(at, structures);
+  const TunedMargins faster = margins_over(at, structures);
   const double over = std::max(faster.peak_sensitivity / kLargestPeakSensitivity,
                                kFieldDelayMargin_s / std::max(faster.delay_margin_s, 1e-3));
   EXPECT_GT(over, 1.0) << "peak sensitivity " << faster.peak_sensitivity << ", delay margin " << faster.delay_margin_s;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Runs the tests of the safety tables with one row switched off if asked to: `--without=failsafe:3`,
-// `--without=authority:17`. `--rows` lists the rows that can be switched off. Used by every_row_is_missed.sh.
+// `--without=authority:17`. `--rows` lists the rows that can be switched off. Used by every_transition_is_missed.sh.
 #include <gtest/gtest.h>
 
 #include <charconv>

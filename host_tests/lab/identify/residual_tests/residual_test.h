@@ -10,7 +10,7 @@ namespace m100::lab::identify {
 // Tests whether the residual after the selection is still predictable. Shared by the stick axes and by translation.
 
 /// Regressors of one source, e.g. the lags of a stick. Each column has one value per sample of the residual, or one per
-/// row of its thinning (residual_share.h).
+/// row of its thinning (predictable_share.h).
 struct RegressorGroup {
   std::string source;  ///< its name in reports: "stick_roll", "stick_roll * stick_pitch", "battery"
   std::vector<std::vector<double>> columns;
