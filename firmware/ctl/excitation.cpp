@@ -121,11 +121,11 @@ void Excitation<T>::rest_at(const HoldingSticks<T>& holding) {
 
 template <typename T>
 int Excitation<T>::holding_counts() const {
-  constexpr T kMost = static_cast<T>(kMaxHolding_counts);
+  constexpr T kMax = static_cast<T>(kMaxHolding_counts);
   const T counts = axis() == ExcitedStick::kRoll    ? holding_.roll_counts
                    : axis() == ExcitedStick::kPitch ? holding_.pitch_counts
                                                     : T(0);
-  const T within = core::clamp(counts, -kMost, kMost);
+  const T within = core::clamp(counts, -kMax, kMax);
   return moves() ? static_cast<int>(within < T(0) ? within - T(0.5) : within + T(0.5)) : 0;
 }
 

@@ -20,11 +20,12 @@ class ReleaseSequence {
  public:
   static constexpr std::size_t kBytes = 256;
 
-  /// Any number is valid for a single farewell: the autopilot compares it with the last one of the same session.
+  /// Any number is valid for a single release sequence: the autopilot compares it with the last one of the same
+  /// session.
   static constexpr std::uint16_t kSequence = 0xFA2E;
 
   /// @param neutral command of the channel in use. @param cipher null: plain. @param sequence of all frames; to send a
-  ///   farewell again to an autopilot that was not restarted since, use another number.
+  ///   release sequence again to an autopilot that was not restarted since, use another number.
   ReleaseSequence(const ChannelCommand& neutral, const protocol::Cipher* cipher, std::uint16_t sequence = kSequence);
 
   std::span<const std::byte> bytes() const { return std::span(bytes_).first(size_); }

@@ -60,7 +60,8 @@ struct AuthorityView {
 /// A message is dated by the line time of the bytes that follow it in the same read, not by the time of the read.
 ///
 /// Control that telemetry shows as ours while nobody wants it, or that may be ours while nothing is heard, is given
-/// back five times a second until telemetry shows the transmitter (promise R15); authority().owed is true meanwhile.
+/// back five times a second until telemetry shows the transmitter (promise R15); authority().release_pending is true
+/// meanwhile.
 ///
 /// Cost per tick: the bytes that came through the parser, at most kBatchesPerTick batches. No heap.
 class SerialLink {

@@ -22,7 +22,7 @@ struct Bounds {
   double high = 0.0;
 };
 
-/// At most kMost of something, in the order given.
+/// At most kMax of something, in the order given.
 template <typename T, std::size_t kMax>
 struct InlineVector {
   std::array<T, kMax> items{};

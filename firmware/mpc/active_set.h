@@ -72,7 +72,7 @@ class ActiveSet {
       store<T>(work_.column + b * kLanes, choose<T>(is_free, optimum + zero, zero));
       store<T>(work_.pivot + b * kLanes, choose<T>(is_free, zero, away));
     }
-    settle(work_.pivot);
+    pin_in_memory(work_.pivot);
     add_product(swept(), work_.pivot, work_.column);
   }
 
@@ -84,7 +84,7 @@ class ActiveSet {
     scale_column(work_.scaled, work_.pivot, -inverse);
     work_.scaled[k] = sign;
     clear_below(swept(), k);
-    settle(work_.scaled);
+    pin_in_memory(work_.scaled);
     add_outer_product(swept(), work_.scaled, work_.pivot);
     T* row = swept() + packed_row(k);
     const Pack<T> same = spread(sign);

@@ -75,7 +75,7 @@ M100_INLINE T certificate(ActiveSetWork<T>& work, const T* inputs) {
   for (std::size_t b = 0; b < kColumnPacks; ++b) {
     store<T>(away + b * kLanes, load(inputs + b * kLanes) - load(work.unconstrained + b * kLanes));
   }
-  settle(away);
+  pin_in_memory(away);
   sum.set(work.table.hessian.data(), away[0]);
   add_columns(sum, work.table.hessian.data() + kHorizon, kHorizon, away + 1, kHorizon - 1);
   sum.write(work.gradient);
@@ -102,7 +102,7 @@ M100_INLINE void refine(ActiveSetWork<T>& work, T* inputs) {
     store<T>(work.pivot + b * kLanes, choose<T>(is_free, -load(work.gradient + b * kLanes), zero));
     store<T>(work.column + b * kLanes, load(inputs + b * kLanes));
   }
-  settle(work.pivot);
+  pin_in_memory(work.pivot);
   add_product(work.tableau.swept.data(), work.pivot, work.column);
   clamp(work, inputs);
 }

@@ -130,6 +130,6 @@ class Largest {
 };
 
 /// Numbers written to memory stay there: without this the compilers take them out of vector registers one by one.
-M100_INLINE void settle(const void* memory) { asm volatile("" : : "r"(memory) : "memory"); }
+M100_INLINE void pin_in_memory(const void* memory) { asm volatile("" : : "r"(memory) : "memory"); }
 
 }  // namespace m100::mpc::M100_LANES_NAMESPACE

@@ -81,7 +81,7 @@ bool solve_setpoint(const GainTable<T>& table, const Problem<T>& problem, T& inp
     along = z[i] * tree.mirror[i] + along;
   }
   const T sign = along < T(0) ? T(-1) : T(1);
-  settle(z);
+  pin_in_memory(z);
   const Pack<T> mirrored = spread(sign);
   Mask<T> inside = is_equal<T>(mirrored, mirrored);
   M100_UNROLL(8)
@@ -94,7 +94,7 @@ bool solve_setpoint(const GainTable<T>& table, const Problem<T>& problem, T& inp
   if (bits_of<T>(inside) != kAllLanes) {
     return false;
   }
-  settle(z);
+  pin_in_memory(z);
   const NodeWalk<T> walk(z);
   std::size_t at = 0;
   for (std::size_t before = at;; before = at) {  // ends: children come after their parents, or the law is refused

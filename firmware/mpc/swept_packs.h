@@ -22,7 +22,7 @@ M100_INLINE void gather_in_block(const T* swept, std::size_t k, T* pivot) {
       pivot[i] = swept[packed_row(i) + k];
     }
   }
-  settle(pivot);
+  pin_in_memory(pivot);
 }
 
 /// pivot = column k: row k up to the diagonal, then down the rows.

@@ -126,7 +126,7 @@ __attribute__((noinline)) bool solve_unconstrained(const GainTable<T>& table, co
   alignas(32) T filtered[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
   if constexpr (kShape != Shape::kConstantReference) {
     filter_references<T, kStates, kShape == Shape::kConstantTargets>(table, problem, origin_m, filtered);
-    settle(filtered);
+    pin_in_memory(filtered);
   }
   Column<T> sum;
   sum.set(table.state_gain.data(), problem.state[0] - origin_m);

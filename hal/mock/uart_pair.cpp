@@ -49,7 +49,7 @@ bool Line::chance(double probability) {
   return probability > 0.0 && static_cast<double>(random() >> 11U) * 0x1p-53 < probability;
 }
 
-void Line::settle() {
+void Line::advance_to_now() {
   const core::TimePoint now = clock_.now();
   while (arrived_ < size_ && queue_[(head_ + arrived_) % queue_.size()].arrival <= now) {
     if (arrived_ < kReceiverBytes) {
@@ -127,7 +127,7 @@ void Line::carry(std::span<const std::byte> source, const LineFaults& faults) {
 }
 
 core::Expected<std::size_t> Line::write(std::span<const std::byte> source) {
-  settle();
+  advance_to_now();
   const LineFaults& now = faults();
   if (now.unplugged || !plugged_) {
     size_ = 0;
@@ -170,7 +170,7 @@ core::Expected<std::size_t> Line::write(std::span<const std::byte> source) {
 }
 
 core::Expected<std::size_t> Line::read(std::span<std::byte> destination) {
-  settle();
+  advance_to_now();
   const LineFaults& now = faults();
   if (now.unplugged || !plugged_) {
     size_ = 0;

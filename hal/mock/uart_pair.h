@@ -78,7 +78,7 @@ class Line {
   };
 
   const LineFaults& faults() const;
-  void settle();
+  void advance_to_now();
   void lose_newest();
   void carry(std::span<const std::byte> source, const LineFaults& faults);
   void carry_byte(std::byte value, const LineFaults& faults);

@@ -14,7 +14,9 @@ FLIGHT_PARTS = CORE_MODEL + [f"firmware/{part}/" for part in
 
 PRODUCT = ["firmware/", "protocol/", "hal/"]
 LAB = PRODUCT + ["host_tests/lab/*.h", "host_tests/lab/logs/"]
-INQUIRY = LAB + [f"host_tests/lab/identify/{room}" for room in ("*.h", "answer/", "remainder/", "search/")]
+ROOM = "host_tests/lab/identify/"
+ANSWER = LAB + [ROOM + "request.h", ROOM + "output/result.h"]  # the question and the answer: values that every room knows
+SHARED = [ROOM + "data/", ROOM + "model/*.h", ROOM + "residual_tests/*.h"]
 
 # folder -> what its files may include besides the folder itself: prefixes (folders end with /), headers directly in a
 # folder (*.h), or single headers. The longest folder that contains a file decides; a file without a row is an offence.
@@ -41,17 +43,22 @@ LAYERS = {
     "firmware/companion/": FLIGHT_PARTS + ["firmware/app/", "protocol/", "hal/*.h", "hal/linux/"],
     "host_tests/": PRODUCT + ["host_tests/"],
     "host_tests/sim/world/": PRODUCT,
-    "host_tests/sim/autopilot/": PRODUCT + ["host_tests/sim/world/"],
-    "host_tests/sim/ports/": PRODUCT + ["host_tests/sim/world/", "host_tests/sim/autopilot/"],
+    "host_tests/sim/sensor_faults/": PRODUCT + ["host_tests/sim/world/"],
+    "host_tests/sim/autopilot/": PRODUCT + ["host_tests/sim/world/", "host_tests/sim/sensor_faults/"],
+    "host_tests/sim/ports/": PRODUCT + ["host_tests/sim/world/", "host_tests/sim/autopilot/", "host_tests/sim/sensor_faults/"],
     "host_tests/lab/plot/": PRODUCT + ["host_tests/lab/*.h"],
     "host_tests/lab/logs/": PRODUCT + ["host_tests/lab/*.h"],
-    "host_tests/lab/identify/": LAB + ["host_tests/lab/identify/answer/"],
-    "host_tests/lab/identify/answer/": LAB + ["host_tests/lab/plot/"],
-    "host_tests/lab/identify/remainder/": PRODUCT,
-    "host_tests/lab/identify/search/": INQUIRY,
-    "host_tests/lab/identify/axis/": INQUIRY,
-    "host_tests/lab/identify/translation/": INQUIRY,
-    "host_tests/lab/identify/paper/": INQUIRY,
+    ROOM: LAB + [ROOM],
+    ROOM + "data/": ANSWER + [ROOM + "model/axis/axis_blocks.h"],
+    ROOM + "model/": LAB,
+    ROOM + "model/axis/": ANSWER + SHARED + [ROOM + "selection/selection.h", ROOM + "axis_problem.h"],
+    ROOM + "model/translation/": ANSWER + SHARED + [ROOM + "residual_tests/translation/"],
+    ROOM + "residual_tests/": PRODUCT + [ROOM + "model/*.h", ROOM + "model/axis/free_run.h"],
+    ROOM + "residual_tests/axis/": ANSWER + SHARED + [ROOM + "model/axis/", ROOM + "axis_problem.h"],
+    ROOM + "residual_tests/translation/": ANSWER + SHARED + [ROOM + "model/translation/"],
+    ROOM + "selection/": ANSWER + SHARED,
+    ROOM + "output/": LAB + [ROOM + "request.h", "host_tests/lab/plot/"],
+    ROOM + "paper/": LAB + [ROOM + "model/*.h"],
 }
 
 # Parts that run before the first tick or beside it, on a host: they may use the whole library.
@@ -136,10 +143,10 @@ def self_test():
         ("host_tests/sim/world/x.h", '#include "host_tests/sim/autopilot/n1_autopilot.h"'),
         ("host_tests/sim/autopilot/x.h", '#include "host_tests/sim/ports/world.h"'),
         ("host_tests/lab/logs/x.h", '#include "host_tests/lab/identify/request.h"'),
-        ("host_tests/lab/identify/x.cpp", '#include "host_tests/lab/identify/axis_problem.h"'),
-        ("host_tests/lab/identify/search/x.h", '#include "host_tests/lab/identify/translation_problem.h"'),
-        ("host_tests/lab/identify/axis/x.h", '#include "host_tests/lab/identify/translation_problem.h"'),
-        ("host_tests/lab/identify/remainder/x.h", '#include "host_tests/lab/identify/output/result.h"'),
+        ("host_tests/lab/identify/model/axis/x.cpp", '#include "host_tests/lab/identify/model/translation/translation_family.h"'),
+        ("host_tests/lab/identify/selection/x.h", '#include "host_tests/lab/identify/translation_problem.h"'),
+        ("host_tests/lab/identify/residual_tests/axis/x.h", '#include "host_tests/lab/identify/translation_problem.h"'),
+        ("host_tests/lab/identify/residual_tests/x.h", '#include "host_tests/lab/identify/output/result.h"'),
         ("firmware/link/x.h", "#include <string>"),
         ("firmware/mpc/x.h", '#include "host_tests/lab/x.h"'),
         ("firmware/est/x.h", '#include "firmware/est/../link/x.h"'),

@@ -14,7 +14,7 @@ namespace m100::lab {
 
 /// Limits for a JSON text. Our own files are nested at most eight deep and have a few hundred names.
 inline constexpr std::size_t kDeepestJson = 64;
-inline constexpr std::size_t kMostJsonNames = 10000;
+inline constexpr std::size_t kMaxJsonNames = 10000;
 
 /// The open brackets of a JSON text, and the number of commas since each.
 class OpenBrackets {
@@ -35,12 +35,12 @@ class OpenBrackets {
     if (depth_ == kDeepestJson) {
       return false;
     }
-    commas_[depth_++] = is_object ? 0 : kMostJsonNames;  // the commas of an array are not counted
+    commas_[depth_++] = is_object ? 0 : kMaxJsonNames;  // the commas of an array are not counted
     return true;
   }
   bool count_name() {
     std::size_t& commas = commas_[depth_ - 1];
-    return commas == kMostJsonNames || ++commas < kMostJsonNames;
+    return commas == kMaxJsonNames || ++commas < kMaxJsonNames;
   }
 
   std::array<std::size_t, kDeepestJson> commas_{};

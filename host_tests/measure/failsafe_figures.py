@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The failsafe ladder's timers and counts, read from struct Limits of firmware/safety."""
+"""The failsafe state machine's timers and counts, read from struct Limits of firmware/safety."""
 import re
 
 from measure.marked import Figure
@@ -15,8 +15,8 @@ def limits(workspace):
         if found:
             rows = [f"| `{name}` | {value} ms |" for name, value in DURATION.findall(found[1])]
             rows += [f"| `{name}` | {value} |" for name, value in COUNT.findall(found[1])]
-            return {"ladder.limits": Figure("\n".join(["| limit | default |", "|---|---|"] + rows))}
+            return {"failsafe.limits": Figure("\n".join(["| limit | default |", "|---|---|"] + rows))}
     raise ValueError("no struct Limits in firmware/safety")
 
 
-SOURCES = [Source(("ladder.limits",), limits)]
+SOURCES = [Source(("failsafe.limits",), limits)]

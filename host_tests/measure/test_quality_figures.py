@@ -8,7 +8,7 @@ from measure.workspace import NotMeasuredHere, Source
 
 
 def rows(workspace):
-    program = workspace.program("host_tests/unit/unit_safety_rows")
+    program = workspace.program("host_tests/unit/unit_safety_transitions")
     said = workspace.run(workspace.root / "host_tests/unit/safety/every_transition_is_missed.sh", program, may_fail=True)
     return {"trust.rows": Figure(re.search(r"^rows: (\d+ of \d+)$", said, re.MULTILINE)[1])}
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause
  * Model of promises R4 and R15 (the pilot gets the sticks back): both safety tables as they fly (tables.pml, generated), the code
- * around them (authority.cpp, flight_controller.cpp, supervisor.cpp), an autopilot, a line, an operator, a pilot, and the keeper,
+ * around them (authority.cpp, flight_controller.cpp, supervisor.cpp), an autopilot, a line, an operator, a pilot, and the backup process,
  * which sends releases after the death of the program. A step is 250 ms; at most one unusual event happens in each.
  * check.sh checks it with VIRTUAL_RC 1 and 0.
  */
@@ -14,14 +14,14 @@
 #define ROUNDS 4       /* BackupProcess::kRounds, 500 ms apart */
 #define RELEASED_WITHIN 5 /* R15: 1.0 s, plus the step in which the time begins */
 #define DEATH_WITHIN 6 /* R15: 1.5 s */
-#define BLIND_WITHIN (COAST_TIME + LEVEL_MOVING_TIME + NEUTRAL_TIME + RELEASED_WITHIN + 3) /* one more step for entering each rung */
+#define BLIND_WITHIN (COAST_TIME + LEVEL_MOVING_TIME + NEUTRAL_TIME + RELEASED_WITHIN + 3) /* one more step for entering each state */
 
 /* The autopilot (protocol, sections 6.1, 7 and 11). */
 bit f = 1; bit ours; bit other; bit virtual_rc; bit asked_once; bit release_once;
 /* The line, and the last values of telemetry. */
 bit line_in = 1; bit line_out = 1;
 byte silent; bit seen_f = 1; bit seen_ours; bit seen_virtual_rc;
-/* The program: AuthorityState, the ladder, the order to fly. */
+/* The program: AuthorityState, the failsafe, the order to fly. */
 bit alive = 1;
 byte stage = stage_ready; bit asked; byte requests; byte switches; bit owed; bit must_release;
 byte since_entry; byte since_request = SPACING; byte since_switch = SPACING;
@@ -29,7 +29,7 @@ byte rung = rung_silent; byte rung_age; bit order; bit release_next; byte unused
 bit task;  /* AutopilotTask: the autopilot takes off or lands on the operator's order */
 mtype = { no_answer_yet, is_done, is_again, is_refused };
 mtype answer = no_answer_yet;
-/* The keeper. */
+/* The backup process. */
 byte dead_for; byte rounds;
 byte event;  /* the event of this step */
 /* State of the assertions in examine(). */
@@ -149,9 +149,9 @@ inline examine() {
   held = (alive && ours && !wants && WELL && !push -> held + 1 : 0);
   assert(held <= RELEASED_WITHIN);               /* R15: control that the program does not want is given back */
   blind = (alive && ours && stage == stage_in_control && !pose && !task && WELL -> blind + 1 : 0);  /* a task needs no pose */
-  assert(blind <= BLIND_WITHIN);                 /* without a pose, the ladder hands over to the pilot */
+  assert(blind <= BLIND_WITHIN);                 /* without a pose, the failsafe hands over to the pilot */
   dead_held = (!alive && ours && WELL && (rounds > 0 || dead_held > 0) -> dead_held + 1 : 0);
-  assert(dead_held <= DEATH_WITHIN)              /* R15: the keeper gives control back */
+  assert(dead_held <= DEATH_WITHIN)              /* R15: the backup process gives control back */
 }
 
 inline begin_program() {

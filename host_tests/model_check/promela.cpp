@@ -18,7 +18,7 @@ namespace {
 
 using namespace m100::safety;
 
-auto ladder = kFailsafeTransitions;  // copies, which a planted row changes
+auto failsafe = kFailsafeTransitions;  // copies, which a planted row changes
 auto authority = kAuthorityTable;
 
 /// The first row of the authority table that satisfies the predicate; the planted defects change it.
@@ -33,7 +33,7 @@ AuthorityTransition& authority_row(const Is& is) {
   std::exit(2);
 }
 FailsafeTransition& failsafe_transition(FailsafeState from, FailsafeReason why) {
-  for (FailsafeTransition& row : ladder) {
+  for (FailsafeTransition& row : failsafe) {
     if (row.from == from && row.why == why) {
       return row;
     }
@@ -212,8 +212,8 @@ void tables() {
               << "; ends_ask = " << (ready || port ? 1 : 0) << " :: else fi;\n";
   }
   std::cout << "}\n\ninline match_ladder() {\n  row = 255; to = rung;\n";
-  for (std::size_t i = 0; i < ladder.size(); ++i) {
-    const FailsafeTransition& row = ladder[i];
+  for (std::size_t i = 0; i < failsafe.size(); ++i) {
+    const FailsafeTransition& row = failsafe[i];
     std::cout << "  if :: row == 255 && rung == " << static_cast<int>(row.from) << " && (signs & " << bits_of(row.needs)
               << ") == " << bits_of(row.needs) << " && !(signs & " << bits_of(row.excludes) << ") -> row = " << i
               << "; to = " << static_cast<int>(row.to) << " :: else fi;\n";
@@ -264,11 +264,11 @@ int every_row() {
     AuthorityTransition& row = authority.at(i);
     look("authority", i, row.from, row.with, row.without, row.to, row.action);
   }
-  for (std::size_t i = 0; i < ladder.size(); ++i) {
-    FailsafeTransition& row = ladder.at(i);
-    look("ladder", i, row.from, row.needs, row.excludes, row.to);
+  for (std::size_t i = 0; i < failsafe.size(); ++i) {
+    FailsafeTransition& row = failsafe.at(i);
+    look("failsafe", i, row.from, row.needs, row.excludes, row.to);
   }
-  std::cout << authority.size() + ladder.size() << " rows, " << numbers << " numbers, " << unseen
+  std::cout << authority.size() + failsafe.size() << " rows, " << numbers << " numbers, " << unseen
             << " rows missing in the model\n";
   return unseen == 0 ? 0 : 1;
 }

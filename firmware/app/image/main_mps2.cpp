@@ -30,7 +30,8 @@ using Course = ref::Trajectory<float>;
 constexpr mpc::GainTables<float> kTables{mpc::generated::kX<float>, mpc::generated::kY<float>};
 constexpr std::uint32_t kBaud = 230400;
 constexpr std::uint32_t kClockPeriod_us = 10000;
-/// If the program hangs, its farewell leaves after this time, and the board resets after twice this time (R15: 1.5 s).
+/// If the program hangs, its release sequence leaves after this time, and the board resets after twice this time
+/// (R15: 1.5 s).
 constexpr core::Duration kPatience = std::chrono::milliseconds(500);
 
 hal::CmsdkUart autopilot_uart(hal::mps2::uart(1), hal::mps2::set_pending(), hal::mps2::transmit_mask(1));
@@ -144,8 +145,8 @@ int main() {
   config.reach_m = app::kBoardReach_m;
   config.solves_when_due = true;
   static Controller controller(mpc::generated::kVehicle, kTables, config, autopilot_uart, pose_line, course, nullptr);
-  static const link::ReleaseSequence farewell(vrc::CommandMap(mpc::generated::kVehicle).neutral(), nullptr);
-  last_words = &farewell;
+  static const link::ReleaseSequence release_sequence(vrc::CommandMap(mpc::generated::kVehicle).neutral(), nullptr);
+  last_words = &release_sequence;
   control_uart.start(hal::mps2::kClock_hz, kBaud);
   autopilot_uart.start(hal::mps2::kClock_hz, kBaud);
   pose_uart.start(hal::mps2::kClock_hz, config.pose_baud);

@@ -12,10 +12,10 @@ namespace m100::companion {
 /// The memory that the two processes share.
 struct BackupSharedState {
   static constexpr std::uint32_t kReleased = 1U << 31U;
-  /// Heartbeats so far, and kSpoken from when the keeper decides to speak until the program has noticed it.
+  /// Heartbeats so far, and kSpoken from when the backup process decides to speak until the program has noticed it.
   std::atomic<std::uint32_t> heartbeats{0};
   std::atomic<std::uint32_t> in_control{0};
-  std::atomic<std::uint32_t> polls{0};  ///< of the keeper so far: they show that it runs
+  std::atomic<std::uint32_t> polls{0};  ///< of the backup process so far: they show that it runs
 };
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free, "a lock could die with the program");
 
@@ -25,7 +25,7 @@ inline constexpr char kRelease = 's';  ///< speak, then end
 inline constexpr char kPort = 'p';     ///< comes with a descriptor
 inline constexpr char kNoPort = 'n';   ///< the port is closed
 
-/// The keeper's one message: it runs, and would speak if the program died now.
+/// The backup process's one message: it runs, and would speak if the program died now.
 inline constexpr char kReady = 'k';
 
 /// Never waits. @returns false: the other side takes nothing now, or has ended.
@@ -43,7 +43,7 @@ BackupMessage receive_message(int socket);
 core::TimePoint monotonic_now();
 inline int milliseconds(core::Duration duration) { return static_cast<int>(duration.count() / 1000); }
 
-/// One farewell for each round, each with sequence numbers of its own.
+/// One release sequence for each round, each with sequence numbers of its own.
 using Rounds = std::array<link::ReleaseSequence, BackupProcess::kRounds>;
 
 /// The whole run of the second process.

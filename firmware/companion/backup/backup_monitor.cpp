@@ -48,7 +48,7 @@ class BackupMonitor {
     }
     (void)signal(SIGSEGV, SIG_DFL);
     (void)signal(SIGBUS, SIG_DFL);
-    (void)prctl(PR_SET_NAME, "m100-keeper");
+    (void)prctl(PR_SET_NAME, "m100-backup");
     // All other inherited descriptors belong to the program; stderr stays open for one possible line.
     const auto socket = static_cast<unsigned>(socket_);
     close_all(STDERR_FILENO + 1, socket - 1);

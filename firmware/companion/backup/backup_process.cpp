@@ -17,12 +17,14 @@
 namespace m100::companion {
 namespace {
 
-constexpr core::Duration kGoes = std::chrono::seconds(2);  ///< time-out after which a dismissed keeper is killed
+constexpr core::Duration kGoes =
+    std::chrono::seconds(2);  ///< time-out after which a dismissed backup process is killed
 constexpr core::Duration kStartTimeout =
     std::chrono::seconds(20);  ///< time-out for its start, as the machine may be busy
 
-/// First sequence number of the farewells. Successive numbers differ, because the autopilot executes a number once per
-/// session (protocol, section 5). They begin at the clock's value, because it may remember those of an earlier flight.
+/// First sequence number of the release sequence. Successive numbers differ, because the autopilot executes a number
+/// once per session (protocol, section 5). They begin at the clock's value, because it may remember those of an earlier
+/// flight.
 std::uint16_t first_sequence() { return static_cast<std::uint16_t>(monotonic_now().time_since_epoch().count()); }
 
 Rounds make_rounds(const link::ChannelCommand& neutral, const protocol::Cipher* cipher) {
@@ -98,7 +100,8 @@ bool BackupProcess::heartbeat(bool in_control) {
   shared_->in_control.store(in_control ? 1 : 0);
   std::uint32_t heartbeats = shared_->heartbeats.load();
   const std::uint32_t next = (heartbeats + 1) & ~BackupSharedState::kReleased;
-  // The exchange can fail only because the keeper has set its bit; then the keeper does not write any more.
+  // The exchange can fail only because the backup process has set its bit; then the backup process does not write any
+  // more.
   if ((heartbeats & BackupSharedState::kReleased) == 0 &&
       shared_->heartbeats.compare_exchange_strong(heartbeats, next == 0 ? 1 : next)) {
     return true;
@@ -137,8 +140,8 @@ void BackupProcess::end(char letter, core::Duration patience) {
   (void)send_message(socket_, letter, -1);
   for (core::TimePoint until = monotonic_now() + patience; alive() && monotonic_now() < until;) {
     if (clock_.is_simulated()) {
-      clock_.sleep_until(clock_.now() +
-                         std::chrono::milliseconds(1));  // otherwise simulated time would not advance for the keeper
+      clock_.sleep_until(clock_.now() + std::chrono::milliseconds(
+                                            1));  // otherwise simulated time would not advance for the backup process
     }
     (void)poll(nullptr, 0, 1);  // its end takes real time, even in simulated time
   }

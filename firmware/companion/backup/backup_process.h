@@ -14,17 +14,19 @@ namespace m100::companion {
 
 struct BackupSharedState;
 
-/// The second process of a flight (promise R15). It holds the port and a ready-made farewell, and sends the farewell
-/// when the flying program has died without giving control back (SIGKILL, SIGSEGV, out of memory, an assertion) or has
-/// sent no heartbeat for kHang (a hang, SIGSTOP). It allocates nothing and reads nothing from the port.
+/// The second process of a flight (promise R15). It holds the port and a ready-made release sequence, and sends the
+/// release sequence when the flying program has died without giving control back (SIGKILL, SIGSEGV, out of memory, an
+/// assertion) or has sent no heartbeat for kHang (a hang, SIGSTOP). It allocates nothing and reads nothing from the
+/// port.
 ///
 /// It is forked early, before there are threads, and while it is too small for the out-of-memory killer to choose. It
 /// has a session of its own and ignores every signal that can be ignored, so Ctrl-C, a closed terminal and `kill 0` do
-/// not reach it. Told to go, it ends at once. After the death of the program it ends with its last round, and the lock
+/// not reach it. On request it ends at once. After the death of the program it ends with its last round, and the lock
 /// on the port ends with it.
 ///
-/// The keeper's speaking and the program's heartbeats share one atomic word: after the keeper has decided to speak, the
-/// next beat() fails, and a beat() that succeeded is valid for kHang. So the two never send at the same time.
+/// The backup process's speaking and the program's heartbeats share one atomic word: after the backup process has
+/// decided to speak, the next beat() fails, and a beat() that succeeded is valid for kHang. So the two never send at
+/// the same time.
 class BackupProcess {
  public:
   static constexpr core::Duration kHeartbeatTimeout =
@@ -33,40 +35,44 @@ class BackupProcess {
       std::chrono::milliseconds(20);  ///< between two looks at the heartbeats
   /// Between two rounds, of two releases each: promise R4, at most five times a second.
   static constexpr core::Duration kRoundInterval = std::chrono::milliseconds(500);
-  static constexpr std::size_t kRounds = 4;  ///< of the farewell, because the line may be bad and answers are not read
+  static constexpr std::size_t kRounds =
+      4;  ///< of the release sequence, because the line may be bad and answers are not read
 
   /// Starts the second process and waits until it reports that it runs: control that is requested afterwards is given
   /// back whenever this program dies. @param neutral command of the channel in use. @param cipher null: plain.
   /// Errors: std::runtime_error if the system has no room for a process, or the process does not report: nothing flies.
   /// @param port whose clock is used; a simulated port has its own.
   BackupProcess(const link::ChannelCommand& neutral, const protocol::Cipher* cipher, const std::string& port = "");
-  /// Before the first heartbeat it dismisses the keeper. After it, an exception is the cause, and the keeper speaks.
+  /// Before the first heartbeat it dismisses the backup process. After it, an exception is the cause, and the backup
+  /// process speaks.
   ~BackupProcess();
   BackupProcess(const BackupProcess&) = delete;
   BackupProcess& operator=(const BackupProcess&) = delete;
 
-  /// Passes the port's present descriptor to the keeper, each tick; -1: closed. The keeper closes a port that was
-  /// unplugged, so that it can return under its name. No heap; costs a system call when something has changed.
+  /// Passes the port's present descriptor to the backup process, each tick; -1: closed. The backup process closes a
+  /// port that was unplugged, so that it can return under its name. No heap; costs a system call when something has
+  /// changed.
   /// @param openings SerialPort::openings(), which distinguishes two ports with the same descriptor.
   void set_port(int descriptor, std::uint32_t openings);
 
   /// The heartbeat, each tick, before anything is sent. @param in_control commands may be in force.
-  /// @returns false, once: the keeper has spoken since the last heartbeat; control is given back and must not be used.
+  /// @returns false, once: the backup process has spoken since the last heartbeat; control is given back and must not
+  /// be used.
   bool heartbeat(bool in_control);
 
-  /// False: the keeper was killed, so nobody would give control back. Reaps it.
+  /// False: the backup process was killed, so nobody would give control back. Reaps it.
   bool alive();
 
   enum class State : std::uint8_t { kReady, kStalled, kDead };
-  /// Each tick: whether the keeper would speak if this program died now. A keeper that was stopped, or gets no
-  /// processor time, has not looked for kHang. Costs a system call only in that case.
+  /// Each tick: whether the backup process would speak if this program died now. A backup process that was stopped, or
+  /// gets no processor time, has not looked for kHang. Costs a system call only in that case.
   State state(core::TimePoint now);
 
-  /// The flight is over and control is back: the keeper ends. Waits for its end.
+  /// The flight is over and control is back: the backup process ends. Waits for its end.
   void dismiss();
 
-  /// The flight is over, but control may still be ours, or may be granted later: the keeper sends its rounds and ends.
-  /// Waits for its end, at most 4 s.
+  /// The flight is over, but control may still be ours, or may be granted later: the backup process sends its rounds
+  /// and ends. Waits for its end, at most 4 s.
   void send_release();
 
   pid_t process() const { return process_; }

@@ -72,7 +72,7 @@ FlightFile parse_flight(std::string_view text, const std::string& name);
 /// The fence in the world of the pose, from where the flight starts.
 core::Fence fence_of(const FlightFile& flight, const ref::Waypoint<double>& start);
 
-/// The ladder's times: those of the file, otherwise the defaults.
+/// The failsafe's times: those of the file, otherwise the defaults.
 safety::Limits limits_of(const FlightFile& flight);
 
 /// The limits of a course.

@@ -40,20 +40,21 @@ constexpr double kReach_m = 1.5;
 
 // An assertion handler can only use globals.
 hal::SerialPort* farewell_port = nullptr;
-const link::ReleaseSequence* farewell = nullptr;
+const link::ReleaseSequence* release_sequence = nullptr;
 const link::AuthorityView* farewell_authority = nullptr;
 
 void send_release_sequence(const char* file, int line) {
   // The neutral command is a control command: it must not be sent when the pilot has control (promise R4).
-  (void)farewell_port->write(farewell_authority->in_control ? farewell->bytes() : farewell->release_only());
+  (void)farewell_port->write(farewell_authority->in_control ? release_sequence->bytes()
+                                                            : release_sequence->release_only());
   std::cerr << "m100: broken invariant at " << file << ":" << line << "; control was released\n";
   std::_Exit(kAnswerIsNo);
 }
 
-/// Makes a broken invariant send the farewell from now on. @returns the former handler.
+/// Makes a broken invariant send the release sequence from now on. @returns the former handler.
 core::AssertionHandler release_on_assertion(const link::ReleaseSequence& last_words, hal::SerialPort& port,
                                             const link::AuthorityView& authority) {
-  farewell = &last_words;
+  release_sequence = &last_words;
   farewell_port = &port;
   farewell_authority = &authority;
   return core::set_assertion_handler(&send_release_sequence);
@@ -119,7 +120,7 @@ TelemetryStream* prepare_the_thread(PosePort& pose_port, LiveDisplay& live) {
 /// In simulated time the flight waits for its log after so many ticks: the log's ring holds more than they produce.
 constexpr std::uint32_t kTicksPerWait = 400;
 constexpr core::Duration kHealthPeriod = std::chrono::seconds(1);  ///< of the link's health in the log
-/// Watchdog time-out of the service manager: longer than the keeper's 0.7 s, which handles a hang more gently.
+/// Watchdog time-out of the service manager: longer than the backup process's 0.7 s, which handles a hang more gently.
 constexpr core::Duration kServiceTimeout = std::chrono::seconds(1);
 
 /// Sends lines to the terminal, the log and the room.
@@ -239,6 +240,7 @@ void conclude(const FlyOptions& options, nlohmann::json result, const Controller
 
 }  // namespace
 
+// Deviation: the parts of a flight in the order in which they are made, and the loop that runs them.
 bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::SerialPort& port) {
   expect_files(options);
   const FlightFiles files(options);
@@ -296,7 +298,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   service.stop();
   controller->link().authority().release_pending ? backup.send_release() : backup.dismiss();
   nlohmann::json result = flight_result(options, files, sequencer, *controller, clock.stalls(), config.limits);
-  result["room"] = ground_station_result(pose_line.stats(), ground_station.parameters_not_set());
+  result["ground_station"] = ground_station_result(pose_line.stats(), ground_station.parameters_not_set());
   conclude(options, std::move(result), *controller, pose_port, live);
   return sequencer.given_back() && is_excited(files, *controller);
 }

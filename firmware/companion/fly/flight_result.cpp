@@ -40,7 +40,7 @@ nlohmann::json flight_result(const FlyOptions& options, const FlightFiles& order
                      {"landed", sequencer.landed()},
                      {"last_stage", safety::name(authority.stage)},
                      {"last_reason", safety::name(authority.reason)},
-                     {"ladder", steps_json(sequencer, limits)},
+                     {"failsafe", steps_json(sequencer, limits)},
                      {"checks_off", options.disabled_checks},
                      {"stalls", stalls},
                      {"position_m", {estimate.x.position_m, estimate.y.position_m, estimate.height_m}},

@@ -44,13 +44,13 @@ struct SequencerInput {
 };
 
 /// The operator's part of a flight (promise R15). One command takes control when everything is ready, another gives it
-/// back. A refusal or a release by the ladder does not end the program: it tells what was seen and waits for the
+/// back. A refusal or a release by the failsafe does not end the program: it tells what was seen and waits for the
 /// operator's next command. The program ends only when telemetry shows that the transmitter has the aircraft, or when
 /// the port is gone. A take-off precedes the flight and a landing follows it, each only on its own order. A command, a
 /// stop and the pilot's switch end them as they end a flight; if the autopilot refuses one, control goes back. No heap.
 class FlightSequencer {
  public:
-  static constexpr std::size_t kMaxTransitions = 64;  ///< steps of the ladder that are kept: the first ones
+  static constexpr std::size_t kMaxTransitions = 64;  ///< steps of the failsafe that are kept: the first ones
 
   /// @param trajectory the controller's: a low battery changes it.
   FlightSequencer(const FlightRequest& request, const app::FlightConfig& config,

@@ -99,7 +99,7 @@ void FlightSequencer::report_failsafe(core::TimePoint now) {
     steps_[step_count_++] = step;
   }
   TextLine line;
-  line.add("ladder: ").add(safety::name(step.from)).add(" to ").add(safety::name(step.to)).add(", ");
+  line.add("failsafe: ").add(safety::name(step.from)).add(" to ").add(safety::name(step.to)).add(", ");
   line.add(safety::name(step.reason)).add(": ");
   describe(line, step.reason, step.seen, limits_);
   report(now, line.text());

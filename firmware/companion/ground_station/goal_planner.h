@@ -33,7 +33,7 @@ std::string_view name(GoalResult answer);
 /// present motion without a stop, provided that one polynomial of degree 5 per axis keeps the limits and the fence.
 /// Otherwise the reference first comes to rest on its way (degree 7). So speed and acceleration stay inside their
 /// limits for any goals, and place, speed and acceleration never jump. Goals beyond the fence are moved to its side;
-/// the fence keeper keeps the reference and the speed inside, as for any course.
+/// the geofence limiter keeps the reference and the speed inside, as for any course.
 ///
 /// Cost of a goal that arrives on the way: at most kTries * kSamples evaluations of four polynomials.
 ///
@@ -48,7 +48,7 @@ class GoalPlanner {
   /// Call it after each tick. If goals have led the flight, the next flight begins where the aircraft is.
   /// @param by_law the law flies. @param started when the trajectory's time last began. @param estimate of this tick.
   void update(core::TimePoint now, bool by_law, core::TimePoint started, const est::Estimate<T>& estimate);
-  /// Takes a goal. @param flies the ladder passes commands of the law.
+  /// Takes a goal. @param flies the failsafe passes commands of the law.
   GoalResult take(const mavlink::SetPositionTargetLocalNed& goal, core::TimePoint now, bool flies);
   /// Flies to a place, or to the nearest place inside the fence. Only while the law flies. @returns false: no such way.
   bool fly_to(const ref::Waypoint<T>& place, core::TimePoint now);

@@ -22,14 +22,14 @@ struct GroundStationStats {
   std::uint32_t orders = 0;
   std::uint32_t requests = 0;
   std::uint32_t orders_lost = 0;    ///< more than kMaxCommands waited
-  std::uint32_t requests_lost = 0;  ///< more than kMostRequests came in a tick
+  std::uint32_t requests_lost = 0;  ///< more than kMaxRequests came in a tick
 };
 
 inline constexpr std::uint16_t kGuidedEnable = 92;    ///< MAV_CMD_NAV_GUIDED_ENABLE: param1 1 engage, 0 release
 inline constexpr std::uint16_t kPauseContinue = 193;  ///< MAV_CMD_DO_PAUSE_CONTINUE: param1 0 hold, 1 go on
 
 /// A line that passes all bytes on, and keeps the newest goal, the first kMaxCommands orders and the first
-/// kMostRequests requests that passed. Orders are taken one per tick; an order to release, or to hold, always finds
+/// kMaxRequests requests that passed. Orders are taken one per tick; an order to release, or to hold, always finds
 /// room. Reading from a signed line, it hears only authorised senders. No heap.
 class GroundStationTap final : public MavlinkTap {
  public:

@@ -20,7 +20,7 @@ enum class MissionState : std::uint8_t { kNone = 1, kNotStarted = 2, kActive = 3
 /// rest: as soon as both are within the radius the next item follows, without a stop. The heading is param4 (deg,
 /// clockwise from x), or does not change if param4 is not a number. With autocontinue 0 the mission pauses there.
 ///
-/// Anything else that moves the aircraft pauses the mission: another goal, an order to hold, the ladder below coast,
+/// Anything else that moves the aircraft pauses the mission: another goal, an order to hold, the failsafe below coast,
 /// the end of control. It continues only on an order, towards the item that was not reached.
 template <typename T>
 class Mission {

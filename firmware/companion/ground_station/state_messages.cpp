@@ -144,6 +144,6 @@ bool status_text(std::string_view sentence, std::uint8_t severity, std::uint16_t
   return sentence.size() > kPiece || piece == 0;
 }
 
-std::uint8_t severity_of(std::string_view line) { return line.starts_with("ladder:") ? kWarning : kInformation; }
+std::uint8_t severity_of(std::string_view line) { return line.starts_with("failsafe:") ? kWarning : kInformation; }
 
 }  // namespace m100::companion

@@ -45,7 +45,7 @@ mavlink::BatteryStatus battery_of(const FlightState& state);
 bool status_text(std::string_view sentence, std::uint8_t severity, std::uint16_t id, std::uint8_t piece,
                  mavlink::StatusText& message);
 
-/// MAV_SEVERITY of a line for the operator: a step of the ladder is a warning.
+/// MAV_SEVERITY of a line for the operator: a step of the failsafe is a warning.
 std::uint8_t severity_of(std::string_view line);
 
 }  // namespace m100::companion

@@ -98,7 +98,7 @@ std::string json_of(const LiveState& state) {
   };
   const auto xy = [](const std::array<double, 2>& v) { return nlohmann::ordered_json{{"x", v[0]}, {"y", v[1]}}; };
   return nlohmann::ordered_json{{"timestamp", state.t_s},
-                                {"rung", static_cast<int>(state.failsafe_state)},
+                                {"failsafe_state", static_cast<int>(state.failsafe_state)},
                                 {"in_control", state.in_control ? 1 : 0},
                                 {"healthy", state.healthy ? 1 : 0},
                                 {"position_m", xyz(state.position_m)},

@@ -43,7 +43,7 @@ struct LiveState {
   std::array<double, 3> reference_m{};
   std::array<double, 2> tilt_rad{};
   double yaw_rad = 0.0;
-  ctl::Command<double> command{};  ///< that the ladder passes; roll and pitch of the body, forward-left-up
+  ctl::Command<double> command{};  ///< that the failsafe passes; roll and pitch of the body, forward-left-up
   double pose_age_s = 0.0;         ///< of the newest, since its capture
   double pose_latency_s = 0.0;     ///< least latency of a pose
   double pose_jitter_s = 0.0;      ///< 99th percentile above the latency

@@ -68,6 +68,7 @@ void describe(TextLine& line, const link::AuthorityView& authority) {
   }
 }
 
+// Deviation: one sentence for each reason.
 void describe(TextLine& line, FailsafeReason cause, const safety::Observation& seen, const safety::Limits& limits) {
   switch (cause) {
     case FailsafeReason::kPoseRefused:
@@ -184,7 +185,7 @@ void describe(TextLine& line, const ctl::Excitation<double>& excitation) {
       break;
     case Abort::kFailsafe:
     case Abort::kNone:
-      line.add("control is lost, or the ladder left its top rung");
+      line.add("control is lost, or the failsafe left its top state");
       break;
   }
   line.add("; ").add(excitation.distance(), 2).add(" m from its place at ").add(excitation.speed(), 2);

@@ -146,8 +146,8 @@ Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Win
                                 const Command<T>& applied_command, core::Duration elapsed, bool solves) {
   M100_ASSERT(elapsed >= core::Duration(0));
   const core::SinCos<T>& heading = estimate.heading();
-  const core::Slope<T> told = commanded_slope_.at(applied_command.roll_rad, applied_command.pitch_rad, heading);
-  const core::Slope<T> applied_slope{.x = seen(told.x), .y = seen(told.y)};
+  const core::Slope<T> commanded = commanded_slope_.at(applied_command.roll_rad, applied_command.pitch_rad, heading);
+  const core::Slope<T> applied_slope{.x = seen(commanded.x), .y = seen(commanded.y)};
   // The pipes hold tangents of the commands to the attitude loop, without the offset, which may still change.
   for (int ticks = time_.take(elapsed, static_cast<int>(mpc::DelayPredictor<T>::kCapacity)); ticks > 0; --ticks) {
     x_.predictor.sent(applied_slope.x);

@@ -64,7 +64,8 @@ class FlightLaw {
   /// The tables must outlive the law.
   FlightLaw(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables, const FlightLawOptions& options = {});
 
-  /// Once per tick. @param in_force the command sent to the autopilot since the last tick, after supervisor and stick
+  /// Once per tick. @param applied_command the command sent to the autopilot since the last tick, after supervisor and
+  /// stick
   ///   rounding; it goes into the prediction through the delay.
   /// @param solves false: the last solved tilts are kept, because no command can leave in this tick. The pipes, height
   ///   and yaw are updated; the window's points in x and y are not read.

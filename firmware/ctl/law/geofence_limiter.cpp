@@ -51,12 +51,12 @@ T GeofenceLimiter<T>::stop_m(T speed_m_s, T tilted_m_s2, T wind_m_s2) const {
   const T blows_m_s2 = wind_m_s2 + static_cast<T>(kReliefShare) * relief_m_s2;
   const T disturbance_acceleration_m_s2 = (blows_m_s2 > T(0) ? blows_m_s2 : T(0)) + unseen_m_s2_;
   const T left_m_s2 = braking_m_s2_ - disturbance_acceleration_m_s2;
-  constexpr T kLeast = static_cast<T>(kMinBraking_m_s2);
-  const T braking_m_s2 = left_m_s2 > kLeast ? left_m_s2 : kLeast;
+  constexpr T kMin = static_cast<T>(kMinBraking_m_s2);
+  const T braking_m_s2 = left_m_s2 > kMin ? left_m_s2 : kMin;
   const T gaining_s = reaction_s_ - static_cast<T>(kTurnedRound_s);
-  const T gained_m_s = ((tilted_m_s2 > T(0) ? tilted_m_s2 : T(0)) + disturbance_acceleration_m_s2) * gaining_s;
-  const T top_m_s = speed_m_s + gained_m_s;
-  return speed_m_s * reaction_s_ + gained_m_s * (reaction_s_ - T(0.5) * gaining_s) +
+  const T speed_change_m_s = ((tilted_m_s2 > T(0) ? tilted_m_s2 : T(0)) + disturbance_acceleration_m_s2) * gaining_s;
+  const T top_m_s = speed_m_s + speed_change_m_s;
+  return speed_m_s * reaction_s_ + speed_change_m_s * (reaction_s_ - T(0.5) * gaining_s) +
          top_m_s * top_m_s / (T(2) * braking_m_s2);
 }
 

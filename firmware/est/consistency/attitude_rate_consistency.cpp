@@ -43,7 +43,7 @@ void AttitudeRateConsistency<T>::update(const ImuSample<T>& imu, T step_s) {
   const Vector2 rate_rad_s(imu.rate_b_rad_s.x() + across * pitch.sine / level,
                            roll.cosine * imu.rate_b_rad_s.y() - roll.sine * imu.rate_b_rad_s.z());
   const Vector2 tilt_rad(imu.roll_rad, imu.pitch_rad);
-  const Vector2 gained_rad = tilt_rad - tilt_rad_;
+  const Vector2 tilt_change_rad = tilt_rad - tilt_rad_;
   const Vector2 reported_rad = (rate_rad_s + tilt_rate_rad_s_) * (T(0.5) * passed_s);
   tilt_rad_ = tilt_rad;
   tilt_rate_rad_s_ = rate_rad_s;
@@ -59,15 +59,15 @@ void AttitudeRateConsistency<T>::update(const ImuSample<T>& imu, T step_s) {
     return;
   }
   const T fades = passed_s * static_cast<T>(1.0 / kMemory_s);
-  unturned_rad_ += gained_rad - reported_rad - unturned_rad_ * fades;
+  unturned_rad_ += tilt_change_rad - reported_rad - unturned_rad_ * fades;
   turned_rad_ += reported_rad - turned_rad_ * fades;
   const T forgets = T(1) - passed_s * static_cast<T>(1.0 / kTurnedLately_s);
   // Only a turn that attitude and rates both show excuses a difference: noisy rates alone are no sign of a delay. Two
   // ticks apart, both still show 0.8 of the fastest turn at 10 Hz.
   const T known_s = larger(passed_s, static_cast<T>(kShortest_s));
-  const T told2 = smaller(rate_rad_s.squaredNorm(), gained_rad.squaredNorm() / (known_s * known_s));
+  const T reported2 = smaller(rate_rad_s.squaredNorm(), tilt_change_rad.squaredNorm() / (known_s * known_s));
   const T turned2 = smaller(turned_rad_.squaredNorm(), (turned_rad_ + unturned_rad_).squaredNorm());
-  fastest_rad_s_ = larger(fastest_rad_s_ * forgets, core::sqrt(told2));
+  fastest_rad_s_ = larger(fastest_rad_s_ * forgets, core::sqrt(reported2));
   farthest_rad_ = larger(farthest_rad_ * forgets, core::sqrt(turned2));
   residual_rad_ = core::sqrt(unturned_rad_.squaredNorm());
   allowed_rad_ = static_cast<T>(kCorrected_rad) + static_cast<T>(kRatesLate_s) * fastest_rad_s_ +

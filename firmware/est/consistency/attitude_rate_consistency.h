@@ -11,7 +11,7 @@ namespace m100::est {
 ///
 ///   e' = tilt' - (tilt rate from the body rates) - e / 0.25 s     roll and pitch together
 ///
-/// |e| is weighed by its allowed value and summed (Evidence); the bounds stand in the source. The check finds a tilt
+/// |e| is weighed by its allowed value and summed (Cusum); the bounds stand in the source. The check finds a tilt
 /// that stands still, has other units or has other axes than its rates. It finds nothing where both are wrong in the
 /// same way.
 ///

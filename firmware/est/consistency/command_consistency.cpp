@@ -14,11 +14,11 @@ void CommandConsistency<T>::update(const Estimate<T>& estimate, const Vector2& m
   const T trim_share = step_s * static_cast<T>(1.0 / kTrimMemory_s);
   mean_reported_rad_ += (reported_rad - mean_reported_rad_) * trim_share;
   mean_model_rad_ += (model_tilt_rad - mean_model_rad_) * trim_share;
-  const Vector2 told = reported_rad - mean_reported_rad_;
-  const Vector2 apart = told - (model_tilt_rad - mean_model_rad_);
+  const Vector2 reported = reported_rad - mean_reported_rad_;
+  const Vector2 apart = reported - (model_tilt_rad - mean_model_rad_);
   const T share = step_s * static_cast<T>(1.0 / kMemory_s);
   residual_rad2_ = ours ? residual_rad2_ + (apart.squaredNorm() - residual_rad2_) * share : T(0);
-  reported_rad2_ = ours ? reported_rad2_ + (told.squaredNorm() - reported_rad2_) * share : T(0);
+  reported_rad2_ = ours ? reported_rad2_ + (reported.squaredNorm() - reported_rad2_) * share : T(0);
   if (!(residual_rad2_ + reported_rad2_ < static_cast<T>(kSane_rad2))) {
     *this = {};  // a mean that is not finite would never raise an alarm
   }

@@ -5,8 +5,8 @@
 
 namespace m100::est {
 
-/// Evidence that two channels contradict each other, from how long and by how much they disagree: a one-sided sum
-/// (CUSUM), limited to 0 .. 2 kThreshold_s,
+/// Change detector: whether two channels contradict each other, from how long and by how much they disagree. A
+/// one-sided sum (CUSUM), limited to 0 .. 2 kThreshold_s,
 ///   S' = r - 1            for r = |x| / allowed up to 2
 ///      = (r^2 - 1) / 3    beyond, at most 4: it grows like a likelihood ratio, but one tick is never enough
 /// Above kThreshold_s one of the two channels is contradicted. A disagreement of twice the allowed one takes 0.5 s, one

@@ -9,8 +9,8 @@
 namespace m100::est {
 namespace {
 
-/// Longer than a lie is flown before it is contradicted, and short enough to forget the velocity that the attitude's
-/// error of a tenth of a degree, 0.02 m/s^2, accumulates.
+/// Longer than a sensor fault is flown before it is contradicted, and short enough to forget the velocity that the
+/// attitude's error of a tenth of a degree, 0.02 m/s^2, accumulates.
 constexpr double kVelocityMemory_s = 4.0;
 /// A pilot who is about to hand over hovers, within a few tenths of a m/s.
 constexpr double kHovers_m_s = 1.0, kHoverMemory_s = 0.5;
@@ -40,7 +40,7 @@ void DeadReckoning<T>::update(const ImuSample<T>& imu, const Estimate<T>& estima
   }
   const T step_s = core::seconds<T>(elapsed);
   const Vector2 seen_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
-  const Vector2 told_m_s2(estimate.x.disturbance_m_s2, estimate.y.disturbance_m_s2);
+  const Vector2 estimated_m_s2(estimate.x.disturbance_m_s2, estimate.y.disturbance_m_s2);
   if (imu.attitude_is_new) {
     slope_ = core::heading_slope_of(imu.roll(), imu.pitch());
   }
@@ -52,7 +52,7 @@ void DeadReckoning<T>::update(const ImuSample<T>& imu, const Estimate<T>& estima
   }
   if (seen_s_ == T(0)) {
     velocity_w_m_s_ = pilots ? Vector2(Vector2::Zero()) : seen_m_s;
-    disturbance_acceleration_w_m_s2_ = told_m_s2;
+    disturbance_acceleration_w_m_s2_ = estimated_m_s2;
     offset_rad_ = {estimate.x.input_offset_rad, estimate.y.input_offset_rad};
   }
   seen_s_ = core::clamp(seen_s_ + step_s, T(0), static_cast<T>(kDisturbanceMemory_s));
@@ -62,8 +62,8 @@ void DeadReckoning<T>::update(const ImuSample<T>& imu, const Estimate<T>& estima
   const Vector2 measured_acceleration = measured_h_m_s2
                                             ? core::rotate<T>(*measured_h_m_s2 - tilt_acceleration_h_m_s2_, yaw)
                                             : disturbance_acceleration_w_m_s2_;
-  const Vector2 push(median(told_m_s2.x(), measured_acceleration.x(), disturbance_acceleration_w_m_s2_.x()),
-                     median(told_m_s2.y(), measured_acceleration.y(), disturbance_acceleration_w_m_s2_.y()));
+  const Vector2 push(median(estimated_m_s2.x(), measured_acceleration.x(), disturbance_acceleration_w_m_s2_.x()),
+                     median(estimated_m_s2.y(), measured_acceleration.y(), disturbance_acceleration_w_m_s2_.y()));
   velocity_w_m_s_ += (core::rotate<T>(tilted_h, yaw) + push) * step_s;
   velocity_w_m_s_ = velocity_w_m_s_.cwiseMax(T(-kMax_m_s)).cwiseMin(T(kMax_m_s));
   if (pilots && seen_m_s.squaredNorm() < static_cast<T>(kHovers_m_s * kHovers_m_s)) {

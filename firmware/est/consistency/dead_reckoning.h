@@ -10,8 +10,9 @@
 
 namespace m100::est {
 
-/// Horizontal motion estimated without the poses; the aircraft brakes by it where the poses are a lie. The observer
-/// cannot serve for that: within half a second it has learned a false wind and a false speed from the lie.
+/// Horizontal motion estimated without the poses; the aircraft brakes by it where the poses are a sensor fault. The
+/// observer cannot serve for that: within half a second it has learned a false wind and a false speed from the sensor
+/// fault.
 ///
 ///   v' = g tan(tilt) + p + (v_pose - v) / 4 s     tilt: the autopilot's attitude; v_pose: the observer's velocity
 ///   p  = median(d, f - g tan(tilt), q)            d: the observer's disturbance; f: the measured force

@@ -44,7 +44,7 @@ constexpr double kOffsetMemory_s = 20.0;
 /// In the first 3 s the offset is not yet well known. Its uncertainty, 0.15 m/s at first, is allowed in addition.
 constexpr double kFirstLook_s = 3.0;
 constexpr double kFirstLook_m_s = 0.15;
-/// While the check doubts, at most this much is learned as an offset: the rest may be the effect of a lie.
+/// While the check doubts, at most this much is learned as an offset: the rest may be the effect of a sensor fault.
 constexpr double kMaxOffset_m_s2 = 0.5;
 constexpr double kHeadingMemory_s = 5.0;  ///< the compass drifts more slowly; a turn of the aircraft is over sooner
 /// After a longer tick the motion was not observed: the sum restarts from the next velocity.
@@ -118,9 +118,9 @@ void VelocityConsistency<T>::update_specific_force(const ImuSample<T>& imu) {
 
 template <typename T>
 T VelocityConsistency<T>::allowed_m_s(const Vector2& disturbance_acceleration_w_m_s2) const {
-  const T push_m_s2 = core::sqrt(disturbance_acceleration_w_m_s2.squaredNorm());
+  const T disturbance_m_s2 = core::sqrt(disturbance_acceleration_w_m_s2.squaredNorm());
   const T allowed =
-      static_cast<T>(kCalm_m_s) + static_cast<T>(kMoves_s) * moved_m_s2_ + static_cast<T>(kWind_s) * push_m_s2;
+      static_cast<T>(kCalm_m_s) + static_cast<T>(kMoves_s) * moved_m_s2_ + static_cast<T>(kWind_s) * disturbance_m_s2;
   const T most = bound<T>(ConsistencyCheck::kForce);
   const T unknown = core::clamp(
       (static_cast<T>(kFirstLook_s) - force_seen_s_) * static_cast<T>(1.0 / (kFirstLook_s - kBegins_s)), T(0), T(1));

@@ -58,7 +58,7 @@ struct Contradiction {
 ///   heading  h = (yaw_pose - yaw_autopilot) less its mean over 5 s
 ///   motion   the path of the last seconds: PathConsistency, with evidence of its own
 ///
-/// Each of the first three is weighed by its allowed value and summed (Evidence). The source explains each bound.
+/// Each of the first three is weighed by its allowed value and summed (Cusum). The source explains each bound.
 ///
 /// The autopilot's horizontal velocity is not used: it reads zero for more than a third of the time, and otherwise
 /// starts again at zero and drifts by 0.4 m/s per root of a second, which hides what the specific force shows. Nothing
@@ -131,7 +131,7 @@ class VelocityConsistency {
   bool force_known_ = false;  ///< the unit of the newest force is known
   bool velocity_known_ = false;
   bool heading_known_ = false;
-  bool suspect_ = false;  ///< more than is allowed: the effect of a lie must not be learned as an offset
+  bool suspect_ = false;  ///< more than is allowed: the effect of a sensor fault must not be learned as an offset
   T force_seen_s_{0};     ///< how long the offset has been learned; at most its memory
   T force_size_{0};       ///< mean length of the acceleration, as sent
   Vector2 force_h_m_s2_ = Vector2::Zero();                   ///< newest specific force, forward and left, horizontal
@@ -154,7 +154,7 @@ class VelocityConsistency {
   Vector2 force_before_w_m_s2_ = Vector2::Zero();  ///< in the tick before
   T vertical_before_m_s2_{0};
   PathConsistency<T, 1> vertical_path_;  ///< motion_ for the height
-  /// White noise, from neighbouring samples: slow changes by a lie or a motion do not add to it.
+  /// White noise, from neighbouring samples: slow changes by a sensor fault or a motion do not add to it.
   struct Noise {
     core::Vector<T, 3> before = core::Vector<T, 3>::Zero();
     T level{0};  ///< mean square of one horizontal axis

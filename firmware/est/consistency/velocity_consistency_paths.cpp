@@ -123,7 +123,7 @@ void VelocityConsistency<T>::update_horizontal_path(const Estimate<T>& estimate,
       {.force_m_s2 = force_w_m_s2,
        .position_m = Vector2(estimate.x.position_m, estimate.y.position_m),
        .speed_m_s = velocity_w_m_s_,
-       // Without the corrections by poses (CovarianceInflation): a lie would excuse itself by its own effect.
+       // Without the corrections by poses (CovarianceInflation): a sensor fault would excuse itself by its own effect.
        .position_sigma_m = core::sqrt(core::clamp(estimate.x.filter_variance_m2, estimate.y.filter_variance_m2,
                                                   static_cast<T>(kMaxSigma_m * kMaxSigma_m))),
        .position_noise_m2 = position_noise_.level,

@@ -36,7 +36,7 @@ AxisEstimate<Real> DisturbanceEkf<S, Real>::estimate_of(const AxisFilter<S>& f,
   const Real velocity_m_s = real(f.state(Filter::kV)) * kPerUnit;
   // A constant error of the poses' time: position is wrong by velocity times it, velocity by acceleration times it.
   const Real way_m = velocity_m_s * time_sigma_s_;
-  const Real gained_m_s = static_cast<Real>(model::kGravity_m_s2) * tilt_rad * time_sigma_s_;
+  const Real speed_change_m_s = static_cast<Real>(model::kGravity_m_s2) * tilt_rad * time_sigma_s_;
   const Real own_m2 = covariance(Filter::kP, Filter::kP);
   const typename CovarianceInflation<Real>::Covariance inflated =
       lag.inflated({.pp_m2 = own_m2,
@@ -52,7 +52,7 @@ AxisEstimate<Real> DisturbanceEkf<S, Real>::estimate_of(const AxisFilter<S>& f,
           .position_variance_m2 = inflated.pp_m2 + way_m * way_m,
           .filter_variance_m2 = own_m2 + way_m * way_m,
           .position_velocity_m2_s = inflated.pv_m2_s,
-          .velocity_variance_m2_s2 = inflated.vv_m2_s2 + gained_m_s * gained_m_s};
+          .velocity_variance_m2_s2 = inflated.vv_m2_s2 + speed_change_m_s * speed_change_m_s};
 }
 
 #define M100_AXIS_ESTIMATE_OF(S, Real)                                                           \

@@ -66,9 +66,9 @@ template <typename T>
 typename CovarianceInflation<T>::Covariance CovarianceInflation<T>::inflated(const Covariance& own, T age_s, T since_s,
                                                                              bool force_known) const {
   const T kept = since_s > static_cast<T>(kFresh_s) ? T(1) : core::clamp(nis_, static_cast<T>(kMinKept), T(1));
-  constexpr T kMost = static_cast<T>(kGrows_s);
-  const T age = age_s < kMost ? age_s : kMost;
-  const T since = since_s < kMost ? since_s : kMost;
+  constexpr T kMax = static_cast<T>(kGrows_s);
+  const T age = age_s < kMax ? age_s : kMax;
+  const T since = since_s < kMax ? since_s : kMax;
   const T half = T(0.5) * age * age;
   Products m = mean_;
   if (force_known) {

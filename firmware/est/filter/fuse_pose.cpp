@@ -104,8 +104,8 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
   const Real unseen_m = long_dropout ? Real(0) : unseen;
   Real widest_m = unseen_m;
   const core::Vector<Real, 3>& sender_variance_m2 = pose.position_variance_m2;
-  const auto test = [&](auto& filter, S position, Real told, S speed) {
-    const Weight by = weight(told, pose.time_sigma_s, speed, unseen_m);
+  const auto test = [&](auto& filter, S position, Real reported, S speed) {
+    const Weight by = weight(reported, pose.time_sigma_s, speed, unseen_m);
     const Real besides_m = Number::template real<Real>(by.unseen_m);
     widest_m = besides_m > widest_m ? besides_m : widest_m;
     return filter.test_pose(position, age, by.unseen_m, by.variance_m2);

@@ -62,7 +62,7 @@ class PoseClock {
 
  private:
   static constexpr std::uint32_t kMinPoses = 30;
-  static constexpr std::uint32_t kProven = 20;  ///< poses in a row, after the first kSettled
+  static constexpr std::uint32_t kProven = 20;  ///< poses in a row, after the first kMinPoses
   static constexpr float kMaxLateness_s = 0.12F;
   bool is_proven() const { return in_time_ >= kProven; }
   void begin(core::SenderTime captured, core::TimePoint arrived);

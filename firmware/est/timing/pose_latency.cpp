@@ -209,8 +209,8 @@ void PoseLatency<T>::close_window() {
     }
     const T spare = static_cast<T>(2 * sums_.count - 7);
     const T left = (rates > T(0) ? remainders - products * products / rates : remainders) / spare;
-    constexpr T kLeast = static_cast<T>(kMinResidual_m * kMinResidual_m);
-    const T weight = T(1) / ((left > kLeast ? left : kLeast) * static_cast<T>(kPosesPerSample));
+    constexpr T kMin = static_cast<T>(kMinResidual_m * kMinResidual_m);
+    const T weight = T(1) / ((left > kMin ? left : kMin) * static_cast<T>(kPosesPerSample));
     if (rates > T(0)) {
       information_ = static_cast<T>(kMemoryPerWindow) * information_ + rates * weight;
       weighted_ = static_cast<T>(kMemoryPerWindow) * weighted_ + weight * (products + rates * tau_in_window_s_);

@@ -71,10 +71,10 @@ void PoseTiming<T>::set_prior(const core::Pose<T>& pose, core::TimePoint regular
     latency_.set_prior(static_cast<T>(kUnreported_s), static_cast<T>(kUnreportedSigma_s));
     return;
   }
-  const core::TimePoint told(pose.captured.time_since_epoch() + pose.offset.to_ours);
+  const core::TimePoint reported(pose.captured.time_since_epoch() + pose.offset.to_ours);
   const T bound_s = core::seconds<T>(pose.offset.bound);
   constexpr T kMin_s = static_cast<T>(kReportedSigma_s);
-  latency_.set_prior(core::clamp(core::seconds<T>(regular - told), T(0), static_cast<T>(kOldest_s)),
+  latency_.set_prior(core::clamp(core::seconds<T>(regular - reported), T(0), static_cast<T>(kOldest_s)),
                      bound_s > kMin_s ? bound_s : kMin_s);
 }
 

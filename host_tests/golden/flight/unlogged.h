@@ -65,7 +65,7 @@ template <typename T, typename S>
 void append_counts(NumberHash& hash, const app::FlightController<T, S>& flown) {
   const est::EkfCounters counted = flown.observer_counters();
   const link::PoseLinkStats& poses = flown.pose_link().stats();
-  const safety::SupervisorStats& ladder = flown.supervisor().stats();
+  const safety::SupervisorStats& failsafe = flown.supervisor().stats();
   append_all<std::uint64_t>(hash, {counted.poses_used,
                                    counted.poses_refused,
                                    counted.poses_stale,
@@ -83,12 +83,12 @@ void append_counts(NumberHash& hash, const app::FlightController<T, S>& flown) {
                                    poses.refused_senders,
                                    poses.lost_frames,
                                    poses.answers,
-                                   ladder.steps,
-                                   ladder.invalid_commands,
-                                   ladder.limited_commands,
-                                   ladder.coasts,
-                                   ladder.levels,
-                                   ladder.releases});
+                                   failsafe.steps,
+                                   failsafe.invalid_commands,
+                                   failsafe.limited_commands,
+                                   failsafe.coasts,
+                                   failsafe.levels,
+                                   failsafe.releases});
   hash.append(counted.nis_sum);
 }
 

@@ -142,12 +142,12 @@ def add_axis_effect(copy):
            f"  double {AXIS_KEY} = 1.0;  ///< gain while the stick rises over gain while it falls; their mean is the scale\n")
     insert(copy, law, "        slew_per_sample_(real(axis.command_slew_per_s)",
            f"        rising_gain_(Real(2) * real(axis.{AXIS_KEY}) / (Real(1) + real(axis.{AXIS_KEY}))),\n")
-    insert(copy, law, "  Real slew_per_sample_;", "  Real rising_gain_;\n  bool rises_ = false;\n  Real last_counts_ = Real(0);\n")
+    insert(copy, law, "  Real slew_per_sample_;", "  Real rising_gain_;\n  bool is_rising_ = false;\n  Real last_counts_ = Real(0);\n")
     insert(copy, law, "    if (backlash_counts_ > Real(0)) {",
            "    if (rising_gain_ != Real(1)) {\n"
-           "      rises_ = stick_counts != last_counts_ ? stick_counts > last_counts_ : rises_;\n"
+           "      is_rising_ = stick_counts != last_counts_ ? stick_counts > last_counts_ : is_rising_;\n"
            "      last_counts_ = stick_counts;\n"
-           "      const Real gain = rises_ ? rising_gain_ : Real(2) - rising_gain_;\n"
+           "      const Real gain = is_rising_ ? rising_gain_ : Real(2) - rising_gain_;\n"
            "      stick_counts = trim_counts_ + gain * (stick_counts - trim_counts_);\n"
            "    }\n")
     insert(copy, "firmware/model/axis_effects.h", "};  // kAxisEffects",

@@ -119,13 +119,13 @@ Json flown(const Options& options) {
   const Share share = share_of(options.split);
   const std::size_t jobs = options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
   const std::size_t mine = (campaign.size() + share.parts - share.part) / share.parts;
-  std::size_t told = 0;
+  std::size_t printed = 0;
   const auto progress = [&](std::size_t done, std::size_t failed) {
     constexpr std::size_t kLines = 20;
-    if (done * kLines / mine > told * kLines / mine || done == mine) {
+    if (done * kLines / mine > printed * kLines / mine || done == mine) {
       std::cerr << done << " of " << mine << " flights, " << failed << " did not stay\n";
     }
-    told = done;
+    printed = done;
   };
   return to_json(campaign, share, fly(campaign, share, jobs, progress));
 }
@@ -162,7 +162,7 @@ void add_campaign(CLI::App& lab) {
   CLI::App* command =
       lab.add_subcommand("campaign", "fly many simulated flights in many worlds, and report which of them stay");
   command->footer(
-      "Exit code 0: every flight stayed inside its fence and never went below the rung coast; 1: at least one did "
+      "Exit code 0: every flight stayed inside its fence and never went below the state coast; 1: at least one did "
       "not.");
   command->add_option("worlds", options->worlds, "plant files (TOML), each a world");
   command->add_option("--flights", options->flights, "flights of each task in each world, each with the next seed")

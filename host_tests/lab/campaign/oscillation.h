@@ -7,7 +7,7 @@
 
 namespace m100::lab::campaign {
 
-/// Oscillation of a flight's tilt, independent of the ladder: a limit cycle of 20 degrees need not change the rung.
+/// Oscillation of a flight's tilt, independent of the failsafe: a limit cycle of 20 degrees need not change the state.
 struct TiltOscillation {
   /// On roll or pitch, in any 5 s, the deviation from its own mean over 2 s exceeds 3 degrees root mean square, and its
   /// autocorrelation has a peak above 0.5 between 0.3 and 3 Hz.

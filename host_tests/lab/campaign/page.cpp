@@ -115,7 +115,7 @@ void write_page(const std::string& folder, const Json& report) {
   page.verdict(words, failures == 0 ? "good" : "bad");
   page.table(rows_of(report));
   page.paragraph(
-      "Stayed: never below the rung coast and always inside the fence until the task was over. NEES and NIS: the "
+      "Stayed: never below the state coast and always inside the fence until the task was over. NEES and NIS: the "
       "estimator's squared errors and innovations, normalised by its covariance and divided by their degrees of "
       "freedom; 1 is right, above 1 the covariance is too small.");
   const auto share = [](const Json& task) {
@@ -123,7 +123,7 @@ void write_page(const std::string& folder, const Json& report) {
   };
   const auto counted = [](const Json& task) { return of(task.at("stayed"), task.at("flights")); };
   page.figure(svg(map_of(report, "Flights that stay", 1.0, 0.0, share, counted)),
-              "Never below the rung coast and always inside the fence until the task was over.");
+              "Never below the state coast and always inside the fence until the task was over.");
   const auto or_nothing = [](const Json& value) {
     return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
   };

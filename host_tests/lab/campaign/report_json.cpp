@@ -7,6 +7,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "host_tests/lab/aliases.h"
 #include "host_tests/lab/campaign/campaign.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/read_json.h"
@@ -236,7 +237,7 @@ void require_whole(const Json& part, const std::string& path) {
 }
 
 Json read_part(const std::string& path) {
-  Json part = parse_json<Json>(whole_file(path));
+  Json part = with_current_names(parse_json<Json>(whole_file(path)));
   if (part.is_discarded() || !part.is_object() || !part.contains("campaign") || !part.contains("flown") ||
       !part.at("flown").is_array()) {
     throw InputError(path, 0, "", "is not a report of m100-lab campaign");

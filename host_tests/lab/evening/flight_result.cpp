@@ -10,6 +10,7 @@
 #include "firmware/companion/files/recorded_flight.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/replay/replay.h"
+#include "host_tests/lab/aliases.h"
 #include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/lab/read_json.h"
 #include "host_tests/lab/whole_file.h"
@@ -60,12 +61,12 @@ class Reference {
 
 json result_of(const Folder& folder, const std::string& result) {
   const json read = parse_json(whole_file(folder.file(result)));
-  return read.is_object() ? read : json::object();
+  return read.is_object() ? with_current_names(read) : json::object();
 }
 
 std::pair<double, double> nominal(const json& result) {
   std::pair<double, double> out{0.0, 0.0};
-  for (const json& step : result.value("ladder", json::array())) {
+  for (const json& step : result.value("failsafe", json::array())) {
     if (step.value("to", "") == "nominal" && out.first == 0.0) {
       out.first = step.value("t_s", 0.0);
     } else if (step.value("from", "") == "nominal") {

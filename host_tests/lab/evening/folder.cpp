@@ -9,6 +9,7 @@
 #include <span>
 
 #include "firmware/core/sha256.h"
+#include "host_tests/lab/aliases.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/read_json.h"
 #include "host_tests/lab/whole_file.h"
@@ -85,7 +86,7 @@ Folder::Folder(const std::string& path) : path_(made(path)) {
     return;
   }
   try {
-    const json state = parse_json(whole_file(file(kStateFile)));
+    const json state = with_current_names(parse_json(whole_file(file(kStateFile))));
     if (state.at("format") != kFormat) {
       throw InputError(file(kStateFile), 0, "format", "is not " + std::string(kFormat));
     }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "host_tests/lab/aliases.h"
 #include "host_tests/lab/campaign/oscillation.h"
 #include "host_tests/lab/evening/flight_result.h"
 #include "host_tests/lab/evening/steps.h"
@@ -98,14 +99,14 @@ std::string check_flight(const Folder& folder, const std::string& result) {
   if (!result_json.value("obtained", false) || !result_json.value("released", false)) {
     return check_handshake(folder, result);
   }
-  for (const json& step : result_json.value("ladder", json::array())) {
+  for (const json& step : result_json.value("failsafe", json::array())) {
     const std::string cause = step.value("cause", "");
     if (cause == "given_back") {
-      break;  // the rungs after this one belong to the normal release
+      break;  // the states after this one belong to the normal release
     }
     if (cause != "engaged") {
-      return "the failsafe ladder left normal flight: " + step.value("from", "") + " to " + step.value("to", "") +
-             ", " + step.value("seen", "");
+      return "the failsafe state machine left normal flight: " + step.value("from", "") + " to " +
+             step.value("to", "") + ", " + step.value("seen", "");
     }
   }
   return "";
@@ -196,7 +197,7 @@ std::string check_excitation(Folder& folder, const std::string& result) {
   if (why == "not_at_rest") {
     return increase_input_weight(folder, seen);
   }
-  if (why == "control was lost" || why == "ladder" || folder.numbers().contains(kTrimmed)) {
+  if (why == "control was lost" || alias_of(why) == "failsafe" || folder.numbers().contains(kTrimmed)) {
     return seen;
   }
   folder.set_number(kTrimmed, 1.0);

@@ -62,7 +62,7 @@ double speed_limit(const Made& one) {
 }
 double tilt_limit(const Made& one) {
   constexpr double kOthers_rad = 0.35;  // the law's own tilts while another stick moves
-  constexpr double kMost_rad = 0.55;    // promise R12: never above 35 degrees
+  constexpr double kMax_rad = 0.55;     // promise R12: never above 35 degrees
   if (one.design.rate) {
     return kOthers_rad;
   }
@@ -71,7 +71,7 @@ double tilt_limit(const Made& one) {
   for (const double value : tilt) {
     largest = std::max(largest, std::abs(value));
   }
-  return std::min(kMost_rad, std::max(kOthers_rad, 1.5 * largest));
+  return std::min(kMax_rad, std::max(kOthers_rad, 1.5 * largest));
 }
 
 /// Writes one axis after the other on one time axis; the pieces are numbered consecutively.

@@ -20,7 +20,7 @@ constexpr double kMoreAnswer = 1.2;  ///< the axis responds a fifth more than in
 constexpr double kOffPlace_m =
     0.2;  ///< offset at its begin; in flight the law holds the place within 0.3 m, mostly within a few centimetres
 constexpr double kSmaller = 0.85;     ///< factor each time that an amplitude is too large
-constexpr double kLeastShare = 0.3;   ///< of the requested amplitude: a smaller movement shows too little
+constexpr double kMinShare = 0.3;     ///< of the requested amplitude: a smaller movement shows too little
 constexpr double kMin_counts = 25.0;  ///< beyond the dead zone
 constexpr int kAttempts = 30;
 constexpr double kSearched_m = 20.0;
@@ -95,7 +95,7 @@ std::vector<Part> parts_at(const Piece& piece, const InputDesign& design, const 
 /// The piece in as few parts as possible, at the largest amplitude at which all parts fit. Empty: there is none.
 std::vector<Part> parts_of(const Piece& piece, const InputDesign& design, const model::StickAxis& axis,
                            double amplitude) {
-  const double least = std::min(amplitude, std::max(kLeastShare * amplitude, axis.dead_zone_counts + kMin_counts));
+  const double least = std::min(amplitude, std::max(kMinShare * amplitude, axis.dead_zone_counts + kMin_counts));
   for (; amplitude >= least; amplitude *= kSmaller) {
     if (std::vector<Part> parts = parts_at(piece, design, axis, amplitude); !parts.empty()) {
       return parts;

@@ -160,7 +160,7 @@ class Flight {
     result_.largest_tilt_deg = std::max(result_.largest_tilt_deg, tilt_deg);
   }
 
-  /// Start-up over the wire, then the operator's order, until the ladder is at nominal. @returns false: timed out.
+  /// Start-up over the wire, then the operator's order, until the failsafe is at nominal. @returns false: timed out.
   bool request_control() {
     bool ordered = false;
     for (const core::TimePoint last = world_.now() + kMaxStartUp; world_.now() < last;) {

@@ -48,7 +48,7 @@ struct FlightPlan {
 struct FlightResult {
   bool flew = false;  ///< control was obtained and the course was started
   core::Vector<double, 3> start_w_m = core::Vector<double, 3>::Zero();  ///< where the course begins
-  std::string descent;  ///< why the ladder left the rung nominal for good, in words
+  std::string descent;  ///< why the failsafe left the state nominal for good, in words
   double limit_cycle_detected_s =
       -1.0;  ///< from the start of the course; negative: no oscillation (ctl::LimitCycleDetector)
   // Alarms while the course was flown.

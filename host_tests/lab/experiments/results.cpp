@@ -207,7 +207,7 @@ void print_more(std::ostream& out, const TaskResult& result) {
         << " m";
   }
   if (result.mean.off_nominal_share > 0.0 || result.refused > 0) {
-    out << ", off the ladder's top " << fixed(100.0 * result.mean.off_nominal_share, 2) << " %, not flown "
+    out << ", off the failsafe's top " << fixed(100.0 * result.mean.off_nominal_share, 2) << " %, not flown "
         << result.refused;
   }
   out << "\n";

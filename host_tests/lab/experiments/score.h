@@ -21,13 +21,13 @@ struct Cell {
   double tilt_deg = 0.0;               ///< tilt of the thrust axis
   double input_variation_deg_s = 0.0;  ///< summed change of both tilt commands per second
   double worst_m = 0.0;                ///< largest distance from the reference
-  double off_nominal_share = 0.0;      ///< share of the ticks not on the rung nominal
+  double off_nominal_share = 0.0;      ///< share of the ticks not on the state nominal
 };
 
 /// Root mean squares over [from, to) seconds. An empty window gives zeros.
 Cell score(const Trace& trace, double from_s, double to_s);
 
-/// Whether the flight was flown and never went below the rung coast. An empty trace did not stay.
+/// Whether the flight was flown and never went below the state coast. An empty trace did not stay.
 bool stayed(const Trace& trace);
 
 /// Mean over flights, and sample standard deviation, for each field.

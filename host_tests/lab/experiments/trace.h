@@ -18,7 +18,7 @@ struct TracePoint {
   double pitch_rad = 0.0;
   std::array<double, 4> applied_command{};  ///< roll, pitch, climb, yaw rate as granted by the supervisor
   std::array<double, 2> disturbance_m_s2{};
-  int failsafe_state = 0;  ///< of the failsafe ladder
+  int failsafe_state = 0;  ///< of the failsafe state machine
   /// Normalised square of the observer's error in position and velocity of both axes: error' P^-1 error with its own
   /// covariance P, expectation 4 (Bar-Shalom). Negative: there is none.
   double nees = -1.0;

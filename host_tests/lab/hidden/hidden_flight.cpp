@@ -277,13 +277,13 @@ class Flight {
     put(Signal::kRateY, pitch_.rate, 0.01);
     put(Signal::kRateZ, yaw_rate_rad_s_, 0.01);
     const Three direction = body_z(roll_rad_, pitch_rad_, yaw_rad_);
-    const Three felt{acceleration_[0], acceleration_[1], acceleration_[2] + kG_m_s2};
+    const Three specific_force{acceleration_[0], acceleration_[1], acceleration_[2] + kG_m_s2};
     const double c = std::cos(yaw_rad_);
     const double s = std::sin(yaw_rad_);
-    const double ahead = c * felt[0] + s * felt[1];
-    const double aside = -s * felt[0] + c * felt[1];
-    const double along = std::sin(pitch_rad_) * ahead + std::cos(pitch_rad_) * felt[2];
-    put(Signal::kForceX, std::cos(pitch_rad_) * ahead - std::sin(pitch_rad_) * felt[2], 0.08);
+    const double ahead = c * specific_force[0] + s * specific_force[1];
+    const double aside = -s * specific_force[0] + c * specific_force[1];
+    const double along = std::sin(pitch_rad_) * ahead + std::cos(pitch_rad_) * specific_force[2];
+    put(Signal::kForceX, std::cos(pitch_rad_) * ahead - std::sin(pitch_rad_) * specific_force[2], 0.08);
     put(Signal::kForceY, std::cos(roll_rad_) * aside + std::sin(roll_rad_) * along, 0.08);
     put(Signal::kForceZ, -std::sin(roll_rad_) * aside + std::cos(roll_rad_) * along, 0.1);
     put(Signal::kThrustRatio, set_point_ / kG_m_s2, 0.0);

@@ -89,8 +89,8 @@ class Loader {
     }
     log_.start_s = times.time_s.front();
     const double samples = (times.time_s.back() - log_.start_s) / log_.period_s;
-    constexpr double kMostSamples = 1e8;
-    if (samples > kMostSamples) {
+    constexpr double kMaxSamples = 1e8;
+    if (samples > kMaxSamples) {
       throw InputError(raw_.file(), 0, map_.time.column, "spans more than 10 days: is its unit really seconds?");
     }
     const double typical_s = (times.time_s.back() - log_.start_s) / static_cast<double>(times.values.size());

@@ -44,7 +44,7 @@ class RawLog {
   /// @throws InputError: no such column, or at least half of its values are not finite numbers (file, line, column).
   virtual RawColumn column(const std::string& name, const std::string& asked_by) const = 0;
 
-  /// Names that column() accepts, at most kMostNames of them, for `convert` and for messages.
+  /// Names that column() accepts, at most kMaxNames of them, for `convert` and for messages.
   virtual std::vector<std::string> names() const = 0;
   static constexpr std::size_t kMaxNames = 100'000;
 

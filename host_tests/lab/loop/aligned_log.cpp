@@ -20,7 +20,7 @@ using identify::Range;
 /// Signals that only the loop needs from its own log; they are not used for identification.
 constexpr const char* kBeside = "pose_yaw = \"tick.pose_yaw\"\nstate = \"tick.state\"\n";
 
-/// The longest stretch in which the ladder kept control: its rungs from nominal to level.
+/// The longest stretch in which the failsafe kept control: its rungs from nominal to level.
 Range in_control(const logs::FlightLog& log, const std::vector<double>& failsafe_state) {
   const auto kept = [](double value) {
     return value > static_cast<double>(safety::FailsafeState::kNominal) - 0.5 &&
@@ -125,9 +125,9 @@ FlownLog load_flown(const experiments::FlightResult& flight, const std::string& 
   for (const Signal stick : {Signal::kStickRoll, Signal::kStickPitch, Signal::kStickThrottle, Signal::kStickYaw}) {
     log.of(stick) = moved_later(log.of(stick), kUplink_s / log.period_s);
   }
-  for (const Signal felt : {Signal::kAttitudeRoll, Signal::kAttitudePitch, Signal::kAttitudeYaw, Signal::kRateX,
-                            Signal::kRateY, Signal::kRateZ}) {
-    log.of(felt) = moved_later(log.of(felt), -kTelemetry_s / log.period_s);
+  for (const Signal signal : {Signal::kAttitudeRoll, Signal::kAttitudePitch, Signal::kAttitudeYaw, Signal::kRateX,
+                              Signal::kRateY, Signal::kRateZ}) {
+    log.of(signal) = moved_later(log.of(signal), -kTelemetry_s / log.period_s);
   }
   turn_rates_into_heading(log);
   const double believed_age_s = mean(taken(log, "pose_age"));

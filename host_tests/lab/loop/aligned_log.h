@@ -26,13 +26,13 @@ inline constexpr double kUplink_s = 0.0055;     ///< from the tick that sets the
 struct FlownLog {
   logs::FlightLog log;
   identify::Range in_control;  ///< the longest stretch in which the sticks of the log flew the vehicle
-  std::string descent;         ///< why the ladder ended that stretch, in words; empty where it did not
+  std::string descent;         ///< why the failsafe ended that stretch, in words; empty where it did not
 };
 
 /// Writes the flight's ULog to a file, reads it back like any other log, and aligns it: sticks later by kUplink_s,
 /// attitude and rates earlier by kTelemetry_s, position and the captured velocity earlier by the lag of the captured
-/// heading (capture_alignment.h). rate_z is the rate of the heading, which the yaw stick commands: at 30 degrees of tilt the
-/// gyro's z axis measures half of a pitch rate. Errors: InputError.
+/// heading (capture_alignment.h). rate_z is the rate of the heading, which the yaw stick commands: at 30 degrees of
+/// tilt the gyro's z axis measures half of a pitch rate. Errors: InputError.
 FlownLog load_flown(const experiments::FlightResult& flight, const std::string& path);
 
 }  // namespace m100::lab::loop

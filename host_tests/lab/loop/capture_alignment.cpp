@@ -32,13 +32,13 @@ struct Shift {
   double count = 0.0;
 };
 
-Shift shift_between(const std::vector<double>& captured, const std::vector<double>& felt, std::size_t begin,
+Shift shift_between(const std::vector<double>& captured, const std::vector<double>& measured, std::size_t begin,
                     std::size_t end, double period_s) {
   const auto apart = static_cast<std::size_t>(std::lround(0.5 / period_s));
-  const std::vector<double> rate = slope(felt, 1, period_s);
+  const std::vector<double> rate = slope(measured, 1, period_s);
   Shift out;
   for (std::size_t i = begin + apart; i < end; ++i) {
-    const double late = (felt[i] - captured[i]) - (felt[i - apart] - captured[i - apart]);
+    const double late = (measured[i] - captured[i]) - (measured[i - apart] - captured[i - apart]);
     const double turned = rate[i] - rate[i - apart];
     out.gradient += late * turned;
     out.curvature += turned * turned;
@@ -52,25 +52,25 @@ Shift shift_between(const std::vector<double>& captured, const std::vector<doubl
 double capture_lag_s(const logs::FlightLog& log, std::vector<double> captured_heading_rad,
                      std::pair<double, double> range_s, double otherwise_s) {
   constexpr int kPasses = 6;
-  constexpr double kMost_s = 0.2;
-  constexpr double kLeastTurn_rad_s = 0.05;  // root mean square; a slower turn shows no lag
-  const std::vector<double>& felt = log.of(Signal::kAttitudeYaw);
-  if (captured_heading_rad.size() != felt.size() || felt.empty()) {
+  constexpr double kMax_s = 0.2;
+  constexpr double kMinTurn_rad_s = 0.05;  // root mean square; a slower turn shows no lag
+  const std::vector<double>& measured = log.of(Signal::kAttitudeYaw);
+  if (captured_heading_rad.size() != measured.size() || measured.empty()) {
     return otherwise_s;
   }
   unwrap(captured_heading_rad);
   const std::size_t begin = log.index_of(range_s.first);
-  const std::size_t end = std::min(log.index_of(range_s.second), felt.size());
+  const std::size_t end = std::min(log.index_of(range_s.second), measured.size());
   double lag_s = 0.0;
   for (int pass = 0; pass < kPasses; ++pass) {
-    const std::vector<double> late = moved_later(felt, lag_s / log.period_s);
+    const std::vector<double> late = moved_later(measured, lag_s / log.period_s);
     const Shift shift = shift_between(captured_heading_rad, late, begin, end, log.period_s);
-    if (!(shift.curvature > kLeastTurn_rad_s * kLeastTurn_rad_s * shift.count) || std::abs(lag_s) > kMost_s) {
+    if (!(shift.curvature > kMinTurn_rad_s * kMinTurn_rad_s * shift.count) || std::abs(lag_s) > kMax_s) {
       return otherwise_s;
     }
     lag_s += shift.gradient / shift.curvature;
   }
-  return std::abs(lag_s) > kMost_s ? otherwise_s : lag_s;
+  return std::abs(lag_s) > kMax_s ? otherwise_s : lag_s;
 }
 
 logs::FlightLog with_captured_velocity(logs::FlightLog log, double lag_s) {

@@ -104,12 +104,12 @@ class Loop {
     }
   }
 
-  /// A flight that the ladder keeps in control to its end. After a handover the pilot flies, and his sticks are not in
-  /// the log: such a flight is flown again on another course; if all of them end early, the longest one is used.
+  /// A flight that the failsafe keeps in control to its end. After a handover the pilot flies, and his sticks are not
+  /// in the log: such a flight is flown again on another course; if all of them end early, the longest one is used.
   FlownLog control_range(std::uint64_t seed, const std::string& file) {
     constexpr std::uint64_t kAnother = 1000;
     constexpr int kFlights = 4;
-    constexpr double kMost = 0.8;  // of the flight
+    constexpr double kMax = 0.8;  // of the flight
     const std::filesystem::path path(file);
     FlownLog best;
     for (int flight = 0; flight < kFlights; ++flight) {
@@ -121,11 +121,11 @@ class Loop {
       if (flight == 0 || length_s > best.in_control.second - best.in_control.first) {
         best = std::move(next);
       }
-      if (length_s >= kMost * options_.flight_s) {
+      if (length_s >= kMax * options_.flight_s) {
         break;
       }
       std::string messages = name;
-      messages += two_numbers(": the ladder handed over after %.1f s of %.0f s", length_s, options_.flight_s);
+      messages += two_numbers(": the failsafe handed over after %.1f s of %.0f s", length_s, options_.flight_s);
       messages += why;
       messages += flight + 1 < kFlights ? ": flown again" : ": the longest of these flights is used";
       result_.decisions.push_back(std::move(messages));

@@ -92,7 +92,7 @@ def messages_table(root):
         answers[name] = "; or: ".join(filter(None, (answers.get(name), spoken(text))))
     rows += [row("answers of the autopilot", name, text) for name, text in answers.items()]
     causes = source("firmware/safety/failsafe_text.cpp")
-    rows += [row("steps of the failsafe ladder", name) for name in re.findall(
+    rows += [row("steps of the failsafe state machine", name) for name in re.findall(
         r'"(\w+)"', causes[causes.index("kFailsafeReasonNames{"):causes.index("static_assert")])]
     words = source("firmware/companion/operator/operator_messages.cpp")
     rows += [row("an excitation aborted", spoken(text)) for text in re.findall(

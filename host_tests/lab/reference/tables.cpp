@@ -191,10 +191,10 @@ Table script_table() {
                           std::string(word.name),
                           {chirp ? "STICK COUNTS FROM_HZ TO_HZ SECONDS" : "STICK COUNTS SECONDS"}});
   }
-  for (const sim::SensorFault& lie : sim::sensor_faults()) {
-    table.rows.push_back({"a channel lies, and by how much",
-                          std::string(sim::kN1FaultWord) + " " + std::string(lie.name),
-                          {lie.unit.empty() ? "-" : "[" + std::string(lie.unit) + "]"}});
+  for (const sim::SensorFault& fault : sim::sensor_faults()) {
+    table.rows.push_back({"a sensor fault, and its size",
+                          std::string(sim::kN1FaultWord) + " " + std::string(fault.name),
+                          {fault.unit.empty() ? "-" : "[" + std::string(fault.unit) + "]"}});
   }
   for (const std::string_view stick : sim::kN1StickNames) {
     table.rows.push_back({"names of a STICK", std::string(stick), {"-"}});

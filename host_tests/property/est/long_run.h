@@ -206,7 +206,7 @@ inline LongRunReport long_run(double hours, std::uint32_t seed) {
   detail::Runner<core::Fixed> fixed(model);
   detail::Wander wander(model, seed);
   const long ticks = std::lround(hours * 360000.0);
-  constexpr long kSettled = 1000;
+  constexpr long kConvergedTicks = 1000;
   LongRunReport report;
   std::uint32_t early_fixed = 0;
   for (long tick = 0; tick < ticks; ++tick) {
@@ -215,10 +215,10 @@ inline LongRunReport long_run(double hours, std::uint32_t seed) {
     detail::update(single, measured);
     detail::update(fixed, measured);
     wander.steer(reference.state(Filter::kP), reference.state(Filter::kV) / kTimeUnit_s, tick);
-    if (tick == kSettled) {
+    if (tick == kConvergedTicks) {
       early_fixed = fixed.filter.health().saturations;
     }
-    if (tick > kSettled) {
+    if (tick > kConvergedTicks) {
       detail::compare(fixed, reference, report.fixed);
       detail::compare(single, reference, report.single);
       const double error = reference.state(Filter::kD) / (kTimeUnit_s * kTimeUnit_s) - measured.wind;
@@ -230,7 +230,7 @@ inline LongRunReport long_run(double hours, std::uint32_t seed) {
       detail::count_not_positive(reference.filter, report.not_positive_double);
     }
   }
-  const double n = static_cast<double>(ticks - kSettled - 1);
+  const double n = static_cast<double>(ticks - kConvergedTicks - 1);
   detail::finish(fixed, n, report.fixed);
   detail::finish(single, n, report.single);
   report.disturbance_error_rms_m_s2 = std::sqrt(report.disturbance_error_rms_m_s2 / n);

@@ -28,7 +28,8 @@ double evidence_of(const std::vector<double>& truth, const std::vector<std::size
                    const UnseenLogSticks& sticks, UnseenLogParameters believed,
                    const std::vector<std::string>& declared, const UnseenLogNoise& noise);
 
-/// Evidence at which a log reaches the ratio that identify requires for a change (axis_change_point.cpp) in 19 of 20 cases.
+/// CUSUM at which a log reaches the ratio that identify requires for a change (axis_change_point.cpp) in 19 of 20
+/// cases.
 inline constexpr double kUnseenLogVisible = 50.7;  // (sqrt(30) + 1.64)^2
 
 }  // namespace m100::host_tests

@@ -188,13 +188,13 @@ TEST(SetpointLaw, OfABoxWithHardCornersIsThePreviewLaw) {
 // The limit counts work, not time: every machine stops at the same place, with a clean answer instead of a hang.
 TEST(SetpointLaw, IsGivenUpWhenItsAllowanceIsSpent) {
   const AxisQp problem = axis_qp(mpc::generated::kVehicle, Axis::kX);
-  double told = 0.0;
+  double progress_s = 0.0;
   for (const ComputeBudget budget : {ComputeBudget(2000), ComputeBudget(400'000, 1'000'000)}) {
-    const SetpointRows rows =
-        make_setpoint_law(problem, kSetpointBox, budget, [&](std::size_t, std::size_t, double spent) { told = spent; });
+    const SetpointRows rows = make_setpoint_law(problem, kSetpointBox, budget,
+                                                [&](std::size_t, std::size_t, double spent) { progress_s = spent; });
     EXPECT_TRUE(rows.too_large);
     EXPECT_TRUE(rows.nodes.empty() && rows.planes.empty() && rows.laws.empty());
-    EXPECT_GT(told, 0.0);
+    EXPECT_GT(progress_s, 0.0);
   }
 }
 

@@ -99,7 +99,7 @@ bool is_open(const std::string& name, const Verdict& verdict, const std::vector<
   return !verdict.violations.empty() && std::all_of(verdict.violations.begin(), verdict.violations.end(), is_listed);
 }
 
-std::string told(const Result& result) {
+std::string described(const Result& result) {
   std::array<char, 64> numbers{};
   if (result.verdict.returned_after_s == kNever_s) {
     (void)std::snprintf(numbers.data(), numbers.size(), "transmitter never");
@@ -206,7 +206,7 @@ std::vector<Result> fly_all(const std::vector<Case>& cases, const Places& places
         fs::remove_all(folder);
       }
       const std::lock_guard lock(writing);
-      out << i << " " << told(results[i]) << std::endl;
+      out << i << " " << described(results[i]) << std::endl;
     }
   };
   std::vector<std::thread> threads;

@@ -165,7 +165,7 @@ void Bench::let_client_end() {
 }
 
 void Bench::send_to_backup(int signal) {
-  const pid_t backup = client_->child("m100-keeper");
+  const pid_t backup = client_->child("m100-backup");
   if (backup <= 0) {
     throw std::runtime_error("m100 fly has no second process");
   }

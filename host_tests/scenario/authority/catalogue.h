@@ -10,8 +10,8 @@
 
 namespace m100::authority {
 
-/// The program's stage when the fault strikes. The rungs of the ladder are reached by taking the pose away: the program
-/// coasts 60 ms later, levels at most 0.7 s after that, and releases 1 s after that.
+/// The program's stage when the fault strikes. The states of the failsafe are reached by taking the pose away: the
+/// program coasts 60 ms later, levels at most 0.7 s after that, and releases 1 s after that.
 enum class Stage : std::uint8_t { kStarting, kAsking, kFlying, kCoasting, kLevel, kRelease, kReleasing };
 inline constexpr std::size_t kStages = 7;
 inline constexpr std::array<std::string_view, kStages> kStageNames{"starting", "asking",  "flying",   "coast",
@@ -51,7 +51,7 @@ struct Fault {
   bool kills_backup = false;  ///< ends the second process, so a death of the first would be a double fault
 };
 
-// What R15 allows. The ladder from a lost pose: 60 ms to coast, 0.7 s to level, 1 s to release, 1.0 s for the
+// What R15 allows. The failsafe from a lost pose: 60 ms to coast, 0.7 s to level, 1 s to release, 1.0 s for the
 // release (R15), and 0.04 s for the source's interval, its latency and the tick.
 inline constexpr double kFailsafe_s = 2.80;
 inline constexpr double kSilentLink_s =

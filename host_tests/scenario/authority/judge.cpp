@@ -230,7 +230,7 @@ class Judge {
     }
   }
 
-  /// Checks the ladder's last rungs: level for 1 s, in which the aircraft brakes and holds, and then trimmed neutral
+  /// Checks the failsafe's last states: level for 1 s, in which the aircraft brakes and holds, and then trimmed neutral
   /// for 0.5 s before control goes back.
   void neutral() {
     if (case_.second != nullptr || case_.stage != Stage::kFlying || case_.fault->name != "pose lost") {

@@ -16,7 +16,8 @@ namespace {
 /// Two worlds; in the second one no flight is possible, because no pose arrives.
 Campaign small() {
   Campaign campaign;
-  campaign.worlds.push_back({.name = "kind", .path = "a b/nominal.toml", .digest = "1", .plant = sim::measured_plant()});
+  campaign.worlds.push_back(
+      {.name = "kind", .path = "a b/nominal.toml", .digest = "1", .plant = sim::measured_plant()});
   campaign.worlds.push_back({.name = "blind", .path = "blind.toml", .digest = "2", .plant = sim::measured_plant()});
   campaign.worlds[1].plant.pose.dropout_per_s = 100.0;
   campaign.tasks = tasks_of("hover,step_1m");

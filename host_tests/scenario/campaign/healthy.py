@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Checks promise R17 in the shipped worlds: no monitor, gate or alarm reports anything. In no flight is a limit cycle
 noticed, poses or attitude called false, an axis reported as having left its model, or a pose refused for long enough
-that the ladder would act.
+that the failsafe would act.
 
 Usage: healthy.py M100_LAB [--flights N] [--seed N]
 Flies N (default 12: 1008 flights) flights of each of the six tasks in each world, and names those with a false alarm.

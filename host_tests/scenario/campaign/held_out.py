@@ -38,12 +38,12 @@ def pose(dice):
             f"reported_age_s = {dice.uniform(0.0, 0.1):.4f}\n")
 
 
-def air(dice, push_m_s2=None):
-    """-> an air section. @param push_m_s2 including gusts, on the worse axis; None: drawn, up to MAX_FORCE_M_S2"""
+def air(dice, disturbance_m_s2=None):
+    """-> an air section. @param disturbance_m_s2 including gusts, on the worse axis; None: drawn, up to MAX_FORCE_M_S2"""
     direction = dice.uniform(0.0, 2.0 * math.pi)
     along, across = math.cos(direction), math.sin(direction)
-    push_m_s2 = push_m_s2 or dice.uniform(0.1 * MAX_FORCE_M_S2, MAX_FORCE_M_S2)
-    mean_m_s = push_m_s2 / (DRAG_PER_S * (1.0 + GUST_SHARE) * max(abs(along), abs(across)))
+    disturbance_m_s2 = disturbance_m_s2 or dice.uniform(0.1 * MAX_FORCE_M_S2, MAX_FORCE_M_S2)
+    mean_m_s = disturbance_m_s2 / (DRAG_PER_S * (1.0 + GUST_SHARE) * max(abs(along), abs(across)))
     return (f"[air]\nlinear_drag_per_s = {DRAG_PER_S}\nwind_m_s = [{mean_m_s * along:.3f}, {mean_m_s * across:.3f}, 0.0]\n"
             f"gust_m_s = {GUST_SHARE * mean_m_s:.3f}\nturbulence_m_s = {TURBULENCE_SHARE * mean_m_s:.3f}\n")
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Single faults of the whole flight controller against the emulated N1 (promise R12 and the ladder of
+// Single faults of the whole flight controller against the emulated N1 (promise R12 and the failsafe of
 // firmware/safety/README.md). Each test states the reaction and its bound.
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ const char* label(FailsafeState failsafe_state) {
 struct Loss {
   const char* what;
   void (*happen)(sim::World&);
-  core::Duration seen_within;  ///< time until the ladder reacts
+  core::Duration seen_within;  ///< time until the failsafe reacts
   bool comes_back;             ///< the switch returns to F after a second
 };
 const Loss kLosses[] = {
@@ -110,7 +110,7 @@ TEST(Faults, AFrozenPoseIsNoPose) {
   EXPECT_LT(bench.farthest_m(), kMargin * kTaken_m);
 }
 
-// Control is granted, but no pose arrives: the ladder stays silent, and the pilot must get the sticks back.
+// Control is granted, but no pose arrives: the failsafe stays silent, and the pilot must get the sticks back.
 class ControlWithoutAPose : public ::testing::TestWithParam<link::Channel> {};
 INSTANTIATE_TEST_SUITE_P(Faults, ControlWithoutAPose,
                          ::testing::Values(link::Channel::kVirtualRc, link::Channel::kMovement));

@@ -54,7 +54,7 @@ class FaultBench {
       tick();
     }
   }
-  /// Ticks until the ladder is at `wanted`. @returns the time it took; empty if it took longer than `at_most`.
+  /// Ticks until the failsafe is at `wanted`. @returns the time it took; empty if it took longer than `at_most`.
   std::optional<core::Duration> until(FailsafeState wanted, core::Duration at_most) {
     const core::TimePoint from = world_.now();
     while (failsafe_state() != wanted) {
@@ -77,7 +77,7 @@ class FaultBench {
     run(seconds(3));
     return failsafe_state() == FailsafeState::kNominal;
   }
-  /// Brings the ladder from a hover to a rung, by the fault or order that leads there.
+  /// Brings the failsafe from a hover to a state, by the fault or order that leads there.
   bool reach(FailsafeState wanted) {
     if (!take_off()) {
       return false;

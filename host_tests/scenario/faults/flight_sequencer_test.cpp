@@ -110,8 +110,8 @@ TEST_P(PilotageTest, AScriptWithoutAPoseEndsAfterTwentySecondsAndSaysWhy) {
   EXPECT_EQ(bench_->noted().obtain_requests, 0U);
 }
 
-// Without the keeper nobody would give control back after a death of the program. Then control is not taken, and a
-// request in progress is given back.
+// Without the backup process nobody would give control back after a death of the program. Then control is not taken,
+// and a request in progress is given back.
 TEST_P(PilotageTest, WithoutTheSecondProcessControlIsNotAskedFor) {
   RecordProperty("promise", "R15");
   begin({.take_control = true, .hold_s = 1000.0});
@@ -167,7 +167,7 @@ struct Leaving {
   const char* words;
 };
 
-// Catches a check of the place that is not made outside the fence, or not after control is granted: the ladder then
+// Catches a check of the place that is not made outside the fence, or not after control is granted: the failsafe then
 // goes to nominal as soon as it can, and the law flies the whole distance at once.
 TEST_P(PilotageTest, WhoLeavesWhileControlIsAskedForIsNotFlown) {
   RecordProperty("promise", "R16");

@@ -31,7 +31,7 @@ TEST(Beginning, TheFirstCommandIsComputedForTheBeginningOfTheCourse) {
   }
 }
 
-// Catches an order that was given while the law flew, had no effect then, and later ends a descent of the ladder
+// Catches an order that was given while the law flew, had no effect then, and later ends a descent of the failsafe
 // without a new order.
 TEST(Beginning, AnOrderGivenWhileTheLawFliesIsNotKeptForTheNextDescent) {
   FaultBench bench;

@@ -77,7 +77,7 @@ TEST_F(RoomOrdersFlight, ParametersAreReadByWhoHasTheKey) {
   EXPECT_TRUE(receive_until([&] { return said.find("parameter MASS_KG: not set") != std::string::npos; })) << said;
   ground_station->signal(SIGINT);
   (void)ground_station->run_to_end(30.0);
-  EXPECT_GE(json::parse(std::ifstream(result))["room"]["parameters_not_set"], 1);
+  EXPECT_GE(json::parse(std::ifstream(result))["ground_station"]["parameters_not_set"], 1);
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ TEST_F(GoalsFlight, ASquareByGoalsAndTheStateReadBack) {
     EXPECT_NEAR(position.z, corner.z, kAtCorner_m);
   }
   EXPECT_GT(estimates, 0U);
-  EXPECT_NE(said.find("ladder: silent to nominal"), std::string::npos) << said;
+  EXPECT_NE(said.find("failsafe: silent to nominal"), std::string::npos) << said;
   EXPECT_TRUE(send_command(kReturnHome, 0.F));
   EXPECT_EQ(answers[kReturnHome], 3) << "unsupported";
   EXPECT_TRUE(receive_until([&] {

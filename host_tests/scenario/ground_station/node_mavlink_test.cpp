@@ -176,7 +176,7 @@ TEST_F(NodeMavlink, FliesASquareByGoalsAndReadsTheStateBack) {
   }));
   const json state = node.state();
   EXPECT_EQ(state["wrong"], 0) << "frames of m100 are not signed with the key";
-  EXPECT_NE(state["text"].get<std::string>().find("ladder: silent to nominal"), std::string::npos) << state["text"];
+  EXPECT_NE(state["text"].get<std::string>().find("failsafe: silent to nominal"), std::string::npos) << state["text"];
   for (int tries = 0; tries < 30 && !ground_station.ended(); ++tries) {
     (void)node.ask("order 92 0");
     (void)ground_station.run_until([] { return false; }, 0.3);

@@ -10,7 +10,7 @@ namespace {
 
 TEST(Loop, IsThirtyPerCentBetterOnOneHiddenPlant) { EXPECT_LT(errors_on(kHiddenPlants.front()).change(), -0.3); }
 
-// The ladder ends every identification flight of a plant whose sticks have 1.5 times the gain. Catches a loop that
+// The failsafe ends every identification flight of a plant whose sticks have 1.5 times the gain. Catches a loop that
 // loses the first flight's log while it flies the others: it identified nothing and reported missing signals.
 TEST(Loop, LearnsFromTheLongestFlightWhereNoneIsKeptToItsEnd) {
   const auto* const strong = std::find_if(kHiddenPlants.begin(), kHiddenPlants.end(), [](const Hidden& hidden) {

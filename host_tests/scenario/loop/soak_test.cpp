@@ -71,7 +71,7 @@ TEST(Loop, GoesOnWithoutWhatCannotBeControlled) {
 }
 
 // Result of the loop on one of the hidden plants.
-struct Judged {
+struct PlantResult {
   Errors errors;
   /// Change of the prediction error 1 s ahead, for each axis that differs from the vehicle file.
   std::vector<std::pair<const char*, double>> predictions{};
@@ -112,10 +112,10 @@ double error_1s(const LoopEvaluation& side, const std::string& channel) {
   return (side.prediction.*found->member)[std::find(kHorizons_s.begin(), kHorizons_s.end(), 1.0) - kHorizons_s.begin()];
 }
 
-Judged judged(const Hidden& hidden) {
+PlantResult plant_result(const Hidden& hidden) {
   const sim::Plant plant = plant_of(hidden);
   const LoopResult result = closed_on(hidden);
-  Judged out{.errors = errors_of(result)};
+  PlantResult out{.errors = errors_of(result)};
   for (const auto& [channel, members] : kAxes) {
     const model::StickAxis& flown = plant.*members.first;
     const model::StickAxis& file = mpc::generated::kVehicle.*members.second;
@@ -134,7 +134,7 @@ Judged judged(const Hidden& hidden) {
   return out;
 }
 
-std::string row_of(const Hidden& hidden, const Judged& plant) {
+std::string row_of(const Hidden& hidden, const PlantResult& plant) {
   std::array<char, 120> text{};
   std::snprintf(text.data(), text.size(), "| %s | %.3f | %.3f |", hidden.name, plant.errors.before_m,
                 plant.errors.after_m);
@@ -163,7 +163,7 @@ TEST(Loop, FindsWhatTwelveHiddenPlantsHave) {
   std::string table = "| plant | before [m] | after [m] | change of the errors 1 s ahead |\n|---|---|---|---|\n";
   std::string wrong_names;
   for (const Hidden& hidden : kHiddenPlants) {
-    const Judged plant = judged(hidden);
+    const PlantResult plant = plant_result(hidden);
     table += row_of(hidden, plant);
     std::cout << row_of(hidden, plant) << std::flush;
     flown.push_back(plant.errors.change());

@@ -105,7 +105,7 @@ TEST_F(ProgramTest, AProgramThatWasStoppedStaysOutOfControl) {
   });
 }
 
-// The keeper closes the port after its last release.
+// The backup process closes the port after its last release.
 TEST_F(ProgramTest, AfterADeathTheNextFlightCanBegin) {
   RecordProperty("promise", "R15");
   in_real_time([&] {
@@ -115,7 +115,8 @@ TEST_F(ProgramTest, AfterADeathTheNextFlightCanBegin) {
     program.send(SIGKILL);
     ASSERT_TRUE(wait_for("\"released\""));
     int code = 2;
-    for (int attempt = 0; attempt < 20 && code == 2; ++attempt) {  // refused while the keeper repeats its releases
+    for (int attempt = 0; attempt < 20 && code == 2;
+         ++attempt) {  // refused while the backup process repeats its releases
       std::this_thread::sleep_for(milliseconds(500));
       code = run(flight({"--hold", "1"}));
     }

@@ -206,9 +206,9 @@ TEST_F(ProgramTest, ATerminalThatNobodyReadsDoesNotStopTheFlight) {
     Process program(M100_PROGRAM, flight({"--hold", "3", "--json", result.string(), "--status", "always"}), errors,
                     terminal.screen());
     EXPECT_EQ(program.wait(std::chrono::seconds(30)), 0);
-    const json told = json::parse(std::ifstream(result));
-    EXPECT_TRUE(told["released"]);
-    EXPECT_EQ(told["last_reason"], "released") << told;
+    const json result_json = json::parse(std::ifstream(result));
+    EXPECT_TRUE(result_json["released"]);
+    EXPECT_EQ(result_json["last_reason"], "released") << result_json;
     EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
   });
 }

@@ -38,7 +38,7 @@ TEST_F(LimitCycleFlight, IsSaidByNameAndFlownOnByTheCalmLaw) {
   ASSERT_TRUE(flown.contains("swinging")) << flown.dump(1);
   EXPECT_GT(flown["swinging"]["height_rad"].get<double>(), 0.1);
   EXPECT_NEAR(flown["swinging"]["frequency_hz"].get<double>(), 1.4, 0.6);
-  EXPECT_EQ(flown["ladder"].back()["cause"], "neutral_over") << "control must go back because --hold was over";
+  EXPECT_EQ(flown["failsafe"].back()["cause"], "neutral_over") << "control must go back because --hold was over";
   EXPECT_GT(ticks_with(safety::FailsafeCondition::kLimitCycle), 500U);
   EXPECT_EQ(ticks_with(safety::FailsafeCondition::kLimitCyclePersists), 0U);
 }
@@ -53,7 +53,7 @@ TEST_F(LimitCycleFlight, ThatGoesOnEndsTheFlightByName) {
                   "\"axis.roll.transport_delay_s\" = 0.29\n\"axis.pitch.transport_delay_s\" = 0.28\n",
                   "60"),
             1);
-  EXPECT_NE(all_said().find("ladder: nominal to level, swinging: "), std::string::npos) << all_said();
+  EXPECT_NE(all_said().find("failsafe: nominal to level, swinging: "), std::string::npos) << all_said();
   EXPECT_GT(ticks_with(safety::FailsafeCondition::kLimitCyclePersists), 0U);
 }
 

@@ -11,8 +11,8 @@
 namespace m100::scenario {
 
 /// Telemetry is dead after 0.5 s (safety::Limits), and four processes take part in a test one after the other:
-/// autopilot, program, keeper and the test itself. If the machine keeps each waiting for a quarter of that time, the
-/// flight may end rightly.
+/// autopilot, program, backup process and the test itself. If the machine keeps each waiting for a quarter of that
+/// time, the flight may end rightly.
 constexpr double kStall_s = 0.5 / 4.0;
 constexpr int kAttempts = 5;
 

@@ -43,7 +43,7 @@ TEST_P(SensorFaults, AreSaidByNameAndEndWithThePilot) {
     struck = true;
     farthest_m = std::max(farthest_m, std::hypot(x_m - from_m[0], y_m - from_m[1]));
   }
-  EXPECT_TRUE(struck) << "the program did not command when the lie began";
+  EXPECT_TRUE(struck) << "the program did not command when the sensor fault began";
   EXPECT_LE(farthest_m, fault.within_m);
   EXPECT_FALSE(summary["client_in_control"].get<bool>());
   EXPECT_EQ(summary["control_after_loss"], 0);

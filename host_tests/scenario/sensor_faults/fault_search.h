@@ -39,7 +39,7 @@ Fault fault_of(const Channel& channel, const std::string& text);
 /// The effect of a fault.
 struct FaultEffect {
   static constexpr double kNever = std::numeric_limits<double>::infinity();
-  double after_s = kNever;  ///< from the fault's beginning until the ladder left its top
+  double after_s = kNever;  ///< from the fault's beginning until the failsafe left its top
   double away_m = 0.0;      ///< largest distance from the flight without the fault, until after_s or kWatched_s
   double farthest_m = 0.0;  ///< largest distance until the pilot had the sticks, or until kWatched_s
   double speed_m_s = 0.0;   ///< horizontal, when the pilot got the sticks; 0 if never

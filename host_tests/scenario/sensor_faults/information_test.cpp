@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The information about the pose in a calm hover: the bound behind the lies that THREATS.md lists as unseen.
+// The information about the pose in a calm hover: the bound behind the sensor faults that THREATS.md lists as unseen.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -17,7 +17,8 @@ struct RecordedFault {
   double limit_m = 0.0;  ///< of score_of() over the test's seeds: the measured value plus the margin stated in the file
 };
 
-/// Reads worst_faults.txt: lines `channel | limit in m | task | fault`, comment lines with `#`. @throws std::invalid_argument
+/// Reads worst_faults.txt: lines `channel | limit in m | task | fault`, comment lines with `#`. @throws
+/// std::invalid_argument
 inline std::map<std::string, RecordedFault, std::less<>> recorded_faults(const std::filesystem::path& file) {
   std::map<std::string, RecordedFault, std::less<>> recorded;
   std::ifstream in(file);

@@ -36,7 +36,7 @@ inline sim::Plant plant_in(Air air) {
   return plant;
 }
 
-/// One flight of a task with a lie, or with none (null).
+/// One flight of a task with a sensor fault, or with none (null).
 struct FaultedFlight {
   const sim::SensorFault* fault = nullptr;
   double size = 0.0;
@@ -72,7 +72,7 @@ inline lab::experiments::FlightResult flown(const FaultedFlight& flight, int see
   return lab::experiments::fly(plan);
 }
 
-/// The flight without a lie; each is flown once for all lies.
+/// The flight without a sensor fault; each is flown once for all lies.
 inline const lab::experiments::FlightResult& flown_without_fault(const FaultedFlight& flight, int seed) {
   static std::map<std::tuple<std::string, bool, Air, int>, lab::experiments::FlightResult> recorded;
   const auto key = std::make_tuple(std::string(flight.task), flight.from_s < 0.0, flight.air, seed);
@@ -86,7 +86,7 @@ inline const lab::experiments::FlightResult& flown_without_fault(const FaultedFl
 }
 
 struct Detection {
-  double after_s = kNever;  ///< after the lie began; 0 if control was not taken at all
+  double after_s = kNever;  ///< after the sensor fault began; 0 if control was not taken at all
   double away_m = 0.0;      ///< distance from the honest flight at that time, or at its end
   double farthest_m = 0.0;  ///< until the pilot had the sticks
   double speed_m_s = 0.0;   ///< horizontal, at that time
@@ -167,7 +167,7 @@ struct Worst {
   }
 };
 
-/// A lie, and the range in which the smallest size is searched that is noticed with every seed.
+/// A sensor fault, and the range in which the smallest size is searched that is noticed with every seed.
 struct SizedFault {
   const char* name;
   const char* fault;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Channels that lie without a jump, in flights of the whole controller against the emulated autopilot (promise R14).
-// Measures when and how far from an honest flight the lie is noticed, how far the aircraft is when the pilot gets the
-// sticks, and its speed at that time.
+// Measures when and how far from an honest flight the sensor fault is noticed, how far the aircraft is when the pilot
+// gets the sticks, and its speed at that time.
 #include <gtest/gtest.h>
 
 #include "host_tests/scenario/sensor_faults/sensor_fault_bench.h"
@@ -20,7 +20,7 @@ struct SmoothFaultCase {
   double until_the_pilot_m;  ///< largest distance before the pilot has the sticks
   double from_s = kFaultAt_s;
   double size = 0.0;     ///< 0: the default size
-  double max_m_s = 1.0;  ///< speed at the handover; the ladder hands over below an estimated 0.9
+  double max_m_s = 1.0;  ///< speed at the handover; the failsafe hands over below an estimated 0.9
 };
 
 FaultedFlight flight_of(const SmoothFaultCase& faulted, Air air = Air::kCalm) {

@@ -174,7 +174,7 @@ void N1Autopilot::happen(N1EventKind what, double value, N1Request request) {
       break;
     case N1EventKind::kStick:
     case N1EventKind::kSensorFault:
-      break;  // these need the stick movement or the lie of a script line
+      break;  // these need the stick movement or the sensor fault of a script line
   }
 }
 

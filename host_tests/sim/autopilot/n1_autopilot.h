@@ -129,7 +129,7 @@ class N1Autopilot {
   const protocol::ParserStats& parser_stats() const { return parser_.stats(); }
   /// Whether the script lets the room send poses, which are not part of an autopilot.
   bool pose_on() const { return pose_on_; }
-  /// The active lie, which the sender of the room's poses has to apply to them; null: none.
+  /// The active sensor fault, which the sender of the room's poses has to apply to them; null: none.
   SensorFaultInjector* fault_injector() { return fault_injector_ ? &*fault_injector_ : nullptr; }
   /// Starts a lie in telemetry and in the room's poses; replaces the function set by on_telemetry().
   void start_sensor_fault(const SensorFault& fault, double size) {

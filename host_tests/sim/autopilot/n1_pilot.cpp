@@ -86,8 +86,9 @@ void N1Pilot::stop() {
 StickInput N1Pilot::fly(const VehicleState& state, core::Duration step) {
   const double step_s = core::seconds<double>(step);
   const double yaw_rad = core::euler_of(state.rotation_wb).yaw_rad;
-  const Vector2 felt_w_m_s2 = core::rotate_by_yaw(Vector2(state.specific_force_b_m_s2.head<2>()), yaw_rad);
-  air_w_m_s2_ = air_w_m_s2_ ? Vector2(*air_w_m_s2_ + step_s / kFeelsAir_s * (felt_w_m_s2 - *air_w_m_s2_)) : felt_w_m_s2;
+  const Vector2 sensed_w_m_s2 = core::rotate_by_yaw(Vector2(state.specific_force_b_m_s2.head<2>()), yaw_rad);
+  air_w_m_s2_ =
+      air_w_m_s2_ ? Vector2(*air_w_m_s2_ + step_s / kFeelsAir_s * (sensed_w_m_s2 - *air_w_m_s2_)) : sensed_w_m_s2;
   const Vector2 velocity_w_m_s = state.velocity_w_m_s.head<2>();
   if (!place_w_m_ && velocity_w_m_s.norm() < kStopped_m_s) {
     place_w_m_ = state.position_w_m;

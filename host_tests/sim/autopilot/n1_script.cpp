@@ -65,18 +65,18 @@ N1StickMove read_move(N1StickMove::Shape shape, std::istringstream& words, long 
   return move;
 }
 
-/// Reads the rest of a line that starts a lie.
-N1ScriptLine read_lie(core::TimePoint at, std::istringstream& words, long line) {
+/// Reads the rest of a line that starts a sensor fault.
+N1ScriptLine read_fault(core::TimePoint at, std::istringstream& words, long line) {
   std::string name, more;
   words >> name;
   const SensorFault* const fault = find_sensor_fault(name);
   if (fault == nullptr) {
-    throw N1ScriptError(line, "unknown lie '" + name + "'");
+    throw N1ScriptError(line, "unknown sensor fault '" + name + "'");
   }
   double size = fault->size;
   const bool has_size = static_cast<bool>(words >> size);
   if ((has_size && fault->unit.empty()) || (!has_size && !words.eof()) || words >> more || !(std::abs(size) <= 1e4)) {
-    throw N1ScriptError(line, "expected: lie NAME, and a number if the lie has a size");
+    throw N1ScriptError(line, "expected: fault NAME, and a number if the fault has a size");
   }
   return {.at = at, .what = N1EventKind::kSensorFault, .value = has_size ? size : fault->size, .fault = fault};
 }
@@ -108,8 +108,8 @@ N1ScriptLine read_line(const std::string& text, long number) {
       return {.at = at, .what = N1EventKind::kStick, .move = read_move(known.shape, words, number)};
     }
   }
-  if (name == kN1FaultWord) {
-    return read_lie(at, words, number);
+  if (name == kN1FaultWord || name == kN1FaultWordBefore) {
+    return read_fault(at, words, number);
   }
   const auto form =
       std::find_if(kN1Events.begin(), kN1Events.end(), [&](const N1EventSyntax& one) { return one.name == name; });

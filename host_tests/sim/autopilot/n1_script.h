@@ -71,7 +71,7 @@ struct N1ScriptLine {
   double value = 0.0;
   N1Request request = N1Request::kAny;  ///< of kLoseAcks
   N1StickMove move{};                   ///< of kStick
-  const SensorFault* fault = nullptr;   ///< of kLie; `value` is its size
+  const SensorFault* fault = nullptr;   ///< of kSensorFault; `value` is its size
 };
 
 /// An invalid line of a script: its number and the error.
@@ -100,9 +100,9 @@ class N1ScriptError : public std::runtime_error {
 ///   55 3211 roll 150 0.3               3, 2, 1, 1 times 0.3 s, to either side in turn
 ///   60 chirp roll 100 0.4 2.5 8        a sine from 0.4 to 2.5 Hz within 8 s
 ///
-/// and a lie of a channel by its name (sensor_fault_injector.h), with a size if it differs from the default:
+/// and a sensor fault of a channel by its name (sensor_fault_injector.h), with a size if it differs from the default:
 ///
-///   30 lie standing                    30 lie drift 0.1
+///   30 fault standing                    30 fault drift 0.1
 ///
 /// @throws N1ScriptError
 std::vector<N1ScriptLine> read_n1_script(const std::string& text);

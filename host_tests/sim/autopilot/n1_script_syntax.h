@@ -54,7 +54,8 @@ struct N1StickShapeName {
 inline constexpr std::array kN1StickShapes{
     N1StickShapeName{"stick", N1StickMove::Shape::kStep}, N1StickShapeName{"doublet", N1StickMove::Shape::kDoublet},
     N1StickShapeName{"3211", N1StickMove::Shape::k3211}, N1StickShapeName{"chirp", N1StickMove::Shape::kChirp}};
-inline constexpr std::string_view kN1FaultWord = "lie";
+inline constexpr std::string_view kN1FaultWord = "fault";
+inline constexpr std::string_view kN1FaultWordBefore = "lie";  ///< of older scripts; still read
 inline constexpr std::array<std::string_view, 4> kN1StickNames{"roll", "pitch", "throttle", "yaw"};
 
 }  // namespace m100::sim

@@ -51,10 +51,10 @@ void AxisMotion::set_parameters(const model::StickAxis& axis) {
 void AxisMotion::set_direct(double command) { store_input(command, true); }
 
 const AxisMotion::Input& AxisMotion::delayed() const {
-  while (in_force_ != newest_ && inputs_[(in_force_ + 1) % kMaxInputs].since_s + delay_s_ <= time_s_ + 1e-9) {
-    in_force_ = (in_force_ + 1) % kMaxInputs;
+  while (acting_ != newest_ && inputs_[(acting_ + 1) % kMaxInputs].since_s + delay_s_ <= time_s_ + 1e-9) {
+    acting_ = (acting_ + 1) % kMaxInputs;
   }
-  return inputs_[in_force_];
+  return inputs_[acting_];
 }
 
 double AxisMotion::commanded() const {

@@ -50,7 +50,7 @@ class AxisMotion {
   double stick_counts_ = 0.0;  ///< the last stick, from neutral
   std::array<Input, kMaxInputs> inputs_{};
   std::size_t newest_ = 0;
-  mutable std::size_t in_force_ = 0;  ///< index into past_ of the delayed input; only ever moves forward
+  mutable std::size_t acting_ = 0;  ///< index into past_ of the delayed input; only ever moves forward
   double time_s_ = 0.0;
   double state_ = 0.0;
   double state_rate_ = 0.0;

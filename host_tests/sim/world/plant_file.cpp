@@ -124,7 +124,7 @@ class Reader {
     if (table == nullptr) {
       return;
     }
-    change_of(*table, "", plant.change);
+    read_change(*table, "", plant.change);
     if (!table->contains("at_s")) {
       fail(*table, "change.at_s", "is missing");
     }
@@ -163,11 +163,11 @@ class Reader {
       {"axis.yaw_rate", {&Plant::yaw_rate, model::AxisUnit::kYawRate_rad_s}},
       {"axis.climb", {&Plant::climb, model::AxisUnit::kClimb_m_s}}};
 
-  void change_of(const toml::table& table, const std::string& prefix, Change& into) const {
+  void read_change(const toml::table& table, const std::string& prefix, Change& into) const {
     for (const auto& [key, node] : table) {
       const std::string name = prefix + std::string(key.str());
       if (node.is_table()) {
-        change_of(*node.as_table(), name + ".", into);
+        read_change(*node.as_table(), name + ".", into);
       } else if (name == "at_s") {
         into.at_s = in_range(node, "change.at_s", 0.0, 1e6);
       } else {

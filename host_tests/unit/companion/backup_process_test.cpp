@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The keeper, the second process of a flight, with a pipe in place of the port: what it sends, when it sends, and when
-// it stays silent.
+// The backup process, the second process of a flight, with a pipe in place of the port: what it sends, when it sends,
+// and when it stays silent.
 #include "firmware/companion/backup/backup_process.h"
 
 #include <fcntl.h>
@@ -26,7 +26,7 @@ pid_t only_process = 0;
 
 void* allocate(std::size_t size) {
   if (only_process != 0 && getpid() != only_process) {
-    _exit(99);  // the test then finds a keeper that is dead and has sent nothing
+    _exit(99);  // the test then finds a backup process that is dead and has sent nothing
   }
   return std::malloc(size);
 }
@@ -81,8 +81,8 @@ Heard understood(const std::vector<std::byte>& bytes) {
   return heard;
 }
 
-struct KeeperTest : ::testing::Test {
-  int line[2]{-1, -1};  ///< what the keeper writes comes out at [0]
+struct BackupProcessTest : ::testing::Test {
+  int line[2]{-1, -1};  ///< what the backup process writes comes out at [0]
   void SetUp() override { ASSERT_EQ(pipe2(line, O_CLOEXEC | O_NONBLOCK), 0); }
   void TearDown() override {
     only_process = 0;
@@ -123,7 +123,7 @@ struct Death {
   int signal;
   link::ChannelCommand neutral;
 };
-class BackupAfterDeath : public KeeperTest, public ::testing::WithParamInterface<Death> {};
+class BackupAfterDeath : public BackupProcessTest, public ::testing::WithParamInterface<Death> {};
 INSTANTIATE_TEST_SUITE_P(Signals, BackupAfterDeath,
                          ::testing::Values(Death{"KilledOnVirtualRc", SIGKILL, kSticks},
                                            Death{"KilledOnMovement", SIGKILL, ctl::Command<double>{}},
@@ -140,7 +140,7 @@ TEST_P(BackupAfterDeath, SaysTheWholeFarewellAFewTimesAndEnds) {
     (void)backup.heartbeat(true);
     kill(getpid(), GetParam().signal);
   });
-  const Heard heard = understood(read_line());  // ends only when the keeper has closed the line
+  const Heard heard = understood(read_line());  // ends only when the backup process has closed the line
   waitpid(program, nullptr, 0);
   EXPECT_EQ(heard.releases.size(), 2 * BackupProcess::kRounds);
   EXPECT_EQ(std::set<std::uint16_t>(heard.releases.begin(), heard.releases.end()).size(), BackupProcess::kRounds)
@@ -152,7 +152,7 @@ TEST_P(BackupAfterDeath, SaysTheWholeFarewellAFewTimesAndEnds) {
   EXPECT_EQ(heard.others, 0);
 }
 
-TEST_F(KeeperTest, SaysNoCommandWhereControlWasNotOurs) {
+TEST_F(BackupProcessTest, SaysNoCommandWhereControlWasNotOurs) {
   RecordProperty("promise", "R4");
   const pid_t program = fly([&] {
     BackupProcess backup(kSticks, nullptr);
@@ -166,7 +166,7 @@ TEST_F(KeeperTest, SaysNoCommandWhereControlWasNotOurs) {
   EXPECT_EQ(heard.sticks, 0);
 }
 
-TEST_F(KeeperTest, ToldToGoItEndsWithoutAWordAndWithoutAZombie) {
+TEST_F(BackupProcessTest, ToldToGoItEndsWithoutAWordAndWithoutAZombie) {
   const pid_t program = fly([&] {
     BackupProcess backup(kSticks, nullptr);
     backup.set_port(line[1], 1);
@@ -184,7 +184,7 @@ TEST_F(KeeperTest, ToldToGoItEndsWithoutAWordAndWithoutAZombie) {
 }
 
 // The program ends without knowing whether the pilot has control again.
-TEST_F(KeeperTest, ToldToSpeakItGivesBackAndEnds) {
+TEST_F(BackupProcessTest, ToldToSpeakItGivesBackAndEnds) {
   RecordProperty("promise", "R15");
   const pid_t program = fly([&] {
     BackupProcess backup(kSticks, nullptr);
@@ -203,8 +203,8 @@ TEST_F(KeeperTest, ToldToSpeakItGivesBackAndEnds) {
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
 }
 
-// The program's heartbeats stop, then it resumes: it must notice that the keeper has spoken, once.
-TEST_F(KeeperTest, SpeaksWhenTheBeatsStopAndIsNoticedOnce) {
+// The program's heartbeats stop, then it resumes: it must notice that the backup process has spoken, once.
+TEST_F(BackupProcessTest, SpeaksWhenTheBeatsStopAndIsNoticedOnce) {
   RecordProperty("promise", "R15");
   only_process = getpid();
   BackupProcess backup(kSticks, nullptr);
@@ -220,7 +220,7 @@ TEST_F(KeeperTest, SpeaksWhenTheBeatsStopAndIsNoticedOnce) {
   EXPECT_TRUE(backup.alive());
 }
 
-TEST_F(KeeperTest, SpeaksAFewTimesOfOneHangAndThenNoMore) {
+TEST_F(BackupProcessTest, SpeaksAFewTimesOfOneHangAndThenNoMore) {
   only_process = getpid();
   BackupProcess backup(kSticks, nullptr);
   backup.set_port(line[1], 1);
@@ -234,8 +234,8 @@ TEST_F(KeeperTest, SpeaksAFewTimesOfOneHangAndThenNoMore) {
   EXPECT_EQ(releases, 2 * BackupProcess::kRounds);
 }
 
-// The flying program must notice that its keeper would not act in its place. The test passes the times in.
-TEST_F(KeeperTest, ThatStandsStillOrIsDeadIsNoticed) {
+// The flying program must notice that its backup process would not act in its place. The test passes the times in.
+TEST_F(BackupProcessTest, ThatStandsStillOrIsDeadIsNoticed) {
   RecordProperty("promise", "R15");
   only_process = getpid();
   BackupProcess backup(kSticks, nullptr);
@@ -252,7 +252,7 @@ TEST_F(KeeperTest, ThatStandsStillOrIsDeadIsNoticed) {
   ASSERT_EQ(kill(backup.process(), SIGSTOP), 0);
   int status = 0;
   ASSERT_EQ(waitpid(backup.process(), &status, WUNTRACED), backup.process());
-  (void)backup.state(from);  // takes in what the keeper did before it was stopped
+  (void)backup.state(from);  // takes in what the backup process did before it was stopped
   EXPECT_EQ(backup.state(from + BackupProcess::kHeartbeatTimeout - core::Duration{1}), BackupProcess::State::kReady);
   EXPECT_EQ(backup.state(from + BackupProcess::kHeartbeatTimeout), BackupProcess::State::kStalled);
   ASSERT_EQ(kill(backup.process(), SIGCONT), 0);
@@ -264,8 +264,8 @@ TEST_F(KeeperTest, ThatStandsStillOrIsDeadIsNoticed) {
   EXPECT_EQ(backup.state(from + 4 * BackupProcess::kHeartbeatTimeout), BackupProcess::State::kDead);
 }
 
-// Catches a keeper that acts during start-up, which may take long; control is not held yet.
-TEST_F(KeeperTest, IsSilentBeforeTheFirstBeat) {
+// Catches a backup process that acts during start-up, which may take long; control is not held yet.
+TEST_F(BackupProcessTest, IsSilentBeforeTheFirstBeat) {
   only_process = getpid();
   BackupProcess backup(kSticks, nullptr);
   backup.set_port(line[1], 1);
@@ -275,7 +275,7 @@ TEST_F(KeeperTest, IsSilentBeforeTheFirstBeat) {
 }
 
 // Ctrl-C and a closed terminal send a signal to every process of the group.
-TEST_F(KeeperTest, IsDeafToSignalsOfTheGroup) {
+TEST_F(BackupProcessTest, IsDeafToSignalsOfTheGroup) {
   RecordProperty("promise", "R15");
   const pid_t program = fly([&] {
     BackupProcess backup(kSticks, nullptr);
@@ -297,8 +297,8 @@ TEST_F(KeeperTest, IsDeafToSignalsOfTheGroup) {
   EXPECT_TRUE(WIFSIGNALED(status)) << "it was dead, or in the group";
 }
 
-// A port that was unplugged and plugged in again has another descriptor; the keeper must close the old one.
-TEST_F(KeeperTest, HoldsThePortThatIsAndLetsGoOfTheOneThatWas) {
+// A port that was unplugged and plugged in again has another descriptor; the backup process must close the old one.
+TEST_F(BackupProcessTest, HoldsThePortThatIsAndLetsGoOfTheOneThatWas) {
   int old_line[2]{-1, -1};
   ASSERT_EQ(pipe2(old_line, O_CLOEXEC | O_NONBLOCK), 0);
   const pid_t program = fly([&] {
@@ -321,7 +321,7 @@ TEST_F(KeeperTest, HoldsThePortThatIsAndLetsGoOfTheOneThatWas) {
 
 // Catches a program that asks for control before its second process runs: if the program dies then, the second process
 // dies too.
-TEST_F(KeeperTest, ItStandsBeforeAnythingIsAskedFor) {
+TEST_F(BackupProcessTest, ItStandsBeforeAnythingIsAskedFor) {
   for (int i = 0; i < 20; ++i) {
     BackupProcess backup(kSticks, nullptr);
     EXPECT_EQ(getsid(backup.process()), backup.process()) << "it has left our session, and with it our signals";

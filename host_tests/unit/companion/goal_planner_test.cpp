@@ -97,8 +97,8 @@ TEST_F(GoalsTest, AStreamOfGoalsIsFollowedWithoutAStop) {
   constexpr double kSpeed_m_s = 0.8;
   for (int i = 0; i < 100; ++i) {
     const double at_m = kSpeed_m_s * 0.05 * i;
-    const auto told = static_cast<float>(at_m);
-    ASSERT_EQ(goals->take(goal(told, 0.F, -1.5F), now, true), GoalResult::kAccepted);
+    const auto reported = static_cast<float>(at_m);
+    ASSERT_EQ(goals->take(goal(reported, 0.F, -1.5F), now, true), GoalResult::kAccepted);
     pass(milliseconds(50));
     if (i > 40) {
       EXPECT_GT(reference().vx, 0.5) << "at " << 0.05 * i << " s";

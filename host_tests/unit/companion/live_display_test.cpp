@@ -35,7 +35,7 @@ LiveState flying() {
 TEST(LiveDisplay, AStateIsOneObjectWithItsTime) {
   const nlohmann::json json = nlohmann::json::parse(json_of(flying()));
   EXPECT_EQ(json["timestamp"], 12.34);
-  EXPECT_EQ(json["rung"], 1);
+  EXPECT_EQ(json["failsafe_state"], 1);
   EXPECT_EQ(json["position_m"]["y"], -2.0);
   EXPECT_EQ(json["reference_m"]["z"], 1.54);
   EXPECT_EQ(json["pose"]["taken"], 1234);

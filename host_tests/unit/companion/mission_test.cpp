@@ -338,7 +338,7 @@ TEST_F(MissionTest, WhateverElseMovesTheAircraftPausesItAndItGoesOnByOrder) {
   EXPECT_FALSE(mission.start(items, 0, 0, now, false)) << "nothing flies";
   ASSERT_TRUE(mission.start(items, 0, 0, now, true));
   pass(seconds(1));
-  flies = false;  // the ladder has taken over
+  flies = false;  // the failsafe has taken over
   pass(milliseconds(10));
   EXPECT_EQ(mission.state(), MissionState::kPaused);
   flies = true;

@@ -10,7 +10,7 @@ namespace {
 
 using Q = Arithmetic<Fixed>;
 constexpr std::int32_t kOne = 1 << 24;
-constexpr std::int32_t kMost = 0x7FFFFFFF;
+constexpr std::int32_t kMax = 0x7FFFFFFF;
 
 TEST(FixedPoint, NumbersAreRoundedToTheNearestStepAndStopAtTheEnds) {
   EXPECT_EQ(Fixed().raw(), 0);
@@ -58,19 +58,19 @@ TEST(FixedPoint, PowersOfTwoAreShifts) {
 
 TEST(FixedPoint, WhatDoesNotFitStopsAtTheEndAndIsCounted) {
   Q q;
-  EXPECT_EQ(q.narrow(Q::Wide{kMost} << 24).raw(), kMost);
-  EXPECT_EQ(q.narrow(-(Q::Wide{kMost} << 24)).raw(), -kMost);
+  EXPECT_EQ(q.narrow(Q::Wide{kMax} << 24).raw(), kMax);
+  EXPECT_EQ(q.narrow(-(Q::Wide{kMax} << 24)).raw(), -kMax);
   EXPECT_EQ(q.saturations(), 0U);
-  EXPECT_EQ(q.narrow(((Q::Wide{kMost} + 1) << 24)).raw(), kMost);
-  EXPECT_EQ(q.narrow(-((Q::Wide{kMost} + 1) << 24)).raw(), -kMost) << "the ends are as far from zero";
+  EXPECT_EQ(q.narrow(((Q::Wide{kMax} + 1) << 24)).raw(), kMax);
+  EXPECT_EQ(q.narrow(-((Q::Wide{kMax} + 1) << 24)).raw(), -kMax) << "the ends are as far from zero";
   EXPECT_EQ(q.saturations(), 2U);
-  EXPECT_EQ(q.quotient(Q::number(100.0), Q::number(0.5)).raw(), kMost);
+  EXPECT_EQ(q.quotient(Q::number(100.0), Q::number(0.5)).raw(), kMax);
   EXPECT_EQ(q.saturations(), 3U);
 }
 
 TEST(FixedPoint, AQuotientIsThatOfTheNumbers) {
   Q q;
-  EXPECT_EQ(q.quotient(Q::number(3.0), Q::number(-1.0)).raw(), kMost) << "of a denominator that is none";
+  EXPECT_EQ(q.quotient(Q::number(3.0), Q::number(-1.0)).raw(), kMax) << "of a denominator that is none";
   EXPECT_EQ(q.quotient(Q::number(1.0), Q::number(4.0)), Q::number(0.25));
   EXPECT_EQ(q.quotient(Q::number(-9.0), Q::number(2.0)), Q::number(-4.5));
   EXPECT_EQ(q.quotient(Fixed::from_raw(1), Fixed::from_raw(1)), Q::number(1.0));

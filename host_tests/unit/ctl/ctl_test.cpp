@@ -130,11 +130,11 @@ TEST(InverseLags, DivideByTheLeadZero) {
   EXPECT_NEAR(inverse_lags(axis).second_s2, -0.02, 1e-12);
 }
 
-struct Turn {
+struct YawCase {
   const char* name;
   double wanted_rad, yaw_rad, rate_rad_s;
 };
-class YawTurns : public ::testing::TestWithParam<Turn> {};
+class YawTurns : public ::testing::TestWithParam<YawCase> {};
 
 // Catches a turn that takes the long way round.
 TEST_P(YawTurns, GoTheShortWay) {
@@ -142,10 +142,11 @@ TEST_P(YawTurns, GoTheShortWay) {
   EXPECT_NEAR(yaw.update(GetParam().wanted_rad, 0.0, GetParam().yaw_rad), GetParam().rate_rad_s, 1e-9);
 }
 INSTANTIATE_TEST_SUITE_P(Table, YawTurns,
-                         ::testing::Values(Turn{"SmallLeft", 0.1, 0.0, 0.15}, Turn{"SmallRight", -0.1, 0.0, -0.15},
-                                           Turn{"OverPi", -3.1, 3.1, 1.5 * (2 * core::kPi - 6.2)},
-                                           Turn{"UnderMinusPi", 3.1, -3.1, -1.5 * (2 * core::kPi - 6.2)},
-                                           Turn{"Limited", 3.0, 0.0, 1.0}),
+                         ::testing::Values(YawCase{"SmallLeft", 0.1, 0.0, 0.15},
+                                           YawCase{"SmallRight", -0.1, 0.0, -0.15},
+                                           YawCase{"OverPi", -3.1, 3.1, 1.5 * (2 * core::kPi - 6.2)},
+                                           YawCase{"UnderMinusPi", 3.1, -3.1, -1.5 * (2 * core::kPi - 6.2)},
+                                           YawCase{"Limited", 3.0, 0.0, 1.0}),
                          [](const auto& tested) { return tested.param.name; });
 
 }  // namespace

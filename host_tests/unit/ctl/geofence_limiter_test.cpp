@@ -29,39 +29,39 @@ ref::Window<double> goal(double x_m, double z_m) {
 }
 
 TEST(GeofenceLimiter, HoldsGoalsInsideAndLeavesTheOthersAlone) {
-  GeofenceLimiter<double> keeper(box(), shipped());
+  GeofenceLimiter<double> limiter(box(), shipped());
   ref::Window<double> window = goal(100.0, -3.0);
-  keeper.limit(window, {});
+  limiter.limit(window, {});
   EXPECT_EQ(window.x[0].position_m, 4.8);
   EXPECT_EQ(window.x[20].velocity_m_s, 0.0);
   EXPECT_EQ(window.height.position_m, 0.7);
   window = goal(2.0, 1.5);
-  keeper.limit(window, {});
+  limiter.limit(window, {});
   EXPECT_EQ(window.x[5].position_m, 2.0);
   EXPECT_EQ(window.x[5].velocity_m_s, 1.0);
-  EXPECT_FALSE(keeper.brakes());
+  EXPECT_FALSE(limiter.brakes());
 }
 
 TEST(GeofenceLimiter, WithoutAFenceNothingIsHeld) {
-  GeofenceLimiter<double> keeper{core::Fence{}, shipped()};
+  GeofenceLimiter<double> limiter{core::Fence{}, shipped()};
   ref::Window<double> window = goal(100.0, 50.0);
   est::Estimate<double> fast;
   fast.x.velocity_m_s = 8.0;
-  keeper.limit(window, fast);
+  limiter.limit(window, fast);
   EXPECT_EQ(window.x[0].position_m, 100.0);
-  EXPECT_FALSE(keeper.brakes());
+  EXPECT_FALSE(limiter.brakes());
 }
 
 TEST(GeofenceLimiter, SaysHowFarOutsideThePlaceIs) {
-  GeofenceLimiter<double> keeper(box(), shipped());
-  const auto outside = [&keeper](double x_m, double y_m, double z_m) {
+  GeofenceLimiter<double> limiter(box(), shipped());
+  const auto outside = [&limiter](double x_m, double y_m, double z_m) {
     ref::Window<double> window = goal(0.0, 1.5);
     est::Estimate<double> estimate;
     estimate.x.position_m = x_m;
     estimate.y.position_m = y_m;
     estimate.height_m = z_m;
-    keeper.limit(window, estimate);
-    return keeper.outside_m();
+    limiter.limit(window, estimate);
+    return limiter.outside_m();
   };
   EXPECT_EQ(outside(0.0, 0.0, 1.5), -1.0);
   EXPECT_EQ(outside(0.0, -5.25, 1.5), 0.25);
@@ -138,7 +138,7 @@ std::vector<Start> starts_of(const Aircraft& aircraft) {
 TEST_P(EveryAircraft, StopsInsideFromWhateverStateIsAdmitted) {
   RecordProperty("promise", "R16");
   const Aircraft& aircraft = GetParam();
-  GeofenceLimiter<double> keeper(box(), braking_of(aircraft));
+  GeofenceLimiter<double> limiter(box(), braking_of(aircraft));
   int admitted = 0;
   for (const Start& start : starts_of(aircraft)) {
     est::Estimate<double> estimate;
@@ -147,9 +147,9 @@ TEST_P(EveryAircraft, StopsInsideFromWhateverStateIsAdmitted) {
                   .tilt_rad = start.tilt_rad,
                   .disturbance_m_s2 = start.wind_m_s2};
     ref::Window<double> window = goal(4.0, 1.5);
-    keeper.limit(window, estimate);
-    if (keeper.reserve_m() < 0.0) {
-      EXPECT_TRUE(keeper.brakes());
+    limiter.limit(window, estimate);
+    if (limiter.reserve_m() < 0.0) {
+      EXPECT_TRUE(limiter.brakes());
       EXPECT_LT(window.x[0].position_m, -4.0) << "a goal behind the aircraft";
       continue;
     }
@@ -191,15 +191,15 @@ TEST_P(EveryAircraft, SettlesWithinTheWayThatTheFenceReckonsWith) {
   RecordProperty("promise", "R16");
   const Aircraft& aircraft = GetParam();
   const Braking braking = braking_of(aircraft);
-  GeofenceLimiter<double> keeper(box(), braking);
+  GeofenceLimiter<double> limiter(box(), braking);
   const double w = aircraft.natural_frequency_rad_s;
   for (const double speed : {1.0, 2.0, 4.0}) {
     est::Estimate<double> estimate;
     estimate.prediction_valid = true;
     estimate.x = {.position_m = -4.0, .velocity_m_s = speed, .velocity_variance_m2_s2 = 0.01};
     ref::Window<double> window = goal(4.0, 1.5);
-    keeper.limit(window, estimate);
-    const double ends_m = 5.0 - keeper.reserve_m();
+    limiter.limit(window, estimate);
+    const double ends_m = 5.0 - limiter.reserve_m();
     std::deque<double> pipe(static_cast<std::size_t>((aircraft.delay_s + 0.04) * 1e3), 0.0);
     double rate = 0.0, least_m_s = speed;
     for (int k = 0; k < 8000; ++k) {

@@ -37,37 +37,37 @@ est::AxisEstimate<double> fast(double direction, double position_m, double tilt_
 TEST(FenceNumbers, TheReserveIsTheRoomLessTheWayToAStop) {
   for (const double direction : {1.0, -1.0}) {
     for (const bool on_x : {true, false}) {
-      GeofenceLimiter<double> keeper(box(8.0), kBraking);
+      GeofenceLimiter<double> limiter(box(8.0), kBraking);
       est::Estimate<double> estimate;
       (on_x ? estimate.x : estimate.y) = fast(direction, direction * 2.0, on_x ? 1.0 : -1.0);
       ref::Window<double> window;
-      keeper.limit(window, estimate);
-      EXPECT_NEAR(keeper.reserve_m(), 6.0 - kStop_m, 1e-6) << direction << (on_x ? " on x" : " on y");
+      limiter.limit(window, estimate);
+      EXPECT_NEAR(limiter.reserve_m(), 6.0 - kStop_m, 1e-6) << direction << (on_x ? " on x" : " on y");
     }
   }
 }
 
 TEST(FenceNumbers, LeaningBackAndHeadWindAreNoHelpThatIsCountedOn) {
-  GeofenceLimiter<double> keeper(box(8.0), kBraking);
+  GeofenceLimiter<double> limiter(box(8.0), kBraking);
   est::Estimate<double> estimate;
   estimate.x = fast(1.0, 0.0, 1.0);
   estimate.x.tilt_rad = -0.2;
   estimate.x.disturbance_m_s2 = -1.5;  // 0.6 may be hidden drag, a third counts: -1.3 is still no push
   ref::Window<double> window;
-  keeper.limit(window, estimate);
+  limiter.limit(window, estimate);
   const double gained = 0.5 * 0.46, top = 2.0 + gained;
-  EXPECT_NEAR(keeper.reserve_m(), 8.0 - (1.02 + gained * 0.28 + top * top / (2.0 * 2.5)), 1e-9);
+  EXPECT_NEAR(limiter.reserve_m(), 8.0 - (1.02 + gained * 0.28 + top * top / (2.0 * 2.5)), 1e-9);
 }
 
 TEST(FenceNumbers, AWindThatLeavesNothingStillLeavesAnAnswer) {
-  GeofenceLimiter<double> keeper(box(1000.0), kBraking);
+  GeofenceLimiter<double> limiter(box(1000.0), kBraking);
   est::Estimate<double> estimate;
   estimate.x.velocity_m_s = 1.0;
   estimate.x.disturbance_m_s2 = 4.0;
   ref::Window<double> window;
-  keeper.limit(window, estimate);
+  limiter.limit(window, estimate);
   const double gained = 4.5 * 0.46, top = 1.0 + gained;
-  EXPECT_NEAR(keeper.reserve_m(), 1000.0 - (0.51 + gained * 0.28 + top * top / (2.0 * 0.05)), 1e-6);
+  EXPECT_NEAR(limiter.reserve_m(), 1000.0 - (0.51 + gained * 0.28 + top * top / (2.0 * 0.05)), 1e-6);
 }
 
 // Over the last 0.4 m before the way to a stop plus three sigmas reaches the side, the reference moves behind the
@@ -78,15 +78,15 @@ TEST(FenceNumbers, BrakingIsTakenUpOverFourTenthsOfAMetre) {
   };
   for (const Case& one : {Case{0.71, 0.0}, Case{0.5, 0.5}, Case{0.4, 0.75}, Case{0.3, 1.0}, Case{0.0, 1.0}}) {
     for (const double direction : {1.0, -1.0}) {
-      GeofenceLimiter<double> keeper(box(8.0), kBraking);
+      GeofenceLimiter<double> limiter(box(8.0), kBraking);
       est::Estimate<double> estimate;
       const double place_m = direction * (8.0 - kStop_m - one.room_m);
       estimate.x = fast(direction, place_m, 1.0);
       ref::Window<double> window;
       window.x.fill({.position_m = direction, .velocity_m_s = 0.4, .acceleration_m_s2 = 0.6});
-      keeper.limit(window, estimate);
+      limiter.limit(window, estimate);
       const double behind_m = place_m - 3.0 * direction;
-      EXPECT_EQ(keeper.brakes(), one.share > 0.0) << one.room_m;
+      EXPECT_EQ(limiter.brakes(), one.share > 0.0) << one.room_m;
       for (const auto& r : window.x) {
         EXPECT_NEAR(r.position_m, direction + one.share * (behind_m - direction), 1e-5) << one.room_m;
         EXPECT_NEAR(r.velocity_m_s, 0.4 * (1.0 - one.share), 1e-5);
@@ -99,13 +99,13 @@ TEST(FenceNumbers, BrakingIsTakenUpOverFourTenthsOfAMetre) {
 
 TEST(FenceNumbers, BelowWalkingPaceNothingHasToBeBraked) {
   for (const double speed_m_s : {0.299, 0.3}) {
-    GeofenceLimiter<double> keeper(box(8.0), kBraking);
+    GeofenceLimiter<double> limiter(box(8.0), kBraking);
     est::Estimate<double> estimate;
     estimate.x.position_m = 7.9;
     estimate.x.velocity_m_s = speed_m_s;
     ref::Window<double> window;
-    keeper.limit(window, estimate);
-    EXPECT_EQ(keeper.brakes(), speed_m_s == 0.3);
+    limiter.limit(window, estimate);
+    EXPECT_EQ(limiter.brakes(), speed_m_s == 0.3);
   }
 }
 
@@ -115,14 +115,14 @@ TEST(FenceNumbers, GoalsKeepTwentyCentimetresOrAQuarterOfANarrowBox) {
   };
   for (const Case& one : {Case{5.0, 4.8}, Case{0.4, 0.2}, Case{0.3, 0.15}}) {
     for (const double direction : {1.0, -1.0}) {
-      GeofenceLimiter<double> keeper(box(one.half_m), kBraking);
+      GeofenceLimiter<double> limiter(box(one.half_m), kBraking);
       ref::Window<double> window;
       window.x.fill({.position_m = 9.0 * direction, .velocity_m_s = 1.0});
       window.y.fill({.position_m = 9.0 * direction, .velocity_m_s = 1.0});
       window.height = {.position_m = direction > 0.0 ? 9.0 : -9.0};
       est::Estimate<double> estimate;
       estimate.height_m = 1.5;
-      keeper.limit(window, estimate);
+      limiter.limit(window, estimate);
       EXPECT_NEAR(window.x[3].position_m, direction * one.goal_m, 1e-12) << one.half_m;
       EXPECT_NEAR(window.y[3].position_m, direction * one.goal_m, 1e-12) << one.half_m;
       EXPECT_EQ(window.y[3].velocity_m_s, 0.0);

@@ -36,14 +36,14 @@ TEST(SlopeLimit, KeepsTheTiltOfAnAircraftThatDoesNotDoAsItIsTold) {
   const double trim = std::tan(3.0 * kDegree);
   std::array<double, kDelay> pipe{};
   est::AxisEstimate<double> axis;
-  double slope = -kLimit, rate = 0.0, told = 0.0, worst = 0.0;
+  double slope = -kLimit, rate = 0.0, commanded = 0.0, worst = 0.0;
   for (int tick = 0; tick < 400; ++tick) {
     axis.tilt_rate_rad_s = rate / (1.0 + slope * slope);
     if (tick % kHeld == 0) {
-      told = max_slope(predicted_slope(axis, slope, 0.01 * (kDelay + kHeld)), 0.0, kLimit);
+      commanded = max_slope(predicted_slope(axis, slope, 0.01 * (kDelay + kHeld)), 0.0, kLimit);
     }
     const double acts = kGain * pipe[static_cast<std::size_t>(tick % kDelay)] + trim;
-    pipe[static_cast<std::size_t>(tick % kDelay)] = told;
+    pipe[static_cast<std::size_t>(tick % kDelay)] = commanded;
     rate += kStep_s * (kPulsation_rad_s * kPulsation_rad_s * (acts - slope) - 2.0 * kDamping * kPulsation_rad_s * rate);
     slope += kStep_s * rate;
     worst = std::max(worst, slope);

@@ -18,10 +18,10 @@ Vector2 asked(double t_s) { return {0.1 * std::sin(2.5 * t_s), 0.08 * std::cos(3
 class CommandConsistencyTest : public ::testing::Test {
  protected:
   /// @returns after what time the tilt is called unanswered, or the time flown.
-  double fly(double seconds, const std::function<Vector2(double t_s)>& told, bool ours = true, double size = 1.0) {
+  double fly(double seconds, const std::function<Vector2(double t_s)>& reported, bool ours = true, double size = 1.0) {
     for (double t_s = 0.0; t_s < seconds; t_s += kTick_s) {
       Estimate<double> estimate;
-      const Vector2 tilt = told(t_s);
+      const Vector2 tilt = reported(t_s);
       estimate.x.tilt_rad = tilt.x();
       estimate.y.tilt_rad = tilt.y();
       check_.update(estimate, size * asked(t_s), ours, kTick_s);

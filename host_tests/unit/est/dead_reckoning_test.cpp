@@ -25,7 +25,7 @@ class DeadReckoningTest : public ::testing::Test {
   void turn_to(double yaw_rad) { estimate_.yaw_rad = felt_.yaw_rad = yaw_rad; }
 
   /// @param tilt_m_s2 acceleration by the tilt, along the world's x.
-  /// @param push_m_s2 acceleration by the wind.
+  /// @param disturbance_m_s2 acceleration by the wind.
   void fly(double seconds, double tilt_m_s2, double disturbance_acceleration_m_s2) {
     for (double t_s = 0.0; t_s < seconds - 1e-9; t_s += kTick_s) {
       const double cosine = std::cos(estimate_.yaw_rad), sine = std::sin(estimate_.yaw_rad);
@@ -78,7 +78,7 @@ TEST_F(DeadReckoningTest, KnowsTheSpeedThatAnHonestFlightHas) {
   EXPECT_LT(error_m_s(), 0.15);
 }
 
-// Catches braking that uses estimates which the observer learned from the lie.
+// Catches braking that uses estimates which the observer learned from the sensor fault.
 TEST_F(DeadReckoningTest, RemembersTheMotionThatALyingPoseDenies) {
   RecordProperty("promise", "R14");
   fly(5.0, -0.5, 0.5);
@@ -92,7 +92,7 @@ TEST_F(DeadReckoningTest, RemembersTheMotionThatALyingPoseDenies) {
   EXPECT_LT(error_m_s(), 0.5) << "of " << speed_m_s_ << " m/s, and the pose says " << -speed_m_s_;
   const double when_noticed_m_s = error_m_s();
   fly(1.0, -2.0, 0.5);
-  EXPECT_NEAR(error_m_s(), when_noticed_m_s, 0.1) << "nothing of the lie enters any more";
+  EXPECT_NEAR(error_m_s(), when_noticed_m_s, 0.1) << "nothing of the sensor fault enters any more";
   EXPECT_NEAR(dead_reckoning_.disturbance_acceleration_w_m_s2().x(), 0.5, 0.15);
 }
 

@@ -199,16 +199,16 @@ TEST(PathConsistencyVertical, NamesAHeightThatStandsAndNoHonestOne) {
     seen_s = t_s;
   }
   EXPECT_GE(check.evidence(), 1.0);
-  EXPECT_GT(seen_s, 60.0) << "an honest height was called a lie";
+  EXPECT_GT(seen_s, 60.0) << "an honest height was called a sensor fault";
   EXPECT_LT(seen_s, 63.0);
 }
 
 // An aircraft that leans by 25 degrees against a gust and returns turns part of the offsets of x and y upwards: offsets
-// of 0.2 m/s^2 give a force of 0.085 that moves nothing. Catches a check that takes the height for a lie.
+// of 0.2 m/s^2 give a force of 0.085 that moves nothing. Catches a check that takes the height for a sensor fault.
 TEST(PathConsistencyVertical, IsSilentOverOffsetsThatALeanTurnsUpwards) {
   RecordProperty("promise", "R17");
   using Vector1 = core::Vector<double, 1>;
-  for (const bool told : {true, false}) {
+  for (const bool reported : {true, false}) {
     PathConsistency<double, 1> check;
     double spoke_s = 0.0;
     for (double t_s = 0.0; t_s < 40.0 && check.evidence() < 1.0; t_s += kTick_s) {
@@ -216,19 +216,19 @@ TEST(PathConsistencyVertical, IsSilentOverOffsetsThatALeanTurnsUpwards) {
       check.update({.force_m_s2 = Vector1(leans ? 0.085 : 0.0),
                     .position_m = Vector1(0.0),
                     .speed_m_s = Vector1(0.0),
-                    .tilt_acceleration_m2_s4 = told ? 5.3 : 0.0},  // of 2.3: half of 4.6, from the mean
+                    .tilt_acceleration_m2_s4 = reported ? 5.3 : 0.0},  // of 2.3: half of 4.6, from the mean
                    true, kTick_s);
       spoke_s = t_s;
     }
-    EXPECT_EQ(spoke_s > 39.0, told) << spoke_s;
+    EXPECT_EQ(spoke_s > 39.0, reported) << spoke_s;
   }
 }
 
 // Five times the rotor vibration and poses that scatter by a centimetre: no objection if both are known; if not, they
-// look like a lie.
+// look like a sensor fault.
 TEST_F(PathConsistencyTest, IsSilentOverWorseSensorsThatWereMeasured) {
   RecordProperty("promise", "R17");
-  for (const bool told : {true, false}) {
+  for (const bool reported : {true, false}) {
     check_ = {};
     double spoke_s = 0.0;
     for (double t_s = 0.0; t_s < 60.0 && check_.evidence() < 1.0; t_s += kTick_s) {
@@ -237,12 +237,12 @@ TEST_F(PathConsistencyTest, IsSilentOverWorseSensorsThatWereMeasured) {
       check_.update({.force_m_s2 = hovers(t_s) + 0.5 * noise(),
                      .position_m = place_m_ + 0.003 * noise(),
                      .speed_m_s = speed_m_s_,
-                     .position_noise_m2 = told ? 4e-6 : 0.0,
-                     .force_noise_m2_s3 = told ? 2.5e-3 : 0.0},
+                     .position_noise_m2 = reported ? 4e-6 : 0.0,
+                     .force_noise_m2_s3 = reported ? 2.5e-3 : 0.0},
                     true, kTick_s);
       spoke_s = t_s;
     }
-    EXPECT_EQ(spoke_s > 59.0, told) << spoke_s;
+    EXPECT_EQ(spoke_s > 59.0, reported) << spoke_s;
   }
 }
 

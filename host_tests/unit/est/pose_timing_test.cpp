@@ -148,7 +148,7 @@ class Swing {
   core::ClockOffset offset;       ///< the measured offset of the two clocks
   double stamped_late_s = 0.0;    ///< error of the sender's stamps
   double drag_per_s = 0.0;        ///< drag per speed
-  bool feels_drag = true;         ///< whether a force shows it
+  bool senses_drag = true;        ///< whether a force shows it
   double attitude_age_s = 0.005;  ///< believed age
   double attitude_later_s = 0.0;  ///< how much older it really is
   double pause_at_s = 1e9;        ///< nothing comes for pause_s; the queue then empties as fast as the line permits
@@ -204,7 +204,7 @@ class Swing {
     const double acceleration = -pulsation_rad_s * pulsation_rad_s * position_m(then_s);
     const double drag_m_s2 = -drag_per_s * speed_m_s(then_s);
     measured.attitude.pitch_rad = static_cast<T>(std::atan((acceleration - drag_m_s2) / 9.8066));
-    measured.disturbance_acceleration.is_known = feels_drag;
+    measured.disturbance_acceleration.is_known = senses_drag;
     measured.disturbance_acceleration.now_w_m_s2.x() = static_cast<T>(drag_m_s2);
   }
 
@@ -232,16 +232,17 @@ core::ClockOffset found_offset(double wrong_s, double bound_s) {
 // 20 s. Cases: no age is reported; the true age is reported; the stamps are 20 ms late; the delays of the two
 // directions differ by 90 ms.
 TYPED_TEST(PoseTimingOf, LatencyIsFoundIn20SecondsOfMotionWhateverIsTold) {
-  struct Told {
+  struct Reported {
     core::ClockOffset offset;
     double stamped_late_s;
   };
   for (const double latency_s : {0.0, 0.05, 0.1}) {
-    for (const Told& told : {Told{{}, 0.0}, Told{found_offset(0.0, 0.005), 0.0}, Told{found_offset(0.0, 0.005), 0.02},
-                             Told{found_offset(0.045, 0.05), 0.0}, Told{found_offset(-0.045, 0.05), 0.0}}) {
+    for (const Reported& reported :
+         {Reported{{}, 0.0}, Reported{found_offset(0.0, 0.005), 0.0}, Reported{found_offset(0.0, 0.005), 0.02},
+          Reported{found_offset(0.045, 0.05), 0.0}, Reported{found_offset(-0.045, 0.05), 0.0}}) {
       Swing<TypeParam> swing;
-      swing.offset = told.offset;
-      swing.stamped_late_s = told.stamped_late_s;
+      swing.offset = reported.offset;
+      swing.stamped_late_s = reported.stamped_late_s;
       swing.source = {.rate_hz = 97.0, .latency_s = latency_s, .jitter_s = 0.02};
       const PoseTimingReport<TypeParam> report = swing.fly(20.0);
       EXPECT_TRUE(report.observable);
@@ -310,13 +311,13 @@ TYPED_TEST(PoseTimingOf, AQueueIsOneEventAndALongerWayIsNot) {
 // Catches a timing that takes the tilt for the whole acceleration: the drag alone looks like a latency of c / w^2 = 33
 // ms.
 TYPED_TEST(PoseTimingOf, DragThatTheForceTellsIsNoLatency) {
-  for (const bool feels : {true, false}) {
+  for (const bool senses : {true, false}) {
     Swing<TypeParam> swing;
     swing.drag_per_s = 0.3;
-    swing.feels_drag = feels;
+    swing.senses_drag = senses;
     swing.source = {.rate_hz = 97.0, .latency_s = 0.05};
     const double error_s = core::seconds<double>(swing.fly(20.0).min_latency) - 0.05;
-    if (feels) {
+    if (senses) {
       EXPECT_NEAR(error_s, 0.0, 0.005);
     } else {
       EXPECT_GT(std::abs(error_s), 0.02) << "what this test is about";

@@ -81,7 +81,7 @@ TEST_F(VelocityConsistencyTest, TakesGravityOutOfATiltedForce) {
 }
 
 // The heading turns while the aircraft leans against a wind. Catches an offset that is kept in heading axes instead of
-// body axes: its z component then turns with the lean, and a healthy pose was rejected as a lie.
+// body axes: its z component then turns with the lean, and a healthy pose was rejected as a sensor fault.
 TEST_F(VelocityConsistencyTest, AnOffsetOfTheBodyThatLeansAgainstTheWindIsNoLieInATurn) {
   RecordProperty("promise", "R17");
   constexpr double kLean = 0.33;  // slope, along the world's +x
@@ -174,9 +174,9 @@ TEST_F(VelocityConsistencyTest, ALieIsNotLearnedAsAnOffset) {
   felt_.force_b.x() = 1.5;
   fly(0.5, -1.5);
   EXPECT_TRUE(check_.is_suspect());
-  const double felt_m_s2 = check_.measured_h_m_s2()->x();
+  const double sensed_m_s2 = check_.measured_h_m_s2()->x();
   fly(0.5, -1.5);
-  EXPECT_NEAR(check_.measured_h_m_s2()->x(), felt_m_s2, 0.05);
+  EXPECT_NEAR(check_.measured_h_m_s2()->x(), sensed_m_s2, 0.05);
 }
 
 TEST_F(VelocityConsistencyTest, NamesAClimbThatTheAutopilotDoesNotFeelAndZeroIsNoEvidence) {
@@ -230,7 +230,7 @@ TEST_F(VelocityConsistencyTest, JudgesNothingThatTheObserverDoesNotUse) {
 }
 
 // A picked-up load changes the climb speed by 0.15 m/s between two messages. The force does not show it, but the
-// autopilot's own climb speed does. Catches a vertical check that takes the jerk for a lie.
+// autopilot's own climb speed does. Catches a vertical check that takes the jerk for a sensor fault.
 TEST_F(VelocityConsistencyTest, ABlowThatTheAutopilotsOwnClimbHasIsNoLie) {
   RecordProperty("promise", "R17");
   check_ = VelocityConsistency<double>();

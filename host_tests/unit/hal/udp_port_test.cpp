@@ -106,18 +106,18 @@ TEST_F(UdpPortTest, PassesOverWhatIsEmptyOrTooLong) {
 // Would catch a port that answers the last sender: a stranger could redirect the answers to himself.
 TEST_F(UdpPortTest, AnswersWhomItIsToldToAndNobodyBefore) {
   const std::array greeting{std::byte{'h'}, std::byte{'i'}};
-  Peer stranger;
+  Peer intruder;
   peer.send(number, "p");
   EXPECT_EQ(read(10), "p");
   EXPECT_FALSE(port.send(greeting));
   EXPECT_EQ(port.write(greeting).value_or(0), 2U) << "a line with nobody at its end takes bytes as well";
   port.answer_last();
-  stranger.send(number, "s");
+  intruder.send(number, "s");
   EXPECT_EQ(read(10), "s");
   EXPECT_EQ(port.write(greeting).value_or(0), 2U);
   EXPECT_EQ(peer.receive(), "hi") << "one packet, and none from before";
   EXPECT_TRUE(peer.is_empty());
-  EXPECT_TRUE(stranger.is_empty());
+  EXPECT_TRUE(intruder.is_empty());
 }
 
 TEST_F(UdpPortTest, TwoProgramsCannotHaveOnePort) {

@@ -60,7 +60,7 @@ void move(FlightLog& log, Signal from, Signal to, double factor) {
   }
 }
 
-struct Turn {
+struct YawCase {
   const char* name;
   Signal input;
   double input_factor;
@@ -68,7 +68,7 @@ struct Turn {
   bool reversed;
 };
 
-class YawLog : public ::testing::TestWithParam<Turn> {};
+class YawLog : public ::testing::TestWithParam<YawCase> {};
 
 // A stick is positive to the right, a rate to the left; a commanded rate has the sign of the rate itself.
 TEST_P(YawLog, KnowsItsHealthySign) {
@@ -84,10 +84,10 @@ TEST_P(YawLog, KnowsItsHealthySign) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Table, YawLog,
-                         ::testing::Values(Turn{"Command", Signal::kCommandYawRate, 8.5e-4, 1.0, false},
-                                           Turn{"CommandReversed", Signal::kCommandYawRate, -8.5e-4, 1.0, true},
-                                           Turn{"Stick", Signal::kStickYaw, 1.0, -1.0, false},
-                                           Turn{"StickReversed", Signal::kStickYaw, 1.0, 1.0, true}),
+                         ::testing::Values(YawCase{"Command", Signal::kCommandYawRate, 8.5e-4, 1.0, false},
+                                           YawCase{"CommandReversed", Signal::kCommandYawRate, -8.5e-4, 1.0, true},
+                                           YawCase{"Stick", Signal::kStickYaw, 1.0, -1.0, false},
+                                           YawCase{"StickReversed", Signal::kStickYaw, 1.0, 1.0, true}),
                          [](const auto& tested) { return tested.param.name; });
 
 // The size of an angle shows degrees only beyond half a turn; below that the gain shows them.

@@ -157,20 +157,20 @@ TEST(TranslationSideFindings, SpoiltSamplesAreKeptOutWhereTheyMatter) {
     }
     return log;
   };
-  const auto told = [](const IdentifyResult& result, const char* what) {
+  const auto has_finding = [](const IdentifyResult& result, const char* what) {
     return std::any_of(result.findings.begin(), result.findings.end(),
                        [&](const Finding& finding) { return finding.what == what; });
   };
   const double error = ask(clean).final_model.validation_rmse;
   const IdentifyResult inside = ask(spoil(3300));
-  EXPECT_TRUE(told(inside, "frozen")) << said(inside);
+  EXPECT_TRUE(has_finding(inside, "frozen")) << said(inside);
   EXPECT_NE(inside.verdict, "nothing_missing");
   EXPECT_LT(inside.final_model.validation_rmse, 1.1 * error) << "frozen samples count as measurements";
   FlightLog outside = spoil(4440);
   outside.of(Signal::kVelocityX)[100] += 5.0;
   const IdentifyResult result = ask(outside);
-  EXPECT_FALSE(told(result, "frozen")) << said(result);
-  EXPECT_FALSE(told(result, "outliers")) << said(result);
+  EXPECT_FALSE(has_finding(result, "frozen")) << said(result);
+  EXPECT_FALSE(has_finding(result, "outliers")) << said(result);
   EXPECT_EQ(result.final_model.validation_rmse, error);
 }
 

@@ -385,13 +385,13 @@ TEST(SerialLinkTest, SticksOutsideTheirTravelNeverLeave) {
   EXPECT_EQ(bench.link.send(ctl::Command<double>{}, bench.clock.now()), core::Status::kInvalidArgument);
 }
 
-// Catches a farewell that the autopilot does not accept: wrong session, stored answer, only one request.
+// Catches a release sequence that the autopilot does not accept: wrong session, stored answer, only one request.
 TEST(SerialLinkTest, TheFarewellGivesControlBackWithoutTheLink) {
   for (const Channel channel : {Channel::kVirtualRc, Channel::kMovement}) {
     LinkBench bench(over(channel));
-    const ReleaseSequence farewell(bench.command(), nullptr);
+    const ReleaseSequence release_sequence(bench.command(), nullptr);
     ASSERT_TRUE(bench.take_control());
-    ASSERT_EQ(bench.cable().a().write(farewell.bytes()).value(), farewell.bytes().size());
+    ASSERT_EQ(bench.cable().a().write(release_sequence.bytes()).value(), release_sequence.bytes().size());
     for (int i = 0; i < 10; ++i) {
       bench.clock.advance(sim::N1Autopilot::kTick);
       bench.autopilot.advance(bench.clock.now());

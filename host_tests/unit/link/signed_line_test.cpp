@@ -97,9 +97,9 @@ TEST_F(SignedLineTest, HandsOnWhatIsSignedAndNewAndCountsTheRest) {
   EXPECT_FALSE(tick()) << "changed on its way";
   send(signed_pose(5000, kNow));
   EXPECT_FALSE(tick()) << "not newer than what this sender signed last";
-  mavlink::Frame stranger = mavlink::encode(mavlink::AttPosMocap{.time_usec = 1}, {.system = 77, .component = 1}, 0);
-  mavlink::sign(stranger, kKey, 2, kNow - mavlink::ReplayGuard::kLatestStart - 1);
-  send(bytes_of(stranger));
+  mavlink::Frame foreign = mavlink::encode(mavlink::AttPosMocap{.time_usec = 1}, {.system = 77, .component = 1}, 0);
+  mavlink::sign(foreign, kKey, 2, kNow - mavlink::ReplayGuard::kLatestStart - 1);
+  send(bytes_of(foreign));
   EXPECT_FALSE(tick()) << "the first of its sender, and more than a minute old";
   send(signed_pose(6000, kNow + 3));
   EXPECT_TRUE(tick());

@@ -92,13 +92,13 @@ TEST(FlightLog, RefusesANoteThatIsTooLongAndLeavesItOut) {
     const std::array notes{Note{"course", text}, Note{"start", "1 2 3"}};
     const bool fits = size == kLongestNote_bytes;
     EXPECT_EQ(log.begin(core::TimePoint{}, notes), fits ? core::Status::kOk : core::Status::kResourceExhausted);
-    std::size_t told = 0;
+    std::size_t announced = 0;
     for (const Message& message : messages(drained(ring))) {
-      told += message.type == 'I' ? 1U : 0U;
+      announced += message.type == 'I' ? 1U : 0U;
       EXPECT_TRUE(message.type != 'I' || message.body.find("course") == std::string::npos ||
                   message.body.size() > size);
     }
-    EXPECT_EQ(told, fits ? 2U : 1U);
+    EXPECT_EQ(announced, fits ? 2U : 1U);
   }
 }
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # A test of the tests: switches off every row of both safety tables, one after the other; the tests have to fail each
 # time.
-# Usage: every_transition_is_missed.sh PROGRAM   (unit_safety_rows)
+# Usage: every_transition_is_missed.sh PROGRAM   (unit_safety_transitions)
 # Prints each row without which no test fails, and "rows: MISSED of ALL". Exit 1 if there is such a row.
 set -euo pipefail
 program=$1

@@ -16,7 +16,7 @@ using core::Duration;
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-constexpr Duration kLeast = microseconds(1);
+constexpr Duration kMin = microseconds(1);
 
 Observation good(core::TimePoint now) {
   return {.now = now,
@@ -65,9 +65,9 @@ const Edge kEdges[] = {
      FailsafeReason::kPoseOld},
     {"TelemetryOf100Ms", [](Observation& o, Duration d) { o.telemetry_age = milliseconds(100) + d; },
      FailsafeState::kCoast, FailsafeReason::kTelemetryOld},
-    {"GateShutFor300Ms", [](Observation& o, Duration d) { o.refused_for = milliseconds(300) + d - kLeast; },
+    {"GateShutFor300Ms", [](Observation& o, Duration d) { o.refused_for = milliseconds(300) + d - kMin; },
      FailsafeState::kLevel, FailsafeReason::kPoseRefused},
-    {"PlaceLostFor3S", [](Observation& o, Duration d) { o.authority_exceeded_for = milliseconds(3000) + d - kLeast; },
+    {"PlaceLostFor3S", [](Observation& o, Duration d) { o.authority_exceeded_for = milliseconds(3000) + d - kMin; },
      FailsafeState::kLevel, FailsafeReason::kAuthorityExceeded},
     {"OnTheFence", [](Observation& o, Duration d) { o.outside_m = 1e-9 * static_cast<double>(d.count()); },
      FailsafeState::kLevel, FailsafeReason::kFenceLeft},
@@ -83,7 +83,7 @@ TEST_P(FlightLimit, IsBorneAndNotPassed) {
   EXPECT_EQ(borne.tick(seen).failsafe_state, FailsafeState::kNominal);
   Flight passed;
   seen = good(passed.now);
-  edge.at(seen, kLeast);
+  edge.at(seen, kMin);
   EXPECT_EQ(passed.tick(seen).failsafe_state, edge.to);
   EXPECT_EQ(passed.supervisor.last_step().reason, edge.why);
   EXPECT_EQ(passed.supervisor.descent().reason, edge.why);
@@ -98,7 +98,7 @@ TEST(FlightLimit, TelemetryIsDeadBehind500Ms) {
   Observation seen = good(flight.now);
   seen.telemetry_age = milliseconds(500);
   EXPECT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kCoast);
-  seen.telemetry_age += kLeast;
+  seen.telemetry_age += kMin;
   EXPECT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kRelease);
 }
 
@@ -106,17 +106,17 @@ TEST(FlightLimit, TelemetryIsDeadBehind500Ms) {
 TEST(FlightLimit, RungsLastAsLongAsTheySay) {
   Observation old = good({});
   old.pose_age = milliseconds(61);
-  for (const Duration more : {Duration{0}, kLeast}) {
+  for (const Duration more : {Duration{0}, kMin}) {
     Flight flight;
     ASSERT_EQ(flight.tick(old).failsafe_state, FailsafeState::kCoast);
-    EXPECT_EQ(flight.later(milliseconds(700) - kLeast + more, old),
-              more == kLeast ? FailsafeState::kLevel : FailsafeState::kCoast);
-    if (more == kLeast) {
+    EXPECT_EQ(flight.later(milliseconds(700) - kMin + more, old),
+              more == kMin ? FailsafeState::kLevel : FailsafeState::kCoast);
+    if (more == kMin) {
       Flight longer = flight;
-      EXPECT_EQ(flight.later(milliseconds(1000) - kLeast, old), FailsafeState::kLevel);
+      EXPECT_EQ(flight.later(milliseconds(1000) - kMin, old), FailsafeState::kLevel);
       EXPECT_EQ(longer.later(milliseconds(1000), old), FailsafeState::kRelease);
-      EXPECT_EQ(longer.later(milliseconds(500) - kLeast, old), FailsafeState::kRelease);
-      EXPECT_EQ(longer.later(kLeast, old), FailsafeState::kSilent);
+      EXPECT_EQ(longer.later(milliseconds(500) - kMin, old), FailsafeState::kRelease);
+      EXPECT_EQ(longer.later(kMin, old), FailsafeState::kSilent);
     }
   }
 }
@@ -133,8 +133,8 @@ TEST(FlightLimit, AMovingAircraftIsHandedOverInTheEnd) {
     ASSERT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kLevel);
     Flight slow = flight;
     const Duration most = sees ? milliseconds(10000) : milliseconds(2500);
-    EXPECT_EQ(flight.later(most - kLeast, seen), FailsafeState::kLevel);
-    EXPECT_EQ(flight.later(kLeast, seen), FailsafeState::kRelease);
+    EXPECT_EQ(flight.later(most - kMin, seen), FailsafeState::kLevel);
+    EXPECT_EQ(flight.later(kMin, seen), FailsafeState::kRelease);
     seen.speed_m_s = sees ? 0.8999 : 0.9 - 0.2 * 0.061 - 1e-6;
     EXPECT_EQ(slow.later(milliseconds(1000), seen), FailsafeState::kRelease);
   }
@@ -171,10 +171,10 @@ TEST(FlightLimit, CoastBrakesWhereItsErrorExceedsTheReserveAndEndsHalfASecondAft
   old.reserve_m = 3.0;  // slow: the stopping distance is short again, but without a pose the law must not resume
   EXPECT_EQ(flight.tick(old, kLaw, kBrakeAndHold).command.roll_rad, -0.1);
   Flight seeing = flight;
-  EXPECT_EQ(flight.later(milliseconds(470) - kLeast, old), FailsafeState::kCoast);
-  EXPECT_EQ(flight.later(kLeast, old), FailsafeState::kLevel);
-  EXPECT_EQ(flight.later(milliseconds(520) - kLeast, old), FailsafeState::kLevel);
-  EXPECT_EQ(flight.later(kLeast, old), FailsafeState::kRelease) << "a second after the braking began";
+  EXPECT_EQ(flight.later(milliseconds(470) - kMin, old), FailsafeState::kCoast);
+  EXPECT_EQ(flight.later(kMin, old), FailsafeState::kLevel);
+  EXPECT_EQ(flight.later(milliseconds(520) - kMin, old), FailsafeState::kLevel);
+  EXPECT_EQ(flight.later(kMin, old), FailsafeState::kRelease) << "a second after the braking began";
   EXPECT_EQ(seeing.tick(good({}), kLaw, kBrakeAndHold).command.roll_rad, 0.1) << "the place is known again";
 }
 
@@ -202,8 +202,8 @@ TEST(FlightLimit, TwoGapsAreTwoCoastsOnceThePlaceIsKnownAgain) {
     EXPECT_EQ(flight.later(milliseconds(190), old), one.renews ? FailsafeState::kCoast : FailsafeState::kLevel)
         << one.error_m;
     if (one.renews) {
-      EXPECT_EQ(longer.later(milliseconds(700) - kLeast, old), FailsafeState::kCoast);
-      EXPECT_EQ(longer.later(kLeast, old), FailsafeState::kLevel);
+      EXPECT_EQ(longer.later(milliseconds(700) - kMin, old), FailsafeState::kCoast);
+      EXPECT_EQ(longer.later(kMin, old), FailsafeState::kLevel);
     }
   }
 }

@@ -9,8 +9,8 @@
 namespace m100::safety::situations {
 
 // The required answers of both tables in each situation, written by hand from the promises, not from the tables. A row
-// that is deleted, changed or moved changes at least one answer. transitions_test.cpp also checks the reverse: for every row
-// there must be a situation that only this row answers.
+// that is deleted, changed or moved changes at least one answer. transitions_test.cpp also checks the reverse: for
+// every row there must be a situation that only this row answers.
 
 struct FailsafeSituation {
   const char* name;

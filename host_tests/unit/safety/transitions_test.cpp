@@ -32,11 +32,11 @@ class SituationOfTheFailsafe : public ::testing::TestWithParam<FailsafeSituation
 
 TEST_P(SituationOfTheFailsafe, IsAnsweredAsThePromisesSay) {
   RecordProperty("promise", "R4, R12");
-  const FailsafeSituation& told = GetParam();
-  const std::size_t row = row_number(told.failsafe_state, told.conditions);
-  EXPECT_EQ(name(next_failsafe_state(told.failsafe_state, told.conditions)), name(told.after));
+  const FailsafeSituation& reported = GetParam();
+  const std::size_t row = row_number(reported.failsafe_state, reported.conditions);
+  EXPECT_EQ(name(next_failsafe_state(reported.failsafe_state, reported.conditions)), name(reported.after));
   EXPECT_EQ(name(row < kFailsafeTransitions.size() ? kFailsafeTransitions[row].why : FailsafeReason::kNone),
-            name(told.why))
+            name(reported.why))
       << "row " << row;
 }
 INSTANTIATE_TEST_SUITE_P(All, SituationOfTheFailsafe, ::testing::ValuesIn(kFailsafeSituations),
@@ -46,19 +46,19 @@ class SituationOfAuthority : public ::testing::TestWithParam<AuthoritySituation>
 
 TEST_P(SituationOfAuthority, IsAnsweredAsThePromisesSay) {
   RecordProperty("promise", "R4, R15");
-  const AuthoritySituation& told = GetParam();
+  const AuthoritySituation& reported = GetParam();
   for (const AuthorityStage stage : kEveryStageOnce) {
-    if (!told.stages.has(stage)) {
+    if (!reported.stages.has(stage)) {
       continue;
     }
-    const std::size_t number = match_number(stage, told.conditions);
+    const std::size_t number = match_number(stage, reported.conditions);
     SCOPED_TRACE(std::string(name(stage)) + ": " + words(number));
-    EXPECT_EQ(number == kAuthorityTable.size(), told.stays);
-    if (number < kAuthorityTable.size() && !told.stays) {
+    EXPECT_EQ(number == kAuthorityTable.size(), reported.stays);
+    if (number < kAuthorityTable.size() && !reported.stays) {
       const AuthorityTransition& row = kAuthorityTable[number];
-      EXPECT_EQ(name(row.to), name(told.after));
-      EXPECT_EQ(row.action, told.action);
-      EXPECT_EQ(name(row.reason), name(told.why));
+      EXPECT_EQ(name(row.to), name(reported.after));
+      EXPECT_EQ(row.action, reported.action);
+      EXPECT_EQ(name(row.reason), name(reported.why));
     }
   }
 }
@@ -84,15 +84,15 @@ class FailsafeTransitionRow : public ::testing::TestWithParam<std::size_t> {};
 TEST_P(FailsafeTransitionRow, HasASituationThatItAloneAnswers) {
   const FailsafeTransition& row = kFailsafeTransitions[GetParam()];
   int situations_found = 0;
-  for (const FailsafeSituation& told : kFailsafeSituations) {
-    const auto matches = [&told](const FailsafeTransition& other) {
-      return other.from == told.failsafe_state && all(told.conditions, other.needs) &&
-             !any(told.conditions, other.excludes);
+  for (const FailsafeSituation& reported : kFailsafeSituations) {
+    const auto matches = [&reported](const FailsafeTransition& other) {
+      return other.from == reported.failsafe_state && all(reported.conditions, other.needs) &&
+             !any(reported.conditions, other.excludes);
     };
     const std::size_t other = answer_without(kFailsafeTransitions, GetParam(), matches);
     const bool same = other < kFailsafeTransitions.size() && kFailsafeTransitions[other].to == row.to &&
                       kFailsafeTransitions[other].why == row.why;
-    situations_found += row_number(told.failsafe_state, told.conditions) == GetParam() && !same ? 1 : 0;
+    situations_found += row_number(reported.failsafe_state, reported.conditions) == GetParam() && !same ? 1 : 0;
   }
   EXPECT_GT(situations_found, 0) << "from " << name(row.from) << " to " << name(row.to) << ", " << name(row.why)
                                  << ": add the situation to situations.h";
@@ -110,9 +110,10 @@ TEST_P(RowOfAuthority, HasASituationThatItAloneAnswersInEveryStageOfIt) {
   const AuthorityTransition& row = kAuthorityTable[GetParam()];
   for (const AuthorityStage stage : kEveryStageOnce) {
     int situations_found = 0;
-    for (const AuthoritySituation& told : kAuthoritySituations) {
-      const auto matches = [&told, stage](const AuthorityTransition& other) {
-        return other.from.has(stage) && all(told.conditions, other.with) && !any(told.conditions, other.without);
+    for (const AuthoritySituation& reported : kAuthoritySituations) {
+      const auto matches = [&reported, stage](const AuthorityTransition& other) {
+        return other.from.has(stage) && all(reported.conditions, other.with) &&
+               !any(reported.conditions, other.without);
       };
       const std::size_t number = answer_without(kAuthorityTable, GetParam(), matches);
       bool same = false;
@@ -120,7 +121,8 @@ TEST_P(RowOfAuthority, HasASituationThatItAloneAnswersInEveryStageOfIt) {
         const AuthorityTransition& other = kAuthorityTable[number];
         same = other.to == row.to && other.action == row.action && other.reason == row.reason;
       }
-      situations_found += told.stages.has(stage) && match_number(stage, told.conditions) == GetParam() && !same ? 1 : 0;
+      situations_found +=
+          reported.stages.has(stage) && match_number(stage, reported.conditions) == GetParam() && !same ? 1 : 0;
     }
     EXPECT_EQ(situations_found > 0, row.from.has(stage))
         << "in " << name(stage) << ", to " << name(row.to) << ", " << name(row.reason)

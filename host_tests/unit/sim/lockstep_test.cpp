@@ -143,10 +143,10 @@ TEST_F(Lockstep, ARealPortHasNoClockButTheMachines) {
   }
   here.join();
   const core::Duration asked = machine_time();
-  const core::TimePoint told = real.now();
+  const core::TimePoint reported = real.now();
   const core::Duration after = machine_time();
-  EXPECT_GE(told.time_since_epoch(), asked - constructed);
-  EXPECT_LE(told.time_since_epoch(), after - before);
+  EXPECT_GE(reported.time_since_epoch(), asked - constructed);
+  EXPECT_LE(reported.time_since_epoch(), after - before);
 }
 
 TEST_F(Lockstep, APortIsHeldByOneProgramAndComesBackWhereItWasPluggedInAgain) {

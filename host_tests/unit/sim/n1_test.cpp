@@ -199,7 +199,7 @@ TEST(N1Script, NamesALieAndItsSize) {
   }
 }
 
-// Catches a lie that changes another channel than its own, or no channel.
+// Catches a sensor fault that changes another channel than its own, or no channel.
 TEST(Lies, EachChangesItsOwnChannelAlone) {
   for (const SensorFault& fault : sensor_faults()) {
     ASSERT_NE(fault.pose == nullptr, fault.telemetry == nullptr) << fault.name;
@@ -219,18 +219,18 @@ TEST(Lies, EachChangesItsOwnChannelAlone) {
       telemetry.acceleration = {0.1F, 0.2F + 0.01F * static_cast<float>(i), -1.F};
       telemetry.velocity_ned_m_s = {0.F, 0.F, 0.5F};
       telemetry.battery_percent = 90;
-      PoseSample told_pose = pose;
-      protocol::Telemetry told = telemetry;
-      fault_injector.apply(told_pose);
-      fault_injector.apply(told);
-      const bool pose_changed = told_pose.position_w_m != pose.position_w_m || told_pose.yaw_rad != pose.yaw_rad ||
-                                told_pose.stamp != pose.stamp;
+      PoseSample reported_pose = pose;
+      protocol::Telemetry reported = telemetry;
+      fault_injector.apply(reported_pose);
+      fault_injector.apply(reported);
+      const bool pose_changed = reported_pose.position_w_m != pose.position_w_m ||
+                                reported_pose.yaw_rad != pose.yaw_rad || reported_pose.stamp != pose.stamp;
       const bool telemetry_changed =
-          told.attitude != telemetry.attitude || told.acceleration != telemetry.acceleration ||
-          told.velocity_ned_m_s != telemetry.velocity_ned_m_s ||
-          told.angular_velocity_frd_rad_s != telemetry.angular_velocity_frd_rad_s ||
-          told.position.height_m != telemetry.position.height_m || told.time.ticks != telemetry.time.ticks ||
-          told.battery_percent != telemetry.battery_percent;
+          reported.attitude != telemetry.attitude || reported.acceleration != telemetry.acceleration ||
+          reported.velocity_ned_m_s != telemetry.velocity_ned_m_s ||
+          reported.angular_velocity_frd_rad_s != telemetry.angular_velocity_frd_rad_s ||
+          reported.position.height_m != telemetry.position.height_m || reported.time.ticks != telemetry.time.ticks ||
+          reported.battery_percent != telemetry.battery_percent;
       EXPECT_FALSE(fault.pose == nullptr ? pose_changed : telemetry_changed) << fault.name;
       changed = changed || pose_changed || telemetry_changed;
     }

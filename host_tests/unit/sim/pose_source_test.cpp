@@ -99,23 +99,23 @@ TEST(PoseSource, BunchesPosesAndLosesNone) {
 
 // The age computed by a receiver that knows the source's clock: the truth, or off by a constant.
 TEST(PoseSource, StampsAsItIsToldToStamp) {
-  const auto told_ms = [](const PoseNumbers& numbers) {
+  const auto reported_ms = [](const PoseNumbers& numbers) {
     PoseSource source(numbers, 1);
     std::vector<double> ages;
     for (const Arrival& arrival : record(source, 1.0)) {
-      const double told_s = std::chrono::duration<double>(source.own_time(arrival.at) - arrival.pose.stamp).count();
-      ages.push_back(1e3 * (told_s - age_s(arrival)));  // beyond the truth
+      const double reported_s = std::chrono::duration<double>(source.own_time(arrival.at) - arrival.pose.stamp).count();
+      ages.push_back(1e3 * (reported_s - age_s(arrival)));  // beyond the truth
     }
     return ages;
   };
-  for (const double beyond_ms : told_ms({.jitter_s = 0.02})) {
+  for (const double beyond_ms : reported_ms({.jitter_s = 0.02})) {
     EXPECT_NEAR(beyond_ms, 0.0, 0.002);
   }
-  for (const double beyond_ms : told_ms({.clock_drift_ppm = 1000.0})) {
+  for (const double beyond_ms : reported_ms({.clock_drift_ppm = 1000.0})) {
     EXPECT_NEAR(beyond_ms, 0.02, 0.002) << "an age of 20 ms on a clock that is fast by 0.1 %";
   }
-  for (const double beyond_ms :
-       told_ms({.latency_s = 0.1, .jitter_s = 0.02, .reported_age = ReportedAge::kConstant, .reported_age_s = 0.03})) {
+  for (const double beyond_ms : reported_ms(
+           {.latency_s = 0.1, .jitter_s = 0.02, .reported_age = ReportedAge::kConstant, .reported_age_s = 0.03})) {
     EXPECT_NEAR(beyond_ms, -70.0, 0.002);
   }
   EXPECT_TRUE(PoseSource({}, 1).tells_time());

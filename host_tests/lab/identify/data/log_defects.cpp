@@ -77,7 +77,7 @@ double placed_share(const std::vector<double>& stick, const std::vector<char>& u
 double clipped_share(const std::vector<double>& stick, const std::vector<char>& used, const SampleGrid& clock) {
   constexpr double kTellsHand_s =
       0.055;  // a hand does not cross a quarter of its travel in this time; slower rows hide this
-  constexpr double kMostly = 0.5;
+  constexpr double kMajority = 0.5;
   double low = 0.0;
   double high = 0.0;
   for (std::size_t i = 0; i < stick.size(); ++i) {
@@ -88,7 +88,7 @@ double clipped_share(const std::vector<double>& stick, const std::vector<char>& 
   if (!(std::abs(high + low) < 4.0 * slack)) {
     return 0.0;
   }
-  if (clock.row_s < kTellsHand_s && placed_share(stick, used, row_in_samples(clock), low, high) > kMostly) {
+  if (clock.row_s < kTellsHand_s && placed_share(stick, used, row_in_samples(clock), low, high) > kMajority) {
     return 0.0;
   }
   std::size_t at_stop = 0;
@@ -189,7 +189,7 @@ bool stops_at_once(const std::vector<double>& values, std::size_t begin, double 
 
 /// @param row  samples between the rows in which the signal was logged
 Found remove_frozen(const std::vector<double>& values, std::vector<char>& used, std::size_t row) {
-  constexpr double kLeastRows = 5.0;
+  constexpr double kMinRows = 5.0;
   constexpr double kCadences = 4.0;
   constexpr double kFewRepeats = 20.0;  // more than the freezes of a log
   constexpr double kJump = 3.0;         // of the usual step from row to row
@@ -210,8 +210,8 @@ Found remove_frozen(const std::vector<double>& values, std::vector<char>& used, 
   std::vector<double> repeats;
   std::copy_if(lengths.begin(), lengths.end(), std::back_inserter(repeats), [](double length) { return length > 1.0; });
   const bool rounded = static_cast<double>(repeats.size()) > kFewRepeats;
-  const double minimum = std::max(kLeastRows * static_cast<double>(row),
-                                  kCadences * quantile(std::move(rounded ? repeats : lengths), 0.9));
+  const double minimum =
+      std::max(kMinRows * static_cast<double>(row), kCadences * quantile(std::move(rounded ? repeats : lengths), 0.9));
   const double usual = quantile(steps, 0.5);
   const bool fine = usual > kFineSteps * quantum_of(values);
   // A quantised signal rests on one step and continues from there: only a step larger than its usual steps is a jump.

@@ -222,8 +222,8 @@ class Scan {
 }  // namespace
 
 ScanHit scan_change(const ScanRows& rows, const Columns& columns) {
-  constexpr std::size_t kLeastRows = 40;
-  if (rows.time_s.size() < kLeastRows || !(columns.squaredNorm() > 0.0)) {
+  constexpr std::size_t kMinRows = 40;
+  if (rows.time_s.size() < kMinRows || !(columns.squaredNorm() > 0.0)) {
     return {};
   }
   return Scan(rows, columns).run();

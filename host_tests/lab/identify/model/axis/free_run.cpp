@@ -201,10 +201,10 @@ class GaussNewton {
 
   WhitenedFit run() {
     constexpr int kIterations = 10;
-    constexpr double kSettled = 1e-5;
+    constexpr double kConverged = 1e-5;
     for (int iteration = 0; iteration < kIterations; ++iteration) {
       const double gained = step();
-      if (gained < kSettled) {
+      if (gained < kConverged) {
         break;
       }
     }

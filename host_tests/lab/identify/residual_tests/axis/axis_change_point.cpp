@@ -141,11 +141,11 @@ double step_time_error_s(const AxisData& data, double date_s) {
 /// statistics: the lag of motors and what a loop feeds back shift the delay of healthy logs by up to 12 ms, likelier by
 /// 50 and more.
 double min_doubted(const Candidate& candidate, const WhitenedFit& fit, const AxisData& data, double date_s) {
-  constexpr double kLeast_s = 0.015;
+  constexpr double kMin_s = 0.015;
   constexpr double kErrors = 2.0;
   const bool delay = candidate.free_parameter.member == &StickAxis::transport_delay_s;
   const double error_s = std::hypot(fit.sigmas.back(), step_time_error_s(data, date_s));
-  return delay ? std::max(kLeast_s, kErrors * error_s) : candidate.min_relevant;
+  return delay ? std::max(kMin_s, kErrors * error_s) : candidate.min_relevant;
 }
 
 struct TriedChange {
@@ -323,8 +323,8 @@ double unchanged_score(const FreeRun& run, const AxisFamily& family, const Fit& 
 
 ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
   ChangePoint out;
-  constexpr double kLeast_s = 10.0;
-  if (run.seconds() < kLeast_s) {
+  constexpr double kMin_s = 10.0;
+  if (run.seconds() < kMin_s) {
     return out;
   }
   const std::vector<FreeParameter> free_parameters = free_parameters_of(family, fit);

@@ -73,7 +73,7 @@ void append(const AxisDataSet& part, std::optional<std::size_t> first_flight, co
 void append_free_run(const AxisDataSet& part, const model::StickAxis& model, std::optional<std::size_t> first_flight,
                      ResidualInput& input) {
   const AxisData& data = part.signals.data;
-  const auto settle = static_cast<std::size_t>(std::lround(kSettle_s / data.period_s));
+  const auto settling = static_cast<std::size_t>(std::lround(kSettle_s / data.period_s));
   const auto length = static_cast<std::size_t>(std::lround(AxisBlocks::kBlock_s / data.period_s));
   for (const Range& range : part.ranges) {
     const Range run{std::max(range.first - kSettle_s, data.start_s), range.second};
@@ -89,12 +89,12 @@ void append_free_run(const AxisDataSet& part, const model::StickAxis& model, std
     for (std::size_t number = 0; number < whole.size(); ++number) {
       const AxisBlocks::Block& block = whole[number];
       const std::size_t samples = block.end - block.begin;
-      if (samples >= settle + length / 2) {  // the end of a run also shortens a block
+      if (samples >= settling + length / 2) {  // the end of a run also shortens a block
         const auto settled = [&](const std::vector<double>& values) {
           return values.empty() ? std::span<const double>{}
-                                : std::span(values).subspan(from + settle, samples - settle);
+                                : std::span(values).subspan(from + settling, samples - settling);
         };
-        append(part, first_flight, {block.begin + settle, block.end, settled(error), settled(input_uncertainty)},
+        append(part, first_flight, {block.begin + settling, block.end, settled(error), settled(input_uncertainty)},
                input);
       }
       from += samples;

@@ -80,11 +80,11 @@ ScoredEdge best_edge(const AxisData& data, const std::vector<Range>& ranges, con
 
 std::optional<AxisTether> detect_tether_force(const AxisData& data, const std::vector<Range>& ranges,
                                               const AxisFamily& family, const Fit& fit) {
-  constexpr double kLeast_s = 10.0;
+  constexpr double kMin_s = 10.0;
   const FreeRun run(data, ranges);
   const std::vector<double> distance_m = distance_flown(data);
   std::vector<double> flown = inside(data, ranges, distance_m);
-  if (run.seconds() < kLeast_s || flown.empty()) {
+  if (run.seconds() < kMin_s || flown.empty()) {
     return std::nullopt;
   }
   std::vector<FreeParameter> free_parameters = free_parameters_of(family, fit);

@@ -45,8 +45,8 @@ TimeOffset time_offset(const FreeRun& run, const AxisFamily& family, const Fit& 
   constexpr double kClearDelay_s = 0.015;
   const bool has_zero = found.lead_zero_s > 0.0;
   const double net_s = has_zero ? 0.0 : found.transport_delay_s;
-  constexpr double kLeast_s = 5.0;
-  if (net_s > std::max(period_s, kClearDelay_s) || run.seconds() < kLeast_s) {
+  constexpr double kMin_s = 5.0;
+  if (net_s > std::max(period_s, kClearDelay_s) || run.seconds() < kMin_s) {
     return out;
   }
   const StickAxis start = second_order(found);

@@ -52,7 +52,7 @@ std::optional<Change> second_change_point(const AxisData& data, const std::vecto
                                           const AxisFamily& family, const Fit& fit, const ChangePoint& change) {
   constexpr double kBefore_s = 0.5;  // before the interval of the date
   constexpr double kAfter_s = 1.0;
-  constexpr double kLeast_s = 2.5;
+  constexpr double kMin_s = 2.5;
   constexpr double kAsMuch = 0.5;  // the end of a temporary change is about as likely as its start
   const Range before{-1e9, change.change.low_s - kBefore_s};
   const Range after{change.change.high_s + kAfter_s, 1e9};
@@ -60,7 +60,7 @@ std::optional<Change> second_change_point(const AxisData& data, const std::vecto
     std::vector<Range> kept;
     for (const Range& range : ranges) {
       const Range cut{std::max(range.first, side.first), std::min(range.second, side.second)};
-      if (cut.second - cut.first > kLeast_s) {
+      if (cut.second - cut.first > kMin_s) {
         kept.push_back(cut);
       }
     }

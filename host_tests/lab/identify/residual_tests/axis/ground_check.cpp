@@ -48,7 +48,7 @@ Power response_power(const AxisData& data, const std::vector<Range>& ranges) {
 /// other side (a twenty-fifth in power); the power of the same air never differs by so much over seconds.
 bool is_at_rest(const AxisProblem& problem, const Request& request, const Fit& fit, double date_s, bool after) {
   constexpr double kComesToRest_s = 1.0;
-  constexpr double kLeast_s = 3.0;
+  constexpr double kMin_s = 3.0;
   constexpr double kCalm = 0.2;
   const AxisData& data = problem.training().signals.data;
   const FreeRun run = problem.free_run();
@@ -59,7 +59,7 @@ bool is_at_rest(const AxisProblem& problem, const Request& request, const Fit& f
         after ? std::max(range.first, date_s + kComesToRest_s) : std::min(range.second, date_s - kComesToRest_s);
   }
   const Power rested = response_power(data, ranges);
-  if (rested.count * data.period_s < kLeast_s || flown.count < kLeast_s / run.mean_s()) {
+  if (rested.count * data.period_s < kMin_s || flown.count < kMin_s / run.mean_s()) {
     return false;
   }
   return rested.mean < kCalm * kCalm * flown.mean;

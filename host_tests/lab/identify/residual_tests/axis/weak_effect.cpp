@@ -23,7 +23,7 @@ struct Fitted {
 /// Repeats the fit until it gains nothing: parameters that compensate each other converge slowly.
 Fitted fitted(const FreeRun& run, const AxisFamily& family, const Fit& start) {
   constexpr int kRounds = 4;
-  constexpr double kSettled = 0.5;
+  constexpr double kConverged = 0.5;
   Fitted out{start, {}};
   out.white.score = std::numeric_limits<double>::infinity();
   for (int round = 0; round < kRounds; ++round) {
@@ -33,7 +33,7 @@ Fitted fitted(const FreeRun& run, const AxisFamily& family, const Fit& start) {
       out.fit = family.with_parameters_of(out.fit, next.before);
       out.white = std::move(next);
     }
-    if (gained < kSettled) {
+    if (gained < kConverged) {
       break;
     }
   }
@@ -149,8 +149,8 @@ class WeakEffectSearch {
 
 std::optional<WeakEffect> weak_effect(std::vector<FreeRun> hypotheses, const AxisData& data, const AxisFamily& family,
                                       const Fit& fit) {
-  constexpr double kLeast_s = 10.0;
-  if (hypotheses.front().seconds() < kLeast_s) {
+  constexpr double kMin_s = 10.0;
+  if (hypotheses.front().seconds() < kMin_s) {
     return std::nullopt;
   }
   if (hypotheses.size() > 1) {

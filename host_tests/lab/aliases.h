@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+
+namespace m100::lab {
+
+/// A name in files that older versions wrote, and the name that stands for it today. Readers accept both; only the new
+/// one is written.
+struct Alias {
+  std::string_view now;
+  std::string_view before;
+};
+
+inline constexpr std::array kAliases{
+    Alias{"failsafe", "ladder"},                         // result of `fly`, and why an excitation was aborted
+    Alias{"ground_station", "room"},                     // result of `fly`
+    Alias{"trim_counts", "balance_counts"},              // numbers of an evening
+    Alias{"fallback_law", "calm_law"},                   // numbers of an evening
+    Alias{"oscillation_deg", "swing_deg"},               // numbers of an evening
+    Alias{"limit_cycle_detected_s", "swing_noticed_s"},  // campaign's flights
+};
+
+/// Today's form of a name, of which the part before the first dot may be an old one ("calm_law.course").
+inline std::string_view alias_of(std::string_view part) {
+  for (const Alias& alias : kAliases) {
+    if (part == alias.before) {
+      return alias.now;
+    }
+  }
+  return part;
+}
+
+/// Renames every key of a document that an older version wrote; values stay. Json is nlohmann::json or ordered_json.
+template <typename Json>
+Json with_current_names(const Json& read) {
+  if (read.is_array()) {
+    Json out = Json::array();
+    for (const Json& item : read) {
+      out.push_back(with_current_names(item));
+    }
+    return out;
+  }
+  if (!read.is_object()) {
+    return read;
+  }
+  Json out = Json::object();
+  for (const auto& [key, value] : read.items()) {
+    const std::size_t dot = key.find('.');
+    const std::string_view head = std::string_view(key).substr(0, dot);
+    const std::string name = std::string(alias_of(head)) + (dot == std::string::npos ? "" : key.substr(dot));
+    out[name] = with_current_names(value);
+  }
+  return out;
+}
+
+}  // namespace m100::lab
