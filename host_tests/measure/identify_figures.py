@@ -9,7 +9,7 @@ from measure.lab_figures import LAB, MEASURED, table
 from measure.marked import Figure
 from measure.workspace import Source
 
-STRANGERS = ("--strangers", "--logs", 2, "--seed", 8101)
+UNSEEN = ("--unseen", "--logs", 2, "--seed", 8101)
 KIND = re.compile(r"^(?P<kind>\S.*?) +" + " +".join(rf"(?P<n{k}>\d+)" for k in range(8)) + r" +[\d.]+$")
 MAP = "host_tests/lab/columns/m100_csv.toml"
 # The medium sizes of the confusion matrix of simulated logs.
@@ -17,9 +17,9 @@ SIZES = {"transport_delay": 0.10, "dead_zone": 20, "gain_asymmetry": 1.25, "trim
          "backlash": 18, "gain_drift": 0.28, "cross_axis": 0.17}
 
 
-def strangers(workspace):
+def unseen(workspace):
     """Logs of unknown vehicles: the answers of identify for each kind, and the shares that have a limit."""
-    printed = workspace.run(workspace.program("host_tests/property/identify_adversarial_logs", ("host-release",)), *STRANGERS,
+    printed = workspace.run(workspace.program("host_tests/property/identify_adversarial_logs", ("host-release",)), *UNSEEN,
                         may_fail=True)
     rows = [["kind (simulated)", "logs", "right", "undecided", "wrong name", "clean bill", "of these, not visible in the log",
              "healthy refused", "error"]]
@@ -32,7 +32,7 @@ def strangers(workspace):
             said.append(line.strip())
     if len(rows) < 10:
         raise ValueError("the campaign printed no table")
-    return {"identify.strangers": table(*rows), "identify.strangers_shares": Figure("; ".join(said))}
+    return {"identify.unseen": table(*rows), "identify.unseen_shares": Figure("; ".join(said))}
 
 
 def untouched(workspace, axis):
@@ -118,5 +118,5 @@ def hour(workspace):
 
 
 SOURCES = [Source(("identify.hour",), hour, quick=False),
-           Source(("identify.strangers",), strangers, quick=False),
+           Source(("identify.unseen",), unseen, quick=False),
            Source(("identify.injected",), injected, quick=False)]

@@ -81,6 +81,7 @@ void check_files(const IdentifyOptions& options) {
       .writes("--json", options.json)
       .writes("--vehicle", options.vehicle)
       .fills("--report", options.report, options.axis + ".html")
+      .fills("--report", options.report, options.axis + ".csv")
       .check();
   for (const std::string& vehicle : {options.believed, options.vehicle}) {
     if (!vehicle.empty() && std::filesystem::exists(vehicle)) {
@@ -341,7 +342,7 @@ void add_identify(CLI::App& lab) {
       "--forecast", options->forecast,
       "JSON of m100-lab excite: the effects that the flight was designed to show, compared with those found");
   app->add_option("--json", options->json, "file for the result as JSON");
-  app->add_option("--report", options->report, "folder for the HTML report");
+  app->add_option("--report", options->report, "folder for the HTML report, and the numbers of its figures as CSV");
   app->add_option("--refits,--draws", options->refits,
                   "number of refits with some blocks left out, for the intervals: at most 40; 0: no intervals")
       ->check(CLI::Range(0, 10000));

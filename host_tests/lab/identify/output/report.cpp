@@ -7,6 +7,7 @@
 #include "firmware/model/axis_effects.h"
 #include "firmware/model/translation.h"
 #include "host_tests/lab/identify/output/report_figures.h"
+#include "host_tests/lab/identify/output/series_csv.h"
 #include "host_tests/lab/plot/svg.h"
 
 namespace m100::lab::identify {
@@ -303,6 +304,7 @@ plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin)
 std::string write_report(const IdentifyResult& result, const ReportOrigin& origin, const std::string& directory) {
   std::string path = directory + "/" + result.axis + ".html";
   report_page(result, origin).write(path);
+  write_series(result, directory + "/" + result.axis + ".csv");
   return path;
 }
 

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "host_tests/lab/identify/output/result.h"
+
+namespace m100::lab::identify {
+
+/// Writes the series of the figures (measured, both models, residuals; units of the axis) as CSV: `t_s`, `validation`
+/// (1 in the validation part), and a column for each series. @throws InputError: cannot be written.
+void write_series(const IdentifyResult& result, const std::string& file);
+
+}  // namespace m100::lab::identify
