@@ -16,8 +16,8 @@ PRODUCT = ("firmware/", "protocol/", "hal/", "host_tests/lab/", "host_tests/sim/
 NO_HEADER_NEEDED = ("command.cpp", "main.cpp")
 MAX_MEMBERS, MAX_FOLDER = 20, 25
 # number -> (bar, its value when the bar was set)
-BARS = {"sources without a header of their name": (15, 54), "classes with more than 20 data members": (0, 11),
-        "folders with more than 25 sources": (0, 9), "words of README.md": (900, 3596),
+BARS = {"sources without a header of their name": (15, 54), "classes with more than 20 data members": (0, 8),
+        "folders with more than 25 sources": (0, 8), "words of README.md": (900, 3596),
         "words of all Markdown": (60000, 79403), "lines of C++ without generated code": (128000, 129815)}
 
 
