@@ -9,6 +9,7 @@
 
 #include "firmware/companion/backup/backup_process.h"
 #include "firmware/companion/fly/fly.h"
+#include "firmware/companion/fly/line_writer.h"
 #include "firmware/companion/fly/release_monitor.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/operator/terminal.h"
@@ -193,6 +194,7 @@ void shake_hands(const FlyOptions& options) {
   open_or_explain(port);
   make_terminals_nonblocking();
   BackupProcess backup(neutral_of(options), prepared.config.cipher, options.port);
+  LineWriter writer;
   link::SerialLink link(port, prepared.config);
   Session session(options, link);
   TickClock clock(options.port);
@@ -206,6 +208,7 @@ void shake_hands(const FlyOptions& options) {
     }
   }
   link.authority().release_pending ? backup.send_release() : backup.dismiss();
+  writer.finish();
   std::ostringstream words;
   words << (session.succeeded() ? "released" : "not completed") << "\n";
   print(words, link.health());
