@@ -22,7 +22,8 @@ inline constexpr std::size_t kMaxBlocks = 272 / kBlockBytes;
 using TableEntry = std::conditional_t<kLarge, std::uint32_t, std::uint16_t>;
 inline constexpr std::array<TableEntry, 256> kTable = protocol::crc_kernels::make_tables<TableEntry, 1>(0x8408)[0];
 
-constexpr std::uint32_t step(std::uint32_t state, std::uint32_t byte) {
+/// Inlined also where a file is compiled for size: the call would cost more than the step.
+[[gnu::always_inline]] constexpr std::uint32_t step(std::uint32_t state, std::uint32_t byte) {
   return (state >> 8U) ^ kTable[(state ^ byte) & 0xFFU];
 }
 
@@ -58,22 +59,18 @@ inline constexpr auto kPowers = [] {
 }();
 
 /// a * b modulo the polynomial, both reflected. Each factor is split into four numbers that use every fourth bit, so
-/// that the at most four products of a bit stay inside its four bits, and the lowest of them is correct.
+/// that the at most four products of a bit stay inside its four bits, and the lowest of them is correct. Written out,
+/// because the loop over them costs four times as much where a file is compiled for size.
 constexpr std::uint32_t multiply(std::uint32_t a, std::uint32_t b) {
-  constexpr std::uint32_t kMask = 0x1111;
-  constexpr std::uint32_t kWideMask = 0x11111111;
-  const std::array<std::uint32_t, 4> left{a & kMask, a & (kMask << 1U), a & (kMask << 2U), a & (kMask << 3U)};
-  const std::array<std::uint32_t, 4> right{b & kMask, b & (kMask << 1U), b & (kMask << 2U), b & (kMask << 3U)};
-  std::uint32_t product = 0;
-  for (std::size_t place = 0; place < 4; ++place) {
-    std::uint32_t sum = 0;
-    for (std::size_t i = 0; i < 4; ++i) {
-      sum ^= left[i] * right[(place + 4 - i) % 4];
-    }
-    product |= sum & (kWideMask << place);
-  }
-  product <<= 1U;
-  return (product >> 16U) ^ step(step(product & 0xFFFFU, 0), 0);
+  constexpr std::uint32_t kMask = 0x11111111;
+  const std::uint32_t a0 = a & kMask, a1 = a & (kMask << 1U), a2 = a & (kMask << 2U), a3 = a & (kMask << 3U);
+  const std::uint32_t b0 = b & kMask, b1 = b & (kMask << 1U), b2 = b & (kMask << 2U), b3 = b & (kMask << 3U);
+  const std::uint32_t product = (((a0 * b0) ^ (a1 * b3) ^ (a2 * b2) ^ (a3 * b1)) & kMask) |
+                                (((a0 * b1) ^ (a1 * b0) ^ (a2 * b3) ^ (a3 * b2)) & (kMask << 1U)) |
+                                (((a0 * b2) ^ (a1 * b1) ^ (a2 * b0) ^ (a3 * b3)) & (kMask << 2U)) |
+                                (((a0 * b3) ^ (a1 * b2) ^ (a2 * b1) ^ (a3 * b0)) & (kMask << 3U));
+  const std::uint32_t aligned = product << 1U;
+  return (aligned >> 16U) ^ step(step(aligned & 0xFFFFU, 0), 0);
 }
 
 /// tables[m][k][n]: nibble n at place k of the register, after m blocks of zeros. 34 KiB, on hosts only.

@@ -63,7 +63,7 @@ class RunningChecksum {
       }
       *++to = static_cast<std::uint16_t>(state);
     };
-    for (; blocks >= 4; blocks -= 4) {
+    for (; checksum_kernels::kLarge && blocks >= 4; blocks -= 4) {
       step_block();
       step_block();
       step_block();
