@@ -32,6 +32,7 @@ struct FlyOptions {
   bool dry_run = false;
   bool take_control = false;
   bool once = false;
+  bool release_only = false;  ///< of the handshake
   bool take_off = false;
   bool land = false;
   double hold_s = 5.0;

@@ -10,6 +10,7 @@
 #include "firmware/companion/backup/backup_process.h"
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/fly/line_writer.h"
+#include "firmware/companion/fly/release.h"
 #include "firmware/companion/fly/release_monitor.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/operator/terminal.h"
@@ -187,6 +188,12 @@ json result_of(const FlyOptions& options, const Session& session, const link::Se
 
 void shake_hands(const FlyOptions& options) {
   PreparedLink prepared(options);
+  if (options.release_only) {
+    if (!release_only(options, prepared.config)) {
+      throw CLI::RuntimeError(kAnswerIsNo);
+    }
+    return;
+  }
   watch_signals();
   std::cout << "handshake: takes control and sends neutral commands for " << options.hold_s
             << " s; the propellers must be off" << std::endl;
@@ -228,6 +235,8 @@ void add_handshake(CLI::App& m100) {
   add_link_options(*app, *options);
   app->add_option("--hold", options->hold_s, "seconds in control")->check(CLI::Range(0.0, 3600.0));
   app->add_option("--patience", options->patience_s, "seconds to wait for start-up")->check(CLI::Range(1.0, 3600.0));
+  app->add_flag("--release-only", options->release_only,
+                "only send the release of control, for a flight whose two processes are dead; the service does so");
   app->callback([options] { shake_hands(*options); });
 }
 
