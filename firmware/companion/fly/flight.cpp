@@ -18,6 +18,7 @@
 #include "firmware/companion/fly/flight_sequencer.h"
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/fly/line_writer.h"
+#include "firmware/companion/fly/stall_watch.h"
 #include "firmware/companion/ground_station/ground_station_commands.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/operator/operator_messages.h"
@@ -268,8 +269,10 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   service.start(kServiceTimeout);
   LinkHealthLog health(log);
   BackupSupervisor state(backup, channels);
+  StallWatch stalls(channels);
   for (core::TimePoint now = clock.now();; now = clock.next(), service.feed()) {
     wait_for_log(options, log_file, controller->stats().ticks);
+    stalls.tick(now);
     backup.set_port(port.descriptor(), port.openings());
     if (!backup.heartbeat(controller->link().authority().in_control)) {
       controller->release();
