@@ -217,7 +217,10 @@ TEST(SerialPort, CountsWhatWentWrongSinceItWasOpenedFirst) {
   SerialPort port(far.name(), 230400, kCounting);
   driver = {};
   driver.frame = 1000;
+  driver.parity = 300;
   driver.overrun = 20;
+  driver.buf_overrun = 7;
+  driver.brk = 5000;
   EXPECT_EQ(port.line_errors().status(), core::Status::kUnavailable) << "not open";
   ASSERT_EQ(port.open(), core::Status::kOk);
   EXPECT_EQ(port.line_errors().value(), LineErrors{});
@@ -230,10 +233,17 @@ TEST(SerialPort, CountsWhatWentWrongSinceItWasOpenedFirst) {
   EXPECT_EQ(port.line_errors().value(), wanted);
   port.close();
   driver = {};  // another device with the same name
+  driver.parity = 2;
+  driver.brk = 9;
   ASSERT_EQ(port.open(), core::Status::kOk);
   EXPECT_EQ(port.line_errors().value(), wanted);
   driver.frame += 1;
-  EXPECT_EQ(port.line_errors().value().framing, 6U);
+  driver.parity += 10;
+  driver.overrun += 20;
+  driver.buf_overrun += 30;
+  driver.brk += 40;
+  const LineErrors both{.framing = 6, .parity = 11, .overrun = 55, .breaks = 44};
+  EXPECT_EQ(port.line_errors().value(), both);
 }
 
 TEST(SerialPort, ADeviceThatCountsNothingSaysSo) {
@@ -248,6 +258,51 @@ TEST(SerialPort, NamesWhyItCannotBeOpened) {
   EXPECT_EQ(SerialPort("/dev/null", 230400).open(), core::Status::kUnavailable) << "not a serial port";
   FarSide far;
   EXPECT_EQ(SerialPort(far.name(), 250000).open(), core::Status::kInvalidArgument);
+}
+
+int error_of_opening = 0;
+constexpr SystemCalls kNotOpened{.open = [](const char*) {
+  errno = error_of_opening;
+  return -1;
+}};
+
+// Catches a reason that gets the words of another: "another program holds it" sends the operator to look for one.
+TEST(SerialPort, TellsAPortThatIsNotOursFromOneThatIsNotThere) {
+  SerialPort port("/dev/ttyUSB0", 230400, kNotOpened);
+  for (const int error : {EACCES, EPERM, EBUSY}) {
+    error_of_opening = error;
+    EXPECT_EQ(port.open(), core::Status::kRefused) << error;
+  }
+  for (const int error : {ENOENT, ENXIO, EIO, ENODEV}) {
+    error_of_opening = error;
+    EXPECT_EQ(port.open(), core::Status::kUnavailable) << error;
+  }
+}
+
+// Root passes the kernel's mark for exclusive use, so the lock has to stop it.
+TEST(SerialPort, ASecondProgramIsRefusedAndTheFirstOneKeepsThePort) {
+  FarSide far;
+  SerialPort first(far.name(), 230400);
+  ASSERT_EQ(first.open(), core::Status::kOk);
+  SerialPort second(far.name(), 230400);
+  EXPECT_EQ(second.open(), core::Status::kRefused);
+  EXPECT_FALSE(second.is_open());
+  EXPECT_EQ(second.descriptor(), -1);
+  EXPECT_EQ(second.openings(), 0U);
+  EXPECT_EQ(first.write(bytes_of("a")).value(), 1U);
+  EXPECT_EQ(first.open(), core::Status::kOk) << "opened again, it is not in its own way";
+  first.close();
+  EXPECT_EQ(first.descriptor(), -1);
+  EXPECT_EQ(second.open(), core::Status::kOk);
+  EXPECT_EQ(second.openings(), 1U);
+}
+
+TEST(SerialPort, AnEmptyReadOrWriteAsksTheDeviceForNothing) {
+  FarSide far;
+  SerialPort port(far.name(), 230400);
+  EXPECT_EQ(port.read({}).value_or(9), 0U);
+  EXPECT_EQ(port.write({}).value_or(9), 0U);
+  EXPECT_TRUE(port.is_open()) << "but the port is opened";
 }
 
 int interruptions_left = 0;
@@ -303,6 +358,7 @@ TEST(SerialPort, AnInterruptedCallIsRepeatedAndNeverForEver) {
   EXPECT_EQ(port.write(bytes_of("ab")).value(), 2U);
   interruptions_left = 1000;
   EXPECT_EQ(port.write(bytes_of("ab")).value(), 0U);
+  EXPECT_EQ(1000 - interruptions_left, 8) << "then it is left for the next tick";
   std::array<std::byte, 4> destination;
   EXPECT_EQ(port.read(destination).value(), 0U);
   interruptions_left = 0;
