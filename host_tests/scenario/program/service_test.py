@@ -158,6 +158,8 @@ def flown(manager, autopilot):
 
 def both_are_gone(manager, autopilot, how):
     """Nothing but the manager is left: what it starts after the end gives control back."""
+    while manager.heard(0.2):
+        pass  # messages of the program before
     manager.start()
     take_control(manager, autopilot)
     keeper = manager.keeper()

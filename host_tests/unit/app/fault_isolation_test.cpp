@@ -5,7 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
+
+#include "firmware/model/vehicle.h"
 
 namespace m100::app {
 namespace {
@@ -50,6 +53,68 @@ TEST(FaultIsolation, AnAttitudeThatDoesNotAnswerIsNotAccusedByItself) {
   EXPECT_EQ(after(0.0), est::ConsistencyCheck::kNone);
   EXPECT_EQ(after(0.04), est::ConsistencyCheck::kNone) << "as far as a lag behind gusts";
   EXPECT_EQ(after(-0.5), est::ConsistencyCheck::kNone) << "the poses are where the attitude leads";
+}
+
+/// Moves, leans and is pushed differently along each axis.
+est::Estimate<double> moving(double along) {
+  est::Estimate<double> estimate;
+  estimate.prediction_valid = true;
+  estimate.x = {.velocity_m_s = 1.0, .tilt_rad = along * 0.1, .disturbance_m_s2 = along * 0.3};
+  estimate.y = {.velocity_m_s = 0.5, .tilt_rad = along * -0.2, .disturbance_m_s2 = along * -0.4};
+  return estimate;
+}
+
+// Numbers by hand: the acceleration is 0.3 + 0.1 g along x and -0.4 + 0.2 g along y, because tilt.y accelerates against
+// y; half a second of it is added to the velocity.
+TEST(FaultIsolation, TheSpeedAtTheHandOverIsThatOfTheAccelerationUntilThen) {
+  const FaultIsolation<double> trust({});
+  const double g = model::kGravity_m_s2;
+  const double x_m_s = 1.0 + 0.5 * (0.3 + 0.1 * g);
+  const double y_m_s = 0.5 + 0.5 * (-0.4 + 0.2 * g);
+  EXPECT_NEAR(trust.speed_then_m_s(moving(1.0), std::chrono::milliseconds(500)), std::hypot(x_m_s, y_m_s), 1e-9);
+  const double later_x_m_s = 1.0 + 2.0 * (0.3 + 0.1 * g);
+  const double later_y_m_s = 0.5 + 2.0 * (-0.4 + 0.2 * g);
+  EXPECT_NEAR(trust.speed_then_m_s(moving(1.0), std::chrono::seconds(2)), std::hypot(later_x_m_s, later_y_m_s), 1e-9);
+}
+
+TEST(FaultIsolation, AnAircraftThatBrakesIsAsFastAtTheHandOverAsNow) {
+  const FaultIsolation<double> trust({});
+  EXPECT_NEAR(trust.speed_then_m_s(moving(-1.0), std::chrono::milliseconds(500)), std::hypot(1.0, 0.5), 1e-9);
+}
+
+TEST(FaultIsolation, ASpeedThatIsNotKnownIsZero) {
+  const FaultIsolation<double> trust({});
+  EXPECT_NEAR(trust.speed_m_s(moving(1.0)), std::hypot(1.0, 0.5), 1e-9);
+  est::Estimate<double> unknown = moving(1.0);
+  unknown.prediction_valid = false;
+  EXPECT_EQ(trust.speed_m_s(unknown), 0.0);
+  EXPECT_EQ(trust.speed_then_m_s(unknown, std::chrono::seconds(1)), 0.0)
+      << "nothing waits for an unknown speed to fall";
+  for (est::AxisEstimate<double> est::Estimate<double>::*axis :
+       {&est::Estimate<double>::x, &est::Estimate<double>::y}) {
+    est::Estimate<double> vague = moving(1.0);
+    (vague.*axis).velocity_variance_m2_s2 = 0.99;
+    EXPECT_GT(trust.speed_m_s(vague), 1.0);
+    (vague.*axis).velocity_variance_m2_s2 = 1.0;
+    EXPECT_EQ(trust.speed_m_s(vague), 0.0) << "one axis is enough";
+  }
+}
+
+// Each number of the observation comes from its own place.
+TEST(FaultIsolation, TellsTheRefusalNumberByNumber) {
+  const FaultIsolation<double> trust({});
+  est::Estimate<double> estimate = moving(1.0);
+  estimate.refused_poses = 7;
+  estimate.refused_for = std::chrono::milliseconds(130);
+  estimate.refusal = {.distance_m = 0.4, .allowed_m = 0.3, .turned_rad = 0.2};
+  safety::Observation observed;
+  trust.tell(observed, estimate, std::chrono::milliseconds(900));
+  EXPECT_EQ(observed.refused_poses, 7U);
+  EXPECT_EQ(observed.refused_for, std::chrono::milliseconds(130)) << "no pose is contradicted";
+  EXPECT_EQ(observed.refused_by_m, 0.4);
+  EXPECT_EQ(observed.refused_allowed_m, 0.3);
+  EXPECT_EQ(observed.refused_turn_rad, 0.2);
+  EXPECT_NEAR(observed.speed_m_s, std::hypot(1.0, 0.5), 1e-9);
 }
 
 }  // namespace
