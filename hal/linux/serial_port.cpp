@@ -10,6 +10,7 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <utility>
@@ -163,6 +164,9 @@ bool SerialPort::ensure_open() {
 }
 
 bool SerialPort::hung_up() const {
+  if (!is_simulated(path_)) {
+    return false;  // the next count of waiting bytes fails
+  }
   pollfd state{.fd = descriptor_, .events = POLLIN, .revents = 0};
   return poll(&state, 1, 0) > 0 && (state.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0;
 }
@@ -175,18 +179,36 @@ core::Expected<std::size_t> SerialPort::read(std::span<std::byte> destination) {
   if (destination.empty()) {
     return std::size_t{0};
   }
-  const ssize_t count =
-      uninterrupted([&] { return calls_->read(descriptor_, destination.data(), destination.size()); });
+  const core::Expected<std::size_t> waiting = waiting_bytes(destination.size());
+  if (!waiting) {
+    close();
+    return waiting;
+  }
+  if (*waiting == 0) {
+    return std::size_t{0};
+  }
+  const ssize_t count = uninterrupted([&] { return calls_->read(descriptor_, destination.data(), *waiting); });
   if (count > 0) {
     return static_cast<std::size_t>(count);
   }
-  // With VMIN = 0 a quiet line also reads as 0; only poll distinguishes it from a port that was unplugged.
+  // With VMIN = 0 a quiet line also reads as 0.
   const bool quiet = count == 0 ? !hung_up() : means_later(errno);
   if (quiet) {
     return std::size_t{0};
   }
   close();
   return core::Status::kUnavailable;
+}
+
+core::Expected<std::size_t> SerialPort::waiting_bytes(std::size_t most) const {
+  if (is_simulated(path_)) {
+    return most;  // a socket: its read() waits for nobody
+  }
+  int waiting = 0;
+  if (calls_->waiting(descriptor_, &waiting) != 0) {
+    return means_later(errno) ? core::Expected<std::size_t>(std::size_t{0}) : core::Status::kUnavailable;
+  }
+  return std::min(most, static_cast<std::size_t>(std::max(waiting, 0)));
 }
 
 core::Expected<std::size_t> SerialPort::write(std::span<const std::byte> source) {

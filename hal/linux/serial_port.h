@@ -47,6 +47,8 @@ class SerialPort final : public Uart {
  private:
   bool ensure_open();
   bool configure();
+  /// How many bytes a read() gets without waiting. kUnavailable: the port was unplugged.
+  core::Expected<std::size_t> waiting_bytes(std::size_t most) const;
   bool hung_up() const;
   core::Expected<LineErrors> driver_counts() const;
 

@@ -12,6 +12,8 @@ int read_line_counters(int descriptor, serial_icounter_struct* counters) {
   return ioctl(descriptor, TIOCGICOUNT, counters);
 }
 
+int count_waiting(int descriptor, int* bytes) { return ioctl(descriptor, FIONREAD, bytes); }
+
 const SystemCalls& real_system_calls() {
   static constexpr SystemCalls kReal{};
   return kReal;

@@ -81,5 +81,24 @@ def streams(workspace):
     return {"cost.streams": Figure(table(*rows).text, 0.05)}
 
 
+MAVLINK_STREAMS = {"clean": "ATT_POS_MOCAP frames back to back", "random": "random bytes",
+                   "starts": "runs of one start byte", "frames": "good frames after and inside the claims of false headers",
+                   "headers": "false headers of any length, flags and gap",
+                   "densest": "headers of known messages as dense as possible, four in 11 bytes",
+                   "climbed": "patterns improved byte by byte", "mixture": "mixtures of these"}
+
+
+def mavlink_streams(workspace):
+    """The most expensive of 20 streams of each family."""
+    workspace.tool("valgrind")
+    program = workspace.program("host_tests/benchmark/worst_mavlink_stream", ("host-release",))
+    printed = workspace.run("host_tests/benchmark/worst_stream.sh", program, "20", "50", may_fail=True)
+    counts = dict(re.findall(r"^(\w+)\s+dearest of \d+: ([\d.]+) instructions", printed, re.MULTILINE))
+    rows = [["stream", "instructions per byte"]]
+    rows += [[text, f"{float(counts[name]):.1f}"] for name, text in MAVLINK_STREAMS.items()]
+    return {"cost.mavlink_streams": Figure(table(*rows).text, 0.05)}
+
+
 SOURCES = [Source(("cost.parts",), parts_of_a_tick), Source(("cost.solves", "cost.plain_solves"), solves),
-           Source(("cost.streams",), streams, quick=False)]
+           Source(("cost.streams",), streams, quick=False),
+           Source(("cost.mavlink_streams",), mavlink_streams, quick=False)]

@@ -4,29 +4,32 @@
 #include <algorithm>
 
 #include "protocol/bytes.h"
+#include "protocol/mavlink/known_messages.h"
 
 namespace m100::mavlink {
 namespace {
 
-std::uint8_t number(std::span<const std::byte> bytes, std::size_t at) {
-  return std::to_integer<std::uint8_t>(bytes[at]);
-}
+static_assert(kHeader2Bytes - 1 + kMaxPayloadBytes <= RunningChecksum::kMaxRangeBytes);
 
-bool checksum_holds(std::span<const std::byte> frame, std::size_t summed, const MessageInfo& info) {
-  const std::byte extra{info.crc_extra};
-  return checksum(std::span(&extra, 1), checksum(frame.subspan(1, summed - 1))) ==
-         protocol::load<std::uint16_t>(frame.data() + summed);
-}
+std::size_t number(const std::byte* bytes, std::size_t at) { return std::to_integer<std::size_t>(bytes[at]); }
+
+bool is_start(std::byte value) { return value == kStart2 || value == kStart1; }
+
+std::size_t header_bytes_of(const std::byte* at) { return *at == kStart2 ? kHeader2Bytes : kHeader1Bytes; }
+
+bool has_signature(const std::byte* at) { return *at == kStart2 && (number(at, 2) & kSignedFlag) != 0; }
 
 }  // namespace
 
 std::size_t Parser::push(std::span<const std::byte> bytes) {
   if (begin_ > 0 && buffer_.size() - end_ < bytes.size()) {
-    std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(begin_),
-              buffer_.begin() + static_cast<std::ptrdiff_t>(end_), buffer_.begin());
-    base_ += begin_;
-    end_ -= begin_;
-    begin_ = 0;
+    const std::size_t shift = begin_ - begin_ % RunningChecksum::kBlockBytes;
+    std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(shift), buffer_.begin() + static_cast<std::ptrdiff_t>(end_),
+              buffer_.begin());
+    sums_.shift(shift);
+    base_ += shift;
+    end_ -= shift;
+    begin_ -= shift;
   }
   const std::size_t count = std::min(bytes.size(), buffer_.size() - end_);
   std::copy_n(bytes.begin(), count, buffer_.begin() + static_cast<std::ptrdiff_t>(end_));
@@ -40,102 +43,96 @@ void Parser::begin_packet() {
   base_ += end_;
   begin_ = 0;
   end_ = 0;
+  needed_ = 1;
   in_step_ = true;
+  sums_.reset();
 }
 
-void Parser::drop_first() {
-  ++begin_;
-  ++stats_.bytes_dropped;
-  in_step_ = false;
+void Parser::move_to(const std::byte* at, std::size_t needed) {
+  const auto begin = static_cast<std::size_t>(at - buffer_.data());
+  stats_.bytes_dropped += begin - begin_;
+  in_step_ = in_step_ && begin == begin_;
+  begin_ = begin;
+  needed_ = needed;
 }
 
-core::Expected<FrameView> Parser::poll() {
-  while (begin_ < end_) {  // each turn ends the loop or drops a byte
-    Judgement judgement = judge(std::span<const std::byte>(buffer_).subspan(begin_, end_ - begin_));
-    if (judgement.verdict == Verdict::kTooShort) {
-      return core::Status::kNotReady;
-    }
-    if (judgement.verdict == Verdict::kFrame) {
-      judgement.frame.offset = base_ + begin_;
-      begin_ += judgement.frame.bytes.size();
-      in_step_ = true;
-      ++stats_.frames;
-      return judgement.frame;
-    }
-    drop_first();
+inline const MessageInfo* Parser::read_header(const std::byte* at, bool due) {
+  const bool is_2 = *at == kStart2;
+  if (is_2 && (number(at, 2) & ~std::size_t{kSignedFlag}) != 0) {
+    stats_.incompatible += due ? 1U : 0U;
+    return nullptr;
   }
-  return core::Status::kNotReady;
-}
-
-Parser::Judgement Parser::judge(std::span<const std::byte> bytes) {
-  if (bytes[0] == kStart2) {
-    return judge_2(bytes);
-  }
-  return bytes[0] == kStart1 ? judge_1(bytes) : Judgement{};
-}
-
-Parser::Judgement Parser::judge_2(std::span<const std::byte> bytes) {
-  if (bytes.size() > 2 && (number(bytes, 2) & ~unsigned{kSignedFlag}) != 0) {
-    stats_.incompatible += in_step_ ? 1U : 0U;
-    return {};
-  }
-  if (bytes.size() < kHeader2Bytes) {
-    return {.verdict = Verdict::kTooShort, .frame = {}};
-  }
-  const std::uint32_t id =
-      number(bytes, 7) | (std::uint32_t{number(bytes, 8)} << 8U) | (std::uint32_t{number(bytes, 9)} << 16U);
-  const MessageInfo* const info = find_message(id);
+  const std::uint32_t id = is_2 ? protocol::load<std::uint32_t>(at + kHeader2Bytes - 4) >> 8U
+                                : protocol::load<std::uint8_t>(at + kHeader1Bytes - 1);
+  const MessageInfo* const info = known_messages::find(id);
   if (info == nullptr) {
-    stats_.unknown += in_step_ ? 1U : 0U;
-    return {};
+    stats_.unknown += due ? 1U : 0U;
+    return nullptr;
   }
-  const std::size_t payload = number(bytes, 1);
-  const bool is_signed = (number(bytes, 2) & kSignedFlag) != 0;
-  const std::size_t summed = kHeader2Bytes + payload;
-  const std::size_t whole = summed + kCrcBytes + (is_signed ? kSignatureBytes : 0);
-  if (bytes.size() >= summed + kCrcBytes && !checksum_holds(bytes, summed, *info)) {
-    ++stats_.crc_errors;
-    return {};
-  }
-  if (bytes.size() < whole) {
-    return {.verdict = Verdict::kTooShort, .frame = {}};
-  }
-  return {.verdict = Verdict::kFrame,
-          .frame = {.id = id,
-                    .from = {number(bytes, 5), number(bytes, 6)},
-                    .sequence = number(bytes, 4),
-                    .version = 2,
-                    .is_signed = is_signed,
-                    .bytes = bytes.first(whole),
-                    .payload = bytes.subspan(kHeader2Bytes, payload)}};
+  // MAVLink 1 has no extensions and leaves no zeros out.
+  return is_2 || number(at, 1) == info->min_bytes ? info : nullptr;
 }
 
-Parser::Judgement Parser::judge_1(std::span<const std::byte> bytes) {
-  if (bytes.size() < kHeader1Bytes) {
-    return {.verdict = Verdict::kTooShort, .frame = {}};
+inline bool Parser::checksum_holds(const std::byte* at, std::size_t summed_bytes, const MessageInfo& info) {
+  const auto begin = static_cast<std::size_t>(at - buffer_.data());
+  const std::uint32_t sum = sums_.of_range(buffer_.data(), begin + 1, begin + summed_bytes);
+  return checksum_kernels::step(sum, info.crc_extra) == protocol::load<std::uint16_t>(at + summed_bytes);
+}
+
+const MessageInfo* Parser::find_frame() {
+  const std::byte* const last = buffer_.data() + end_;
+  const std::byte* const due = in_step_ ? buffer_.data() + begin_ : nullptr;
+  for (const std::byte* at = buffer_.data() + begin_;; ++at) {  // each turn ends the search or drops a byte
+    while (at != last && !is_start(*at)) {
+      ++at;
+    }
+    const auto present = static_cast<std::size_t>(last - at);
+    const std::size_t header_bytes = at != last ? header_bytes_of(at) : 1;
+    if (present < header_bytes) {
+      move_to(at, header_bytes);
+      return nullptr;
+    }
+    const MessageInfo* const info = read_header(at, at == due);
+    if (info == nullptr) {
+      continue;
+    }
+    const std::size_t summed_bytes = header_bytes + number(at, 1);
+    if (present < summed_bytes + kCrcBytes) {
+      move_to(at, summed_bytes + kCrcBytes);
+      return nullptr;
+    }
+    if (!checksum_holds(at, summed_bytes, *info)) {
+      ++stats_.crc_errors;
+      continue;
+    }
+    const std::size_t frame_bytes = summed_bytes + kCrcBytes + (has_signature(at) ? kSignatureBytes : 0);
+    move_to(at, frame_bytes);
+    return present < frame_bytes ? nullptr : info;  // null: the signature is still on its way
   }
-  const MessageInfo* const info = find_message(number(bytes, 5));
-  const std::size_t payload = number(bytes, 1);
-  if (info == nullptr || payload != info->min_bytes) {  // MAVLink 1 has no extensions and leaves no zeros out
-    stats_.unknown += in_step_ && info == nullptr ? 1U : 0U;
-    return {};
+}
+
+core::Expected<FrameView> Parser::search() {
+  const MessageInfo* const info = find_frame();
+  if (info == nullptr) {
+    return core::Status::kNotReady;
   }
-  const std::size_t summed = kHeader1Bytes + payload;
-  if (bytes.size() < summed + kCrcBytes) {
-    return {.verdict = Verdict::kTooShort, .frame = {}};
-  }
-  if (!checksum_holds(bytes, summed, *info)) {
-    ++stats_.crc_errors;
-    return {};
-  }
-  return {.verdict = Verdict::kFrame,
-          .frame = {.id = info->id,
-                    .from = {number(bytes, 3), number(bytes, 4)},
-                    .sequence = number(bytes, 2),
-                    .version = 1,
-                    .is_signed = false,
-                    .bytes = bytes.first(summed + kCrcBytes),
-                    .payload = bytes.subspan(kHeader1Bytes, payload)}};
+  const std::byte* const at = buffer_.data() + begin_;
+  const bool is_2 = *at == kStart2;
+  const std::size_t sequence = is_2 ? 4 : 2;  // system and component follow
+  const FrameView frame{
+      .id = info->id,
+      .from = {protocol::load<std::uint8_t>(at + sequence + 1), protocol::load<std::uint8_t>(at + sequence + 2)},
+      .sequence = protocol::load<std::uint8_t>(at + sequence),
+      .version = static_cast<std::uint8_t>(is_2 ? 2 : 1),
+      .is_signed = has_signature(at),
+      .bytes = {at, needed_},
+      .payload = {at + header_bytes_of(at), number(at, 1)},
+      .offset = base_ + begin_};
+  begin_ += needed_;
+  needed_ = 1;
+  in_step_ = true;
+  ++stats_.frames;
+  return frame;
 }
 
 }  // namespace m100::mavlink

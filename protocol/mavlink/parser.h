@@ -8,6 +8,7 @@
 
 #include "firmware/core/expected.h"
 #include "protocol/mavlink/frame.h"
+#include "protocol/mavlink/running_checksum.h"
 
 namespace m100::mavlink {
 
@@ -28,11 +29,11 @@ struct ParserStats {
 /// after them, is found. The checksum of an unknown message cannot be verified: it does not count as a frame, and its
 /// bytes are searched like any others.
 ///
-/// Cost: each start byte with the header of a known message costs one checksum over the claimed length, at most 270
-/// bytes; every other byte costs a comparison.
+/// Cost: each byte enters the running checksum at most once, and each start byte costs a constant, whatever length its
+/// header claims: a look-up of the message and, if it is known, one checksum of a range (running_checksum.h).
 class Parser {
  public:
-  static constexpr std::size_t kBufferBytes = 512;
+  static constexpr std::size_t kBufferBytes = RunningChecksum::kMaxBufferBytes;
   static_assert(kBufferBytes > kMaxFrameBytes, "there must be room for a byte whenever no frame is complete");
 
   /// Takes as many bytes as there is room for, at least one after poll() returned kNotReady. Invalidates the views of
@@ -40,7 +41,12 @@ class Parser {
   [[nodiscard]] std::size_t push(std::span<const std::byte> bytes);
 
   /// The next frame. It views the parser's buffer until the next push(). @returns kNotReady: none is complete yet.
-  core::Expected<FrameView> poll();
+  core::Expected<FrameView> poll() {
+    if (end_ - begin_ < needed_) {
+      return core::Status::kNotReady;
+    }
+    return search();
+  }
 
   /// Feeds all bytes and calls on_frame(const FrameView&) for each frame found.
   template <typename OnFrame>
@@ -59,22 +65,23 @@ class Parser {
   const ParserStats& stats() const { return stats_; }
 
  private:
-  /// The result of judging the bytes at the begin of the window.
-  enum class Verdict : std::uint8_t { kNoFrame, kTooShort, kFrame };
-  struct Judgement {
-    Verdict verdict = Verdict::kNoFrame;
-    FrameView frame;
-  };
-  Judgement judge(std::span<const std::byte> bytes);
-  Judgement judge_2(std::span<const std::byte> bytes);
-  Judgement judge_1(std::span<const std::byte> bytes);
-  void drop_first();
+  core::Expected<FrameView> search();
+  /// Moves the window to its first frame, whose bytes are all there, or to what must be waited for.
+  /// @returns the frame's message; null: the window must grow to needed_ bytes.
+  const MessageInfo* find_frame();
+  /// Whether a header of a known message begins at `at`; counts a message or flag that is not known.
+  /// @param due a frame is due there.
+  const MessageInfo* read_header(const std::byte* at, bool due);
+  bool checksum_holds(const std::byte* at, std::size_t summed_bytes, const MessageInfo& info);
+  void move_to(const std::byte* at, std::size_t needed);
 
   std::array<std::byte, kBufferBytes> buffer_{};
   std::size_t begin_ = 0;
   std::size_t end_ = 0;
+  std::size_t needed_ = 1;  ///< size of the window at which there is something to do
   bool in_step_ = true;     ///< the byte at begin_ follows a frame
   std::uint64_t base_ = 0;  ///< stream position of buffer_[0]
+  RunningChecksum sums_;
   ParserStats stats_;
 };
 

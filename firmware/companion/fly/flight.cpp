@@ -3,8 +3,6 @@
 #include <sched.h>
 #include <sys/mman.h>
 
-#include <array>
-#include <cstdio>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -19,6 +17,8 @@
 #include "firmware/companion/fly/flight_result.h"
 #include "firmware/companion/fly/flight_sequencer.h"
 #include "firmware/companion/fly/fly.h"
+#include "firmware/companion/fly/line_writer.h"
+#include "firmware/companion/fly/stall_watch.h"
 #include "firmware/companion/ground_station/ground_station_commands.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/operator/operator_messages.h"
@@ -91,25 +91,19 @@ link::ChannelCommand neutral_of(const FlyOptions& options, const model::Vehicle&
                                        : link::ChannelCommand(vrc::CommandMap(vehicle).neutral());
 }
 
-/// Sets the buffer of the standard output now: the library would allocate it in flight, with the first line (R1).
-void give_output_its_buffer() {
-  static std::array<char, BUFSIZ> buffer;
-  (void)std::setvbuf(stdout, buffer.data(), _IOFBF, buffer.size());
-}
-
 void ask_for_real_time() {
   const sched_param priority{.sched_priority = kPriority};
   const bool first = sched_setscheduler(0, SCHED_FIFO, &priority) == 0;
   const bool locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
   if (!first || !locked) {
-    std::cout << (first ? "memory cannot be locked" : "no real-time rights") << "; m100 doctor tells the remedy\n";
+    print_line(first ? "memory cannot be locked; m100 doctor tells the remedy"
+                     : "no real-time rights; m100 doctor tells the remedy");
   }
 }
 
 /// Prepares the thread that flies for its first tick.
 /// @returns the speaker to the room; null: there is none.
 TelemetryStream* prepare_the_thread(PosePort& pose_port, LiveDisplay& live) {
-  give_output_its_buffer();
   TelemetryStream* const telemetry_stream =
       pose_port.start_telemetry_stream();  // before the steps whose effects the threads must not inherit
   live.start();
@@ -227,12 +221,12 @@ SequencerInput received(const PosePort& port, GroundStationCommands& ground_stat
 
 /// Prints the closing lines and writes the result.
 void conclude(const FlyOptions& options, nlohmann::json result, const Controller& controller, const PosePort& pose,
-              LiveDisplay& live) {
+              LiveDisplay& live, LineWriter& writer) {
+  writer.finish();
   live.finish();  // its status line must not mix with the closing lines
   std::ostringstream words;
   print(words, controller.link().health());
   print(words, controller.pose_link().stats(), pose.signatures());
-  std::cout << std::flush;
   write_with_timeout(words.str());
   result["pose_link"] = companion::to_json(controller.pose_link().stats(), pose.signatures());
   write_result(options.json, result);
@@ -263,6 +257,8 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   const auto controller =
       std::make_unique<Controller>(model.vehicle(), model.tables(), config, port, pose_line, *trajectory, log);
   const link::ReleaseSequence last_words(neutral, cipher);
+  std::cout << std::flush;
+  LineWriter writer;
   const core::AssertionHandler former = release_on_assertion(last_words, port, controller->link().authority());
   TelemetryStream* const telemetry_stream = prepare_the_thread(pose_port, live);
   OperatorChannels channels(log, telemetry_stream);
@@ -275,8 +271,10 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   service.start(kServiceTimeout);
   LinkHealthLog health(log);
   BackupSupervisor state(backup, channels);
+  StallWatch stalls(channels);
   for (core::TimePoint now = clock.now();; now = clock.next(), service.feed()) {
     wait_for_log(options, log_file, controller->stats().ticks);
+    stalls.tick(now);
     backup.set_port(port.descriptor(), port.openings());
     if (!backup.heartbeat(controller->link().authority().in_control)) {
       controller->release();
@@ -299,7 +297,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   controller->link().authority().release_pending ? backup.send_release() : backup.dismiss();
   nlohmann::json result = flight_result(options, files, sequencer, *controller, clock.stalls(), config.limits);
   result["ground_station"] = ground_station_result(pose_line.stats(), ground_station.parameters_not_set());
-  conclude(options, std::move(result), *controller, pose_port, live);
+  conclude(options, std::move(result), *controller, pose_port, live, writer);
   return sequencer.given_back() && is_excited(files, *controller);
 }
 

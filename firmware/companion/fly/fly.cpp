@@ -20,10 +20,12 @@
 #include "firmware/companion/files/course.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/key_file.h"
+#include "firmware/companion/fly/line_writer.h"
 #include "firmware/companion/operator/operator_messages.h"
 #include "firmware/companion/operator/terminal.h"
 #include "firmware/companion/preflight/model_findings.h"
 #include "firmware/companion/subcommands.h"
+#include "hal/linux/system_calls.h"
 
 namespace m100::companion {
 namespace {
@@ -114,9 +116,10 @@ void watch_signals() {
 }
 
 OperatorInput read_operator_input() {
-  pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
   std::array<char, 64> line{};
-  const ssize_t count = poll(&input, 1, 0) > 0 ? read(STDIN_FILENO, line.data(), line.size()) : 0;
+  int waiting = 0;  // at the end of a file too; poll() of a terminal would wait for a worker of the kernel
+  const bool some = hal::count_waiting(STDIN_FILENO, &waiting) == 0 && waiting > 0;
+  const ssize_t count = some ? read(STDIN_FILENO, line.data(), line.size()) : 0;
   const std::string_view typed(line.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
   const bool land = typed.substr(0, typed.find_first_of("\r\n")) == "land";
   const bool signalled = word_signal.exchange(false);
@@ -129,12 +132,13 @@ void discard_operator_input() {
 }
 
 void print_line(std::string_view line) {
-  pollfd output{.fd = STDOUT_FILENO, .events = POLLOUT, .revents = 0};
-  if (poll(&output, 1, 0) > 0 && (output.revents & POLLOUT) != 0) {
-    std::cout << line_begin() << line << std::endl;
-    std::cout.clear();  // only the line that was not taken is lost
-    std::clearerr(stdout);
+  TextLine whole;
+  whole.add(line_begin()).add(line);
+  if (LineWriter* const writer = LineWriter::current()) {
+    writer->push(whole.text());
+    return;
   }
+  write_with_timeout(whole.add("\n").text());
 }
 
 void open_or_explain(hal::SerialPort& port) {

@@ -32,6 +32,7 @@ struct FlyOptions {
   bool dry_run = false;
   bool take_control = false;
   bool once = false;
+  bool release_only = false;  ///< of the handshake
   bool take_off = false;
   bool land = false;
   double hold_s = 5.0;
@@ -76,8 +77,7 @@ void discard_operator_input();
 /// Opens a port or throws UsageError with the reason.
 void open_or_explain(hal::SerialPort& port);
 
-/// Prints a line for the operator if the terminal takes it now: a stopped terminal (Ctrl-S) must not stop the flight.
-/// Erases the status line first, if there is one.
+/// Prints a line for the operator, by the LineWriter if there is one. Erases the status line first, if there is one.
 void print_line(std::string_view line);
 
 /// One line with the state of the authority table, and the remedy if there is one.

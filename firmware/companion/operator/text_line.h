@@ -12,6 +12,8 @@ namespace m100::companion {
 /// A line of text without heap, for the thread that flies (promise R1). Text beyond 640 characters is cut off.
 class TextLine {
  public:
+  static constexpr std::size_t kMaxBytes = 640;
+
   TextLine& add(std::string_view text) {
     const std::size_t fits = std::min(text.size(), space_.size() - used_);
     std::copy_n(text.begin(), fits, space_.begin() + static_cast<std::ptrdiff_t>(used_));
@@ -27,7 +29,7 @@ class TextLine {
   std::string_view text() const { return {space_.data(), used_}; }
 
  private:
-  std::array<char, 640> space_{};
+  std::array<char, kMaxBytes> space_{};
   std::size_t used_ = 0;
 };
 

@@ -71,7 +71,7 @@ CheckResult check_port(const std::string& path) {
       check.finding = "opens at 230400 baud, raw 8N1";
       break;
     case core::Status::kRefused:
-      check.finding = "another program holds it";
+      check.finding = kHeldByAnother;
       check.remedy = "sudo fuser -v " + path + " names it; ModemManager: sudo systemctl disable --now ModemManager";
       break;
     default:

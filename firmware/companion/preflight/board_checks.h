@@ -9,6 +9,8 @@ namespace m100::companion::preflight {
 
 // Checks of what the board itself may lack for a flight. Each looks once, changes nothing, and names the remedy.
 
+inline constexpr const char* kHeldByAnother = "another program holds it";
+
 /// Whether the port exists, may be read and written, is free, and takes 230400 baud.
 CheckResult check_port(const std::string& path);
 /// The latency timer of an FTDI adapter: by default it collects bytes for 16 ms, more than one control period.

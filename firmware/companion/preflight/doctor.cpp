@@ -2,14 +2,18 @@
 // m100 doctor: finds what on this board may prevent a flight, and the remedy for each.
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "firmware/companion/doctor/wake_up_check.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/operator/link_report.h"
@@ -29,6 +33,7 @@ struct DoctorOptions {
   std::string folder = ".";
   std::string json;
   preflight::PosePlan pose;
+  double load_s = 5.0;
   bool frames = false;
   preflight::CheckFramesOptions by_hand;
 };
@@ -48,6 +53,17 @@ const char* word(Health health) {
   return "bad";
 }
 
+/// A board on which something may fly is not loaded.
+CheckResult check_under_load(std::span<const CheckResult> so_far, const DoctorOptions& options) {
+  const auto is_held = [](const CheckResult& check) { return check.finding == preflight::kHeldByAnother; };
+  if (std::any_of(so_far.begin(), so_far.end(), is_held)) {
+    return {"wake-up under load", Health::kDoubtful, "not measured, because another program holds a port",
+            "end that program and run m100 doctor again"};
+  }
+  const auto duration = std::chrono::duration_cast<core::Duration>(std::chrono::duration<double>(options.load_s));
+  return preflight::judge_wake_ups(preflight::measure_wake_ups(options.folder, duration));
+}
+
 std::vector<CheckResult> examine(const DoctorOptions& options) {
   std::vector<CheckResult> checks;
   const std::vector<std::string> ports = options.port.empty() ? serial_ports() : std::vector<std::string>{options.port};
@@ -62,6 +78,9 @@ std::vector<CheckResult> examine(const DoctorOptions& options) {
   checks.push_back(preflight::check_clock());
   checks.push_back(preflight::check_governor());
   checks.push_back(preflight::check_disk(options.folder));
+  if (options.load_s > 0.0) {
+    checks.push_back(check_under_load(checks, options));
+  }
   if (!hal::is_udp(options.pose.port)) {
     checks.push_back(preflight::check_pose_line(options.pose));
   }
@@ -91,6 +110,7 @@ preflight::CheckFramesOptions by_hand_of(const DoctorOptions& options) {
 void run(const DoctorOptions& options) {
   for (const auto& [name, value] : {std::pair{"--pose-rate", options.pose.rate_hz},
                                     {"--pose-baud", options.pose.baud},
+                                    {"--load", options.load_s},
                                     {"--hold", options.by_hand.hold_s}}) {
     if (std::isnan(value)) {  // CLI11's range check accepts it
       throw UsageError(std::string(name) + ": is not a number");
@@ -126,6 +146,11 @@ void add_doctor(CLI::App& m100) {
   auto options = std::make_shared<DoctorOptions>();
   app->add_option("--port", options->port, "serial port; default: every port that looks like one");
   app->add_option("--folder", options->folder, "where flight logs go");
+  app->add_option(
+         "--load", options->load_s,
+         "seconds in which every processor and the disk are kept busy while the lateness of ticks is measured; "
+         "0: not measured")
+      ->check(CLI::Range(0.0, 600.0));
   app->add_option(
       "--pose-port", options->pose.port,
       "where poses come from: a serial port, or udp:PORT, which needs --mavlink-key; m100 listens there for "

@@ -9,6 +9,8 @@
 
 #include "firmware/companion/backup/backup_process.h"
 #include "firmware/companion/fly/fly.h"
+#include "firmware/companion/fly/line_writer.h"
+#include "firmware/companion/fly/release.h"
 #include "firmware/companion/fly/release_monitor.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/operator/terminal.h"
@@ -186,6 +188,12 @@ json result_of(const FlyOptions& options, const Session& session, const link::Se
 
 void shake_hands(const FlyOptions& options) {
   PreparedLink prepared(options);
+  if (options.release_only) {
+    if (!release_only(options, prepared.config)) {
+      throw CLI::RuntimeError(kAnswerIsNo);
+    }
+    return;
+  }
   watch_signals();
   std::cout << "handshake: takes control and sends neutral commands for " << options.hold_s
             << " s; the propellers must be off" << std::endl;
@@ -193,6 +201,7 @@ void shake_hands(const FlyOptions& options) {
   open_or_explain(port);
   make_terminals_nonblocking();
   BackupProcess backup(neutral_of(options), prepared.config.cipher, options.port);
+  LineWriter writer;
   link::SerialLink link(port, prepared.config);
   Session session(options, link);
   TickClock clock(options.port);
@@ -206,6 +215,7 @@ void shake_hands(const FlyOptions& options) {
     }
   }
   link.authority().release_pending ? backup.send_release() : backup.dismiss();
+  writer.finish();
   std::ostringstream words;
   words << (session.succeeded() ? "released" : "not completed") << "\n";
   print(words, link.health());
@@ -225,6 +235,8 @@ void add_handshake(CLI::App& m100) {
   add_link_options(*app, *options);
   app->add_option("--hold", options->hold_s, "seconds in control")->check(CLI::Range(0.0, 3600.0));
   app->add_option("--patience", options->patience_s, "seconds to wait for start-up")->check(CLI::Range(1.0, 3600.0));
+  app->add_flag("--release-only", options->release_only,
+                "only send the release of control, for a flight whose two processes are dead; the service does so");
   app->callback([options] { shake_hands(*options); });
 }
 

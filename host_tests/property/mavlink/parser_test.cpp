@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <random>
 #include <vector>
 
 #include "host_tests/property/mavlink/noise.h"
+#include "host_tests/property/mavlink/streams.h"
 #include "host_tests/sim/world/random.h"
 #include "protocol/mavlink/messages.h"
 #include "protocol/mavlink/signature.h"
@@ -20,7 +23,7 @@ Frame pose(std::uint8_t sequence) {
                 sequence);
 }
 
-void append(Bytes& to, std::span<const std::byte> bytes) { to.insert(to.end(), bytes.begin(), bytes.end()); }
+using host_tests::mavlink_streams::append;
 
 std::vector<std::uint8_t> sequences(Parser& parser, std::span<const std::byte> bytes, std::size_t portion) {
   std::vector<std::uint8_t> found;
@@ -29,6 +32,57 @@ std::vector<std::uint8_t> sequences(Parser& parser, std::span<const std::byte> b
                    [&](const FrameView& frame) { found.push_back(frame.sequence); });
   }
   return found;
+}
+
+// Catches a running checksum that is carried over the wrong number of bytes, restarted at a wrong place, or stale after
+// the buffer moved: a receiver that sums each claimed frame anew must find the same frames and refuse the same headers.
+TEST(MavlinkParser, FindsWhatAReceiverFindsThatSumsEveryClaimAnew) {
+  RecordProperty("promise", "R11");
+  namespace streams = host_tests::mavlink_streams;
+  std::mt19937 random(36);
+  std::size_t frames = 0;
+  for (int round = 0; round < 1000; ++round) {
+    Bytes stream;
+    const std::size_t pieces = 1 + random() % 4;
+    for (std::size_t piece = 0; piece < pieces; ++piece) {
+      constexpr std::array kKinds{streams::pattern, streams::headers, streams::frames_among_headers,
+                                  streams::frames_among_headers};
+      append(stream, kKinds.at(random() % kKinds.size())(random, 200 + random() % 2000));
+      if (random() % 8 == 0) {
+        append(stream, streams::densest_headers(random() % 600));
+      }
+    }
+    if (random() % 2 == 0) {
+      stream[random() % stream.size()] ^= std::byte{1} << (random() % 8);
+    }
+    const streams::Reference wanted = streams::reference_parse(stream);
+    for (const std::size_t portion : {std::size_t{1}, 1 + std::size_t{random() % 300}, stream.size()}) {
+      Parser parser;
+      std::vector<std::uint64_t> found;
+      for (std::size_t at = 0; at < stream.size(); at += portion) {
+        parser.consume(std::span(stream).subspan(at, std::min(portion, stream.size() - at)),
+                       [&](const FrameView& frame) { found.push_back(frame.offset); });
+      }
+      ASSERT_EQ(found, wanted.offsets) << "round " << round << ", portions of " << portion;
+      EXPECT_EQ(parser.stats().crc_errors, wanted.crc_errors) << "round " << round << ", portions of " << portion;
+    }
+    frames += wanted.offsets.size();
+  }
+  EXPECT_GT(frames, 5000U) << "too few good frames for a test";
+}
+
+// Catches a parser that drops a good frame together with the false header whose claim covers it, wholly or in part.
+TEST(MavlinkParser, AFrameInsideTheClaimOfFalseHeadersIsFoundWhereverItLies) {
+  const Frame good = pose(7);
+  for (std::size_t before = 0; before < 300; ++before) {
+    Bytes stream{kStart2,      std::byte{0xFF}, std::byte{0},   std::byte{0}, std::byte{0},
+                 std::byte{0}, std::byte{0},    std::byte{138}, std::byte{0}, std::byte{0}};
+    append(stream, host_tests::mavlink_streams::densest_headers(before));
+    append(stream, good.bytes());
+    stream.resize(stream.size() + kMaxFrameBytes);
+    Parser parser;
+    ASSERT_EQ(sequences(parser, stream, 1 + before % 97), std::vector<std::uint8_t>{7}) << before;
+  }
 }
 
 // Misleading garbage: start bytes of both versions, and headers of known messages that claim the longest frame.

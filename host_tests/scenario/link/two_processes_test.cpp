@@ -224,7 +224,8 @@ TEST_F(TwoProcesses, WrongUseEndsWithTwoAndNamesTheFileAndLine) {
 }
 
 TEST_F(TwoProcesses, TheDoctorFindsAMissingPortAndNamesARemedy) {
-  EXPECT_EQ(Process(M100_PROGRAM, {"doctor", "--port", (folder / "none").string(), "--json", result.string()})
+  EXPECT_EQ(Process(M100_PROGRAM,
+                    {"doctor", "--load", "0.1", "--port", (folder / "none").string(), "--json", result.string()})
                 .wait(std::chrono::seconds(20)),
             1);
   const json checks = flown()["checks"];

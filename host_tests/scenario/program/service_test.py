@@ -7,7 +7,8 @@ Usage: service_test.py M100 LAB UNIT ENVIRONMENT VEHICLE TABLE FLIGHT
 The stand-in reads the unit, starts the command of ExecStart, and listens on $NOTIFY_SOCKET. Like the real manager it
 ends a main process that is silent for WatchdogSec, and restarts it. Checks: the service reports that it is ready and
 sends its heartbeat; it requests control only on SIGUSR1; when it hangs in flight, control goes back although only the
-main process is ended; after a restart it requests nothing; a stop gives control back. The test waits for events, and a
+main process is ended; after a restart it requests nothing; a stop gives control back; if the second process is killed or
+stopped too, ExecStopPost gives control back. The test waits for events, and a
 failure counts only if the machine did not stall (real_time.py).
 """
 import json
@@ -81,7 +82,7 @@ class Manager:
 
     def words(self, line):
         """-> the command of a line, with the manager's escapes and variables replaced, and with our program."""
-        line = line.replace("%%", "%").replace("/usr/bin/m100", shlex.quote(self.m100))
+        line = line.removeprefix("+").replace("%%", "%").replace("/usr/bin/m100", shlex.quote(self.m100))
         line = re.sub(r"\$\{(\w+)\}", lambda found: shlex.quote(self.environment[found[1]]), line)
         return [word.replace("$$", "$") for word in shlex.split(line)]
 
@@ -98,6 +99,18 @@ class Manager:
             time.sleep(0.0 if said else 1.0)
         expect("READY=1" in said, f"the service reports that it is ready: {said}")
         expect(f"WATCHDOG_USEC={int(self.watchdog_s * 1e6)}" in said, f"the service reports the unit's WatchdogSec: {said}")
+
+    def ends_with(self, result):
+        """Runs ExecStopPost, as root does."""
+        subprocess.run(self.words(self.unit["ExecStopPost"]), env=self.environment | {"SERVICE_RESULT": result},
+                       stdout=subprocess.DEVNULL, check=False)
+
+    def keeper(self):
+        """-> the second process of the flight."""
+        children = pathlib.Path(f"/proc/{self.main.pid}/task/{self.main.pid}/children").read_text().split()
+        found = [int(child) for child in children if "m100-keeper" in pathlib.Path(f"/proc/{child}/comm").read_text()]
+        expect(len(found) == 1, f"the flight has one second process: {children}")
+        return found[0]
 
     def heard(self, within_s, as_long_as=lambda: True):
         """-> the next message of the service; empty if there is none in that time."""
@@ -139,6 +152,26 @@ def flown(manager, autopilot):
     wait_for(lambda: not autopilot.is_ours(), "systemctl stop gives control back")
     code = manager.main.wait(PATIENCE_S)
     expect(code in (0, 1), f"the service ends by itself with 0 or 1, not {code}")  # 1: handed over to the pilot, on a busy machine
+    for how in (signal.SIGKILL, signal.SIGSTOP):
+        both_are_gone(manager, autopilot, how)
+
+
+def both_are_gone(manager, autopilot, how):
+    """Nothing but the manager is left: what it starts after the end gives control back."""
+    while manager.heard(0.2):
+        pass  # messages of the program before
+    manager.start()
+    take_control(manager, autopilot)
+    keeper = manager.keeper()
+    os.kill(keeper, how)
+    os.kill(manager.main.pid, how)
+    manager.main.kill()  # what the watchdog does to a main process that is stopped
+    manager.main.wait(PATIENCE_S)
+    expect(autopilot.is_ours(), f"nobody has given control back after {how.name}")
+    manager.ends_with("watchdog")
+    wait_for(lambda: not autopilot.is_ours(), f"the manager gives control back when both processes got {how.name}")
+    if how == signal.SIGSTOP:
+        os.kill(keeper, signal.SIGKILL)
 
 
 def take_control(manager, autopilot):

@@ -5,7 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
+
+#include "firmware/model/vehicle.h"
 
 namespace m100::app {
 namespace {
@@ -19,8 +22,9 @@ Vector2 model_tilt_rad(double t_s) { return {0.1 * std::sin(2.5 * t_s), 0.08 * s
 /// stands still.
 /// @param toward_m how far the poses are from the observer's position, in the direction of the commands; negative: in
 ///   the direction of the attitude
-/// @returns the check that objects at the end
-est::ConsistencyCheck after(double toward_m) {
+/// @param is_new false: the same poses, but they came before
+/// @returns the judge at the end
+FaultIsolation<double> trust_after(double toward_m, bool is_new = true) {
   FaultIsolation<double> trust({});
   for (int tick = 1; tick <= 400; ++tick) {
     const Vector2 asked = model_tilt_rad(0.01 * tick);
@@ -29,14 +33,15 @@ est::ConsistencyCheck after(double toward_m) {
     estimate.y.tilt_rad = -asked.y();
     est::Measurement<double> measured;
     measured.now = core::TimePoint(core::kTickPeriod * tick);
-    measured.pose.is_new = true;
+    measured.pose.is_new = is_new;
     measured.pose.set_captured_at(measured.now);
     const Vector2 lead(asked.x(), -asked.y());  // tilt.x accelerates along x, tilt.y against y
     measured.pose.position_w_m.head<2>() = toward_m * lead.normalized();
     trust.update({}, measured, estimate, asked, safety::FailsafeState::kNominal, core::kTickPeriod);
   }
-  return trust.contradiction().check;
+  return trust;
 }
+est::ConsistencyCheck after(double toward_m) { return trust_after(toward_m).contradiction().check; }
 
 // Would catch a FaultIsolation that needs a further objection before it rejects the attitude: force and observer both
 // follow an attitude that is wrong from the beginning.
@@ -50,6 +55,108 @@ TEST(FaultIsolation, AnAttitudeThatDoesNotAnswerIsNotAccusedByItself) {
   EXPECT_EQ(after(0.0), est::ConsistencyCheck::kNone);
   EXPECT_EQ(after(0.04), est::ConsistencyCheck::kNone) << "as far as a lag behind gusts";
   EXPECT_EQ(after(-0.5), est::ConsistencyCheck::kNone) << "the poses are where the attitude leads";
+}
+
+TEST(FaultIsolation, APoseThatCameBeforeIsNoSecondWitness) {
+  EXPECT_EQ(trust_after(0.5, false).contradiction().check, est::ConsistencyCheck::kNone);
+}
+
+// While the attitude is contradicted, the tilt is the commands', each axis its own.
+TEST(FaultIsolation, TheMotionForBrakingHasTheTiltOfTheCommands) {
+  const FaultIsolation<double> trust = trust_after(0.5);
+  est::Estimate<double> estimate;
+  estimate.x.tilt_rad = 0.3;
+  estimate.y.tilt_rad = -0.4;
+  const est::Estimate<double> known = trust.motion(estimate);
+  const Vector2 asked = model_tilt_rad(4.0);
+  EXPECT_NEAR(known.x.tilt_rad, asked.x(), 0.01);  // the offset that the reckoning has learned is small
+  EXPECT_NEAR(known.y.tilt_rad, asked.y(), 0.01);
+  EXPECT_GT(std::abs(asked.x() - asked.y()), 0.05) << "a test that cannot tell the axes apart";
+  const FaultIsolation<double> innocent = trust_after(0.0);
+  EXPECT_EQ(innocent.motion(estimate).x.tilt_rad, 0.3);
+  EXPECT_EQ(innocent.motion(estimate).y.tilt_rad, -0.4);
+}
+
+/// Moves, leans and is pushed differently along each axis.
+est::Estimate<double> moving(double along) {
+  est::Estimate<double> estimate;
+  estimate.prediction_valid = true;
+  estimate.x = {.velocity_m_s = 1.0, .tilt_rad = along * 0.1, .disturbance_m_s2 = along * 0.3};
+  estimate.y = {.velocity_m_s = 0.5, .tilt_rad = along * -0.2, .disturbance_m_s2 = along * -0.4};
+  return estimate;
+}
+
+// A contradiction that has ended is remembered as long as the aircraft is levelled or given back, and no longer.
+TEST(FaultIsolation, TheContradictionIsRememberedUntilTheFailsafeHasEnded) {
+  for (const safety::FailsafeState state :
+       {safety::FailsafeState::kLevel, safety::FailsafeState::kRelease, safety::FailsafeState::kNominal}) {
+    FaultIsolation<double> trust = trust_after(0.5);
+    est::Estimate<double> estimate = moving(1.0);
+    for (int tick = 401; tick <= 1000; ++tick) {
+      const Vector2 asked = model_tilt_rad(0.01 * tick);
+      estimate.x.tilt_rad = asked.x();
+      estimate.y.tilt_rad = asked.y();
+      est::Measurement<double> measured;
+      measured.now = core::TimePoint(core::kTickPeriod * tick);
+      trust.update({}, measured, estimate, asked, state, core::kTickPeriod);
+    }
+    ASSERT_EQ(trust.contradiction().check, est::ConsistencyCheck::kNone);
+    const bool is_estimate = trust.motion(estimate).x.velocity_m_s == estimate.x.velocity_m_s;
+    EXPECT_EQ(is_estimate, state == safety::FailsafeState::kNominal) << static_cast<int>(state);
+  }
+}
+
+// Numbers by hand: the acceleration is 0.3 + 0.1 g along x and -0.4 + 0.2 g along y, because tilt.y accelerates against
+// y; half a second of it is added to the velocity.
+TEST(FaultIsolation, TheSpeedAtTheHandOverIsThatOfTheAccelerationUntilThen) {
+  const FaultIsolation<double> trust({});
+  const double g = model::kGravity_m_s2;
+  const double x_m_s = 1.0 + 0.5 * (0.3 + 0.1 * g);
+  const double y_m_s = 0.5 + 0.5 * (-0.4 + 0.2 * g);
+  EXPECT_NEAR(trust.speed_then_m_s(moving(1.0), std::chrono::milliseconds(500)), std::hypot(x_m_s, y_m_s), 1e-9);
+  const double later_x_m_s = 1.0 + 2.0 * (0.3 + 0.1 * g);
+  const double later_y_m_s = 0.5 + 2.0 * (-0.4 + 0.2 * g);
+  EXPECT_NEAR(trust.speed_then_m_s(moving(1.0), std::chrono::seconds(2)), std::hypot(later_x_m_s, later_y_m_s), 1e-9);
+}
+
+TEST(FaultIsolation, AnAircraftThatBrakesIsAsFastAtTheHandOverAsNow) {
+  const FaultIsolation<double> trust({});
+  EXPECT_NEAR(trust.speed_then_m_s(moving(-1.0), std::chrono::milliseconds(500)), std::hypot(1.0, 0.5), 1e-9);
+}
+
+TEST(FaultIsolation, ASpeedThatIsNotKnownIsZero) {
+  const FaultIsolation<double> trust({});
+  EXPECT_NEAR(trust.speed_m_s(moving(1.0)), std::hypot(1.0, 0.5), 1e-9);
+  est::Estimate<double> unknown = moving(1.0);
+  unknown.prediction_valid = false;
+  EXPECT_EQ(trust.speed_m_s(unknown), 0.0);
+  EXPECT_EQ(trust.speed_then_m_s(unknown, std::chrono::seconds(1)), 0.0)
+      << "nothing waits for an unknown speed to fall";
+  for (est::AxisEstimate<double> est::Estimate<double>::*axis :
+       {&est::Estimate<double>::x, &est::Estimate<double>::y}) {
+    est::Estimate<double> vague = moving(1.0);
+    (vague.*axis).velocity_variance_m2_s2 = 0.99;
+    EXPECT_GT(trust.speed_m_s(vague), 1.0);
+    (vague.*axis).velocity_variance_m2_s2 = 1.0;
+    EXPECT_EQ(trust.speed_m_s(vague), 0.0) << "one axis is enough";
+  }
+}
+
+// Each number of the observation comes from its own place.
+TEST(FaultIsolation, TellsTheRefusalNumberByNumber) {
+  const FaultIsolation<double> trust({});
+  est::Estimate<double> estimate = moving(1.0);
+  estimate.refused_poses = 7;
+  estimate.refused_for = std::chrono::milliseconds(130);
+  estimate.refusal = {.distance_m = 0.4, .allowed_m = 0.3, .turned_rad = 0.2};
+  safety::Observation observed;
+  trust.tell(observed, estimate, std::chrono::milliseconds(900));
+  EXPECT_EQ(observed.refused_poses, 7U);
+  EXPECT_EQ(observed.refused_for, std::chrono::milliseconds(130)) << "no pose is contradicted";
+  EXPECT_EQ(observed.refused_by_m, 0.4);
+  EXPECT_EQ(observed.refused_allowed_m, 0.3);
+  EXPECT_EQ(observed.refused_turn_rad, 0.2);
+  EXPECT_NEAR(observed.speed_m_s, std::hypot(1.0, 0.5), 1e-9);
 }
 
 }  // namespace

@@ -127,5 +127,83 @@ TEST(SensorAdapter, TakesTheSamePoseAgainForNothingNew) {
   EXPECT_TRUE(measure.update<double>({}, milliseconds(3), pose, kNow + milliseconds(10)).pose.is_new);
 }
 
+// Each number has a value of its own, and the force and the climb differ from what they are without telemetry.
+TEST(SensorAdapter, WhatTheAircraftFeelsComesFieldByField) {
+  SensorAdapter measure;
+  protocol::Telemetry telemetry =
+      telemetry_of({.roll_rad = 0.1, .pitch_rad = -0.2, .yaw_rad = 1.0}, {0.1F, 0.2F, 0.3F});
+  telemetry.acceleration = {0.5F, 0.6F, -9.7F};
+  telemetry.velocity_ned_m_s = {1.F, 2.F, -0.7F};
+  const auto measured = measure.update<double>(telemetry, milliseconds(2), core::Pose<double>{}, kNow);
+  EXPECT_EQ(measured.now, kNow);
+  const est::ImuSample<double> imu_sample = measure.imu_sample<double>(telemetry, measured);
+  EXPECT_TRUE(imu_sample.attitude_is_new);
+  EXPECT_NEAR(imu_sample.roll_rad, 0.1, 1e-6);
+  EXPECT_NEAR(imu_sample.pitch_rad, -0.2, 1e-6);
+  EXPECT_NEAR(imu_sample.yaw_rad, 1.0, 1e-6);
+  EXPECT_NEAR(imu_sample.rate_b_rad_s.x(), 0.1, 1e-6);
+  EXPECT_NEAR(imu_sample.rate_b_rad_s.y(), -0.2, 1e-6);
+  EXPECT_NEAR(imu_sample.rate_b_rad_s.z(), -0.3, 1e-6);
+  EXPECT_TRUE(imu_sample.force_is_new);
+  EXPECT_NEAR(imu_sample.force_b.x(), 0.5, 1e-6);
+  EXPECT_NEAR(imu_sample.force_b.y(), -0.6, 1e-6);
+  EXPECT_NEAR(imu_sample.force_b.z(), 9.7, 1e-6);
+  EXPECT_TRUE(imu_sample.climb_is_new);
+  EXPECT_NEAR(imu_sample.climb_m_s, 0.7, 1e-6);
+}
+
+TEST(SensorAdapter, WhatTheTelemetryLacksIsNotNew) {
+  const auto felt_of = [](auto spoil) {
+    SensorAdapter measure;
+    protocol::Telemetry telemetry = telemetry_of({.roll_rad = 0.1}, {0.1F, 0.2F, 0.3F});
+    telemetry.velocity_ned_m_s = {0.F, 0.F, -0.7F};
+    spoil(telemetry);
+    return measure.imu_sample<double>(telemetry, measure.update<double>(telemetry, milliseconds(2), {}, kNow));
+  };
+  const auto without = [&](protocol::TelemetryItem item) {
+    return felt_of([item](protocol::Telemetry& telemetry) {
+      telemetry.items = static_cast<std::uint16_t>(telemetry.items & ~static_cast<unsigned>(item));
+    });
+  };
+  EXPECT_TRUE(felt_of([](protocol::Telemetry&) {}).climb_is_new);
+  EXPECT_FALSE(without(protocol::TelemetryItem::kVelocity).climb_is_new);
+  EXPECT_TRUE(without(protocol::TelemetryItem::kVelocity).force_is_new);
+  EXPECT_FALSE(without(protocol::TelemetryItem::kAcceleration).force_is_new);
+  EXPECT_TRUE(without(protocol::TelemetryItem::kAcceleration).attitude_is_new);
+  for (const auto item : {protocol::TelemetryItem::kAttitude, protocol::TelemetryItem::kAngularVelocity}) {
+    EXPECT_FALSE(without(item).attitude_is_new);
+    EXPECT_FALSE(without(item).force_is_new) << "a force without its attitude has no direction";
+  }
+  const auto climbs_at = [&](float down_m_s) {
+    return felt_of([=](protocol::Telemetry& telemetry) { telemetry.velocity_ned_m_s[2] = down_m_s; }).climb_is_new;
+  };
+  EXPECT_FALSE(climbs_at(0.F)) << "the autopilot has no estimate";
+  EXPECT_FALSE(climbs_at(std::nanf("")));
+  EXPECT_TRUE(climbs_at(0.01F));
+}
+
+/// Whether an attitude with this norm, and a first rate, is taken.
+bool is_taken(float norm, float rate_rad_s) {
+  SensorAdapter measure;
+  protocol::Telemetry telemetry = telemetry_of({}, {rate_rad_s, 0.F, 0.F});
+  telemetry.attitude[0] = norm;
+  return measure.update<double>(telemetry, milliseconds(0), core::Pose<double>{}, kNow).attitude.is_new;
+}
+
+// Catches a bound that is wider or narrower than the vehicle model's, or that holds on one side only.
+TEST(SensorAdapter, EachPlausibleRangeEndsWhereItIsDeclaredOnBothSides) {
+  const SensorLimits sensor_limits;
+  const float norm = sensor_limits.norm_error;
+  EXPECT_TRUE(is_taken(1.F + 0.95F * norm, 0.F));
+  EXPECT_FALSE(is_taken(1.F + 1.05F * norm, 0.F));
+  EXPECT_TRUE(is_taken(1.F - 0.95F * norm, 0.F));
+  EXPECT_FALSE(is_taken(1.F - 1.05F * norm, 0.F));
+  const float rate = sensor_limits.rate_rad_s;
+  EXPECT_TRUE(is_taken(1.F, 0.99F * rate));
+  EXPECT_FALSE(is_taken(1.F, 1.01F * rate));
+  EXPECT_TRUE(is_taken(1.F, -0.99F * rate));
+  EXPECT_FALSE(is_taken(1.F, -1.01F * rate));
+}
+
 }  // namespace
 }  // namespace m100::app

@@ -158,5 +158,62 @@ TEST(LimitCycleDetector, LooksAwayAndBeginsAnew) {
   EXPECT_FALSE(watch_for(4.0, true, 0.03)) << "ticks that stall";
 }
 
+// Catches a watch that does not remember that one swing has been noticed, or never forgets it: after a pause fewer
+// half-waves are enough for as long as the law flies.
+TEST(LimitCycleDetector, AfterAPauseFewerHalfWavesAreEnoughUntilTheLawStopsFlying) {
+  constexpr double kHalfWave_s = 0.5 / 1.3;
+  LimitCycleDetector<double> watch;
+  double t_s = 0.0;
+  const auto tick = [&](bool flies) {
+    est::Estimate<double> estimate;
+    const double w = 2.0 * core::kPi * 1.3;
+    estimate.x.tilt_rad = 0.2 * std::sin(w * t_s);
+    estimate.x.position_m = -kGravity_m_s2 * 0.2 / (w * w) * std::sin(w * t_s);
+    watch.update(estimate, {}, flies, kStep_s);
+    t_s += kStep_s;
+  };
+  const auto time_to_notice_s = [&] {
+    const double begin_s = t_s;
+    while (!watch.report().detected) {
+      tick(true);
+      if (t_s > begin_s + 20.0) {
+        return -1.0;
+      }
+    }
+    return t_s - begin_s;
+  };
+  const double first_s = time_to_notice_s();
+  EXPECT_GT(first_s, LimitCycleDetector<double>::kHalfWaves * kHalfWave_s);
+  watch.pause(0.0);
+  const double again_s = time_to_notice_s();
+  EXPECT_GT(again_s, 0.0);
+  // Two half-waves fewer, and the first one need not begin at rest.
+  EXPECT_LT(again_s, LimitCycleDetector<double>::kHalfWaves * kHalfWave_s);
+  watch.pause(0.0);
+  tick(false);
+  const double anew_s = time_to_notice_s();
+  EXPECT_GT(anew_s, LimitCycleDetector<double>::kHalfWaves * kHalfWave_s);
+}
+
+TEST(LimitCycleDetector, ReportsTheHigherOfTwoSwingsWithItsOwnFrequency) {
+  for (const bool higher_in_x : {true, false}) {
+    LimitCycleDetector<double> watch;
+    for (double t_s = 0.0; t_s < 6.0; t_s += kStep_s) {
+      const auto set = [&](est::AxisEstimate<double>& axis, double sign, double height, double hz) {
+        const double w = 2.0 * core::kPi * hz;
+        axis.tilt_rad = 0.5 * height * std::sin(w * t_s);
+        axis.position_m = -sign * kGravity_m_s2 * axis.tilt_rad / (w * w);
+      };
+      est::Estimate<double> estimate;
+      set(estimate.x, 1.0, higher_in_x ? 0.4 : 0.3, 1.0);
+      set(estimate.y, -1.0, higher_in_x ? 0.3 : 0.4, 1.6);
+      watch.update(estimate, {}, true, kStep_s);
+    }
+    ASSERT_TRUE(watch.report().detected);
+    EXPECT_NEAR(watch.report().height_rad, 0.4, 0.03);
+    EXPECT_NEAR(watch.report().frequency_hz, higher_in_x ? 1.0 : 1.6, 0.1);
+  }
+}
+
 }  // namespace
 }  // namespace m100::ctl

@@ -116,14 +116,79 @@ TEST_F(FileStorageTest, AppendsAndRefusesToOverwriteAFlight) {
   EXPECT_EQ(again.open(), core::Status::kRefused);
 }
 
-TEST_F(FileStorageTest, AFullDiskIsReportedAsFull) {
-  static constexpr SystemCalls kFull{.write = [](int, const void*, std::size_t) -> ssize_t {
-    errno = ENOSPC;
-    return -1;
-  }};
-  FileStorage storage(path.string(), kFull);
+int error_of_writing = 0;
+constexpr SystemCalls kFailing{.write = [](int, const void*, std::size_t) -> ssize_t {
+  errno = error_of_writing;
+  return -1;
+}};
+
+// Catches an error that gets the meaning of another one: a full disk ends the log, a busy one does not.
+TEST_F(FileStorageTest, EachErrorOfWritingHasItsMeaning) {
+  FileStorage storage(path.string(), kFailing);
   ASSERT_EQ(storage.open(), core::Status::kOk);
-  EXPECT_EQ(storage.append(std::as_bytes(std::span("x"))).status(), core::Status::kResourceExhausted);
+  const auto status = [&](int error) {
+    error_of_writing = error;
+    return storage.append(std::as_bytes(std::span("x"))).status();
+  };
+  for (const int later : {EINTR, EAGAIN}) {
+    EXPECT_EQ(status(later), core::Status::kOk) << later;
+    EXPECT_EQ(storage.append(std::as_bytes(std::span("x"))).value_or(9), 0U) << later;
+    EXPECT_EQ(storage.last_error(), 0) << "nothing is lost yet";
+  }
+  for (const int full : {ENOSPC, EDQUOT}) {
+    EXPECT_EQ(status(full), core::Status::kResourceExhausted) << full;
+    EXPECT_EQ(storage.last_error(), full);
+  }
+  for (const int broken : {EIO, EBADF, EFBIG}) {
+    EXPECT_EQ(status(broken), core::Status::kUnavailable) << broken;
+    EXPECT_EQ(storage.last_error(), broken);
+  }
+}
+
+// The errno of an earlier call stands beside a write that took nothing.
+TEST_F(FileStorageTest, AWriteThatTakesNothingIsNoError) {
+  static constexpr SystemCalls kNothing{.write = [](int, const void*, std::size_t) -> ssize_t {
+    errno = EIO;
+    return 0;
+  }};
+  FileStorage storage(path.string(), kNothing);
+  ASSERT_EQ(storage.open(), core::Status::kOk);
+  EXPECT_EQ(storage.append(std::as_bytes(std::span("x"))).value_or(9), 0U);
+  EXPECT_EQ(storage.last_error(), 0);
+}
+
+// Catches a log that is reported as on the disk although the disk refused it.
+TEST_F(FileStorageTest, ADiskThatDoesNotTakeTheFileIsReported) {
+  FileStorage storage(path.string());
+  ASSERT_EQ(storage.open(), core::Status::kOk);
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+    std::error_code gone;
+    if (std::filesystem::read_symlink(entry, gone) == path) {
+      ASSERT_EQ(::close(std::stoi(entry.path().filename())), 0);
+      break;
+    }
+  }
+  EXPECT_EQ(storage.sync(), core::Status::kUnavailable);
+  EXPECT_EQ(storage.last_error(), EBADF);
+}
+
+TEST_F(FileStorageTest, SaysWhyItCannotBeOpened) {
+  EXPECT_EQ(FileStorage("/sys/m100_log").open(), core::Status::kRefused) << "no right, or mounted read-only";
+  FileStorage nowhere("/nowhere/at/all");
+  EXPECT_EQ(nowhere.open(), core::Status::kUnavailable);
+  EXPECT_EQ(nowhere.last_error(), ENOENT);
+  EXPECT_EQ(nowhere.sync(), core::Status::kUnavailable);
+  EXPECT_EQ(nowhere.last_error(), EBADF);
+  std::ofstream(path) << "x";
+  FileStorage again(path.string());
+  EXPECT_EQ(again.open(), core::Status::kRefused);
+  EXPECT_EQ(again.last_error(), EEXIST);
+}
+
+TEST_F(FileStorageTest, OpensOnceAndHoldsOneDescriptor) {
+  FileStorage storage(path.string());
+  ASSERT_EQ(storage.open(), core::Status::kOk);
+  EXPECT_EQ(storage.open(), core::Status::kOk) << "it is open, not refused as existing";
 }
 
 }  // namespace

@@ -217,7 +217,10 @@ TEST(SerialPort, CountsWhatWentWrongSinceItWasOpenedFirst) {
   SerialPort port(far.name(), 230400, kCounting);
   driver = {};
   driver.frame = 1000;
+  driver.parity = 300;
   driver.overrun = 20;
+  driver.buf_overrun = 7;
+  driver.brk = 5000;
   EXPECT_EQ(port.line_errors().status(), core::Status::kUnavailable) << "not open";
   ASSERT_EQ(port.open(), core::Status::kOk);
   EXPECT_EQ(port.line_errors().value(), LineErrors{});
@@ -230,10 +233,17 @@ TEST(SerialPort, CountsWhatWentWrongSinceItWasOpenedFirst) {
   EXPECT_EQ(port.line_errors().value(), wanted);
   port.close();
   driver = {};  // another device with the same name
+  driver.parity = 2;
+  driver.brk = 9;
   ASSERT_EQ(port.open(), core::Status::kOk);
   EXPECT_EQ(port.line_errors().value(), wanted);
   driver.frame += 1;
-  EXPECT_EQ(port.line_errors().value().framing, 6U);
+  driver.parity += 10;
+  driver.overrun += 20;
+  driver.buf_overrun += 30;
+  driver.brk += 40;
+  const LineErrors both{.framing = 6, .parity = 11, .overrun = 55, .breaks = 44};
+  EXPECT_EQ(port.line_errors().value(), both);
 }
 
 TEST(SerialPort, ADeviceThatCountsNothingSaysSo) {
@@ -248,6 +258,51 @@ TEST(SerialPort, NamesWhyItCannotBeOpened) {
   EXPECT_EQ(SerialPort("/dev/null", 230400).open(), core::Status::kUnavailable) << "not a serial port";
   FarSide far;
   EXPECT_EQ(SerialPort(far.name(), 250000).open(), core::Status::kInvalidArgument);
+}
+
+int error_of_opening = 0;
+constexpr SystemCalls kNotOpened{.open = [](const char*) {
+  errno = error_of_opening;
+  return -1;
+}};
+
+// Catches a reason that gets the words of another: "another program holds it" sends the operator to look for one.
+TEST(SerialPort, TellsAPortThatIsNotOursFromOneThatIsNotThere) {
+  SerialPort port("/dev/ttyUSB0", 230400, kNotOpened);
+  for (const int error : {EACCES, EPERM, EBUSY}) {
+    error_of_opening = error;
+    EXPECT_EQ(port.open(), core::Status::kRefused) << error;
+  }
+  for (const int error : {ENOENT, ENXIO, EIO, ENODEV}) {
+    error_of_opening = error;
+    EXPECT_EQ(port.open(), core::Status::kUnavailable) << error;
+  }
+}
+
+// Root passes the kernel's mark for exclusive use, so the lock has to stop it.
+TEST(SerialPort, ASecondProgramIsRefusedAndTheFirstOneKeepsThePort) {
+  FarSide far;
+  SerialPort first(far.name(), 230400);
+  ASSERT_EQ(first.open(), core::Status::kOk);
+  SerialPort second(far.name(), 230400);
+  EXPECT_EQ(second.open(), core::Status::kRefused);
+  EXPECT_FALSE(second.is_open());
+  EXPECT_EQ(second.descriptor(), -1);
+  EXPECT_EQ(second.openings(), 0U);
+  EXPECT_EQ(first.write(bytes_of("a")).value(), 1U);
+  EXPECT_EQ(first.open(), core::Status::kOk) << "opened again, it is not in its own way";
+  first.close();
+  EXPECT_EQ(first.descriptor(), -1);
+  EXPECT_EQ(second.open(), core::Status::kOk);
+  EXPECT_EQ(second.openings(), 1U);
+}
+
+TEST(SerialPort, AnEmptyReadOrWriteAsksTheDeviceForNothing) {
+  FarSide far;
+  SerialPort port(far.name(), 230400);
+  EXPECT_EQ(port.read({}).value_or(9), 0U);
+  EXPECT_EQ(port.write({}).value_or(9), 0U);
+  EXPECT_TRUE(port.is_open()) << "but the port is opened";
 }
 
 int interruptions_left = 0;
@@ -269,7 +324,11 @@ ssize_t interrupted_write(int descriptor, const void* source, std::size_t size) 
   }
   return ::write(descriptor, source, size);
 }
-constexpr SystemCalls kInterrupted{.read = &interrupted_read, .write = &interrupted_write};
+int something_waits(int, int* bytes) {
+  *bytes = 4;
+  return 0;
+}
+constexpr SystemCalls kInterrupted{.read = &interrupted_read, .write = &interrupted_write, .waiting = &something_waits};
 
 // Catches an exclusive-use mark (TIOCEXCL) that survives a killed program: a service that does not run as root could
 // never open its port again.
@@ -299,6 +358,7 @@ TEST(SerialPort, AnInterruptedCallIsRepeatedAndNeverForEver) {
   EXPECT_EQ(port.write(bytes_of("ab")).value(), 2U);
   interruptions_left = 1000;
   EXPECT_EQ(port.write(bytes_of("ab")).value(), 0U);
+  EXPECT_EQ(1000 - interruptions_left, 8) << "then it is left for the next tick";
   std::array<std::byte, 4> destination;
   EXPECT_EQ(port.read(destination).value(), 0U);
   interruptions_left = 0;
@@ -333,6 +393,69 @@ TEST(SerialPort, AnErrorOfTheDeviceClosesIt) {
     EXPECT_FALSE(port.is_open());
     interruptions_left = 0;
   }
+}
+
+int reads = 0;
+ssize_t counted_read(int descriptor, void* destination, std::size_t size) {
+  ++reads;
+  return ::read(descriptor, destination, size);
+}
+constexpr SystemCalls kCountedReads{.read = &counted_read};
+
+// Catches a port that calls read() on a line where nothing waits: the kernel then waits for one of its workers, which
+// has normal priority, and a flight on a busy board stands still as long as that worker gets no processor.
+TEST(SerialPort, AnEmptyLineIsNotRead) {
+  FarSide far;
+  SerialPort port(far.name(), 230400, kCountedReads);
+  ASSERT_EQ(port.open(), core::Status::kOk);
+  std::array<std::byte, 16> destination;
+  reads = 0;
+  for (int tick = 0; tick < 100; ++tick) {
+    EXPECT_EQ(port.read(destination).value_or(9), 0U);
+  }
+  EXPECT_EQ(reads, 0);
+  far.send("abc");
+  EXPECT_EQ(read_some(port, destination).value(), 3U);
+  EXPECT_EQ(reads, 1);
+}
+
+// Catches a read that asks for more than waits: having copied that, the kernel would wait for its worker again.
+TEST(SerialPort, AReadAsksForNoMoreThanWaits) {
+  static std::size_t asked = 0;
+  static constexpr SystemCalls kAsked{.read = [](int descriptor, void* destination, std::size_t size) {
+    asked = size;
+    return ::read(descriptor, destination, size);
+  }};
+  FarSide far;
+  SerialPort port(far.name(), 230400, kAsked);
+  ASSERT_EQ(port.open(), core::Status::kOk);
+  far.send("abc");
+  std::array<std::byte, 16> destination;
+  EXPECT_EQ(read_some(port, destination).value(), 3U);
+  EXPECT_EQ(asked, 3U);
+  far.send("abcdef");
+  EXPECT_EQ(read_some(port, std::span(destination).first(2)).value(), 2U);
+  EXPECT_EQ(asked, 2U);
+}
+
+int error_of_the_count = 0;
+int failing_count(int, int*) {
+  errno = error_of_the_count;
+  return -1;
+}
+constexpr SystemCalls kFailingCount{.waiting = &failing_count};
+
+TEST(SerialPort, ADeviceThatCannotBeCountedIsGoneAndAnInterruptedCountIsNot) {
+  FarSide far;
+  std::array<std::byte, 4> destination;
+  SerialPort port(far.name(), 230400, kFailingCount);
+  ASSERT_EQ(port.open(), core::Status::kOk);
+  error_of_the_count = EINTR;
+  EXPECT_EQ(port.read(destination).value_or(9), 0U);
+  EXPECT_TRUE(port.is_open());
+  error_of_the_count = EIO;
+  EXPECT_EQ(port.read(destination).status(), core::Status::kUnavailable);
+  EXPECT_FALSE(port.is_open());
 }
 
 // Catches a port that is lost during a write and opened again before any read has reported the loss.

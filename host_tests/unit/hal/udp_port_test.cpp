@@ -96,7 +96,24 @@ TEST_F(UdpPortTest, GivesTheBytesOfPacketsInOrderAndSaysWhereOneBegins) {
 
 // Would catch a port that delivers the beginning of a packet that is too long, or that takes an empty packet for the
 // end.
-TEST_F(UdpPortTest, PassesOverWhatIsEmptyOrTooLong) {
+TEST_F(UdpPortTest, PassesOverWhatIsEmptyOrTooLongInOneCall) {
+  std::vector<std::byte> bytes(2000);
+  peer.send(number, "");
+  peer.send(number, "a");
+  EXPECT_EQ(port.read(bytes).value_or(99), 1U);
+  const auto send_empty = [this](int packets) {
+    for (; packets > 0; --packets) {
+      peer.send(number, "");
+    }
+  };
+  send_empty(15);
+  peer.send(number, "ab");
+  EXPECT_EQ(port.read(bytes).value_or(99), 2U);
+  send_empty(16);
+  peer.send(number, "abc");
+  EXPECT_EQ(port.read(bytes).value_or(99), 0U)
+      << "a call takes 16 packets at most, so that a flood cannot hold the tick";
+  EXPECT_EQ(port.read(bytes).value_or(99), 3U);
   peer.send(number, "");
   peer.send(number, std::string(UdpPort::kMaxPacketBytes + 1, 'x'));
   peer.send(number, std::string(UdpPort::kMaxPacketBytes, 'y'));

@@ -189,6 +189,28 @@ TEST_F(SignedLineTest, AFloodCostsABoundedShareOfATickAndIsWorkedOffLater) {
   EXPECT_EQ(line.stats().interrupted, 1U) << "the first tick had no other before it";
 }
 
+// Catches a line that takes every later tick for a late one, and one that gives a late tick no more than any other.
+TEST_F(SignedLineTest, EachTickHasItsOwnBudgetAndOnlyALateOneHasMore) {
+  const auto verified_in = [this](core::Duration after) {
+    for (std::uint32_t i = 0; i < 2 * SignedLine::kLateFactor * SignedLine::kVerificationsPerTick; ++i) {
+      send(signed_pose(1, kNow, kOtherKey));
+    }
+    const std::uint32_t before = line.stats().wrong;
+    line.tick(now += after, kNow);
+    for (int call = 0; call < 100; ++call) {
+      (void)poses.receive(now);
+    }
+    return line.stats().wrong - before;
+  };
+  const std::uint32_t first = verified_in(core::kTickPeriod);
+  for (int tick = 0; tick < 5; ++tick) {
+    EXPECT_LE(verified_in(core::kTickPeriod), SignedLine::kVerificationsPerTick) << tick;
+  }
+  EXPECT_LE(verified_in(2 * core::kTickPeriod), SignedLine::kVerificationsPerTick) << "not late yet";
+  EXPECT_GT(verified_in(2 * core::kTickPeriod + core::Duration{1}), 4 * first);
+  EXPECT_LE(verified_in(core::kTickPeriod), SignedLine::kVerificationsPerTick);
+}
+
 TEST_F(SignedLineTest, SignsWhatLeavesWithRisingTimesNotBehindWhatItHeard) {
   send(signed_pose(1000, kNow + 500));  // the sender's clock is ahead of ours
   ASSERT_TRUE(tick());

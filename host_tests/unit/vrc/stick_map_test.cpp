@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <limits>
 
 #include "firmware/model/axis_effects.h"
@@ -19,6 +20,14 @@ constexpr StickMap kContinuous{.scale_si_per_vrc = 8.65e-4F,
                                .dead_zone_vrc = 19.8F,
                                .shape = model::DeadZoneShape::kContinuous};
 constexpr StickMap kYaw{.scale_si_per_vrc = 2.24e-3F, .dead_zone_vrc = 30.5F, .sign = -1.F};
+
+/// A count is 1 mrad, so that the numbers of a case can be read as counts.
+constexpr StickMap kWhole{.scale_si_per_vrc = 1e-3F, .neutral_vrc = 1024.F, .dead_zone_vrc = 20.F};
+constexpr StickMap kAsymmetric{.scale_si_per_vrc = 1e-3F, .neutral_vrc = 1024.F, .gain_asymmetry = 1.5F};
+constexpr StickMap kCurved{.scale_si_per_vrc = 1e-3F, .neutral_vrc = 1024.F, .exponent = 1.5F};
+
+/// The trim lies between two counts, and there is no dead zone: neutral is a tenth of a count away.
+constexpr StickMap kBetween{.scale_si_per_vrc = 1e-3F, .neutral_vrc = 1023.9F, .gain_asymmetry = 1.5F};
 
 struct Case {
   const char* name;
@@ -41,14 +50,24 @@ TEST_P(StickMapTable, GivesTheStickOfTheTable) {
 
 INSTANTIATE_TEST_SUITE_P(
     Table, StickMapTable,
-    ::testing::Values(Case{"ZeroIsTrimmedNeutral", kRoll, 0.F, 1080}, Case{"TinyLeavesTheDeadZone", kRoll, 1e-3F, 1100},
-                      Case{"TinyNegativeLeavesItDownwards", kRoll, -1e-3F, 1060},
-                      Case{"LinearRange", kRoll, 0.1F, 1196},  // 0.1 / 8.65e-4 = 115.6
-                      Case{"SaturatesAtTravel", kRoll, 1.F, 1684}, Case{"SaturatesBelow", kRoll, -1.F, 364},
-                      Case{"ContinuousCountsFromTheEdge", kContinuous, 0.1F, 1133},  // 115.6 + 19.8
-                      Case{"ContinuousZeroIsNeutral", kContinuous, 0.F, 998},
-                      Case{"YawLeftIsTheSmallerStick", kYaw, 0.5F, 801},  // 0.5 / 2.24e-3 = 223.2
-                      Case{"HugeIsNotWrapped", kRoll, 1e30F, 1684}),
+    ::testing::Values(
+        Case{"ZeroIsTrimmedNeutral", kRoll, 0.F, 1080}, Case{"TinyLeavesTheDeadZone", kRoll, 1e-3F, 1100},
+        Case{"TinyNegativeLeavesItDownwards", kRoll, -1e-3F, 1060},
+        Case{"LinearRange", kRoll, 0.1F, 1196},  // 0.1 / 8.65e-4 = 115.6
+        Case{"SaturatesAtTravel", kRoll, 1.F, 1684}, Case{"SaturatesBelow", kRoll, -1.F, 364},
+        Case{"ContinuousCountsFromTheEdge", kContinuous, 0.1F, 1133},  // 115.6 + 19.8
+        Case{"ContinuousZeroIsNeutral", kContinuous, 0.F, 998},
+        Case{"YawLeftIsTheSmallerStick", kYaw, 0.5F, 801},  // 0.5 / 2.24e-3 = 223.2
+        Case{"HugeIsNotWrapped", kRoll, 1e30F, 1684}, Case{"HugeNegativeIsNotWrapped", kRoll, -1e30F, 364},
+        Case{"LinearRangeDownwards", kRoll, -0.1F, 964},  // 1080 - 115.6, to the nearest
+        Case{"ContinuousCountsFromTheEdgeDownwards", kContinuous, -0.1F, 863},
+        Case{"YawRightIsTheLargerStick", kYaw, -0.5F, 1247}, Case{"JustInsideTheJumpIsItsEdge", kWhole, 19.9e-3F, 1044},
+        Case{"AtTheJumpIsTheEdge", kWhole, 20e-3F, 1044}, Case{"BeyondTheJumpIsLinear", kWhole, 21e-3F, 1045},
+        // Asymmetry 1.5: to the positive side 2 * 1.5 / 2.5 = 1.2 of the mean gain, to the other 0.8.
+        Case{"LessThanACountIsAsymmetricToo", kBetween, 0.49e-3F, 1024},  // 0.41 counts; 0.61 would be the next
+        Case{"AsymmetricUp", kAsymmetric, 0.12F, 1124}, Case{"AsymmetricDown", kAsymmetric, -0.12F, 874},
+        // Exponent 2: half of the travel of 660 counts gives a quarter of the command.
+        Case{"CurvedUp", kCurved, 0.0825F, 1189}, Case{"CurvedDown", kCurved, -0.0825F, 859}),
     [](const auto& tested) { return tested.param.name; });
 
 TEST(StickMap, RefusesWhatIsNotANumber) {
@@ -56,6 +75,42 @@ TEST(StickMap, RefusesWhatIsNotANumber) {
   EXPECT_EQ(kRoll.to_stick(std::numeric_limits<float>::infinity()).status(), core::Status::kOutOfRange);
   EXPECT_EQ(kRoll.to_stick(-std::numeric_limits<float>::infinity()).status(), core::Status::kOutOfRange);
 }
+
+struct BackCase {
+  const char* name;
+  StickMap map;
+  int counts;
+  float command_si;
+};
+void PrintTo(const BackCase& c, std::ostream* out) { *out << c.name << ": " << c.counts << " -> " << c.command_si; }
+
+class StickMapBackTable : public ::testing::TestWithParam<BackCase> {};
+
+// Catches a dead zone that ends a count too early or too late, or on one side only, and a curve or asymmetry that the
+// round trip below cannot see because both directions have the same error.
+TEST_P(StickMapBackTable, GivesTheCommandOfTheTable) {
+  EXPECT_NEAR(GetParam().map.to_command(Stick{static_cast<std::uint16_t>(GetParam().counts)}), GetParam().command_si,
+              1e-6F);  // float rounding of a product
+}
+
+constexpr StickMap kWholeContinuous{.scale_si_per_vrc = 1e-3F,
+                                    .neutral_vrc = 1024.F,
+                                    .dead_zone_vrc = 20.F,
+                                    .shape = model::DeadZoneShape::kContinuous};
+INSTANTIATE_TEST_SUITE_P(Table, StickMapBackTable,
+                         ::testing::Values(BackCase{"TheEdgeIsNothing", kWhole, 1044, 0.F},
+                                           BackCase{"TheLowerEdgeIsNothing", kWhole, 1004, 0.F},
+                                           BackCase{"BeyondTheEdgeItJumps", kWhole, 1045, 0.021F},
+                                           BackCase{"BeyondTheLowerEdgeItJumps", kWhole, 1003, -0.021F},
+                                           BackCase{"ContinuousBeginsAtTheEdge", kWholeContinuous, 1045, 0.001F},
+                                           BackCase{"ContinuousBeginsAtTheLowerEdge", kWholeContinuous, 1003, -0.001F},
+                                           BackCase{"AsymmetricUp", kAsymmetric, 1124, 0.12F},
+                                           BackCase{"AsymmetricDown", kAsymmetric, 874, -0.12F},
+                                           BackCase{"CurvedUp", kCurved, 1189, 0.0825F},
+                                           BackCase{"CurvedDown", kCurved, 859, -0.0825F},
+                                           BackCase{"LessThanACountIsSomething", kBetween, 1024, 0.00012F},
+                                           BackCase{"TheSignTurnsIt", kYaw, 801, 0.49952F}),
+                         [](const auto& tested) { return tested.param.name; });
 
 class StickMapRoundTrip : public ::testing::TestWithParam<StickMap> {};
 
@@ -193,6 +248,88 @@ TEST(CommandMap, AnAxisWithoutAScaleHasThePapers) {
   }
 }
 
+/// Every number of every axis differs from those of the others.
+model::Vehicle four_axes() {
+  model::Vehicle vehicle;
+  vehicle.roll = {.scale_per_count = 1e-3, .dead_zone_counts = 10.0, .trim_counts = 56.0};
+  vehicle.pitch = {.scale_per_count = 2e-3, .dead_zone_counts = 20.0, .trim_counts = -26.0};
+  vehicle.climb = {.scale_per_count = 3e-3, .dead_zone_counts = 30.0, .trim_counts = 7.0};
+  vehicle.yaw_rate = {.scale_per_count = 4e-3, .dead_zone_counts = 40.0, .trim_counts = -13.0};
+  for (model::StickAxis* axis : {&vehicle.roll, &vehicle.pitch, &vehicle.climb, &vehicle.yaw_rate}) {
+    axis->dead_zone_shape = model::DeadZoneShape::kJump;
+  }
+  return vehicle;
+}
+
+// Catches an axis that takes its neutral, its scale or its dead zone from another axis.
+TEST(CommandMap, EachAxisHasItsOwnNeutralScaleAndDeadZone) {
+  CommandMap map(four_axes());
+  const Sticks neutral = map.neutral();
+  EXPECT_EQ(static_cast<int>(neutral.roll), 1080);
+  EXPECT_EQ(static_cast<int>(neutral.pitch), 998);
+  EXPECT_EQ(static_cast<int>(neutral.throttle), 1031);
+  EXPECT_EQ(static_cast<int>(neutral.yaw), 1011);
+  const ctl::Command<float> wanted{.roll_rad = 0.11F, .pitch_rad = -0.44F, .climb_m_s = 0.99F, .yaw_rate_rad_s = 1.76F};
+  const core::Expected<Sticks> sticks = map.to_sticks(wanted);
+  ASSERT_TRUE(sticks.has_value());
+  EXPECT_EQ(static_cast<int>(sticks->roll), 1080 + 110);
+  EXPECT_EQ(static_cast<int>(sticks->pitch), 998 - 220);
+  EXPECT_EQ(static_cast<int>(sticks->throttle), 1031 + 330);
+  EXPECT_EQ(static_cast<int>(sticks->yaw), 1011 - 440);
+  const ctl::Command<float> back = map.to_command(*sticks);
+  EXPECT_NEAR(back.roll_rad, wanted.roll_rad, 1e-6F);
+  EXPECT_NEAR(back.pitch_rad, wanted.pitch_rad, 1e-6F);
+  EXPECT_NEAR(back.climb_m_s, wanted.climb_m_s, 1e-6F);
+  EXPECT_NEAR(back.yaw_rate_rad_s, wanted.yaw_rate_rad_s, 1e-6F);
+  const auto counts = [&](int roll, int pitch, int throttle, int yaw) {
+    const auto stick = [](int value) { return Stick{static_cast<std::uint16_t>(value)}; };
+    return map.to_command({.roll = stick(1080 + roll),
+                           .pitch = stick(998 + pitch),
+                           .throttle = stick(1031 + throttle),
+                           .yaw = stick(1011 + yaw)});
+  };
+  const ctl::Command<float> inside = counts(10, 20, 30, 40);
+  EXPECT_EQ(inside.roll_rad, 0.F);
+  EXPECT_EQ(inside.pitch_rad, 0.F);
+  EXPECT_EQ(inside.climb_m_s, 0.F);
+  EXPECT_EQ(inside.yaw_rate_rad_s, 0.F);
+  const ctl::Command<float> beyond = counts(11, 21, 31, 41);
+  EXPECT_GT(beyond.roll_rad, 0.F);
+  EXPECT_GT(beyond.pitch_rad, 0.F);
+  EXPECT_GT(beyond.climb_m_s, 0.F);
+  EXPECT_LT(beyond.yaw_rate_rad_s, 0.F);
+}
+
+// Catches a remainder that is paid back on another axis, and one that only two of the axes have.
+TEST(CommandMap, EachAxisPaysItsOwnRemainderBack) {
+  for (std::size_t axis = 0; axis < 4; ++axis) {
+    CommandMap map(four_axes());
+    const Sticks neutral = map.neutral();
+    ctl::Command<float> small;  // two counts: nearer to level than to the edge of any dead zone
+    (axis == 0   ? small.roll_rad
+     : axis == 1 ? small.pitch_rad
+     : axis == 2 ? small.climb_m_s
+                 : small.yaw_rate_rad_s) = 2e-3F * static_cast<float>(axis + 1);
+    const auto of = [](const Sticks& sticks) {
+      return std::array{static_cast<int>(sticks.roll), static_cast<int>(sticks.pitch),
+                        static_cast<int>(sticks.throttle), static_cast<int>(sticks.yaw)};
+    };
+    std::array<int, 4> moved{};
+    for (int command = 0; command < 40; ++command) {
+      const core::Expected<Sticks> sticks = map.to_sticks(small);
+      ASSERT_TRUE(sticks.has_value());
+      for (std::size_t stick = 0; stick < 4; ++stick) {
+        moved[stick] += of(*sticks)[stick] != of(neutral)[stick] ? 1 : 0;
+      }
+    }
+    for (std::size_t stick = 0; stick < 4; ++stick) {
+      // 40 commands of two counts are 80 counts: so many edges of 11, 21, 31 and 41 counts, the last one unfinished.
+      constexpr std::array<int, 4> kEdges{7, 3, 2, 1};
+      EXPECT_NEAR(moved[stick], stick == axis ? kEdges.at(stick) : 0, stick == axis ? 1 : 0) << axis << " " << stick;
+    }
+  }
+}
+
 // The rounding remainder is carried over to the next stick of the same axis, limited to the dead zone and a count.
 TEST(CommandMap, CarriesAtMostTheDeadZoneAndACount) {
   model::Vehicle vehicle;
@@ -208,6 +345,32 @@ TEST(CommandMap, CarriesAtMostTheDeadZoneAndACount) {
   ASSERT_TRUE(after.has_value());
   EXPECT_EQ(static_cast<int>(after->roll), 1024 + 21) << "21 counts were left over";
   EXPECT_EQ(static_cast<int>(map.to_sticks(none)->roll), 1024) << "and are paid back";
+  far.roll_rad = -5.F;
+  ASSERT_TRUE(map.to_sticks(far).has_value());
+  EXPECT_EQ(static_cast<int>(map.to_sticks(none)->roll), 1024 - 21);
+  far.roll_rad = 5.F;
+  ASSERT_TRUE(map.to_sticks(far).has_value());
+  map.reset();
+  EXPECT_EQ(static_cast<int>(map.to_sticks(none)->roll), 1024) << "a reset forgets it";
+}
+
+// Catches a vehicle that is constructed by hand and makes a stick of a quotient by zero.
+TEST(CommandMapDeathTest, ANumberThatCannotDivideIsRefused) {
+  const auto with = [](auto member, double value) {
+    model::Vehicle vehicle = four_axes();
+    vehicle.climb.*member = value;
+    return vehicle;
+  };
+  for (const auto member : {&model::StickAxis::gain_asymmetry, &model::StickAxis::stick_exponent}) {
+    const CommandMap small(with(member, 0.3));
+    EXPECT_EQ(static_cast<int>(small.neutral().throttle), 1031) << "any number above zero divides";
+  }
+  const CommandMap none(with(&model::StickAxis::dead_zone_counts, 0.0));
+  EXPECT_EQ(static_cast<int>(none.neutral().throttle), 1031);
+  EXPECT_DEATH(CommandMap{with(&model::StickAxis::dead_zone_counts, -1.0)}, "");
+  EXPECT_DEATH(CommandMap{with(&model::StickAxis::stick_exponent, 0.0)}, "");
+  EXPECT_DEATH(CommandMap{with(&model::StickAxis::gain_asymmetry, 0.0)}, "");
+  EXPECT_DEATH(CommandMap{with(&model::StickAxis::trim_counts, std::numeric_limits<double>::infinity())}, "");
 }
 
 }  // namespace

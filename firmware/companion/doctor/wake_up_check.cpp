@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/doctor/wake_up_check.h"
+
+#include <fcntl.h>
+#include <sched.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdio>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "hal/linux/monotonic_clock.h"
+#include "hal/linux/serial_port.h"
+
+namespace m100::companion::doctor {
+namespace {
+
+constexpr int kPriority = 50;  ///< of SCHED_FIFO, as in a flight
+
+/// Threads of normal priority that keep processors and disk busy while it lives.
+class Load {
+ public:
+  explicit Load(const std::string& folder) : file_(folder + "/m100-doctor-XXXXXX") {
+    const unsigned loops = std::max(2U, std::thread::hardware_concurrency());
+    for (unsigned i = 0; i < loops; ++i) {
+      threads_.emplace_back([this] {
+        while (runs_) {
+        }
+      });
+    }
+    descriptor_ = mkstemp(file_.data());
+    if (descriptor_ >= 0) {
+      (void)unlink(file_.c_str());
+      threads_.emplace_back([this] { write_to_disk(); });
+    }
+  }
+  ~Load() {
+    runs_ = false;
+    for (std::thread& thread : threads_) {
+      thread.join();
+    }
+    if (descriptor_ >= 0) {
+      (void)close(descriptor_);
+    }
+  }
+  Load(const Load&) = delete;
+  Load& operator=(const Load&) = delete;
+
+ private:
+  void write_to_disk() {
+    const std::vector<char> block(std::size_t{1} << 20U, 'x');
+    while (runs_) {
+      (void)!pwrite(descriptor_, block.data(), block.size(), 0);
+      (void)fsync(descriptor_);
+    }
+  }
+
+  std::string file_;
+  int descriptor_ = -1;
+  std::atomic<bool> runs_{true};
+  std::vector<std::thread> threads_;
+};
+
+/// A terminal to read from, with a package of telemetry in each tick.
+class Line {
+ public:
+  Line() : far_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
+    if (far_ >= 0 && grantpt(far_) == 0 && unlockpt(far_) == 0) {
+      port_.emplace(ptsname(far_), 230400);
+    }
+  }
+  ~Line() {
+    port_.reset();
+    if (far_ >= 0) {
+      (void)close(far_);
+    }
+  }
+  Line(const Line&) = delete;
+  Line& operator=(const Line&) = delete;
+
+  void tick() {
+    std::array<std::byte, 256> bytes{};
+    if (port_) {
+      (void)port_->read(bytes);
+      (void)!::write(far_, bytes.data(), kPackageBytes);
+    }
+  }
+
+ private:
+  static constexpr std::size_t kPackageBytes = 142;
+  int far_;
+  std::optional<hal::SerialPort> port_;
+};
+
+}  // namespace
+
+WakeUps measure_wake_ups(const std::string& folder, core::Duration duration) {
+  Line line;
+  const Load load(folder);  // before this thread's priority, which its threads would inherit
+  const sched_param priority{.sched_priority = kPriority};
+  const sched_param normal{.sched_priority = 0};
+  WakeUps measured{.real_time = sched_setscheduler(0, SCHED_FIFO, &priority) == 0};
+  hal::MonotonicClock clock;
+  const core::TimePoint end = clock.now() + duration;
+  for (core::TimePoint deadline = clock.now(); deadline < end;) {
+    deadline += core::kTickPeriod;
+    clock.sleep_until(deadline);
+    line.tick();
+    const core::Duration lateness = clock.now() - deadline;
+    measured.worst = std::max(measured.worst, lateness);
+    measured.late += lateness > kLate ? 1U : 0U;
+    ++measured.ticks;
+  }
+  if (measured.real_time) {
+    (void)sched_setscheduler(0, SCHED_OTHER, &normal);
+  }
+  return measured;
+}
+
+Check judge_wake_ups(const WakeUps& measured) {
+  std::array<char, 200> finding{};
+  std::snprintf(
+      finding.data(), finding.size(),
+      "with every processor and the disk busy, %u ticks of 10 ms were up to %.1f ms late, %u of them more than "
+      "20 ms%s",
+      measured.ticks, 1e3 * core::seconds<double>(measured.worst), measured.late,
+      measured.real_time ? "" : " (without real-time rights)");
+  const Health health = measured.worst > kTooLate ? Health::kBad
+                        : measured.late > 0       ? Health::kDoubtful
+                                                  : Health::kGood;
+  return {"wake-up under load", health, finding.data(),
+          health == Health::kGood
+              ? ""
+              : "grant real-time rights; keep a processor for the flight (isolcpus=N on the kernel's "
+                "command line, CPUAffinity=N in the unit); a kernel with PREEMPT_RT"};
+}
+
+}  // namespace m100::companion::doctor

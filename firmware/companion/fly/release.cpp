@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/fly/release.h"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <iostream>
+#include <thread>
+
+#include "firmware/companion/backup/backup_process.h"
+#include "firmware/link/release_sequence.h"
+#include "hal/linux/system_calls.h"
+
+namespace m100::companion {
+namespace {
+
+/// The second process speaks after kHang without a heartbeat and needs its rounds; one period more for a loaded board.
+constexpr core::Duration kKeeperSpeaks =
+    BackupProcess::kHang + (static_cast<int>(BackupProcess::kRounds) + 1) * BackupProcess::kRepeat;
+constexpr core::Duration kLook = std::chrono::milliseconds(100);
+
+core::Status open_patiently(hal::SerialPort& port) {
+  core::Status status = port.open();
+  for (core::Duration waited{0}; status == core::Status::kRefused && waited < kKeeperSpeaks; waited += kLook) {
+    std::this_thread::sleep_for(kLook);
+    status = port.open();
+  }
+  return status;
+}
+
+}  // namespace
+
+bool release_only(const FlyOptions& options, const link::LinkConfig& config) {
+  hal::SerialPort port(options.port, options.baud);
+  const core::Status status = open_patiently(port);
+  // A port that another process still holds keeps that process's baud rate.
+  const int descriptor = status == core::Status::kRefused ? hal::open_device(options.port.c_str()) : port.descriptor();
+  const protocol::Cipher* const cipher = config.encrypt_commands ? config.cipher : nullptr;
+  // The autopilot executes a sequence number once, and may remember those of an earlier flight (protocol, section 5).
+  const auto first = static_cast<std::size_t>(std::chrono::steady_clock::now().time_since_epoch().count());
+  bool sent = descriptor >= 0;
+  for (std::size_t round = 0; sent && round < BackupProcess::kRounds; ++round) {
+    const link::ReleaseSequence words(ctl::Command<double>{}, cipher, static_cast<std::uint16_t>(first + round));
+    const std::span<const std::byte> bytes = words.release_only();
+    sent = ::write(descriptor, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size());
+    std::this_thread::sleep_for(BackupProcess::kRepeat);
+  }
+  std::cout << options.port << (sent ? ": the release of control was sent" : ": the release of control cannot be sent")
+            << std::endl;
+  return sent;
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/companion/fly/thread_accounting.h"
+#include "firmware/companion/operator/operator_log.h"
+
+namespace m100::companion {
+
+/// Says why this program stood still for longer than kSaid, by what the kernel counted since the tick before.
+class StallWatch {
+ public:
+  /// No tick of a flight may come that late (five periods).
+  static constexpr core::Duration kSaid = 5 * core::kTickPeriod;
+
+  explicit StallWatch(OperatorLog& listener) : operator_log_(listener) {}
+
+  /// Call it at the begin of each tick. No heap.
+  void tick(core::TimePoint now) {
+    const ThreadCounts counts = accounting_.update();
+    if (last_ != core::TimePoint{} && now - last_ > kSaid) {
+      TextLine line;
+      describe(line, now - last_, counts, disk_pressure_percent());
+      operator_log_.hear(now, line.text());
+    }
+    last_ = now;
+  }
+
+ private:
+  OperatorLog& operator_log_;
+  ThreadAccounting accounting_;
+  core::TimePoint last_{};
+};
+
+}  // namespace m100::companion

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "firmware/companion/operator/text_line.h"
+#include "firmware/core/time.h"
+
+namespace m100::companion {
+
+/// What the kernel counted of a thread in a period.
+struct ThreadCounts {
+  core::Duration without_processor{0};  ///< ready to run, in the run queue
+  std::uint64_t disk_faults = 0;        ///< page faults that waited for the disk
+};
+
+/// Reads what the kernel counts of the thread that constructs it (schedstat, getrusage). Neither call waits for a lock
+/// that a thread of normal priority may hold. No heap.
+class ThreadAccounting {
+ public:
+  ThreadAccounting();
+  ~ThreadAccounting();
+  ThreadAccounting(const ThreadAccounting&) = delete;
+  ThreadAccounting& operator=(const ThreadAccounting&) = delete;
+
+  /// @returns the counts since the last call, or since the construction.
+  ThreadCounts update();
+
+ private:
+  ThreadCounts total() const;
+
+  int schedstat_;  ///< descriptor; -1: this kernel does not count
+  ThreadCounts last_;
+};
+
+/// The waiting time in a thread's schedstat: the second of three numbers, nanoseconds. Zero if there is none.
+core::Duration run_queue_time(std::string_view schedstat);
+
+/// Of the last 10 s, the share in which something on this board waited for a disk (avg10 in /proc/pressure/io). May
+/// wait for the kernel: not in a tick that must not. @returns a negative number where the kernel does not count it.
+double disk_pressure_percent();
+
+/// The cause of a stall in words.
+void describe(TextLine& line, core::Duration stall, const ThreadCounts& counts, double disk_percent);
+
+}  // namespace m100::companion

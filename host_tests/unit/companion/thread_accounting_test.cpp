@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/fly/thread_accounting.h"
+
+#include <gtest/gtest.h>
+
+#include <sched.h>
+
+#include <atomic>
+#include <chrono>
+#include <string>
+#include <thread>
+
+namespace m100::companion {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(ThreadAccounting, TheRunQueueTimeIsTheSecondNumberInNanoseconds) {
+  EXPECT_EQ(run_queue_time("7000000 123456789 42\n"), 123456us);
+  EXPECT_EQ(run_queue_time("7000000"), 0us);
+  EXPECT_EQ(run_queue_time(""), 0us);
+}
+
+// Catches counts of the process, of another thread, or since the start: two threads share one processor, so each of
+// them is ready without running for part of the time, which the clock bounds.
+TEST(ThreadAccounting, CountsTheTimeWithoutAProcessorSinceTheLastCall) {
+  std::atomic<bool> runs{true};
+  const auto on_one_processor = [](auto&& work) {
+    return std::thread([work] {
+      cpu_set_t first;
+      CPU_ZERO(&first);
+      CPU_SET(0, &first);
+      (void)sched_setaffinity(0, sizeof(first), &first);
+      work();
+    });
+  };
+  std::thread rival = on_one_processor([&runs] {
+    while (runs) {
+    }
+  });
+  std::thread counted = on_one_processor([&runs] {
+    ThreadAccounting accounting;
+    const auto begin = std::chrono::steady_clock::now();
+    core::Duration waited{0};
+    while (waited == core::Duration{0}) {  // until the rival has had its turn
+      waited = accounting.update().without_processor;
+    }
+    EXPECT_LE(waited, std::chrono::steady_clock::now() - begin);
+    runs = false;
+  });
+  counted.join();
+  rival.join();
+}
+
+TEST(ThreadAccounting, TheWordsGiveEveryNumberItsName) {
+  TextLine line;
+  describe(line, 720ms, {.without_processor = 610ms, .disk_faults = 3}, 35.4);
+  EXPECT_EQ(line.text(),
+            "this program stood still for 0.720 s: ready to run but without a processor for 0.610 s, page faults from "
+            "the disk: 3, the board waited for a disk in 35 % of the last 10 s");
+  TextLine without;
+  describe(without, 100ms, {}, -1.0);
+  EXPECT_EQ(without.text().find("10 s"), std::string::npos) << "a kernel that does not count says nothing";
+}
+
+}  // namespace
+}  // namespace m100::companion
