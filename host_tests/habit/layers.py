@@ -42,6 +42,7 @@ LAYERS = {
     "host_tests/": PRODUCT + ["host_tests/"],
     "host_tests/sim/world/": PRODUCT,
     "host_tests/sim/autopilot/": PRODUCT + ["host_tests/sim/world/"],
+    "host_tests/sim/body/": PRODUCT + ["host_tests/sim/world/"],
     "host_tests/sim/ports/": PRODUCT + ["host_tests/sim/world/", "host_tests/sim/autopilot/"],
     "host_tests/lab/plot/": PRODUCT + ["host_tests/lab/*.h"],
     "host_tests/lab/logs/": PRODUCT + ["host_tests/lab/*.h"],
