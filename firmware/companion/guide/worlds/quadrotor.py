@@ -149,7 +149,7 @@ def main():
     words.add_argument("--turbulence", type=float, default=0.0, help="standard deviation on each axis [m/s]")
     words.add_argument("--seed", type=int, default=1)
     words.add_argument("--drag", type=float, default=0.3, help="rotor drag at hover [1/s]")
-    words.add_argument("--rotor-lag", type=float, default=0.05, help="time constant of the rotors' speed [s]")
+    words.add_argument("--rotor-lag", type=float, default=0.025, help="time constant of the rotors' speed [s]")
     words.add_argument("--mass", type=float, default=3.3, help="[kg]; the paper's aircraft")
     options = words.parse_args()
     serve(World(options), options.port)
