@@ -23,11 +23,13 @@ constexpr double kNotLate_s = 0.1;    // no answer can be so late: at most one s
 constexpr milliseconds kLook{50};     // between two looks at a program that has not answered yet
 constexpr std::size_t kMaxAnswer = 65536;
 
-std::string milliseconds_of(double seconds) {
+std::string printed(const char* format, double value) {
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g ms", 1e3 * seconds);
+  std::snprintf(text.data(), text.size(), format, value);
   return text.data();
 }
+std::string milliseconds_of(double seconds) { return printed("%.4g ms", 1e3 * seconds); }
+std::string seconds_of(double seconds) { return printed("%.4f s", seconds); }
 
 }  // namespace
 
@@ -111,9 +113,13 @@ std::optional<PhysicsAnswer> PhysicsLink::receive(milliseconds at_most) {
     std::this_thread::sleep_for(kLook);
     return std::nullopt;
   }
+  const PhysicsAnswer answer = read({bytes.data(), static_cast<std::size_t>(count)});
+  return is_new(answer) ? std::optional(answer) : std::nullopt;
+}
+
+PhysicsAnswer PhysicsLink::read(std::string_view datagram) const {
   try {
-    const PhysicsAnswer answer = decode_answer(std::string_view(bytes.data(), static_cast<std::size_t>(count)));
-    return is_new(answer) ? std::optional(answer) : std::nullopt;
+    return decode_answer(datagram);
   } catch (const PhysicsError& wrong) {
     fail(wrong.what());
   }
@@ -125,7 +131,8 @@ bool PhysicsLink::is_new(const PhysicsAnswer& answer) {
   }
   const double step_s = answer.time_s - *last_s_;
   if (step_s < -kNotLate_s) {
-    fail("the physics program has begun anew: its time went back by " + milliseconds_of(-step_s));
+    fail("the physics program has begun anew: its time stamp went back from " + seconds_of(*last_s_) + " to " +
+         seconds_of(answer.time_s));
   }
   if (step_s <= 0.0) {
     ++dropped_;

@@ -52,6 +52,7 @@ class PhysicsLink {
   [[noreturn]] void fail(const std::string& what) const;
   void send(const ServoPacket& packet);
   std::optional<PhysicsAnswer> receive(std::chrono::milliseconds at_most);
+  PhysicsAnswer read(std::string_view datagram) const;
   void drop_waiting();
   bool is_new(const PhysicsAnswer& answer);
   void check_program();
