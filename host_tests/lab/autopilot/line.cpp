@@ -16,6 +16,7 @@
 #include "host_tests/lab/autopilot/event_file.h"
 #include "host_tests/lab/autopilot/run.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/sim/body/step_response.h"
 #include "host_tests/sim/ports/lockstep_host.h"
 #include "host_tests/sim/ports/pose_sender.h"
 #include "host_tests/sim/ports/pty_uart.h"
@@ -133,6 +134,10 @@ class Aircraft final : public sim::VehiclePort {
     if (!options.body.is_identified()) {
       body_ =
           options.on_ground ? job_.body(plant, options.seed) : job_.flying_body(plant, options.seed, place(options));
+      if (!options.on_ground) {
+        std::cout << sim::compare_response(*body_, place(options)) << "; learned hover thrust " << body_->hover_thrust()
+                  << " of full" << std::endl;
+      }
     }
   }
   void command(const sim::VehicleInput& input) override { flown().command(input); }
