@@ -39,12 +39,11 @@ namespace {
 
 }  // namespace
 
-PhysicsProgram::PhysicsProgram(const std::string& command) : command_(command) {
-  const std::string replaced_shell = "exec " + command;  // the program has the shell's process id
+PhysicsProgram::PhysicsProgram(const std::string& command) {
   const pid_t parent = ::getpid();
   process_ = ::fork();
   if (process_ == 0) {
-    become(replaced_shell.c_str(), parent);
+    become(command.c_str(), parent);
   }
   if (process_ < 0) {
     throw PhysicsError("the physics program cannot be started: " + std::string(std::strerror(errno)));

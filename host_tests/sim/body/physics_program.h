@@ -21,10 +21,9 @@ class PhysicsProgram {
 
   /// How it ended, such as "exit code 1" or "signal 9"; empty: it runs.
   std::string ending();
-  const std::string& command() const { return command_; }
+  pid_t process() const { return process_; }
 
  private:
-  std::string command_;
   std::string ending_;
   pid_t process_ = -1;
 };
