@@ -18,6 +18,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr double kMinStep_s = 1e-4;
+constexpr double kRounding_s = 1e-6;  // of a time stamp that is a sum of steps
 constexpr double kMaxStep_s = 0.010;  // above it ArduPilot does not take the step as its frame rate
 constexpr double kNotLate_s = 0.1;    // no answer can be so late: at most one step is under way
 constexpr milliseconds kLook{50};     // between two looks at a program that has not answered yet
@@ -138,7 +139,7 @@ bool PhysicsLink::is_new(const PhysicsAnswer& answer) {
     ++dropped_;
     return false;
   }
-  if (step_s >= kMaxStep_s || step_s < kMinStep_s) {
+  if (step_s > kMaxStep_s - kRounding_s || step_s < kMinStep_s - kRounding_s) {
     fail("the physics program steps by " + milliseconds_of(step_s) + "; the frame rate asks for " +
          milliseconds_of(1.0 / packet_.rate_hz) + ", and " + milliseconds_of(kMinStep_s) + " to below " +
          milliseconds_of(kMaxStep_s) + " are possible");
