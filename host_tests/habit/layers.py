@@ -46,6 +46,7 @@ LAYERS = {
     "host_tests/sim/sensor_faults/": PRODUCT + ["host_tests/sim/world/"],
     "host_tests/sim/autopilot/": PRODUCT + ["host_tests/sim/world/", "host_tests/sim/sensor_faults/"],
     "host_tests/sim/ports/": PRODUCT + ["host_tests/sim/world/", "host_tests/sim/autopilot/", "host_tests/sim/sensor_faults/"],
+    "host_tests/sim/body/": PRODUCT + ["host_tests/sim/world/"],
     "host_tests/lab/plot/": PRODUCT + ["host_tests/lab/*.h"],
     "host_tests/lab/logs/": PRODUCT + ["host_tests/lab/*.h"],
     ROOM: LAB + [ROOM],

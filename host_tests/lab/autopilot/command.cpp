@@ -14,6 +14,7 @@
 #include "firmware/companion/files/file_use.h"
 #include "hal/linux/simulated_port.h"
 #include "host_tests/lab/autopilot/run.h"
+#include "host_tests/lab/body_options.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/key_file.h"
 #include "host_tests/lab/option_checks.h"
@@ -52,6 +53,10 @@ void expect_one_line(const Options& options) {
   if (!options.pose_pty.empty() && hal::is_simulated(options.pty) != hal::is_simulated(options.pose_pty)) {
     throw InputError("--pose-pty", 0, "",
                      "a simulated port and a real one cannot be combined: they do not share the same time");
+  }
+  options.body.check();
+  if (!options.board.empty() && !options.body.is_identified()) {
+    throw InputError("--body", 0, "", "the image in QEMU flies the identified response only");
   }
   if (std::isnan(options.duration_s) || std::isnan(options.loss)) {  // passes every comparison of a range
     throw InputError(std::isnan(options.loss) ? "--loss" : "--duration", 0, "", "is not a number");
@@ -121,6 +126,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--course", options.course, "course that the board flies")
       ->check(CLI::IsMember({"hover", "step", "trajectory"}))
       ->needs("--board");
+  add_body_options(app, options.body);
   app.add_option("--plant", options.plant, "plant file (TOML); default: the measured aircraft");
   app.add_option(
       "--plant-from", options.plant_from,

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
+#include <exception>
 #include <iostream>
+#include <memory>
 #include <optional>
 #include <string>
 #include <thread>
@@ -14,9 +16,11 @@
 #include "host_tests/lab/autopilot/event_file.h"
 #include "host_tests/lab/autopilot/run.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/sim/body/step_response.h"
 #include "host_tests/sim/ports/lockstep_host.h"
 #include "host_tests/sim/ports/pose_sender.h"
 #include "host_tests/sim/ports/pty_uart.h"
+#include "host_tests/sim/world/vehicle.h"
 
 namespace m100::lab::autopilot {
 namespace {
@@ -111,7 +115,7 @@ class LiveScript {
 };
 
 /// Sends a pose, with the pose faults of the script.
-void send(sim::PoseSender& pose, core::TimePoint now, sim::N1Autopilot& autopilot, const sim::Vehicle& vehicle) {
+void send(sim::PoseSender& pose, core::TimePoint now, sim::N1Autopilot& autopilot, const sim::VehiclePort& vehicle) {
   pose.source().set_faults({.silent = !autopilot.pose_on(), .fault = [&autopilot](sim::PoseSample& sample) {
                               if (autopilot.fault_injector() != nullptr) {
                                 autopilot.fault_injector()->apply(sample);
@@ -120,21 +124,75 @@ void send(sim::PoseSender& pose, core::TimePoint now, sim::N1Autopilot& autopilo
   pose.step(now, vehicle, autopilot.ticked_at());
 }
 
-/// Runs until the duration is over or a signal arrives.
-void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopilot, const sim::Vehicle& vehicle,
+/// The aircraft: the identified response, or a body of a physics program, which stands still once the program has
+/// failed.
+class Aircraft final : public sim::VehiclePort {
+ public:
+  Aircraft(const Options& options, const sim::Plant& plant)
+      : job_(options.body), identified_(plant, options.seed, place(options)) {
+    identified_.set_motors(!options.on_ground);
+    if (!options.body.is_identified()) {
+      body_ =
+          options.on_ground ? job_.body(plant, options.seed) : job_.flying_body(plant, options.seed, place(options));
+      if (!options.on_ground) {
+        std::cout << sim::compare_response(*body_, place(options)) << "; learned hover thrust " << body_->hover_thrust()
+                  << " of full" << std::endl;
+      }
+    }
+  }
+  void command(const sim::VehicleInput& input) override { flown().command(input); }
+  void set_motors(bool on) override { flown().set_motors(on); }
+  void advance(core::Duration step) override {
+    if (!stands_still_) {
+      flown().advance(step);
+    }
+  }
+  const sim::VehicleState& state() const override { return flown().state(); }
+  const sim::VehicleState& estimated() const override { return flown().estimated(); }
+  core::Euler<double> attitude() const override { return flown().attitude(); }
+  void stand_still() { stands_still_ = true; }
+
+ private:
+  static core::Vector<double, 3> place(const Options& options) { return {0.0, 0.0, options.on_ground ? 0.0 : 1.5}; }
+  sim::VehiclePort& flown() { return body_ ? static_cast<sim::VehiclePort&>(*body_) : identified_; }
+  const sim::VehiclePort& flown() const {
+    return body_ ? static_cast<const sim::VehiclePort&>(*body_) : static_cast<const sim::VehiclePort&>(identified_);
+  }
+
+  sim::BodyJob job_;
+  sim::Vehicle identified_;
+  std::unique_ptr<sim::Body> body_;
+  bool stands_still_ = false;
+};
+
+/// Runs until the duration is over or a signal arrives. If the physics program fails, the pilot takes the sticks, the
+/// client has a second to see it, and the error goes on.
+void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopilot, Aircraft& vehicle,
          sim::PoseSender* pose, EventFile* events) {
+  constexpr core::Duration kHandOver = std::chrono::seconds(1);
+  std::optional<core::TimePoint> failed_end;
+  std::exception_ptr failed;
   const core::TimePoint end{core::Duration{static_cast<std::int64_t>(options.duration_s * 1e6)}};
   core::TimePoint last = clock.now();
   core::Duration longest_lag{0};
   LiveScript live;
-  for (core::TimePoint now = last; !stop_requested() && (options.duration_s <= 0.0 || now < end); now = clock.now()) {
+  for (core::TimePoint now = last;
+       !stop_requested() && (options.duration_s <= 0.0 || now < end) && (!failed_end || now < *failed_end);
+       now = clock.now()) {
     longest_lag = std::max(longest_lag, now - last);
     last = now;
     if (options.script == kLiveScript) {
       live.step(autopilot);
     }
-    autopilot.advance(now);
-    if (pose != nullptr) {
+    try {
+      autopilot.advance(now);
+    } catch (const sim::PhysicsError&) {
+      failed = std::current_exception();
+      failed_end = clock.now() + kHandOver;
+      vehicle.stand_still();
+      autopilot.happen(sim::N1EventKind::kTake, 'r');
+    }
+    if (pose != nullptr && !failed) {
       send(*pose, now, autopilot, vehicle);
     }
     if (events != nullptr) {
@@ -147,12 +205,16 @@ void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopi
   if (events != nullptr) {
     events->summarise(clock.now(), autopilot, longest_lag);
   }
+  if (failed) {
+    std::rethrow_exception(failed);
+  }
 }
 
 }  // namespace
 
 void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1Config& config) {
-  std::signal(SIGPIPE, SIG_IGN);  // a client may disconnect
+  std::signal(SIGPIPE, SIG_IGN);     // a client may disconnect
+  Aircraft vehicle(options, plant);  // first, because a body's take-off takes time, and may fail
   const bool own_world = !options.simulated.empty();
   std::optional<LockstepWorld> world;
   if (own_world) {
@@ -165,8 +227,6 @@ void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1C
   if (!options.events.empty()) {
     events.emplace(options.events, own_world ? EventFile::WriteMode::kAtOnce : EventFile::WriteMode::kInAThread);
   }
-  sim::Vehicle vehicle(plant, options.seed, {0.0, 0.0, options.on_ground ? 0.0 : 1.5});
-  vehicle.set_motors(!options.on_ground);
   sim::N1Autopilot autopilot(line.uart(), vehicle, config);
   autopilot.happen(sim::N1EventKind::kLoss, options.loss);
   if (events) {

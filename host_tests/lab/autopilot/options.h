@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "host_tests/sim/body/body_choice.h"
+
 namespace m100::lab::autopilot {
 
 inline constexpr std::string_view kLiveScript = "-";
@@ -28,6 +30,7 @@ struct Options {
   double duration_s = 0.0;
   bool lenient_virtual_rc = false;
   bool on_ground = false;  ///< motors stopped
+  sim::BodyChoice body;
 };
 
 }  // namespace m100::lab::autopilot

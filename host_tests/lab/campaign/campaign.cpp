@@ -2,10 +2,22 @@
 #include "host_tests/lab/campaign/campaign.h"
 
 #include <atomic>
+#include <exception>
 #include <mutex>
 #include <thread>
 
 namespace m100::lab::campaign {
+namespace {
+
+/// The flight in words, in front of what its physics program did wrong.
+std::string where(const Campaign& campaign, std::size_t number) {
+  const std::size_t task = number / campaign.flights;
+  return campaign.worlds[task / campaign.tasks.size()].path + ": " +
+         std::string(campaign.tasks[task % campaign.tasks.size()].name) + ", seed " +
+         std::to_string(campaign.first_seed + number % campaign.flights) + ": ";
+}
+
+}  // namespace
 
 std::vector<Flown> fly(const Campaign& campaign, const Share& share, std::size_t jobs,
                        const std::function<void(std::size_t done, std::size_t failed)>& progress) {
@@ -17,13 +29,24 @@ std::vector<Flown> fly(const Campaign& campaign, const Share& share, std::size_t
   std::size_t done = 0;
   std::size_t failed = 0;
   std::mutex counting;
+  std::exception_ptr wrong;
+  const auto fly_number = [&](std::size_t number, sim::BodyJob& body) {
+    const std::size_t task = number / campaign.flights;
+    return fly_one(campaign.worlds[task / campaign.tasks.size()].plant, campaign.tasks[task % campaign.tasks.size()],
+                   campaign.first_seed + number % campaign.flights, campaign.settings,
+                   campaign.settings.body.is_identified() ? nullptr : &body);
+  };
   const auto work = [&] {
+    sim::BodyJob body(campaign.settings.body);
     for (std::size_t at = next++; at < flown.size(); at = next++) {
-      const std::size_t number = flown[at].number;
-      const std::size_t task = number / campaign.flights;
-      flown[at].outcome =
-          fly_one(campaign.worlds[task / campaign.tasks.size()].plant, campaign.tasks[task % campaign.tasks.size()],
-                  campaign.first_seed + number % campaign.flights, campaign.settings);
+      try {
+        flown[at].outcome = fly_number(flown[at].number, body);
+      } catch (const sim::PhysicsError& failed_physics) {
+        const std::lock_guard lock(counting);
+        wrong = std::make_exception_ptr(sim::PhysicsError(where(campaign, flown[at].number) + failed_physics.what()));
+        next = flown.size();  // the other threads finish their flights
+        return;
+      }
       const std::lock_guard lock(counting);
       ++done;
       failed += flown[at].outcome.stayed ? 0U : 1U;
@@ -38,6 +61,9 @@ std::vector<Flown> fly(const Campaign& campaign, const Share& share, std::size_t
   }
   work();
   threads.clear();  // joins them
+  if (wrong) {
+    std::rethrow_exception(wrong);
+  }
   return flown;
 }
 

@@ -12,6 +12,7 @@
 
 #include "firmware/companion/files/file_use.h"
 #include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/lab/body_options.h"
 #include "host_tests/lab/campaign/campaign.h"
 #include "host_tests/lab/campaign/page.h"
 #include "host_tests/lab/input_error.h"
@@ -45,6 +46,7 @@ struct Options {
   std::string split;
   std::string json;
   std::string report;
+  sim::BodyChoice body;
 };
 
 std::string read_text(const std::string& path) { return whole_file(path, companion::kMaxTextBytes); }
@@ -95,6 +97,7 @@ Campaign campaign_of(const Options& options) {
   out.settings.channel = options.channel == "movement" ? link::Channel::kMovement : link::Channel::kVirtualRc;
   out.settings.rate_hz = options.rate_hz;
   out.settings.law = law_of(options.law);
+  out.settings.body = options.body;
   if (!link::command_period({.channel = out.settings.channel, .rate_hz = options.rate_hz})) {
     throw InputError("--rate", 0, "", "outside the window of the channel: virtual_rc 5 to 25 Hz, movement 1 to 50 Hz");
   }
@@ -111,13 +114,21 @@ Campaign campaign_of(const Options& options) {
   repeat("--mode", options.mode, options.mode != "field");
   repeat("--channel", options.channel, options.channel != "virtual_rc");
   repeat("--rate", rate.str(), options.rate_hz > 0.0);
+  repeat("--body", options.body.body, options.body.body != "identified");
+  repeat("--body-command", options.body.command, !options.body.command.empty());
   return out;
 }
 
 Json flown(const Options& options) {
   const Campaign campaign = campaign_of(options);
   const Share share = share_of(options.split);
-  const std::size_t jobs = options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
+  const bool one_program = options.body.body != "identified";  // it flies one aircraft at a time
+  const std::size_t jobs = options.jobs > 0 ? options.jobs
+                           : one_program    ? 1U
+                                            : std::max(1U, std::thread::hardware_concurrency());
+  if (one_program && jobs > 1) {
+    throw InputError("--jobs", 0, "", "one physics program flies one job; --body-command starts one for each job");
+  }
   const std::size_t mine = (campaign.size() + share.parts - share.part) / share.parts;
   std::size_t printed = 0;
   const auto progress = [&](std::size_t done, std::size_t failed) {
@@ -131,6 +142,7 @@ Json flown(const Options& options) {
 }
 
 void run(const Options& options) {
+  options.body.check();
   if (options.worlds.empty() == options.merge.empty()) {
     throw InputError("campaign", 0, "", "give the worlds to fly (plant files), or --merge with the parts to join");
   }
@@ -179,6 +191,7 @@ void add_campaign(CLI::App& lab) {
   command->add_option("--channel", options->channel, "how commands reach the autopilot")
       ->check(CLI::IsMember({"virtual_rc", "movement"}));
   command->add_option("--rate", options->rate_hz, "commands per second [Hz]; default: the channel's highest");
+  add_body_options(*command, options->body);
   command->add_option("--jobs", options->jobs, "flights at the same time; 0: one per core")->check(CLI::Range(0, 4096));
   command->add_option("--split", options->split, "I/N: fly only part I of N, to be joined by --merge");
   CLI::Option* const merge =

@@ -112,8 +112,10 @@ sim::Plant nominal_world(const sim::Plant& world) {
   return kind;
 }
 
-Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings) {
-  const FlightPlan plan = plan_of(world, task, seed, settings);
+Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings,
+                sim::BodyJob* body) {
+  FlightPlan plan = plan_of(world, task, seed, settings);
+  plan.body = body;
   const FlightResult flight = experiments::fly(plan);
   Outcome out;
   if (!flight.flew) {

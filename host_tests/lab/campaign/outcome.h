@@ -42,10 +42,14 @@ struct Settings {
   link::Channel channel = link::Channel::kVirtualRc;
   double rate_hz = 0.0;  ///< of commands; 0: the default of the channel
   mpc::Law law = mpc::Law::kMpc;
+  sim::BodyChoice
+      body{};  ///< the aircraft of every flight but the reference flights, which the identified response flies
 };
 
 /// Flies one task in a world. The same arguments give the same outcome, bit for bit, whatever other threads fly.
-Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings);
+/// @param body this thread's, of the settings; null: the identified response
+Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings,
+                sim::BodyJob* body = nullptr);
 
 /// The kind world for the reference flight of the oscillation check: the measured axes in this world's air, with its
 /// payload and change; source of pose, sensors and link have their defaults.

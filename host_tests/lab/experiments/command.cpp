@@ -8,6 +8,7 @@
 
 #include "firmware/companion/files/file_use.h"
 #include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/lab/body_options.h"
 #include "host_tests/lab/experiments/far.h"
 #include "host_tests/lab/experiments/motion.h"
 #include "host_tests/lab/experiments/rates.h"
@@ -40,6 +41,7 @@ struct ExperimentsOptions {
   bool baseline = false;
   std::string report;
   std::string json;
+  sim::BodyChoice body;
 };
 
 link::Channel channel_of(const ExperimentsOptions& options) {
@@ -85,7 +87,8 @@ std::string about(const ExperimentsOptions& options) {
          (options.plant_from.empty() ? "" : ", on the axes of " + options.plant_from) +
          ", vehicle: " + (options.vehicle.empty() ? std::string("the project's default") : options.vehicle) +
          (options.rates ? "" : ", channel: " + options.channel) + ", law: " + options.law + ", mode: " + options.mode +
-         ", seeds: " + std::to_string(options.seeds) + ".";
+         ", seeds: " + std::to_string(options.seeds) + "." +
+         (options.body.is_identified() ? "" : " The physics is another program's, and so is the air: no fan blows.");
 }
 
 /// The kind of run that the options select, one of four.
@@ -97,13 +100,15 @@ struct Kind {
 
 Kind kind_of(const ExperimentsOptions& options) {
   if (options.rates) {
-    return {"--rates", {"--motion", "--channel", "--rate", "--paper-100-hz"}, {"hover", "step", "trajectory"}};
+    return {"--rates",
+            {"--motion", "--channel", "--rate", "--paper-100-hz", "--body", "--body-command"},
+            {"hover", "step", "trajectory"}};
   }
   if (options.motion) {
-    return {"--motion", {"--only", "--baseline"}, {}};
+    return {"--motion", {"--only", "--baseline", "--body", "--body-command"}, {}};
   }
   if (options.tasks == "far") {
-    Kind far{"--tasks far", {"--law", "--report", "--baseline", "--paper-100-hz"}, {}};
+    Kind far{"--tasks far", {"--law", "--report", "--baseline", "--paper-100-hz", "--body", "--body-command"}, {}};
     for (const experiments::FarTask& task : experiments::far_tasks()) {
       far.has_only.push_back(task.name);
     }
@@ -176,8 +181,14 @@ void run_far(const ExperimentsOptions& options) {
 }
 
 void run(const ExperimentsOptions& options) {
-  const std::vector<experiments::TaskResult> results = experiments::fly_suite(suite_of(options));
+  experiments::SuiteOptions suite = suite_of(options);
+  sim::BodyJob body(options.body);
+  suite.body = options.body.is_identified() ? nullptr : &body;
+  const std::vector<experiments::TaskResult> results = experiments::fly_suite(suite);
   experiments::print_table(std::cout, results);
+  if (suite.body != nullptr) {
+    std::cout << "The physics is another program's, and so is the air: no fan blew in the tasks in wind.\n";
+  }
   write_json(options.json, experiments::to_json(results), 2);
   if (!options.report.empty()) {
     experiments::write_report(options.report, results, about(options));
@@ -223,11 +234,13 @@ void add_experiments(CLI::App& lab) {
       ->check(CLI::IsMember({"mpc", "lqr"}));
   command->add_option("--mode", options->mode, "tuning")->check(CLI::IsMember({"field", "calm_room"}));
   command->add_flag("--baseline", options->baseline, "fly each task with the clipped LQR too, and show both results");
+  add_body_options(*command, options->body);
   command->add_option("--report", options->report, "folder for the page with figures");
   command->add_option("--json", options->json, "file for the numbers");
   command->callback([options, command] {
     check_together(*command, *options);
     check_files(*options);
+    options->body.check();
     const bool far = options->tasks == "far";
     options->rates    ? run_rates(*options)
     : options->motion ? run_motion(*options)

@@ -37,9 +37,10 @@ app::FlightConfig config_of(const FlightPlan& plan, const ref::Waypoint<double>&
   return config;
 }
 
-sim::WorldOptions world_of(const FlightPlan& plan) {
+sim::WorldOptions world_of(const FlightPlan& plan, sim::VehiclePort* body) {
   sim::WorldOptions options{.seed = plan.seed};
-  options.autopilot.pilot_holds_position = plan.pilot_holds_position;
+  options.autopilot.pilot_holds_position = plan.pilot_holds_position || body != nullptr;
+  options.body = body;
   return options;
 }
 
@@ -82,9 +83,11 @@ class Flight {
         vehicle_text_(companion::to_text(plan.vehicle.vehicle, plan.vehicle.sources)),
         tables_(
             gains::make_gain_tables(plan.vehicle.vehicle, companion::parse_vehicle(vehicle_text_, "vehicle").digest)),
-        world_(plan.plant, world_of(plan)),
+        body_(plan.body != nullptr ? plan.body->flying_body(plan.plant, plan.seed, sim::WorldOptions{}.position_w_m)
+                                   : nullptr),
+        world_(plan.plant, world_of(plan, body_.get())),
         sink_(plan.keep_log) {
-    start_.position_w_m = world_.vehicle().state().position_w_m;
+    start_.position_w_m = world_.aircraft().state().position_w_m;
     companion::parse_course(plan.course, start_, trajectory_);
     if (plan.keep_log) {
       begin_log();
@@ -154,7 +157,7 @@ class Flight {
     world_.advance(core::kTickPeriod);
     static_cast<void>(controller_->tick(world_.now()));
     sink_.drain(result_.log);
-    const core::Euler<double>& attitude = world_.vehicle().attitude();
+    const core::Euler<double> attitude = world_.aircraft().attitude();
     const double tilt_deg =
         std::acos(std::cos(attitude.roll_rad) * std::cos(attitude.pitch_rad)) * 180.0 / std::numbers::pi;
     result_.largest_tilt_deg = std::max(result_.largest_tilt_deg, tilt_deg);
@@ -169,8 +172,8 @@ class Flight {
       const bool ready = looked && controller_->link().authority().stage == safety::AuthorityStage::kReady;
       if (ready && !ordered) {
         if (plan_.pilot_holds_position) {
-          start_.position_w_m = world_.vehicle().state().position_w_m;
-          start_.yaw_rad = world_.vehicle().attitude().yaw_rad;
+          start_.position_w_m = world_.aircraft().state().position_w_m;
+          start_.yaw_rad = world_.aircraft().attitude().yaw_rad;
           companion::parse_course(plan_.course, start_, trajectory_);
         }
         controller_->engage();
@@ -184,8 +187,8 @@ class Flight {
   }
 
   void note(double t_s) {
-    const sim::VehicleState& truth = world_.vehicle().state();
-    const core::Euler<double>& attitude = world_.vehicle().attitude();
+    const sim::VehicleState& truth = world_.aircraft().state();
+    const core::Euler<double> attitude = world_.aircraft().attitude();
     const ref::Window<double> reference = trajectory_.window(world_.now(), core::Duration{0});
     const safety::SupervisedCommand<double>& grant = controller_->grant();
     TracePoint point;
@@ -246,6 +249,7 @@ class Flight {
   const FlightPlan& plan_;
   std::string vehicle_text_;
   mpc::GainTables<double> tables_;
+  std::unique_ptr<sim::Body> body_;
   sim::World world_;
   ref::Trajectory<double> trajectory_;
   ref::Waypoint<double> start_;

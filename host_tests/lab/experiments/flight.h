@@ -12,6 +12,7 @@
 #include "firmware/companion/files/flight_file.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/lab/experiments/trace.h"
+#include "host_tests/sim/body/body_choice.h"
 #include "host_tests/sim/ports/world.h"
 #include "host_tests/sim/world/plant.h"
 
@@ -36,6 +37,8 @@ struct FlightPlan {
   bool pilot_holds_position = false;
   bool checks_poses_first =
       false;  ///< as `m100 fly --take-control`: asks for control after the poses were checked against the force
+  sim::BodyJob* body =
+      nullptr;  ///< makes the aircraft; null: the identified response. Its pilot always holds the place
   std::optional<companion::FlightFile> flight_file;  ///< limits of the flight; none: the program's defaults
   /// Called once, before the first tick: faults that exist from the start.
   std::function<void(sim::World&)> prepare;
@@ -73,6 +76,7 @@ struct FlightResult {
   double pose_age_error_s = 0.0;
 };
 
+/// @throws sim::PhysicsError a body's physics program fails.
 FlightResult fly(const FlightPlan& plan);
 
 }  // namespace m100::lab::experiments

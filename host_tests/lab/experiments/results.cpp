@@ -60,7 +60,8 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   result.task = &task;
   std::vector<Cell> cells;
   FlightPlan plan;
-  plan.plant = task.fan ? sim::with_fan(options.plant) : options.plant;
+  plan.body = options.body;
+  plan.plant = task.fan && options.body == nullptr ? sim::with_fan(options.plant) : options.plant;
   plan.vehicle = options.vehicle;
   plan.course = task.course;
   plan.duration_s = task.to_s + 1.0;

@@ -43,6 +43,7 @@ struct SuiteOptions {
   mpc::Law law = mpc::Law::kMpc;
   bool baseline = false;  ///< flies each task with the clipped LQR too
   bool literal_steps = true;
+  sim::BodyJob* body = nullptr;                      ///< as FlightPlan; the air is then the body's, and no fan blows
   std::function<void(const std::string&)> progress;  ///< called with one line per task; may be empty
 };
 

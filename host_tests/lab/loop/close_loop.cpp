@@ -31,6 +31,7 @@ FlownLog fly_and_log(const LoopOptions& options, std::uint64_t seed, const std::
   plan.duration_s = options.flight_s;
   plan.seed = seed;
   plan.keep_log = true;
+  plan.body = options.body;
   plan.law = options.law;
   const experiments::FlightResult flight = experiments::fly(plan);
   if (!flight.flew) {
@@ -56,6 +57,7 @@ std::vector<experiments::TaskResult> tables(const LoopOptions& options, const co
   suite.seeds = seeds;
   suite.law = options.law;
   suite.literal_steps = false;
+  suite.body = options.body;
   std::vector<experiments::TaskResult> out;
   for (const std::string& task : tasks) {
     suite.only = task;

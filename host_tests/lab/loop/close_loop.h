@@ -23,6 +23,7 @@ struct LoopOptions {
   int seeds = 1;           ///< flights per task and condition, before and after
   double flight_s = 75.0;  ///< of each identification flight
   mpc::Law law = mpc::Law::kMpc;
+  sim::BodyJob* body = nullptr;  ///< as experiments::FlightPlan
   std::vector<std::string> tasks{"hover", "step", "trajectory"};
   std::string log_folder;  ///< keeps the logs of the identification flights; empty: none are kept
   std::function<void(const std::string&)> progress;  ///< may be empty

@@ -9,6 +9,7 @@
 
 #include "firmware/companion/files/file_use.h"
 #include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/lab/body_options.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/loop/aligned_log.h"
@@ -34,6 +35,7 @@ struct LoopOptions {
   int seeds = 1;
   std::string law = "mpc";
   std::string tasks = "hover,step,trajectory";
+  sim::BodyChoice body;
 };
 
 /// Called before the flights, which take minutes.
@@ -51,9 +53,11 @@ void check_files(const LoopOptions& options) {
 
 void run(const LoopOptions& options) {
   check_files(options);
+  options.body.check();
   loop::LoopOptions loop;
-  if (options.plant.empty() && options.plant_from.empty()) {
-    throw InputError("--plant", 0, "", "is missing: give the plant file of the simulated world, or --plant-from");
+  if (options.plant.empty() && options.plant_from.empty() && options.body.is_identified()) {
+    throw InputError("--plant", 0, "",
+                     "is missing: give the plant file of the simulated world, or --plant-from, or a --body");
   }
   loop.plant = sim::plant_of_options(options.plant, options.plant_from);
   loop.vehicle =
@@ -61,6 +65,8 @@ void run(const LoopOptions& options) {
   loop.seed = options.seed;
   loop.seeds = options.seeds;
   loop.law = law_of(options.law);
+  sim::BodyJob body(options.body);
+  loop.body = options.body.is_identified() ? nullptr : &body;
   loop.tasks = options.tasks == "none" ? std::vector<std::string>{} : list_of("--tasks", options.tasks);
   for (const std::string& task : loop.tasks) {
     if (task != "hover" && task != "step" && task != "trajectory") {
@@ -96,6 +102,7 @@ void add_loop(CLI::App& lab) {
       "--plant-from", options->plant_from,
       "vehicle file from which the world takes its axes, drag and thrust instead of the measured ones; the keys of "
       "--plant override it");
+  add_body_options(*command, options->body);
   command->add_option("--vehicle", options->vehicle,
                       "vehicle file that the controller uses at first; default: the project's");
   command->add_option("--out", options->out, "vehicle file to write")->required();

@@ -155,6 +155,7 @@ Table plant_table() {
   }
   add<sim::Link>(table, "[link]", sim::kLinkKeys, plant.link);
   add<sim::Battery>(table, "[battery]", sim::kBatteryKeys, plant.battery);
+  add<sim::AutopilotNumbers>(table, "[autopilot]", sim::kAutopilotKeys, plant.autopilot);
   add<sim::Plant>(table, "[vehicle]", sim::kVehicleKeys, plant);
   table.rows.push_back({"[change]", "at_s", {"s", "0 to 1e+06", "must be there"}});
   return table;

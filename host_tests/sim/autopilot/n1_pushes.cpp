@@ -72,7 +72,7 @@ void N1Autopilot::send_telemetry() {
     return;
   }
   const auto ticks = static_cast<std::uint32_t>(ticks_ - booted_at_tick_);
-  protocol::Telemetry telemetry = report(estimator_.update(vehicle_.state(), kSlot), ticks, config_.noise, random_);
+  protocol::Telemetry telemetry = report(estimator_.update(vehicle_.estimated(), kSlot), ticks, config_.noise, random_);
   telemetry.items = items;
   telemetry.rc = rc_item();
   telemetry.flight_status = flight_status();

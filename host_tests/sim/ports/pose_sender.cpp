@@ -57,7 +57,7 @@ void PoseSender::answer_time_requests(core::TimePoint now) {
   }
 }
 
-void PoseSender::step(core::TimePoint now, const Vehicle& vehicle, core::TimePoint moved_at) {
+void PoseSender::step(core::TimePoint now, const VehiclePort& vehicle, core::TimePoint moved_at) {
   answer_time_requests(now);
   while (const auto sample = source_.step(now, vehicle.state(), vehicle.attitude().yaw_rad, moved_at)) {
     // World NWU and body FLU as NED and FRD: y and z change sign, and with them the turn about z.

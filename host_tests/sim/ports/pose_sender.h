@@ -8,7 +8,7 @@
 
 #include "hal/uart.h"
 #include "host_tests/sim/world/pose_source.h"
-#include "host_tests/sim/world/vehicle.h"
+#include "host_tests/sim/world/vehicle_port.h"
 #include "protocol/mavlink/parser.h"
 
 namespace m100::sim {
@@ -21,7 +21,7 @@ class PoseSender {
 
   /// Sends the poses that have arrived by now. A full line loses them.
   /// @param moved_at the time up to which the aircraft has moved.
-  void step(core::TimePoint now, const Vehicle& vehicle, core::TimePoint moved_at);
+  void step(core::TimePoint now, const VehiclePort& vehicle, core::TimePoint moved_at);
   /// Time of the next event of the pose source.
   core::TimePoint next_event() const { return source_.next_event(); }
   PoseSource& source() { return source_; }

@@ -34,7 +34,8 @@ World::World(const Plant& plant, const WorldOptions& options)
     : autopilot_line_(clock_, static_cast<std::uint32_t>(std::lround(plant.link.baud)), options.seed),
       pose_line_(clock_, kPoseBaud, options.seed + 1),
       vehicle_(plant, options.seed, options.position_w_m, options.yaw_rad),
-      autopilot_(autopilot_line_.b(), vehicle_, n1_config(plant, options)),
+      aircraft_(options.body != nullptr ? *options.body : vehicle_),
+      autopilot_(autopilot_line_.b(), aircraft_, n1_config(plant, options)),
       pose_sender_(pose_line_.b(), plant, options.seed) {
   hal::LineFaults faults;
   faults.drop_per_byte = plant.link.drop;
@@ -57,7 +58,7 @@ void World::advance(core::Duration step) {
     const core::TimePoint next = std::min(end, pose > now ? std::min(tick, pose) : tick);
     clock_.advance(next - now);
     autopilot_.advance(next);
-    pose_sender_.step(next, vehicle_, autopilot_.ticked_at());
+    pose_sender_.step(next, aircraft_, autopilot_.ticked_at());
   }
 }
 

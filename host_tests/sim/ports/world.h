@@ -17,6 +17,8 @@ struct WorldOptions {
   core::Vector<double, 3> position_w_m{0.0, 0.0, 1.5};
   double yaw_rad = 0.0;
   N1Config autopilot{};  ///< baud, seed and noise are taken from the plant and the seed
+  /// The aircraft to fly instead of the identified response: it outlives the world. Null: the identified response.
+  VehiclePort* body = nullptr;
 };
 
 /// The plant's sensor errors as parameters of the autopilot.
@@ -43,7 +45,10 @@ class World {
   /// Starts this lie in its channel.
   void fault(const SensorFault& fault, double size);
 
+  /// The identified response; it stands still where a body flies.
   Vehicle& vehicle() { return vehicle_; }
+  /// The aircraft that flies.
+  const VehiclePort& aircraft() const { return aircraft_; }
   N1Autopilot& autopilot() { return autopilot_; }
   PoseSource& pose_source() { return pose_sender_.source(); }
   /// Time of capture of the newest pose that has passed the line by now.
@@ -57,6 +62,7 @@ class World {
   hal::UartPair autopilot_line_;
   hal::UartPair pose_line_;
   Vehicle vehicle_;
+  VehiclePort& aircraft_;
   N1Autopilot autopilot_;
   PoseSender pose_sender_;
 };

@@ -98,6 +98,36 @@ struct Battery {
   double start_percent = 100.0;
 };
 
+/// The emulated autopilot's own loops and filters, used where it flies a body of a physics program (--body json:...).
+///
+/// Chosen once, and not fitted to the identified response. The body: rotors 0.65 m apart across the diagonal, 13 inch
+/// propellers, motors of 350 turns a minute and volt (as DJI publishes them), the paper's mass of 3.3 kg. Four motors
+/// with their arms (0.19 kg each) and a box of 0.30 x 0.25 x 0.20 m have 0.062, 0.068, 0.112 kg m^2. Propeller and
+/// motor (1.35e-4 kg m^2) braked by the motor's torque constant over 0.15 ohm and by the air follow in 25 ms. The rate
+/// loop is then the magnitude optimum, 1 / (2 lag); the outer gains and the integrals are PX4's published defaults.
+struct AutopilotNumbers {
+  double rate_hz = 400.0;             ///< of the loops, and the frame rate that the physics program is asked for
+  double attitude_gain_per_s = 6.5;   ///< MC_ROLL_P
+  double rate_gain_per_s = 20.0;      ///< of roll and pitch
+  double yaw_rate_gain_per_s = 10.0;  ///< half of it: yaw must not take the thrust that roll and pitch need
+  double rate_integral_s = 0.75;      ///< MC_ROLLRATE_P / MC_ROLLRATE_I
+  double climb_gain_per_s = 4.0;      ///< MPC_Z_VEL_P_ACC
+  double hover_learning_s = 2.0;      ///< MPC_Z_VEL_P_ACC / MPC_Z_VEL_I_ACC
+  // Angular acceleration if two rotors have twice their hover thrust and two have none: m g arm / inertia; for yaw,
+  // m g times the propellers' torque per thrust (0.02 m) over inertia.
+  double roll_authority_rad_s2 = 120.0;
+  double pitch_authority_rad_s2 = 109.0;
+  double yaw_authority_rad_s2 = 5.8;
+  double hover_thrust = 0.3;  ///< share of full thrust, before it is learned
+  /// thrust = (1 - curve) u + curve u^2 of the throttle u; ArduPilot's default. A body whose thrust is linear or
+  /// quadratic in u changes the loop gain by about 30 %.
+  double thrust_curve = 0.65;
+  /// Of the attitude to the accelerometer. Small, because the accelerometer of a quadrotor does not see its tilt in
+  /// accelerated flight: each 0.01 1/s looks like 0.01 1/s less drag.
+  double accelerometer_gain_per_s = 0.005;
+  double barometer_s = 5.0;  ///< time constant of the climb filter; ArduPilot's default
+};
+
 struct Plant;
 
 /// A change of the plant in flight.
@@ -119,6 +149,7 @@ struct Plant {
   Sensors sensors;
   Link link;
   Battery battery;
+  AutopilotNumbers autopilot;
   Change change;
 };
 

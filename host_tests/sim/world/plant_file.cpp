@@ -381,6 +381,7 @@ Plant parse_plant(std::string_view text, const std::string& name, const Plant& b
   reader.sensors(plant.sensors);
   reader.numbers<Link>("link", kLinkKeys, plant.link);
   reader.numbers<Battery>("battery", kBatteryKeys, plant.battery);
+  reader.numbers<AutopilotNumbers>("autopilot", kAutopilotKeys, plant.autopilot);
   reader.numbers<Plant>("vehicle", kVehicleKeys, plant);
   reader.change(plant);
   reader.refuse_unknown();

@@ -98,6 +98,23 @@ inline constexpr std::array kLinkKeys{
 };
 inline constexpr std::array kBatteryKeys{NumberKey<Battery>{"sag", &Battery::sag, 0.0, 0.9},
                                          NumberKey<Battery>{"start_percent", &Battery::start_percent, 0.0, 100.0}};
+using Autopilot = AutopilotNumbers;
+inline constexpr std::array kAutopilotKeys{
+    NumberKey<Autopilot>{"rate_hz", &Autopilot::rate_hz, 101.0, 2000.0},
+    NumberKey<Autopilot>{"attitude_gain_per_s", &Autopilot::attitude_gain_per_s, 0.5, 30.0},
+    NumberKey<Autopilot>{"rate_gain_per_s", &Autopilot::rate_gain_per_s, 0.5, 100.0},
+    NumberKey<Autopilot>{"yaw_rate_gain_per_s", &Autopilot::yaw_rate_gain_per_s, 0.1, 100.0},
+    NumberKey<Autopilot>{"rate_integral_s", &Autopilot::rate_integral_s, 0.05, 1e6},
+    NumberKey<Autopilot>{"climb_gain_per_s", &Autopilot::climb_gain_per_s, 0.1, 20.0},
+    NumberKey<Autopilot>{"hover_learning_s", &Autopilot::hover_learning_s, 0.2, 100.0},
+    NumberKey<Autopilot>{"roll_authority_rad_s2", &Autopilot::roll_authority_rad_s2, 1.0, 10000.0},
+    NumberKey<Autopilot>{"pitch_authority_rad_s2", &Autopilot::pitch_authority_rad_s2, 1.0, 10000.0},
+    NumberKey<Autopilot>{"yaw_authority_rad_s2", &Autopilot::yaw_authority_rad_s2, 0.1, 10000.0},
+    NumberKey<Autopilot>{"hover_thrust", &Autopilot::hover_thrust, 0.05, 0.9},
+    NumberKey<Autopilot>{"thrust_curve", &Autopilot::thrust_curve, 0.0, 1.0},
+    NumberKey<Autopilot>{"accelerometer_gain_per_s", &Autopilot::accelerometer_gain_per_s, 0.0, 10.0},
+    NumberKey<Autopilot>{"barometer_s", &Autopilot::barometer_s, 0.2, 100.0},
+};
 inline constexpr std::array kVehicleKeys{NumberKey<Plant>{"mass_kg", &Plant::mass_kg, 0.5, 20.0}};
 
 }  // namespace m100::sim

@@ -31,7 +31,7 @@ class Vehicle final : public VehiclePort {
   const VehicleState& state() const override { return state_; }
 
   /// Roll, pitch, yaw in rad, from which state().rotation_wb was computed.
-  const core::Euler<double>& attitude() const { return attitude_; }
+  core::Euler<double> attitude() const override { return attitude_; }
   /// Fastest downward touch of the ground so far, m/s; 0: never touched.
   double touchdown_speed_m_s() const { return hardest_touch_m_s_; }
 

@@ -56,6 +56,10 @@ class VehiclePort {
   /// Advances time: step > 0, at most 10 ms.
   virtual void advance(core::Duration step) = 0;
   virtual const VehicleState& state() const = 0;
+  /// The state as the autopilot's own filters see it, before the errors of its sensors: the truth, unless it estimates.
+  virtual const VehicleState& estimated() const { return state(); }
+  /// Roll, pitch, yaw of the true state, in rad.
+  virtual core::Euler<double> attitude() const { return core::euler_of(state().rotation_wb); }
 
  protected:
   VehiclePort() = default;

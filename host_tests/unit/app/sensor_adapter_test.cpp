@@ -153,7 +153,7 @@ TEST(SensorAdapter, WhatTheAircraftFeelsComesFieldByField) {
 }
 
 TEST(SensorAdapter, WhatTheTelemetryLacksIsNotNew) {
-  const auto felt_of = [](auto spoil) {
+  const auto imu_sample_of = [](auto spoil) {
     SensorAdapter measure;
     protocol::Telemetry telemetry = telemetry_of({.roll_rad = 0.1}, {0.1F, 0.2F, 0.3F});
     telemetry.velocity_ned_m_s = {0.F, 0.F, -0.7F};
@@ -161,11 +161,11 @@ TEST(SensorAdapter, WhatTheTelemetryLacksIsNotNew) {
     return measure.imu_sample<double>(telemetry, measure.update<double>(telemetry, milliseconds(2), {}, kNow));
   };
   const auto without = [&](protocol::TelemetryItem item) {
-    return felt_of([item](protocol::Telemetry& telemetry) {
+    return imu_sample_of([item](protocol::Telemetry& telemetry) {
       telemetry.items = static_cast<std::uint16_t>(telemetry.items & ~static_cast<unsigned>(item));
     });
   };
-  EXPECT_TRUE(felt_of([](protocol::Telemetry&) {}).climb_is_new);
+  EXPECT_TRUE(imu_sample_of([](protocol::Telemetry&) {}).climb_is_new);
   EXPECT_FALSE(without(protocol::TelemetryItem::kVelocity).climb_is_new);
   EXPECT_TRUE(without(protocol::TelemetryItem::kVelocity).force_is_new);
   EXPECT_FALSE(without(protocol::TelemetryItem::kAcceleration).force_is_new);
@@ -175,7 +175,7 @@ TEST(SensorAdapter, WhatTheTelemetryLacksIsNotNew) {
     EXPECT_FALSE(without(item).force_is_new) << "a force without its attitude has no direction";
   }
   const auto climbs_at = [&](float down_m_s) {
-    return felt_of([=](protocol::Telemetry& telemetry) { telemetry.velocity_ned_m_s[2] = down_m_s; }).climb_is_new;
+    return imu_sample_of([=](protocol::Telemetry& telemetry) { telemetry.velocity_ned_m_s[2] = down_m_s; }).climb_is_new;
   };
   EXPECT_FALSE(climbs_at(0.F)) << "the autopilot has no estimate";
   EXPECT_FALSE(climbs_at(std::nanf("")));

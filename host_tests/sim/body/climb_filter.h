@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+namespace m100::sim {
+
+/// The autopilot's climb speed: a third-order complementary filter of accelerometer and barometer with all poles at
+/// -1/T. It follows the accelerometer above 1/T, the barometer below, and finds the accelerometer's bias.
+class ClimbFilter {
+ public:
+  /// @param time_constant_s  T
+  explicit ClimbFilter(double time_constant_s) : time_constant_s_(time_constant_s) {}
+  void reset(double height_m) {
+    height_m_ = height_m;
+    climb_m_s_ = bias_m_s2_ = 0.0;
+  }
+  void update(double acceleration_m_s2, double barometer_m, double step_s);
+  double climb_m_s() const { return climb_m_s_; }
+
+ private:
+  double time_constant_s_;
+  double height_m_ = 0.0;
+  double climb_m_s_ = 0.0;
+  double bias_m_s2_ = 0.0;
+};
+
+}  // namespace m100::sim
