@@ -18,7 +18,7 @@
 #include "firmware/companion/fly/flight_sequencer.h"
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/fly/line_writer.h"
-#include "firmware/companion/fly/stall_watch.h"
+#include "firmware/companion/fly/stall_monitor.h"
 #include "firmware/companion/ground_station/ground_station_commands.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/operator/operator_messages.h"
@@ -271,7 +271,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   service.start(kServiceTimeout);
   LinkHealthLog health(log);
   BackupSupervisor state(backup, channels);
-  StallWatch stalls(channels);
+  StallMonitor stalls(channels);
   for (core::TimePoint now = clock.now();; now = clock.next(), service.feed()) {
     wait_for_log(options, log_file, controller->stats().ticks);
     stalls.tick(now);

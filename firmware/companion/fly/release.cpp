@@ -14,15 +14,16 @@
 namespace m100::companion {
 namespace {
 
-/// The second process speaks after kHang without a heartbeat and needs its rounds; one period more for a loaded board.
-constexpr core::Duration kKeeperSpeaks =
-    BackupProcess::kHang + (static_cast<int>(BackupProcess::kRounds) + 1) * BackupProcess::kRepeat;
-constexpr core::Duration kLook = std::chrono::milliseconds(100);
+/// The second process speaks after kHeartbeatTimeout without a heartbeat and needs its rounds; one period more for a
+/// loaded board.
+constexpr core::Duration kBackupDone =
+    BackupProcess::kHeartbeatTimeout + (static_cast<int>(BackupProcess::kRounds) + 1) * BackupProcess::kRoundInterval;
+constexpr core::Duration kRetryInterval = std::chrono::milliseconds(100);
 
-core::Status open_patiently(hal::SerialPort& port) {
+core::Status open_with_retries(hal::SerialPort& port) {
   core::Status status = port.open();
-  for (core::Duration waited{0}; status == core::Status::kRefused && waited < kKeeperSpeaks; waited += kLook) {
-    std::this_thread::sleep_for(kLook);
+  for (core::Duration waited{0}; status == core::Status::kRefused && waited < kBackupDone; waited += kRetryInterval) {
+    std::this_thread::sleep_for(kRetryInterval);
     status = port.open();
   }
   return status;
@@ -32,7 +33,7 @@ core::Status open_patiently(hal::SerialPort& port) {
 
 bool release_only(const FlyOptions& options, const link::LinkConfig& config) {
   hal::SerialPort port(options.port, options.baud);
-  const core::Status status = open_patiently(port);
+  const core::Status status = open_with_retries(port);
   // A port that another process still holds keeps that process's baud rate.
   const int descriptor = status == core::Status::kRefused ? hal::open_device(options.port.c_str()) : port.descriptor();
   const protocol::Cipher* const cipher = config.encrypt_commands ? config.cipher : nullptr;
@@ -43,7 +44,7 @@ bool release_only(const FlyOptions& options, const link::LinkConfig& config) {
     const link::ReleaseSequence words(ctl::Command<double>{}, cipher, static_cast<std::uint16_t>(first + round));
     const std::span<const std::byte> bytes = words.release_only();
     sent = ::write(descriptor, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size());
-    std::this_thread::sleep_for(BackupProcess::kRepeat);
+    std::this_thread::sleep_for(BackupProcess::kRoundInterval);
   }
   std::cout << options.port << (sent ? ": the release of control was sent" : ": the release of control cannot be sent")
             << std::endl;

@@ -13,7 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "firmware/companion/doctor/wake_up_check.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/operator/link_report.h"
@@ -22,6 +21,7 @@
 #include "firmware/companion/preflight/check_result.h"
 #include "firmware/companion/preflight/pose_checks.h"
 #include "firmware/companion/preflight/serial_ports.h"
+#include "firmware/companion/preflight/wake_up_check.h"
 #include "firmware/companion/subcommands.h"
 #include "hal/linux/udp_port.h"
 

@@ -105,10 +105,10 @@ class Manager:
         subprocess.run(self.words(self.unit["ExecStopPost"]), env=self.environment | {"SERVICE_RESULT": result},
                        stdout=subprocess.DEVNULL, check=False)
 
-    def backup process(self):
+    def backup_process(self):
         """-> the second process of the flight."""
         children = pathlib.Path(f"/proc/{self.main.pid}/task/{self.main.pid}/children").read_text().split()
-        found = [int(child) for child in children if "m100-backup process" in pathlib.Path(f"/proc/{child}/comm").read_text()]
+        found = [int(child) for child in children if "m100-backup" in pathlib.Path(f"/proc/{child}/comm").read_text()]
         expect(len(found) == 1, f"the flight has one second process: {children}")
         return found[0]
 
@@ -162,8 +162,8 @@ def both_are_gone(manager, autopilot, how):
         pass  # messages of the program before
     manager.start()
     take_control(manager, autopilot)
-    backup process = manager.backup process()
-    os.kill(backup process, how)
+    backup_process = manager.backup_process()
+    os.kill(backup_process, how)
     os.kill(manager.main.pid, how)
     manager.main.kill()  # what the watchdog does to a main process that is stopped
     manager.main.wait(PATIENCE_S)
@@ -171,7 +171,7 @@ def both_are_gone(manager, autopilot, how):
     manager.ends_with("watchdog")
     wait_for(lambda: not autopilot.is_ours(), f"the manager gives control back when both processes got {how.name}")
     if how == signal.SIGSTOP:
-        os.kill(backup process, signal.SIGKILL)
+        os.kill(backup_process, signal.SIGKILL)
 
 
 def take_control(manager, autopilot):

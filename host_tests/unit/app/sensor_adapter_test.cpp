@@ -175,7 +175,8 @@ TEST(SensorAdapter, WhatTheTelemetryLacksIsNotNew) {
     EXPECT_FALSE(without(item).force_is_new) << "a force without its attitude has no direction";
   }
   const auto climbs_at = [&](float down_m_s) {
-    return imu_sample_of([=](protocol::Telemetry& telemetry) { telemetry.velocity_ned_m_s[2] = down_m_s; }).climb_is_new;
+    return imu_sample_of([=](protocol::Telemetry& telemetry) { telemetry.velocity_ned_m_s[2] = down_m_s; })
+        .climb_is_new;
   };
   EXPECT_FALSE(climbs_at(0.F)) << "the autopilot has no estimate";
   EXPECT_FALSE(climbs_at(std::nanf("")));

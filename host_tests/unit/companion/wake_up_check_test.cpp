@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/companion/doctor/wake_up_check.h"
+#include "firmware/companion/preflight/wake_up_check.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
-namespace m100::companion::doctor {
+namespace m100::companion::preflight {
 namespace {
 
 using namespace std::chrono_literals;
@@ -18,13 +18,13 @@ TEST(WakeUpCheck, JudgesByTheWorstAndByThoseThatAFlightWouldCount) {
 }
 
 TEST(WakeUpCheck, SaysTheNumbersAndTheRemedy) {
-  const Check late = judge_wake_ups({.ticks = 501, .late = 7, .worst = 63200us, .real_time = false});
+  const CheckResult late = judge_wake_ups({.ticks = 501, .late = 7, .worst = 63200us, .real_time = false});
   EXPECT_EQ(
       late.finding,
       "with every processor and the disk busy, 501 ticks of 10 ms were up to 63.2 ms late, 7 of them more than 20 "
       "ms (without real-time rights)");
   EXPECT_NE(late.remedy.find("isolcpus"), std::string::npos);
-  const Check good = judge_wake_ups({.ticks = 501, .late = 0, .worst = 300us, .real_time = true});
+  const CheckResult good = judge_wake_ups({.ticks = 501, .late = 0, .worst = 300us, .real_time = true});
   EXPECT_EQ(good.finding.find("rights"), std::string::npos);
   EXPECT_TRUE(good.remedy.empty());
 }
@@ -42,4 +42,4 @@ TEST(WakeUpCheck, MeasuresEveryTickAndLeavesNoFile) {
 }
 
 }  // namespace
-}  // namespace m100::companion::doctor
+}  // namespace m100::companion::preflight

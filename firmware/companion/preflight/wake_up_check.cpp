@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/companion/doctor/wake_up_check.h"
+#include "firmware/companion/preflight/wake_up_check.h"
 
 #include <fcntl.h>
 #include <sched.h>
@@ -17,7 +17,7 @@
 #include "hal/linux/monotonic_clock.h"
 #include "hal/linux/serial_port.h"
 
-namespace m100::companion::doctor {
+namespace m100::companion::preflight {
 namespace {
 
 constexpr int kPriority = 50;  ///< of SCHED_FIFO, as in a flight
@@ -122,7 +122,7 @@ WakeUps measure_wake_ups(const std::string& folder, core::Duration duration) {
   return measured;
 }
 
-Check judge_wake_ups(const WakeUps& measured) {
+CheckResult judge_wake_ups(const WakeUps& measured) {
   std::array<char, 200> finding{};
   std::snprintf(
       finding.data(), finding.size(),
@@ -140,4 +140,4 @@ Check judge_wake_ups(const WakeUps& measured) {
                 "command line, CPUAffinity=N in the unit); a kernel with PREEMPT_RT"};
 }
 
-}  // namespace m100::companion::doctor
+}  // namespace m100::companion::preflight

@@ -6,21 +6,21 @@
 
 namespace m100::companion {
 
-/// Says why this program stood still for longer than kSaid, by what the kernel counted since the tick before.
-class StallWatch {
+/// Says why this program stood still for longer than kReportedStall, by what the kernel counted since the tick before.
+class StallMonitor {
  public:
   /// No tick of a flight may come that late (five periods).
-  static constexpr core::Duration kSaid = 5 * core::kTickPeriod;
+  static constexpr core::Duration kReportedStall = 5 * core::kTickPeriod;
 
-  explicit StallWatch(OperatorLog& listener) : operator_log_(listener) {}
+  explicit StallMonitor(OperatorLog& operator_log) : operator_log_(operator_log) {}
 
   /// Call it at the begin of each tick. No heap.
   void tick(core::TimePoint now) {
     const ThreadCounts counts = accounting_.update();
-    if (last_ != core::TimePoint{} && now - last_ > kSaid) {
+    if (last_ != core::TimePoint{} && now - last_ > kReportedStall) {
       TextLine line;
       describe(line, now - last_, counts, disk_pressure_percent());
-      operator_log_.hear(now, line.text());
+      operator_log_.write(now, line.text());
     }
     last_ = now;
   }

@@ -7,7 +7,7 @@
 #include "firmware/companion/preflight/check_result.h"
 #include "firmware/core/time.h"
 
-namespace m100::companion::doctor {
+namespace m100::companion::preflight {
 
 /// How late the ticks of a flight would be on a busy board.
 struct WakeUps {
@@ -28,6 +28,6 @@ inline constexpr core::Duration kTooLate = 5 * core::kTickPeriod;
 /// @returns the lateness of the end of each tick's read, against the tick's deadline.
 WakeUps measure_wake_ups(const std::string& folder, core::Duration duration);
 
-Check judge_wake_ups(const WakeUps& measured);
+CheckResult judge_wake_ups(const WakeUps& measured);
 
-}  // namespace m100::companion::doctor
+}  // namespace m100::companion::preflight

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/companion/fly/stall_watch.h"
+#include "firmware/companion/fly/stall_monitor.h"
 
 #include <gtest/gtest.h>
 
@@ -10,18 +10,18 @@ namespace m100::companion {
 namespace {
 
 struct Lines final : OperatorLog {
-  void hear(core::TimePoint, std::string_view line) override { heard.emplace_back(line); }
+  void write(core::TimePoint, std::string_view line) override { heard.emplace_back(line); }
   std::vector<std::string> heard;
 };
 
-TEST(StallWatch, SpeaksOnceForEachTickThatComesTooLateAndOfNoOther) {
+TEST(StallMonitor, SpeaksOnceForEachTickThatComesTooLateAndOfNoOther) {
   Lines lines;
-  StallWatch watch(lines);
+  StallMonitor watch(lines);
   core::TimePoint now{std::chrono::hours(1)};  // the first tick follows none
   watch.tick(now);
-  watch.tick(now += StallWatch::kSaid);
+  watch.tick(now += StallMonitor::kReportedStall);
   EXPECT_TRUE(lines.heard.empty());
-  watch.tick(now += StallWatch::kSaid + core::Duration{1000});
+  watch.tick(now += StallMonitor::kReportedStall + core::Duration{1000});
   ASSERT_EQ(lines.heard.size(), 1U);
   EXPECT_EQ(lines.heard[0].find("this program stood still for 0.051 s: "), 0U) << lines.heard[0];
   watch.tick(now += core::kTickPeriod);
