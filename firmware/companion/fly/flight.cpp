@@ -180,6 +180,14 @@ class BackupSupervisor {
   BackupProcess::State reported_ = BackupProcess::State::kReady;
 };
 
+void heartbeat(BackupProcess& backup, const hal::SerialPort& port, Controller& controller) {
+  backup.set_port(port.descriptor(), port.openings());
+  if (!backup.heartbeat(controller.link().authority().in_control)) {
+    controller.release();
+    print_line("this program stalled for too long: control was given back to the transmitter");
+  }
+}
+
 void report_disabled_checks(const FlyOptions& options, OperatorChannels& channels, core::TimePoint now) {
   for (const std::string& check : options.disabled_checks) {
     channels.write(now, TextLine{}.add("--override: check ").add(check).add(" is switched off").text());
@@ -257,7 +265,6 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   const auto controller =
       std::make_unique<Controller>(model.vehicle(), model.tables(), config, port, pose_line, *trajectory, log);
   const link::ReleaseSequence last_words(neutral, cipher);
-  std::cout << std::flush;
   LineWriter writer;
   const core::AssertionHandler former = release_on_assertion(last_words, port, controller->link().authority());
   TelemetryStream* const telemetry_stream = prepare_the_thread(pose_port, live);
@@ -275,11 +282,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   for (core::TimePoint now = clock.now();; now = clock.next(), service.feed()) {
     wait_for_log(options, log_file, controller->stats().ticks);
     stalls.tick(now);
-    backup.set_port(port.descriptor(), port.openings());
-    if (!backup.heartbeat(controller->link().authority().in_control)) {
-      controller->release();
-      print_line("this program stalled for too long: control was given back to the transmitter");
-    }
+    heartbeat(backup, port, *controller);
     pose_port.tick();
     const bool backed_up = state.tick(now);
     (void)controller->tick(now);  // the log holds the outcome of the command

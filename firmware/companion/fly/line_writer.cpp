@@ -4,6 +4,8 @@
 #include <malloc.h>
 #include <unistd.h>
 
+#include <iostream>
+
 namespace m100::companion {
 namespace {
 
@@ -16,6 +18,7 @@ LineWriter* LineWriter::current() { return the_current; }
 
 LineWriter::LineWriter(Write write, std::chrono::milliseconds patience)
     : patience_(patience), shared_(std::make_shared<Shared>()) {
+  std::cout << std::flush;        // what was said before
   (void)mallopt(M_ARENA_MAX, 1);  // an arena of the thread's own would be 64 MB of locked memory
   thread_ = std::thread([shared = shared_, write] {
     while (shared->runs) {

@@ -30,7 +30,7 @@ TABLE = {
     "m100 record": dict(words="--port /nope/port --pose-port /nope/pose", inputs=["--key-file", "--mavlink-key"],
                         needed=["--log"], outputs=["--log", "--json"], other=["--port", "--pose-port"]),
     "m100 probe": dict(words="--port /nope/port", outputs=["--json"], other=["--port"]),
-    "m100 doctor": dict(words="--port /nope/port", outputs=["--json"],  # doctor reports a bad key as its result
+    "m100 doctor": dict(words="--load 0 --port /nope/port", outputs=["--json"],  # doctor reports a bad key as its result
                         other=["--port", "--pose-port", "--mavlink-key", "--folder", "--pose-message"]),
     "m100 check": dict(inputs=["--vehicle", "--gains", "--flight", "--course"], needed=["--vehicle", "--gains"],
                        outputs=["--json"]),

@@ -21,12 +21,13 @@ class LinkBench {
     N1Config autopilot;
     std::uint32_t baud = 230400;
     std::uint64_t seed = 1;
+    link::ByteTap* tap = nullptr;  ///< sees the bytes of the link
   };
 
   explicit LinkBench(const Options& options)
       : pair_(clock, options.baud, options.seed),
         autopilot(pair_.b(), vehicle, options.autopilot),
-        link(pair_.a(), with_baud(options)),
+        link(pair_.a(), with_baud(options), options.tap),
         channel_(options.link.channel.channel) {}
 
   /// One client tick of 10 ms.

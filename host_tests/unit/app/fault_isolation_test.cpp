@@ -106,6 +106,42 @@ TEST(FaultIsolation, TheContradictionIsRememberedUntilTheFailsafeHasEnded) {
   }
 }
 
+/// The motion for braking after some time at level, in which the commands hold this tilt.
+est::Estimate<double> reckoned_with(const Vector2& asked, int ticks = 300, double* speed_m_s = nullptr) {
+  FaultIsolation<double> trust = trust_after(0.5);
+  est::Estimate<double> estimate = moving(0.0);
+  for (int tick = 401; tick <= 400 + ticks; ++tick) {
+    est::Measurement<double> measured;
+    measured.now = core::TimePoint(core::kTickPeriod * tick);
+    trust.update({}, measured, estimate, asked, safety::FailsafeState::kLevel, core::kTickPeriod);
+  }
+  if (speed_m_s != nullptr) {
+    *speed_m_s = trust.speed_m_s(estimate);
+  }
+  return trust.motion(estimate);
+}
+
+// With an attitude that is contradicted, the motion is computed from the commands, each axis from its own.
+TEST(FaultIsolation, TheReckonedVelocityFollowsTheTiltOfTheCommands) {
+  const double g = model::kGravity_m_s2;
+  const est::Estimate<double> level = reckoned_with({0.0, 0.0});
+  const est::Estimate<double> along_x = reckoned_with({0.02, 0.0});
+  EXPECT_NEAR(along_x.x.velocity_m_s - level.x.velocity_m_s, 3.0 * g * 0.02, 0.02);
+  EXPECT_NEAR(along_x.y.velocity_m_s - level.y.velocity_m_s, 0.0, 0.02);
+  const est::Estimate<double> along_y = reckoned_with({0.0, 0.02});
+  EXPECT_NEAR(along_y.x.velocity_m_s - level.x.velocity_m_s, 0.0, 0.02);
+  EXPECT_NEAR(along_y.y.velocity_m_s - level.y.velocity_m_s, -3.0 * g * 0.02, 0.02);
+}
+
+// A speed that grows while the aircraft brakes is useless: nothing waits for it to fall.
+TEST(FaultIsolation, AReckonedSpeedThatRunsAwayIsNotUsed) {
+  double speed_m_s = -1.0;
+  EXPECT_GE(reckoned_with({0.3, 0.0}, 300, &speed_m_s).x.velocity_variance_m2_s2, 1e6);
+  EXPECT_EQ(speed_m_s, 0.0);
+  EXPECT_LT(reckoned_with({0.3, 0.0}, 1, &speed_m_s).x.velocity_variance_m2_s2, 1e6);
+  EXPECT_GT(speed_m_s, 0.0) << "it has not grown yet";
+}
+
 // Numbers by hand: the acceleration is 0.3 + 0.1 g along x and -0.4 + 0.2 g along y, because tilt.y accelerates against
 // y; half a second of it is added to the velocity.
 TEST(FaultIsolation, TheSpeedAtTheHandOverIsThatOfTheAccelerationUntilThen) {

@@ -17,63 +17,10 @@
 #include <thread>
 #include <vector>
 
+#include "host_tests/unit/hal/far_side.h"
+
 namespace m100::hal {
 namespace {
-
-/// Pause between two attempts. The kernel carries bytes through a pseudo-terminal when it has time, so a test repeats
-/// an attempt until it succeeds. If it never does, ctest's time limit ends the test.
-constexpr std::chrono::milliseconds kPatience{1};
-
-/// The far side of a pseudo-terminal, whose name can be moved to another one, as udev does with adapters.
-class FarSide {
- public:
-  FarSide() : descriptor_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
-    EXPECT_GE(descriptor_, 0);
-    EXPECT_EQ(grantpt(descriptor_), 0);
-    EXPECT_EQ(unlockpt(descriptor_), 0);
-  }
-  ~FarSide() { ::close(descriptor_); }
-  FarSide(const FarSide&) = delete;
-  FarSide& operator=(const FarSide&) = delete;
-
-  std::string name() const { return ptsname(descriptor_); }
-  void send(const std::string& text) {
-    ASSERT_EQ(::write(descriptor_, text.data(), text.size()), static_cast<ssize_t>(text.size()));
-  }
-  /// Waits until so many bytes have come.
-  std::string receive(std::size_t size) {
-    std::string all(size, '\0');
-    std::size_t got = 0;
-    while (got < size) {
-      const ssize_t count = ::read(descriptor_, all.data() + got, size - got);
-      got += count > 0 ? static_cast<std::size_t>(count) : 0U;
-      if (count <= 0) {
-        std::this_thread::sleep_for(kPatience);
-      }
-    }
-    return all;
-  }
-  termios settings() const {
-    termios result{};
-    EXPECT_EQ(tcgetattr(descriptor_, &result), 0);
-    return result;
-  }
-
- private:
-  int descriptor_;
-};
-
-std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
-
-/// Waits until something has come.
-core::Expected<std::size_t> read_some(SerialPort& port, std::span<std::byte> destination) {
-  core::Expected<std::size_t> count = port.read(destination);
-  while (count && *count == 0) {
-    std::this_thread::sleep_for(kPatience);
-    count = port.read(destination);
-  }
-  return count;
-}
 
 TEST(SerialPort, IsRawAtTheAskedSpeed) {
   FarSide far;
@@ -393,69 +340,6 @@ TEST(SerialPort, AnErrorOfTheDeviceClosesIt) {
     EXPECT_FALSE(port.is_open());
     interruptions_left = 0;
   }
-}
-
-int reads = 0;
-ssize_t counted_read(int descriptor, void* destination, std::size_t size) {
-  ++reads;
-  return ::read(descriptor, destination, size);
-}
-constexpr SystemCalls kCountedReads{.read = &counted_read};
-
-// Catches a port that calls read() on a line where nothing waits: the kernel then waits for one of its workers, which
-// has normal priority, and a flight on a busy board stands still as long as that worker gets no processor.
-TEST(SerialPort, AnEmptyLineIsNotRead) {
-  FarSide far;
-  SerialPort port(far.name(), 230400, kCountedReads);
-  ASSERT_EQ(port.open(), core::Status::kOk);
-  std::array<std::byte, 16> destination;
-  reads = 0;
-  for (int tick = 0; tick < 100; ++tick) {
-    EXPECT_EQ(port.read(destination).value_or(9), 0U);
-  }
-  EXPECT_EQ(reads, 0);
-  far.send("abc");
-  EXPECT_EQ(read_some(port, destination).value(), 3U);
-  EXPECT_EQ(reads, 1);
-}
-
-// Catches a read that asks for more than waits: having copied that, the kernel would wait for its worker again.
-TEST(SerialPort, AReadAsksForNoMoreThanWaits) {
-  static std::size_t asked = 0;
-  static constexpr SystemCalls kAsked{.read = [](int descriptor, void* destination, std::size_t size) {
-    asked = size;
-    return ::read(descriptor, destination, size);
-  }};
-  FarSide far;
-  SerialPort port(far.name(), 230400, kAsked);
-  ASSERT_EQ(port.open(), core::Status::kOk);
-  far.send("abc");
-  std::array<std::byte, 16> destination;
-  EXPECT_EQ(read_some(port, destination).value(), 3U);
-  EXPECT_EQ(asked, 3U);
-  far.send("abcdef");
-  EXPECT_EQ(read_some(port, std::span(destination).first(2)).value(), 2U);
-  EXPECT_EQ(asked, 2U);
-}
-
-int error_of_the_count = 0;
-int failing_count(int, int*) {
-  errno = error_of_the_count;
-  return -1;
-}
-constexpr SystemCalls kFailingCount{.waiting = &failing_count};
-
-TEST(SerialPort, ADeviceThatCannotBeCountedIsGoneAndAnInterruptedCountIsNot) {
-  FarSide far;
-  std::array<std::byte, 4> destination;
-  SerialPort port(far.name(), 230400, kFailingCount);
-  ASSERT_EQ(port.open(), core::Status::kOk);
-  error_of_the_count = EINTR;
-  EXPECT_EQ(port.read(destination).value_or(9), 0U);
-  EXPECT_TRUE(port.is_open());
-  error_of_the_count = EIO;
-  EXPECT_EQ(port.read(destination).status(), core::Status::kUnavailable);
-  EXPECT_FALSE(port.is_open());
 }
 
 // Catches a port that is lost during a write and opened again before any read has reported the loss.

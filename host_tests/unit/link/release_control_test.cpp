@@ -4,8 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <optional>
+#include <variant>
+#include <vector>
 
 #include "host_tests/sim/ports/link_bench.h"
+#include "protocol/dji/commands.h"
+#include "protocol/dji/frame_parser.h"
 
 namespace m100::link {
 namespace {
@@ -54,6 +58,49 @@ TEST_P(ReleaseControl, AReleasedAircraftIsThePilotsAlthoughEveryAnswerIsLost) {
   ASSERT_TRUE(bench.run_until(AuthorityStage::kReady, milliseconds(200)));
   EXPECT_EQ(bench.link.authority().reason, AuthorityReason::kReleased);
   EXPECT_FALSE(bench.link.authority().release_pending);
+}
+
+/// Keeps the switches of Virtual RC that were sent.
+struct SentSwitches final : ByteTap {
+  void received(std::span<const std::byte>, core::TimePoint) override {}
+  void sent(std::span<const std::byte> bytes, core::TimePoint) override {
+    parser.consume(bytes, [this](const protocol::FrameView& frame) {
+      if (frame.header.is_ack || frame.data.size() < 2) {
+        return;
+      }
+      const protocol::MessageId id{static_cast<std::uint8_t>(frame.data[0]), static_cast<std::uint8_t>(frame.data[1])};
+      const core::Expected<protocol::Command> command = decode_command(id, frame.data.subspan(2));
+      if (command) {
+        if (const auto* const turned = std::get_if<protocol::VirtualRcSwitch>(&*command)) {
+          switches.push_back(*turned);
+        }
+      }
+    });
+  }
+  protocol::FrameParser parser;
+  std::vector<protocol::VirtualRcSwitch> switches;
+};
+
+// The emulated autopilot looks at `on` alone. The real one also looks at what follows it: without fall_back_to_rc it
+// would fly its fail-safe for a lost transmitter.
+TEST(GivingBackOnTheWire, VirtualRcIsSwitchedOffAndFallsBackToTheTransmitter) {
+  SentSwitches sent;
+  LinkBench::Options options;
+  options.link.channel.channel = Channel::kVirtualRc;
+  options.tap = &sent;
+  LinkBench bench(options);
+  ASSERT_TRUE(bench.take_control());
+  ASSERT_FALSE(sent.switches.empty());
+  EXPECT_TRUE(sent.switches.back().on);
+  sent.switches.clear();
+  bench.link.release(bench.clock.now());
+  bench.run(seconds(1));
+  ASSERT_FALSE(sent.switches.empty());
+  for (const protocol::VirtualRcSwitch& off : sent.switches) {
+    EXPECT_FALSE(off.on);
+    EXPECT_TRUE(off.fall_back_to_rc);
+    EXPECT_EQ(off.reserved, 0);
+  }
 }
 
 TEST_P(ReleaseControl, ItIsNotFinishedBeforeTelemetrySaysSo) {

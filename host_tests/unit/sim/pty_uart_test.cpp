@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "hal/linux/serial_port.h"
@@ -24,10 +26,18 @@ std::vector<std::byte> text() {
   return bytes;
 }
 
-/// The bytes that have arrived; a pseudo-terminal delivers within the call, so no wait is needed.
+/// As many bytes as text() has. A worker of the kernel delivers what a pseudo-terminal was sent, and a port does not wait for
+/// it; so reads until they are there, for a minute at the most.
 std::vector<std::byte> read_all(hal::Uart& uart) {
-  std::vector<std::byte> bytes(512);
-  bytes.resize(uart.read(bytes).value_or(0));
+  std::vector<std::byte> bytes;
+  for (int attempt = 0; attempt < 60000 && bytes.size() < text().size(); ++attempt) {
+    std::vector<std::byte> part(512);
+    part.resize(uart.read(part).value_or(0));
+    bytes.insert(bytes.end(), part.begin(), part.end());
+    if (part.empty()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
   return bytes;
 }
 

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <span>
+#include <string>
+#include <thread>
+
+#include "hal/linux/serial_port.h"
+
+namespace m100::hal {
+
+/// Pause between two attempts. The kernel carries bytes through a pseudo-terminal when it has time, so a test repeats
+/// an attempt until it succeeds. If it never does, ctest's time limit ends the test.
+inline constexpr std::chrono::milliseconds kPatience{1};
+
+/// The far side of a pseudo-terminal, whose name can be moved to another one, as udev does with adapters.
+class FarSide {
+ public:
+  FarSide() : descriptor_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
+    EXPECT_GE(descriptor_, 0);
+    EXPECT_EQ(grantpt(descriptor_), 0);
+    EXPECT_EQ(unlockpt(descriptor_), 0);
+  }
+  ~FarSide() { ::close(descriptor_); }
+  FarSide(const FarSide&) = delete;
+  FarSide& operator=(const FarSide&) = delete;
+
+  std::string name() const { return ptsname(descriptor_); }
+  void send(const std::string& text) {
+    ASSERT_EQ(::write(descriptor_, text.data(), text.size()), static_cast<ssize_t>(text.size()));
+  }
+  /// Waits until so many bytes have come.
+  std::string receive(std::size_t size) {
+    std::string all(size, '\0');
+    std::size_t got = 0;
+    while (got < size) {
+      const ssize_t count = ::read(descriptor_, all.data() + got, size - got);
+      got += count > 0 ? static_cast<std::size_t>(count) : 0U;
+      if (count <= 0) {
+        std::this_thread::sleep_for(kPatience);
+      }
+    }
+    return all;
+  }
+  termios settings() const {
+    termios result{};
+    EXPECT_EQ(tcgetattr(descriptor_, &result), 0);
+    return result;
+  }
+
+ private:
+  int descriptor_;
+};
+
+inline std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
+
+/// Waits until something has come.
+inline core::Expected<std::size_t> read_some(SerialPort& port, std::span<std::byte> destination) {
+  core::Expected<std::size_t> count = port.read(destination);
+  while (count && *count == 0) {
+    std::this_thread::sleep_for(kPatience);
+    count = port.read(destination);
+  }
+  return count;
+}
+
+}  // namespace m100::hal
