@@ -24,6 +24,12 @@ def expect(holds, what):
         raise SystemExit(f"FAILED: {what}")
 
 
+def left(bench):
+    """The physics programs that run, by their process ids."""
+    found = subprocess.run(["pgrep", "-f", f"^/usr/bin/python3 .*{bench.guide}"], capture_output=True, text=True, check=False)
+    return found.stdout.split()
+
+
 class Bench:
     def __init__(self, m100, lab, source, table, work):
         self.m100, self.lab, self.table, self.work = m100, lab, table, work
@@ -40,8 +46,7 @@ class Bench:
 
     def run_lab(self, *words):
         done = subprocess.run([self.lab, *words], capture_output=True, text=True, check=False, cwd=self.work)
-        left = subprocess.run(["pgrep", "-f", f"{self.guide}"], capture_output=True, text=True, check=False).stdout
-        expect(not left, f"nothing is left running after {words}: {left}")
+        expect(not left(self), f"nothing is left running after {words}: {left(self)}")
         return done
 
     def campaign(self, manner="", first=0):
@@ -88,6 +93,21 @@ def refuses(bench):
         expect(done.returncode == 2 and done.stderr.count("\n") == 1, f"{words}: {done.stderr}")
 
 
+def leaves_nothing_when_killed(bench):
+    """SIGKILL runs no destructor; the shell that starts the program has a child of its own."""
+    command = "cd / && " + bench.world("none").removeprefix("exec ")
+    with subprocess.Popen([bench.lab, "campaign", str(bench.work / "plant.toml"), "--jobs", "1", "--body-command", command],
+                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as lab:
+        while not left(bench):
+            time.sleep(0.01)
+        lab.kill()
+    for _ in range(1000):
+        if not left(bench):
+            return
+        time.sleep(0.01)
+    expect(False, f"nothing is left running: {left(bench)}")
+
+
 def gives_the_sticks_back(bench, manner):
     """The physics program fails while m100 flies: the pilot has the sticks, and both programs end."""
     place = bench.work / f"fly_{manner}"
@@ -122,6 +142,7 @@ def main():
         hovers(bench)
         survives(bench)
         refuses(bench)
+        leaves_nothing_when_killed(bench)
         for manner in ("dies", "malformed"):
             gives_the_sticks_back(bench, manner)
     return 0

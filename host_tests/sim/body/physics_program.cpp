@@ -20,15 +20,15 @@
 namespace m100::sim {
 namespace {
 
-/// What the new process does. Only calls that are safe between fork and exec of a program with several threads.
-[[noreturn]] void become(const char* command, pid_t parent) {
-  ::setpgid(0, 0);
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (::getppid() != parent) {
-    ::_exit(127);  // the parent died before the line above
-  }
+constexpr int kSignalled = 128;  // a shell's exit code for a program that ended by a signal, less its number
+
+/// Ends the whole process group, this process included.
+void end_group(int) { ::kill(0, SIGKILL); }
+
+[[noreturn]] void run_shell(const char* command) {
   ::signal(SIGINT, SIG_DFL);
   ::signal(SIGTERM, SIG_DFL);
+  ::signal(SIGPIPE, SIG_DFL);
   // Standard output is the results' of this program: a physics program that chats does so on standard error.
   ::dup2(STDERR_FILENO, STDOUT_FILENO);
   const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
@@ -37,13 +37,34 @@ namespace {
   ::_exit(127);
 }
 
+/// What the new process does: it leads a group in which the shell runs, and ends the group when its parent is gone,
+/// also by SIGKILL. Only calls that are safe between fork and exec in a program with several threads.
+[[noreturn]] void supervise(const char* command, pid_t parent) {
+  ::setpgid(0, 0);
+  ::signal(SIGINT, SIG_IGN);
+  ::signal(SIGTERM, SIG_IGN);  // meant for the physics program, whose end ends this process
+  ::signal(SIGUSR1, end_group);
+  ::prctl(PR_SET_PDEATHSIG, SIGUSR1);
+  if (::getppid() != parent) {
+    ::_exit(127);  // the parent died before the line above
+  }
+  const pid_t shell = ::fork();
+  if (shell == 0) {
+    run_shell(command);
+  }
+  int status = 0;
+  while (shell > 0 && ::waitpid(shell, &status, 0) < 0 && errno == EINTR) {
+  }
+  ::_exit(shell < 0 ? 127 : WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status));
+}
+
 }  // namespace
 
 PhysicsProgram::PhysicsProgram(const std::string& command) {
   const pid_t parent = ::getpid();
   process_ = ::fork();
   if (process_ == 0) {
-    become(command.c_str(), parent);
+    supervise(command.c_str(), parent);
   }
   if (process_ < 0) {
     throw PhysicsError("the physics program cannot be started: " + std::string(std::strerror(errno)));
@@ -54,8 +75,8 @@ PhysicsProgram::PhysicsProgram(const std::string& command) {
 std::string PhysicsProgram::ending() {
   int status = 0;
   if (ending_.empty() && ::waitpid(process_, &status, WNOHANG) == process_) {
-    ending_ = WIFEXITED(status) ? "exit code " + std::to_string(WEXITSTATUS(status))
-                                : "signal " + std::to_string(WTERMSIG(status));
+    const int code = WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status);
+    ending_ = code > kSignalled ? "signal " + std::to_string(code - kSignalled) : "exit code " + std::to_string(code);
   }
   return ending_;
 }

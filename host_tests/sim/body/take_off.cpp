@@ -24,15 +24,15 @@ constexpr double kNear_m = 0.1;
 constexpr double kNear_m_s = 0.1;
 constexpr double kGustyNear_m = 1.0;
 constexpr double kTiltLimit_rad = 0.44;
-constexpr double kFeelsAir_s = 0.3;
+constexpr double kAirFilter_s = 0.3;
 
 /// The pilot's law (N1Pilot), towards a place that is given.
-class Hand {
+class PlaceHold {
  public:
   MovementInput fly(const VehicleState& state, const Vector3& place_w_m) {
     const double yaw_rad = core::yaw_of(state.rotation_wb);
     const Vector2 force_w = core::rotate_by_yaw(Vector2(state.specific_force_b_m_s2.head<2>()), yaw_rad);
-    air_w_m_s2_ += kStep_s / kFeelsAir_s * (force_w - air_w_m_s2_);
+    air_w_m_s2_ += kStep_s / kAirFilter_s * (force_w - air_w_m_s2_);
     const Vector2 away_m = (state.position_w_m - place_w_m).head<2>();
     integral_w_m_s_ += kStep_s * away_m.cwiseMax(-1.0).cwiseMin(1.0);
     const Vector2 wanted_w = -2.0 * Vector2(state.velocity_w_m_s.head<2>()) -
@@ -64,13 +64,13 @@ class Hand {
 
 void take_off(VehiclePort& body, const Vector3& place_w_m) {
   body.set_motors(true);
-  Hand hand;
+  PlaceHold hold;
   double rests_s = 0.0;
   double near_s = 0.0;
   for (double t_s = 0.0; rests_s < kRests_s && near_s < kGusty_s; t_s += kStep_s) {
     const VehicleState& state = body.state();
     // On the ground a tilt would tip it over.
-    body.command(state.in_air ? hand.fly(state, place_w_m) : MovementInput{.climb_m_s = kClimb_m_s});
+    body.command(state.in_air ? hold.fly(state, place_w_m) : MovementInput{.climb_m_s = kClimb_m_s});
     body.advance(kStep);
     const double away_m = (state.position_w_m - place_w_m).norm();
     rests_s = away_m < kNear_m && state.velocity_w_m_s.norm() < kNear_m_s ? rests_s + kStep_s : 0.0;
