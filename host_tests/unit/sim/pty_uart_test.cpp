@@ -26,8 +26,8 @@ std::vector<std::byte> text() {
   return bytes;
 }
 
-/// As many bytes as text() has. A worker of the kernel delivers what a pseudo-terminal was sent, and a port does not wait for
-/// it; so reads until they are there, for a minute at the most.
+/// As many bytes as text() has. A worker of the kernel delivers what a pseudo-terminal was sent, and a port does not
+/// wait for it; so reads until they are there, for a minute at the most.
 std::vector<std::byte> read_all(hal::Uart& uart) {
   std::vector<std::byte> bytes;
   for (int attempt = 0; attempt < 60000 && bytes.size() < text().size(); ++attempt) {
