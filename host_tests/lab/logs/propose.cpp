@@ -338,24 +338,20 @@ class Proposer {
     const double flag_value = median(std::move(flags));
     const unsigned flag = flag_value >= 0.0 && flag_value < 256.0 ? static_cast<unsigned>(flag_value) : 0xFFU;
     const bool has_angles = (flag & 0xC0U) == 0;
-    const bool has_climb = (flag & 0x30U) == 0;
-    const bool has_yaw_rate = (flag & 0x08U) != 0;
     const auto command = [&](const char* signal, int axis) {
       out << signal << " = " << quoted(topic + std::to_string(axis) + "]") << "\n";
     };
-    out << "# The sticks rest; the set point commands (flag " << flag << ").\n";
+    out << "# The sticks rest; the set point commands (flag " << flag << ").\n"
+        << (has_angles ? "" : "# Its horizontal commands are no angles: they cannot be mapped.\n");
     if (has_angles) {
       command("command_roll", 0);
       command("command_pitch", 1);
     }
-    if (has_climb) {
+    if ((flag & 0x30U) == 0) {
       command("command_climb", 2);
     }
-    if (has_yaw_rate) {
+    if ((flag & 0x08U) != 0) {
       command("command_yaw_rate", 3);
-    }
-    if (!has_angles) {
-      out << "# Its horizontal commands are no angles: they cannot be mapped.\n";
     }
     return true;
   }
