@@ -72,7 +72,7 @@ void run(const ConvertOptions& options) {
   std::cout << printable(options.out) << ": " << log.size << " samples from " << log.start_s << " to "
             << log.time_s(log.size - 1) << " s; streams aligned by " << log.alignment.evidence << "\n";
   for (const std::string& note : log.notes) {
-    std::cout << "  " << printable(note) << "\n";
+    std::cout << "  note: " << printable(note) << "\n";
   }
   write_json(options.json, to_json(options, log));
 }

@@ -2,7 +2,6 @@
 // The stick axes: from a log and a declared model to a verdict.
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -10,6 +9,7 @@
 
 #include "host_tests/lab/identify/axis_problem.h"
 #include "host_tests/lab/identify/model/axis/flight_trims.h"
+#include "host_tests/lab/identify/processor_time.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_change_point.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_tether.h"
@@ -33,7 +33,7 @@ class AxisPipeline {
   }
 
   IdentifyResult run() {
-    const auto started = std::chrono::steady_clock::now();
+    const double started_s = processor_s();
     problem_ = std::make_unique<AxisProblem>(request_);
     const bool own_trims = request_.log->flights.size() > 1 && subtract_flight_trims(declared_fit());
     chosen_ = select_effects(*problem_, request_, {});
@@ -54,7 +54,7 @@ class AxisPipeline {
     withdraw_unconfirmed_effects();
     detect_weak_effect();
     IdentifyResult result = conclude(*problem_, problem_->request(), std::move(chosen_), std::move(side_findings_));
-    result.elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    result.elapsed_s = processor_s() - started_s;
     return result;
   }
 

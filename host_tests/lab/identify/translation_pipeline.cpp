@@ -6,6 +6,7 @@
 #include "host_tests/lab/identify/data/log_defects.h"
 #include "host_tests/lab/identify/data/translation_repair.h"
 #include "host_tests/lab/identify/data/unit_consistency.h"
+#include "host_tests/lab/identify/processor_time.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/selection/problem.h"
 #include "host_tests/lab/identify/selection/regimes.h"
@@ -110,6 +111,7 @@ class TranslationPipeline {
 }  // namespace
 
 IdentifyResult identify_translation(const Request& request) {
+  const double started_s = processor_s();
   SideFindings side_findings;
   const logs::FlightLog log = repaired(*request.log, requested_ranges(request, true), side_findings.findings);
   const bool one_log = in_one_log(request);
@@ -123,7 +125,9 @@ IdentifyResult identify_translation(const Request& request) {
   side_findings.findings.insert(side_findings.findings.end(), units.begin(), units.end());
   const std::vector<Finding> signs = misread_attitude(log, request.train);
   side_findings.findings.insert(side_findings.findings.end(), signs.begin(), signs.end());
-  return TranslationPipeline(cleaned, std::move(side_findings)).run(!signs.empty());
+  IdentifyResult result = TranslationPipeline(cleaned, std::move(side_findings)).run(!signs.empty());
+  result.elapsed_s = processor_s() - started_s;
+  return result;
 }
 
 }  // namespace m100::lab::identify

@@ -82,12 +82,4 @@ double joined_time(const FlightLog& log, std::size_t flight, double own_s);
 /// The time as text, on the clock of the log in which it lies: "12.30 s", in a joined log "2@12.30 s".
 std::string place_of(const FlightLog& log, double time_s);
 
-/// The lag d in samples at which b[k - d] matches a[k] best, by normalised cross-correlation of the mean-free signals
-/// over |d| <= most, and its correlation (peak). d > 0: b must be moved later.
-struct Lag {
-  int samples = 0;
-  double peak = 0;
-};
-Lag best_lag(const std::vector<double>& a, const std::vector<double>& b, int most);
-
 }  // namespace m100::lab::logs

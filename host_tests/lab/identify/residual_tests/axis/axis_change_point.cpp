@@ -18,6 +18,9 @@ namespace {
 constexpr double kThreshold = kCertainChange;
 constexpr double kWorthRefitting =
     14.0;  // a step of a dead zone is not linear: the scan sees less of it than the refit
+/// A smaller change of a delay is no effect, whatever its statistics: the lag of motors and what a loop feeds back
+/// shift the delay of healthy logs by up to 12 ms, likelier by 50 and more.
+constexpr double kMinDelayChange_s = 0.015;
 
 /// A number that may change in mid-flight (model::MidFlight), in the units of this log and fit.
 struct Candidate {
@@ -111,7 +114,8 @@ Columns slopes(const FreeRun& run, const StickAxis& axis, const Rows& error,
 /// to half a row of the stick, and what the fit adds by chance: two standard errors.
 double min_of(const Candidate& candidate, const WhitenedFit& fit, double stick_row_s) {
   const bool delay = candidate.free_parameter.member == &StickAxis::transport_delay_s;
-  return delay ? std::max(candidate.min_relevant, 0.5 * stick_row_s + 2.0 * fit.sigmas.back()) : candidate.min_relevant;
+  return delay ? std::max({candidate.min_relevant, kMinDelayChange_s, 0.5 * stick_row_s + 2.0 * fit.sigmas.back()})
+               : candidate.min_relevant;
 }
 
 /// Standard error of a difference of delays before and after a date where every way of a stick with slow rows was made
@@ -137,15 +141,12 @@ double step_time_error_s(const AxisData& data, double date_s) {
   return data.stick_row_s * std::sqrt(variance / 12.0);
 }
 
-/// From which size on a change is doubted though it has no name. A delay below 15 ms is no effect, whatever its
-/// statistics: the lag of motors and what a loop feeds back shift the delay of healthy logs by up to 12 ms, likelier by
-/// 50 and more.
+/// From which size on a change is doubted though it has no name.
 double min_doubted(const Candidate& candidate, const WhitenedFit& fit, const AxisData& data, double date_s) {
-  constexpr double kMin_s = 0.015;
   constexpr double kErrors = 2.0;
   const bool delay = candidate.free_parameter.member == &StickAxis::transport_delay_s;
   const double error_s = std::hypot(fit.sigmas.back(), step_time_error_s(data, date_s));
-  return delay ? std::max(kMin_s, kErrors * error_s) : candidate.min_relevant;
+  return delay ? std::max(kMinDelayChange_s, kErrors * error_s) : candidate.min_relevant;
 }
 
 struct TriedChange {
