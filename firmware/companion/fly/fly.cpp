@@ -20,7 +20,7 @@
 #include "firmware/companion/files/course.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/key_file.h"
-#include "firmware/companion/fly/line_writer.h"
+#include "firmware/companion/operator/line_writer.h"
 #include "firmware/companion/operator/operator_messages.h"
 #include "firmware/companion/operator/terminal.h"
 #include "firmware/companion/preflight/model_findings.h"

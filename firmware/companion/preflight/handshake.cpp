@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "firmware/companion/backup/backup_process.h"
+#include "firmware/companion/backup/release.h"
 #include "firmware/companion/fly/fly.h"
-#include "firmware/companion/fly/line_writer.h"
-#include "firmware/companion/fly/release.h"
 #include "firmware/companion/fly/release_monitor.h"
+#include "firmware/companion/operator/line_writer.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/operator/terminal.h"
 #include "firmware/companion/subcommands.h"

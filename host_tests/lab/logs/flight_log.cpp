@@ -10,11 +10,11 @@
 #include <utility>
 
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/alignment/rate_alignment.h"
+#include "host_tests/lab/logs/alignment/sampling_clock.h"
 #include "host_tests/lab/logs/force_check.h"
 #include "host_tests/lab/logs/no_such_column.h"
 #include "host_tests/lab/logs/quaternion.h"
-#include "host_tests/lab/logs/rate_alignment.h"
-#include "host_tests/lab/logs/sampling_clock.h"
 #include "host_tests/lab/logs/stream.h"
 
 namespace m100::lab::logs {

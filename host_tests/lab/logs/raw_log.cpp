@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/logs/bunched_arrivals.h"
+#include "host_tests/lab/logs/alignment/bunched_arrivals.h"
 #include "host_tests/lab/logs/no_such_column.h"
 #include "host_tests/lab/logs/stream.h"
 #include "host_tests/lab/printable.h"

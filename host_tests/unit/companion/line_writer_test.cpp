@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/companion/fly/line_writer.h"
+#include "firmware/companion/operator/line_writer.h"
 
 #include <gtest/gtest.h>
 

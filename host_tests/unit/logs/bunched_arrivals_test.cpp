@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Streams whose samples arrive several at a time: the spread times against the times at which the samples were taken.
-#include "host_tests/lab/logs/bunched_arrivals.h"
+#include "host_tests/lab/logs/alignment/bunched_arrivals.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/logs/mat_hdf5.h"
+#include "host_tests/lab/logs/formats/mat_hdf5.h"
 #include "host_tests/lab/whole_file.h"
 
 // MATLAB 5: a head of 128 bytes, then elements {uint32 type, uint32 bytes, data to the next multiple of 8}; the tag

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "host_tests/lab/identify/model/translation/normal_equations.h"
 #include "host_tests/lab/identify/model/translation/translation_regression.h"
 #include "host_tests/lab/identify/residual_tests/periodic_force.h"
-#include "host_tests/lab/identify/translation/normal_equations.h"
 
 namespace m100::lab::identify::translation {
 

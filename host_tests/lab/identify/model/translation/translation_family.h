@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "host_tests/lab/identify/model/model_family.h"
+#include "host_tests/lab/identify/model/translation/normal_equations.h"
 #include "host_tests/lab/identify/model/translation/translation_regression.h"
 #include "host_tests/lab/identify/output/result.h"
-#include "host_tests/lab/identify/translation/normal_equations.h"
 
 namespace m100::lab::identify {
 

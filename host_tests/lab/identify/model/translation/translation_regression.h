@@ -12,7 +12,7 @@
 #include "firmware/model/translation.h"
 #include "host_tests/lab/identify/data/translation_data.h"
 #include "host_tests/lab/identify/model/model_family.h"
-#include "host_tests/lab/identify/translation/recently_used.h"
+#include "host_tests/lab/identify/model/translation/recently_used.h"
 
 namespace m100::lab::identify::translation {
 

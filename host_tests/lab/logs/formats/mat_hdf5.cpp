@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/logs/mat_hdf5.h"
+#include "host_tests/lab/logs/formats/mat_hdf5.h"
 
 #include <cstdint>
 #include <cstring>

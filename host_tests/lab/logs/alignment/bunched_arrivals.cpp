@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/logs/bunched_arrivals.h"
+#include "host_tests/lab/logs/alignment/bunched_arrivals.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/identify/translation/normal_equations.h"
+#include "host_tests/lab/identify/model/translation/normal_equations.h"
 
 #include <functional>
 #include <string>

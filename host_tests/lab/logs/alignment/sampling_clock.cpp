@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/logs/sampling_clock.h"
+#include "host_tests/lab/logs/alignment/sampling_clock.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 
-#include "host_tests/lab/logs/bunched_arrivals.h"
+#include "host_tests/lab/logs/alignment/bunched_arrivals.h"
 
 namespace m100::lab::logs {
 namespace {

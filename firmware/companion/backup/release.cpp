@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/companion/fly/release.h"
+#include "firmware/companion/backup/release.h"
 
 #include <unistd.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/logs/rate_alignment.h"
+#include "host_tests/lab/logs/alignment/rate_alignment.h"
 
 #include <algorithm>
 #include <cmath>
