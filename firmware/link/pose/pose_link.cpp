@@ -29,23 +29,22 @@ bool PoseLink::is_from_sender(const mavlink::FrameView& frame, core::TimePoint n
     stats_.lost_frames += step - 1U;
   }
   last_frame_ = frame.sequence;
+  frame_step_ = has_last_ && frame.from == sender_ ? step : std::uint8_t{1};
   return true;
 }
 
 bool PoseLink::accept(const core::Pose<double>& pose, core::TimePoint now) {
   const bool stamped = pose.captured != core::SenderTime{};
-  const core::SenderClock::duration step = pose.captured - last_captured_;
-  const bool set_back = has_last_ && step < -kRestart;
-  const bool restarted = !has_last_ || set_back || now - last_time_ > kSenderGone;
-  if (stamped && !restarted && step <= core::SenderClock::duration{0}) {
-    ++stats_.refused_order;
-    return false;
-  }
-  if (set_back) {
-    comparison_.reset();
+  if (stamped || is_stamped_) {  // once stamped, a pose without a stamp is one that goes back
+    const StampOrder::Verdict verdict = order_.judge(pose.captured, frame_step_, now);
+    if (verdict == StampOrder::Verdict::kRefused) {
+      ++stats_.refused_order;
+      return false;
+    }
+    clock_was_set_ = clock_was_set_ || verdict == StampOrder::Verdict::kSet;
+    is_stamped_ = stamped;
   }
   has_last_ = true;
-  last_captured_ = pose.captured;
   last_time_ = now;
   ++stats_.poses;
   return true;
@@ -80,6 +79,8 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
   }
   if (has_last_ && frame.from != sender_) {
     comparison_.reset();
+    order_.reset();
+    is_stamped_ = false;
   }
   if (accept(*pose, now)) {
     sender_ = frame.from;
@@ -114,6 +115,8 @@ core::Expected<core::Pose<double>> PoseLink::receive(core::TimePoint now) {
   core::Pose<double> pose = newest.pose;
   pose.sequence = static_cast<std::uint32_t>(stats_.poses);
   pose.arrived = now - line_time(all - newest.pose_end, baud_);
+  pose.clock_was_set = clock_was_set_;
+  clock_was_set_ = false;
   if (pose.captured == core::SenderTime{}) {
     pose.set_captured_at(pose.arrived);
     return pose;

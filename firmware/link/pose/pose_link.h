@@ -8,6 +8,7 @@
 #include "firmware/core/time.h"
 #include "firmware/link/byte_tap.h"
 #include "firmware/link/pose/clock_comparison.h"
+#include "firmware/link/stamp_order.h"
 #include "hal/uart.h"
 #include "protocol/mavlink/parser.h"
 
@@ -24,12 +25,11 @@ struct PoseLinkStats {
 
 /// The source of pose at the other end of a second UART: MAVLink, unsigned, because a serial port is a wire. One call
 /// per tick; older poses of the same tick are skipped. A pose whose time stamp is not newer than the last is refused,
-/// unless the sender evidently restarted: a step back by more than kRestart, or silence for a second. Until then only
-/// the first sender is accepted.
+/// unless StampOrder shows that the sender's clock was set. Only the first sender is accepted, until it is silent for a
+/// second.
 class PoseLink {
  public:
   static constexpr std::size_t kBytesPerTick = 2048;
-  static constexpr core::SenderClock::duration kRestart = std::chrono::seconds(10);
 
   /// @param baud gives the time of a byte on the line; 0: none.
   /// @param tap sees all bytes of both directions; may be null.
@@ -68,8 +68,11 @@ class PoseLink {
   bool has_last_ = false;
   mavlink::Address sender_;
   std::uint8_t last_frame_ = 0;  ///< number of the sender's last frame
-  core::SenderTime last_captured_{};
+  std::uint8_t frame_step_ = 0;  ///< from the frame before to the last
   core::TimePoint last_time_{};
+  StampOrder order_;
+  bool is_stamped_ = false;     ///< the last pose had a time stamp
+  bool clock_was_set_ = false;  ///< since the last pose that was handed on
   std::uint8_t questions_ = 0;
   std::uint64_t asked_at_bytes_ = 0;  ///< of the parser, at the last question
   PoseLinkStats stats_;
