@@ -9,6 +9,7 @@ namespace {
 /// Half of a tick: the arrivals are known to one tick, and the least of a window to better.
 constexpr float kLeastShift_s = 0.005F;
 constexpr float kShareOfSpread = 0.25F;     // the least of eight lies a ninth of the spread above none
+constexpr float kAnotherRate = 4.F;         // of what can be seen: not by the noise of one window
 constexpr float kForgets = 1.F / 32.F;      // of the reference, per window: a quartz drifts by 0.3 ms meanwhile
 constexpr float kAdapts = 1.F / 64.F;       // of the spacing, per window
 constexpr float kUneven = 1.F / 64.F;       // of the mean square, per pose
@@ -50,8 +51,9 @@ float TimeOffset::update(const Step& step, float spread_s) {
   const float counted = captures(step.stamps_s);
   const float captures = step.poses > counted ? step.poses : counted;
   const float uneven_s = step.stamps_s - captures * spacing_s_;
+  const float each_s = uneven_s / captures;
   const float most_s = kLargestUneven * spacing_s_;
-  const float counted_s = size(uneven_s) < most_s ? uneven_s : most_s;
+  const float counted_s = size(each_s) < most_s ? each_s : most_s;
   uneven_s2_ += kUneven * (counted_s * counted_s - uneven_s2_);
   shift_s_ += step.slip_s;
   deficit_s_ -= uneven_s;
@@ -88,10 +90,10 @@ float TimeOffset::judge(float spread_s) {
       deficit_s_ -= deficit_s;
       return deficit_s;
     }
-  } else if (size(deficit_s) > seen_s) {  // stamps and arrivals agree: the source captures at another rate
+  } else if (size(deficit_s) > kAnotherRate * seen_s) {  // stamps and arrivals agree: the source's rate is another
     spacing_s_ = stamps_s_ / captures_;
     deficit_s_ = 0.F;
-  } else {
+  } else if (size(deficit_s) < seen_s) {
     spacing_s_ += kAdapts * (stamps_s_ / captures_ - spacing_s_);
   }
   shift_s_ -= kForgets * shift_s;

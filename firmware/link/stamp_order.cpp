@@ -17,7 +17,9 @@ core::Duration way(core::SenderTime stamp, core::TimePoint now) {
 }  // namespace
 
 void StampOrder::begin(core::SenderTime stamp, core::TimePoint now) {
+  const std::uint8_t frame = newest_frame_;
   reset();
+  newest_frame_ = frame;
   remember(stamp);
   newest_ = stamp;
   newest_at_ = now;
@@ -50,11 +52,11 @@ bool StampOrder::is_taken(core::SenderTime stamp) const {
 }
 
 bool StampOrder::continues_run(core::SenderTime stamp, core::TimePoint now) const {
-  return run_.count > 0 && stamp > run_.last && way(stamp, now) >= way(run_.last, run_.last_at) - kEarly;
+  return run_.count > 0 && stamp > run_.newest && way(stamp, now) >= way(run_.newest, run_.newest_at) - kEarly;
 }
 
 StampOrder::Verdict StampOrder::accept(core::SenderTime stamp, core::TimePoint now) {
-  const bool was_set = run_.is_new && continues_run(stamp, now);
+  const bool was_set = run_.sure > 0 && continues_run(stamp, now);
   const core::Duration risen = offset_ + (now - newest_at_) / kDriftParts;
   offset_ = std::min(way(stamp, now), risen);
   newest_ = stamp;
@@ -64,33 +66,44 @@ StampOrder::Verdict StampOrder::accept(core::SenderTime stamp, core::TimePoint n
   return was_set ? Verdict::kSet : Verdict::kRises;
 }
 
-StampOrder::Verdict StampOrder::judge(core::SenderTime stamp, std::uint8_t frame_step, core::TimePoint now) {
+StampOrder::Verdict StampOrder::refuse(core::SenderTime stamp, bool is_sure, core::TimePoint now) {
+  const bool continues = continues_run(stamp, now);
+  if (run_.count > 0 && stamp <= run_.newest && !is_sure) {
+    return Verdict::kRefused;  // doubled, or overtaken in the run
+  }
+  run_ = {.count = continues ? run_.count + 1 : 1U,
+          .sure = (continues ? run_.sure : 0U) + (is_sure ? 1U : 0U),
+          .newest = stamp,
+          .newest_at = now,
+          .since = continues ? run_.since : now};
+  if (run_.sure >= 2 || (run_.count > 2 && now - run_.since >= kMaxRefusal)) {
+    begin(stamp, now);
+    return Verdict::kSet;
+  }
+  return Verdict::kRefused;
+}
+
+StampOrder::Verdict StampOrder::judge(core::SenderTime stamp, std::uint8_t frame, core::TimePoint now) {
+  constexpr std::uint8_t kLargestStep = 127;
+  const auto step = static_cast<std::uint8_t>(frame - newest_frame_);
+  const bool is_later_frame = step >= 1 && step <= kLargestStep;
+  newest_frame_ = is_later_frame || count_ == 0 ? frame : newest_frame_;
   if (count_ == 0 || now - newest_at_ > kSenderGone) {
     const bool was_set = count_ > 0 && stamp <= newest_;
     begin(stamp, now);
+    newest_frame_ = frame;
     return was_set ? Verdict::kSet : Verdict::kRises;
   }
   const bool is_early = way(stamp, now) < offset_ - kEarly;
   if (stamp > newest_ && !is_early) {
     return accept(stamp, now);
   }
-  constexpr std::uint8_t kLargestStep = 127;
-  const bool is_later_frame = frame_step >= 1 && frame_step <= kLargestStep;
-  const bool is_new = is_early || (is_later_frame && is_taken(stamp));
-  const bool continues = continues_run(stamp, now);
-  run_ = {.count = continues ? run_.count + 1 : 1U,
-          .last = stamp,
-          .last_at = now,
-          .since = continues ? run_.since : now,
-          .is_new = is_new && (!continues || run_.is_new)};
-  if ((run_.count >= 2 && run_.is_new) || (run_.count > 2 && now - run_.since >= kMaxRefusal)) {
-    begin(stamp, now);
-    return Verdict::kSet;
-  }
-  if (stamp < newest_ && !is_new) {
+  const bool is_sure = is_early || (is_later_frame && is_taken(stamp));
+  const Verdict verdict = refuse(stamp, is_sure, now);
+  if (verdict == Verdict::kRefused && !is_sure && stamp < newest_) {
     remember(stamp);  // overtaken
   }
-  return Verdict::kRefused;
+  return verdict;
 }
 
 }  // namespace m100::link

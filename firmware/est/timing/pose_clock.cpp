@@ -47,7 +47,7 @@ bool PoseClock::was_set(core::Duration step, core::Duration gap, const Context& 
   const float early_s = step_s * (1.F + drift_) - gap_s - behind_s_;
   const float uneven_s = shift_.uneven_s(step_s, gap_s);
   const bool is_uneven = uneven_s * uneven_s > kUneven * kUneven * shift_.spacing_s() * shift_.spacing_s();
-  return is_uneven && (context.clock_was_set || early_s > kEarly_s);
+  return is_uneven && (early_s > kEarly_s || (context.clock_was_set && uneven_s < 0.F));
 }
 
 /// What came late or early by the clock did not come late or early.

@@ -29,14 +29,13 @@ bool PoseLink::is_from_sender(const mavlink::FrameView& frame, core::TimePoint n
     stats_.lost_frames += step - 1U;
   }
   last_frame_ = frame.sequence;
-  frame_step_ = has_last_ && frame.from == sender_ ? step : std::uint8_t{1};
   return true;
 }
 
-bool PoseLink::accept(const core::Pose<double>& pose, core::TimePoint now) {
+bool PoseLink::accept(const core::Pose<double>& pose, std::uint8_t frame, core::TimePoint now) {
   const bool stamped = pose.captured != core::SenderTime{};
   if (stamped || is_stamped_) {  // once stamped, a pose without a stamp is one that goes back
-    const StampOrder::Verdict verdict = order_.judge(pose.captured, frame_step_, now);
+    const StampOrder::Verdict verdict = order_.judge(pose.captured, frame, now);
     if (verdict == StampOrder::Verdict::kRefused) {
       ++stats_.refused_order;
       return false;
@@ -82,7 +81,7 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
     order_.reset();
     is_stamped_ = false;
   }
-  if (accept(*pose, now)) {
+  if (accept(*pose, frame.sequence, now)) {
     sender_ = frame.from;
     newest.pose = *pose;
     newest.pose_end = end;

@@ -56,7 +56,7 @@ class PoseLink {
     std::uint64_t answer_end = 0;
   };
   void take(const mavlink::FrameView& frame, core::TimePoint now, Newest& newest);
-  bool accept(const core::Pose<double>& pose, core::TimePoint now);
+  bool accept(const core::Pose<double>& pose, std::uint8_t frame, core::TimePoint now);
   bool is_from_sender(const mavlink::FrameView& frame, core::TimePoint now);
   bool has_room(core::TimePoint now) const;
 
@@ -68,7 +68,6 @@ class PoseLink {
   bool has_last_ = false;
   mavlink::Address sender_;
   std::uint8_t last_frame_ = 0;  ///< number of the sender's last frame
-  std::uint8_t frame_step_ = 0;  ///< from the frame before to the last
   core::TimePoint last_time_{};
   StampOrder order_;
   bool is_stamped_ = false;     ///< the last pose had a time stamp
