@@ -131,6 +131,55 @@ TEST_F(PoseLinkTest, OneSenderIsHeardUntilItIsGone) {
   EXPECT_TRUE(after(milliseconds(10)));
 }
 
+// Would catch a link that a stray pose locks out, and one that chooses by who came first although a choice was made.
+TEST_F(PoseLinkTest, TheChosenSenderIsHeardWhoeverElseSends) {
+  PoseLink chosen(cable.a(), 115200, nullptr, {.system = 9, .component = 197});
+  std::uint64_t stamp_us = 1000;
+  int taken = 0;
+  for (int i = 0; i < 300; ++i) {
+    write(mocap(stamp_us += 7), {.system = 9, .component = 100});
+    if (i >= 100) {
+      write(mocap(stamp_us + 10000 * static_cast<std::uint64_t>(i)));
+    }
+    clock.advance(milliseconds(10));
+    taken += chosen.receive(clock.now()).has_value() ? 1 : 0;
+  }
+  EXPECT_EQ(taken, 200);
+  EXPECT_EQ(chosen.sender().component, 197);
+  EXPECT_EQ(chosen.rival(clock.now()), nullptr) << "the operator has chosen";
+  ASSERT_EQ(chosen.senders().all().size(), 2U);
+  EXPECT_EQ(chosen.senders().all()[0].poses, 300U);
+  EXPECT_EQ(chosen.stats().faults[static_cast<std::size_t>(PoseFault::kSender)], 300U);
+}
+
+TEST_F(PoseLinkTest, ASecondSenderIsARivalForAsLongAsItSends) {
+  EXPECT_TRUE(send(1000));
+  EXPECT_EQ(link.rival(clock.now()), nullptr);
+  write(mocap(500), {.system = 2, .component = 197});
+  (void)after(milliseconds(10));
+  ASSERT_NE(link.rival(clock.now()), nullptr);
+  EXPECT_EQ(link.rival(clock.now())->from.system, 2);
+  clock.advance(milliseconds(1900));
+  EXPECT_NE(link.rival(clock.now()), nullptr);
+  clock.advance(milliseconds(200));
+  EXPECT_EQ(link.rival(clock.now()), nullptr);
+}
+
+// Would catch stamps in another unit that are flown by the times of arrival.
+TEST_F(PoseLinkTest, StampsInAnotherUnitAreNamed) {
+  for (const auto& [step_us, fault] : {std::pair{10000000U, PoseFault::kFastStamp}, {10U, PoseFault::kSlowStamp}}) {
+    PoseLink fresh(cable.a(), 115200);
+    for (std::uint64_t i = 1; i <= 200; ++i) {
+      write(mocap(kUnix_us + step_us * i));
+      clock.advance(milliseconds(10));
+      const bool taken = fresh.receive(clock.now()).has_value();
+      EXPECT_FALSE(i > 70 && taken) << step_us;
+    }
+    EXPECT_EQ(fresh.stats().main_fault(), fault);
+    EXPECT_GE(fresh.stats().faults[static_cast<std::size_t>(fault)], 130U);
+  }
+}
+
 TEST_F(PoseLinkTest, LostFramesAreCounted) {
   EXPECT_TRUE(send(1000));
   frames += 3;
