@@ -37,11 +37,13 @@ inline constexpr std::array<PoseFaultText, kPoseFaults> kPoseFaultTexts{
     PoseFaultText{"quaternion", "a quaternion whose length is not 1"},
     PoseFaultText{"degrees", "angles beyond 2 pi: degrees? MAVLink's angles are radians"},
     PoseFaultText{"millimetres", "a position beyond 1 km: millimetres? MAVLink's positions are metres"},
-    PoseFaultText{"frame", "ODOMETRY in a frame that is neither NED nor FRD (ENU or FLU?): use frame 1, 14, 16, 18 or 20"},
+    PoseFaultText{"frame",
+                  "ODOMETRY in a frame that is neither NED nor FRD (ENU or FLU?): use frame 1, 14, 16, 18 or 20"},
     PoseFaultText{"variance", "a variance above 100 m^2"},
     PoseFaultText{"fast_stamp", "time stamps that run far too fast: nanoseconds? MAVLink's are microseconds"},
-    PoseFaultText{"slow_stamp",
-                  "time stamps that stand still or run far too slowly: milliseconds or seconds? MAVLink's are microseconds"},
+    PoseFaultText{
+        "slow_stamp",
+        "time stamps that stand still or run far too slowly: milliseconds or seconds? MAVLink's are microseconds"},
     PoseFaultText{"order", "time stamps that do not rise: doubled, overtaken, or by a clock that was just set"},
     PoseFaultText{"sender", "poses of another sender"},
 };

@@ -19,6 +19,7 @@ namespace m100::companion {
 namespace {
 
 constexpr core::Duration kPosePatience = std::chrono::seconds(5);
+constexpr core::Duration kRatesKnown = std::chrono::seconds(1);    ///< of two senders, to name them with
 constexpr core::Duration kLooks = std::chrono::milliseconds(300);  ///< for a second sender: nine poses of 30 Hz
 constexpr double kEverywhere_m = 1e9;
 
@@ -118,11 +119,12 @@ ref::Waypoint<double> find_start_position(PosePort& port, link::SenderChoice cho
     if (const core::Expected<core::Pose<double>> pose = link.receive(now)) {
       start = start ? start : place.add(*pose);
     }
-    if (link.rival(now) != nullptr) {
+    const bool has_rival = link.rival(now) != nullptr;
+    if (has_rival && now.time_since_epoch() >= kRatesKnown) {
       throw UsageError(port.name() + ": poses come from several senders: " + describe(link.senders()) +
                        ": choose one with --pose-from SYS:COMP, or with 'from' in the flight file's [pose]");
     }
-    if (start && now.time_since_epoch() >= kLooks) {
+    if (start && !has_rival && now.time_since_epoch() >= kLooks) {
       return *start;
     }
   }

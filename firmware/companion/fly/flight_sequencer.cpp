@@ -74,7 +74,8 @@ bool FlightSequencer::wait(core::TimePoint now, const View& view, const Sequence
   }
   report_awaited(now, view);
   waits_since_ = all_ready || phase_ != Phase::kWaiting ? now : waits_since_.value_or(now);
-  if (request_.take_control && !order_given_ && is_clear && pose_.blocks(now) && controller_.is_converged()) {
+  const bool is_looked_at = is_clear && controller_.is_converged();
+  if (request_.take_control && !order_given_ && pose_.blocks(now) && (is_looked_at || pose_.has_rival())) {
     refuse_for_pose(now);
   }
   // Control was refused before it was requested, for a reason that does not go away by itself or has not gone away.

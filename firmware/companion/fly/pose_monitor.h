@@ -32,6 +32,7 @@ class PoseMonitor {
   void tick(core::TimePoint now, const app::FlightController<double>& controller, bool waits, OperatorLog& listener);
   /// Whether control may not be asked for.
   bool blocks(core::TimePoint now) const { return rival_ || is_tilted(now) || is_on_trial(now); }
+  bool has_rival() const { return rival_; }
   /// Only a check that failed has to hold for longer.
   bool is_on_trial_only(core::TimePoint now) const { return !rival_ && !is_tilted(now); }
   /// Why, in words that follow "control is not asked for: ".
