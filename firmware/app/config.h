@@ -5,6 +5,7 @@
 #include "firmware/core/fence.h"
 #include "firmware/ctl/excitation.h"
 #include "firmware/est/consistency/velocity_consistency.h"
+#include "firmware/link/pose_senders.h"
 #include "firmware/link/serial_link.h"
 #include "firmware/mpc/law.h"
 #include "firmware/safety/limits.h"
@@ -32,6 +33,7 @@ struct FlightConfig {
   /// until the tick reads it.
   core::Duration attitude_age = std::chrono::milliseconds(10);
   std::uint32_t pose_baud = 115200;  ///< of the second UART
+  link::SenderChoice pose_from{};    ///< whose poses are used
   /// How long an order to fly stays valid while start-up and requests for control take their time.
   core::Duration order_timeout = std::chrono::seconds(20);
 };

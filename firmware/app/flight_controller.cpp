@@ -30,7 +30,7 @@ template <typename T, typename S>
     : autopilot_tap_(log, log::Stream::kAutopilotIn, log::Stream::kAutopilotOut),
       pose_tap_(log, log::Stream::kPoseIn, log::Stream::kPoseOut),
       link_(autopilot, config.link, &autopilot_tap_),
-      pose_link_(pose, config.pose_baud, &pose_tap_),
+      pose_link_(pose, config.pose_baud, &pose_tap_, config.pose_from),
       sensors_(config.sensor_limits),
       observer_(vehicle),
       fault_isolation_(config.disabled_checks),

@@ -32,6 +32,7 @@ struct Pose {
   bool is_new = false;         ///< came in this tick
   std::uint32_t sequence = 0;  ///< counted by the sender, one per pose
   SenderTime captured{};       ///< on the sender's clock
+  bool clock_was_set = false;  ///< the sender's clock, since the pose before: by the order of its time stamps
   /// Converts the sender's clock to ours: our time of a capture is captured + to_ours. The link sets it as if the pose
   /// was captured when it arrived; est::PoseTiming corrects it.
   Duration to_ours{0};
@@ -59,6 +60,7 @@ struct Pose {
     return {.is_new = is_new,
             .sequence = sequence,
             .captured = captured,
+            .clock_was_set = clock_was_set,
             .to_ours = to_ours,
             .offset = offset,
             .arrived = arrived,

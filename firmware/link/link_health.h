@@ -38,6 +38,7 @@ struct LinkHealth {
       0;                       ///< the line was too slow: replaced by a newer one, or void at a loss of authority
   std::uint32_t outages = 0;   ///< times the port was gone
   std::uint32_t restarts = 0;  ///< of the autopilot
+  std::uint32_t echoes = 0;    ///< our own frames that came back
 };
 
 }  // namespace m100::link

@@ -12,6 +12,11 @@ namespace {
 
 using safety::AuthorityCondition;
 
+/// Messages that only a computer sends.
+bool is_our_question(protocol::MessageId id) {
+  return id == protocol::ids::kVersionQuery || id == protocol::ids::kActivation || id == protocol::ids::kControlRequest;
+}
+
 }  // namespace
 
 std::span<const std::byte> SerialLink::read_waiting(core::TimePoint now) {
@@ -85,6 +90,9 @@ void SerialLink::handle(const protocol::FrameView& frame, core::TimePoint now) {
     handle_answer(*message, now);
   } else if (message->has_id && message->id == protocol::ids::kTelemetry) {
     says_something_new = handle_telemetry(*message, now);
+  } else if (message->has_id && is_our_question(message->id)) {
+    ++meter_.counters().echoes;  // the autopilot never asks it
+    says_something_new = false;
   } else {
     handle_push(*message);
   }

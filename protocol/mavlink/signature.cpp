@@ -82,7 +82,7 @@ core::Status ReplayGuard::accept(Address from, const SignatureView& signature, S
     return core::Status::kRefused;
   }
   const auto is_old = [&](SignatureTime time) { return time + kLatestStart < newest_; };
-  if ((known == streams.end() || !heard_[at]) && is_old(signature.time)) {
+  if ((known == streams.end() || !heard_[at]) && is_old(signature.time) && !accepts_any_clock_) {
     return core::Status::kTimeout;
   }
   if (known == streams.end() && at == kStreams) {

@@ -65,6 +65,10 @@ class ReplayGuard {
     M100_ASSERT(memory.count <= kStreams);
   }
 
+  /// The first frame of a stream may lie behind the newest known time by any time, on the operator's word: a signer
+  /// without a clock counts on from where it was set. A stream that is known must still rise.
+  void accept_any_clock(bool accepts) { accepts_any_clock_ = accepts; }
+
   /// @param now the time of our own signatures; it advances the newest known time.
   /// @returns kOk: newer than all earlier ones of its stream. kRefused: a replay, or overtaken. kTimeout: a time stamp
   ///   too old for the first of a stream. kResourceExhausted: too many streams.
@@ -78,6 +82,7 @@ class ReplayGuard {
   ReplayMemory memory_{};
   std::array<bool, kStreams> heard_{};  ///< since the start of the program
   SignatureTime newest_ = 0;
+  bool accepts_any_clock_ = false;
 };
 
 }  // namespace m100::mavlink

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <numbers>
 #include <sstream>
@@ -47,6 +48,7 @@ constexpr std::array kKeys{
     // Values above 0.75 s have no effect: the observer abandons its prediction 1 s after the last pose.
     FlightKey{.section = "pose", .key = "coast_s", .number = &FlightFile::pose_coast_s, .low = 0.03, .high = 3.0},
     FlightKey{.section = "pose", .key = "level_s", .number = &FlightFile::pose_level_s, .low = 0.1, .high = 10.0},
+    FlightKey{.section = "pose", .key = "from", .sender = &FlightFile::pose_from},
     FlightKey{
         .section = "limits", .key = "speed_m_s", .number = &FlightFile::course_speed_m_s, .low = 0.1, .high = 20.0},
     FlightKey{.section = "limits",
@@ -119,6 +121,8 @@ void take(const toml::node& node, const FlightKey& key, const std::string& file,
     into.*key.number = number(node, key, file);
   } else if (key.range != nullptr) {
     into.*key.range = range(node, key, file);
+  } else if (key.sender != nullptr) {
+    into.*key.sender = sender_of(node.value<std::string>().value_or(""), place(file, &node) + ": 'pose.from'");
   } else {
     into.*key.mode = mode_of(node.value<std::string>().value_or(""), place(file, &node) + ": 'mode'");
   }
@@ -194,6 +198,23 @@ Mode mode_of(std::string_view word, const std::string& where) {
     return *mode;
   }
   throw FlightFileError(where + ": must be \"field\" or \"calm_room\"");
+}
+
+link::SenderChoice sender_of(std::string_view word, const std::string& where) {
+  const auto number = [](std::string_view text) {
+    int value = -1;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return error == std::errc{} && end == text.data() + text.size() ? value : -1;
+  };
+  constexpr int kLargest = 255;
+  const std::size_t colon = word.find(':');
+  const int system = number(word.substr(0, colon));
+  const int component = colon == std::string_view::npos ? 0 : number(word.substr(colon + 1));
+  const bool named = colon == std::string_view::npos || component >= 1;
+  if (system < 1 || system > kLargest || component < 0 || component > kLargest || !named) {
+    throw FlightFileError(where + ": must be a sender's system, or system and component, as \"1\" or \"1:197\"");
+  }
+  return {.system = static_cast<std::uint8_t>(system), .component = static_cast<std::uint8_t>(component)};
 }
 
 std::span<const FlightKey> flight_keys() { return kKeys; }

@@ -10,6 +10,7 @@
 #include "firmware/companion/files/course_validation.h"
 #include "firmware/companion/files/mode.h"
 #include "firmware/core/fence.h"
+#include "firmware/link/pose_senders.h"
 #include "firmware/safety/limits.h"
 
 namespace m100::companion {
@@ -41,14 +42,18 @@ struct FlightFile {
   double pose_fresh_s = 0.0;  ///< 0: not given; the limit follows the measured latency (safety::fresh_limit)
   double pose_coast_s = 0.0;
   double pose_level_s = 0.0;
-  double course_speed_m_s = 0.0;  ///< limits of a course; 0: not given, as in CourseLimits
+  link::SenderChoice pose_from{};  ///< whose poses are used
+  double course_speed_m_s = 0.0;   ///< limits of a course; 0: not given, as in CourseLimits
   double course_acceleration_m_s2 = 0.0;
   double course_tilt_deg = 0.0;
   double course_yaw_rate_deg_s = 0.0;
   double battery_low_percent = 20.0;  ///< at this charge the flight ends where it began; 0: never
 };
 
-/// One key of a flight file: its place in the file, the member that it sets, its range. Exactly one of the three member
+/// Parses "SYS" or "SYS:COMP". Errors: FlightFileError, which begins with `where`.
+link::SenderChoice sender_of(std::string_view word, const std::string& where);
+
+/// One key of a flight file: its place in the file, the member that it sets, its range. Exactly one of the member
 /// pointers is set.
 struct FlightKey {
   std::string_view section;  ///< empty: the top of the file
@@ -56,6 +61,7 @@ struct FlightKey {
   double FlightFile::*number = nullptr;
   Range FlightFile::*range = nullptr;
   Mode FlightFile::*mode = nullptr;
+  link::SenderChoice FlightFile::*sender = nullptr;
   double low = 0.0;
   double high = 0.0;
   bool required = false;

@@ -229,13 +229,15 @@ SequencerInput received(const PosePort& port, GroundStationCommands& ground_stat
 
 /// Prints the closing lines and writes the result.
 void conclude(const FlyOptions& options, nlohmann::json result, const Controller& controller, const PosePort& pose,
-              LiveDisplay& live, LineWriter& writer) {
+              const nlohmann::json& steps, LiveDisplay& live, LineWriter& writer) {
   writer.finish();
   live.finish();  // its status line must not mix with the closing lines
   std::ostringstream words;
   print(words, controller.link().health());
   print(words, controller.pose_link().stats(), pose.signatures());
   write_with_timeout(words.str());
+  result["pose"] = pose_json(controller.pose_link());
+  result["pose"]["clock_steps"] = steps;
   result["pose_link"] = companion::to_json(controller.pose_link().stats(), pose.signatures());
   write_result(options.json, result);
 }
@@ -252,7 +254,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   BackupProcess backup(neutral, cipher, options.port);  // before the threads and the large objects
   backup.set_port(port.descriptor(), port.openings());
   PosePort pose_port(options.pose, options.port);
-  const ref::Waypoint<double> place = find_start_position(pose_port);
+  const ref::Waypoint<double> place = find_start_position(pose_port, sender_choice(options, files));
   const ref::Waypoint<double> start = options.take_off ? takeoff_end(place) : place;
   const auto trajectory = std::make_unique<ref::Trajectory<double>>();
   parse_and_validate(files, start, *trajectory);
@@ -300,7 +302,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   controller->link().authority().release_pending ? backup.send_release() : backup.dismiss();
   nlohmann::json result = flight_result(options, files, sequencer, *controller, clock.stalls(), config.limits);
   result["ground_station"] = ground_station_result(pose_line.stats(), ground_station.parameters_not_set());
-  conclude(options, std::move(result), *controller, pose_port, live, writer);
+  conclude(options, std::move(result), *controller, pose_port, clock_steps_json(sequencer.clock_steps()), live, writer);
   return sequencer.given_back() && is_excited(files, *controller);
 }
 

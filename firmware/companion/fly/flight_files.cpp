@@ -19,6 +19,8 @@ namespace m100::companion {
 namespace {
 
 constexpr core::Duration kPosePatience = std::chrono::seconds(5);
+constexpr core::Duration kRatesKnown = std::chrono::seconds(1);    ///< of two senders, to name them with
+constexpr core::Duration kLooks = std::chrono::milliseconds(300);  ///< for a second sender: nine poses of 30 Hz
 constexpr double kEverywhere_m = 1e9;
 
 /// How far the course goes below and above its start.
@@ -100,17 +102,30 @@ FlightFiles::FlightFiles(const FlyOptions& options) : flight_name(options.flight
   }
 }
 
-ref::Waypoint<double> find_start_position(PosePort& port) {
-  link::PoseLink link(port.line(), port.baud());
+link::SenderChoice sender_choice(const FlyOptions& options, const FlightFiles& files) {
+  const link::SenderChoice chosen = choice_of(options.pose);
+  return chosen.is_made() || !files.flight ? chosen : files.flight->pose_from;
+}
+
+ref::Waypoint<double> find_start_position(PosePort& port, link::SenderChoice choice) {
+  ExchangedPorts exchanged;
+  link::PoseLink link(port.line(), port.baud(), &exchanged, choice);
+  std::optional<ref::Waypoint<double>> start;
   TickClock clock(port.clock_port());
   StartPosition place;
   for (core::TimePoint now = clock.now(); now.time_since_epoch() < kPosePatience && !stop_requested();
        now = clock.next()) {
     port.tick();
     if (const core::Expected<core::Pose<double>> pose = link.receive(now)) {
-      if (const std::optional<ref::Waypoint<double>> start = place.add(*pose)) {
-        return *start;
-      }
+      start = start ? start : place.add(*pose);
+    }
+    const bool has_rival = link.rival(now) != nullptr;
+    if (has_rival && now.time_since_epoch() >= kRatesKnown) {
+      throw UsageError(port.name() + ": poses come from several senders: " + describe(link.senders()) +
+                       ": choose one with --pose-from SYS:COMP, or with 'from' in the flight file's [pose]");
+    }
+    if (start && !has_rival && now.time_since_epoch() >= kLooks) {
+      return *start;
     }
   }
   if (stop_requested()) {
@@ -121,13 +136,17 @@ ref::Waypoint<double> find_start_position(PosePort& port) {
                      ": its poses do not agree on where the aircraft stands: of nine in a row, more than half lie " +
                      "0.3 m or farther from their median; hold it still, and check the source of pose");
   }
+  if (const std::string refusals = describe_refusals(link.stats()); place.poses() > 0 && !refusals.empty()) {
+    throw UsageError(port.name() + ": only " + std::to_string(place.poses()) + " poses within " +
+                     std::to_string(kPosePatience.count() / 1000000) + " s; refused: " + refusals);
+  }
   if (place.poses() > 0) {
     throw UsageError(port.name() + ": only " + std::to_string(place.poses()) + " poses within " +
                      std::to_string(kPosePatience.count() / 1000000) + " s; " + std::to_string(StartPosition::kPoses) +
                      " are needed to know where the aircraft stands: check the rate of the " + "source of pose");
   }
   throw UsageError(port.name() + ": no pose within " + std::to_string(kPosePatience.count() / 1000000) + " s; " +
-                   why_no_pose(link, port));
+                   why_no_pose(link, port, exchanged));
 }
 
 ref::Waypoint<double> takeoff_end(ref::Waypoint<double> place) {
@@ -178,6 +197,7 @@ app::FlightConfig flight_config(const FlyOptions& options, const FlightFiles& fi
   app::FlightConfig config;
   config.link = link;
   config.pose_baud = hal::is_udp(options.pose.port) ? 0 : options.pose.baud;
+  config.pose_from = sender_choice(options, files);
   config.law = mpc::law_of(options.law).value_or(mpc::Law::kMpc);
   for (const std::string& check : options.disabled_checks) {
     config.disabled_checks = static_cast<est::CheckSet>(

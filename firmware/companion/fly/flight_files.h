@@ -28,9 +28,12 @@ struct FlightFiles {
   std::string excitation_name;
 };
 
-/// Where the aircraft stands, by the first poses that agree; waits for at most 5 s. Errors: UsageError;
-/// CLI::RuntimeError after a signal.
-ref::Waypoint<double> find_start_position(PosePort& port);
+/// Whose poses are used: by the option, or by the flight file. Errors: FlightFileError.
+link::SenderChoice sender_choice(const FlyOptions& options, const FlightFiles& files);
+
+/// Where the aircraft stands, by the first poses that agree; waits for at most 5 s. Errors: UsageError, also if several
+/// senders send poses and none was chosen; CLI::RuntimeError after a signal.
+ref::Waypoint<double> find_start_position(PosePort& port, link::SenderChoice choice);
 
 /// Where an autopilot's take-off from this place ends (protocol, 6.3: "about 1.2 m").
 ref::Waypoint<double> takeoff_end(ref::Waypoint<double> place);

@@ -24,7 +24,23 @@ nlohmann::json steps_json(const FlightSequencer& sequencer, const safety::Limits
   return out;
 }
 
+nlohmann::json to_json(const TrackingError& error) {
+  return {{"rms_m", error.rms_m()},
+          {"max_m", error.max_m()},
+          {"horizontal_rms_m", error.horizontal_rms_m()},
+          {"vertical_rms_m", error.vertical_rms_m()}};
+}
+
 }  // namespace
+
+nlohmann::json clock_steps_json(std::span<const ClockStep> steps) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const ClockStep& step : steps) {
+    out.push_back(
+        {{"at_s", core::seconds<double>(step.at.time_since_epoch())}, {"by_s", core::seconds<double>(step.by)}});
+  }
+  return out;
+}
 
 nlohmann::json flight_result(const FlyOptions& options, const FlightFiles& orders, const FlightSequencer& sequencer,
                              const app::FlightController<double>& controller, std::uint32_t stalls,
@@ -43,6 +59,7 @@ nlohmann::json flight_result(const FlyOptions& options, const FlightFiles& order
                      {"failsafe", steps_json(sequencer, limits)},
                      {"checks_off", options.disabled_checks},
                      {"stalls", stalls},
+                     {"tracking", to_json(sequencer.tracking())},
                      {"position_m", {estimate.x.position_m, estimate.y.position_m, estimate.height_m}},
                      {"health", companion::to_json(controller.link().health())}};
   if (sequencer.limit_cycle()) {

@@ -4,6 +4,8 @@
 #include "firmware/companion/operator/operator_messages.h"
 #include "firmware/core/maths.h"
 
+#include <algorithm>
+
 namespace m100::companion {
 namespace {
 
@@ -30,6 +32,8 @@ bool FlightSequencer::tick(core::TimePoint now, const SequencerInput& input) {
   home_.update(controller_, now);
   report_return(now);
   release_monitor_.update(now, view);
+  pose_.tick(now, controller_, phase_ == Phase::kWaiting, operator_log_);
+  note_flight();
   goal_led_ = input.goal_led;
   if (input.land && (phase_ == Phase::kWaiting || phase_ == Phase::kRequesting || phase_ == Phase::kReleasing)) {
     report(now, kNoLanding);
@@ -59,8 +63,8 @@ bool FlightSequencer::wait(core::TimePoint now, const View& view, const Sequence
   }
   // A take-off needs to know whether the aircraft is on the ground or in the air.
   const bool is_known = !request_.take_off || LandedState(controller_.link(), now).known;
-  const bool all_ready = view.stage == safety::AuthorityStage::kReady && is_known &&
-                         denial_now(starts_on_ground(now)) == safety::FailsafeReason::kNone;
+  const bool is_clear = denial_now(starts_on_ground(now)) == safety::FailsafeReason::kNone;
+  const bool all_ready = view.stage == safety::AuthorityStage::kReady && is_known && is_clear && !pose_.blocks(now);
   // An operator who gives a command has looked at the aircraft; take_control acts in the first tick with all ready.
   if (request_.take_control && !order_given_ && all_ready && controller_.is_converged()) {
     order_given_ = true;
@@ -70,6 +74,10 @@ bool FlightSequencer::wait(core::TimePoint now, const View& view, const Sequence
   }
   report_awaited(now, view);
   waits_since_ = all_ready || phase_ != Phase::kWaiting ? now : waits_since_.value_or(now);
+  const bool is_looked_at = is_clear && controller_.is_converged();
+  if (request_.take_control && !order_given_ && pose_.blocks(now) && (is_looked_at || pose_.has_rival())) {
+    refuse_for_pose(now);
+  }
   // Control was refused before it was requested, for a reason that does not go away by itself or has not gone away.
   const bool has_waited = request_.take_control && now - *waits_since_ > kRequestTimeout;
   const bool stuck = view.stage == safety::AuthorityStage::kSilent ||
@@ -126,6 +134,11 @@ void FlightSequencer::try_to_engage(core::TimePoint now, bool backed_up) {
     report(now, line.add("the ground; ").add(next_input(order_given_)).text());
     return;
   }
+  if (pose_.blocks(now)) {
+    trial_said_ = false;
+    refuse_for_pose(now);
+    return;
+  }
   takes_off_ = starts_on_ground(now);
   const safety::FailsafeReason cause = denial_now(takes_off_);
   // Before telemetry there is no estimate: the order waits for start-up.
@@ -143,6 +156,29 @@ void FlightSequencer::try_to_engage(core::TimePoint now, bool backed_up) {
   landed_ = false;
   phase_ = Phase::kRequesting;
   since_ = now;
+}
+
+/// Adds the tracking error, and remembers the worst of what may have ended the flight.
+void FlightSequencer::note_flight() {
+  const safety::FailsafeState failsafe_state = controller_.supervisor().failsafe_state();
+  const safety::Observation& seen = controller_.observed();
+  const bool flies = phase_ == Phase::kFlying && (failsafe_state == safety::FailsafeState::kNominal ||
+                                                  failsafe_state == safety::FailsafeState::kCoast);
+  if (flies) {
+    const est::Estimate<double>& at = controller_.estimate();
+    const ref::Window<double>& to = controller_.reference();
+    tracking_.add({at.x.position_m - to.x[0].position_m, at.y.position_m - to.y[0].position_m,
+                   at.height_m - to.height.position_m});
+  }
+  if (failsafe_state == safety::FailsafeState::kNominal) {
+    worst_ = seen;
+    return;
+  }
+  worst_.pose_age = std::max(worst_.pose_age, seen.pose_age);
+  worst_.telemetry_age = std::max(worst_.telemetry_age, seen.telemetry_age);
+  worst_.outside_m = std::max(worst_.outside_m, seen.outside_m);
+  worst_.refused_by_m = std::max(worst_.refused_by_m, seen.refused_by_m);
+  worst_.authority_exceeded_for = std::max(worst_.authority_exceeded_for, seen.authority_exceeded_for);
 }
 
 bool FlightSequencer::is_refused(core::TimePoint now, const View& view) const {
@@ -228,6 +264,7 @@ bool FlightSequencer::may_land() const {
 }
 
 void FlightSequencer::begin_release(core::TimePoint now, bool by_operator, const SequencerInput& input) {
+  tell_tracking(now);
   phase_ = Phase::kReleasing;
   since_ = now;
   release_monitor_.begin(now, input.stops);

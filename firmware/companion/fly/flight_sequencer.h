@@ -9,7 +9,9 @@
 
 #include "firmware/app/flight_controller.h"
 #include "firmware/companion/fly/autopilot_task.h"
+#include "firmware/companion/fly/pose_monitor.h"
 #include "firmware/companion/fly/release_monitor.h"
+#include "firmware/companion/fly/tracking_error.h"
 #include "firmware/companion/ground_station/return_to_start.h"
 #include "firmware/companion/operator/operator_log.h"
 #include "firmware/companion/operator/text_line.h"
@@ -90,6 +92,8 @@ class FlightSequencer {
   bool given_back() const { return given_back_; }
   /// The observation when the first swing was noticed (safety::Observation::swings); empty: none was.
   const std::optional<safety::Observation>& limit_cycle() const { return limit_cycle_; }
+  std::span<const ClockStep> clock_steps() const { return pose_.clock_steps(); }
+  const TrackingError& tracking() const { return tracking_; }
   std::span<const safety::FailsafeStep> steps() const { return std::span(steps_).first(step_count_); }
 
  private:
@@ -128,6 +132,10 @@ class FlightSequencer {
   void report_limit_cycle(core::TimePoint now);
   void report_return(core::TimePoint now);
   void report_end(core::TimePoint now, const View& view);
+  void tell_tracking(core::TimePoint now);
+  void add_refused_poses(TextLine& line, safety::FailsafeReason cause, core::TimePoint now) const;
+  void note_flight();
+  void refuse_for_pose(core::TimePoint now);
   void report_awaited(core::TimePoint now, const View& view);
   void report(core::TimePoint now, std::string_view what) { operator_log_.write(now, what); }
 
@@ -141,10 +149,15 @@ class FlightSequencer {
   Phase phase_ = Phase::kWaiting;
   core::TimePoint since_{};  ///< begin of the phase
   ReleaseMonitor release_monitor_;
-  bool takes_off_ = false;    ///< the flight that was requested begins with a take-off
-  bool had_control_ = false;  ///< since the last request
-  bool order_given_ = false;  ///< the order of take_control
-  bool engaged_ = false;      ///< the law flew in this flight
+  PoseMonitor pose_;
+  TrackingError tracking_;
+  bool tracking_said_ = false;
+  bool trial_said_ = false;
+  safety::Observation worst_;  ///< the largest ages and distances since the law flew
+  bool takes_off_ = false;     ///< the flight that was requested begins with a take-off
+  bool had_control_ = false;   ///< since the last request
+  bool order_given_ = false;   ///< the order of take_control
+  bool engaged_ = false;       ///< the law flew in this flight
   bool by_operator_ = false;
   bool goal_led_ = false;  ///< SequencerInput::led of this tick
   bool ends_ = false;      ///< the program ends when the hand-back is over

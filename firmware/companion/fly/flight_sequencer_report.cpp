@@ -3,6 +3,8 @@
 #include "firmware/companion/fly/flight_sequencer.h"
 #include "firmware/companion/operator/operator_messages.h"
 
+#include <algorithm>
+
 namespace m100::companion {
 namespace {
 
@@ -27,7 +29,17 @@ void FlightSequencer::report_awaited(core::TimePoint now, const View& view) {
     TextLine line;
     line.add("control is not asked for yet; ");
     describe(line, cause, controller_.observed(), limits_);
+    add_refused_poses(line, cause, now);
     report(now, line.add(": ").add(remedy_for(cause)).text());
+  }
+}
+
+/// An old pose may be one of many that came and were refused.
+void FlightSequencer::add_refused_poses(TextLine& line, safety::FailsafeReason cause, core::TimePoint now) const {
+  const link::PoseLinkStats& poses = controller_.pose_link().stats();
+  const bool is_lately = poses.last_fault != link::PoseFault::kNone && now - poses.last_fault_at < kObstacleTold;
+  if (is_lately && (cause == safety::FailsafeReason::kPoseOld || cause == safety::FailsafeReason::kEstimateLost)) {
+    line.add("; poses come and are refused: ").add(link::text_of(poses.last_fault).sentence);
   }
 }
 
@@ -43,6 +55,7 @@ void FlightSequencer::report_denial(core::TimePoint now, safety::FailsafeReason 
   TextLine line;
   line.add("control is not taken; ");
   describe(line, cause, controller_.observed(), limits_);
+  add_refused_poses(line, cause, now);
   report(now, line.add(": ").add(remedy_for(cause)).add("; ").add(next_input(order_given_)).text());
 }
 
@@ -67,13 +80,41 @@ void FlightSequencer::report_end(core::TimePoint now, const View& view) {
     describe(line, view);
   } else if (engaged_) {
     const safety::FailsafeStep& step = controller_.supervisor().descent();
-    describe(line, step.reason, step.seen, limits_);
+    safety::Observation seen = step.seen;  // with the values at the end, not at the first crossing
+    seen.pose_age = std::max(seen.pose_age, worst_.pose_age);
+    seen.telemetry_age = std::max(seen.telemetry_age, worst_.telemetry_age);
+    seen.outside_m = std::max(seen.outside_m, worst_.outside_m);
+    seen.refused_by_m = std::max(seen.refused_by_m, worst_.refused_by_m);
+    seen.authority_exceeded_for = std::max(seen.authority_exceeded_for, worst_.authority_exceeded_for);
+    describe(line, step.reason, seen, limits_);
     line.add("; control goes back to the transmitter");
   } else {
     line.add(takes_off_ ? "the law has not flown; " : "control was not used; ");
     describe(line, denial_now(takes_off_), controller_.observed(), limits_);
   }
   report(now, line.add("; ").add(next_input(true)).text());
+}
+
+void FlightSequencer::tell_tracking(core::TimePoint now) {
+  if (!tracking_.is_known() || tracking_said_) {
+    return;
+  }
+  tracking_said_ = true;
+  TextLine line;
+  describe(line, tracking_);
+  report(now, line.text());
+}
+
+/// A rival or a wrong attitude uses up the order; a check that is on trial lets it wait.
+void FlightSequencer::refuse_for_pose(core::TimePoint now) {
+  if (trial_said_) {
+    return;
+  }
+  TextLine line;
+  pose_.describe(line.add("control is not asked for: "), controller_, now);
+  report(now, line.text());
+  trial_said_ = true;
+  order_given_ = order_given_ || !pose_.is_on_trial_only(now);
 }
 
 void FlightSequencer::report_stage(core::TimePoint now, const View& view) {
@@ -85,6 +126,9 @@ void FlightSequencer::report_stage(core::TimePoint now, const View& view) {
   last_reason_ = view.reason;
   TextLine line;
   describe(line, view);
+  if (view.reason == safety::AuthorityReason::kNothingReceived && controller_.link().health().echoes > 0) {
+    line.add("; our own bytes come back: RX and TX are joined (half-duplex adapter, loopback plug?)");
+  }
   report(now, line.text());
 }
 

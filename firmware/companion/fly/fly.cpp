@@ -24,6 +24,7 @@
 #include "firmware/companion/operator/operator_messages.h"
 #include "firmware/companion/operator/terminal.h"
 #include "firmware/companion/preflight/model_findings.h"
+#include "firmware/companion/preflight/serial_ports.h"
 #include "firmware/companion/subcommands.h"
 #include "hal/linux/system_calls.h"
 
@@ -146,8 +147,8 @@ void open_or_explain(hal::SerialPort& port) {
     case core::Status::kOk:
       return;
     case core::Status::kRefused:
-      throw UsageError(port.path() +
-                       ": no permission to open it, or another program holds it (m100 doctor tells more)");
+      throw UsageError(port.path() + ": no permission to open it, or another program holds it" +
+                       holders_note(port.path()) + " (m100 doctor tells more)");
     case core::Status::kInvalidArgument:
       throw UsageError(port.path() + ": this baud rate is not supported");
     default:

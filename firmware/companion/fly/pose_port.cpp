@@ -5,13 +5,16 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/flight_file.h"
 #include "firmware/companion/files/signature_times_file.h"
 #include "firmware/companion/files/text/key_file.h"
 #include "firmware/companion/fly/fly.h"
+#include "firmware/companion/preflight/serial_ports.h"
 #include "firmware/companion/subcommands.h"
 
 namespace m100::companion {
@@ -47,6 +50,12 @@ void add_pose_options(CLI::App& app, PoseOptions& options) {
                  "port, or udp:PORT, which needs --mavlink-key");
   app.add_option("--pose-baud", options.baud, "baud rate of the pose port, if it is a serial port")
       ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
+  app.add_option("--pose-from", options.from,
+                 "whose poses are used, if several send on the line: SYS or SYS:COMP, MAVLink's system and component")
+      ->type_name("SYS[:COMP]");
+  app.add_flag("--accept-clock", options.accept_clock,
+               "a signer whose time stamps begin behind this machine's clock is accepted; its stamps must rise, and "
+               "frames that were sent before stay refused");
   app.add_option("--mavlink-key", options.key_file,
                  "file with the key of the signatures (64 hexadecimal digits, readable by its owner only); frames that "
                  "are not signed with it, or that were sent before, are refused");
@@ -61,8 +70,15 @@ void check(const PoseOptions& options, const std::string& autopilot) {
     throw UsageError("--pose-port: " + options.port +
                      ": poses over a network must be signed; name the key with --mavlink-key");
   }
+  (void)choice_of(options);
   if (options.port.empty() && !options.key_file.empty()) {
     throw UsageError("--mavlink-key: is the key of the pose port, and needs --pose-port");
+  }
+  std::error_code error;
+  if (!options.port.empty() && !is_network &&
+      (options.port == autopilot || std::filesystem::equivalent(options.port, autopilot, error))) {
+    throw UsageError("--pose-port: " + options.port + " is the autopilot's port, too: name the port of the poses" +
+                     holders_note(options.port));
   }
   if (!options.port.empty() && !is_network && hal::is_simulated(autopilot) != hal::is_simulated(options.port)) {
     throw UsageError("--pose-port: a simulated port and a real one have different clocks, and do not go together");
@@ -104,6 +120,7 @@ PosePort::PosePort(const PoseOptions& options, const std::string& clock_port)
     } else {
       signed_.emplace(*serial_, key_, replay_file_->accepted_before(), kLinkOfTheTick);
     }
+    signed_->accept_any_clock(options.accept_clock);
     line_ = &*signed_;
     replay_file_->start();
   }
@@ -136,12 +153,65 @@ void PosePort::tick() {
   }
 }
 
-std::string why_no_pose(const link::PoseLink& link, const PosePort& port) {
-  const std::string seen = link.parser_stats().bytes == 0    ? "not one byte came"
-                           : link.parser_stats().frames == 0 ? "bytes came that are not MAVLink 2: check the baud rate"
-                           : link.stats().refused > 0 ? "poses came and were refused: wrong frame, quaternion or range"
-                                                      : "MAVLink came, but without a pose";
+link::SenderChoice choice_of(const PoseOptions& options) {
+  return options.from.empty() ? link::SenderChoice{} : sender_of(options.from, "--pose-from");
+}
+
+void ExchangedPorts::received(std::span<const std::byte> bytes, core::TimePoint /*now*/) {
+  parser_.consume(bytes, [&](const protocol::FrameView& /*frame*/) { ++frames_; });
+}
+
+namespace {
+
+/// Why frames with a good checksum do not pass; empty: none was refused.
+std::string why_not_signed(const link::SignedLineStats& signatures) {
+  if (signatures.old > 0) {
+    std::ostringstream text;
+    text.precision(0);
+    text << std::fixed << "frames come, signed with this key, "
+         << static_cast<double>(signatures.old_by) / static_cast<double>(mavlink::kSignatureTicksPerSecond)
+         << " s behind this board's clock: set the sender's or the board's clock, or start with --accept-clock";
+    return text.str();
+  }
+  return signatures.refused() > 0 ? "frames come, but none passes their signature" : "";
+}
+
+}  // namespace
+
+std::string describe_refusals(const link::PoseLinkStats& poses) {
+  std::string text;
+  for (std::size_t i = 1; i < poses.faults.size(); ++i) {
+    if (poses.faults[i] > 0) {
+      text += (text.empty() ? "" : "; ") + std::to_string(poses.faults[i]) + " with " +
+              std::string(link::kPoseFaultTexts[i].sentence);
+    }
+  }
+  return text;
+}
+
+std::string describe(const link::PoseSenders& senders) {
+  std::ostringstream text;
+  text.precision(3);
+  for (const link::PoseSenders::Sender& sender : senders.all()) {
+    text << (text.tellp() > 0 ? " and " : "") << "system " << +sender.from.system << " component "
+         << +sender.from.component << " (" << sender.rate_hz() << " poses a second)";
+  }
+  return text.str();
+}
+
+std::string why_no_pose(const link::PoseLink& link, const PosePort& port, const ExchangedPorts& exchanged) {
   const link::SignedLineStats* const signatures = port.signatures();
+  const std::string not_signed = signatures != nullptr ? why_not_signed(*signatures) : "";
+  const std::string refusals = describe_refusals(link.stats());
+  const std::string seen =
+      exchanged.seen()    ? "this is the autopilot's line: --port and --pose-port are exchanged"
+      : !refusals.empty() ? "poses came and were refused: " + refusals
+      : link.parser_stats().bytes == 0
+          ? (not_signed.empty() ? "not one byte came" + holders_note(port.name()) : not_signed)
+      : link.parser_stats().frames == 0
+          ? "bytes came that are not MAVLink 2: check the baud rate, and whether --port and --pose-port are exchanged" +
+                holders_note(port.name())
+          : "MAVLink came, but without a pose";
   return seen + " (m100 expects ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY)" +
          (signatures != nullptr ? "; " + describe(*signatures) : "");
 }
@@ -165,6 +235,20 @@ nlohmann::json to_json(const link::SignedLineStats& signatures) {
           {"full_ticks", signatures.interrupted}};
 }
 
+nlohmann::json pose_json(const link::PoseLink& link) {
+  nlohmann::json refused = nlohmann::json::object();
+  for (std::size_t i = 1; i < link.stats().faults.size(); ++i) {
+    if (link.stats().faults[i] > 0) {
+      refused[std::string(link::kPoseFaultTexts[i].name)] = link.stats().faults[i];
+    }
+  }
+  nlohmann::json senders = nlohmann::json::array();
+  for (const link::PoseSenders::Sender& sender : link.senders().all()) {
+    senders.push_back({sender.from.system, sender.from.component, sender.poses});
+  }
+  return {{"used", link.stats().poses}, {"refused", refused}, {"senders", senders}};
+}
+
 nlohmann::json to_json(const link::PoseLinkStats& poses, const link::SignedLineStats* signatures) {
   nlohmann::json out{{"poses", poses.poses},
                      {"refused", poses.refused},
@@ -181,6 +265,9 @@ nlohmann::json to_json(const link::PoseLinkStats& poses, const link::SignedLineS
 void print(std::ostream& out, const link::PoseLinkStats& poses, const link::SignedLineStats* signatures) {
   out << "  pose       " << poses.poses << " taken, " << poses.lost_frames << " frames lost, refused: " << poses.refused
       << " impossible, " << poses.refused_order << " out of order, " << poses.refused_senders << " of another sender\n";
+  if (const std::string refusals = describe_refusals(poses); !refusals.empty()) {
+    out << "             " << refusals << "\n";
+  }
   if (signatures != nullptr) {
     out << "  signatures " << describe(*signatures) << "\n";
   }

@@ -15,6 +15,7 @@
 #include "firmware/link/pose/signed_line.h"
 #include "hal/linux/serial_port.h"
 #include "hal/linux/udp_port.h"
+#include "protocol/dji/frame_parser.h"
 
 namespace CLI {
 class App;
@@ -27,6 +28,8 @@ struct PoseOptions {
   std::string port;             ///< a serial port, or "udp:PORT"; empty: none
   std::uint32_t baud = 115200;  ///< of a serial port
   std::string key_file;         ///< of the signatures; empty: signatures are not required
+  std::string from;             ///< "SYS" or "SYS:COMP": whose poses are used; empty: there must be one sender only
+  bool accept_clock = false;    ///< a signer may begin behind this machine's clock
 };
 
 void add_pose_options(CLI::App& app, PoseOptions& options);
@@ -83,11 +86,30 @@ class PosePort {
   std::uint32_t ticks_ = 0;
 };
 
+/// The chosen sender. Errors: FlightFileError.
+link::SenderChoice choice_of(const PoseOptions& options);
+/// What the autopilot's protocol leaves in the bytes of the pose port: its frames, if the two ports are exchanged.
+class ExchangedPorts final : public link::ByteTap {
+ public:
+  void received(std::span<const std::byte> bytes, core::TimePoint now) override;
+  void sent(std::span<const std::byte> /*bytes*/, core::TimePoint /*now*/) override {}
+  bool seen() const { return frames_ > 0; }
+
+ private:
+  protocol::FrameParser parser_;
+  std::uint32_t frames_ = 0;
+};
 /// Why no pose came: a sentence about what came instead.
-std::string why_no_pose(const link::PoseLink& link, const PosePort& port);
+std::string why_no_pose(const link::PoseLink& link, const PosePort& port, const ExchangedPorts& exchanged);
+/// "system 1 component 197 (100 a second) and system 2 component 197 (50 a second)".
+std::string describe(const link::PoseSenders& senders);
+/// The refused poses by their reasons, in sentences; empty: none was refused.
+std::string describe_refusals(const link::PoseLinkStats& poses);
 /// "0 frames signed with the key; refused: 12 unsigned, 3 with a wrong signature, ...".
 std::string describe(const link::SignedLineStats& signatures);
 nlohmann::json to_json(const link::SignedLineStats& signatures);
+/// {"used", "refused": {reason: count}, "senders": [[system, component, count]]}.
+nlohmann::json pose_json(const link::PoseLink& link);
 /// The counts of poses and signatures. @param signatures may be null.
 nlohmann::json to_json(const link::PoseLinkStats& poses, const link::SignedLineStats* signatures);
 void print(std::ostream& out, const link::PoseLinkStats& poses, const link::SignedLineStats* signatures);

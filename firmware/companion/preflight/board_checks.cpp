@@ -8,11 +8,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <vector>
 
+#include "firmware/companion/preflight/line_probe.h"
+#include "firmware/companion/preflight/serial_ports.h"
 #include "hal/linux/monotonic_clock.h"
 #include "hal/linux/serial_port.h"
 
@@ -47,6 +50,48 @@ std::string owner_group(const std::string& port) {
   return "dialout";
 }
 
+/// What comes at the port within half a second. @returns kCannotOpen: the port was lost.
+Verdict listen(const std::string& path, std::uint32_t baud) {
+  constexpr core::Duration kListen = std::chrono::milliseconds(500);
+  hal::SerialPort port(path, baud);
+  if (port.open() != core::Status::kOk) {
+    return Verdict::kCannotOpen;
+  }
+  hal::PortClock clock(path);
+  LineProbe line;
+  std::array<std::byte, 1024> buffer;
+  const core::TimePoint end = clock.now() + kListen;
+  for (core::TimePoint now = clock.now(); now < end; now = clock.now()) {
+    if (const core::Expected<std::size_t> count = port.read(buffer); count && *count > 0) {
+      line.receive(std::span(buffer).first(*count));
+    }
+    clock.sleep_until(now + std::chrono::milliseconds(2));
+  }
+  return line.verdict(port.line_errors());
+}
+
+/// A port that opens: whether it is the pose's, and whether another program takes the bytes.
+void judge_line(const std::string& path, CheckResult& check) {
+  constexpr std::uint32_t kUsualPoseBaud = 115200;
+  const std::string others = holders_note(path);
+  Verdict heard = listen(path, 230400);
+  if (heard == Verdict::kWrongBaud || heard == Verdict::kNoAutopilot) {
+    heard = listen(path, kUsualPoseBaud) == Verdict::kPosePort ? Verdict::kPosePort : heard;
+  }
+  check.finding += others;
+  if (heard == Verdict::kPosePort) {
+    check.health = Health::kBad;
+    check.finding += "; MAVLink poses come at this port";
+    check.remedy = remedy(heard);
+  } else if (!others.empty() && (heard == Verdict::kNothingReceived || heard == Verdict::kNoisy)) {
+    check.health = Health::kBad;
+    check.finding += heard == Verdict::kNoisy ? "; many frames are damaged" : "; not one byte came";
+    check.remedy =
+        "end the other program; ModemManager: sudo systemctl disable --now ModemManager; a login on the "
+        "port: sudo systemctl disable --now serial-getty@...";
+  }
+}
+
 }  // namespace
 
 CheckResult check_port(const std::string& path) {
@@ -69,9 +114,11 @@ CheckResult check_port(const std::string& path) {
     case core::Status::kOk:
       check.health = Health::kGood;
       check.finding = "opens at 230400 baud, raw 8N1";
+      port.close();
+      judge_line(path, check);
       break;
     case core::Status::kRefused:
-      check.finding = kHeldByAnother;
+      check.finding = kHeldByAnother + holders_note(path);
       check.remedy = "sudo fuser -v " + path + " names it; ModemManager: sudo systemctl disable --now ModemManager";
       break;
     default:

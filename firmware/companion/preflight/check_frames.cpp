@@ -111,7 +111,8 @@ std::vector<CheckResult> check_frames(const CheckFramesOptions& options) {
   open_or_explain(port);
   PosePort pose_port(options.pose, options.port);
   AttitudeTap pose_line(pose_port.line());
-  link::PoseLink pose_link(pose_line, pose_port.baud());
+  ExchangedPorts exchanged;
+  link::PoseLink pose_link(pose_line, pose_port.baud(), &exchanged);
   TelemetryReceiver ear(port);
   AxisAlignment frames;
   std::optional<core::Pose<double>> pose;
@@ -133,7 +134,8 @@ std::vector<CheckResult> check_frames(const CheckFramesOptions& options) {
     }
   }
   if (!pose) {
-    return {{"frames", Health::kBad, "no pose came; " + why_no_pose(pose_link, pose_port), "check the source of pose"}};
+    return {{"frames", Health::kBad, "no pose came; " + why_no_pose(pose_link, pose_port, exchanged),
+             "check the source of pose"}};
   }
   if (frames.samples() == 0) {
     return {{"frames", Health::kBad,

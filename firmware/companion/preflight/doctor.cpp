@@ -55,7 +55,7 @@ const char* word(Health health) {
 
 /// A board on which something may fly is not loaded.
 CheckResult check_under_load(std::span<const CheckResult> so_far, const DoctorOptions& options) {
-  const auto is_held = [](const CheckResult& check) { return check.finding == preflight::kHeldByAnother; };
+  const auto is_held = [](const CheckResult& check) { return check.finding.starts_with(preflight::kHeldByAnother); };
   if (std::any_of(so_far.begin(), so_far.end(), is_held)) {
     return {"wake-up under load", Health::kDoubtful, "not measured, because another program holds a port",
             "end that program and run m100 doctor again"};
@@ -84,7 +84,9 @@ std::vector<CheckResult> examine(const DoctorOptions& options) {
   if (!hal::is_udp(options.pose.port)) {
     checks.push_back(preflight::check_pose_line(options.pose));
   }
-  const std::vector<CheckResult> poses = preflight::check_pose_port(options.pose);
+  preflight::PosePlan pose = options.pose;
+  pose.autopilot_port = options.port;
+  const std::vector<CheckResult> poses = preflight::check_pose_port(pose);
   checks.insert(checks.end(), poses.begin(), poses.end());
   return checks;
 }
@@ -103,7 +105,9 @@ preflight::CheckFramesOptions by_hand_of(const DoctorOptions& options) {
   by_hand.port = options.port;
   by_hand.pose = {.port = options.pose.port,
                   .baud = static_cast<std::uint32_t>(options.pose.baud),
-                  .key_file = options.pose.key_file};
+                  .key_file = options.pose.key_file,
+                  .from = options.pose.from,
+                  .accept_clock = options.pose.accept_clock};
   return by_hand;
 }
 
@@ -157,6 +161,10 @@ void add_doctor(CLI::App& m100) {
       "two seconds; default: not checked. Example: udp:14560");
   app->add_option("--mavlink-key", options->pose.key_file,
                   "file with the key of the signatures, as in m100 fly; default: none. Example: mavlink.key");
+  app->add_option("--pose-from", options->pose.from, "whose poses are used, as in m100 fly: SYS or SYS:COMP")
+      ->type_name("SYS[:COMP]");
+  app->add_flag("--accept-clock", options->pose.accept_clock,
+                "a signer may begin behind this machine's clock, as in m100 fly");
   app->add_option("--pose-message", options->pose.message, "the message in which poses will come")
       ->check(CLI::IsMember(preflight::pose_messages()));
   app->add_option("--pose-rate", options->pose.rate_hz, "poses per second")->check(CLI::Range(1.0, 1000.0));

@@ -29,6 +29,7 @@ std::size_t old_value_bytes(std::uint16_t items) {
 }  // namespace
 
 void LineProbe::receive(std::span<const std::byte> bytes) {
+  mavlink_.consume(bytes, [](const mavlink::FrameView& /*frame*/) {});
   parser_.consume(bytes, [&](const protocol::FrameView& frame) {
     const core::Expected<protocol::Message> message = protocol::open(frame, nullptr, scratch_);
     if (message && message->has_id && message->id == protocol::ids::kTelemetry) {
@@ -65,6 +66,9 @@ Verdict LineProbe::verdict(const core::Expected<hal::LineErrors>& errors) const 
   const protocol::ParserStats& stats = parser_.stats();
   if (stats.bytes == 0) {
     return errors && errors->breaks > 0 ? Verdict::kLineHeldLow : Verdict::kNothingReceived;
+  }
+  if (stats.frames == 0 && mavlink_.stats().frames > 0) {
+    return Verdict::kPosePort;
   }
   if (stats.frames == 0) {
     return without_frames(errors);
@@ -105,6 +109,8 @@ std::string_view name(Verdict verdict) {
       return "overrun";
     case Verdict::kLineHeldLow:
       return "line_held_low";
+    case Verdict::kPosePort:
+      return "pose_port";
     case Verdict::kNothingReceived:
       return "nothing_received";
     case Verdict::kCannotOpen:
@@ -137,6 +143,9 @@ std::string_view remedy(Verdict verdict) {
     case Verdict::kLineHeldLow:
       return "the line is held low: switch the autopilot on, and check that RX, TX and ground are not exchanged or "
              "shorted";
+    case Verdict::kPosePort:
+      return "MAVLink poses come at this port: --port and --pose-port are exchanged, or the adapters changed their "
+             "names";
     case Verdict::kNothingReceived:
       return "not one byte: switch the aircraft on, cross RX and TX at UART_CAN2, and tick \"enable API control\" in "
              "DJI's assistant";

@@ -8,6 +8,7 @@
 #include "hal/uart.h"
 #include "protocol/dji/frame_parser.h"
 #include "protocol/dji/telemetry.h"
+#include "protocol/mavlink/parser.h"
 
 namespace m100::companion {
 
@@ -20,6 +21,7 @@ enum class Verdict : std::uint8_t {
   kNoisy,            ///< frames, but many are damaged; or none, and some bytes without a stop bit
   kOverrun,          ///< frames, but many are damaged: this machine was too slow to take them
   kLineHeldLow,      ///< breaks, and no byte that means anything
+  kPosePort,         ///< MAVLink frames: the source of pose
   kNothingReceived,  ///< not one byte
   kCannotOpen,
 };
@@ -49,6 +51,7 @@ class LineProbe {
   void receive_telemetry(std::span<const std::byte> value);
 
   protocol::FrameParser parser_;
+  mavlink::Parser mavlink_;
   protocol::CipherScratch scratch_{};
   protocol::Telemetry telemetry_;
   std::uint64_t packages_ = 0;

@@ -20,7 +20,8 @@ constexpr double kMaxLostShare = 0.05;
 constexpr double kBitsPerByte = 10.0;
 
 /// Judges the poses received in kListen_s.
-CheckResult judge(const link::PoseLink& link, const PosePort& port, const PosePlan& line) {
+CheckResult judge(const link::PoseLink& link, const PosePort& port, const ExchangedPorts& exchanged,
+                  const PosePlan& line) {
   const link::PoseLinkStats& seen = link.stats();
   CheckResult check{.name = "poses", .health = Health::kGood, .finding = "", .remedy = ""};
   const double rate_hz = static_cast<double>(seen.poses) / kListen_s;
@@ -40,9 +41,17 @@ CheckResult judge(const link::PoseLink& link, const PosePort& port, const PosePl
     finding << "; " << describe(*port.signatures());
   }
   if (seen.poses == 0) {
-    finding.str("none came; " + why_no_pose(link, port));
+    finding.str("none came; " + why_no_pose(link, port, exchanged));
     check.health = Health::kBad;
     check.remedy = "check the source of pose";
+  } else if (link.senders().all().size() > 1 && line.from.empty()) {
+    finding << "; from several senders: " << describe(link.senders());
+    check.health = Health::kBad;
+    check.remedy = "choose one with --pose-from SYS:COMP";
+  } else if (const std::string refusals = describe_refusals(seen); !refusals.empty()) {
+    finding << "; refused: " << refusals;
+    check.health = Health::kDoubtful;
+    check.remedy = "mend what the source sends";
   } else if (check.health == Health::kGood && (rate_hz < kFewestPoses_hz || lost > kMaxLostShare)) {
     check.health = Health::kDoubtful;
     check.remedy = "send 50 poses a second or more, over a line that loses none";
@@ -80,12 +89,16 @@ std::vector<CheckResult> check_pose_port(const PosePlan& line) {
     return {};
   }
   const std::string name = "pose port " + line.port;
-  const PoseOptions options{
-      .port = line.port, .baud = static_cast<std::uint32_t>(line.baud), .key_file = line.key_file};
+  const PoseOptions options{.port = line.port,
+                            .baud = static_cast<std::uint32_t>(line.baud),
+                            .key_file = line.key_file,
+                            .from = line.from,
+                            .accept_clock = line.accept_clock};
   try {
-    check(options, line.port);
+    check(options, line.autopilot_port.empty() ? line.port + "?" : line.autopilot_port);
     PosePort port(options, line.port);
-    link::PoseLink link(port.line(), port.baud());
+    ExchangedPorts exchanged;
+    link::PoseLink link(port.line(), port.baud(), &exchanged, choice_of(options));
     TickClock clock(line.port);
     for (core::TimePoint now = clock.now(); core::seconds<double>(now.time_since_epoch()) < kListen_s;
          now = clock.next()) {
@@ -93,7 +106,7 @@ std::vector<CheckResult> check_pose_port(const PosePlan& line) {
       (void)link.receive(now);
     }
     return {{name, Health::kGood, line.key_file.empty() ? "opens" : "opens, and the key can be read", ""},
-            judge(link, port, line)};
+            judge(link, port, exchanged, line)};
   } catch (const UsageError& error) {  // of the port or of the key: its message holds the remedy
     return {{name, Health::kBad, error.what(), "do what the finding says"}};
   }

@@ -13,6 +13,9 @@ namespace m100::companion::preflight {
 struct PosePlan {
   std::string port;      ///< a serial port, or "udp:PORT"; empty: no port is checked
   std::string key_file;  ///< of the signatures; empty: none
+  std::string from;      ///< whose poses are used, as in m100 fly
+  bool accept_clock = false;
+  std::string autopilot_port;
   std::string message{mavlink::kPoseWires.front().name};
   double rate_hz = 100.0;
   double baud = 115200.0;

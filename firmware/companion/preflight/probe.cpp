@@ -98,6 +98,7 @@ int rank(Verdict verdict) {
     case Verdict::kOverrun:
       return 1;
     case Verdict::kApiNotEnabled:
+    case Verdict::kPosePort:
       return 2;
     case Verdict::kNoAutopilot:
     case Verdict::kWrongBaud:
@@ -119,12 +120,13 @@ void search_port(const std::string& port, const ProbeOptions& options, std::opti
       continue;
     }
     const PortVerdict finding = listen(port, baud, options.seconds);
-    std::cout << printable(port) << " at " << baud << ": " << name(finding.verdict) << std::endl;
+    std::cout << printable(port) << " at " << baud << ": " << name(finding.verdict) << printable(holders_note(port))
+              << std::endl;
     if (!best || rank(finding.verdict) < rank(best->verdict)) {
       best = finding;
     }
-    if (finding.verdict == Verdict::kAutopilot || finding.verdict == Verdict::kNothingReceived ||
-        finding.verdict == Verdict::kCannotOpen) {
+    if (finding.verdict == Verdict::kPosePort || finding.verdict == Verdict::kAutopilot ||
+        finding.verdict == Verdict::kNothingReceived || finding.verdict == Verdict::kCannotOpen) {
       return;
     }
   }
@@ -180,7 +182,7 @@ void run(const ProbeOptions& options) {
     std::cout << "\n";
   }
   if (!remedy(best.verdict).empty()) {
-    std::cout << "remedy: " << remedy(best.verdict) << "\n";
+    std::cout << "remedy: " << remedy(best.verdict) << printable(holders_note(best.port)) << "\n";
   }
   if (!options.json.empty()) {
     write_json(options.json, to_json(best));

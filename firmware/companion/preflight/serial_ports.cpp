@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/preflight/serial_ports.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <fstream>
 #include <set>
 #include <string_view>
 
@@ -22,6 +25,16 @@ std::vector<fs::path> listing(const fs::path& folder) {
   }
   std::sort(entries.begin(), entries.end());
   return entries;
+}
+
+int parent_of(const fs::path& process) {
+  std::ifstream status(process / "status");
+  for (std::string key; status >> key;) {
+    if (int parent = 0; key == "PPid:" && status >> parent) {
+      return parent;
+    }
+  }
+  return 0;
 }
 
 /// The kernel creates /dev/ttyS0..3 even without hardware; those have no driver's device.
@@ -50,6 +63,41 @@ std::vector<std::string> serial_ports() {
     }
   }
   return ports;
+}
+
+std::vector<PortHolder> port_holders(const std::string& port) {
+  std::error_code error;
+  const fs::path device = fs::canonical(port, error);
+  std::vector<PortHolder> holders;
+  if (error) {
+    return holders;
+  }
+  for (const fs::path& process : listing("/proc")) {
+    const std::string number = process.filename().string();
+    if (number.find_first_not_of("0123456789") != std::string::npos) {
+      continue;
+    }
+    const int pid = std::stoi(number);
+    const std::vector<fs::path> files = pid == getpid() ? std::vector<fs::path>{} : listing(process / "fd");
+    const bool holds = std::any_of(files.begin(), files.end(), [&](const fs::path& file) {
+      std::error_code gone;
+      return fs::read_symlink(file, gone) == device;
+    });
+    if (holds && parent_of(process) != getpid()) {  // the backup process of this program holds the port, too
+      std::string name;
+      std::ifstream(process / "comm") >> name;
+      holders.push_back({.pid = pid, .name = name});
+    }
+  }
+  return holders;
+}
+
+std::string holders_note(const std::string& port) {
+  std::string note;
+  for (const PortHolder& holder : port_holders(port)) {
+    note += (note.empty() ? " (also open in " : ", ") + holder.name + ", process " + std::to_string(holder.pid);
+  }
+  return note.empty() ? "" : note + "; if it reads, it takes bytes away)";
 }
 
 }  // namespace m100::companion

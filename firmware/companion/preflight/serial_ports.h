@@ -10,4 +10,13 @@ namespace m100::companion {
 /// then the board's own.
 std::vector<std::string> serial_ports();
 
+/// Another process that has opened a port, from /proc; only those of this user are visible without root.
+struct PortHolder {
+  int pid = 0;
+  std::string name;
+};
+std::vector<PortHolder> port_holders(const std::string& port);
+/// " (also open in cat, process 1234)"; empty: no other process holds it.
+std::string holders_note(const std::string& port);
+
 }  // namespace m100::companion

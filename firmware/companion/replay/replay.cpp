@@ -48,7 +48,11 @@ void read_link_note(const std::string& text, app::FlightConfig& config, bool& en
     words >> word;
     const std::optional<mpc::Law> law = key == "law" ? mpc::law_of(word) : std::nullopt;
     const std::optional<est::ConsistencyCheck> off = key == "override" ? est::check_of(word) : std::nullopt;
-    if (!words || (!law && !off)) {
+    const bool chooses = key == "pose_from";
+    if (chooses) {
+      config.pose_from = sender_of(word, kLinkNote);
+    }
+    if (!words || (!law && !off && !chooses)) {
       throw FlightLogError(std::string("'") + kLinkNote + "' is of another version");
     }
     config.law = law.value_or(config.law);
@@ -280,6 +284,12 @@ std::string link_note(const app::FlightConfig& config) {
        << config.pose_baud << " encrypted " << (config.link.encrypt_commands ? 1 : 0) << " baud " << config.link.baud;
   if (config.law != mpc::Law::kMpc) {
     text << " law " << mpc::name(config.law);
+  }
+  if (config.pose_from.is_made()) {
+    text << " pose_from " << +config.pose_from.system;
+    if (config.pose_from.component != 0) {
+      text << ":" << +config.pose_from.component;
+    }
   }
   for (std::size_t check = 1; check < est::kCheckCount; ++check) {
     if ((config.disabled_checks & est::set_of(static_cast<est::ConsistencyCheck>(check))) != 0) {

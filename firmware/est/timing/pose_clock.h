@@ -5,6 +5,7 @@
 
 #include "firmware/core/pose.h"
 #include "firmware/core/time.h"
+#include "firmware/est/clock_shift.h"
 
 namespace m100::est {
 
@@ -38,18 +39,26 @@ class Quantile {
 /// because a message can be late but never early. The rate r (one, apart from the drift) comes from least squares over
 /// some 3000 poses; t0 + r s is the lower envelope of y: it advances with s, falls at once to a smaller y, and rises
 /// slowly (faster while r is uncertain). A constant remains, the latency that every message has; PoseLatency finds it.
-/// Lost captures change nothing. If the sender's clock was set forward, the estimate starts anew; if it was set back,
-/// the poses look old, which they may be. Time stamps that have once followed the arrivals stay trusted: a pose that is
-/// then far later than its stamp says is old, however long that lasts, and it does not change the rate.
+/// Lost captures change nothing. If the sender's clock was set or slewed (TimeOffset, or the link by the order of the
+/// stamps), t0 is estimated anew and the rate is kept. Time stamps that have once followed the arrivals stay trusted: a
+/// pose that is then far later than its stamp says is old, however long that lasts, and it does not change the rate.
 ///
 /// Cost: about 30 products a pose, three divisions. In float for every scalar: the arithmetic uses only time
 /// differences, taken in whole microseconds, never times of a whole flight.
 class PoseClock {
  public:
-  /// @param captured later than that of the call before; otherwise the estimate starts anew
+  /// What is known of a pose beside its times.
+  struct Context {
+    bool clock_was_set = false;  ///< by the order of the stamps, which also doubled poses disturb
+    std::uint32_t poses = 1;     ///< that came since the call before
+  };
+  /// @param captured not later than that of the call before: the sender's clock was set
   /// @returns our time of capture plus the constant latency: when the pose would have come without jitter. `arrived`
   ///   itself until 30 poses have come, or where the sender's time stamps do not follow the arrivals.
-  core::TimePoint update(core::SenderTime captured, core::TimePoint arrived);
+  core::TimePoint update(core::SenderTime captured, core::TimePoint arrived, const Context& context);
+  core::TimePoint update(core::SenderTime captured, core::TimePoint arrived) {
+    return update(captured, arrived, Context{});
+  }
 
   /// Between two captures of the source; zero until it is known.
   core::Duration interval() const;
@@ -57,6 +66,11 @@ class PoseClock {
   float drift() const { return count_ < kMinPoses ? 0.F : drift_; }
   /// 99th percentile of the jitter that note() removed.
   core::Duration lateness() const;
+  /// How far the sender's clock was set or slewed since the beginning, all together; how often.
+  core::Duration set_by() const { return set_by_; }
+  std::uint32_t times_set() const { return times_set_; }
+  /// Both sides have compared their clocks, and the sender's has lost so much: poses that look late by it are not.
+  void lose(core::Duration lost);
   /// Whether note() removes jitter.
   bool is_regular() const { return count_ >= kMinPoses && (is_proven() || lateness_.value_s() < kMaxLateness_s); }
 
@@ -68,6 +82,10 @@ class PoseClock {
   void begin(core::SenderTime captured, core::TimePoint arrived);
   void fit();
   void update_interval(float step_s);
+  bool was_set(core::Duration step, core::Duration gap, const Context& context) const;
+  void restart(core::SenderTime captured, core::TimePoint arrived);
+  void note_shift(const TimeOffset::Step& step);
+  void set(core::Duration by);
 
   core::TimePoint last_arrived_{};
   core::SenderTime last_{};
@@ -84,6 +102,9 @@ class PoseClock {
   float drift_ = 0.F;     ///< r - 1
   float behind_s_ = 0.F;  ///< how far the envelope is before the arrival of the last pose
   Quantile lateness_{0.99F, 1e-3F};
+  TimeOffset shift_;
+  core::Duration set_by_{0};
+  std::uint32_t times_set_ = 0;
 };
 
 }  // namespace m100::est

@@ -65,6 +65,19 @@ void PoseTiming<T>::update_latency(core::Duration way) {
   report_.drift = clock_.drift();
 }
 
+/// A comparison that differs from the one before by more than both can be wrong shows how far the clock was set.
+template <typename T>
+void PoseTiming<T>::compare_clocks(const core::ClockOffset& offset) {
+  const core::Duration lost = offset.to_ours - offset_.to_ours;
+  const core::Duration bound = offset.bound + offset_.bound;
+  const bool was_set = offset.known && offset_.known && (lost > bound || lost < -bound);
+  if (was_set && lost > core::Duration{0}) {
+    clock_.lose(lost);
+  }
+  offset_is_old_ = offset_is_old_ && !was_set && offset.known;
+  offset_ = offset;
+}
+
 template <typename T>
 void PoseTiming<T>::set_prior(const core::Pose<T>& pose, core::TimePoint regular) {
   if (!pose.offset.known) {
@@ -87,8 +100,17 @@ void PoseTiming<T>::update(Measurement<T>& measured, T yaw_rad) {
     return;
   }
   core::Pose<T>& pose = measured.pose;
-  const core::TimePoint regular = clock_.update(pose.captured, pose.arrived);
-  set_prior(pose, regular);
+  compare_clocks(pose.offset);
+  const std::uint32_t poses = pose.sequence - sequence_;
+  sequence_ = pose.sequence;
+  const core::TimePoint regular = clock_.update(
+      pose.captured, pose.arrived, {.clock_was_set = pose.clock_was_set, .poses = begun_ && poses > 0 ? poses : 1U});
+  offset_is_old_ = offset_is_old_ || clock_.times_set() != report_.times_set;
+  report_.times_set = clock_.times_set();
+  report_.set_by = clock_.set_by();
+  if (!offset_is_old_) {
+    set_prior(pose, regular);
+  }
   if (!begun_) {
     begun_ = true;
     applied_s_ = latency_.tau_s();

@@ -18,6 +18,8 @@ struct PoseTimingReport {
   T sigma_s{0};                   ///< standard error of `untold`
   bool observable = false;        ///< motion has determined it to 10 ms; otherwise it is the prior
   float drift = 0.F;              ///< of our clock against the sender's, as a ratio
+  core::Duration set_by{0};       ///< how far the sender's clock was set or slewed since the beginning
+  std::uint32_t times_set = 0;
 };
 
 /// Determines when poses were captured, on our clock, from their times of arrival, their sender's time stamps and the
@@ -39,6 +41,7 @@ class PoseTiming {
   void add_attitude(const Measurement<T>& measured, T yaw_rad);
   void update_latency(core::Duration way);
   void update_jitter(float late_s);
+  void compare_clocks(const core::ClockOffset& offset);
   void set_prior(const core::Pose<T>& pose, core::TimePoint regular);
 
   PoseClock clock_;
@@ -50,7 +53,10 @@ class PoseTiming {
   PoseTimingReport<T> report_;
   T applied_s_{0};  ///< applied part of `untold`
   core::TimePoint last_{};
-  float min_latency_s_ = 0.F;  ///< from the capture without jitter to the arrival
+  float min_latency_s_ = 0.F;   ///< from the capture without jitter to the arrival
+  core::ClockOffset offset_{};  ///< the last comparison of the clocks
+  bool offset_is_old_ = false;  ///< it is of before the sender's clock was set
+  std::uint32_t sequence_ = 0;  ///< of the last pose
   bool begun_ = false;
 };
 

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "firmware/core/frames.h"
+#include "firmware/core/up_in_body.h"
 #include "protocol/mavlink/pose_messages.h"
 
 namespace m100::link {
@@ -45,21 +46,45 @@ bool is_plausible(const core::Quaternion<float>& q) {
   return squared >= 1.F - kLengthError && squared <= 1.F + kLengthError;
 }
 
-core::Expected<core::Pose<double>> pose_of(const Reading& reading) {
-  if (reading.captured_us > kLatestStamp_us || !is_plausible(reading.position_ned_m) ||
-      !is_plausible(reading.frd_in_ned)) {
+/// The first thing that is wrong with it.
+PoseFault fault_of(const Reading& reading) {
+  const core::Vector<float, 3>& p = reading.position_ned_m;
+  const core::Quaternion<float>& q = reading.frd_in_ned;
+  const auto is_number = [](float value) { return value - value == 0.F; };  // NaN and infinity fail it
+  if (q.w == 0.F && q.x == 0.F && q.y == 0.F && q.z == 0.F && p.isZero(0.F)) {
+    return PoseFault::kZeros;
+  }
+  if (!is_number(p.sum()) || !is_number(q.w + q.x + q.y + q.z)) {
+    return PoseFault::kNotFinite;
+  }
+  if (!is_plausible(q)) {
+    return PoseFault::kQuaternion;
+  }
+  if (!is_plausible(p)) {
+    return PoseFault::kMillimetres;
+  }
+  for (const float variance : reading.variance_m2) {
+    if (variance > kLargestVariance_m2) {
+      return PoseFault::kVariance;
+    }
+  }
+  return reading.captured_us > kLatestStamp_us ? PoseFault::kFastStamp : PoseFault::kNone;
+}
+
+core::Expected<core::Pose<double>> pose_of(const Reading& reading, PoseAside& beside) {
+  beside.fault = fault_of(reading);
+  if (beside.fault != PoseFault::kNone) {
     return core::Status::kOutOfRange;
   }
+  const core::Quaternion<float> attitude = core::flip_yz(reading.frd_in_ned);
+  beside.up_b = core::up_in_body(attitude);
   core::Pose<double> pose;
   pose.is_new = true;
   pose.captured = core::SenderTime(core::SenderClock::duration(static_cast<std::int64_t>(reading.captured_us)));
   pose.position_w_m = core::flip_yz(reading.position_ned_m).cast<double>();
-  pose.yaw_rad = static_cast<double>(core::yaw_of(core::flip_yz(reading.frd_in_ned)));
+  pose.yaw_rad = static_cast<double>(core::yaw_of(attitude));
   for (std::size_t axis = 0; axis < reading.variance_m2.size(); ++axis) {
     const float variance = reading.variance_m2[axis];
-    if (variance > kLargestVariance_m2) {
-      return core::Status::kOutOfRange;
-    }
     pose.position_variance_m2[static_cast<Eigen::Index>(axis)] =
         variance > 0.F ? static_cast<double>(variance) : 0.0;  // NaN: not known
   }
@@ -70,50 +95,56 @@ core::Quaternion<float> quaternion(const std::array<float, 4>& q) { return {q[0]
 
 // Each message is decoded in its own function, which is not inlined, so that only one of them is on the stack.
 
-[[gnu::noinline]] core::Expected<core::Pose<double>> read_mocap(const mavlink::FrameView& frame) {
+[[gnu::noinline]] core::Expected<core::Pose<double>> read_mocap(const mavlink::FrameView& frame, PoseAside& beside) {
   const auto message = mavlink::decode<mavlink::AttPosMocap>(frame);
   return pose_of({.captured_us = message.time_usec,
                   .position_ned_m = {message.x, message.y, message.z},
                   .frd_in_ned = quaternion(message.q),
-                  .variance_m2 = variances(message.covariance)});
+                  .variance_m2 = variances(message.covariance)},
+                 beside);
 }
 
-[[gnu::noinline]] core::Expected<core::Pose<double>> read_vision(const mavlink::FrameView& frame) {
+[[gnu::noinline]] core::Expected<core::Pose<double>> read_vision(const mavlink::FrameView& frame, PoseAside& beside) {
   const auto message = mavlink::decode<mavlink::VisionPositionEstimate>(frame);
-  constexpr float kTurns = 100.F;  // a larger number is not an angle, and costs accuracy
+  constexpr float kTurn_rad = 6.2832F;  // 2 pi and its rounding
   const core::Euler<float> euler{message.roll, message.pitch, message.yaw};
-  const auto good = [](float angle) { return angle >= -kTurns && angle <= kTurns; };
+  const auto good = [](float angle) { return angle >= -kTurn_rad && angle <= kTurn_rad; };
   if (!good(euler.roll_rad) || !good(euler.pitch_rad) || !good(euler.yaw_rad)) {
+    const float sum = euler.roll_rad + euler.pitch_rad + euler.yaw_rad;
+    beside.fault = sum - sum == 0.F ? PoseFault::kDegrees : PoseFault::kNotFinite;
     return core::Status::kOutOfRange;
   }
   return pose_of({.captured_us = message.usec,
                   .position_ned_m = {message.x, message.y, message.z},
                   .frd_in_ned = core::quaternion_of(euler),
-                  .variance_m2 = variances(message.covariance)});
+                  .variance_m2 = variances(message.covariance)},
+                 beside);
 }
 
-[[gnu::noinline]] core::Expected<core::Pose<double>> read_odometry(const mavlink::FrameView& frame) {
+[[gnu::noinline]] core::Expected<core::Pose<double>> read_odometry(const mavlink::FrameView& frame, PoseAside& beside) {
   const auto message = mavlink::decode<mavlink::Odometry>(frame);
   if (std::find(kNedFrames.begin(), kNedFrames.end(), message.frame_id) == kNedFrames.end()) {
+    beside.fault = PoseFault::kFrame;
     return core::Status::kOutOfRange;
   }
   return pose_of({.captured_us = message.time_usec,
                   .position_ned_m = {message.x, message.y, message.z},
                   .frd_in_ned = quaternion(message.q),
-                  .variance_m2 = variances(message.pose_covariance)});
+                  .variance_m2 = variances(message.pose_covariance)},
+                 beside);
 }
 
 }  // namespace
 
-core::Expected<core::Pose<double>> decode_pose(const mavlink::FrameView& frame) {
+core::Expected<core::Pose<double>> decode_pose(const mavlink::FrameView& frame, PoseAside& beside) {
   if (mavlink::is<mavlink::AttPosMocap>(frame)) {
-    return read_mocap(frame);
+    return read_mocap(frame, beside);
   }
   if (mavlink::is<mavlink::VisionPositionEstimate>(frame)) {
-    return read_vision(frame);
+    return read_vision(frame, beside);
   }
   if (mavlink::is<mavlink::Odometry>(frame)) {
-    return read_odometry(frame);
+    return read_odometry(frame, beside);
   }
   return core::Status::kNotReady;
 }

@@ -3,16 +3,29 @@
 
 #include "firmware/core/expected.h"
 #include "firmware/core/pose.h"
+#include "firmware/link/pose_fault.h"
 #include "protocol/mavlink/frame.h"
 
 namespace m100::link {
 
+/// What a pose says that the observer does not use.
+struct PoseAside {
+  PoseFault fault = PoseFault::kNone;
+  /// The world's up in the body (FLU), by the pose's own attitude.
+  core::Vector<float, 3> up_b = core::Vector<float, 3>::UnitZ();
+};
+
 /// The pose in a frame of ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY, in our frames: NED and FRD of the wire
 /// become world NWU and body FLU here, and nowhere else. `captured` is the sender's time stamp, zero without a stamp; a
 /// variance that the sender does not know, or reports as zero, is zero.
+/// @param beside what the pose says beside that, or why it is refused
 /// @returns kNotReady: another message. kOutOfRange: an impossible pose: a number that is not finite, a position beyond
-///   1 km, a quaternion whose length is not one to 1 %, a variance above 100 m^2, a stamp beyond 285 years, ODOMETRY in
-///   a frame that is not NED or FRD.
-core::Expected<core::Pose<double>> decode_pose(const mavlink::FrameView& frame);
+///   1 km, a quaternion whose length is not one to 1 %, angles beyond 2 pi, a variance above 100 m^2, a stamp beyond
+///   285 years, ODOMETRY in a frame that is not NED or FRD.
+core::Expected<core::Pose<double>> decode_pose(const mavlink::FrameView& frame, PoseAside& beside);
+inline core::Expected<core::Pose<double>> decode_pose(const mavlink::FrameView& frame) {
+  PoseAside beside;
+  return decode_pose(frame, beside);
+}
 
 }  // namespace m100::link

@@ -11,16 +11,32 @@ namespace m100::link {
 namespace {
 
 constexpr std::uint64_t kRoomForAnswer = 56;  // bytes: as much again stays free, so that the line can catch up
+constexpr float kUpMean = 1.F / 16.F;         // of the mean of the attitude, per pose
 constexpr core::Duration kSenderGone = std::chrono::seconds(1);
 /// System 1 is the aircraft, component 191 its companion computer.
 constexpr mavlink::Address kOurs{.system = 1, .component = 191};
 
 }  // namespace
 
-PoseLink::PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap) : uart_(uart), baud_(baud), tap_(tap) {}
+PoseLink::PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap, SenderChoice choice)
+    : uart_(uart), baud_(baud), tap_(tap), choice_(choice) {}
+
+void PoseLink::refuse(PoseFault fault, core::TimePoint now) {
+  ++stats_.faults[static_cast<std::size_t>(fault)];
+  stats_.last_fault = fault;
+  stats_.last_fault_at = now;
+  if (fault == PoseFault::kSender) {
+    ++stats_.refused_senders;
+  } else if (fault == PoseFault::kOrder) {
+    ++stats_.refused_order;
+  } else {
+    ++stats_.refused;
+  }
+}
 
 bool PoseLink::is_from_sender(const mavlink::FrameView& frame, core::TimePoint now) {
-  if (has_last_ && frame.from != sender_ && now - last_time_ <= kSenderGone) {
+  const bool is_locked = has_last_ && frame.from != sender_ && now - last_time_ <= kSenderGone;
+  if (is_locked || !choice_.admits(frame.from)) {
     return false;
   }
   const auto step = static_cast<std::uint8_t>(frame.sequence - last_frame_);
@@ -32,20 +48,19 @@ bool PoseLink::is_from_sender(const mavlink::FrameView& frame, core::TimePoint n
   return true;
 }
 
-bool PoseLink::accept(const core::Pose<double>& pose, core::TimePoint now) {
+bool PoseLink::accept(const core::Pose<double>& pose, std::uint8_t frame, core::TimePoint now) {
   const bool stamped = pose.captured != core::SenderTime{};
-  const core::SenderClock::duration step = pose.captured - last_captured_;
-  const bool set_back = has_last_ && step < -kRestart;
-  const bool restarted = !has_last_ || set_back || now - last_time_ > kSenderGone;
-  if (stamped && !restarted && step <= core::SenderClock::duration{0}) {
-    ++stats_.refused_order;
-    return false;
-  }
-  if (set_back) {
-    comparison_.reset();
+  if (stamped || is_stamped_) {  // once stamped, a pose without a stamp is one that goes back
+    const PoseFault unit = unit_.judge(pose.captured, now);
+    const StampOrder::Verdict verdict = order_.judge(pose.captured, frame, now);
+    if (unit != PoseFault::kNone || verdict == StampOrder::Verdict::kRefused) {
+      refuse(unit != PoseFault::kNone ? unit : PoseFault::kOrder, now);
+      return false;
+    }
+    clock_was_set_ = clock_was_set_ || verdict == StampOrder::Verdict::kSet;
+    is_stamped_ = stamped;
   }
   has_last_ = true;
-  last_captured_ = pose.captured;
   last_time_ = now;
   ++stats_.poses;
   return true;
@@ -62,7 +77,8 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
     }
     return;
   }
-  core::Expected<core::Pose<double>> pose = decode_pose(frame);
+  PoseAside beside;
+  const core::Expected<core::Pose<double>> pose = decode_pose(frame, beside);
   if (pose.status() == core::Status::kNotReady) {
     if (has_last_ && frame.from == sender_) {
       (void)is_from_sender(frame,
@@ -70,19 +86,23 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
     }
     return;
   }
+  senders_.add(frame.from, now);
   if (!is_from_sender(frame, now)) {
-    ++stats_.refused_senders;
-    return;
+    return refuse(PoseFault::kSender, now);
   }
   if (!pose) {
-    ++stats_.refused;
-    return;
+    return refuse(beside.fault, now);
   }
   if (has_last_ && frame.from != sender_) {
     comparison_.reset();
+    order_.reset();
+    unit_ = {};
+    up_b_.setZero();
+    is_stamped_ = false;
   }
-  if (accept(*pose, now)) {
+  if (accept(*pose, frame.sequence, now)) {
     sender_ = frame.from;
+    up_b_ += (beside.up_b - up_b_) * (up_b_.isZero(0.F) ? 1.F : kUpMean);
     newest.pose = *pose;
     newest.pose_end = end;
   }
@@ -114,6 +134,8 @@ core::Expected<core::Pose<double>> PoseLink::receive(core::TimePoint now) {
   core::Pose<double> pose = newest.pose;
   pose.sequence = static_cast<std::uint32_t>(stats_.poses);
   pose.arrived = now - line_time(all - newest.pose_end, baud_);
+  pose.clock_was_set = clock_was_set_;
+  clock_was_set_ = false;
   if (pose.captured == core::SenderTime{}) {
     pose.set_captured_at(pose.arrived);
     return pose;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "firmware/core/expected.h"
@@ -8,32 +9,47 @@
 #include "firmware/core/time.h"
 #include "firmware/link/byte_tap.h"
 #include "firmware/link/pose/clock_comparison.h"
+#include "firmware/link/pose_fault.h"
+#include "firmware/link/pose_senders.h"
+#include "firmware/link/stamp_order.h"
+#include "firmware/link/stamp_unit.h"
 #include "hal/uart.h"
 #include "protocol/mavlink/parser.h"
 
 namespace m100::link {
 
 struct PoseLinkStats {
-  std::uint64_t poses = 0;            ///< accepted
-  std::uint32_t refused = 0;          ///< impossible numbers
-  std::uint32_t refused_order = 0;    ///< duplicated, or overtaken by a newer one
-  std::uint32_t refused_senders = 0;  ///< from another sender than the accepted one
-  std::uint32_t lost_frames = 0;      ///< by the sequence numbers of the sender's frames, of any message
-  std::uint32_t answers = 0;          ///< to our time requests
+  std::uint64_t poses = 0;                          ///< accepted
+  std::uint32_t refused = 0;                        ///< impossible numbers
+  std::uint32_t refused_order = 0;                  ///< by their time stamps
+  std::uint32_t refused_senders = 0;                ///< from another sender than the accepted one
+  std::uint32_t lost_frames = 0;                    ///< by the sequence numbers of the sender's frames, of any message
+  std::uint32_t answers = 0;                        ///< to our time requests
+  std::array<std::uint32_t, kPoseFaults> faults{};  ///< all refused poses, by the reason
+  PoseFault last_fault = PoseFault::kNone;
+  core::TimePoint last_fault_at{};
+
+  /// The reason of most refusals; kNone: nothing was refused.
+  PoseFault main_fault() const {
+    PoseFault most = PoseFault::kNone;
+    for (std::size_t i = 1; i < faults.size(); ++i) {
+      most = faults[i] > faults[static_cast<std::size_t>(most)] ? static_cast<PoseFault>(i) : most;
+    }
+    return most;
+  }
 };
 
 /// The source of pose at the other end of a second UART: MAVLink, unsigned, because a serial port is a wire. One call
 /// per tick; older poses of the same tick are skipped. A pose whose time stamp is not newer than the last is refused,
-/// unless the sender evidently restarted: a step back by more than kRestart, or silence for a second. Until then only
-/// the first sender is accepted.
+/// unless StampOrder shows that the sender's clock was set. Only the chosen sender is accepted; without a choice the
+/// first, until it is silent for a second.
 class PoseLink {
  public:
   static constexpr std::size_t kBytesPerTick = 2048;
-  static constexpr core::SenderClock::duration kRestart = std::chrono::seconds(10);
 
   /// @param baud gives the time of a byte on the line; 0: none.
   /// @param tap sees all bytes of both directions; may be null.
-  PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap = nullptr);
+  PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap = nullptr, SenderChoice choice = {});
 
   /// @returns the newest pose that arrived since the last call; `captured` is the sender's time stamp, or the time of
   ///   arrival if the sender does not stamp. kNotReady: none.
@@ -44,6 +60,14 @@ class PoseLink {
   void request_time(core::TimePoint now);
 
   const PoseLinkStats& stats() const { return stats_; }
+  const PoseSenders& senders() const { return senders_; }
+  mavlink::Address sender() const { return sender_; }  ///< whose poses are used
+  /// Another sender whose poses might be meant, because none was chosen. @returns null: there is none
+  const PoseSenders::Sender* rival(core::TimePoint now) const {
+    return choice_.is_made() || !has_last_ ? nullptr : senders_.other_than(sender_, now);
+  }
+  /// The world's up in the body (FLU) by the attitude of the poses, mean of the last; zero before the first.
+  const core::Vector<float, 3>& up_b() const { return up_b_; }
   const mavlink::ParserStats& parser_stats() const { return parser_.stats(); }
 
  private:
@@ -56,7 +80,8 @@ class PoseLink {
     std::uint64_t answer_end = 0;
   };
   void take(const mavlink::FrameView& frame, core::TimePoint now, Newest& newest);
-  bool accept(const core::Pose<double>& pose, core::TimePoint now);
+  void refuse(PoseFault fault, core::TimePoint now);
+  bool accept(const core::Pose<double>& pose, std::uint8_t frame, core::TimePoint now);
   bool is_from_sender(const mavlink::FrameView& frame, core::TimePoint now);
   bool has_room(core::TimePoint now) const;
 
@@ -65,11 +90,17 @@ class PoseLink {
   ByteTap* tap_;
   mavlink::Parser parser_;
   ClockComparison comparison_;
+  SenderChoice choice_;
+  PoseSenders senders_;
   bool has_last_ = false;
   mavlink::Address sender_;
   std::uint8_t last_frame_ = 0;  ///< number of the sender's last frame
-  core::SenderTime last_captured_{};
   core::TimePoint last_time_{};
+  StampOrder order_;
+  StampUnit unit_;
+  core::Vector<float, 3> up_b_ = core::Vector<float, 3>::Zero();
+  bool is_stamped_ = false;     ///< the last pose had a time stamp
+  bool clock_was_set_ = false;  ///< since the last pose that was handed on
   std::uint8_t questions_ = 0;
   std::uint64_t asked_at_bytes_ = 0;  ///< of the parser, at the last question
   PoseLinkStats stats_;

@@ -34,7 +34,8 @@ bool SignedLine::accepts(const mavlink::FrameView& frame) {
     ++stats_.wrong;
     return false;
   }
-  switch (guard_.accept(frame.from, mavlink::signature_of(frame), time_)) {
+  const mavlink::SignatureView signature = mavlink::signature_of(frame);
+  switch (guard_.accept(frame.from, signature, time_)) {
     case core::Status::kOk:
       ++stats_.accepted;
       return true;
@@ -43,6 +44,7 @@ bool SignedLine::accepts(const mavlink::FrameView& frame) {
       return false;
     case core::Status::kTimeout:
       ++stats_.old;
+      stats_.old_by = guard_.newest() - signature.time;
       return false;
     default:
       ++stats_.too_many;

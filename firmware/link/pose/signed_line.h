@@ -17,11 +17,12 @@ namespace m100::link {
 struct SignedLineStats {
   std::uint64_t accepted = 0;
   std::uint32_t unsigned_frames = 0;
-  std::uint32_t wrong = 0;        ///< signed with another key, or changed on the way
-  std::uint32_t replayed = 0;     ///< not newer than the stream's last one: a replay, duplicated, or overtaken
-  std::uint32_t old = 0;          ///< the first of a stream, with a time stamp more than a minute old
-  std::uint32_t too_many = 0;     ///< of one stream more than can be remembered
-  std::uint32_t interrupted = 0;  ///< ticks that left bytes for the next, because their work budget was used up
+  std::uint32_t wrong = 0;            ///< signed with another key, or changed on the way
+  std::uint32_t replayed = 0;         ///< not newer than the stream's last one: a replay, duplicated, or overtaken
+  std::uint32_t old = 0;              ///< the first of a stream, with a time stamp more than a minute old
+  mavlink::SignatureTime old_by = 0;  ///< how old the last of them was
+  std::uint32_t too_many = 0;         ///< of one stream more than can be remembered
+  std::uint32_t interrupted = 0;      ///< ticks that left bytes for the next, because their work budget was used up
 
   std::uint64_t refused() const { return std::uint64_t{unsigned_frames} + wrong + replayed + old + too_many; }
 };
@@ -48,6 +49,8 @@ class SignedLine final : public hal::Uart {
   SignedLine(hal::Uart& line, const mavlink::Key& key, const mavlink::ReplayMemory& known, std::uint8_t link)
       : SignedLine(line, nullptr, key, known, link) {}
 
+  /// The first frame of a stream may be old; see ReplayGuard.
+  void accept_any_clock(bool accepts) { guard_.accept_any_clock(accepts); }
   /// Call it once per tick, before read(). @param time the time stamp of a signature made now.
   void tick(core::TimePoint now, mavlink::SignatureTime time);
 

@@ -18,6 +18,7 @@
 #include <nlohmann/json.hpp>
 
 #include "firmware/companion/files/file_use.h"
+#include "firmware/link/pose_fault.h"
 #include "hal/linux/udp_port.h"
 #include "host_tests/lab/bridge/descriptor.h"
 #include "host_tests/lab/bridge/plain_pose.h"
@@ -53,7 +54,25 @@ struct BridgeOptions {
 
 struct Counts {
   std::uint64_t packets = 0, refused = 0, sent = 0, lost = 0, asked = 0;
+  std::uint64_t strangers = 0;                            ///< packets from another address
+  std::array<std::uint64_t, link::kPoseFaults> faults{};  ///< refused packets; the first: not eight numbers
 };
+
+/// The refused packets by their reasons, one line each.
+std::string describe_refusals(const Counts& counts) {
+  std::string text;
+  const auto add = [&](std::uint64_t count, const std::string& what) {
+    text += count > 0 ? "  refused: " + std::to_string(count) + " with " + what + "\n" : "";
+  };
+  add(counts.strangers, "another sender's address (--from)");
+  add(counts.faults[0], "other text than eight numbers: t x y z qw qx qy qz, with decimal points");
+  for (std::size_t i = 1; i < counts.faults.size(); ++i) {
+    const bool is_time = static_cast<link::PoseFault>(i) == link::PoseFault::kFastStamp;
+    add(counts.faults[i], is_time ? "a time that is not seconds: milliseconds or nanoseconds?"
+                                  : std::string(link::kPoseFaultTexts[i].sentence));
+  }
+  return text;
+}
 
 std::atomic<bool> stopped{false};
 void on_signal(int) { stopped = true; }
@@ -136,11 +155,14 @@ class Packets final : public Source {
     std::array<std::byte, 2048> packet{};
     for (ssize_t size = receive(packet); size >= 0; size = receive(packet)) {
       ++counts.packets;
-      const auto pose = bridge::parse_packet(std::span<const std::byte>(packet).first(static_cast<std::size_t>(size)));
+      const auto bytes = std::span<const std::byte>(packet).first(static_cast<std::size_t>(size));
+      const auto pose = bridge::parse_packet(bytes);
       if (pose && sender_.sin_addr.s_addr == from_.s_addr) {
         use(*pose);
       } else {
         ++counts.refused;
+        const bool is_ours = sender_.sin_addr.s_addr == from_.s_addr;
+        ++(is_ours ? counts.faults[static_cast<std::size_t>(bridge::fault_of(bytes))] : counts.strangers);
       }
     }
     return true;
@@ -216,7 +238,8 @@ void run(const BridgeOptions& options) {
   std::signal(SIGTERM, on_signal);
   const Counts counts = run_bridge(options, key);
   std::cout << counts.sent << " poses passed on, " << counts.refused << " packets refused, " << counts.lost
-            << " not sent, " << counts.asked << " time requests answered\n";
+            << " not sent, " << counts.asked << " time requests answered\n"
+            << describe_refusals(counts);
   write_json(options.json, nlohmann::ordered_json{{"packets", counts.packets},
                                                   {"refused", counts.refused},
                                                   {"sent", counts.sent},

@@ -66,7 +66,9 @@ bool is_plausible(const PlainPose& pose) {
          near(pose.position_m.z()) && squared >= 1.0 - kLengthError && squared <= 1.0 + kLengthError;
 }
 
-std::optional<PlainPose> parse_packet(std::span<const std::byte> packet) {
+namespace {
+
+std::optional<PlainPose> numbers_of(std::span<const std::byte> packet) {
   // Text first: a packet of 64 bytes may be text, but bytes of doubles are never all characters of numbers.
   std::optional<Numbers> read = of_text({reinterpret_cast<const char*>(packet.data()), packet.size()});
   if (!read && packet.size() == kNumbers * sizeof(double)) {
@@ -76,8 +78,34 @@ std::optional<PlainPose> parse_packet(std::span<const std::byte> packet) {
     return {};
   }
   const auto& [t, x, y, z, qw, qx, qy, qz] = *read;
-  const PlainPose pose{.t_s = t, .position_m = {x, y, z}, .body_to_world = {qw, qx, qy, qz}};
-  return is_plausible(pose) ? std::optional(pose) : std::nullopt;
+  return PlainPose{.t_s = t, .position_m = {x, y, z}, .body_to_world = {qw, qx, qy, qz}};
+}
+
+}  // namespace
+
+std::optional<PlainPose> parse_packet(std::span<const std::byte> packet) {
+  const std::optional<PlainPose> pose = numbers_of(packet);
+  return pose && is_plausible(*pose) ? pose : std::nullopt;
+}
+
+link::PoseFault fault_of(std::span<const std::byte> packet) {
+  using link::PoseFault;
+  const std::optional<PlainPose> pose = numbers_of(packet);
+  if (!pose || is_plausible(*pose)) {
+    return PoseFault::kNone;
+  }
+  const core::Quaternion<double>& q = pose->body_to_world;
+  const double squared = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+  if (!std::isfinite(squared + pose->position_m.sum() + pose->t_s)) {
+    return PoseFault::kNotFinite;
+  }
+  if (squared <= 0.0 && pose->position_m.isZero(0.0)) {
+    return PoseFault::kZeros;
+  }
+  if (!(squared >= 1.0 - kLengthError && squared <= 1.0 + kLengthError)) {
+    return PoseFault::kQuaternion;
+  }
+  return pose->t_s > kLatest_s || pose->t_s < 0.0 ? PoseFault::kFastStamp : PoseFault::kMillimetres;
 }
 
 mavlink::AttPosMocap message_of(const PlainPose& pose, Axes axes, std::uint64_t time_usec) {

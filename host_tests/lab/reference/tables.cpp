@@ -119,6 +119,8 @@ Table flight_table() {
     std::vector<std::string> cells{unit_of(key.key), range(key.low, key.high), "-"};
     if (key.mode != nullptr) {
       cells = {"text", "\"field\" or \"calm_room\"", "\"" + std::string(name(defaults.*key.mode)) + "\""};
+    } else if (key.sender != nullptr) {
+      cells = {"text", "\"SYSTEM\" or \"SYSTEM:COMPONENT\"", "-"};
     } else if (key.range != nullptr) {
       cells = {unit_of(key.key), "two numbers, " + cells[1], "-"};
     } else if (defaults.*key.number != 0.0 || key.low <= 0.0) {

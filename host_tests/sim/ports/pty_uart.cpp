@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -28,11 +29,46 @@ constexpr std::array kSpeeds{Speed{9600, B9600},     Speed{19200, B19200},   Spe
                              Speed{57600, B57600},   Speed{115200, B115200}, Speed{230400, B230400},
                              Speed{460800, B460800}, Speed{921600, B921600}};
 
+/// Whether a running program of this name keeps the pseudo-terminal at the link.
+bool is_served(const std::string& link) {
+  std::error_code error;
+  const std::filesystem::path device = std::filesystem::read_symlink(link, error);
+  const auto comm = [](const std::filesystem::path& process) {
+    std::string name;
+    std::getline(std::ifstream(process / "comm"), name);
+    return name;
+  };
+  const auto holds = [&](const std::filesystem::path& process) {
+    std::error_code gone;
+    for (std::filesystem::directory_iterator file(process / "fd", gone), end; !gone && file != end;
+         file.increment(gone)) {
+      std::error_code unread;
+      if (std::filesystem::read_symlink(file->path(), unread) == device) {
+        return true;
+      }
+    }
+    return false;
+  };
+  const std::string own = comm("/proc/self");
+  for (std::filesystem::directory_iterator process("/proc", error), end; !error && process != end;
+       process.increment(error)) {
+    const std::string number = process->path().filename().string();
+    if (number.find_first_not_of("0123456789") == std::string::npos && number != std::to_string(::getpid()) &&
+        comm(process->path()) == own && holds(process->path())) {
+      return true;
+    }
+  }
+  return false;
+}
+
 [[noreturn]] void fail(const std::string& name) { throw std::runtime_error(name + ": " + std::strerror(errno)); }
 
 }  // namespace
 
 PtyUart::PtyUart(std::string link, std::uint32_t baud) : link_(std::move(link)), baud_(baud) {
+  if (is_served(link_)) {
+    throw std::runtime_error(link_ + ": another program like this one serves it; end it, or give another name");
+  }
   master_ = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (master_ < 0 || grantpt(master_) != 0 || unlockpt(master_) != 0) {
     fail("pseudo-terminal");

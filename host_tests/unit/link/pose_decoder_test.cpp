@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -140,6 +141,57 @@ TEST(PoseReading, VariancesAreThoseOfTheDiagonal) {
   message.covariance[0] = std::numeric_limits<float>::quiet_NaN();
   ASSERT_TRUE(read(message));
   EXPECT_EQ(read(message)->position_variance_m2.x(), 0.0) << "not known";
+}
+
+template <typename Message>
+PoseAside aside_of(const Message& message) {
+  mavlink::Parser parser;
+  const mavlink::Frame frame = mavlink::encode(message, {1, 197}, 0);
+  (void)parser.push(frame.bytes());
+  PoseAside beside;
+  (void)decode_pose(*parser.poll(), beside);
+  return beside;
+}
+
+// Would catch one reason for all refusals, and a zero that hides behind the quaternion.
+TEST(PoseReading, EachWrongFormatHasAReasonOfItsOwn) {
+  const AttPosMocap good{.time_usec = 5, .q = {1.F, 0.F, 0.F, 0.F}, .x = 1.F};
+  EXPECT_EQ(aside_of(good).fault, PoseFault::kNone);
+  const auto with = [&](const auto& change) {
+    AttPosMocap message = good;
+    change(message);
+    return aside_of(message).fault;
+  };
+  EXPECT_EQ(with([](auto& m) { m.q = {}, m.x = 0.F; }), PoseFault::kZeros);
+  EXPECT_EQ(with([](auto& m) { m.q = {}; }), PoseFault::kQuaternion);
+  EXPECT_EQ(with([](auto& m) { m.x = std::numeric_limits<float>::quiet_NaN(); }), PoseFault::kNotFinite);
+  EXPECT_EQ(with([](auto& m) { m.z = -1500.F; }), PoseFault::kMillimetres);
+  EXPECT_EQ(with([](auto& m) { m.covariance[0] = 200.F; }), PoseFault::kVariance);
+  EXPECT_EQ(with([](auto& m) { m.time_usec = 1700000000000000000U; }), PoseFault::kFastStamp);
+  EXPECT_EQ(aside_of(VisionPositionEstimate{.usec = 5, .yaw = 90.F}).fault, PoseFault::kDegrees);
+  EXPECT_EQ(aside_of(VisionPositionEstimate{.usec = 5, .yaw = -6.283F}).fault, PoseFault::kNone) << "a whole turn";
+  EXPECT_EQ(aside_of(Odometry{.time_usec = 5, .q = {1.F, 0.F, 0.F, 0.F}, .frame_id = 4}).fault, PoseFault::kFrame);
+  for (const PoseFaultText& text : kPoseFaultTexts) {
+    EXPECT_FALSE(text.name.empty());
+    EXPECT_EQ(std::count_if(kPoseFaultTexts.begin(), kPoseFaultTexts.end(),
+                            [&](const PoseFaultText& other) { return other.sentence == text.sentence; }),
+              1)
+        << text.name;
+  }
+}
+
+// Catches an up that is taken in NED and FRD, or that depends on the heading.
+TEST(PoseReading, TheUpOfThePoseIsInOurBody) {
+  for (const float heading_rad : {0.F, 1.F, -2.5F}) {
+    const PoseAside right_down = aside_of(VisionPositionEstimate{.usec = 5, .roll = 0.3F, .yaw = heading_rad});
+    EXPECT_NEAR(right_down.up_b.y(), std::sin(0.3F), 1e-6F) << "the left side points up";
+    EXPECT_NEAR(right_down.up_b.z(), std::cos(0.3F), 1e-6F);
+    const PoseAside nose_up = aside_of(VisionPositionEstimate{.usec = 5, .pitch = 0.2F, .yaw = heading_rad});
+    EXPECT_NEAR(nose_up.up_b.x(), std::sin(0.2F), 1e-6F) << "the nose points up";
+  }
+  const float half = 0.4F;  // x y z w in place of w x y z, at a heading of 0.8 rad
+  const PoseAside order = aside_of(AttPosMocap{.time_usec = 5, .q = {0.F, 0.F, std::sin(half), std::cos(half)}});
+  EXPECT_NEAR(std::acos(order.up_b.z()), 0.8F, 1e-5F) << "tilted by the heading";
 }
 
 }  // namespace

@@ -58,17 +58,59 @@ TEST_F(PoseLinkTest, TheNewestOfATickCountsAndKeepsItsStamp) {
   EXPECT_EQ(link.receive(clock.now()).status(), core::Status::kNotReady);
 }
 
-TEST_F(PoseLinkTest, DoubledAndOvertakenPosesAreRefusedButARestartedSenderIsHeard) {
+TEST_F(PoseLinkTest, DoubledAndOvertakenPosesAreRefused) {
   EXPECT_TRUE(send(50000000));
   EXPECT_FALSE(send(50000000));
   EXPECT_FALSE(send(49990000));
   EXPECT_EQ(link.stats().refused_order, 2U);
   EXPECT_TRUE(send(50010000));
-  EXPECT_TRUE(send(1)) << "a step back of more than ten seconds";
-  EXPECT_TRUE(send(40000000));
-  EXPECT_FALSE(send(35000000));
   EXPECT_FALSE(after(milliseconds(1100)));
   EXPECT_TRUE(send(35000000)) << "nothing was heard for a second";
+}
+
+// Would catch a link that refuses good poses until the stamps have reached the old ones, or for a fixed time.
+TEST_F(PoseLinkTest, AClockThatWasSetCostsOnePoseAndASingleWrongStampOne) {
+  std::uint64_t stamp_us = 50000000;
+  const auto next = [&] { return send(stamp_us += 10000); };
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_TRUE(next());
+  }
+  for (const std::int64_t set_us : {-20000, -150000, -300000, -9000000, 70000, 5000000, 20000000}) {
+    stamp_us += static_cast<std::uint64_t>(set_us);
+    EXPECT_FALSE(next()) << set_us;
+    const core::Expected<core::Pose<double>> pose = next();
+    ASSERT_TRUE(pose) << set_us;
+    EXPECT_TRUE(pose->clock_was_set) << set_us;
+    for (int i = 0; i < 100; ++i) {
+      EXPECT_TRUE(next()) << set_us;
+    }
+  }
+  for (const std::uint64_t ahead_us : {300000U, 5000000U, 20000000U}) {
+    stamp_us += 10000;
+    EXPECT_FALSE(send(stamp_us + ahead_us));
+    for (int i = 0; i < 100; ++i) {
+      const core::Expected<core::Pose<double>> pose = next();
+      ASSERT_TRUE(pose) << ahead_us;
+      EXPECT_FALSE(pose->clock_was_set) << ahead_us;
+    }
+  }
+}
+
+// Would catch a link that takes a sender without frame numbers for one whose poses are overtaken for ever.
+TEST_F(PoseLinkTest, WhatRisesAmongItselfIsRefusedForAFifthOfASecond) {
+  const auto unnumbered = [&](std::uint64_t stamp_us) {
+    frames = 7;
+    return send(stamp_us);
+  };
+  EXPECT_TRUE(unnumbered(50000000));
+  int refused = 0;
+  for (std::uint64_t i = 1; !unnumbered(40000000 + 10000 * i) && refused < 100; ++i) {
+    ++refused;
+  }
+  EXPECT_EQ(refused, 20);
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_FALSE(unnumbered(40000000)) << "a stamp that does not rise";
+  }
 }
 
 TEST_F(PoseLinkTest, WhoStampsNothingIsTakenWhenHeComes) {
@@ -87,6 +129,55 @@ TEST_F(PoseLinkTest, OneSenderIsHeardUntilItIsGone) {
   EXPECT_FALSE(after(milliseconds(1100)));
   write(mocap(500), {.system = 10, .component = 197});
   EXPECT_TRUE(after(milliseconds(10)));
+}
+
+// Would catch a link that a stray pose locks out, and one that chooses by who came first although a choice was made.
+TEST_F(PoseLinkTest, TheChosenSenderIsHeardWhoeverElseSends) {
+  PoseLink chosen(cable.a(), 115200, nullptr, {.system = 9, .component = 197});
+  std::uint64_t stamp_us = 1000;
+  int taken = 0;
+  for (int i = 0; i < 300; ++i) {
+    write(mocap(stamp_us += 7), {.system = 9, .component = 100});
+    if (i >= 100) {
+      write(mocap(stamp_us + 10000 * static_cast<std::uint64_t>(i)));
+    }
+    clock.advance(milliseconds(10));
+    taken += chosen.receive(clock.now()).has_value() ? 1 : 0;
+  }
+  EXPECT_EQ(taken, 200);
+  EXPECT_EQ(chosen.sender().component, 197);
+  EXPECT_EQ(chosen.rival(clock.now()), nullptr) << "the operator has chosen";
+  ASSERT_EQ(chosen.senders().all().size(), 2U);
+  EXPECT_EQ(chosen.senders().all()[0].poses, 300U);
+  EXPECT_EQ(chosen.stats().faults[static_cast<std::size_t>(PoseFault::kSender)], 300U);
+}
+
+TEST_F(PoseLinkTest, ASecondSenderIsARivalForAsLongAsItSends) {
+  EXPECT_TRUE(send(1000));
+  EXPECT_EQ(link.rival(clock.now()), nullptr);
+  write(mocap(500), {.system = 2, .component = 197});
+  (void)after(milliseconds(10));
+  ASSERT_NE(link.rival(clock.now()), nullptr);
+  EXPECT_EQ(link.rival(clock.now())->from.system, 2);
+  clock.advance(milliseconds(1900));
+  EXPECT_NE(link.rival(clock.now()), nullptr);
+  clock.advance(milliseconds(200));
+  EXPECT_EQ(link.rival(clock.now()), nullptr);
+}
+
+// Would catch stamps in another unit that are flown by the times of arrival.
+TEST_F(PoseLinkTest, StampsInAnotherUnitAreNamed) {
+  for (const auto& [step_us, fault] : {std::pair{10000000U, PoseFault::kFastStamp}, {10U, PoseFault::kSlowStamp}}) {
+    PoseLink fresh(cable.a(), 115200);
+    for (std::uint64_t i = 1; i <= 200; ++i) {
+      write(mocap(kUnix_us + step_us * i));
+      clock.advance(milliseconds(10));
+      const bool taken = fresh.receive(clock.now()).has_value();
+      EXPECT_FALSE(i > 70 && taken) << step_us;
+    }
+    EXPECT_EQ(fresh.stats().main_fault(), fault);
+    EXPECT_GE(fresh.stats().faults[static_cast<std::size_t>(fault)], 130U);
+  }
 }
 
 TEST_F(PoseLinkTest, LostFramesAreCounted) {

@@ -130,5 +130,24 @@ TEST(ReplayGuard, OurOwnClockIsNotRemembered) {
   EXPECT_EQ(guard.memory().newest, 51U);
 }
 
+// A signer that was seeded once counts on from there: libmavlink and pymavlink do. Its frames must rise, and those that
+// were sent before stay refused.
+TEST(ReplayGuard, ASignerBehindTheClockBeginsOnTheOperatorsWord) {
+  constexpr SignatureTime kNow = 1000 * kSignatureTicksPerSecond;
+  constexpr SignatureTime kSeed = kNow - 180 * kSignatureTicksPerSecond;
+  const Address from{.system = 1, .component = 197};
+  ReplayGuard strict;
+  EXPECT_EQ(strict.accept(from, {.link = 1, .time = kSeed}, kNow), core::Status::kTimeout);
+  ReplayGuard guard;
+  guard.accept_any_clock(true);
+  EXPECT_EQ(guard.accept(from, {.link = 1, .time = kSeed}, kNow), core::Status::kOk);
+  EXPECT_EQ(guard.accept(from, {.link = 1, .time = kSeed + 1}, kNow), core::Status::kOk);
+  EXPECT_EQ(guard.accept(from, {.link = 1, .time = kSeed + 1}, kNow), core::Status::kRefused);
+  ReplayGuard next(guard.memory());
+  next.accept_any_clock(true);
+  EXPECT_EQ(next.accept(from, {.link = 1, .time = kSeed}, kNow), core::Status::kRefused) << "sent before";
+  EXPECT_EQ(next.accept(from, {.link = 1, .time = kSeed + 2}, kNow), core::Status::kOk);
+}
+
 }  // namespace
 }  // namespace m100::mavlink

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "firmware/app/flight_controller.h"
+#include "firmware/companion/operator/operator_log.h"
+#include "firmware/companion/operator/text_line.h"
+
+namespace m100::companion {
+
+/// A time at which the clock of the source of pose was set or slewed, all together.
+struct ClockStep {
+  core::TimePoint at{};
+  core::Duration by{0};
+  core::Duration lasted{0};
+};
+
+/// What the operator must know of the source of pose, and what stands against control before it is asked for: a second
+/// sender, an attitude that the autopilot's contradicts, and a check that has failed and has not yet held again.
+///
+/// A check that failed once fails again when the aircraft moves in the same way again, which in a hover takes as long
+/// as its slow wander: the check must hold for kHold, or four times as long as it took to fail. No heap.
+class PoseMonitor {
+ public:
+  static constexpr core::Duration kHold = std::chrono::seconds(30);
+  static constexpr std::size_t kMaxSteps = 32;  ///< of the clock that are kept
+
+  /// Call it after each tick. @param waits control is not ours and was not asked for
+  void tick(core::TimePoint now, const app::FlightController<double>& controller, bool waits, OperatorLog& listener);
+  /// Whether control may not be asked for.
+  bool blocks(core::TimePoint now) const { return rival_ || is_tilted(now) || is_on_trial(now); }
+  bool has_rival() const { return rival_; }
+  /// Only a check that failed has to hold for longer.
+  bool is_on_trial_only(core::TimePoint now) const { return !rival_ && !is_tilted(now); }
+  /// Why, in words that follow "control is not asked for: ".
+  void describe(TextLine& line, const app::FlightController<double>& controller, core::TimePoint now) const;
+  std::span<const ClockStep> clock_steps() const { return std::span(steps_).first(step_count_); }
+
+ private:
+  bool is_tilted(core::TimePoint now) const {
+    return now - tilted_since_ > kTiltLasts && tilt_apart_rad_ > kMaxTilt_rad;
+  }
+  bool is_on_trial(core::TimePoint now) const { return failed_ && now - failed_at_ < hold_; }
+  void detect_restart(core::TimePoint now, const est::PoseTimingReport<double>& timing, OperatorLog& listener);
+  void watch_tilt(core::TimePoint now, const app::FlightController<double>& controller);
+  void watch_rival(core::TimePoint now, const app::FlightController<double>& controller, bool waits,
+                   OperatorLog& listener);
+
+  /// Trim, mounting and tracking add up to some degrees; a wrong order or axis shows 15 degrees for any heading but
+  /// one.
+  static constexpr double kMaxTilt_rad = 0.26;
+  static constexpr core::Duration kTiltLasts = std::chrono::milliseconds(300);
+
+  bool rival_ = false;
+  bool rival_said_ = false;
+  double tilt_apart_rad_ = 0.0;
+  double pose_tilt_rad_ = 0.0;
+  double autopilot_tilt_rad_ = 0.0;
+  core::Vector<double, 3> up_b_ = core::Vector<double, 3>::Zero();  ///< mean of the autopilot's
+  core::TimePoint tilted_since_{};
+  bool failed_ = false;
+  core::TimePoint failed_at_{};
+  core::TimePoint looks_since_{};
+  core::Duration hold_{0};
+  core::Duration set_by_{0};  ///< as said
+  std::uint32_t times_set_ = 0;
+  ClockStep step_;
+  bool step_is_open_ = false;
+  core::TimePoint stepped_at_{};
+  std::array<ClockStep, kMaxSteps> steps_{};
+  std::size_t step_count_ = 0;
+};
+
+}  // namespace m100::companion

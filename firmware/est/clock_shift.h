@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+namespace m100::est {
+
+/// Detects that the clock of a source of pose was set or runs at another rate, and by how much.
+///
+/// Poses that come later than their stamps say are late, or the clock has lost time. If the transport is slower, the
+/// arrivals slow down and the stamps stay one spacing of the captures apart. If the clock has lost time, the arrivals
+/// stay regular and the stamps come nearer to each other. So, over windows of some poses,
+///   shift   = least (arrival - stamp) of the window, relative to before
+///   deficit = captures x their spacing - advance of the stamps
+/// and the clock is the cause where the deficit explains more than half of the shift. A source that stamps or captures
+/// irregularly does not show the difference; nothing is reported then.
+///
+/// Cost: five products and a division a pose.
+class TimeOffset {
+ public:
+  /// One pose, or the newest of several that came in one tick.
+  struct Step {
+    float stamps_s = 0.F;  ///< from the stamp before to this one, positive
+    float slip_s = 0.F;    ///< how much longer the step between the arrivals was
+    float poses = 1.F;     ///< that came in this step
+  };
+  /// @param spread_s 99th percentile of the jitter of the arrivals
+  /// @returns the time that the clock has lost since the last call that returned some; 0: none, or too little to see
+  float update(const Step& step, float spread_s);
+  /// Deviation of the stamps from a whole number of captures in the time between two arrivals.
+  float uneven_s(float stamps_s, float arrivals_s) const { return stamps_s - captures(arrivals_s) * spacing_s_; }
+  float spacing_s() const { return spacing_s_; }
+  /// Whether the source is known, and captures and stamps regularly.
+  bool is_regular() const;
+
+ private:
+  static constexpr std::uint32_t kWindow = 8;   ///< poses: the least of them has an eighth of their jitter
+  static constexpr std::uint32_t kLearns = 30;  ///< poses, before the first is judged
+  float captures(float step_s) const;
+  void learn(const Step& step);
+  float judge(float spread_s);
+
+  std::uint32_t learnt_ = 0;
+  float spacing_s_ = 0.F;  ///< between two captures
+  float uneven_s2_ = 0.F;  ///< mean square of a step's deviation from whole spacings
+  float shift_s_ = 0.F;
+  float deficit_s_ = 0.F;
+  float least_shift_s_ = 0.F;       ///< of the window
+  float deficit_at_least_s_ = 0.F;  ///< at the same pose
+  float stamps_s_ = 0.F;            ///< sum of the steps of the window
+  float captures_ = 0.F;            ///< the same
+  std::uint32_t poses_ = 0;
+  bool has_window_ = false;
+};
+
+}  // namespace m100::est

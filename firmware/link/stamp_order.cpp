@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/link/stamp_order.h"
+
+#include <algorithm>
+
+namespace m100::link {
+namespace {
+
+/// Arrivals are known to one tick, and the least of them may have come late by another.
+constexpr core::Duration kEarly = 3 * core::kTickPeriod;
+constexpr core::Duration::rep kDriftParts = 33;  ///< 3 %
+
+core::Duration way(core::SenderTime stamp, core::TimePoint now) {
+  return now.time_since_epoch() - core::Duration(stamp.time_since_epoch().count());
+}
+
+}  // namespace
+
+void StampOrder::begin(core::SenderTime stamp, core::TimePoint now) {
+  const std::uint8_t frame = newest_frame_;
+  reset();
+  newest_frame_ = frame;
+  remember(stamp);
+  newest_ = stamp;
+  newest_at_ = now;
+  offset_ = way(stamp, now);
+}
+
+void StampOrder::remember(core::SenderTime stamp) { stamps_[count_++ % kRemembered] = stamp; }
+
+/// Whether a pose with this stamp cannot have been captured between those that have come: it has the stamp of one of
+/// them, or lies between two that no capture lies between.
+bool StampOrder::is_taken(core::SenderTime stamp) const {
+  using Step = core::SenderClock::duration;
+  const std::size_t known = std::min(count_, kRemembered);
+  Step below = Step::max(), above = Step::max(), spacing = Step::max();
+  for (std::size_t i = 0; i < known; ++i) {
+    const Step step = stamps_[i] - stamp;
+    below = step <= Step{0} ? std::min(below, -step) : below;
+    above = step >= Step{0} ? std::min(above, step) : above;
+    const std::size_t next = (i + 1) % kRemembered;
+    const Step between = stamps_[next] - stamps_[i];
+    spacing = next < known && next != count_ % kRemembered && between > Step{0} ? std::min(spacing, between) : spacing;
+  }
+  if (below == Step{0}) {
+    return true;
+  }
+  if (below == Step::max()) {  // before all that are remembered
+    return known == kRemembered;
+  }
+  return above != Step::max() && spacing != Step::max() && below + above < spacing + spacing / 2;
+}
+
+bool StampOrder::continues_run(core::SenderTime stamp, core::TimePoint now) const {
+  return run_.count > 0 && stamp > run_.newest && way(stamp, now) >= way(run_.newest, run_.newest_at) - kEarly;
+}
+
+StampOrder::Verdict StampOrder::accept(core::SenderTime stamp, core::TimePoint now) {
+  const bool was_set = run_.sure > 0 && continues_run(stamp, now);
+  const core::Duration risen = offset_ + (now - newest_at_) / kDriftParts;
+  offset_ = std::min(way(stamp, now), risen);
+  newest_ = stamp;
+  newest_at_ = now;
+  run_ = {};
+  remember(stamp);
+  return was_set ? Verdict::kSet : Verdict::kRises;
+}
+
+StampOrder::Verdict StampOrder::refuse(core::SenderTime stamp, bool is_sure, core::TimePoint now) {
+  const bool continues = continues_run(stamp, now);
+  if (run_.count > 0 && stamp <= run_.newest && !is_sure) {
+    return Verdict::kRefused;  // doubled, or overtaken in the run
+  }
+  run_ = {.count = continues ? run_.count + 1 : 1U,
+          .sure = (continues ? run_.sure : 0U) + (is_sure ? 1U : 0U),
+          .newest = stamp,
+          .newest_at = now,
+          .since = continues ? run_.since : now};
+  if (run_.sure >= 2 || (run_.count > 2 && now - run_.since >= kMaxRefusal)) {
+    begin(stamp, now);
+    return Verdict::kSet;
+  }
+  return Verdict::kRefused;
+}
+
+StampOrder::Verdict StampOrder::judge(core::SenderTime stamp, std::uint8_t frame, core::TimePoint now) {
+  constexpr std::uint8_t kLargestStep = 127;
+  const auto step = static_cast<std::uint8_t>(frame - newest_frame_);
+  const bool is_later_frame = step >= 1 && step <= kLargestStep;
+  newest_frame_ = is_later_frame || count_ == 0 ? frame : newest_frame_;
+  if (count_ == 0 || now - newest_at_ > kSenderGone) {
+    const bool was_set = count_ > 0 && stamp <= newest_;
+    begin(stamp, now);
+    newest_frame_ = frame;
+    return was_set ? Verdict::kSet : Verdict::kRises;
+  }
+  const bool is_early = way(stamp, now) < offset_ - kEarly;
+  if (stamp > newest_ && !is_early) {
+    return accept(stamp, now);
+  }
+  const bool is_sure = is_early || (is_later_frame && is_taken(stamp));
+  const Verdict verdict = refuse(stamp, is_sure, now);
+  if (verdict == Verdict::kRefused && !is_sure && stamp < newest_) {
+    remember(stamp);  // overtaken
+  }
+  return verdict;
+}
+
+}  // namespace m100::link

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "firmware/core/pose.h"
+#include "firmware/core/time.h"
+
+namespace m100::link {
+
+/// Decides from its time stamp whether a pose is newer than the last one, and whether the sender's clock was set.
+///
+/// A stamp that goes back has two causes. A pose that was overtaken fills a gap between the stamps that have come.
+/// After the sender's clock was set back, a frame that was sent later has a stamp at which a pose has already come. A
+/// stamp in the future has one cause, because no message is early. Two such poses that rise show a new clock; a single
+/// wrong stamp costs one pose. If neither can be told, poses that rise among themselves are refused for kMaxRefusal at
+/// most.
+///
+/// Cost: constant for a rising stamp, one pass over kRemembered stamps for another.
+class StampOrder {
+ public:
+  static constexpr std::size_t kRemembered = 64;
+  /// Longer than a pose is useful (est::kMaxPoseAge_s) nothing overtakes, less one pose of a source of 20 Hz.
+  static constexpr core::Duration kMaxRefusal = std::chrono::milliseconds(200);
+  static constexpr core::Duration kSenderGone = std::chrono::seconds(1);
+
+  enum class Verdict : std::uint8_t {
+    kRises,    ///< newer than the last
+    kSet,      ///< newer, by a clock that was set
+    kRefused,  ///< doubled, overtaken, or not yet known to be newer
+  };
+
+  /// @param frame the number of the pose's frame
+  Verdict judge(core::SenderTime stamp, std::uint8_t frame, core::TimePoint now);
+  /// The next stamp is the first.
+  void reset() { *this = StampOrder{}; }
+
+ private:
+  /// Refused poses that rise among themselves, since the last that was taken.
+  struct Run {
+    std::uint32_t count = 0;
+    std::uint32_t sure = 0;  ///< of them, those that a clock that was set alone explains
+    core::SenderTime newest{};
+    core::TimePoint newest_at{};
+    core::TimePoint since{};
+  };
+  void begin(core::SenderTime stamp, core::TimePoint now);
+  Verdict accept(core::SenderTime stamp, core::TimePoint now);
+  void remember(core::SenderTime stamp);
+  bool is_taken(core::SenderTime stamp) const;
+  bool continues_run(core::SenderTime stamp, core::TimePoint now) const;
+  Verdict refuse(core::SenderTime stamp, bool is_sure, core::TimePoint now);
+
+  std::array<core::SenderTime, kRemembered> stamps_{};  ///< the last, in the order of arrival
+  std::size_t count_ = 0;
+  std::uint8_t newest_frame_ = 0;
+  core::SenderTime newest_{};
+  core::TimePoint newest_at_{};
+  core::Duration offset_{0};  ///< least (arrival - stamp) of the last poses; follows a drift of 3 %
+  Run run_;
+};
+
+}  // namespace m100::link
