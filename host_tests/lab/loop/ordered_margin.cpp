@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/loop/ordered_margin.h"
+
+#include <nlohmann/json.hpp>
+
+#include "host_tests/lab/gains/report_flown.h"
+
+namespace m100::lab::loop {
+namespace {
+
+constexpr double kWeightStep = 1.25;  ///< the delay margin grows by a few milliseconds a step
+constexpr int kWeightSteps = 21;      ///< up to a hundred times the weight: a loop too slow to hold a place in wind
+
+bool keeps(const gains::TunedMargins& margins) {
+  return margins.stable && margins.peak_sensitivity <= gains::kLargestPeakSensitivity &&
+         margins.delay_margin_s >= gains::kFieldDelayMargin_s;
+}
+
+}  // namespace
+
+OrderedLaw at_ordered_margin(const model::Vehicle& believed, const model::Vehicle& truth) {
+  OrderedLaw best{.vehicle = believed};
+  double least_peak = 0.0;
+  model::Vehicle tried = believed;
+  for (int step = 0; step < kWeightSteps; ++step) {
+    const gains::TunedMargins margins = gains::margins_over(tried, {{"the corrected model", truth}});
+    if (keeps(margins)) {
+      return {.vehicle = tried, .keeps = true};
+    }
+    if (margins.stable && (least_peak == 0.0 || margins.peak_sensitivity < least_peak)) {
+      least_peak = margins.peak_sensitivity;
+      best.vehicle = tried;
+    }
+    tried.mpc.input *= kWeightStep;
+  }
+  return best;
+}
+
+bool keeps_ordered_margin(const model::Vehicle& believed, const model::Vehicle& truth) {
+  return keeps(gains::margins_over(believed, {{"the corrected model", truth}}));
+}
+
+nlohmann::json margins_on(const model::Vehicle& believed, const model::Vehicle& truth) {
+  nlohmann::json out;
+  for (const auto& [name, axis] : {std::pair{"x", gains::Axis::kX}, {"y", gains::Axis::kY}}) {
+    out[name] = gains::margins_json(gains::flown_margins_of(believed, truth, axis, gains::kVirtualRcTiming));
+  }
+  out["ordered"] = keeps_ordered_margin(believed, truth);
+  return out;
+}
+
+}  // namespace m100::lab::loop
