@@ -119,15 +119,20 @@ void add_yaw(Report& report, const std::string& yaw_file) {
   const int shift =
       logs::load(*yaw, logs::parse_column_map(kMap, "the map of the paper's files")).alignment.stick_shift_samples;
   // The stick turns right, the odometry's rate counts to the left. The IMU's own stream counts as the stick does.
-  Record odometry = record(*yaw, "RCData.channel[4]", "Vicon.w[3]");
-  for (double& counts : odometry.stick) {
-    counts = -counts;
-  }
-  const Record imu = record(*yaw, "RCData.channel[4]", "IMU.w[3]");
+  const auto to_the_left = [](Record one) {
+    for (double& counts : one.stick) {
+      counts = -counts;
+    }
+    return one;
+  };
+  const Record odometry = to_the_left(record(*yaw, "RCData.channel[4]", "Vicon.w[3]"));
+  const Record angle = differentiated(to_the_left(record(*yaw, "RCData.channel[4]", "rpy[3]")));
+  Record imu = record(*yaw, "RCData.channel[4]", "IMU.w[3]");
+  imu.response.resize(imu.t_s.size(), imu.response.back());  // the stream is some rows shorter
   const Record right = moved(odometry, shift);
-  const double scale = scale_of(odometry, kAttitudeTo_s, lag_of(odometry));
-  const double scale_imu = scale_of(imu, kAttitudeTo_s, lag_of(imu));
-  const double scale_right = scale_of(right, kAttitudeTo_s, lag_of(right));
+  const Record angle_right = moved(angle, shift);
+  const double scale = scale_of(angle, kAttitudeTo_s, lag_of(angle));
+  const double scale_right = scale_of(angle_right, kAttitudeTo_s, lag_of(angle_right));
   const auto add = [&](const char* quantity, double paper, double raw, double aligned) {
     report.lines.push_back({quantity, paper, raw, aligned});
   };
@@ -135,7 +140,7 @@ void add_yaw(Report& report, const std::string& yaw_file) {
     return first_order(one, as_printed(factor), kCutOff_s, one.t_s.back() - kCutOff_s);
   };
   const Dynamics from_odometry = fit(odometry, scale);
-  const Dynamics from_imu = fit(imu, scale_imu);
+  const Dynamics from_imu = fit(imu, scale);
   const Dynamics from_aligned = fit(right, scale_right);
   add("scale yaw rate [rad/s/count]", model::paper::kScaleYawRate_rad_s_per_count.experiment, scale, scale_right);
   add("yaw rate, equation: time constant [s]", model::paper::kYawRateFirst.time_constant_s,
