@@ -36,7 +36,7 @@ NOT_SEPARABLE = 1.05  # as identify has it
 
 
 def rival_of(workspace, axis, error):
-    """-> "; or, not separable: dead zone 57 [29, 85] (0.0525)" if the rival structure predicts as well."""
+    """-> " (not separable: dead zone 57, 0.0525)" if the rival structure predicts as well."""
     if axis not in RIVALS:
         return ""
     _, log, ranges = MEASURED[axis]
@@ -45,7 +45,7 @@ def rival_of(workspace, axis, error):
     if found["final"]["validation_rmse"] > NOT_SEPARABLE * error:
         return ""
     width = found["final"]["parameters"]["width_counts"]
-    return f"; or, not separable, a dead zone of {width:.0f} counts ({found['final']['validation_rmse']:.4f})"
+    return f" (not separable: dead zone {width:.0f}, {found['final']['validation_rmse']:.4f})"
 
 
 def measured_flights(workspace):
