@@ -19,8 +19,10 @@ def words(values):
     return ", ".join(values).replace("_", " ") or "nothing"
 
 
-def hidden_in(plant, axis):
-    return plant.get("axis", {}).get(axis, {})
+def hidden_in(plant, axis, known=None):
+    """-> the keys of the axis that the plant hides; not those that the aircraft identified before has as well"""
+    before = (known or {}).get("axis", {}).get(axis, {})
+    return {key: value for key, value in plant.get("axis", {}).get(axis, {}).items() if before.get(key) != value}
 
 
 def identified(folder, axis, unit, plant):
@@ -31,13 +33,13 @@ def identified(folder, axis, unit, plant):
     return line + (f" (hidden: {words(hidden)})" if hidden else "")
 
 
-def looped(result, axis, unit, key, plant):
+def looped(result, axis, unit, key, plant, known):
     before, after = (result[side]["prediction_1s"][key] for side in ("before", "after"))
     rows = result["believed_found"].get(axis, [])
     found = [f"{row['parameter']} {row['believed']:.3g} -> {row['found']:.3g} [{row['low']:.3g}, {row['high']:.3g}]"
              for row in rows if row["matters"]]
     found += [effect["name"] for effect in result.get("identified", {}).get(axis, {}).get("effects", [])]
-    hidden = [f"{name} {value:g}" for name, value in hidden_in(plant, axis).items()]
+    hidden = [f"{name} {value:g}" for name, value in hidden_in(plant, axis, known).items()]
     return (f"{axis}: 1 s ahead {before:.4f} -> {after:.4f} {unit}; hidden: {words(hidden)}; found: {words(found)}"
             + ("" if axis in result["taken_over"] else "; not taken over"))
 
@@ -53,7 +55,7 @@ def main():
     result = json.loads((folder / "loop.json").read_text())
     print("The loop on an aircraft with hidden effects (SIMULATED), vehicle file before -> after:")
     for axis, (unit, key) in AXES.items():
-        print("  " + looped(result, axis, unit, key, second_plant))
+        print("  " + looped(result, axis, unit, key, second_plant, first_plant))
     for task, pairs in result.get("paired_at_ordered_margin", {}).items():
         for part in ("horizontal", "vertical"):
             one = pairs[part]
