@@ -3,8 +3,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "host_tests/lab/gains/report_flown.h"
-
 namespace m100::lab::loop {
 namespace {
 
@@ -43,7 +41,12 @@ bool keeps_ordered_margin(const model::Vehicle& believed, const model::Vehicle& 
 nlohmann::json margins_on(const model::Vehicle& believed, const model::Vehicle& truth) {
   nlohmann::json out;
   for (const auto& [name, axis] : {std::pair{"x", gains::Axis::kX}, {"y", gains::Axis::kY}}) {
-    out[name] = gains::margins_json(gains::flown_margins_of(believed, truth, axis, gains::kVirtualRcTiming));
+    const gains::Margins margins = gains::flown_margins_of(believed, truth, axis, gains::kVirtualRcTiming);
+    out[name] = {{"stable", margins.stable},
+                 {"peak_sensitivity", margins.peak_sensitivity},
+                 {"gain_margin", margins.gain_margin},
+                 {"phase_margin_rad", margins.phase_margin_rad},
+                 {"delay_margin_s", margins.delay_margin_s}};
   }
   out["ordered"] = keeps_ordered_margin(believed, truth);
   return out;
