@@ -80,8 +80,9 @@ void compare_laws(Folder& folder) {
   const model::Vehicle first = companion::load_vehicle(folder.file("vehicle.toml")).vehicle;
   companion::VehicleFile corrected = companion::load_vehicle(folder.file("corrected.toml"));
   const model::Vehicle truth = corrected.vehicle;
-  corrected.vehicle = loop::at_ordered_margin(truth, truth).vehicle;
-  const model::Vehicle slowed = loop::at_ordered_margin(first, truth).vehicle;
+  const loop::MarginOrder order = loop::order_of(first);
+  corrected.vehicle = loop::at_ordered_margin(truth, truth, order).vehicle;
+  const model::Vehicle slowed = loop::at_ordered_margin(first, truth, order).vehicle;
   const std::string course = whole_file(folder.file("course.txt"));
   sim::Plant plant = sim::plant_of(truth);
   // The delay that a flight's log shows contains the transport of the link, which the simulated link adds itself.

@@ -193,7 +193,7 @@ class Loop {
           "m100-lab loop, identification flight of " + std::to_string(static_cast<int>(options_.flight_s)) +
           " s, validated on a second one";
     }
-    return companion::as_file(at_ordered_margin(vehicle, vehicle).vehicle, sources);
+    return companion::as_file(at_ordered_margin(vehicle, vehicle, order_of(believed_)).vehicle, sources);
   }
 
   /// Separate trial flights decide which of the better channels are kept. Both laws fly at the ordered margin: a law
@@ -207,14 +207,14 @@ class Loop {
     const auto fly = [&](const companion::VehicleFile& vehicle) {
       return tables(options_, vehicle, options_.seed + 303, {"hover", "trajectory"}, kTrialSeeds);
     };
-    result_.before_ordered = at_ordered_margin(believed_, vehicle_with(better).vehicle);
+    result_.before_ordered = at_ordered_margin(believed_, vehicle_with(better).vehicle, order_of(believed_));
     const Trial trial = fly_trials(better, fly(companion::as_file(result_.before_ordered.vehicle)),
                                    [&](const std::set<std::string>& channels) { return fly(vehicle_with(channels)); });
     result_.decisions.insert(result_.decisions.end(), trial.messages.begin(), trial.messages.end());
     result_.taken_over = trial.kept;
     if (!trial.kept.empty()) {
       result_.vehicle = vehicle_with(trial.kept);
-      result_.before_ordered = at_ordered_margin(believed_, result_.vehicle.vehicle);
+      result_.before_ordered = at_ordered_margin(believed_, result_.vehicle.vehicle, order_of(believed_));
     }
   }
 

@@ -74,6 +74,9 @@ std::vector<std::string> verdicts(const LoopResult& result) {
   };
   add("as flown", result.before.experiments, result.after.experiments);
   const model::Vehicle& truth = result.vehicle.vehicle;
+  if (!truth.roll.is_identified()) {
+    return out;
+  }
   const auto margins = [&truth](const char* words, const model::Vehicle& law) {
     const gains::TunedMargins kept = gains::margins_over(law, {{"", truth}});
     return std::string("margins on the corrected model, ") + words + ": " + (kept.stable ? "" : "UNSTABLE, ") +
@@ -85,7 +88,7 @@ std::vector<std::string> verdicts(const LoopResult& result) {
     out.push_back("the law before was faster than ordered, because its model is wrong. Slowed down by " +
                   two_numbers("%.1f times its input weight (peak sensitivity at most %.1f is ordered)",
                               result.before_ordered.vehicle.mpc.input / result.before_vehicle.mpc.input,
-                              gains::kLargestPeakSensitivity) +
+                              order_of(result.before_vehicle).peak_sensitivity) +
                   ":");
     out.push_back(margins("law before, slowed down", result.before_ordered.vehicle));
     add("law before slowed down", result.ordered_experiments, result.after.experiments);
@@ -107,10 +110,12 @@ nlohmann::json to_json(const LoopResult& result) {
     out["identified"][axis] = nlohmann::json::parse(identify::to_json(found).dump());
   }
   out["decisions"] = result.decisions;
-  const model::Vehicle& corrected = result.vehicle.vehicle;
-  out["margins"] = {{"before", margins_on(result.before_vehicle, corrected)},
-                    {"after", margins_on(corrected, corrected)},
-                    {"before_at_ordered_margin", margins_on(result.before_ordered.vehicle, corrected)}};
+  if (const model::Vehicle& corrected = result.vehicle.vehicle; corrected.roll.is_identified()) {
+    const MarginOrder order = order_of(result.before_vehicle);
+    out["margins"] = {{"before", margins_on(result.before_vehicle, corrected, order)},
+                      {"after", margins_on(corrected, corrected, order)},
+                      {"before_at_ordered_margin", margins_on(result.before_ordered.vehicle, corrected, order)}};
+  }
   out["paired"] = paired_json(result.before.experiments, result.after.experiments);
   out["paired_at_ordered_margin"] = paired_json(result.ordered_experiments, result.after.experiments);
   out["non_inferiority_margin"] = kNonInferiority;

@@ -196,11 +196,12 @@ TEST(OrderedMargin, SlowsDownALawWhoseModelHasTooShortADelay) {
   const model::Vehicle believed = mpc::generated::kVehicle;
   model::Vehicle truth = believed;
   truth.roll.transport_delay_s = truth.pitch.transport_delay_s += 0.07;
-  EXPECT_FALSE(keeps_ordered_margin(believed, truth));
-  const OrderedLaw slower = at_ordered_margin(believed, truth);
+  const MarginOrder order = order_of(believed);
+  EXPECT_FALSE(keeps_ordered_margin(believed, truth, order));
+  const OrderedLaw slower = at_ordered_margin(believed, truth, order);
   EXPECT_GT(slower.vehicle.mpc.input, believed.mpc.input);
-  EXPECT_EQ(slower.keeps, keeps_ordered_margin(slower.vehicle, truth));
-  EXPECT_EQ(at_ordered_margin(believed, believed).vehicle.mpc.input, believed.mpc.input);
+  EXPECT_EQ(slower.keeps, keeps_ordered_margin(slower.vehicle, truth, order));
+  EXPECT_EQ(at_ordered_margin(believed, believed, order).vehicle.mpc.input, believed.mpc.input);
 }
 
 TEST(TrajectoryErrors, LeaveOutACellThatDivergesAndNameIt) {
