@@ -8,15 +8,19 @@
 
 namespace m100::host_tests {
 
-/// Finds a file of the shared material (measured logs, vectors, instances), which is never part of the project: in
-/// $M100_SHARED if that is set, otherwise in ../shared beside the source tree. Empty if the file is not there.
+/// Finds a file of the shared material: in $M100_SHARED if that is set, otherwise in ../shared beside the source tree,
+/// and at last in golden/vectors, which holds the protocols' vectors and a sample of the MPC instances. Measured logs
+/// are never part of the project. Empty if the file is nowhere.
 inline std::optional<std::filesystem::path> shared_file(const std::string& name) {
   std::error_code ignored;
   if (const char* root = std::getenv("M100_SHARED"); root != nullptr) {
     const std::filesystem::path path = std::filesystem::path(root) / name;
-    return std::filesystem::exists(path, ignored) ? std::optional(path) : std::nullopt;
+    if (std::filesystem::exists(path, ignored)) {
+      return path;
+    }
   }
-  for (const char* root : {"../shared", "../../shared", "../../../shared"}) {
+  for (const char* root : {"../shared", "../../shared", "../../../shared", "host_tests/golden/vectors",
+                           "../../host_tests/golden/vectors"}) {
     const std::filesystem::path path = std::filesystem::path(root) / name;
     if (std::filesystem::exists(path, ignored)) {
       return path;

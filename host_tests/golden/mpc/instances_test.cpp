@@ -17,6 +17,9 @@
 namespace m100::lab::gains {
 namespace {
 
+constexpr std::size_t kInstances = 4000;
+constexpr std::size_t kSample = 300;  ///< every thirteenth or so of them, in golden/vectors
+
 // The file holds 4000 instances, solved to 1e-12 by two independent programs (projected Newton in 80 bits; active-set
 // re-solve).
 struct Worst {
@@ -91,9 +94,11 @@ TEST_P(MpcInstances, WholeSequenceInDouble) {
   M100_SHARED_FILE_OR_SKIP(path, "mpc/instances_dev.jsonl");
   std::ifstream stream(path);
   const InstanceFile file = read_instances(stream, path.string());
-  ASSERT_EQ(file.instances.size(), 4000U);
+  ASSERT_TRUE(file.instances.size() == kInstances || file.instances.size() == kSample) << file.instances.size();
   const Worst worst = solve_all<double>(file, GetParam());
-  record("double", worst);
+  if (file.instances.size() == kInstances) {
+    record("double", worst);
+  }
   EXPECT_LE(worst.any_rad, 1e-9);
   EXPECT_LE(worst.kkt, 2e-8);
   EXPECT_LE(worst.changes, mpc::kMaxChanges);
@@ -106,7 +111,9 @@ TEST_P(MpcInstances, FirstInputInFloat) {
   std::ifstream stream(path);
   const InstanceFile file = read_instances(stream, path.string());
   const Worst worst = solve_all<float>(file, GetParam());
-  record("float", worst);
+  if (file.instances.size() == kInstances) {
+    record("float", worst);
+  }
   EXPECT_LE(worst.first_rad, 2e-5);
   EXPECT_LE(worst.changes, mpc::kMaxChanges);
   EXPECT_EQ(worst.wrong_active, 0U);

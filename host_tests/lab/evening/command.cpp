@@ -9,6 +9,7 @@
 
 #include "host_tests/lab/evening/corrected_vehicle.h"
 #include "host_tests/lab/evening/flight_result.h"
+#include "host_tests/lab/evening/law_comparison.h"
 #include "host_tests/lab/evening/run_program.h"
 #include "host_tests/lab/evening/steps.h"
 #include "host_tests/lab/evening/summary_page.h"
@@ -136,6 +137,11 @@ class Evening {
       evening::write_corrected_vehicle(folder_);
       return "";
     }
+    if (verb == "compare_laws") {
+      std::cout << "  comparing both laws on the corrected model, in simulated pairs of flights" << std::endl;
+      evening::compare_laws(folder_);
+      return "";
+    }
     if (verb == "try") {
       if (const std::string why = run_one(step, Command(command.begin() + 1, command.end()), said); !why.empty()) {
         std::cout << "  nothing was found: " << why << std::endl;
@@ -248,6 +254,7 @@ void take_given(const CLI::App& command, const evening::Settings& from, evening:
   take("--baud", &evening::Settings::baud);
   take("--pose-baud", &evening::Settings::pose_baud);
   take("--app-id", &evening::Settings::app_id);
+  take("--flights", &evening::Settings::flights);
   take("--key-file", &evening::Settings::key_file);
   take("--m100", &evening::Settings::m100);
 }
@@ -286,6 +293,11 @@ void add_evening(CLI::App& lab) {
   command->add_option("--pose-baud", settings.pose_baud, "baud rate of the pose's port")
       ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
   command->add_option("--app-id", settings.app_id, "app id from DJI's developer site");
+  command
+      ->add_option("--flights", settings.flights,
+                   "flights of the course, before and after the correction; two or more give the difference an "
+                   "interval")
+      ->check(CLI::Range(1, 20));
   command->add_option("--key-file", settings.key_file,
                       "file with the app's key, on the board; commands are then encrypted");
   command->add_option("--m100", settings.m100, "the program m100 on this machine, for the step `check`");

@@ -23,10 +23,10 @@ constexpr const char* kStateFile = "evening.json";
 constexpr const char* kFormat = "m100-evening-1";
 
 json to_json(const Settings& settings) {
-  return {{"port", settings.port},     {"pose_port", settings.pose_port},
-          {"baud", settings.baud},     {"pose_baud", settings.pose_baud},
-          {"app_id", settings.app_id}, {"key_file", settings.key_file},
-          {"m100", settings.m100}};
+  return {{"port", settings.port},         {"pose_port", settings.pose_port},
+          {"baud", settings.baud},         {"pose_baud", settings.pose_baud},
+          {"app_id", settings.app_id},     {"flights", settings.flights},
+          {"key_file", settings.key_file}, {"m100", settings.m100}};
 }
 
 Settings settings_of(const json& from) {
@@ -36,6 +36,7 @@ Settings settings_of(const json& from) {
   from.at("baud").get_to(out.baud);
   from.at("pose_baud").get_to(out.pose_baud);
   from.at("app_id").get_to(out.app_id);
+  out.flights = from.value("flights", 1);
   from.at("key_file").get_to(out.key_file);
   from.at("m100").get_to(out.m100);
   return out;

@@ -17,6 +17,7 @@ struct Settings {
   std::uint32_t baud = 230400;
   std::uint32_t pose_baud = 115200;
   std::uint32_t app_id = 0;
+  int flights = 1;            ///< of the course, before and after the correction
   std::string key_file;       ///< on the board; empty: commands are not encrypted
   std::string m100 = "m100";  ///< the program m100 on this machine, for the step `check`
 };

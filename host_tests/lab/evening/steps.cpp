@@ -76,7 +76,7 @@ class StepBuilder {
     }
     out.push_back(handshake());
     out.push_back(hover());
-    out.push_back(course(kBefore, "vehicle", "Fly the course with the first vehicle file: the error before."));
+    courses(out, kBefore, "vehicle", "Fly the course with the first vehicle file: the error before.");
     out.push_back(plan());
     out.push_back(excite());
     out.push_back(excite_rates());
@@ -84,7 +84,7 @@ class StepBuilder {
     out.push_back(identify_rates());
     out.push_back(gains_again());
     out.push_back(check("check_again", "corrected"));
-    out.push_back(course(kAfter, "corrected", "Fly the same course with the corrected vehicle file: the error after."));
+    courses(out, kAfter, "corrected", "Fly the same course with the corrected vehicle file: the error after.");
     return out;
   }
 
@@ -199,6 +199,13 @@ class StepBuilder {
             .commands = {fly("vehicle", "hover", {"--hold", "20"})},
             .evaluate = [](Folder& folder) { return check_hover(folder, "hover"); }};
   }
+  /// The course, as often as the settings say: NAME, NAME_2, ...
+  void courses(std::vector<Step>& out, const std::string& name, const std::string& vehicle,
+               const std::string& sentence) const {
+    for (int flight = 1; flight <= settings_.flights; ++flight) {
+      out.push_back(course(flight == 1 ? name : name + "_" + std::to_string(flight), vehicle, sentence));
+    }
+  }
   Step course(const std::string& name, const std::string& vehicle, const std::string& sentence) const {
     return {.name = name,
             .on_board = true,
@@ -271,12 +278,13 @@ class StepBuilder {
                          again("yaw_rate", "excite_rates", "forecast_rates.json", "rates.toml", kDeclaredYaw));
     }
     commands.push_back({"take_over"});
+    commands.push_back({"compare_laws"});
     return {.name = "identify_rates",
             .sentence =
                 "Identify climb and yaw rate, and keep a model that predicts the flight better than the first vehicle "
                 "file.",
             .reads = {"excite_rates.ulg", "excite_rates.json", "columns_flight.toml", "forecast_rates.json",
-                      "vehicle.toml", "tilts.toml", "course.ulg", "course.json"},
+                      "vehicle.toml", "tilts.toml", "course.ulg", "course.json", "course.txt"},
             .makes = {"rates.toml", "corrected.toml"},
             .commands = commands,
             .evaluate = [](Folder&) { return std::string(); }};

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host_tests/lab/evening/corrected_vehicle.h"
+#include "host_tests/lab/evening/law_comparison.h"
 #include "host_tests/lab/evening/steps.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"
@@ -133,6 +134,7 @@ void flights(const Folder& folder, plot::Page& page) {
     rows.push_back({one.words, plot::number(one.before), plot::number(one.after)});
   }
   page.table(rows, worse);
+  page.list(law_verdicts(folder));
   page.paragraph(
       "The distances are those of the two flights of the course. The predictions 1 s ahead are of the flight before "
       "the correction, which no fit has used: by the first vehicle file (before) and by the corrected one (after).");
@@ -203,6 +205,9 @@ std::string before_and_after(const Folder& folder) {
   }
   for (const std::string& name : fallback_law_flew(folder)) {
     out += "  the flight " + name + " the correction began to oscillate, and the calm law took over\n";
+  }
+  for (const std::string& verdict : law_verdicts(folder)) {
+    out += "  " + verdict + "\n";
   }
   return out;
 }

@@ -242,7 +242,8 @@ void add_excite(CLI::App& lab) {
       lab.add_subcommand("excite", "make stick movements inside a fence, and forecast which effects they separate");
   auto options = std::make_shared<ExciteOptions>();
   app->add_option("--axis", options->axes, "roll, pitch, climb or yaw_rate; several with commas, flown in that order");
-  app->add_option("--kind", options->design.kind, "doublet, 3211, chirp or mixed");
+  app->add_option("--kind", options->design.kind,
+                  "doublet, 3211, chirp, mixed, or sweep: slow ramps through neutral, which show the dead zone");
   app->add_option("--amplitude", options->design.amplitude_counts, "amplitude in stick counts");
   app->add_option("--duration", options->design.duration_s, "seconds for each axis");
   app->add_option("--fence", options->design.fence_m, "largest distance from the start in metres (yaw_rate: rad)")

@@ -14,7 +14,7 @@ namespace m100::lab::excite {
 /// The request for a manoeuvre. Amplitudes in counts, lengths in m from the start of the manoeuvre.
 struct InputDesign {
   std::string axis = "roll";   ///< "roll" or "pitch"; "climb" or "yaw_rate", see `rate`
-  std::string kind = "mixed";  ///< "doublet", "3211", "chirp" or "mixed"
+  std::string kind = "mixed";  ///< "doublet", "3211", "chirp", "mixed" or "sweep"
   double amplitude_counts = 200.0;
   double duration_s = 40.0;
   double fence_m = 8.0;

@@ -36,6 +36,17 @@ Piece sweep(double length_s) {
   return {length_s, [=](double t) { return 0.3 * std::sin(2 * std::numbers::pi * t / length_s); }, {0.5 * length_s}};
 }
 
+/// A slow ramp through neutral, to either side (paper, III-B.5), up to `share` of the amplitude. A command lasts 40 ms,
+/// and no response shows where between two commands an edge lies: at 45 counts/s it is known to 1.8 counts at best.
+Piece ramp(double length_s, double share) {
+  return {length_s,
+          [=](double t) {
+            const double turn = t / length_s;
+            return share * (turn < 0.25 ? 4.0 * turn : turn < 0.75 ? 2.0 - 4.0 * turn : 4.0 * turn - 4.0);
+          },
+          {0.5 * length_s}};
+}
+
 }  // namespace
 
 std::vector<Piece> pieces(const std::string& kind) {
@@ -51,7 +62,10 @@ std::vector<Piece> pieces(const std::string& kind) {
   if (kind == "mixed") {
     return {doublet(0.6), steps_3211(0.3), sweep(4.0), chirp(0.4, 2.0, 6.0), doublet(1.0), steps_3211(0.2)};
   }
-  throw std::invalid_argument("--kind: doublet, 3211, chirp or mixed");
+  if (kind == "sweep") {  // the steps show the dynamics, without which an edge is a delay
+    return {doublet(0.6), ramp(8.0, 0.6), doublet(0.35), ramp(8.0, 0.25)};
+  }
+  throw std::invalid_argument("--kind: doublet, 3211, chirp, mixed or sweep");
 }
 
 }  // namespace m100::lab::excite

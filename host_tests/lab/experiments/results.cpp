@@ -92,6 +92,7 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   result.seeds = options.seeds;
   result.mean = mean_of(cells);
   result.spread = spread_of(cells);
+  result.flights = cells;
   if (!task.steps_m.empty() && result.flown()) {
     result.time_optimal_m =
         time_optimal_rms_m(task.steps_m, options.vehicle.vehicle.translation.tilt_limit_rad, task.to_s - task.from_s);

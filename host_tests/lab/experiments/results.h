@@ -18,6 +18,7 @@ struct TaskResult {
   const Task* task = nullptr;
   Cell mean;
   Cell spread;                      ///< standard deviation over the seeds
+  std::vector<Cell> flights;        ///< of the seeds that obtained control, in their order
   double time_optimal_m = 0.0;      ///< pose RMS of the fastest possible flight; 0: no steps
   double time_optimal_share = 0.0;  ///< time_optimal_m divided by our pose RMS; 1 would be perfect
   int seeds = 0;

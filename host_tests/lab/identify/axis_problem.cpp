@@ -69,6 +69,33 @@ void check_moved(const AxisDataSet& part, const char* option) {
   }
 }
 
+/// The edge of a dead zone that jumps lies somewhere between two distances from neutral that the stick had: no response
+/// shows where, and refits all end at the same place. The interval covers at least the gap between these two.
+void widen_to_stick_values(const AxisDataSet& part, const model::StickAxis& model, IdentifyResult& result) {
+  double below = 0.0;
+  double above = std::numeric_limits<double>::infinity();
+  for (const Range& range : part.ranges) {
+    for (double t_s = range.first; t_s <= range.second; t_s += part.signals.data.period_s) {
+      const auto at =
+          static_cast<std::size_t>(std::clamp((t_s - part.signals.data.start_s) / part.signals.data.period_s, 0.0,
+                                              static_cast<double>(part.signals.data.stick.size()) - 1.0));
+      const double distance = std::abs(part.signals.data.stick[at] - model.trim_counts);
+      below = distance <= model.dead_zone_counts ? std::max(below, distance) : below;
+      above = distance > model.dead_zone_counts ? std::min(above, distance) : above;
+    }
+  }
+  const auto widen = [&](NamedInterval& one) {
+    if (one.name == "width_counts") {
+      one.interval.low = std::min(one.interval.low, below);
+      one.interval.high = std::isfinite(above) ? std::max(one.interval.high, above) : one.interval.high;
+    }
+  };
+  std::for_each(result.final_intervals.begin(), result.final_intervals.end(), widen);
+  for (EffectResult& effect : result.effects) {
+    std::for_each(effect.parameters.begin(), effect.parameters.end(), widen);
+  }
+}
+
 }  // namespace
 
 AxisProblem::AxisProblem(const Request& request, double stick_earlier_s, const std::vector<double>& flight_trims)
@@ -176,7 +203,10 @@ void AxisProblem::examine(const Selection& selection, IdentifyResult& result) co
   }
 }
 
-void AxisProblem::annotate(const Selection&, IdentifyResult& result) const {
+void AxisProblem::annotate(const Selection& selection, IdentifyResult& result) const {
+  if (result.final_model.dead_zone_shape == "jump") {
+    widen_to_stick_values(training_, family_->model(selection.final_model.fit), result);
+  }
   for (EffectResult& effect : result.effects) {
     effect.shape = effect.name == "dead_zone" ? result.final_model.dead_zone_shape : "";
   }

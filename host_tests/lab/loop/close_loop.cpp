@@ -72,6 +72,8 @@ class Loop {
  public:
   explicit Loop(const LoopOptions& options) : options_(options), believed_(options.vehicle.vehicle) {
     result_.vehicle = options.vehicle;
+    result_.before_vehicle = options.vehicle.vehicle;
+    result_.before_ordered.vehicle = options.vehicle.vehicle;
   }
 
   LoopResult run() {
@@ -92,10 +94,15 @@ class Loop {
     quote(third);
     if (result_.taken_over.empty()) {
       result_.after.experiments = result_.before.experiments;  // the same vehicle and seeds: the same numbers
+      result_.ordered_experiments = result_.before.experiments;
       return std::move(result_);
     }
     report_progress("flying the new vehicle");
     result_.after.experiments = tables(options_, result_.vehicle, options_.seed, options_.tasks, options_.seeds);
+    const bool as_flown = result_.before_ordered.vehicle.mpc.input == believed_.mpc.input;
+    result_.ordered_experiments = as_flown ? result_.before.experiments
+                                           : tables(options_, companion::as_file(result_.before_ordered.vehicle),
+                                                    options_.seed, options_.tasks, options_.seeds);
     return std::move(result_);
   }
 
@@ -188,24 +195,28 @@ class Loop {
           "m100-lab loop, identification flight of " + std::to_string(static_cast<int>(options_.flight_s)) +
           " s, validated on a second one";
     }
-    return companion::as_file(vehicle, sources);
+    return companion::as_file(at_ordered_margin(vehicle, vehicle, order_of(believed_)).vehicle, sources);
   }
 
-  /// Separate trial flights decide which of the better channels are kept.
+  /// Separate trial flights decide which of the better channels are kept. Both laws fly at the ordered margin: a law
+  /// that is faster because its model is wrong would win by the margin that it gives away.
   void take_over(const std::set<std::string>& better) {
     if (better.empty()) {
       return;
     }
     report_progress("trial flights");
+    constexpr int kTrialSeeds = 5;
     const auto fly = [&](const companion::VehicleFile& vehicle) {
-      return tables(options_, vehicle, options_.seed + 303, {"trajectory"}, 1);
+      return tables(options_, vehicle, options_.seed + 303, {"hover", "trajectory"}, kTrialSeeds);
     };
-    const Trial trial = fly_trials(better, fly(options_.vehicle),
+    result_.before_ordered = at_ordered_margin(believed_, vehicle_with(better).vehicle, order_of(believed_));
+    const Trial trial = fly_trials(better, fly(companion::as_file(result_.before_ordered.vehicle)),
                                    [&](const std::set<std::string>& channels) { return fly(vehicle_with(channels)); });
     result_.decisions.insert(result_.decisions.end(), trial.messages.begin(), trial.messages.end());
     result_.taken_over = trial.kept;
     if (!trial.kept.empty()) {
       result_.vehicle = vehicle_with(trial.kept);
+      result_.before_ordered = at_ordered_margin(believed_, result_.vehicle.vehicle, order_of(believed_));
     }
   }
 

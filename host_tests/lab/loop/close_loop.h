@@ -11,6 +11,7 @@
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/lab/experiments/results.h"
 #include "host_tests/lab/identify/output/result.h"
+#include "host_tests/lab/loop/ordered_margin.h"
 #include "host_tests/lab/loop/prediction.h"
 #include "host_tests/sim/world/plant.h"
 
@@ -20,7 +21,7 @@ struct LoopOptions {
   sim::Plant plant;                ///< handed to the simulator only
   companion::VehicleFile vehicle;  ///< the present vehicle file
   std::uint64_t seed = 1;
-  int seeds = 1;           ///< flights per task and condition, before and after
+  int seeds = 5;           ///< flights per task and condition, before and after, in pairs
   double flight_s = 75.0;  ///< of each identification flight
   mpc::Law law = mpc::Law::kMpc;
   sim::BodyJob* body = nullptr;  ///< as experiments::FlightPlan
@@ -35,9 +36,13 @@ struct LoopEvaluation {
 };
 
 struct LoopResult {
+  model::Vehicle before_vehicle;  ///< as flown before
   LoopEvaluation before;
   LoopEvaluation after;
   companion::VehicleFile vehicle;  ///< the new vehicle file
+  /// The old vehicle file with an input weight that keeps the ordered margins on the new model, if any does.
+  OrderedLaw before_ordered;
+  std::vector<experiments::TaskResult> ordered_experiments;  ///< flown with it
   std::map<std::string, identify::IdentifyResult>
       identified;  ///< by channel: roll, pitch, climb, yaw_rate, translation
   std::map<std::string, std::vector<identify::Refitted>> believed_found;  ///< by channel: every parameter of its model
@@ -69,6 +74,10 @@ struct TrajectoryErrors {
   std::vector<std::string> diverged;
 };
 TrajectoryErrors trajectory_errors(const LoopResult& result);
+
+/// The paired flights, as flown and at the ordered margin, and the margins of both laws on the corrected model; one
+/// sentence each.
+std::vector<std::string> verdicts(const LoopResult& result);
 
 /// Two numbers in a printf format, at most 127 characters.
 std::string two_numbers(const char* format, double a, double b);

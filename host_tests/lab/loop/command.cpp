@@ -32,7 +32,7 @@ struct LoopOptions {
   std::string logs;
   std::string report;
   std::uint64_t seed = 1;
-  int seeds = 1;
+  int seeds = 5;
   std::string law = "mpc";
   std::string tasks = "hover,step,trajectory";
   sim::BodyChoice body;
@@ -116,8 +116,8 @@ void add_loop(CLI::App& lab) {
   command->add_option("--law", options->law, "horizontal control law; lqr: the clipped LQR baseline")
       ->check(CLI::IsMember({"mpc", "lqr"}));
   command->add_option("--seed", options->seed, "first seed")->check(whole_number());
-  command->add_option("--seeds", options->seeds, "flights per task and condition, before and after")
-      ->check(CLI::Range(1, 100));
+  command->add_option("--seeds", options->seeds, "flights per task and condition, before and after with the same seeds")
+      ->check(CLI::Range(2, 100));
   command->callback([options] { run(*options); });
 }
 

@@ -83,6 +83,7 @@ void tracking(const LoopResult& result, plot::Page& page) {
                     plot::number(after.mean.tilt_deg)});
   }
   page.table(rows, worse);
+  page.list(verdicts(result));
   for (std::size_t i = 0; i < count; ++i) {
     const experiments::TaskResult& before = result.before.experiments[i];
     const experiments::TaskResult& after = result.after.experiments[i];

@@ -7,6 +7,7 @@
 
 #include "host_tests/lab/identify/output/result_text.h"
 #include "host_tests/lab/loop/close_loop.h"
+#include "host_tests/lab/loop/paired_flights.h"
 #include "host_tests/lab/loop/trial_flights.h"
 #include "host_tests/lab/plot/svg.h"
 
@@ -27,6 +28,15 @@ nlohmann::json json_of(const LoopEvaluation& side) {
   constexpr std::array kNames{"prediction_0.2s", "prediction_0.5s", "prediction_1s", "prediction_2s"};
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     out[kNames[i]] = json_of(side.prediction, i);
+  }
+  return out;
+}
+
+nlohmann::json paired_json(const std::vector<experiments::TaskResult>& before,
+                           const std::vector<experiments::TaskResult>& after) {
+  nlohmann::json out = nlohmann::json::object();
+  for (const auto& [task, pairs] : compare_tasks(before, after)) {
+    out[task] = to_json(pairs);
   }
   return out;
 }
@@ -53,6 +63,39 @@ std::vector<std::string> predicted_worse(const LoopResult& result) {
   return out;
 }
 
+std::vector<std::string> verdicts(const LoopResult& result) {
+  std::vector<std::string> out;
+  const auto add = [&out](const std::string& words, const std::vector<experiments::TaskResult>& before,
+                          const std::vector<experiments::TaskResult>& after) {
+    for (const auto& [task, pairs] : compare_tasks(before, after)) {
+      out.push_back(task + ", " + words + ", horizontal: " + describe(pairs.horizontal));
+      out.push_back(task + ", " + words + ", vertical: " + describe(pairs.vertical));
+    }
+  };
+  add("as flown", result.before.experiments, result.after.experiments);
+  const model::Vehicle& truth = result.vehicle.vehicle;
+  if (!truth.roll.is_identified()) {
+    return out;
+  }
+  const auto margins = [&truth](const char* words, const model::Vehicle& law) {
+    const gains::TunedMargins kept = gains::margins_over(law, {{"", truth}});
+    return std::string("margins on the corrected model, ") + words + ": " + (kept.stable ? "" : "UNSTABLE, ") +
+           two_numbers("peak sensitivity %.2f, delay margin %.0f ms", kept.peak_sensitivity, 1e3 * kept.delay_margin_s);
+  };
+  out.push_back(margins("law before", result.before_vehicle));
+  out.push_back(margins("law after", truth));
+  if (result.before_ordered.vehicle.mpc.input != result.before_vehicle.mpc.input) {
+    out.push_back("the law before was faster than ordered, because its model is wrong. Slowed down by " +
+                  two_numbers("%.1f times its input weight (peak sensitivity at most %.1f is ordered)",
+                              result.before_ordered.vehicle.mpc.input / result.before_vehicle.mpc.input,
+                              order_of(result.before_vehicle).peak_sensitivity) +
+                  ":");
+    out.push_back(margins("law before, slowed down", result.before_ordered.vehicle));
+    add("law before slowed down", result.ordered_experiments, result.after.experiments);
+  }
+  return out;
+}
+
 nlohmann::json to_json(const LoopResult& result) {
   nlohmann::json out;
   out["believed_found"] = nlohmann::json::object();
@@ -67,6 +110,15 @@ nlohmann::json to_json(const LoopResult& result) {
     out["identified"][axis] = nlohmann::json::parse(identify::to_json(found).dump());
   }
   out["decisions"] = result.decisions;
+  if (const model::Vehicle& corrected = result.vehicle.vehicle; corrected.roll.is_identified()) {
+    const MarginOrder order = order_of(result.before_vehicle);
+    out["margins"] = {{"before", margins_on(result.before_vehicle, corrected, order)},
+                      {"after", margins_on(corrected, corrected, order)},
+                      {"before_at_ordered_margin", margins_on(result.before_ordered.vehicle, corrected, order)}};
+  }
+  out["paired"] = paired_json(result.before.experiments, result.after.experiments);
+  out["paired_at_ordered_margin"] = paired_json(result.ordered_experiments, result.after.experiments);
+  out["non_inferiority_margin"] = kNonInferiority;
   return out;
 }
 
@@ -136,6 +188,9 @@ void print(std::ostream& out, const LoopResult& result) {
         << (diverged(before) || diverged(after) ? std::string("DIVERGED ") : std::string())
         << two_numbers("%.4f -> %.4f", before.mean.pose_m, after.mean.pose_m)
         << two_numbers("  (tilt %.2f -> %.2f deg)", before.mean.tilt_deg, after.mean.tilt_deg) << "\n";
+  }
+  for (const std::string& line : verdicts(result)) {
+    out << line << "\n";
   }
 }
 

@@ -7,22 +7,24 @@
 #include <optional>
 #include <utility>
 
+#include "host_tests/lab/loop/paired_flights.h"
+
 namespace m100::lab::loop {
 namespace {
 
 using Cells = std::vector<experiments::TaskResult>;
 
 constexpr double kFar_m = 5.0;
-constexpr double kSlack = 1.01;
 
 /// Compares a trial with an earlier one: cells that diverge only in the new one minus those that diverge only in the
-/// other, then the ratio of the errors.
+/// other, then the paired flights of each task.
 struct Comparison {
   int diverged = 0;
+  bool worse_in_pairs = false;
   double now_m = 0.0;
   double before_m = 0.0;
   int cells = 0;  ///< number of cells that diverge in neither
-  bool is_worse() const { return diverged != 0 ? diverged > 0 : now_m > kSlack * before_m; }
+  bool is_worse() const { return diverged != 0 ? diverged > 0 : worse_in_pairs; }
   double ratio() const { return before_m > 0.0 ? now_m / before_m : 1.0; }
 };
 
@@ -38,6 +40,8 @@ Comparison compare(const Cells& now, const Cells& before) {
       ++out.cells;
     }
   }
+  const std::map<std::string, PairedTask> pairs = compare_tasks(before, now);
+  out.worse_in_pairs = std::any_of(pairs.begin(), pairs.end(), [](const auto& task) { return task.second.is_worse(); });
   return out;
 }
 

@@ -21,8 +21,8 @@ bool diverged(const experiments::TaskResult& cell);
 
 /// Flies with all channels of `candidates`. While the trial is worse than `before`, it reverts one channel, always the
 /// one without which the trial is best. Trials are compared by the number of cells that diverge in only one of them,
-/// then by the root mean square of the pose over the cells that diverge in neither, with a tolerance of 1 %. A cell
-/// that diverges before and after is reported and decides nothing.
+/// then by the paired flights of each task, horizontal and vertical error apart (compare_tasks). A cell that diverges
+/// before and after is reported and decides nothing.
 /// @param before  the same cells in the same order as `fly` gives them
 /// @param fly  the trial with these channels taken over; called at most n (n + 1) / 2 + 1 times for n candidates
 Trial fly_trials(const std::set<std::string>& candidates, const std::vector<experiments::TaskResult>& before,

@@ -73,8 +73,9 @@ TEST(Loop, GoesOnWithoutWhatCannotBeControlled) {
 // Result of the loop on one of the hidden plants.
 struct PlantResult {
   Errors errors;
-  /// Change of the prediction error 1 s ahead, for each axis that differs from the vehicle file.
+  /// Change of the prediction error 1 s ahead, for each axis in which something was hidden.
   std::vector<std::pair<const char*, double>> predictions{};
+  double worst_other = -1.0;  ///< the largest change of the others
   std::string wrong_names{};  ///< named effects that the plant does not have
 };
 
@@ -114,14 +115,19 @@ double error_1s(const LoopEvaluation& side, const std::string& channel) {
 
 PlantResult plant_result(const Hidden& hidden) {
   const sim::Plant plant = plant_of(hidden);
+  const sim::Plant measured = sim::measured_plant();
   const LoopResult result = closed_on(hidden);
   PlantResult out{.errors = errors_of(result)};
   for (const auto& [channel, members] : kAxes) {
     const model::StickAxis& flown = plant.*members.first;
     const model::StickAxis& file = mpc::generated::kVehicle.*members.second;
+    const model::StickAxis& usual = measured.*members.first;
+    const double change = error_1s(result.after, channel) / error_1s(result.before, channel) - 1.0;
     if (std::any_of(model::kAxisEffects.begin(), model::kAxisEffects.end(),
-                    [&flown, &file](const model::AxisEffect& effect) { return differ(effect, flown, file); })) {
-      out.predictions.emplace_back(channel, error_1s(result.after, channel) / error_1s(result.before, channel) - 1.0);
+                    [&](const model::AxisEffect& effect) { return differ(effect, flown, usual); })) {
+      out.predictions.emplace_back(channel, change);
+    } else {
+      out.worst_other = std::max(out.worst_other, change);
     }
     if (const auto found = result.identified.find(channel); found != result.identified.end()) {
       for (const identify::EffectResult& effect : found->second.effects) {
@@ -155,11 +161,13 @@ std::string in_words(double change) {
   return std::to_string(std::lround(100.0 * std::abs(change))) + (change > 0.0 ? " % larger" : " % smaller");
 }
 
-// Goals: the prediction error 1 s ahead of the differing axes falls by at least 40 % in the median; the trajectory
-// error does not grow in the median, and on no plant by more than 3 %; no effect is named that the plant does not have.
+// Goals: the prediction error 1 s ahead of the axes in which something was hidden falls by at least 40 % in the median;
+// the trajectory error does not grow in the median, and on no plant by more than 3 %; no effect is named that the plant
+// does not have.
 TEST(Loop, FindsWhatTwelveHiddenPlantsHave) {
   std::vector<double> flown;
   std::vector<double> foretold;
+  double worst_other = -1.0;
   std::string table = "| plant | before [m] | after [m] | change of the errors 1 s ahead |\n|---|---|---|---|\n";
   std::string wrong_names;
   for (const Hidden& hidden : kHiddenPlants) {
@@ -174,12 +182,14 @@ TEST(Loop, FindsWhatTwelveHiddenPlantsHave) {
     }
     EXPECT_LT(median(here), -0.1) << hidden.name << ": the prediction did not improve";
     foretold.insert(foretold.end(), here.begin(), here.end());
+    worst_other = std::max(worst_other, plant.worst_other);
     wrong_names += plant.wrong_names;
   }
   RecordProperty("figure.loop.plants", table);
   RecordProperty("figure.loop.median", in_words(median(flown)));
   RecordProperty("figure.loop.worst", in_words(*std::max_element(flown.begin(), flown.end())));
   RecordProperty("figure.loop.foretold", in_words(median(foretold)));
+  RecordProperty("figure.loop.others", in_words(worst_other));
   EXPECT_LE(median(flown), 0.0);
   EXPECT_LE(median(foretold), -0.4);
   EXPECT_EQ(wrong_names, "");

@@ -26,8 +26,26 @@ TEST_P(Kind, StaysInsideTheFence) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Kind, ::testing::Values("doublet", "3211", "chirp", "mixed"),
+INSTANTIATE_TEST_SUITE_P(All, Kind, ::testing::Values("doublet", "3211", "chirp", "mixed", "sweep"),
                          [](const auto& tested) { return "k" + tested.param; });
+
+// Catches a sweep that jumps over the dead zone: its ramps must pass every count of it slowly, to either side.
+TEST(Sweep, PassesTheDeadZoneSlowly) {
+  const Manoeuvre made = design_manoeuvre({.kind = "sweep", .amplitude_counts = 150.0, .fence_m = 12.0}, kAxis);
+  std::size_t inside = 0, high = 0, low = 0;
+  for (std::size_t k = 1; k < made.piece.size(); ++k) {
+    const bool goes_on = made.piece[k] != 0 && made.piece[k] == made.piece[k - 1];
+    const double step = std::abs(made.stick_counts[k] - made.stick_counts[k - 1]);
+    if (goes_on && step > 0.0 && step < 5.0) {
+      inside += std::abs(made.stick_counts[k]) <= 60.0 ? 1U : 0U;
+      high += made.stick_counts[k] > 60.0 ? 1U : 0U;
+      low += made.stick_counts[k] < -60.0 ? 1U : 0U;
+    }
+  }
+  EXPECT_GT(static_cast<double>(inside) * made.period_s, 6.0);
+  EXPECT_GT(high, 0U);
+  EXPECT_GT(low, 0U);
+}
 
 // Catches a piece that runs for seconds without a margin: a small error of the trim then carries the aircraft over the
 // fence.

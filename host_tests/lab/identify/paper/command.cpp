@@ -17,16 +17,20 @@ namespace m100::lab {
 namespace {
 
 struct PaperOptions {
-  std::string pitch_roll, height, json;
+  std::string pitch_roll, height, yaw, json;
 };
 
 void run(const PaperOptions& options) {
   companion::FileUse()
       .reads("--pitch-roll", options.pitch_roll)
       .reads("--height", options.height)
+      .reads("--yaw", options.yaw)
       .writes("--json", options.json)
       .check();
-  const identify::paper::Report report = identify::paper::reproduce(options.pitch_roll, options.height);
+  identify::paper::Report report = identify::paper::reproduce(options.pitch_roll, options.height);
+  if (!options.yaw.empty()) {
+    identify::paper::add_yaw(report, options.yaw);
+  }
   std::printf("%-48s %12s %12s %12s\n", "", "paper", "reproduced", "aligned");
   nlohmann::ordered_json lines = nlohmann::ordered_json::array();
   for (const identify::paper::ReproducedNumber& line : report.lines) {
@@ -58,6 +62,7 @@ void add_paper(CLI::App& lab) {
   auto options = std::make_shared<PaperOptions>();
   app->add_option("--pitch-roll", options->pitch_roll, "ExperimentPitchRoll.mat")->required();
   app->add_option("--height", options->height, "ExperimentHeight.mat")->required();
+  app->add_option("--yaw", options->yaw, "ExperimentYaw.mat: adds the yaw rate");
   app->add_option("--json", options->json, "file for the table as JSON");
   app->callback([options] { run(*options); });
 }

@@ -114,4 +114,42 @@ Report reproduce(const std::string& pitch_roll_file, const std::string& height_f
   return report;
 }
 
+void add_yaw(Report& report, const std::string& yaw_file) {
+  const auto yaw = logs::open_mat(yaw_file);
+  const int shift =
+      logs::load(*yaw, logs::parse_column_map(kMap, "the map of the paper's files")).alignment.stick_shift_samples;
+  // The stick turns right, the odometry's rate counts to the left. The IMU's own stream counts as the stick does.
+  const auto to_the_left = [](Record one) {
+    for (double& counts : one.stick) {
+      counts = -counts;
+    }
+    return one;
+  };
+  const Record odometry = to_the_left(record(*yaw, "RCData.channel[4]", "Vicon.w[3]"));
+  const Record angle = differentiated(to_the_left(record(*yaw, "RCData.channel[4]", "rpy[3]")));
+  Record imu = record(*yaw, "RCData.channel[4]", "IMU.w[3]");
+  imu.response.resize(imu.t_s.size(), imu.response.back());  // the stream is some rows shorter
+  const Record right = moved(odometry, shift);
+  const Record angle_right = moved(angle, shift);
+  const double scale = scale_of(angle, kAttitudeTo_s, lag_of(angle));
+  const double scale_right = scale_of(angle_right, kAttitudeTo_s, lag_of(angle_right));
+  const auto add = [&](const char* quantity, double paper, double raw, double aligned) {
+    report.lines.push_back({quantity, paper, raw, aligned});
+  };
+  const auto fit = [](const Record& one, double factor) {
+    return first_order(one, as_printed(factor), kCutOff_s, one.t_s.back() - kCutOff_s);
+  };
+  const Dynamics from_odometry = fit(odometry, scale);
+  const Dynamics from_imu = fit(imu, scale);
+  const Dynamics from_aligned = fit(right, scale_right);
+  add("scale yaw rate [rad/s/count]", model::paper::kScaleYawRate_rad_s_per_count.experiment, scale, scale_right);
+  add("yaw rate, equation: time constant [s]", model::paper::kYawRateFirst.time_constant_s,
+      from_odometry.time_constant_s, from_aligned.time_constant_s);
+  add("yaw rate, equation: gain", model::paper::kYawRateFirst.gain, from_odometry.gain, from_aligned.gain);
+  add("yaw rate, Table II (IMU stream, 3 rows early): time constant [s]",
+      model::paper::kYawRateFirstTable2.time_constant_s, from_imu.time_constant_s, from_aligned.time_constant_s);
+  add("yaw rate, Table II (IMU stream, 3 rows early): gain", model::paper::kYawRateFirstTable2.gain, from_imu.gain,
+      from_aligned.gain);
+}
+
 }  // namespace m100::lab::identify::paper

@@ -25,4 +25,10 @@ struct Report {
 /// @throws InputError: files of another kind.
 Report reproduce(const std::string& pitch_roll_file, const std::string& height_file);
 
+/// Adds the yaw rate from ExperimentYaw.mat. The equation of III-D.3 comes from the odometry's rate. Table II comes
+/// from the rate of the IMU stream, which is 3 rows early in the authors' tables, so its time constant is 30 ms
+/// shorter.
+/// @throws InputError: a file of another kind.
+void add_yaw(Report& report, const std::string& yaw_file);
+
 }  // namespace m100::lab::identify::paper

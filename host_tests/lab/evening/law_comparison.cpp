@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/evening/law_comparison.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "firmware/companion/files/vehicle_file.h"
+#include "host_tests/lab/evening/flight_result.h"
+#include "host_tests/lab/evening/steps.h"
+#include "host_tests/lab/experiments/flight.h"
+#include "host_tests/lab/experiments/score.h"
+#include "host_tests/lab/loop/aligned_log.h"
+#include "host_tests/lab/loop/ordered_margin.h"
+#include "host_tests/lab/loop/paired_flights.h"
+#include "host_tests/lab/whole_file.h"
+#include "host_tests/sim/world/plant_file.h"
+
+namespace m100::lab::evening {
+namespace {
+
+constexpr int kPairs = 5;
+constexpr double kCourse_s = 40.0;
+const std::array kParts{"horizontal", "vertical"};
+
+/// Horizontal and vertical error of each simulated flight of the course.
+using Flown = std::array<std::vector<double>, kParts.size()>;
+
+Flown fly(const model::Vehicle& law, const sim::Plant& plant, const std::string& course) {
+  Flown out;
+  experiments::FlightPlan plan;
+  plan.plant = plant;
+  plan.vehicle = companion::as_file(law);
+  plan.course = course;
+  plan.duration_s = kCourse_s;
+  for (int i = 1; i <= kPairs; ++i) {
+    plan.seed = static_cast<std::uint64_t>(i);
+    const experiments::Cell cell = experiments::score(experiments::fly(plan).trace, kSettled_s, kCourse_s);
+    out[0].push_back(std::hypot(cell.x_m, cell.y_m));
+    out[1].push_back(cell.z_m);
+  }
+  return out;
+}
+
+void record_margins(Folder& folder, const std::string& name, const model::Vehicle& law, const model::Vehicle& truth) {
+  const gains::TunedMargins margins = gains::margins_over(law, {{"the corrected model", truth}});
+  folder.set_number("peak_sensitivity." + name, margins.stable ? margins.peak_sensitivity : 0.0);
+  folder.set_number("delay_margin_s." + name, margins.stable ? margins.delay_margin_s : 0.0);
+}
+
+std::string margins_text(const Folder& folder, const char* name, const char* words) {
+  const double peak = folder.numbers().at(std::string("peak_sensitivity.") + name);
+  std::array<char, 200> text{};
+  if (peak > 0.0) {
+    std::snprintf(text.data(), text.size(), "%s, on the corrected model: peak sensitivity %.2f, delay margin %.0f ms",
+                  words, peak, 1e3 * folder.numbers().at(std::string("delay_margin_s.") + name));
+  } else {
+    std::snprintf(text.data(), text.size(), "%s, on the corrected model: UNSTABLE", words);
+  }
+  return text.data();
+}
+
+/// The errors of the flights NAME, NAME_2, ... that were flown.
+std::vector<double> repeated(const Folder& folder, const std::string& quantity, const char* name) {
+  std::vector<double> out;
+  for (int flight = 1;; ++flight) {
+    const auto found = folder.numbers().find(quantity + "." + name + (flight == 1 ? "" : "_" + std::to_string(flight)));
+    if (found == folder.numbers().end()) {
+      return out;
+    }
+    out.push_back(found->second);
+  }
+}
+
+}  // namespace
+
+void compare_laws(Folder& folder) {
+  const model::Vehicle first = companion::load_vehicle(folder.file("vehicle.toml")).vehicle;
+  companion::VehicleFile corrected = companion::load_vehicle(folder.file("corrected.toml"));
+  const model::Vehicle truth = corrected.vehicle;
+  const loop::MarginOrder order = loop::order_of(first);
+  corrected.vehicle = loop::at_ordered_margin(truth, truth, order).vehicle;
+  const model::Vehicle slowed = loop::at_ordered_margin(first, truth, order).vehicle;
+  const std::string course = whole_file(folder.file("course.txt"));
+  sim::Plant plant = sim::plant_of(truth);
+  // The delay that a flight's log shows contains the transport of the link, which the simulated link adds itself.
+  for (model::StickAxis* const axis : {&plant.roll, &plant.pitch}) {
+    axis->transport_delay_s = std::max(0.0, axis->transport_delay_s - loop::kUplink_s - loop::kTelemetry_s);
+  }
+  const Flown before = fly(slowed, plant, course);
+  const Flown after = fly(corrected.vehicle, plant, course);
+  bool is_worse = false;
+  for (std::size_t i = 0; i < kParts.size(); ++i) {
+    const loop::PairedErrors pairs = loop::compare_pairs(before[i], after[i]);
+    const std::string name = std::string("paired.") + kParts.at(i);
+    folder.set_number(name + ".before_m", pairs.before_m);
+    folder.set_number(name + ".after_m", pairs.after_m);
+    folder.set_number(name + ".low_m", pairs.difference_m.low);
+    folder.set_number(name + ".high_m", pairs.difference_m.high);
+    is_worse = is_worse || pairs.verdict == "worse";
+  }
+  record_margins(folder, "first", first, truth);
+  record_margins(folder, "first_slowed_down", slowed, truth);
+  record_margins(folder, "corrected", corrected.vehicle, truth);
+  folder.set_number("kept.corrected", is_worse ? 0.0 : 1.0);
+  if (is_worse) {
+    corrected.vehicle = slowed;
+  }
+  companion::save_vehicle(folder.file("corrected.toml"), corrected.vehicle, corrected.sources);
+}
+
+std::vector<std::string> law_verdicts(const Folder& folder) {
+  std::vector<std::string> out;
+  const std::map<std::string, double>& numbers = folder.numbers();
+  for (const auto& [key, words] :
+       {std::pair{"horizontal_m", "measured flights, horizontal"}, std::pair{"height_m", "measured flights, height"}}) {
+    std::vector<double> before = repeated(folder, key, kBefore);
+    std::vector<double> after = repeated(folder, key, kAfter);
+    before.resize(std::min(before.size(), after.size()));
+    after.resize(before.size());
+    if (before.size() > 1) {
+      out.push_back(std::string(words) + ": " + loop::describe(loop::compare_pairs(before, after)));
+    } else if (before.size() == 1) {
+      out.push_back(std::string(words) + ": one flight each has no spread; the option --flights repeats them");
+    }
+  }
+  if (!numbers.contains("kept.corrected")) {
+    return out;
+  }
+  out.push_back(margins_text(folder, "first", "first law as flown"));
+  out.push_back(
+      margins_text(folder, "first_slowed_down", "first law, slowed down to the ordered margin where possible"));
+  out.push_back(margins_text(folder, "corrected", "corrected law"));
+  for (const char* const part : kParts) {
+    const std::string name = std::string("paired.") + part;
+    std::array<char, 240> text{};
+    std::snprintf(text.data(), text.size(),
+                  "%d simulated pairs on the corrected model, both laws at the ordered margin, %s: %.4f -> %.4f m, "
+                  "difference [%+.4f, %+.4f] m",
+                  kPairs, part, numbers.at(name + ".before_m"), numbers.at(name + ".after_m"),
+                  numbers.at(name + ".low_m"), numbers.at(name + ".high_m"));
+    out.emplace_back(text.data());
+  }
+  out.emplace_back(
+      numbers.at("kept.corrected") > 0.0
+          ? "kept: the corrected model"
+          : "kept: the FIRST model, slowed down, because the corrected one flies worse at the same margin");
+  return out;
+}
+
+}  // namespace m100::lab::evening

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/evening/folder.h"
+
+namespace m100::lab::evening {
+
+/// Compares the laws of vehicle.toml and corrected.toml on the corrected model. The law of corrected.toml is slowed
+/// down until it keeps the ordered margins there (loop::at_ordered_margin); so is a copy of vehicle.toml, and both fly
+/// course.txt in simulation, in pairs. If the corrected law is worse (loop::PairedErrors), corrected.toml becomes that
+/// copy. Notes the margins and the pairs. Errors: InputError.
+void compare_laws(Folder& folder);
+
+/// The result of compare_laws, and the verdict on the flights of the course if each was flown more than once; one
+/// sentence each.
+std::vector<std::string> law_verdicts(const Folder& folder);
+
+}  // namespace m100::lab::evening

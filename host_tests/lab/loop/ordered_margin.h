@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "host_tests/lab/gains/tune.h"
+
+namespace m100::lab::loop {
+
+// A law whose model has too short a delay is faster than ordered, and its error in flight may be smaller for that
+// alone. Two laws are therefore compared at the same margin on the same aircraft.
+
+/// The margins that a law must keep: those of the project, or those that the first vehicle file has on its own model,
+/// whichever asks for less. A file that was tuned below the project's margins is not slowed down for that.
+struct MarginOrder {
+  double peak_sensitivity = gains::kLargestPeakSensitivity;
+  double delay_margin_s = gains::kFieldDelayMargin_s;
+};
+MarginOrder order_of(const model::Vehicle& first);
+
+/// A vehicle file whose law keeps the ordered margins on an aircraft, if any input weight does.
+struct OrderedLaw {
+  model::Vehicle vehicle;
+  bool keeps = false;  ///< false: no input weight keeps them; the one with the least peak sensitivity
+};
+
+/// `believed` with the smallest input weight, from its own upwards, whose law keeps the order on an aircraft that
+/// really is `truth`. Everything else stays.
+OrderedLaw at_ordered_margin(const model::Vehicle& believed, const model::Vehicle& truth, const MarginOrder& order);
+
+/// Whether the law of `believed` keeps the order on `truth`.
+bool keeps_ordered_margin(const model::Vehicle& believed, const model::Vehicle& truth, const MarginOrder& order);
+
+/// {"x": {"peak_sensitivity", "delay_margin_s", "gain_margin", "phase_margin_rad", "stable", ...}, "y": {...},
+///  "ordered": whether the ordered margins are kept}: the law of `believed` on `truth`, as flown on Virtual RC.
+nlohmann::json margins_on(const model::Vehicle& believed, const model::Vehicle& truth, const MarginOrder& order);
+
+}  // namespace m100::lab::loop

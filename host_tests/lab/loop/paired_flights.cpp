@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/loop/paired_flights.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "host_tests/lab/loop/trial_flights.h"
+
+namespace m100::lab::loop {
+namespace {
+
+using Squares = std::array<std::vector<double>, 3>;  ///< of pose, horizontal and vertical error, one for each seed
+
+struct TaskSquares {
+  Squares before, after;
+  double cells = 0.0;
+};
+
+void add(const std::vector<experiments::Cell>& flights, Squares& sums) {
+  for (std::vector<double>& sum : sums) {
+    sum.resize(flights.size(), 0.0);
+  }
+  for (std::size_t i = 0; i < flights.size(); ++i) {
+    const experiments::Cell& cell = flights[i];
+    sums[0][i] += cell.pose_m * cell.pose_m;
+    sums[1][i] += cell.x_m * cell.x_m + cell.y_m * cell.y_m;
+    sums[2][i] += cell.z_m * cell.z_m;
+  }
+}
+
+std::vector<double> root_mean(const std::vector<double>& sums, double cells) {
+  std::vector<double> out(sums.size());
+  std::transform(sums.begin(), sums.end(), out.begin(), [cells](double sum) { return std::sqrt(sum / cells); });
+  return out;
+}
+
+/// 97.5 % quantile of Student's t (Abramowitz and Stegun 26.7.5): exact to 1 % from three degrees of freedom on.
+double student_t(double degrees) { return 1.959964 + (2.3723 + (2.8225 + 2.5559 / degrees) / degrees) / degrees; }
+
+double average(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) {
+    sum += value;
+  }
+  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
+}
+
+nlohmann::json json_of(const PairedErrors& errors) {
+  const auto known = [](double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); };
+  return {{"flights", errors.flights},
+          {"before_m", errors.before_m},
+          {"after_m", errors.after_m},
+          {"difference_m",
+           {{"value", errors.difference_m.value},
+            {"low", known(errors.difference_m.low)},
+            {"high", known(errors.difference_m.high)}}},
+          {"verdict", errors.verdict},
+          {"within_margin", errors.within_margin}};
+}
+
+}  // namespace
+
+PairedErrors compare_pairs(const std::vector<double>& before_m, const std::vector<double>& after_m) {
+  PairedErrors out;
+  out.flights = static_cast<int>(before_m.size());
+  out.before_m = average(before_m);
+  out.after_m = average(after_m);
+  const double value = out.after_m - out.before_m;
+  double half_width = std::numeric_limits<double>::infinity();
+  if (out.flights > 1) {
+    double squares = 0.0;
+    for (std::size_t i = 0; i < before_m.size(); ++i) {
+      const double apart = after_m[i] - before_m[i] - value;
+      squares += apart * apart;
+    }
+    const double n = out.flights;
+    half_width = student_t(n - 1.0) * std::sqrt(squares / (n - 1.0) / n);
+  }
+  out.difference_m = {value, value - half_width, value + half_width};
+  const double margin_m = kNonInferiority * out.before_m;
+  out.within_margin = out.difference_m.high <= margin_m;
+  if (out.difference_m.high < 0.0) {
+    out.verdict = "better";
+  } else if (out.difference_m.low > 0.0 && !out.within_margin) {
+    out.verdict = "worse";
+  }
+  return out;
+}
+
+std::map<std::string, PairedTask> compare_tasks(const std::vector<experiments::TaskResult>& before,
+                                                const std::vector<experiments::TaskResult>& after) {
+  std::map<std::string, TaskSquares> sums;
+  for (std::size_t i = 0; i < std::min(before.size(), after.size()); ++i) {
+    const bool is_paired = before[i].flights.size() == after[i].flights.size() && !before[i].flights.empty();
+    if (!is_paired || diverged(before[i]) || diverged(after[i])) {
+      continue;
+    }
+    TaskSquares& task = sums[before[i].task->task];
+    add(before[i].flights, task.before);
+    add(after[i].flights, task.after);
+    task.cells += 1.0;
+  }
+  std::map<std::string, PairedTask> out;
+  for (const auto& [name, task] : sums) {
+    const auto compare = [&task = task](std::size_t part) {
+      return compare_pairs(root_mean(task.before[part], task.cells), root_mean(task.after[part], task.cells));
+    };
+    out[name] = {compare(0), compare(1), compare(2)};
+  }
+  return out;
+}
+
+std::string describe(const PairedErrors& errors) {
+  std::array<char, 200> text{};
+  std::snprintf(text.data(), text.size(), "%.4f -> %.4f m, %+.4f [%+.4f, %+.4f], %s (%d pairs)", errors.before_m,
+                errors.after_m, errors.difference_m.value, errors.difference_m.low, errors.difference_m.high,
+                errors.verdict.c_str(), errors.flights);
+  return text.data();
+}
+
+nlohmann::json to_json(const PairedTask& task) {
+  nlohmann::json out = json_of(task.pose);
+  out["horizontal"] = json_of(task.horizontal);
+  out["vertical"] = json_of(task.vertical);
+  return out;
+}
+
+}  // namespace m100::lab::loop

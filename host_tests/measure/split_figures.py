@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the measured flights say, however they are divided: each half, another flight, and all flights together."""
+from measure.lab_figures import asked, table
+from measure.workspace import Source
+
+MAP = "host_tests/lab/columns/m100_csv.toml"
+TILT, CLIMB, YAW = "pitch_roll.csv", "height.csv", "yaw.csv"
+# Per row: the logs, the training part, the validation part. In height.csv the autopilot held the position, so that its
+# roll and pitch are not attitude responses; only yaw.csv moves the yaw stick.
+TILT_SPLITS = (("first half, judged on the second", (TILT,), "12:38", "38:55.5"),
+               ("second half, judged on the first", (TILT,), "38:55.5", "12:38"),
+               ("whole flight, judged on the yaw flight", (TILT, YAW), "1@12:55.5", "2@10:51"),
+               ("yaw flight, judged on the whole flight", (TILT, YAW), "2@10:51", "1@12:55.5"),
+               ("both flights, halves of each", (TILT, YAW), "1@12:38,2@10:30", "1@38:55.5,2@30:51"))
+SPLITS = {"roll": TILT_SPLITS, "pitch": TILT_SPLITS,
+          "climb": (("first half, judged on the second", (CLIMB,), "4.5:38", "38:64.5"),
+                    ("second half, judged on the first", (CLIMB,), "38:64.5", "4.5:38"),
+                    ("whole flight, judged on the roll and pitch flight", (CLIMB, TILT), "1@4.5:64.5", "2@12:55.5"),
+                    ("all three flights, halves of each", (CLIMB, TILT, YAW), "1@4.5:38,2@12:38,3@10:30",
+                     "1@38:64.5,2@38:55.5,3@30:51")),
+          "yaw_rate": (("first half, judged on the second", (YAW,), "10:30", "30:51"),
+                       ("second half, judged on the first", (YAW,), "30:51", "10:30"))}
+
+
+def size(value):
+    return f"{value['value']:.3g} [{value['low']:.3g}, {value['high']:.3g}]"
+
+
+def effect(one):
+    sizes = ", ".join(size(value) for value in one["parameters"].values() if isinstance(value, dict))
+    rivals = ", ".join(rival["name"].replace("_", " ") for rival in one["rivals"])
+    return one["name"].replace("_", " ") + (f" {sizes}" if sizes else "") + (f" (or {rivals})" if rivals else "")
+
+
+def splits(workspace):
+    """Structure, sizes with 95 % intervals and errors of each axis for each division of the flights."""
+    rows = [["axis", "training and validation part", "declared first order", "with the effects", "effects, 95 % (or: not separable)", "verdict"]]
+    for axis, all_splits in SPLITS.items():
+        for name, logs, train, validate in all_splits:
+            words = [word for log in logs for word in ("--log", workspace.measured_log(log))]
+            _, found = asked(workspace, "identify", *words, "--columns", MAP, "--axis", axis, "--declare", "first_order",
+                             "--train", train, "--validate", validate)
+            rows.append([axis.replace("_", " "), name, f"{found['declared']['validation_rmse']:.4f}",
+                         f"{found['final']['validation_rmse']:.4f}", "; ".join(effect(one) for one in found["effects"]) or "none",
+                         found["verdict"].replace("_", " ")])
+    return {"identify.splits": table(*rows)}
+
+
+SOURCES = [Source(("identify.splits",), splits, quick=False)]
