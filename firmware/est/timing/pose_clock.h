@@ -5,7 +5,7 @@
 
 #include "firmware/core/pose.h"
 #include "firmware/core/time.h"
-#include "firmware/est/clock_shift.h"
+#include "firmware/est/timing/clock_shift.h"
 
 namespace m100::est {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/est/clock_shift.h"
+#include "firmware/est/timing/clock_shift.h"
 
 #include "firmware/core/maths.h"
 
@@ -7,7 +7,7 @@ namespace m100::est {
 namespace {
 
 /// Half of a tick: the arrivals are known to one tick, and the least of a window to better.
-constexpr float kLeastShift_s = 0.005F;
+constexpr float kMinShift_s = 0.005F;
 constexpr float kShareOfSpread = 0.25F;     // the least of eight lies a ninth of the spread above none
 constexpr float kAnotherRate = 4.F;         // of what can be seen: not by the noise of one window
 constexpr float kForgets = 1.F / 32.F;      // of the reference, per window: a quartz drifts by 0.3 ms meanwhile
@@ -83,7 +83,7 @@ float TimeOffset::judge(float spread_s) {
     return 0.F;
   }
   const float share_s = kShareOfSpread * spread_s;
-  const float seen_s = share_s > kLeastShift_s ? share_s : kLeastShift_s;
+  const float seen_s = share_s > kMinShift_s ? share_s : kMinShift_s;
   if (size(shift_s) > seen_s) {
     if (is_regular() && size(shift_s - deficit_s) < 0.5F * size(shift_s)) {
       shift_s_ -= deficit_s;
