@@ -5,7 +5,7 @@
 #include "firmware/core/fence.h"
 #include "firmware/ctl/excitation.h"
 #include "firmware/est/consistency/velocity_consistency.h"
-#include "firmware/link/pose_senders.h"
+#include "firmware/link/pose/pose_senders.h"
 #include "firmware/link/serial_link.h"
 #include "firmware/mpc/law.h"
 #include "firmware/safety/limits.h"

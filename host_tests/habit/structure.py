@@ -15,10 +15,10 @@ import tempfile
 PRODUCT = ("firmware/", "protocol/", "hal/", "host_tests/lab/", "host_tests/sim/")
 NO_HEADER_NEEDED = ("command.cpp", "main.cpp")
 MAX_MEMBERS, MAX_FOLDER = 20, 25
-# number -> (bar, its value when the bar was set)
-BARS = {"sources without a header of their name": (15, 54), "classes with more than 20 data members": (0, 8),
-        "folders with more than 25 sources": (0, 8), "words of README.md": (900, 3596),
-        "words of all Markdown": (60000, 79403), "lines of C++ without generated code": (128000, 129815)}
+# number -> (most that is let through today, goal, value when the goal was set). The first only ever shrinks.
+BARS = {"sources without a header of their name": (54, 15, 54), "classes with more than 20 data members": (9, 0, 8),
+        "folders with more than 25 sources": (0, 0, 8), "words of README.md": (900, 900, 3596),
+        "words of all Markdown": (73500, 60000, 79403), "lines of C++ without generated code": (140000, 128000, 129815)}
 
 
 def members_by_class(root, names):
@@ -70,9 +70,9 @@ def check(root, names):
 
 
 def table(root, names):
-    print("| number | before | now | at most |\n|---|---|---|---|")
+    print("| number | before | now | goal |\n|---|---|---|---|")
     for what, (value, _) in measure(root, names).items():
-        print(f"| {what} | {BARS[what][1]} | {value} | {BARS[what][0]} |")
+        print(f"| {what} | {BARS[what][2]} | {value} | {BARS[what][1]} |")
 
 
 def self_test():
@@ -80,8 +80,8 @@ def self_test():
     record = "struct Record {\n" + "".join(f"  int m{n};\n" for n in range(21)) + "};\n"
     cases = {  # description: (planted files, numbers past their bar)
         "nothing": ({"firmware/a.h": "\n", "firmware/a.cpp": "\n"}, 0),
-        "sixteen sources without a header": ({f"firmware/{n}/a.cpp": "\n" for n in range(16)}, 1),
-        "a wide class": ({"firmware/a.h": wide}, 1),
+        "too many sources without a header": ({f"firmware/{n}/a.cpp": "\n" for n in range(BARS["sources without a header of their name"][0] + 1)}, 1),
+        "too many wide classes": ({f"firmware/{n}.h": wide for n in range(BARS["classes with more than 20 data members"][0] + 1)}, 1),
         "a wide record": ({"firmware/a.h": record}, 0),
         "a full folder": ({f"host_tests/unit/{n}.cpp": "\n" for n in range(26)}, 1),
         "a long first page": ({"README.md": "word " * 901}, 1),

@@ -10,7 +10,7 @@
 #include "firmware/companion/files/course_validation.h"
 #include "firmware/companion/files/mode.h"
 #include "firmware/core/fence.h"
-#include "firmware/link/pose_senders.h"
+#include "firmware/link/pose/pose_senders.h"
 #include "firmware/safety/limits.h"
 
 namespace m100::companion {

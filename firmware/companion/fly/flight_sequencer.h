@@ -9,11 +9,11 @@
 
 #include "firmware/app/flight_controller.h"
 #include "firmware/companion/fly/autopilot_task.h"
-#include "firmware/companion/fly/pose_monitor.h"
 #include "firmware/companion/fly/release_monitor.h"
 #include "firmware/companion/fly/tracking_error.h"
 #include "firmware/companion/ground_station/return_to_start.h"
 #include "firmware/companion/operator/operator_log.h"
+#include "firmware/companion/operator/pose_monitor.h"
 #include "firmware/companion/operator/text_line.h"
 
 namespace m100::companion {

@@ -3,7 +3,7 @@
 
 #include "firmware/core/expected.h"
 #include "firmware/core/pose.h"
-#include "firmware/link/pose_fault.h"
+#include "firmware/link/pose/pose_fault.h"
 #include "protocol/mavlink/frame.h"
 
 namespace m100::link {

@@ -18,7 +18,7 @@
 #include <nlohmann/json.hpp>
 
 #include "firmware/companion/files/file_use.h"
-#include "firmware/link/pose_fault.h"
+#include "firmware/link/pose/pose_fault.h"
 #include "hal/linux/udp_port.h"
 #include "host_tests/lab/bridge/descriptor.h"
 #include "host_tests/lab/bridge/plain_pose.h"

@@ -8,7 +8,7 @@
 
 #include "firmware/core/eigen.h"
 #include "firmware/core/frames.h"
-#include "firmware/link/pose_fault.h"
+#include "firmware/link/pose/pose_fault.h"
 #include "protocol/mavlink/pose_messages.h"
 
 namespace m100::lab::bridge {

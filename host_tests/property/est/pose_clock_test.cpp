@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware/link/stamp_order.h"
+#include "firmware/link/pose/stamp_order.h"
 
 namespace m100::est {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "firmware/core/pose.h"
-#include "firmware/link/pose_fault.h"
+#include "firmware/link/pose/pose_fault.h"
 
 namespace m100::link {
 

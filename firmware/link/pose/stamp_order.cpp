@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/link/stamp_order.h"
+#include "firmware/link/pose/stamp_order.h"
 
 #include <algorithm>
 

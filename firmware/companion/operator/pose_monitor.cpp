@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/companion/fly/pose_monitor.h"
+#include "firmware/companion/operator/pose_monitor.h"
 
 #include <algorithm>
 #include <cmath>
