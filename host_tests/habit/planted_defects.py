@@ -33,8 +33,8 @@ DEFECTS = [
      "return {-v.x(), v.y(), -v.z()};", r"unit\.core"),
     ("sine_last_bit", "firmware/core/maths_series.h", "-1.66666666666666324348e-01", "-1.66666666666666352e-01", r"core"),
     ("ladder_ignores_pilot", "firmware/safety/failsafe.h",
-     "    FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kNone, FailsafeCondition::kCommandable, FailsafeState::kSilent, "
-     "Cause::kControlGone},\n", "", r"safety"),
+     "    FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kNone, FailsafeCondition::kCommandable,\n"
+     "                       FailsafeState::kSilent, FailsafeReason::kControlGone},\n", "", r"safety"),
     ("coast_never_ends", "firmware/safety/supervisor.cpp", "seen.now - known_ >= limits_.coast,",
      "seen.now - known_ >= 100 * limits_.coast,", r"safety"),
     ("slew_not_limited", "firmware/safety/supervisor.cpp", "core::clamp(inside, last - most, last + most)",
@@ -42,7 +42,7 @@ DEFECTS = [
     ("nan_command_passes", "firmware/safety/supervisor.cpp", "return value >= T(-2) * range && value <= T(2) * range;",
      "return !(value < T(-2) * range) && !(value > T(2) * range);", r"safety"),
     ("authority_asks_by_itself", "firmware/safety/authority_table.h",
-     "AuthorityTransition{S::kSilent, kAsked, kNone, S::kAwaitingTelemetry,",
+     "AuthorityTransition{S::kSilent, kControlRequested, kNone, S::kAwaitingTelemetry,",
      "AuthorityTransition{S::kSilent, kNone, kNone, S::kAwaitingTelemetry,", r"safety|link"),
     ("vehicle_range_unchecked", "firmware/companion/files/vehicle_file.cpp",
      "if (!absent && !(value >= low && value <= high)) {", "if (!absent && value < low - 1e9) {", r"vehicle_file"),

@@ -38,7 +38,7 @@ def self_test():
     words = entries()
     planted = [("firmware/x.h", "enum class Rung { kTop };"), ("firmware/x.cpp", "  // the ladder steps down"),
                ("firmware/x.h", "constexpr int kMostRows = 3;"), ("host_tests/x.py", "told_m = 3"),
-               ("firmware/est/cross.h", "class CrossCheck {"), ("host_tests/lab/unseen_log.cpp", "")]
+               ("firmware/est/cross.h", "class CrossCheck {"), ("host_tests/lab/tape.cpp", "")]
     sound = [("firmware/x.h", "enum class FailsafeState { kNominal };"), ("firmware/x.h", "constexpr int kMaxRows = 3;"),
              ("firmware/x.cpp", "values.push_back(1);")]
     missed = [text for path, text in planted if not list(offences(path, [text], words))]

@@ -157,7 +157,7 @@ def add_axis_effect(copy):
            f'                                      .file = everywhere("{AXIS_KEY}", {{0.2, 5.0}}),\n'
            "                                      .fit = {0.25, 4.0},\n"
            "                                      .logarithmic = true,\n"
-           "                                      .least = 0.08,\n"
+           "                                      .min_relevant = 0.08,\n"
            "                                      .neutral = 1.0}},\n"
            "               .starts = {{1.0}, {1.3}},\n"
            "               .typical = {1.3},\n"
@@ -211,7 +211,7 @@ struct SideForce {{
       .place = 200,
       .needs = {{.velocity = true}},
       .parameters = {{{{{{.name = "rate_per_s", .low = -5.0, .high = 5.0, .key = "{SIDE_KEY}", .only_if_set = true}}}}}},
-      .least = 0.03,
+      .min_relevant = 0.03,
       .size = magnitude,
       .columns = 1,
       .column = column,

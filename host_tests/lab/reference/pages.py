@@ -85,7 +85,7 @@ def messages_table(root):
                                                                    verdicts[verdicts.index("remedy(Verdict"):])}
     rows = [row("what m100 probe hears", name, advice[verdict]) for verdict, name in names.items()]
     rows += [row("who has control, and why", name, spoken(text)) for name, text in re.findall(
-        r'ReasonText\{\s*Reason::k\w+,\s*"(\w+)",\s*' + TEXT, source("firmware/safety/authority_text.cpp"))]
+        r'ReasonText\{\s*AuthorityReason::k\w+,\s*"(\w+)",\s*' + TEXT, source("firmware/safety/authority_text.cpp"))]
     acks = source("protocol/dji/acks.cpp")
     answers = {}
     for name, text in re.findall(r'"(\w+)", k(?:Retry|Refused|Again),\s*' + TEXT, acks):

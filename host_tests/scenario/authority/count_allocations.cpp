@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// R1 on the shipped program: linked into m100 with the same objects, and with malloc and poll wrapped by the linker,
+// R1 on the shipped program: linked into m100 with the same objects, and with malloc and ioctl wrapped by the linker,
 // this file counts the allocations of the flying thread from the end of its first tick to the end of its last one. A
-// tick ends when it polls standard input. At its end the program prints the sum on standard error. With M100_NO_HEAP
+// tick ends when it asks how many bytes wait at standard input. At its end the program prints the sum on standard error. With M100_NO_HEAP
 // set, for tests that check output and exit code, it prints nothing and ends with exit code 99 if the sum is not zero.
-#include <poll.h>
+#include <sys/ioctl.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -51,7 +51,7 @@ void* __real_calloc(std::size_t count, std::size_t size);                      /
 void* __real_realloc(void* memory, std::size_t size);                          // NOLINT
 void* __real_aligned_alloc(std::size_t step, std::size_t size);                // NOLINT
 int __real_posix_memalign(void** memory, std::size_t step, std::size_t size);  // NOLINT
-int __real_poll(pollfd* list, nfds_t size, int timeout);                       // NOLINT
+int __real_ioctl(int descriptor, unsigned long request, void* answer);         // NOLINT
 
 void* __wrap_malloc(std::size_t size) {  // NOLINT
   count();
@@ -73,12 +73,12 @@ int __wrap_posix_memalign(void** memory, std::size_t step, std::size_t size) {  
   count();
   return __real_posix_memalign(memory, step, size);
 }
-int __wrap_poll(pollfd* list, nfds_t size, int timeout) {  // NOLINT
-  if (size == 1 && list->fd == STDIN_FILENO && is_main_thread()) {
+int __wrap_ioctl(int descriptor, unsigned long request, void* answer) {  // NOLINT
+  if (descriptor == STDIN_FILENO && request == FIONREAD && is_main_thread()) {
     at_last_tick = allocations;
     at_first_tick = ticks == 0 ? at_last_tick : at_first_tick;
     ++ticks;
   }
-  return __real_poll(list, size, timeout);
+  return __real_ioctl(descriptor, request, answer);
 }
 }

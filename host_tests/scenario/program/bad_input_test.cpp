@@ -263,7 +263,7 @@ TEST_F(BadInput, OfAFlightIsFoundBeforeTheFlight) {
   expect_refused(fly_with("--json", folder / "no" / "x.json"), "x.json: cannot be written");
   expect_refused({"fly", "--port", port.string(), "--pose-port", port.string(), "--vehicle", vehicle.string(),
                   "--gains", table.string(), "--flight", flight_file.string()},
-                 "port: no permission to open it, or another program holds it");
+                 "port is the autopilot's port, too: name the port of the poses");
   EXPECT_EQ(examined(*autopilot)["obtain_requests"], 0);
 }
 

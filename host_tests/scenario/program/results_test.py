@@ -13,7 +13,7 @@ import sys
 import tempfile
 import time
 
-from words_test import file_of, one_line, run
+from command_line_test import file_of, one_line, run
 
 SCRIPT = """0.02 silence 0.05
 0.04 lose_acks 2 obtain_control
