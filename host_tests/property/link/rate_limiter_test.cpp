@@ -104,7 +104,7 @@ TEST_P(RateLimits, HoldUnderAnyJitter) {
 
 // Catches a limiter that loses its grid: it would send early, wait for the window, and send early again.
 TEST_P(RateLimits, SettleToEvenIntervalsWhenCheckedOften) {
-  constexpr Duration kCheck = std::chrono::microseconds(200);
+  static constexpr Duration kCheck = std::chrono::microseconds(200);
   const Duration period = limiter().period();
   const std::vector<TimePoint> times = send_when_due(limiter(), [](TimePoint) { return kCheck; });
   ASSERT_GT(times.size(), 40U);
