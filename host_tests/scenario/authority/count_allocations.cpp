@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // R1 on the shipped program: linked into m100 with the same objects, and with malloc and ioctl wrapped by the linker,
 // this file counts the allocations of the flying thread from the end of its first tick to the end of its last one. A
-// tick ends when it asks how many bytes wait at standard input. At its end the program prints the sum on standard error. With M100_NO_HEAP
-// set, for tests that check output and exit code, it prints nothing and ends with exit code 99 if the sum is not zero.
+// tick ends when it asks how many bytes wait at standard input. At its end the program prints the sum on standard
+// error. With M100_NO_HEAP set, for tests that check output and exit code, it prints nothing and ends with exit code 99
+// if the sum is not zero.
 #include <sys/ioctl.h>
 #include <sys/syscall.h>
 #include <unistd.h>
