@@ -102,18 +102,6 @@ TEST_P(RateLimits, HoldUnderAnyJitter) {
   }
 }
 
-// Catches a limiter that loses its grid: it would send early, wait for the window, and send early again.
-TEST_P(RateLimits, SettleToEvenIntervalsWhenCheckedOften) {
-  static constexpr Duration kCheck = std::chrono::microseconds(200);
-  const Duration period = limiter().period();
-  const std::vector<TimePoint> times = send_when_due(limiter(), [](TimePoint) { return kCheck; });
-  ASSERT_GT(times.size(), 40U);
-  for (std::size_t i = times.size() / 2; i < times.size(); ++i) {
-    EXPECT_LE(times[i] - times[i - 1], period + kCheck) << i;
-    EXPECT_GE(times[i] - times[i - 1], period - kCheck) << i;
-  }
-}
-
 // Catches a limiter that is safe only because it sends too little. A rate whose period is no whole number of ticks
 // loses 4 %.
 TEST_P(RateLimits, CostAtMostOnePercentAndAHalfOfARateOfWholeTicksUnderUsualJitter) {
