@@ -63,11 +63,12 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   estimate_ = observer_.update(measured, applied_command_, elapsed_);  // -> state estimate
   fault_isolation_.update(SensorAdapter::imu_sample<T>(telemetry, measured), measured, estimate_,
                           observer_.model_tilt_rad(), supervisor_.failsafe_state(), elapsed_);  // against autopilot
+  flight_state_.update(link_, estimate_, observer_.model_tilt_rad(), fault_isolation_, elapsed_);
   prepare_start(now);  // a flight that begins in this tick begins here
   const bool solves = may_leave(now);
   const std::size_t points = solves ? ref::kHorizon + 1 : 1;
-  trajectory_.fill(reference_, now, law_.lead(), points);  // -> reference
-  geofence_.limit(reference_, estimate_, points);          // inside the fence, and where one can stop
+  trajectory_.fill(reference_, now, law_.lead(), points);                         // -> reference
+  geofence_.limit(reference_, fault_isolation_.fence_motion(estimate_), points);  // inside, and where one can stop
   commanded_ = law_.update(estimate_, reference_, applied_command_, elapsed_, solves);  // -> control
   excite(now);  // one stick by the plan, where there is one
   const safety::FailsafeState before = supervisor_.failsafe_state();
@@ -239,6 +240,7 @@ safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
                          residual_.report(sysid::MonitoredAxis::kYawRate).departed,
                          residual_.report(sysid::MonitoredAxis::kClimb).departed},
       .trim_drifted = trim_.report().drifted};
+  flight_state_.report_to(observed);
   fault_isolation_.report_to(observed, estimate_, config_.limits.gate_shut);
   if (levels_limit_cycle()) {
     observed.speed_m_s = 0.0;
@@ -250,11 +252,13 @@ safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
 
 template <typename T, typename S>
 void FlightController<T, S>::prepare_start(core::TimePoint now) {
-  if (safety::passes_law(supervisor_.failsafe_state())) {
-    return;
+  const safety::FailsafeState state = supervisor_.failsafe_state();
+  if (!safety::passes_law(state)) {
+    trajectory_.start(now);
+    law_.reset();
+  } else if (state == safety::FailsafeState::kCoast || elapsed_ > kStall) {
+    trajectory_.postpone(now, elapsed_);
   }
-  trajectory_.start(now);
-  law_.reset();
 }
 
 /// The granted command is held until the next one can leave: the slew limit is between commands that leave.

@@ -5,6 +5,7 @@
 
 #include "firmware/app/config.h"
 #include "firmware/app/fault_isolation.h"
+#include "firmware/app/flight_state_monitor.h"
 #include "firmware/app/sensor_adapter.h"
 #include "firmware/ctl/excitation.h"
 #include "firmware/ctl/law/braking.h"
@@ -122,6 +123,7 @@ class FlightController {
   ctl::Command<T> brake_and_hold() const;
   safety::Observation observation(core::TimePoint now);
   void release_unused(core::TimePoint now);
+  /// Keeps pieces of the course from beginning while no fresh pose comes.
   /// Resets course and integral in every tick in which the law does not fly, because the failsafe steps up only after
   /// the law has computed the command that then leaves.
   void prepare_start(core::TimePoint now);
@@ -149,6 +151,7 @@ class FlightController {
   est::PoseTiming<T> timing_;
   est::DisturbanceEkf<S, T> observer_;
   FaultIsolation<T> fault_isolation_;
+  FlightStateMonitor<T> flight_state_;
   ref::Trajectory<T>& trajectory_;
   ctl::FlightLaw<T> law_;
   ctl::Braking braking_;

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "firmware/core/time.h"
+#include "firmware/safety/flight_failure.h"
 #include "firmware/safety/limits.h"
 
 namespace m100::safety {
@@ -42,7 +43,10 @@ struct Observation {
   bool mode_f = false;             ///< the pilot's switch stands at F
   bool operator_engages = false;   ///< the operator's order to fly stands: for FlightConfig::order_timeout at most
   bool operator_releases = false;  ///< the operator gives control back, this tick
-  bool task_flies = false;         ///< the autopilot takes off or lands by its own task, by the operator's order
+  /// In flight: how long the autopilot's flight status has said "on the ground"; zero: it says otherwise, or nothing.
+  core::Duration on_ground_for{0};
+  FlightFailure failure = FlightFailure::kNone;  ///< by FailureDetector
+  bool task_flies = false;               ///< the autopilot takes off or lands by its own task, by the operator's order
   std::array<bool, 4> model_mismatch{};  ///< roll, pitch, yaw rate, climb: the axis no longer follows its model
   bool trim_drifted = false;             ///< a balancing point differs from the vehicle file
 };

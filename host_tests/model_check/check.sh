@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Checks sticks.pml with Spin. Usage: check.sh PROMELA SCRATCH WHAT
+# Checks authority.pml with Spin. Usage: check.sh PROMELA SCRATCH WHAT
 #   --sound    checks the tables that fly, on both command channels: no promise may be broken
 #   --planted  checks tables with one wrong row each: every one has to break a promise
 #   NAME       the same for this planted row only
@@ -15,8 +15,8 @@ verify() {
   local channel=$1
   shift
   "$promela" "$@" >tables.pml
-  cp "$here/sticks.pml" .
-  spin -DVIRTUAL_RC="$channel" -a sticks.pml >spin.txt || { cat spin.txt; exit 2; }
+  cp "$here/authority.pml" .
+  spin -DVIRTUAL_RC="$channel" -a authority.pml >spin.txt || { cat spin.txt; exit 2; }
   ${CC:-cc} -O2 -w -DSAFETY -DNOFAIR -DNOREDUCE -DMEMLIM=2000 -o pan pan.c
   ./pan -m500000 -w24 >pan.txt 2>&1
   if grep -q 'max search depth too small\|out of memory\|Search not completed' pan.txt && ! grep -q 'errors: [1-9]' pan.txt; then
@@ -33,7 +33,7 @@ if [ "$what" = --sound ]; then
     if ! verify "$channel"; then
       echo "Virtual RC $channel: a promise is broken:"
       grep 'assertion violated' pan.txt || cat pan.txt
-      spin -DVIRTUAL_RC="$channel" -t -p -g sticks.pml >trail.txt 2>&1 || true
+      spin -DVIRTUAL_RC="$channel" -t -p -g authority.pml >trail.txt 2>&1 || true
       echo "The steps that lead to it: $PWD/trail.txt"
       failed=1
     fi

@@ -25,14 +25,15 @@ struct Row {
 /// motion: PathConsistency provides it with its alarm.
 /// heading: 100 ms at the largest yaw rate, 1.75 rad/s, and 2 degrees of the compass besides its slow drift, which the
 ///   mean removes; the noise of a pose's heading is 0.002 rad.
-/// rates, answer: AttitudeRateConsistency and CommandConsistency provide them with their alarms.
+/// rates, answer, height: AttitudeRateConsistency, CommandConsistency and HeightConsistency provide them.
 constexpr std::array<Row, kCheckCount> kRows{{{"none", "", 1.0},
                                               {"force", "m/s", 0.35},
                                               {"climb", "m/s", 0.2},
                                               {"heading", "rad", 0.21},
                                               {"motion", "m", 0.0},
                                               {"rates", "rad", 0.0},
-                                              {"answer", "rad", 0.0}}};
+                                              {"answer", "rad", 0.0},
+                                              {"height", "m", 0.0}}};
 
 constexpr const Row& row(ConsistencyCheck check) { return kRows[static_cast<std::size_t>(check)]; }
 
@@ -103,8 +104,8 @@ void VelocityConsistency<T>::update_specific_force(const ImuSample<T>& imu) {
     return force_size_ > static_cast<T>(kMin_g * unit) && force_size_ < static_cast<T>(kMax_g * unit);
   };
   const T scale = about(1.0) ? static_cast<T>(model::kGravity_m_s2) : about(model::kGravity_m_s2) ? T(1) : T(0);
-  force_known_ = scale > T(0);
-  if (!force_known_) {
+  force_scale_m_s2_ = scale;
+  if (scale == T(0)) {
     force_seen_s_ = T(0);
     return;
   }
@@ -261,7 +262,8 @@ void VelocityConsistency<T>::update(const ImuSample<T>& imu, const Estimate<T>& 
   }
   const T step_s = core::seconds<T>(elapsed);
   const core::SinCos<T>& yaw = estimate.heading();
-  const bool force_counts = force_known_ && force_seen_s_ >= static_cast<T>(kFirstLook_s) &&  // its offset is known
+  const bool force_counts = force_scale_m_s2_ > T(0) &&
+                            force_seen_s_ >= static_cast<T>(kFirstLook_s) &&  // its offset is known
                             (disabled_checks_ & set_of(ConsistencyCheck::kForce)) == 0;
   update_disturbance(yaw, force_counts && estimate.prediction_valid && elapsed <= kGap, step_s);
   if (!estimate.healthy || elapsed > kGap) {

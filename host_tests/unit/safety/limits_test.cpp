@@ -71,6 +71,11 @@ const Edge kEdges[] = {
      FailsafeState::kLevel, FailsafeReason::kAuthorityExceeded},
     {"OnTheFence", [](Observation& o, Duration d) { o.outside_m = 1e-9 * static_cast<double>(d.count()); },
      FailsafeState::kLevel, FailsafeReason::kFenceLeft},
+    {"OnTheGroundFor500Ms", [](Observation& o, Duration d) { o.on_ground_for = milliseconds(500) + d - kLeast; },
+     FailsafeState::kSilent, FailsafeReason::kOnGround},
+    {"OutOfControl",
+     [](Observation& o, Duration d) { o.failure = d > Duration{0} ? FlightFailure::kTilt : FlightFailure::kNone; },
+     FailsafeState::kSilent, FailsafeReason::kFlightFailure},
 };
 
 class FlightLimit : public ::testing::TestWithParam<Edge> {};
@@ -92,6 +97,25 @@ TEST_P(FlightLimit, IsBorneAndNotPassed) {
 }
 INSTANTIATE_TEST_SUITE_P(Safety, FlightLimit, ::testing::ValuesIn(kEdges),
                          [](const auto& tested) { return std::string(tested.param.name); });
+
+// Catches control that is ours and silent: the release must be sent in the tick of the step, from whatever state.
+TEST(FlightLimit, TheGroundAndAFailureGiveControlBackAtOnce) {
+  RecordProperty("promise", "R18");
+  for (const bool ground : {true, false}) {
+    Flight flight;
+    Observation seen = good(flight.now);
+    seen.on_ground_for = ground ? milliseconds(500) : milliseconds(0);
+    seen.failure = ground ? FlightFailure::kNone : FlightFailure::kCrash;
+    const SupervisedCommand<double> command = flight.tick(seen);
+    EXPECT_TRUE(command.release);
+    EXPECT_FALSE(command.transmit);
+    EXPECT_FALSE(flight.tick(seen).release) << "once";
+    seen.operator_engages = true;
+    for (int tick = 0; tick < 20; ++tick) {
+      EXPECT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kSilent) << "no start in this state";
+    }
+  }
+}
 
 TEST(FlightLimit, TelemetryIsDeadBehind500Ms) {
   Flight flight;
@@ -304,7 +328,8 @@ TEST(Observation, AFreshOneLetsNobodyFly) {
                fresh.limit_cycle_persists || fresh.trim_drifted);
   EXPECT_EQ(fresh.model_mismatch, (std::array<bool, 4>{}));
   EXPECT_EQ(fresh.refused_poses + fresh.contradicted_by, 0U);
-  EXPECT_EQ(fresh.refused_for + fresh.authority_exceeded_for, core::Duration{0});
+  EXPECT_EQ(fresh.refused_for + fresh.authority_exceeded_for + fresh.on_ground_for, core::Duration{0});
+  EXPECT_EQ(fresh.failure, FlightFailure::kNone);
   for (const double value :
        {fresh.refused_by_m, fresh.refused_allowed_m, fresh.error_m, fresh.speed_m_s, fresh.speed_then_m_s,
         fresh.disturbance_acceleration_m_s2, fresh.limit_cycle_rad, fresh.limit_cycle_hz, fresh.refused_turn_rad,
