@@ -32,10 +32,11 @@ template <typename T, typename S>
       link_(autopilot, config.link, &autopilot_tap_),
       pose_link_(pose, config.pose_baud, &pose_tap_),
       measure_(config.plausible),
-      observer_(vehicle),
+      observer_(model::controller_model(vehicle)),
       trust_(config.checks_off),
       trajectory_(trajectory),
       law_(vehicle, tables, {.horizontal = config.law}),
+      design_(vehicle, config.link.channel.channel == link::Channel::kVirtualRc),
       braking_(ctl::braking_of(vehicle, static_cast<double>(law_.slope_limit()))),
       fence_(config.fence, braking_),
       place_(braking_),
@@ -60,7 +61,8 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   est::Measurement<T> measured = measure_.update<T>(telemetry, config_.attitude_age, pose(now), now);
   measured.push = trust_.push();                                // what was felt beside the tilt
   timing_.update(measured, estimate_.yaw_rad);                  // times of capture as they were, not as told
-  estimate_ = observer_.update(measured, in_force_, elapsed_);  // -> state estimate
+  const ctl::Command<T> acting = design_.expected(in_force_);
+  estimate_ = observer_.update(measured, acting, elapsed_);  // -> state estimate
   trust_.update(Measure::felt<T>(telemetry, measured), measured, estimate_, observer_.asked_tilt_rad(),
                 supervisor_.rung(), elapsed_);  // against autopilot
   stand_ready(now);                             // a flight that begins in this tick begins here
@@ -68,7 +70,7 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   const std::size_t points = solves ? ref::kHorizon + 1 : 1;
   trajectory_.fill(reference_, now, law_.lead(), points);  // -> reference
   fence_.hold(reference_, estimate_, points);              // inside the fence, and where one can stop
-  wanted_ = law_.update(estimate_, reference_, in_force_, elapsed_, solves);  // -> control
+  wanted_ = design_.to_send(law_.update(estimate_, reference_, acting, elapsed_, solves));  // -> control
   excite(now);  // one stick by the plan, where there is one
   const safety::Rung before = supervisor_.rung();
   place_.update(estimate_, reference_, safety::passes_law(before), core::seconds<T>(elapsed_));

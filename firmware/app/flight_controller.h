@@ -7,6 +7,7 @@
 #include "firmware/app/measure.h"
 #include "firmware/app/pose_trust.h"
 #include "firmware/ctl/braking.h"
+#include "firmware/ctl/design_scale.h"
 #include "firmware/ctl/excitation.h"
 #include "firmware/ctl/fence_keeper.h"
 #include "firmware/ctl/flight_law.h"
@@ -151,6 +152,7 @@ class FlightController {
   PoseTrust<T> trust_;
   ref::Trajectory<T>& trajectory_;
   ctl::FlightLaw<T> law_;
+  ctl::DesignScale<T> design_;
   ctl::Braking braking_;
   ctl::FenceKeeper<T> fence_;
   ctl::PlaceWatch<T> place_;

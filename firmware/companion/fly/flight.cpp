@@ -18,6 +18,7 @@
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/fly/keeper.h"
 #include "firmware/companion/fly/link_report.h"
+#include "firmware/companion/fly/margin_certificate.h"
 #include "firmware/companion/fly/model_findings.h"
 #include "firmware/companion/fly/pilotage.h"
 #include "firmware/companion/fly/preparation.h"
@@ -31,6 +32,16 @@
 
 namespace m100::companion {
 namespace {
+
+/// Which numbers fly, and what is proved of them.
+void say_design(const FlyOptions& options, const model::Vehicle& vehicle, Mode mode) {
+  if (!vehicle.design.exists() && mode != Mode::kCalmRoom) {
+    say("the vehicle file has no [design]: the identified axes and [mpc] fly; m100-lab gains --tune makes one");
+  }
+  if (const std::optional<MarginCertificate> certificate = certificate_beside(options.vehicle, options.gains)) {
+    say("certificate " + certificate->text());
+  }
+}
 
 using Controller = app::FlightController<double>;
 constexpr int kPriority = 50;  ///< of SCHED_FIFO, if it is granted
@@ -236,6 +247,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   expect_files(options);
   const Orders orders(options);
   const FlightModel model = sound_model(options, orders.mode);
+  say_design(options, model.vehicle(), orders.mode);
   const link::ChannelCommand neutral = neutral_of(options, model.vehicle());
   const protocol::Cipher* const cipher = link.encrypt_commands ? link.cipher : nullptr;
   Keeper keeper(neutral, cipher, options.port);  // before the threads and the large objects
