@@ -114,6 +114,7 @@ class ArduPilotLog final : public RawLog {
   }
 
   std::string format() const override { return "ArduPilot"; }
+  bool has_times_of_arrival() const override { return false; }
 
   std::vector<std::string> names() const override {
     std::vector<std::string> all;
@@ -148,7 +149,7 @@ class ArduPilotLog final : public RawLog {
     }
     RawColumn column{.values = values(type, *field, *instance), .time_s = times(type, *instance), .sequence = {}};
     if (column.time_s.empty()) {
-      throw InputError(file(), 0, name, "the message has no TimeUS or TimeMS");
+      throw InputError(file(), 0, name, "the message has no time of the autopilot's clock (TimeUS or TimeMS)");
     }
     require_mostly_sound(column.values, name);
     return column;
@@ -165,6 +166,7 @@ class ArduPilotLog final : public RawLog {
       }
       for (const unsigned instance : instances(type)) {
         all.push_back(summary_of(stream_name(type, instance), "", times(type, instance), fields));
+        all.back().messages = all.back().messages == 0 ? type.records.size() : all.back().messages;
       }
     }
     return all;
@@ -288,13 +290,19 @@ class ArduPilotLog final : public RawLog {
     }
   }
 
+  static bool has_gps_week(const Type& type) {
+    return std::any_of(type.fields.begin(), type.fields.end(),
+                       [](const Field& field) { return field.label == "Week" || field.label == "GWk"; });
+  }
+
   static void set_factors(Type& type, const std::map<char, double>& multipliers) {
     for (std::size_t i = 0; i < type.fields.size(); ++i) {
       Field& field = type.fields[i];
       const auto found = i < type.multipliers.size() ? multipliers.find(type.multipliers[i]) : multipliers.end();
       const bool given = found != multipliers.end() && std::isfinite(found->second) && found->second != 0.0;
       field.factor = field.letter->factor == 1.0 && given ? found->second : field.letter->factor;
-      field.factor = field.label == "TimeUS" ? 1e-6 : field.label == "TimeMS" ? 1e-3 : field.factor;
+      const bool is_ms = field.label == "TimeMS" || (field.label == "T" && has_gps_week(type));
+      field.factor = field.label == "TimeUS" ? 1e-6 : is_ms ? 1e-3 : field.factor;
     }
   }
 
@@ -347,13 +355,17 @@ class ArduPilotLog final : public RawLog {
     return out;
   }
 
+  /// The clock of a message. In logs up to 2015, TimeMS beside a GPS week is the time of that week; the autopilot's own
+  /// time then stands in T, or nowhere.
   std::vector<double> times(const Type& type, unsigned instance) const {
-    for (const Field& field : type.fields) {
-      if ((field.label == "TimeUS" || field.label == "TimeMS") && is_number(field)) {
-        return values(type, field, instance);
-      }
-    }
-    return {};
+    const auto labelled = [&](const char* label) {
+      return std::find_if(type.fields.begin(), type.fields.end(),
+                          [&](const Field& field) { return field.label == label && is_number(field); });
+    };
+    const auto none = type.fields.end();
+    auto clock = labelled("TimeUS");
+    clock = clock == none ? labelled(has_gps_week(type) ? "T" : "TimeMS") : clock;
+    return clock == none ? std::vector<double>{} : values(type, *clock, instance);
   }
 
   std::string bytes_;

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/input_error.h"
@@ -79,19 +81,59 @@ void write_text(const std::string& file, const std::string& option, const std::s
   }
 }
 
-/// Explains how to map a log with unknown names: a map in four lines, with a column of this file as example.
-void tell_how_to_map(const std::vector<logs::TopicSummary>& topics) {
-  const logs::TopicSummary* const first = topics.empty() || topics.front().fields.empty() ? nullptr : &topics.front();
-  const std::string column =
-      first == nullptr ? "t_s" : (first->name.empty() ? "" : first->name + ".") + first->fields.front();
+/// A column that may be the log's clock, and the scale that makes seconds of it.
+struct ClockColumn {
+  std::string name;
+  const char* scale = "1";
+};
+
+/// The first column that increases at every row and is no row number, best one whose name is that of a time. The scale
+/// follows from its mean step: flights are logged once a second to ten thousand times a second.
+std::optional<ClockColumn> clock_of(const logs::RawLog& log) {
+  constexpr std::size_t kMaxTried = 200;
+  std::optional<ClockColumn> found;
+  std::vector<std::string> names = log.names();
+  names.resize(std::min(names.size(), kMaxTried));
+  for (const std::string& name : names) {
+    std::vector<double> t;
+    try {
+      t = log.column(name, "time").values;
+    } catch (const InputError&) {
+      continue;
+    }
+    const bool increases = t.size() > 2 && std::adjacent_find(t.begin(), t.end(), std::greater_equal<>()) == t.end();
+    const double step = increases ? (t.back() - t.front()) / static_cast<double>(t.size() - 1) : 0.0;
+    if (!(step > 0.0) || step == 1.0) {
+      continue;
+    }
+    const char* const scale = step < 1.0 ? "1" : step < 1e3 ? "1e-3" : step < 1e6 ? "1e-6" : "1e-9";
+    const bool is_named = name.find("ime") != std::string::npos || name.find("stamp") != std::string::npos ||
+                          name == "t" || name.ends_with(".t") || name.ends_with("t_s");
+    if (!found || is_named) {
+      found = {.name = name, .scale = scale};
+    }
+    if (is_named) {
+      break;
+    }
+  }
+  return found;
+}
+
+/// Explains how to map a log with unknown names: a map in four lines, with columns of this file as examples.
+void explain_mapping(const logs::RawLog& log) {
+  const std::optional<ClockColumn> clock = clock_of(log);
+  std::vector<std::string> names = log.names();
+  std::erase_if(names, [&](const std::string& name) { return clock && name == clock->name; });
+  const auto example = [&](std::size_t i) { return i < names.size() ? printable(names[i], 60) : std::string("..."); };
   std::printf(
       "No map is proposed, because the column names are unknown. Write a map that names the columns, for example:\n"
-      "  time = { column = \"%s\", scale = 1e-6 }                        # the scale converts to seconds\n"
+      "  time = { column = \"%s\", scale = %s }  # the scale converts to seconds\n"
       "  [signals]\n"
-      "  stick_roll = { column = \"...\", offset = -1500 }               # counts from neutral\n"
-      "  attitude_roll = { column = \"...\", scale = 0.017453292519943 }  # degrees to radians\n"
+      "  stick_roll = { column = \"%s\", offset = -1500 }  # counts from neutral\n"
+      "  attitude_roll = { column = \"%s\", scale = 0.017453292519943 }  # degrees to radians\n"
       "m100-lab reference prints every signal that a map may have.\n",
-      printable(column).c_str());
+      clock ? printable(clock->name, 60).c_str() : "...", clock ? clock->scale : "1", example(0).c_str(),
+      example(1).c_str());
 }
 
 void run(const LogsOptions& options) {
@@ -120,7 +162,7 @@ void run(const LogsOptions& options) {
                out.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   }
   if (!proposal) {
-    tell_how_to_map(topics);
+    explain_mapping(*log);
     if (!options.map.empty()) {
       throw CLI::RuntimeError(kAnswerIsNo);
     }

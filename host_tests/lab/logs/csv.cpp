@@ -169,10 +169,12 @@ class CsvLog final : public RawLog {
       throw InputError(file(), line, "", "a quote is left open in the header");
     }
     names_ = *cells;
+    for (std::size_t i = 0; i < names_.size(); ++i) {  // a table's index is often written without a name
+      names_[i] = names_[i].empty() ? "column_" + std::to_string(i + 1) : std::move(names_[i]);
+    }
     std::vector<std::string_view> sorted(names_.begin(), names_.end());
     std::sort(sorted.begin(), sorted.end());
-    const auto twice =
-        std::adjacent_find(sorted.begin(), sorted.end(), [](auto a, auto b) { return a == b && !a.empty(); });
+    const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
     if (twice != sorted.end()) {
       throw InputError(file(), line, std::string(*twice), "the column appears twice");
     }

@@ -2,20 +2,24 @@
 #include "host_tests/lab/logs/flight_log.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/force_check.h"
 #include "host_tests/lab/logs/no_such_column.h"
 #include "host_tests/lab/logs/quaternion.h"
+#include "host_tests/lab/logs/rate_alignment.h"
+#include "host_tests/lab/logs/sampling_clock.h"
 #include "host_tests/lab/logs/stream.h"
 
 namespace m100::lab::logs {
 namespace {
 
-constexpr double kRateEvidence = 0.8;  // least correlation of gyro and attitude rate to count as the same motion
-constexpr int kLongestRateShift = 50;  // samples
 constexpr std::size_t kFewestSamples = 16;
 constexpr double kSlowestSample_s = 1.0;  // slower: not a flight log, or its clock counts milliseconds
 
@@ -63,7 +67,9 @@ class Loader {
     const std::vector<std::string> damage = raw_.notes();
     log_.notes.insert(log_.notes.end(), damage.begin(), damage.end());
     note_gaps();
-    compare_rates();
+    log_.notes.insert(log_.notes.end(), sampling_.notes().begin(), sampling_.notes().end());
+    align_rates(log_);
+    validate_force(log_);
     return std::move(log_);
   }
 
@@ -82,6 +88,8 @@ class Loader {
       counter_.clear();
     }
     counter_ = unwrapped(counter_);
+    arrival_s_ = clock_s_;
+    clock_s_ = sampling_times(stream_name(map_.time.column), clock_s_, counter_, values_beside_clock());
     const Stream times = tidy({clock_s_, clock_s_, {}}, map_.time.column, true);
     if (times.values.size() < kFewestSamples) {
       throw InputError(raw_.file(), 0, map_.time.column,
@@ -103,6 +111,26 @@ class Loader {
       throw InputError(raw_.file(), 0, map_.time.column, "spans less than 0.2 s: is its unit really seconds?");
     }
     log_.gap.assign(log_.size, 0);
+  }
+
+  static std::string stream_name(const std::string& column) { return column.substr(0, column.find('.')); }
+
+  /// The times of a stream's samples: if the format keeps times of arrival and these are bunched, they are spread.
+  std::vector<double> sampling_times(const std::string& stream, const std::vector<double>& arrival_s,
+                                     const std::vector<double>& counter, const std::vector<double>& values) {
+    return raw_.has_times_of_arrival() ? sampling_.times(stream, arrival_s, counter, values) : arrival_s;
+  }
+
+  /// The first mapped column that the map's clock times; empty: there is none.
+  std::vector<double> values_beside_clock() const {
+    for (std::size_t i = 0; i < kSignals; ++i) {
+      const auto& ref = map_.signals[i];
+      if (ref && static_cast<Signal>(i) != Signal::kSequence && ref->time.empty()) {
+        RawColumn beside = column(*ref, ref->column, std::string(name_of(static_cast<Signal>(i))));
+        return beside.time_s.empty() ? std::move(beside.values) : std::vector<double>{};
+      }
+    }
+    return {};
   }
 
   static bool is_quaternion(Signal signal) { return signal >= Signal::kAttitudeQw && signal <= Signal::kCommandQz; }
@@ -138,6 +166,7 @@ class Loader {
       value *= turn(signal);
     }
     stream = tidy(stream, ref.column, false);
+    require_overlap(stream, ref.column);
     if (signal == Signal::kAttitudeYaw) {
       unwrap_angle(stream.values);
     }
@@ -176,7 +205,9 @@ class Loader {
     }
     std::array<std::vector<double>, 4> grid;
     for (std::size_t i = 0; i < 4; ++i) {
-      grid[i] = on_grid(tidy(parts[i], column, false), first_angle, angles);
+      const Stream part = tidy(parts[i], column, false);
+      require_overlap(part, column);
+      grid[i] = on_grid(part, first_angle, angles);
     }
     std::vector<std::vector<double>> out(3, std::vector<double>(log_.size));
     for (std::size_t k = 0; k < log_.size; ++k) {
@@ -207,7 +238,9 @@ class Loader {
       value = ref.scale * (value + ref.offset);
     }
     if (!ref.time.empty()) {
-      column.time_s = this->column(ref, ref.time, key + ".time").values;
+      RawColumn clock = this->column(ref, ref.time, key + ".time");
+      column.time_s = std::move(clock.values);
+      column.sequence = clock.sequence.empty() ? std::move(column.sequence) : std::move(clock.sequence);
       for (double& t : column.time_s) {
         t = map_.time.scale * (t + map_.time.offset);
       }
@@ -215,10 +248,14 @@ class Loader {
     if (!ref.sequence.empty()) {
       column.sequence = this->column(ref, ref.sequence, key + ".sequence").values;
     }
-    Stream stream{.time_s = column.time_s.empty() ? clock_s_ : column.time_s,
-                  .values = std::move(column.values),
-                  .after_spoilt = {}};
-    if (!column.sequence.empty() && !counter_.empty()) {
+    Stream stream{.time_s = clock_s_, .values = std::move(column.values), .after_spoilt = {}};
+    leave_out_last_state(stream, ref.column);
+    if (!column.time_s.empty()) {
+      const bool is_clock = column.time_s == arrival_s_;
+      stream.time_s = is_clock ? clock_s_
+                               : sampling_times(stream_name(ref.time.empty() ? ref.column : ref.time), column.time_s,
+                                                column.sequence, stream.values);
+    } else if (!column.sequence.empty() && !counter_.empty()) {
       stream.time_s = times_by_counter(unwrapped(column.sequence), stream.values.size(), key, shift);
     }
     if (stream.time_s.size() != stream.values.size()) {
@@ -227,6 +264,33 @@ class Loader {
                            std::to_string(stream.time_s.size()) + " (key " + key + ")");
     }
     return stream;
+  }
+
+  /// A recursion of N steps has N + 1 states: the last one has no time in a clock of N samples, and is left out.
+  void leave_out_last_state(Stream& stream, const std::string& column) {
+    if (stream.values.size() != clock_s_.size() + 1) {
+      return;
+    }
+    if (std::exchange(has_last_states_, true) == false) {
+      log_.notes.push_back(column + ": has " + std::to_string(stream.values.size()) + " samples and the clock " +
+                           std::to_string(clock_s_.size()) +
+                           ": taken as the N + 1 states of N steps; the last state, which has no time, is left out");
+    }
+    stream.values.pop_back();
+  }
+
+  /// @throws InputError if the stream and the map's clock have no time in common.
+  void require_overlap(const Stream& stream, const std::string& column) const {
+    const double end_s = log_.start_s + static_cast<double>(log_.size) * log_.period_s;
+    if (stream.time_s.front() <= end_s && stream.time_s.back() >= log_.start_s) {
+      return;
+    }
+    std::array<char, 200> text{};
+    std::snprintf(text.data(), text.size(), "does not overlap with the clock: its times are %.2f to %.2f s, those of ",
+                  stream.time_s.front(), stream.time_s.back());
+    std::array<char, 100> range{};
+    std::snprintf(range.data(), range.size(), " are %.2f to %.2f s", log_.start_s, end_s);
+    throw InputError(raw_.file(), 0, column, text.data() + map_.time.column + range.data());
   }
 
   /// The reception times of messages with these numbers on the log's clock, linearly inter- and extrapolated.
@@ -286,8 +350,8 @@ class Loader {
                            " repeated time stamps; the first sample of each is kept");
     }
     if (untidy.spoilt > 0) {
-      log_.notes.push_back(name + ": " + std::to_string(untidy.spoilt) + " of " + std::to_string(stream.time_s.size()) +
-                           " samples cannot be used");
+      log_.gap_notes.push_back(name + ": " + std::to_string(untidy.spoilt) + " of " +
+                               std::to_string(stream.time_s.size()) + " samples cannot be used");
     }
     return out;
   }
@@ -300,51 +364,18 @@ class Loader {
       holes += log_.gap[k] != 0 && (k == 0 || log_.gap[k - 1] == 0) ? 1U : 0U;
     }
     if (holes > 0) {
-      log_.notes.push_back(std::to_string(holes) + " gaps, " + std::to_string(lost) + " samples of " +
-                           std::to_string(log_.size) + " are excluded");
-    }
-  }
-
-  /// Compares the gyro with the rate of the attitude. If no counter aligns them, finds and removes their shift.
-  void compare_rates() {
-    if (log_.alignment.evidence != "none" || !log_.has(Signal::kRateX) || !log_.has(Signal::kAttitudeRoll)) {
-      return;
-    }
-    const auto& roll = log_.of(Signal::kAttitudeRoll);
-    std::vector<double> turning(log_.size, 0.0);
-    for (std::size_t k = 1; k + 1 < log_.size; ++k) {
-      turning[k] = (roll[k + 1] - roll[k - 1]) / (2.0 * log_.period_s);
-    }
-    const Lag lag = best_lag(turning, log_.of(Signal::kRateX), kLongestRateShift);
-    if (lag.peak < kRateEvidence) {
-      return;
-    }
-    log_.alignment.evidence = "correlation";
-    if (lag.samples == 0) {
-      return;
-    }
-    log_.alignment.rate_shift_samples = lag.samples;
-    log_.notes.push_back("rate_x: is shifted by " + std::to_string(lag.samples) +
-                         " samples against the attitude (correlation " + std::to_string(lag.peak) +
-                         "); the rates were moved");
-    for (int i = 0; i < 3; ++i) {
-      shift_later(log_.of(offset(Signal::kRateX, i)), lag.samples);
-    }
-  }
-
-  static void shift_later(std::vector<double>& values, int samples) {
-    const std::vector<double> old = values;
-    const auto last = static_cast<std::ptrdiff_t>(old.size()) - 1;
-    for (std::ptrdiff_t k = 0; k < static_cast<std::ptrdiff_t>(old.size()); ++k) {
-      values[static_cast<std::size_t>(k)] =
-          old[static_cast<std::size_t>(std::clamp(k - samples, std::ptrdiff_t{0}, last))];
+      log_.gap_notes.push_back(std::to_string(holes) + (holes == 1 ? " gap, " : " gaps, ") + std::to_string(lost) +
+                               " samples of " + std::to_string(log_.size) + " are excluded");
     }
   }
 
   const RawLog& raw_;
   const ColumnMap& map_;
-  std::vector<double> clock_s_;
+  SamplingClock sampling_;
+  std::vector<double> arrival_s_;  ///< of the map's clock, as logged
+  std::vector<double> clock_s_;    ///< the same, as sampled
   std::vector<double> counter_;
+  bool has_last_states_ = false;  ///< a column has one sample more than the clock
   FlightLog log_;
 };
 
@@ -360,33 +391,6 @@ FlightLog load(const RawLog& raw, const ColumnMap& map, double period_s) { retur
 FlightLog load(const std::string& file, const std::string& columns, double period_s) {
   const ColumnMap map = read_column_map(columns);
   return load(*open_log(file), map, period_s);
-}
-
-Lag best_lag(const std::vector<double>& a, const std::vector<double>& b, int most) {
-  const auto n = static_cast<std::ptrdiff_t>(std::min(a.size(), b.size()));
-  const auto mean = [n](const std::vector<double>& v) {
-    return std::accumulate(v.begin(), v.begin() + n, 0.0) / static_cast<double>(n);
-  };
-  const double mean_a = mean(a);
-  const double mean_b = mean(b);
-  Lag best;
-  for (int d = -most; d <= most; ++d) {
-    double ab = 0;
-    double aa = 0;
-    double bb = 0;
-    for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, d); k < std::min(n, n + d); ++k) {
-      const double x = a[static_cast<std::size_t>(k)] - mean_a;
-      const double y = b[static_cast<std::size_t>(k - d)] - mean_b;
-      ab += x * y;
-      aa += x * x;
-      bb += y * y;
-    }
-    const double correlation = aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0.0;
-    if (correlation > best.peak) {
-      best = {d, correlation};
-    }
-  }
-  return best;
 }
 
 }  // namespace m100::lab::logs

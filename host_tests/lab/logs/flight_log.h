@@ -28,6 +28,7 @@ struct Flight {
   std::string file;
   std::size_t begin = 0, end = 0;  ///< its samples [begin, end) of the joined log
   double start_s = 0.0;            ///< time on its own clock at `begin`
+  double epoch_s = 0.0;            ///< see FlightLog
   Alignment alignment;
 };
 
@@ -35,6 +36,7 @@ struct Flight {
 struct FlightLog {
   std::string file;
   double start_s = 0;
+  double epoch_s = 0;  ///< seconds that count_from_begin() subtracted from the log's own clock
   double period_s = 0.01;
   std::size_t size = 0;
   std::array<std::vector<double>, kSignals> signals;  ///< empty: the log does not have the signal; yaw is unwrapped
@@ -44,8 +46,9 @@ struct FlightLog {
   std::map<Signal, double> row_s;                          ///< interval of a signal's own rows, if it was resampled
   double velocity_mean_s = 0.0;  ///< the horizontal velocity is its mean over this time; 0: as measured
   Alignment alignment;
-  std::vector<std::string> notes;  ///< findings of the reader: repeated time stamps, dropouts, shifts
-  std::vector<Flight> flights;     ///< the parts of a joined log, two or more; otherwise empty
+  std::vector<std::string> notes;      ///< findings of the reader: repeated time stamps, shifts, what was left out
+  std::vector<std::string> gap_notes;  ///< about samples that are missing or cannot be used, which `gap` holds too
+  std::vector<Flight> flights;         ///< the parts of a joined log, two or more; otherwise empty
 
   bool has(Signal signal) const { return !of(signal).empty(); }
   bool has3(Signal first) const { return has(first) && has(offset(first, 1)) && has(offset(first, 2)); }
@@ -72,6 +75,10 @@ FlightLog load(const RawLog& raw, const ColumnMap& map, double period_s = 0.01);
 /// Opens and loads. @param columns the map's file.
 FlightLog load(const std::string& file, const std::string& columns, double period_s = 0.01);
 
+/// Where a log's clock counts from another epoch than its own begin (more than 10^7 s, 116 days, before it), subtracts
+/// whole seconds, so that times can be read, and says so in a note.
+void count_from_begin(FlightLog& log);
+
 /// Joins several logs, with a pause between them that is longer than any model's memory. The pause is a gap in which
 /// every signal has the first value of the next log. Signals and extra channels that one of the logs lacks are left
 /// out. A single log is unchanged. Preconditions: at least one log; equal periods.
@@ -81,13 +88,5 @@ FlightLog joined(std::vector<FlightLog> logs);
 double joined_time(const FlightLog& log, std::size_t flight, double own_s);
 /// The time as text, on the clock of the log in which it lies: "12.30 s", in a joined log "2@12.30 s".
 std::string place_of(const FlightLog& log, double time_s);
-
-/// The lag d in samples at which b[k - d] matches a[k] best, by normalised cross-correlation of the mean-free signals
-/// over |d| <= most, and its correlation (peak). d > 0: b must be moved later.
-struct Lag {
-  int samples = 0;
-  double peak = 0;
-};
-Lag best_lag(const std::vector<double>& a, const std::vector<double>& b, int most);
 
 }  // namespace m100::lab::logs

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <map>
+#include <memory>
+#include <string_view>
 
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/mat_file.h"
@@ -43,7 +46,7 @@ class MatLog final : public RawLog {
  public:
   explicit MatLog(const std::string& file) : RawLog(file), content_(file) {}
 
-  std::string format() const override { return "MAT 5"; }
+  std::string format() const override { return content_.version(); }
 
   std::vector<std::string> names() const override {
     std::vector<std::string> all;
@@ -56,6 +59,10 @@ class MatLog final : public RawLog {
   }
 
   RawColumn column(const std::string& name, const std::string& asked_by) const override {
+    constexpr std::string_view kEnding = ".mat:";
+    if (const std::size_t colon = name.find(kEnding); colon != std::string::npos) {
+      return beside(name.substr(0, colon + kEnding.size() - 1)).column(name.substr(colon + kEnding.size()), asked_by);
+    }
     const Path path = parse(name);
     const MatVariable* parent = nullptr;
     const MatVariable* const variable = find(path.parts, parent);
@@ -102,6 +109,19 @@ class MatLog final : public RawLog {
     for (const MatVariable& variable : content_.variables()) {
       walk(variable, variable.name, visit);
     }
+  }
+
+  /// Another MAT-file of the same flight, in the same folder.
+  const MatLog& beside(const std::string& name) const {
+    std::unique_ptr<MatLog>& other = beside_[name];
+    if (other == nullptr) {
+      const std::filesystem::path path = std::filesystem::path(file()).parent_path() / name;
+      if (!std::filesystem::is_regular_file(path)) {
+        throw InputError(file(), 0, name, "is not a file in the same folder");
+      }
+      other = std::make_unique<MatLog>(path.string());
+    }
+    return *other;
   }
 
   Path parse(const std::string& name) const {
@@ -152,6 +172,7 @@ class MatLog final : public RawLog {
   }
 
   MatFile content_;
+  mutable std::map<std::string, std::unique_ptr<MatLog>> beside_;  ///< opened when a column of theirs is read
 };
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/mat_hdf5.h"
 #include "host_tests/lab/whole_file.h"
 
 // MATLAB 5: a head of 128 bytes, then elements {uint32 type, uint32 bytes, data to the next multiple of 8}; the tag
@@ -174,6 +175,12 @@ const MatVariable* MatVariable::field(std::string_view wanted) const {
 
 MatFile::MatFile(const std::string& file) : bytes_(whole_file(file)) {
   const std::string_view all = bytes_;
+  if (is_mat_7_3(all)) {
+    variables_ = read_mat_7_3(file, all, unpacked_, kSmall + kExpansion * bytes_.size());
+    version_ = "MAT 7.3";
+    require_variables(file);
+    return;
+  }
   if (all.size() < kHeadBytes || (all.substr(126, 2) != "IM" && all.substr(126, 2) != "MI")) {
     throw InputError(file, 0, "", "is not a MAT-file of version 5 that can be read");
   }
@@ -182,6 +189,10 @@ MatFile::MatFile(const std::string& file) : bytes_(whole_file(file)) {
   }
   room_ = kSmall + kExpansion * bytes_.size();
   read_elements(all.substr(kHeadBytes));
+  require_variables(file);
+}
+
+void MatFile::require_variables(const std::string& file) const {
   if (variables_.empty()) {
     throw InputError(file, 0, "", "holds no variable that can be read");
   }

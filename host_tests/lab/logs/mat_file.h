@@ -30,18 +30,23 @@ struct MatVariable {
   const MatVariable* field(std::string_view wanted) const;
 };
 
-/// A MATLAB 5 file, little endian, with or without compression. Memory and time are at most a constant times its size;
-/// unpacked data are limited to 64 MiB and to 64 times its size. A size in the file beyond its bytes counts as damage.
+/// A MATLAB 5 file, little endian, with or without compression, or a MATLAB 7.3 file (mat_hdf5.h). Memory and time are
+/// at most a constant times its size; unpacked data are limited to 64 MiB and to 64 times its size. A size in the file
+/// beyond its bytes counts as damage.
 class MatFile {
  public:
-  /// @throws InputError: not a MAT-file of version 5, big endian, no readable variable.
+  /// @throws InputError: not a MAT-file that can be read, big endian, no readable variable.
   explicit MatFile(const std::string& file);
   const std::vector<MatVariable>& variables() const { return variables_; }
+  /// "MAT 5" or "MAT 7.3".
+  const std::string& version() const { return version_; }
 
  private:
   void read_elements(std::string_view bytes);
   std::string_view unpacked(std::string_view packed);
+  void require_variables(const std::string& file) const;
 
+  std::string version_ = "MAT 5";
   std::string bytes_;
   std::deque<std::string> unpacked_;  ///< memory of the variables' views
   std::size_t room_ = 0;

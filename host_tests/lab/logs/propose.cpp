@@ -11,6 +11,7 @@
 
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/signal.h"
+#include "host_tests/lab/logs/stream.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -122,11 +123,12 @@ Dialect px4() {
       {{"battery", "battery_status.voltage_v"}}};
 }
 
-Dialect ardupilot() {
+/// @param time  ATT.TimeUS, or ATT.TimeMS in logs up to 2015.
+Dialect ardupilot(const char* time) {
   const char* const degrees = "scale = 0.017453292519943295";
   return {"ArduPilot",
           "ATT.Roll",
-          "ATT.TimeUS",
+          time,
           "ned_frd",
           {{"attitude",
             three("attitude_roll", "ATT.Roll", "attitude_pitch", "ATT.Pitch", "attitude_yaw", "ATT.Yaw", degrees)},
@@ -219,7 +221,8 @@ std::vector<Dialect> dialects() {
   return {own_log(),
           own_recording(),
           px4(),
-          ardupilot(),
+          ardupilot("ATT.TimeUS"),
+          ardupilot("ATT.TimeMS"),
           published_mat(),
           measured_csv(),
           canonical_csv("attitude_roll"),
@@ -271,7 +274,7 @@ class Proposer {
     return topic == topics_.end() ? "" : topic->name + column.substr(end + 1);
   }
 
-  bool has(const std::string& column) const { return names_.count(column) > 0; }
+  bool has(const std::string& column) const { return !column.empty() && names_.count(column) > 0; }
 
   bool readable(const Line& line) const {
     const std::string column = resolved(line.column);
@@ -305,6 +308,47 @@ class Proposer {
     more.empty() ? out << column << "\n" : out << "{ column = " << column << ", " << more << " }\n";
   }
 
+  std::vector<double> values(const std::string& column) const {
+    return readable({"", column.c_str()}) ? log_.column(column, "").values : std::vector<double>{};
+  }
+
+  /// Whether the transmitter's sticks are absent or rest within a hundredth of their travel.
+  bool sticks_rest() const {
+    for (int i = 0; i < 4; ++i) {
+      const std::vector<double> stick = values("/dji_sdk/rc.axes[" + std::to_string(i) + "]");
+      if (!stick.empty()) {
+        const auto [least, most] = std::minmax_element(stick.begin(), stick.end());
+        if (*most - *least > 0.01) {
+          return false;
+        }
+      }
+    }
+    return true;
+  }
+
+  /// Maps the commands of DJI's generic set point. Its flag (axes[4]) says what they are: bits 6 and 7 are 0 for
+  /// angles, bits 4 and 5 are 0 for a climb speed, bit 3 is 1 for a yaw rate. @returns whether there is such a command.
+  bool write_setpoint(std::ostream& out) const {
+    const std::string topic = "/dji_sdk/flight_control_setpoint_generic.axes[";
+    std::vector<double> flags = values(topic + "4]");
+    if (flags.empty()) {
+      return false;
+    }
+    const double flag_value = median(std::move(flags));
+    const unsigned flag = flag_value >= 0.0 && flag_value < 256.0 ? static_cast<unsigned>(flag_value) : 0xFFU;
+    const bool has_angles = (flag & 0xC0U) == 0;
+    out << "# The sticks rest; the set point commands (flag " << flag << ").\n"
+        << (has_angles ? "" : "# Its horizontal commands are no angles: they cannot be mapped.\n");
+    const auto command = [&](bool has_command, const char* signal, int axis) {
+      out << (has_command ? signal + (" = " + quoted(topic + std::to_string(axis) + "]")) + "\n" : "");
+    };
+    command(has_angles, "command_roll", 0);
+    command(has_angles, "command_pitch", 1);
+    command((flag & 0x30U) == 0, "command_climb", 2);
+    command((flag & 0x08U) != 0, "command_yaw_rate", 3);
+    return true;
+  }
+
   Proposal written(const Dialect& dialect) const {
     std::ostringstream out;
     out << "# Proposed by m100-lab logs: recognised " << dialect.name
@@ -314,6 +358,9 @@ class Proposer {
     }
     out << "time = " << quoted(resolved(dialect.time)) << "\n[signals]\n";
     std::set<std::string> given;
+    if (sticks_rest() && write_setpoint(out)) {
+      given.insert("sticks");
+    }
     for (const Group& group : dialect.groups) {
       if (given.count(group.gives) == 0 &&
           std::all_of(group.lines.begin(), group.lines.end(), [&](const Line& line) { return readable(line); })) {

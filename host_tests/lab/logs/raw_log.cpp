@@ -10,7 +10,9 @@
 #include <utility>
 
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/bunched_arrivals.h"
 #include "host_tests/lab/logs/no_such_column.h"
+#include "host_tests/lab/logs/stream.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/whole_file.h"
 
@@ -52,24 +54,54 @@ bool is_mat(std::string_view head) {
   return head.starts_with("MATLAB") || version == "\x00\x01IM"sv || version == "\x01\x00MI"sv;
 }
 
+/// A format that is recognised by bytes at a place of the file, and what makes something readable of it.
+struct ForeignFormat {
+  std::size_t at;
+  std::string_view magic;
+  std::string_view advice;
+};
+
 /// Advice for a file of a known format that is not supported; empty: the format is unknown.
 std::string_view remedy(std::string_view head) {
   using namespace std::string_view_literals;
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kOthers{
-      {{"\x89HDF"sv, "is HDF5 (a MAT-file of version 7.3?): save it with -v7"sv},
-       {"\x89MCAP"sv, "is an MCAP recording: convert it to sqlite3 (ros2 bag convert), or to CSV"sv},
-       {"\x1f\x8b"sv, "is compressed with gzip: unpack it first"sv},
-       {"BZh"sv, "is compressed with bzip2: unpack it first"sv},
-       {"\xfd"
+  constexpr std::string_view kBlackboxCsv =
+      "is a blackbox export of Betaflight with a preamble: delete the lines before 'loopIteration, ...', or make a CSV "
+      "of "
+      "the .bbl with blackbox_decode";
+  constexpr std::string_view kDat = "is a DJI flight log (.DAT): make a CSV of it with DatCon";
+  constexpr std::array<ForeignFormat, 18> kFormats{
+      {{0, "\x89HDF"sv, "is HDF5 (a MAT-file of version 7.3?): save it with -v7"sv},
+       {0, "\x89MCAP"sv, "is an MCAP recording: convert it to sqlite3 (ros2 bag convert), or to CSV"sv},
+       {0, "\x1f\x8b"sv, "is compressed with gzip: unpack it first"sv},
+       {0, "BZh"sv, "is compressed with bzip2: unpack it first"sv},
+       {0,
+        "\xfd"
         "7zXZ"sv,
         "is compressed with xz: unpack it first"sv},
-       {"PK\x03\x04"sv, "is a zip archive: unpack it first"sv},
-       {"\xff\xfe"sv, "is text with 16 bits per character: save it as UTF-8"sv},
-       {"\xfe\xff"sv, "is text with 16 bits per character: save it as UTF-8"sv}}};
-  for (const auto& [magic, what] : kOthers) {
-    if (head.starts_with(magic)) {
-      return what;
+       {0, "PK\x03\x04"sv, "is a zip archive: unpack it first"sv},
+       {0, "\xff\xfe"sv, "is text with 16 bits per character: save it as UTF-8"sv},
+       {0, "\xfe\xff"sv, "is text with 16 bits per character: save it as UTF-8"sv},
+       {0, "FMT, 128"sv,
+        "is ArduPilot's text log: read the binary log (.bin) of the flight, or make CSVs of it with mavlogdump.py"sv},
+       {0, "FMT,128"sv,
+        "is ArduPilot's text log: read the binary log (.bin) of the flight, or make CSVs of it with mavlogdump.py"sv},
+       {0, "\"Product\",\"Blackbox"sv, kBlackboxCsv},
+       {0, "Product,Blackbox"sv, kBlackboxCsv},
+       {0, "H Product:Blackbox"sv, "is a blackbox log of Betaflight: make a CSV of it with blackbox_decode"sv},
+       {0, "PAR1"sv, "is a Parquet table: save it as CSV, for example with pandas"sv},
+       {16, "BUILD"sv, kDat},
+       {242, "DJI_LOG_V3"sv, kDat},
+       {0, "\xfe"sv, "is a raw MAVLink stream: make CSVs of it with mavlogdump.py"sv},
+       {0, "\xfd"sv, "is a raw MAVLink stream: make CSVs of it with mavlogdump.py"sv}}};
+  for (const ForeignFormat& format : kFormats) {
+    if (head.substr(std::min(format.at, head.size()), format.magic.size()) == format.magic) {
+      return format.advice;
     }
+  }
+  // Before each packet a telemetry log holds microseconds since 1970, most significant byte first: 00 03 in 1997 to
+  // 00 07 in 2032. MAVLink packets begin with FE or FD.
+  if (head.size() > 8 && head[0] == 0 && head[1] >= 3 && head[1] <= 7 && (head[8] == '\xfe' || head[8] == '\xfd')) {
+    return "is a MAVLink telemetry log (.tlog): make CSVs of it with mavlogdump.py";
   }
   return {};
 }
@@ -98,13 +130,15 @@ void RawLog::no_such_column(const std::string& name, const std::string& asked_by
 }
 
 TopicSummary summary_of(std::string name, std::string type, const std::vector<double>& time_s,
-                        std::vector<std::string> fields) {
+                        std::vector<std::string> fields, const std::vector<double>& counter) {
   TopicSummary out{
       .name = std::move(name), .type = std::move(type), .messages = time_s.size(), .fields = std::move(fields)};
+  const std::optional<SpreadArrivals> spread =
+      are_bunched(time_s) ? spread_arrivals(time_s, counter) : std::optional<SpreadArrivals>{};
   std::vector<double> intervals;
   double last_s = 0.0;
   bool begun = false;
-  for (const double t : time_s) {
+  for (const double t : spread ? spread->time_s : time_s) {
     if (!std::isfinite(t) || (begun && t <= last_s)) {
       continue;
     }
@@ -116,15 +150,15 @@ TopicSummary summary_of(std::string name, std::string type, const std::vector<do
   if (intervals.empty()) {
     return out;
   }
-  std::vector<double> sorted = intervals;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  out.rate_hz = 1.0 / *middle;
-  const double longest = std::max(0.05, 3.5 * *middle);
+  const double longest = std::max(0.05, 3.5 * median(intervals));
+  double sampled_s = 0.0;
   for (const double interval : intervals) {
     out.gaps += interval > longest ? 1U : 0U;
     out.longest_gap_s = std::max(out.longest_gap_s, interval > longest ? interval : 0.0);
+    sampled_s += interval > longest ? 0.0 : interval;
   }
+  out.rate_hz =
+      sampled_s > 0.0 ? static_cast<double>(intervals.size() - out.gaps) / sampled_s : 1.0 / median(intervals);
   return out;
 }
 
@@ -177,7 +211,7 @@ std::unique_ptr<RawLog> open_log(const std::string& file) {
     throw InputError(file, 0, "", std::string(what));
   }
   if (!may_be_text(head)) {
-    throw InputError(file, 0, "", "has an unknown format (known: CSV, MAT 5, ULog, ArduPilot .bin, ROS bags)");
+    throw InputError(file, 0, "", "has an unknown format (known: CSV, MAT 5 and 7.3, ULog, ArduPilot .bin, ROS bags)");
   }
   return open_csv(file);
 }

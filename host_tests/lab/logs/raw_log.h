@@ -13,7 +13,7 @@ namespace m100::lab::logs {
 struct RawColumn {
   std::vector<double> values;
   std::vector<double> time_s;    ///< the stream's own clock, if the format has one per stream (ULog); otherwise empty
-  std::vector<double> sequence;  ///< message counter of the column's struct (MAT-files); otherwise empty
+  std::vector<double> sequence;  ///< message counter of the column's struct (MAT) or topic (ROS); otherwise empty
 };
 
 /// Summary of one stream of a log.
@@ -22,15 +22,16 @@ struct TopicSummary {
   std::string type;  ///< name of the type in the file; may be empty
   std::size_t messages = 0;
   double from_s = 0.0, to_s = 0.0;  ///< on the clock of the columns
-  double rate_hz = 0.0;             ///< one over the median interval; 0: no clock is known
-  std::size_t gaps = 0;             ///< intervals longer than 50 ms and 3.5 median intervals
+  double rate_hz = 0.0;             ///< samples over time, without the gaps; 0: no clock is known
+  std::size_t gaps = 0;             ///< intervals longer than 50 ms and 3.5 median intervals, of bunches once spread
   double longest_gap_s = 0.0;
   std::vector<std::string> fields;  ///< an array is one entry: "q[4]"
 };
 
-/// Computes the rate and gaps of a stream; time stamps that are not finite or do not increase are ignored.
+/// Computes the rate and gaps of a stream; time stamps that are not finite or do not increase are ignored. Bunched
+/// arrivals are spread first. @param counter  message counter; empty: there is none.
 TopicSummary summary_of(std::string name, std::string type, const std::vector<double>& time_s,
-                        std::vector<std::string> fields);
+                        std::vector<std::string> fields, const std::vector<double>& counter = {});
 
 /// A log file of some format, read column by column: only the columns that are read need to be sound. Whatever the file
 /// holds, memory and time are at most a constant times its size.
@@ -54,6 +55,9 @@ class RawLog {
   /// "CSV", "ULog", ...
   virtual std::string format() const { return ""; }
 
+  /// Whether times of this format are those at which the logger received the samples, not those of the sensors.
+  virtual bool has_times_of_arrival() const { return true; }
+
   /// Sentences for the report about data that were damaged or left out when the file was opened.
   virtual std::vector<std::string> notes() const { return {}; }
 
@@ -76,8 +80,9 @@ class RawLog {
 
 /// Text separated by commas, semicolons or tabs; the first line has the names. Accepts quotes, CRLF, a byte-order mark.
 std::unique_ptr<RawLog> open_csv(const std::string& file);
-/// MATLAB 5 MAT-file. Columns are paths: `Experiment1.RCData.channel[1]` is row 1 (as MATLAB counts) of a matrix whose
-/// longer side is time. Struct arrays and cells are not followed.
+/// MATLAB 5 or 7.3 MAT-file. Columns are paths: `Experiment1.RCData.channel[1]` is row 1 (as MATLAB counts) of a matrix
+/// whose longer side is time; `states.mat:x[1]` lies in another MAT-file of the same folder. Struct arrays and cells
+/// are not followed.
 std::unique_ptr<RawLog> open_mat(const std::string& file);
 /// ULog of any version. Columns are `topic.field`, `topic.field[0]`, `topic.nested.field`, and `topic:1.field` for the
 /// second instance; each topic has its own clock (`topic.timestamp`, in seconds).

@@ -64,6 +64,12 @@ const std::vector<double>* RosTopic::field(const std::string& name) const {
   return found == names_.end() ? nullptr : &columns_[static_cast<std::size_t>(found - names_.begin())];
 }
 
+std::vector<double> RosTopic::counter() const {
+  const std::vector<double>* const numbers = field("header.seq");
+  const bool counts = numbers != nullptr && numbers->size() > 1 && numbers->front() != numbers->back();
+  return counts ? *numbers : std::vector<double>{};
+}
+
 void RosLog::start() {
   double first = std::numeric_limits<double>::infinity();
   for (const auto& [name, topic] : topics_) {
@@ -88,6 +94,7 @@ RawColumn RosLog::column(const std::string& name, const std::string& asked_by) c
   topic.decode(start_s_);
   RawColumn out;
   out.time_s = topic.times();
+  out.sequence = topic.counter();
   const std::string field = name.substr(dot + 1);
   const std::vector<double>* const values = field == "time" ? &topic.times() : topic.field(field);
   if (values == nullptr) {
@@ -121,7 +128,7 @@ std::vector<TopicSummary> RosLog::topics() const {
   std::vector<TopicSummary> out;
   for (auto& [name, topic] : topics_) {
     topic.decode(start_s_);
-    out.push_back(summary_of(name, topic.type_name, topic.times(), topic.names()));
+    out.push_back(summary_of(name, topic.type_name, topic.times(), topic.names(), topic.counter()));
   }
   return out;
 }

@@ -74,6 +74,8 @@ class RosTopic {
   const std::vector<double>& times() const { return time_s_; }
   /// nullptr: there is no such field.
   const std::vector<double>* field(const std::string& name) const;
+  /// The header's message counter; empty: there is none, or it stands still.
+  std::vector<double> counter() const;
   std::size_t damaged() const { return damaged_; }
   const std::string& complaint() const { return complaint_; }
 

@@ -60,6 +60,7 @@ class ULog final : public RawLog {
   }
 
   std::string format() const override { return "ULog"; }
+  bool has_times_of_arrival() const override { return false; }
 
   std::vector<std::string> names() const override {
     std::vector<std::string> all;

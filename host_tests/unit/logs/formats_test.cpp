@@ -46,6 +46,13 @@ INSTANTIATE_TEST_SUITE_P(
                       Foreign{"Zeros", std::string(5000, '\0'), "has an unknown format"},
                       Foreign{"Gzip", "\x1f\x8b\x08 and so on"s, "gzip"}, Foreign{"Hdf5", "\x89HDF\r\n\x1a\n"s, "-v7"},
                       Foreign{"Mcap", "\x89MCAP0\r\n"s, "MCAP"}, Foreign{"Utf16", "\xff\xfet\0,\0x\0"s, "UTF-8"},
+                      Foreign{"DataFlashText", "FMT, 128, 89, FMT, BBnNZ, Type\nATT, 1, 2\n"s, "mavlogdump"},
+                      Foreign{"BlackboxCsv", "\"Product\",\"Blackbox flight data recorder\"\n"s, "loopIteration"},
+                      Foreign{"Blackbox", "H Product:Blackbox flight data recorder\nH x:1\nI\x80"s, "blackbox_decode"},
+                      Foreign{"Telemetry", "\x00\x05\x93\x1a\x02\x03\x04\x05\xfd\x09\x00"s, "tlog"},
+                      Foreign{"Parquet", "PAR1\x15\x04"s, "Parquet"},
+                      Foreign{"DjiDat", std::string(16, '\x01') + "BUILD 2016", "DatCon"},
+                      Foreign{"DjiDatOfToday", std::string(242, '\x01') + "DJI_LOG_V3", "DatCon"},
                       Foreign{"OtherUlog", "ULog\x02\x02\x02\x02 and so on"s, "has an unknown format"},
                       Foreign{"OtherBase", "SQLite format 3\0"s + std::string(100, '\0'), "sqlite3"}),
     [](const auto& tested) { return tested.param.name; });

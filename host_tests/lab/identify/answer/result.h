@@ -140,7 +140,7 @@ struct IdentifyResult {
   double validation_over_training = 0.0;  ///< ratio of the root mean squares of the final model
   std::vector<CandidateRow> candidates;
   Figures figures;
-  double elapsed_s = 0.0;
+  double elapsed_s = 0.0;  ///< processor time of everything that led to this result
 };
 
 }  // namespace m100::lab::identify

@@ -2,7 +2,6 @@
 // The stick axes: from a log and a declared model to a verdict.
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -18,6 +17,7 @@
 #include "host_tests/lab/identify/axis/flight_trims.h"
 #include "host_tests/lab/identify/axis/row_readings.h"
 #include "host_tests/lab/identify/axis/stick_freeze.h"
+#include "host_tests/lab/identify/processor_time.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/search/sides.h"
 #include "host_tests/lab/identify/search/verdict.h"
@@ -31,7 +31,7 @@ class AxisInquiry {
   explicit AxisInquiry(const Request& request) : request_(request) { request_.asked = asked_of(request, true); }
 
   IdentifyResult run() {
-    const auto started = std::chrono::steady_clock::now();
+    const double started_s = processor_s();
     study_ = std::make_unique<AxisStudy>(request_);
     const bool own_trims = request_.log->flights.size() > 1 && take_trims(declared_fit());
     chosen_ = choose(*study_, request_, {});
@@ -52,7 +52,7 @@ class AxisInquiry {
     ask_between_rows();
     ask_for_traces();
     IdentifyResult result = conclude(*study_, study_->request(), std::move(chosen_), std::move(beside_));
-    result.elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    result.elapsed_s = processor_s() - started_s;
     return result;
   }
 
@@ -232,7 +232,9 @@ class AxisInquiry {
     }
     std::optional<CalmSide<AxisStudy>> calm = calm_side<AxisStudy>(request_, first.change, {}, shift_s_, trims_);
     if (!calm) {
-      if (believe(first, study_->axis_family(), chosen_.final_model.fit)) {
+      const AxisFamily& family = study_->axis_family();
+      if (!constant_explains(run, family, chosen_.final_model.fit, first) &&
+          believe(first, family, chosen_.final_model.fit)) {
         take(first.change);
       }
       return;
@@ -240,13 +242,41 @@ class AxisInquiry {
     const Fit& fit = calm->chosen.final_model.fit;
     AxisChange change = change_of(run, calm->study->axis_family(), fit);
     add_the_other_tale(first, run, change);
-    if (!change.found || !believe(change, calm->study->axis_family(), fit)) {
+    if (!change.found || constant_explains(run, calm->study->axis_family(), fit, change) ||
+        !believe(change, calm->study->axis_family(), fit)) {
       return;
     }
     beside_.findings.push_back(side_note(*calm->request));
     study_ = std::move(calm->study);
     chosen_ = std::move(calm->chosen);
     take(change.change);
+  }
+
+  /// Whether an effect that never changes explains the log as well as the change. A date is free to be chosen, so a
+  /// change that is not there wins up to kChangeIsChance by chance alone: a missing lead zero looks like a delay that
+  /// changes where the hand becomes faster. A step of a trim is absorbed by the autoregression and cannot be compared.
+  bool constant_explains(const FreeRun& run, const AxisFamily& family, const Fit& fit, const AxisChange& change) {
+    if (change.knob.member == &model::StickAxis::trim_counts) {
+      return false;
+    }
+    const std::vector<int> all(family.block_count(), 1);
+    const double price = std::log(static_cast<double>(run.size()));
+    for (const Family::Edit& edit : family.edits(fit.structure)) {
+      const Fit constant = family.fit(edit.structure, all, &fit);
+      const double more = static_cast<double>(constant.free_parameters) - static_cast<double>(fit.free_parameters);
+      const double score = unchanged_score(run, family, constant) + std::max(0.0, more - 1.0) * price;
+      if (score < change.score) {
+        beside_.findings.push_back(note("a change of " + change.change.name + " would fit, but " + edit.name +
+                                        ", which never changes, explains the log better"));
+        return true;
+      }
+      if (score < change.score + kChangeIsChance) {
+        const std::string why = edit.name + ", which never changes, explains the log as well";
+        doubt(change.change, why.c_str());
+        return true;
+      }
+    }
+    return false;
   }
 
   /// An effect found on one side together with another change may explain the log as well as the first change alone.

@@ -18,6 +18,9 @@ namespace {
 constexpr double kThreshold = kChangeIsCertain;
 constexpr double kWorthRefitting =
     14.0;  // a step of a dead zone is not linear: the scan sees less of it than the refit
+/// A smaller change of a delay is no effect, whatever its statistics: the lag of motors and what a loop feeds back
+/// shift the delay of healthy logs by up to 12 ms, likelier by 50 and more.
+constexpr double kMinDelayChange_s = 0.015;
 
 /// A number that may change in mid-flight (model::MidFlight), in the units of this log and fit.
 struct Candidate {
@@ -109,7 +112,8 @@ Columns slopes(const FreeRun& run, const StickAxis& axis, const Rows& error, con
 /// to half a row of the stick, and what the fit adds by chance: two standard errors.
 double least_of(const Candidate& candidate, const WhitenedFit& fit, double stick_row_s) {
   const bool delay = candidate.knob.member == &StickAxis::transport_delay_s;
-  return delay ? std::max(candidate.least, 0.5 * stick_row_s + 2.0 * fit.sigmas.back()) : candidate.least;
+  return delay ? std::max({candidate.least, kMinDelayChange_s, 0.5 * stick_row_s + 2.0 * fit.sigmas.back()})
+               : candidate.least;
 }
 
 /// Standard error of a difference of delays before and after a date where every way of a stick with slow rows was made
@@ -135,15 +139,12 @@ double error_of_moments_s(const AxisData& data, double date_s) {
   return data.stick_row_s * std::sqrt(variance / 12.0);
 }
 
-/// From which size on a change is doubted though it has no name. A delay below 15 ms is no effect, whatever its
-/// statistics: the lag of motors and what a loop feeds back shift the delay of healthy logs by up to 12 ms, likelier by
-/// 50 and more.
+/// From which size on a change is doubted though it has no name.
 double least_doubted(const Candidate& candidate, const WhitenedFit& fit, const AxisData& data, double date_s) {
-  constexpr double kLeast_s = 0.015;
   constexpr double kErrors = 2.0;
   const bool delay = candidate.knob.member == &StickAxis::transport_delay_s;
   const double error_s = std::hypot(fit.sigmas.back(), error_of_moments_s(data, date_s));
-  return delay ? std::max(kLeast_s, kErrors * error_s) : candidate.least;
+  return delay ? std::max(kMinDelayChange_s, kErrors * error_s) : candidate.least;
 }
 
 struct Tried {

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "firmware/model/axis_effects.h"
+#include "host_tests/lab/identify/axis/axis_pairs.h"
 #include "host_tests/lab/identify/axis/axis_structure.h"
 #include "host_tests/lab/identify/search/levenberg_marquardt.h"
 
@@ -304,6 +305,10 @@ std::vector<Fit> AxisFamily::starts_with(const Edit& edit, const Fit& known) con
     }
   }
   return out;
+}
+
+std::vector<Family::HiddenPair> AxisFamily::promising_pairs(const Fit& from) const {
+  return pairs_around(*this, training_, from);
 }
 
 std::vector<double> AxisFamily::error(const Fit& fit, std::size_t block) const {

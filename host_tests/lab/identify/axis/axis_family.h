@@ -28,6 +28,8 @@ class AxisFamily final : public Family {
   Structure without(const Structure& structure, const std::string& name) const override;
   bool big_enough(const Fit& fit, const std::string& name) const override;
   bool stands_at_an_edge(const Fit& fit) const override;
+  /// Cost: one simulation for each start of each edit.
+  std::vector<HiddenPair> promising_pairs(const Fit& from) const override;
 
   model::StickAxis model(const Fit& fit) const;
   /// Names of the free parameters in order, as the JSON spells them, each with the effect it belongs to ("" : base).

@@ -62,7 +62,8 @@ class ForwardSelection {
                               const Tried& second) const;
   std::optional<Pair> try_pair(const Judged& from, const Tried& first, const Family::Edit& second, Judged& alone,
                                Judged& other_alone, double worth) const;
-  std::vector<Pair> pairs(const Judged& from, const std::vector<Tried>& tried, double worth = kAny) const;
+  std::vector<Pair> pairs(const Judged& from, const std::vector<Tried>& tried,
+                          const std::vector<Family::HiddenPair>& offered, double worth = kAny) const;
   std::optional<Pair> best_pair(const Judged& from, const std::vector<Tried>& tried) const;
   void take_pair(const Pair& pair);
   bool add_two();

@@ -37,7 +37,7 @@ bool ForwardSelection::exchange_or_note_rivals() {
               [](const Tried& a, const Tried& b) { return a.judged.cv < b.judged.cv; });
     all.push_back(std::move(one));
     if (out_.steps.size() <= options_.pairs_up_to) {
-      all.back().pairs = pairs(all.back().without, all.back().singles, worth_judging());
+      all.back().pairs = pairs(all.back().without, all.back().singles, {}, worth_judging());
     }
   }
   if (split(all) || swap(all)) {
@@ -166,7 +166,7 @@ bool ForwardSelection::join_or_note(const Two& two) {
     take(*one);
     return true;
   }
-  const std::vector<Pair> others = pairs(without, tried, worth_judging());
+  const std::vector<Pair> others = pairs(without, tried, family_.promising_pairs(without.fit), worth_judging());
   return std::any_of(others.begin(), others.end(), [&](const Pair& pair) { return exchange_or_note(two, pair); });
 }
 

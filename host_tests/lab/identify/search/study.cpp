@@ -2,7 +2,6 @@
 #include "host_tests/lab/identify/search/study.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -55,7 +54,6 @@ class Conclusion {
   }
 
   IdentifyResult run() {
-    const auto started = std::chrono::steady_clock::now();
     result_.axis = request_.axis;
     result_.candidates = selection_.table;
     add_notes(selection_.notes);
@@ -86,7 +84,6 @@ class Conclusion {
       }
     }
     date_findings(request_, result_.findings);
-    result_.elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
     return std::move(result_);
   }
 

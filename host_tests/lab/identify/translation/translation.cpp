@@ -5,6 +5,7 @@
 
 #include "host_tests/lab/identify/log_defects.h"
 #include "host_tests/lab/identify/log_units.h"
+#include "host_tests/lab/identify/processor_time.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/search/sides.h"
 #include "host_tests/lab/identify/search/study.h"
@@ -109,6 +110,7 @@ class TranslationInquiry {
 }  // namespace
 
 IdentifyResult identify_translation(const Request& request) {
+  const double started_s = processor_s();
   Beside beside;
   const logs::FlightLog log = repaired(*request.log, asked_of(request, true), beside.findings);
   const bool one_log = in_one_log(request);
@@ -121,7 +123,9 @@ IdentifyResult identify_translation(const Request& request) {
   beside.findings.insert(beside.findings.end(), units.begin(), units.end());
   const std::vector<Finding> signs = misread(log, request.train);
   beside.findings.insert(beside.findings.end(), signs.begin(), signs.end());
-  return TranslationInquiry(cleaned, std::move(beside)).run(!signs.empty());
+  IdentifyResult result = TranslationInquiry(cleaned, std::move(beside)).run(!signs.empty());
+  result.elapsed_s = processor_s() - started_s;
+  return result;
 }
 
 }  // namespace m100::lab::identify

@@ -90,7 +90,7 @@ bool TranslationFamily::can_see(const std::string& name) const {
 
 Fit TranslationFamily::fit(const Structure& structure, std::span<const int> weights, const Fit* warm) const {
   const Vector y = measured_rows(training_);
-  const CoordinateSearch search(training_, y, structure, weights);
+  const CoordinateSearch search(training_, y, structure, weights, normals_);
   const std::array<bool, kSearched> used = searched_in(structure);
   Searched at{};
   for (std::size_t k = 0; k < kSearched; ++k) {
@@ -111,7 +111,7 @@ Fit TranslationFamily::fit(const Structure& structure, std::span<const int> weig
     }
     search.refine(at, &SearchedParameter::last_step, 12);
   }
-  const Solution solution = solve(training_, y, structure, at, weights);
+  const Solution solution = solve(training_, y, structure, at, weights, normals_);
   Fit out;
   out.structure = structure;
   out.parameters.assign(at.begin(), at.end());

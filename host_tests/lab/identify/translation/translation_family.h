@@ -7,6 +7,7 @@
 
 #include "host_tests/lab/identify/answer/result.h"
 #include "host_tests/lab/identify/search/family.h"
+#include "host_tests/lab/identify/translation/normal_equations.h"
 #include "host_tests/lab/identify/translation/translation_regression.h"
 
 namespace m100::lab::identify {
@@ -61,6 +62,7 @@ class TranslationFamily final : public Family {
   Starts wind_starts(const Starts& starts, const Structure& structure, std::span<const int> weights) const;
 
   const TranslationBlocks& training_;
+  mutable translation::NormalEquations normals_;  ///< cache
 };
 
 }  // namespace m100::lab::identify

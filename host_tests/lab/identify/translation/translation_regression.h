@@ -4,11 +4,14 @@
 #include <array>
 #include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "firmware/core/eigen.h"
 #include "firmware/model/translation.h"
 #include "host_tests/lab/identify/search/family.h"
+#include "host_tests/lab/identify/translation/recently_used.h"
 #include "host_tests/lab/identify/translation/translation_data.h"
 
 namespace m100::lab::identify::translation {
@@ -60,19 +63,61 @@ std::size_t column_of(const Structure& structure, std::string_view wanted);
 /// The linear parameters of an effect. Precondition: the fit's structure has it.
 std::span<const double> linear_of(const Fit& fit, std::string_view name);
 
+/// Memory of series as long as the log, which is used again by every regression.
+struct MomentSeries {
+  std::vector<model::Moment> moments;  ///< only where a block needs them
+  std::vector<double> thrust;
+  std::array<std::vector<double>, 3> direction;
+  std::vector<double> spare;
+  std::array<std::vector<double>, 3> raw;
+};
+
+/// Filtered columns of one part of a log, those used last, at most 16 MiB of them. A step of the search changes one
+/// parameter, and an edit adds one effect: most columns of a regression are those of the one before.
+class ColumnCache {
+ public:
+  /// What determines a column: its effect (empty: the thrust itself), which of the effect's columns it is, the effect's
+  /// own searched value, and what reshapes thrust and air velocity.
+  struct Key {
+    std::string_view effect;
+    std::size_t which = 0;
+    double value = 0.0;
+    unsigned reshaped_by = 0;  ///< one bit for each effect that reshapes the thrust
+    Searched reshapes{};       ///< the searched values of those effects and of the wind
+    bool operator==(const Key&) const = default;
+  };
+  struct Hash {
+    std::size_t operator()(const Key& key) const;
+  };
+  /// nullptr: not known. Valid until the next keep().
+  const Vector* find(const Key& key);
+  void keep(const Key& key, const Vector& column);
+  MomentSeries& series() { return series_; }
+
+ private:
+  RecentlyUsed<Key, Vector, Hash> kept_;
+  MomentSeries series_;
+};
+
 /// Linear models of one part of a log: y = base + columns * linear parameters.
 /// Shapes: base part.rows, columns part.rows x linear_count(structure).
 /// Cost: the log's samples times the columns.
 class Regression {
  public:
-  Regression(const TranslationBlocks& part, const Structure& structure, const Searched& searched);
+  /// @param cache  of this part, or nullptr
+  Regression(const TranslationBlocks& part, const Structure& structure, const Searched& searched,
+             ColumnCache* cache = nullptr);
 
   Vector base;
   Matrix columns;
 
  private:
-  /// Thrust and its direction after all effects that reshape them, sample by sample, with the velocity in the air.
-  void make_moments(const Structure& structure, const Searched& searched);
+  /// Thrust and its direction after all effects that reshape them, sample by sample, with the velocity in the air; made
+  /// when the first column needs them.
+  void make_moments();
+  /// Takes a column from the cache, or fills it.
+  template <typename Column, typename Law>
+  void take(ColumnCache::Key key, ColumnCache* cache, Column&& out, bool outer, Law&& law);
   /// Fills rows with the filtered acceleration u(sample); the log shows only a part of it if `outer`.
   template <typename Column, typename Law>
   void fill(Column&& out, bool outer, Law&& law);
@@ -81,8 +126,12 @@ class Regression {
 
   const TranslationBlocks& part_;
   const TranslationData& data_;
-  std::vector<model::Moment> moments_;
-  std::array<std::vector<double>, 3> raw_;
+  const Structure& structure_;
+  const Searched& searched_;
+  MomentSeries own_;      ///< where there is no cache
+  MomentSeries* series_;  ///< of the cache, or own_
+  bool has_moments_ = false;
+  std::vector<std::pair<std::size_t, std::size_t>> spans_;  ///< samples [first, second) that the blocks' filters reach
 };
 
 }  // namespace m100::lab::identify::translation

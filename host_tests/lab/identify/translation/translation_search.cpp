@@ -2,6 +2,7 @@
 #include "host_tests/lab/identify/translation/translation_search.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "host_tests/lab/identify/translation/flight_winds.h"
 
@@ -112,16 +113,26 @@ void take_winds(const TranslationBlocks& part, const Structure& structure, const
 
 }  // namespace
 
-Solution solve(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
-               const Searched& searched, std::span<const int> weights) {
-  Regression model(part, structure, searched);
-  Vector target = measured - model.base;
-  const FlightWinds winds(part);
-  const Matrix whole_columns = winds.active() ? model.columns : Matrix();
-  const Vector whole_target = winds.active() ? target : Vector();
-  if (winds.active()) {
-    take_winds(part, structure, searched, weights, winds, model.columns, target);
+namespace {
+
+/// The parameters that minimise x' N x - 2 r' x inside the structure's bounds.
+Vector minimiser(Matrix normal, const Vector& right, const Structure& structure) {
+  if (right.size() == 0) {
+    return right;
   }
+  normal.diagonal().array() += 1e-9 * normal.trace() + 1e-12;
+  return solve_inside(normal, right, bounds_of(structure));
+}
+
+/// The solution where the winds of the flights are eliminated first, which depends on the weights.
+Solution solve_with_winds(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
+                          const Searched& searched, std::span<const int> weights, NormalEquations& normals) {
+  const FlightWinds& winds = normals.winds(part);
+  Regression model(part, structure, searched, &normals.columns());
+  Vector target = measured - model.base;
+  const Matrix whole_columns = model.columns;
+  const Vector whole_target = target;
+  take_winds(part, structure, searched, weights, winds, model.columns, target);
   const Eigen::Index n = model.columns.cols();
   Matrix normal = Matrix::Zero(n, n);
   Vector right = Vector::Zero(n);
@@ -131,15 +142,11 @@ Solution solve(const TranslationBlocks& part, const Vector& measured, const Stru
     }
     const auto row = static_cast<Eigen::Index>(part.blocks[b].row);
     const auto count = static_cast<Eigen::Index>(part.blocks[b].samples.size() * part.data->axes);
-    const Matrix columns = model.columns.middleRows(row, count);
+    const auto columns = model.columns.middleRows(row, count);
     normal.noalias() += weights[b] * columns.transpose() * columns;
     right.noalias() += weights[b] * columns.transpose() * target.segment(row, count);
   }
-  Solution out{.linear = Vector::Zero(n), .sum_of_squares = 0.0, .winds = {}};
-  if (n > 0) {
-    normal.diagonal().array() += 1e-9 * normal.trace() + 1e-12;
-    out.linear = solve_inside(normal, right, bounds_of(structure));
-  }
+  Solution out{.linear = minimiser(std::move(normal), right, structure), .sum_of_squares = 0.0, .winds = {}};
   if (part.data->winds_per_flight && part.head == nullptr) {
     const Winds found = winds.of(whole_target - whole_columns * out.linear, {}, weights);
     out.winds.assign(found.data(), found.data() + found.size());
@@ -152,6 +159,35 @@ Solution solve(const TranslationBlocks& part, const Vector& measured, const Stru
           weights[b] * error.segment(static_cast<Eigen::Index>(part.blocks[b].row), count).squaredNorm();
     }
   }
+  return out;
+}
+
+Solution solve_by_blocks(const BlockNormals& blocks, const Structure& structure, std::span<const int> weights) {
+  const auto n = static_cast<Eigen::Index>(linear_count(structure));
+  Matrix normal = Matrix::Zero(n, n);
+  Vector right = Vector::Zero(n);
+  double square = 0.0;
+  for (std::size_t b = 0; b < weights.size(); ++b) {
+    if (weights[b] > 0) {
+      normal += weights[b] * blocks.normal[b];
+      right += weights[b] * blocks.right[b];
+      square += weights[b] * blocks.square[b];
+    }
+  }
+  Solution out{.linear = minimiser(normal, right, structure), .sum_of_squares = square, .winds = {}};
+  if (n > 0) {
+    out.sum_of_squares = std::max(0.0, square + out.linear.dot(normal * out.linear - 2.0 * right));
+  }
+  return out;
+}
+
+}  // namespace
+
+Solution solve(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
+               const Searched& searched, std::span<const int> weights, NormalEquations& normals) {
+  Solution out = normals.winds(part).active()
+                     ? solve_with_winds(part, measured, structure, searched, weights, normals)
+                     : solve_by_blocks(normals.of(part, measured, structure, searched), structure, weights);
   if (wind_speed_matters(structure) && pushes(structure, out.linear)) {
     out.sum_of_squares *= 10.0;
   }

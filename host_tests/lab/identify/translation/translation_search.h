@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host_tests/lab/identify/remainder/periodic.h"
+#include "host_tests/lab/identify/translation/normal_equations.h"
 #include "host_tests/lab/identify/translation/translation_regression.h"
 
 namespace m100::lab::identify::translation {
@@ -20,8 +21,9 @@ struct Solution {
 };
 
 /// Weighted least squares for given searched parameters. `measured` has part.rows values; `weights` one for each block.
+/// @param normals  of this part and these measured values
 Solution solve(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
-               const Searched& searched, std::span<const int> weights);
+               const Searched& searched, std::span<const int> weights, NormalEquations& normals);
 
 /// Minimises the error of the linear solution over the searched parameters, one coordinate after the other with
 /// shrinking steps, because they are few and nearly independent of each other.
@@ -29,10 +31,17 @@ class CoordinateSearch {
  public:
   /// All arguments must outlive the search; their shapes are those of solve().
   CoordinateSearch(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
-                   std::span<const int> weights)
-      : part_(part), measured_(measured), structure_(structure), weights_(weights), used_(searched_in(structure)) {}
+                   std::span<const int> weights, NormalEquations& normals)
+      : part_(part),
+        measured_(measured),
+        structure_(structure),
+        weights_(weights),
+        normals_(normals),
+        used_(searched_in(structure)) {}
 
-  double cost(const Searched& at) const { return solve(part_, measured_, structure_, at, weights_).sum_of_squares; }
+  double cost(const Searched& at) const {
+    return solve(part_, measured_, structure_, at, weights_, normals_).sum_of_squares;
+  }
   /// Improves `at`, starting with the given step size of every parameter; unused slots are not changed.
   void refine(Searched& at, double model::SearchedParameter::*step, int rounds) const;
   bool anything() const;
@@ -45,6 +54,7 @@ class CoordinateSearch {
   const Vector& measured_;
   const Structure& structure_;
   std::span<const int> weights_;
+  NormalEquations& normals_;
   std::array<bool, kSearched> used_;
 };
 

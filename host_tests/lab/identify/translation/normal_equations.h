@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "host_tests/lab/identify/translation/flight_winds.h"
+#include "host_tests/lab/identify/translation/translation_regression.h"
+
+namespace m100::lab::identify::translation {
+
+/// Normal equations of one regression for each block: with N = sum of weight * normal and so on, the error of the
+/// parameters x is square - 2 right' x + x' N x.
+struct BlockNormals {
+  std::vector<Matrix> normal;
+  std::vector<Vector> right;
+  std::vector<double> square;
+};
+
+/// Normal equations of the training part. The folds of a cross-validation, the blocks left out one by one and the steps
+/// of a search ask for the same ones again and again; the ones used last are kept, at most 16 MiB of them.
+class NormalEquations {
+ public:
+  /// @param measured  part.rows values, the same in every call. The result is valid until the next call.
+  const BlockNormals& of(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
+                         const Searched& searched);
+  /// The winds of the part's flights; the part must be the same in every call.
+  const FlightWinds& winds(const TranslationBlocks& part) { return winds_ ? *winds_ : winds_.emplace(part); }
+  ColumnCache& columns() { return columns_; }
+
+ private:
+  struct Key {
+    Structure structure;
+    Searched searched{};
+    bool operator==(const Key&) const = default;
+  };
+  struct Hash {
+    std::size_t operator()(const Key& key) const;
+  };
+  RecentlyUsed<Key, BlockNormals, Hash> kept_;
+  ColumnCache columns_;
+  std::optional<FlightWinds> winds_;
+};
+
+}  // namespace m100::lab::identify::translation
