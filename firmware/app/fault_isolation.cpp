@@ -187,18 +187,21 @@ double FaultIsolation<T>::speed_then_m_s(const est::Estimate<T>& estimate, core:
 }
 
 template <typename T>
-void FaultIsolation<T>::report_to(safety::Observation& observed, const est::Estimate<T>& estimate,
-                                  core::Duration gate_shut) const {
+est::ConsistencyStatus FaultIsolation<T>::status(const est::Estimate<T>& estimate, safety::FailsafeState failsafe_state,
+                                                 bool levels_limit_cycle, const safety::Limits& limits) const {
   const est::Contradiction<T> contradicted = contradiction();
-  observed.refused_poses = estimate.refused_poses;
-  observed.refused_for = estimate_faulted_ && estimate.refused_for < gate_shut ? gate_shut : estimate.refused_for;
-  observed.refused_by_m = static_cast<double>(estimate.refusal.distance_m);
-  observed.refused_allowed_m = static_cast<double>(estimate.refusal.allowed_m);
-  observed.refused_turn_rad = static_cast<double>(estimate.refusal.turned_rad);
-  observed.contradicted_by = static_cast<std::uint8_t>(contradicted.check);
-  observed.contradicted_with = static_cast<double>(contradicted.measured);
-  observed.contradicted_allowed = static_cast<double>(contradicted.allowed);
-  observed.speed_m_s = speed_m_s(estimate);
+  const bool predicts = !levels_limit_cycle && failsafe_state == safety::FailsafeState::kLevel;
+  return {.refused_poses = estimate.refused_poses,
+          .refused_for =
+              estimate_faulted_ && estimate.refused_for < limits.gate_shut ? limits.gate_shut : estimate.refused_for,
+          .refused_by_m = static_cast<double>(estimate.refusal.distance_m),
+          .refused_allowed_m = static_cast<double>(estimate.refusal.allowed_m),
+          .refused_turn_rad = static_cast<double>(estimate.refusal.turned_rad),
+          .speed_m_s = levels_limit_cycle ? 0.0 : speed_m_s(estimate),
+          .speed_then_m_s = predicts ? speed_then_m_s(estimate, limits.neutral) : 0.0,
+          .contradicted_by = static_cast<std::uint8_t>(contradicted.check),
+          .contradicted_with = static_cast<double>(contradicted.measured),
+          .contradicted_allowed = static_cast<double>(contradicted.allowed)};
 }
 
 template class FaultIsolation<float>;

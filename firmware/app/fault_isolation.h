@@ -3,12 +3,13 @@
 
 #include "firmware/est/consistency/attitude_rate_consistency.h"
 #include "firmware/est/consistency/command_consistency.h"
+#include "firmware/est/consistency/consistency_status.h"
 #include "firmware/est/consistency/dead_reckoning.h"
 #include "firmware/est/consistency/velocity_consistency.h"
 #include "firmware/est/estimate.h"
 #include "firmware/est/measurement.h"
 #include "firmware/safety/failsafe.h"
-#include "firmware/safety/observation.h"
+#include "firmware/safety/limits.h"
 
 namespace m100::app {
 
@@ -47,8 +48,10 @@ class FaultIsolation {
   double speed_m_s(const est::Estimate<T>& estimate) const;
   /// The same after `later`, if tilt and push stay as they are; not less than now.
   double speed_then_m_s(const est::Estimate<T>& estimate, core::Duration later) const;
-  /// Adds refused and contradicted poses to the observation; a contradicted one counts as refused for long.
-  void report_to(safety::Observation& observed, const est::Estimate<T>& estimate, core::Duration gate_shut) const;
+  /// Refused and contradicted poses, a contradicted one counting as refused for long, and the speed for the hand-over.
+  /// @param levels_limit_cycle nothing reduces the speed, so nothing waits for it.
+  est::ConsistencyStatus status(const est::Estimate<T>& estimate, safety::FailsafeState failsafe_state,
+                                bool levels_limit_cycle, const safety::Limits& limits) const;
 
  private:
   bool contradicts_command() const;

@@ -1,24 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/app/flight_controller.h"
 
-#include "firmware/core/assert.h"
 #include "firmware/core/frames.h"
-#include "firmware/core/maths.h"
 #include "firmware/ctl/law/brake_and_hold.h"
 
 namespace m100::app {
 namespace {
 
-constexpr core::Duration kStall = 2 * core::kTickPeriod;  // promise R9
 /// From the tick that sends a stick to the autopilot's using it: half a tick, in which a frame passes at 115200 baud.
 constexpr core::Duration kUplink = core::kTickPeriod / 2;
-constexpr double kErrorSigmas = 3.0;
 template <typename T>
 constexpr T kNotToBeUsed = T(1e6);  ///< variance [m^2/s^2] of a velocity that nothing may be computed from
-constexpr int kBacklogReads = 32;   ///< of PoseLink::kBytesPerTick: more than a driver holds
-/// Control that is ours but not used, because no pose arrives, goes back after this time: it blocks the pilot's sticks.
-/// Shorter than the second after which the autopilot ends Virtual RC by itself.
-constexpr core::Duration kUnusedControl = std::chrono::milliseconds(800);
 
 }  // namespace
 
@@ -27,87 +19,60 @@ template <typename T, typename S>
                                                        const FlightConfig& config, hal::Uart& autopilot,
                                                        hal::Uart& pose, ref::Trajectory<T>& trajectory,
                                                        log::FlightLogWriter* log)
-    : autopilot_tap_(log, log::Stream::kAutopilotIn, log::Stream::kAutopilotOut),
-      pose_tap_(log, log::Stream::kPoseIn, log::Stream::kPoseOut),
-      link_(autopilot, config.link, &autopilot_tap_),
-      pose_link_(pose, config.pose_baud, &pose_tap_, config.pose_from),
+    : orders_(config.order_timeout),
+      recorder_(log),
+      link_(autopilot, config.link, recorder_.autopilot_tap()),
+      poses_(pose, config.pose_baud, recorder_.pose_tap(), config.pose_from),
       sensors_(config.sensor_limits),
       observer_(vehicle),
       fault_isolation_(config.disabled_checks),
       trajectory_(trajectory),
       law_(vehicle, tables, {.horizontal = config.law}),
-      braking_(ctl::braking_of(vehicle, static_cast<double>(law_.slope_limit()))),
-      geofence_(config.fence, braking_),
-      authority_monitor_(braking_),
-      limit_cycle_(braking_, config.responds_to_limit_cycles),
+      geofence_(config.fence, ctl::braking_of(vehicle, static_cast<double>(law_.slope_limit()))),
       excitation_(config.excitation),
+      monitors_(vehicle, geofence_.braking(), config.attitude_age + kUplink, config.responds_to_limit_cycles),
       supervisor_(config.limits, config.envelope),
-      commands_(vehicle),
-      residual_(vehicle, typename sysid::ResidualMonitor<T>::Expected{}, core::seconds<T>(core::kTickPeriod),
-                core::seconds<T>(config.attitude_age + kUplink)),
-      trim_(vehicle),
-      log_(log),
+      sender_(vehicle, config.link.channel.channel),
       config_(config) {}
 
 template <typename T, typename S>
 core::Status FlightController<T, S>::tick(core::TimePoint now) {
-  update_time(now);
-  handle_orders(now);
-  const protocol::Telemetry& telemetry = link_.receive(now);  // bytes -> frames -> telemetry
-  if (!link_.authority().in_control) {
-    applied_command_ = pilots_command(telemetry);
-  }
-  est::Measurement<T> measured = sensors_.update<T>(telemetry, config_.attitude_age, pose(now), now);
-  measured.disturbance_acceleration = fault_isolation_.disturbance_acceleration();  // what was felt beside the tilt
-  timing_.update(measured, estimate_.yaw_rad);                         // times of capture as they were, not as told
-  estimate_ = observer_.update(measured, applied_command_, elapsed_);  // -> state estimate
+  timer_.update(now);
+  const core::Duration elapsed = timer_.elapsed();
+  orders_.update(is_in_reach(), supervisor_.failsafe_state(), link_, now);  // -> requests for control
+  const protocol::Telemetry& telemetry = link_.receive(now);                // bytes -> frames -> telemetry
+  const ctl::Command<T>& applied = sender_.update(link_.authority().in_control, telemetry);
+  const est::Measurement<T> measured = adapt(telemetry, now);  // -> our units and frames, once
+  estimate_ = observer_.update(measured, applied, elapsed);    // -> state estimate
   fault_isolation_.update(SensorAdapter::imu_sample<T>(telemetry, measured), measured, estimate_,
-                          observer_.model_tilt_rad(), supervisor_.failsafe_state(), elapsed_);  // against autopilot
+                          observer_.model_tilt_rad(), supervisor_.failsafe_state(), elapsed);  // sensors agree?
   prepare_start(now);  // a flight that begins in this tick begins here
   const bool solves = may_leave(now);
   const std::size_t points = solves ? ref::kHorizon + 1 : 1;
   trajectory_.fill(reference_, now, law_.lead(), points);  // -> reference
   geofence_.limit(reference_, estimate_, points);          // inside the fence, and where one can stop
-  commanded_ = law_.update(estimate_, reference_, applied_command_, elapsed_, solves);  // -> control
-  excite(now);  // one stick by the plan, where there is one
-  const safety::FailsafeState before = supervisor_.failsafe_state();
-  authority_monitor_.update(estimate_, reference_, safety::passes_law(before), core::seconds<T>(elapsed_));
-  limit_cycle_.update(estimate_, reference_, safety::passes_law(before), excitation_.moves(),
-                      core::seconds<T>(elapsed_), law_);
-  observed_ = observation(now);
-  supervised_ = supervise(solves);  // takes away
-  start_when_nominal(before, now);
-  release_unused(now);
-  const core::Status sent = send(supervised_, now);  // -> Virtual RC -> bytes
-  store_measurement(measured);
-  update_residual();
-  if (log_ != nullptr) {
-    if (excitation_.state() != ctl::Excitation<T>::State::kIdle) {
-      log_->append(excitation_record(now));
-    }
-    log_->append(record(now, sent));
-  }
+  const ctl::Command<T> commanded =
+      excite(law_.update(estimate_, reference_, applied, elapsed, solves), now);  // -> control
+  monitors_.update(estimate_, reference_, flies(), excitation_.moves(), elapsed, law_);
+  supervised_ = supervise(commanded, solves, now);                                          // it may only take away
+  const core::Status sent = sender_.send(supervised_, commanded, excitation_, link_, now);  // -> Virtual RC -> bytes
+  monitors_.update_model(measured, estimate_, sender_.sticks(), sender_.uses_sticks() && link_.authority().in_control,
+                         reference_.constant && !excitation_.moves(), elapsed);
+  recorder_.append(
+      {now, elapsed, orders_.acting(), measured, estimate_, reference_, commanded, supervised_, sender_.sticks(), sent},
+      link_, supervisor_, law_, monitors_.residual(), excitation_);
   return sent;
 }
 
+/// The dating of poses and the observer use what the tick before found: its heading, and the acceleration that its
+/// specific force showed beside the tilt.
 template <typename T, typename S>
-void FlightController<T, S>::handle_orders(core::TimePoint now) {
-  tick_orders_ = orders_;
-  orders_ = 0;
-  if ((tick_orders_ & log::kOrderEngage) != 0 && !safety::passes_law(supervisor_.failsafe_state()) && is_in_reach()) {
-    link_.request_control(now);
-    order_until_ = now + config_.order_timeout;
-  }
-  if (order_stands_ && now >= order_until_ && supervisor_.failsafe_state() == safety::FailsafeState::kSilent) {
-    link_.release(now);  // the order has expired: an ask that still waits must not be served later
-  }
-  if ((tick_orders_ & log::kOrderRelease) != 0) {
-    order_until_ = now;
-    if (supervisor_.failsafe_state() == safety::FailsafeState::kSilent) {
-      link_.release(now);  // nothing flies yet: requested or granted control goes back at once
-    }
-  }
-  order_stands_ = now < order_until_;
+est::Measurement<T> FlightController<T, S>::adapt(const protocol::Telemetry& telemetry, core::TimePoint now) {
+  const core::Pose<double> pose = poses_.receive(timer_.is_stall(), now);
+  est::Measurement<T> measured =
+      sensors_.update<T>(telemetry, config_.attitude_age, pose, fault_isolation_.disturbance_acceleration(), now);
+  poses_.date(measured, estimate_.yaw_rad);
+  return measured;
 }
 
 /// Near the place where the course begins. Without a known position nothing flies, so the order is not refused for it.
@@ -121,136 +86,43 @@ bool FlightController<T, S>::is_in_reach() const {
 }
 
 template <typename T, typename S>
-void FlightController<T, S>::release_unused(core::TimePoint now) {
-  const bool unused = link_.authority().in_control && supervised_.failsafe_state == safety::FailsafeState::kSilent;
-  unused_since_ = unused ? unused_since_ : now;
-  if (unused && now - unused_since_ > kUnusedControl) {
-    link_.release(now);
+ctl::Command<T> FlightController<T, S>::excite(ctl::Command<T> commanded, core::TimePoint now) {
+  const bool may = supervisor_.failsafe_state() == safety::FailsafeState::kNominal && link_.authority().in_control;
+  if (excitation_.returns()) {
+    const est::TrimCounts<T> holding = monitors_.trim().holding(estimate_);
+    excitation_.rest_at({.roll_counts = holding.roll, .pitch_counts = holding.pitch});
   }
-}
-
-template <typename T, typename S>
-void FlightController<T, S>::update_time(core::TimePoint now) {
-  M100_ASSERT(stats_.ticks == 0 || now >= last_tick_);
-  elapsed_ = stats_.ticks == 0 ? core::kTickPeriod : now - last_tick_;
-  stats_.stalls += elapsed_ > kStall ? 1U : 0U;
-  stats_.longest = elapsed_ > stats_.longest ? elapsed_ : stats_.longest;
-  stats_.ticks += 1;
-  last_tick_ = now;
-}
-
-template <typename T, typename S>
-void FlightController<T, S>::store_measurement(const est::Measurement<T>& measured) {
-  if (measured.pose.is_new) {
-    measured_.pose = measured.pose;
+  excitation_.update(estimate_, reference_, may, geofence_.brakes(), now);
+  if (excitation_.moves()) {
+    ctl::value_of(commanded, static_cast<std::size_t>(excitation_.axis())) = sender_.excited_command(excitation_);
   }
-  if (measured.attitude.is_new) {
-    measured_.attitude = measured.attitude;
-  }
-  measured_.pose.is_new = measured.pose.is_new;
-  measured_.attitude.is_new = measured.attitude.is_new;
-}
-
-template <typename T, typename S>
-void FlightController<T, S>::update_residual() {
-  const bool flies_sticks = config_.link.channel.channel == link::Channel::kVirtualRc && link_.authority().in_control;
-  trim_.update(estimate_, flies_sticks && reference_.constant && !excitation_.moves(), core::seconds<T>(elapsed_));
-  if (!flies_sticks || !measured_.attitude.is_new || elapsed_ > kStall) {
-    residual_.interrupt();
-    return;
-  }
-  const auto counts = [](vrc::Stick stick) { return static_cast<T>(static_cast<int>(stick) - 1024); };
-  // In the order of sysid::MonitoredAxis; the yaw stick is positive to the right. The gyro's z rate is the heading's
-  // rate only while the aircraft is level: at 20 degrees of roll it includes a third of the pitch rate.
-  const typename est::Measurement<T>::Attitude& attitude = measured_.attitude;
-  const core::SinCos<T>& roll = attitude.roll();
-  const T heading_rate_rad_s =
-      (roll.sine * attitude.rate_b_rad_s.y() + roll.cosine * attitude.rate_b_rad_s.z()) / attitude.pitch().cosine;
-  const est::TrimCounts<T>& trim = trim_.now();
-  residual_.update({.stick_counts = {counts(last_sticks_.roll) - trim.roll, counts(last_sticks_.pitch) - trim.pitch,
-                                     counts(last_sticks_.yaw), counts(last_sticks_.throttle)},
-                    .measured = {attitude.roll_rad, attitude.pitch_rad, -heading_rate_rad_s, estimate_.climb_m_s}});
-}
-
-template <typename T, typename S>
-core::Pose<double> FlightController<T, S>::pose(core::TimePoint now) {
-  const core::Expected<core::Pose<double>> came = pose_link_.receive(now);
-  pose_link_.request_time(now);
-  if (elapsed_ > kStall) {
-    // Poses that waited during the stall are older than they state, by an unknown time: the next tick has a fresh one.
-    for (int backlog = 0; backlog < kBacklogReads && pose_link_.receive(now); ++backlog) {
-    }
-    return {};
-  }
-  return came ? *came : core::Pose<double>{};
+  return commanded;
 }
 
 /// Braking by feedback might keep the aircraft swinging. Then only trim and wind are compensated, and the hand-over
 /// does not wait for the speed, which nothing reduces.
 template <typename T, typename S>
 bool FlightController<T, S>::levels_limit_cycle() const {
-  const bool settles = supervisor_.failsafe_state() == safety::FailsafeState::kLevel ||
-                       supervisor_.failsafe_state() == safety::FailsafeState::kRelease;
-  return limit_cycle_.persists() || (settles && supervisor_.descent().reason == safety::FailsafeReason::kLimitCycle);
+  return monitors_.limit_cycle_persists() ||
+         (supervisor_.ends() && supervisor_.descent().reason == safety::FailsafeReason::kLimitCycle);
 }
 
 /// Braking by a contradicted estimate would follow the false poses.
 template <typename T, typename S>
 ctl::Command<T> FlightController<T, S>::brake_and_hold() const {
-  if ((tick_orders_ & log::kOrderTakesOff) != 0) {  // on the ground there is nothing to brake
+  if (orders_.takes_off()) {  // on the ground there is nothing to brake
     return {};
   }
   est::Estimate<T> motion = fault_isolation_.motion(estimate_);
   if (levels_limit_cycle()) {
     motion.x.velocity_variance_m2_s2 = motion.y.velocity_variance_m2_s2 = kNotToBeUsed<T>;
   }
-  return ctl::brake_and_hold(motion, braking_);
-}
-
-template <typename T, typename S>
-safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
-  safety::Observation observed{
-      .now = now,
-      .pose_age = estimate_.pose_age,
-      .telemetry_age = link_.health().telemetry_age,
-      .pose_latency = {.min_latency = timing_.report().min_latency,
-                       .jitter = timing_.report().jitter,
-                       .interval = timing_.report().interval},
-      .error_m =
-          static_cast<double>(T(kErrorSigmas) * core::sqrt(core::clamp(estimate_.x.position_variance_m2,
-                                                                       estimate_.y.position_variance_m2, T(1e6)))),
-      .reserve_m = static_cast<double>(geofence_.reserve_m()),
-      .outside_m = static_cast<double>(geofence_.outside_m()),
-      .authority_exceeded_for =
-          core::Duration(static_cast<core::Duration::rep>(authority_monitor_.exceeded_s() * T(1e6))),
-      .disturbance_acceleration_m_s2 = static_cast<double>(authority_monitor_.disturbance_acceleration_m_s2()),
-      .limit_cycle_rad = static_cast<double>(limit_cycle_.seen().height_rad),
-      .limit_cycle_hz = static_cast<double>(limit_cycle_.seen().frequency_hz),
-      .limit_cycle_detected = law_.fallback(),
-      .limit_cycle_persists = limit_cycle_.persists(),
-      .estimate_healthy = estimate_.healthy,
-      .authority = link_.authority().in_control,
-      .mode_f = link_.authority().mode_f,
-      .operator_engages = now < order_until_ && is_in_reach(),
-      .operator_releases = (tick_orders_ & log::kOrderRelease) != 0,
-      .task_flies = (tick_orders_ & (log::kOrderTakesOff | log::kOrderLands)) != 0,
-      .model_mismatch = {residual_.report(sysid::MonitoredAxis::kRoll).departed,
-                         residual_.report(sysid::MonitoredAxis::kPitch).departed,
-                         residual_.report(sysid::MonitoredAxis::kYawRate).departed,
-                         residual_.report(sysid::MonitoredAxis::kClimb).departed},
-      .trim_drifted = trim_.report().drifted};
-  fault_isolation_.report_to(observed, estimate_, config_.limits.gate_shut);
-  if (levels_limit_cycle()) {
-    observed.speed_m_s = 0.0;
-  } else if (supervisor_.failsafe_state() == safety::FailsafeState::kLevel) {
-    observed.speed_then_m_s = fault_isolation_.speed_then_m_s(estimate_, config_.limits.neutral);
-  }
-  return observed;
+  return ctl::brake_and_hold(motion, geofence_.braking());
 }
 
 template <typename T, typename S>
 void FlightController<T, S>::prepare_start(core::TimePoint now) {
-  if (safety::passes_law(supervisor_.failsafe_state())) {
+  if (flies()) {
     return;
   }
   trajectory_.start(now);
@@ -259,34 +131,46 @@ void FlightController<T, S>::prepare_start(core::TimePoint now) {
 
 /// The granted command is held until the next one can leave: the slew limit is between commands that leave.
 template <typename T, typename S>
-safety::SupervisedCommand<T> FlightController<T, S>::supervise(bool solved) {
-  const safety::CommandSource passes = supervisor_.update_failsafe(commanded_, observed_);
-  slew_time_ += elapsed_;
-  if (passes == safety::CommandSource::kLaw && !solved) {
-    return supervisor_.limit_command(passes, supervised_.command, T(0));
-  }
-  const T step_s = core::seconds<T>(slew_time_);
-  slew_time_ = core::Duration{0};
-  return supervisor_.limit_command(
-      passes, passes == safety::CommandSource::kBrakeAndHold ? brake_and_hold() : commanded_, step_s);
+safety::SupervisedCommand<T> FlightController<T, S>::supervise(const ctl::Command<T>& commanded, bool solved,
+                                                               core::TimePoint now) {
+  const safety::FailsafeState before = supervisor_.failsafe_state();
+  const safety::CommandSource source = supervisor_.update_failsafe(
+      commanded, {.now = now,
+                  .estimate = est::status_of(estimate_),
+                  .pose_latency = poses_.latency(),
+                  .consistency = fault_isolation_.status(estimate_, before, levels_limit_cycle(), config_.limits),
+                  .link = link_.status(),
+                  .orders = orders_.status(is_in_reach(), now),
+                  .fence = geofence_.status(),
+                  .wind = monitors_.wind(),
+                  .limit_cycle = monitors_.limit_cycle(),
+                  .model = monitors_.model()});
+  const bool brakes = source == safety::CommandSource::kBrakeAndHold;
+  const safety::SupervisedCommand<T> supervised =
+      source == safety::CommandSource::kLaw && !solved
+          ? supervisor_.hold_command(source, timer_.elapsed())
+          : supervisor_.limit_command(source, brakes ? brake_and_hold() : commanded, timer_.elapsed());
+  start_when_nominal(before, now);
+  orders_.release_unused(supervised.failsafe_state, link_, now);
+  return supervised;
 }
 
 template <typename T, typename S>
 bool FlightController<T, S>::may_leave(core::TimePoint now) const {
-  const bool flies = safety::passes_law(supervisor_.failsafe_state()) && link_.authority().in_control;
-  return !config_.solves_when_due || !flies || law_.fallback() || link_.due(now);
+  const bool flies_sticks = flies() && link_.authority().in_control;
+  return !config_.solves_when_due || !flies_sticks || law_.fallback() || link_.due(now);
 }
 
 template <typename T, typename S>
 void FlightController<T, S>::start_when_nominal(safety::FailsafeState before, core::TimePoint now) {
   const bool flew = before == safety::FailsafeState::kNominal || before == safety::FailsafeState::kCoast;
-  if (supervised_.failsafe_state != safety::FailsafeState::kNominal || flew) {
+  if (supervisor_.failsafe_state() != safety::FailsafeState::kNominal || flew) {
     return;
   }
-  order_until_ = now;
+  orders_.serve(now);
   started_ = now;
   excitation_.start(now);
-  commands_.reset();
+  sender_.reset();
 }
 
 template class FlightController<double>;

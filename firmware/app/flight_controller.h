@@ -3,55 +3,29 @@
 
 #include <cstdint>
 
+#include "firmware/app/command_sender.h"
 #include "firmware/app/config.h"
 #include "firmware/app/fault_isolation.h"
+#include "firmware/app/flight_monitors.h"
+#include "firmware/app/flight_recorder.h"
+#include "firmware/app/operator_orders.h"
+#include "firmware/app/pose_input.h"
 #include "firmware/app/sensor_adapter.h"
+#include "firmware/app/tick_timer.h"
 #include "firmware/ctl/excitation.h"
 #include "firmware/ctl/law/braking.h"
 #include "firmware/ctl/law/flight_law.h"
 #include "firmware/ctl/law/geofence_limiter.h"
-#include "firmware/ctl/monitor/control_authority_monitor.h"
-#include "firmware/ctl/monitor/limit_cycle_response.h"
 #include "firmware/est/filter/disturbance_ekf.h"
-#include "firmware/est/timing/pose_timing.h"
-#include "firmware/est/trim_monitor.h"
-#include "firmware/link/pose/pose_link.h"
 #include "firmware/link/serial_link.h"
 #include "firmware/log/flight_log.h"
 #include "firmware/model/vehicle.h"
 #include "firmware/mpc/gain_table.h"
 #include "firmware/ref/trajectory.h"
 #include "firmware/safety/supervisor.h"
-#include "firmware/sysid/residual_monitor.h"
-#include "firmware/vrc/command_map.h"
 #include "hal/uart.h"
 
 namespace m100::app {
-
-/// Tick timing.
-struct TickStats {
-  std::uint32_t ticks = 0;
-  std::uint32_t stalls = 0;  ///< more than two periods since the last tick (R9); the failsafe sees the old pose
-  core::Duration longest{0};
-};
-
-/// Writes the bytes that pass a link into the flight log.
-class LogTap final : public link::ByteTap {
- public:
-  LogTap(log::FlightLogWriter* log, log::Stream in, log::Stream out) : log_(log), in_(in), out_(out) {}
-  void received(std::span<const std::byte> bytes, core::TimePoint now) override { append(in_, bytes, now); }
-  void sent(std::span<const std::byte> bytes, core::TimePoint now) override { append(out_, bytes, now); }
-
- private:
-  void append(log::Stream stream, std::span<const std::byte> bytes, core::TimePoint now) {
-    if (log_ != nullptr) {
-      log_->append(stream, now, bytes);
-    }
-  }
-  log::FlightLogWriter* log_;
-  log::Stream in_;
-  log::Stream out_;
-};
 
 /// The flight program: one tick is one function, and each step of the data flow is one of its lines.
 ///
@@ -71,24 +45,21 @@ class FlightController {
   /// The operator's two orders. engage(): control is requested as the protocol requires, and the failsafe may step up;
   /// the trajectory begins when it does. No effect while the law already flies. release(): neutral sticks, then control
   /// goes back to the pilot. Both take effect in the next tick and are logged in its record.
-  void engage() { orders_ |= log::kOrderEngage; }
-  void release() { orders_ |= log::kOrderRelease; }
+  void engage() { orders_.add(log::kOrderEngage); }
+  void release() { orders_.add(log::kOrderRelease); }
 
   /// Take-off and landing by the autopilot's own tasks, by the operator's order. `task_flies` is valid for the next
   /// tick only; call it before each tick for as long as the autopilot flies its task. The failsafe is at level then,
   /// with sticks that brake and hold, or that rest during a take-off. `begin_task` sends the request to the autopilot,
   /// once. Another part watches the task, so an image without tasks contains no code for it.
   void task_flies(protocol::Task task) {
-    orders_ |= task == protocol::Task::kTakeOff ? log::kOrderTakesOff : log::kOrderLands;
+    orders_.add(task == protocol::Task::kTakeOff ? log::kOrderTakesOff : log::kOrderLands);
   }
   /// @returns as SerialLink::request.
-  core::Status begin_task(protocol::Task task) {
-    orders_ |= log::kOrderTask;
-    return link_.request({.sequence = ++tasks_, .task = task}, last_tick_);
-  }
+  core::Status begin_task(protocol::Task task) { return orders_.begin_task(task, link_, timer_.last()); }
 
   const link::SerialLink& link() const { return link_; }
-  const link::PoseLink& pose_link() const { return pose_link_; }
+  const link::PoseLink& pose_link() const { return poses_.link(); }
   const safety::Supervisor<T>& supervisor() const { return supervisor_; }
   const est::Estimate<T>& estimate() const { return estimate_; }
   /// The poses have been compared with the autopilot for long enough to notice a body that moves by itself.
@@ -96,92 +67,61 @@ class FlightController {
   const ref::Window<T>& reference() const { return reference_; }
   const safety::SupervisedCommand<T>& grant() const { return supervised_; }
   /// The supervisor's inputs of the last tick.
-  const safety::Observation& observed() const { return observed_; }
+  const safety::Observation& observed() const { return supervisor_.observed(); }
   const SensorAdapterStats& sensor_stats() const { return sensors_.stats(); }
   /// Timing of the poses: latency, jitter, and how much older they are than their time stamps say.
-  const est::PoseTimingReport<T>& pose_timing() const { return timing_.report(); }
+  const est::PoseTimingReport<T>& pose_timing() const { return poses_.timing(); }
   est::EkfCounters observer_counters() const { return observer_.counters(); }
   const ctl::FlightLaw<T>& law() const { return law_; }
   const ctl::Excitation<T>& excitation() const { return excitation_; }
   /// Whether the aircraft still answers its sticks as the vehicle file says; Virtual RC only.
-  const sysid::ResidualMonitor<T>& residual() const { return residual_; }
+  const sysid::ResidualMonitor<T>& residual() const { return monitors_.residual(); }
   /// How far the balancing points have moved from the vehicle file's; Virtual RC only.
-  const est::TrimReport<T>& trim() const { return trim_.report(); }
+  const est::TrimReport<T>& trim() const { return monitors_.trim().report(); }
   /// Whether the autopilot's telemetry contradicts the poses.
   est::Contradiction<T> contradiction() const { return fault_isolation_.contradiction(); }
-  const TickStats& stats() const { return stats_; }
+  const TickStats& stats() const { return timer_.stats(); }
   /// When the failsafe last reached its top from silence or level: where the trajectory's time began.
   core::TimePoint started() const { return started_; }
 
  private:
-  void update_time(core::TimePoint now);
-  void handle_orders(core::TimePoint now);
+  bool flies() const { return safety::passes_law(supervisor_.failsafe_state()); }
   bool is_in_reach() const;
-  core::Pose<double> pose(core::TimePoint now);
-  /// The command of the level state: it brakes, then holds.
-  ctl::Command<T> brake_and_hold() const;
-  safety::Observation observation(core::TimePoint now);
-  void release_unused(core::TimePoint now);
+  est::Measurement<T> adapt(const protocol::Telemetry& telemetry, core::TimePoint now);
   /// Resets course and integral in every tick in which the law does not fly, because the failsafe steps up only after
   /// the law has computed the command that then leaves.
   void prepare_start(core::TimePoint now);
   /// Whether the programs are solved in this tick: in each, unless FlightConfig::solves_when_due is set.
   bool may_leave(core::TimePoint now) const;
-  safety::SupervisedCommand<T> supervise(bool solved);
-  void start_when_nominal(safety::FailsafeState before, core::TimePoint now);
+  /// @returns the law's command, with the stick that the excitation's plan moves, where there is one.
+  ctl::Command<T> excite(ctl::Command<T> commanded, core::TimePoint now);
   bool levels_limit_cycle() const;
-  void excite(core::TimePoint now);
-  vrc::Stick excited_stick() const;
-  vrc::Sticks excited(vrc::Sticks mapped) const;
-  core::Status send(const safety::SupervisedCommand<T>& grant, core::TimePoint now);
-  core::Status send_command(const ctl::Command<T>& command, core::TimePoint now);
-  ctl::Command<T> pilots_command(const protocol::Telemetry& telemetry) const;
-  void store_measurement(const est::Measurement<T>& measured);
-  void update_residual();
-  log::TickRecord record(core::TimePoint now, core::Status sent) const;
-  log::ExcitationRecord excitation_record(core::TimePoint now) const;
+  /// The command of the level state: it brakes, then holds.
+  ctl::Command<T> brake_and_hold() const;
+  safety::SupervisedCommand<T> supervise(const ctl::Command<T>& commanded, bool solved, core::TimePoint now);
+  void start_when_nominal(safety::FailsafeState before, core::TimePoint now);
 
-  LogTap autopilot_tap_;
-  LogTap pose_tap_;
+  TickTimer timer_;
+  OperatorOrders orders_;
+  FlightRecorder<T> recorder_;
   link::SerialLink link_;
-  link::PoseLink pose_link_;
+  PoseInput<T> poses_;
   SensorAdapter sensors_;
-  est::PoseTiming<T> timing_;
   est::DisturbanceEkf<S, T> observer_;
   FaultIsolation<T> fault_isolation_;
   ref::Trajectory<T>& trajectory_;
   ctl::FlightLaw<T> law_;
-  ctl::Braking braking_;
   ctl::GeofenceLimiter<T> geofence_;
-  ctl::ControlAuthorityMonitor<T> authority_monitor_;
-  ctl::LimitCycleResponse<T> limit_cycle_;
   ctl::Excitation<T> excitation_;
+  FlightMonitors<T> monitors_;
   safety::Supervisor<T> supervisor_;
-  vrc::CommandMap commands_;
-  sysid::ResidualMonitor<T> residual_;
-  est::TrimMonitor<T> trim_;
-  log::FlightLogWriter* log_;
+  CommandSender<T> sender_;
   FlightConfig config_;
 
-  est::Measurement<T> measured_;  ///< newest pose and attitude; is_new of this tick
   est::Estimate<T> estimate_;
-  ref::Window<T> reference_;
-  ctl::Command<T> commanded_{};  ///< of the law, in every tick; its tilts as last solved
-  safety::Observation observed_;
+  ref::Window<T> reference_;  ///< beyond its first point only valid in a tick that solves
   safety::SupervisedCommand<T> supervised_;
-  ctl::Command<T> applied_command_{};  ///< command last sent to the autopilot, after rounding to its stick counts
-  vrc::Sticks last_sticks_{};
-  core::TimePoint last_tick_{};
-  core::Duration elapsed_ = core::kTickPeriod;
-  core::Duration slew_time_{0};  ///< since the granted command last changed
   core::TimePoint started_{};
-  core::TimePoint order_until_{};
-  bool order_stands_ = false;  ///< as of this tick
-  core::TimePoint unused_since_{};
-  std::uint32_t orders_ = 0;       ///< given since the last tick
-  std::uint32_t tick_orders_ = 0;  ///< that this tick acts upon
-  std::uint8_t tasks_ = 0;         ///< requested so far: their number on the wire
-  TickStats stats_;
 };
 
 }  // namespace m100::app

@@ -77,9 +77,12 @@ bool SensorAdapter::is_plausible(const core::Pose<T>& pose, core::TimePoint now)
 
 template <typename T>
 est::Measurement<T> SensorAdapter::update(const protocol::Telemetry& telemetry, core::Duration attitude_age,
-                                          const core::Pose<double>& pose, core::TimePoint now) {
+                                          const core::Pose<double>& pose,
+                                          const est::DisturbanceAcceleration<T>& disturbance_acceleration,
+                                          core::TimePoint now) {
   est::Measurement<T> measured;
   measured.now = now;
+  measured.disturbance_acceleration = disturbance_acceleration;
   if (pose.is_new) {
     const core::Pose<T> came = pose.template cast<T>();
     if (is_plausible(came, now) && !is_repeated(pose)) {
@@ -123,8 +126,10 @@ est::ImuSample<T> SensorAdapter::imu_sample(const protocol::Telemetry& telemetry
 template est::ImuSample<float> SensorAdapter::imu_sample(const protocol::Telemetry&, const est::Measurement<float>&);
 template est::ImuSample<double> SensorAdapter::imu_sample(const protocol::Telemetry&, const est::Measurement<double>&);
 template est::Measurement<float> SensorAdapter::update(const protocol::Telemetry&, core::Duration,
-                                                       const core::Pose<double>&, core::TimePoint);
+                                                       const core::Pose<double>&,
+                                                       const est::DisturbanceAcceleration<float>&, core::TimePoint);
 template est::Measurement<double> SensorAdapter::update(const protocol::Telemetry&, core::Duration,
-                                                        const core::Pose<double>&, core::TimePoint);
+                                                        const core::Pose<double>&,
+                                                        const est::DisturbanceAcceleration<double>&, core::TimePoint);
 
 }  // namespace m100::app

@@ -34,9 +34,11 @@ class SensorAdapter {
   explicit SensorAdapter(const SensorLimits& sensor_limits = {}) : sensor_limits_(sensor_limits) {}
 
   /// @param attitude_age age of the telemetry's attitude.
+  /// @param disturbance_acceleration of the tick before: it is measured with that tick's estimate.
   template <typename T>
   est::Measurement<T> update(const protocol::Telemetry& telemetry, core::Duration attitude_age,
-                             const core::Pose<double>& pose, core::TimePoint now);
+                             const core::Pose<double>& pose,
+                             const est::DisturbanceAcceleration<T>& disturbance_acceleration, core::TimePoint now);
 
   /// The other motion data of the same package; the attitude is taken from `measured`, of this tick.
   template <typename T>

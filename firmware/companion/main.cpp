@@ -8,6 +8,11 @@
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/text/printable.h"
+#include "firmware/companion/preflight/check.h"
+#include "firmware/companion/preflight/doctor.h"
+#include "firmware/companion/preflight/handshake.h"
+#include "firmware/companion/preflight/probe/probe.h"
+#include "firmware/companion/record/record.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/companion/version.h"
 

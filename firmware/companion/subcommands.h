@@ -21,11 +21,6 @@ class UsageError : public std::runtime_error {
 // Each subcommand lives in a file of its own and adds itself here. Its callback throws UsageError for bad input and
 // CLI::RuntimeError(kAnswerIsNo) when the answer is no.
 void add_fly(CLI::App& m100);
-void add_handshake(CLI::App& m100);
-void add_probe(CLI::App& m100);
-void add_record(CLI::App& m100);
-void add_check(CLI::App& m100);
 void add_replay(CLI::App& m100);
-void add_doctor(CLI::App& m100);
 
 }  // namespace m100::companion

@@ -4,7 +4,9 @@
 #include <cstdint>
 
 #include "firmware/core/cached_sin_cos.h"
+#include "firmware/core/maths.h"
 #include "firmware/core/time.h"
+#include "firmware/est/estimate_status.h"
 
 namespace m100::est {
 
@@ -58,5 +60,16 @@ struct Estimate {
   /// Sine and cosine of the yaw, computed once for all callers.
   const core::SinCos<T>& heading() const { return heading_sin_cos.of(yaw_rad); }
 };
+
+/// What the supervisor needs to know of it.
+template <typename T>
+EstimateStatus status_of(const Estimate<T>& estimate) {
+  constexpr T kErrorSigmas = T(3);
+  const T variance_m2 =
+      core::clamp(estimate.x.position_variance_m2, estimate.y.position_variance_m2, T(1e6));  // the larger
+  return {.pose_age = estimate.pose_age,
+          .error_m = static_cast<double>(kErrorSigmas * core::sqrt(variance_m2)),
+          .healthy = estimate.healthy};
+}
 
 }  // namespace m100::est

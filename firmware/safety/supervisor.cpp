@@ -45,7 +45,7 @@ void Supervisor<T>::count_good_poses(const Observation& seen, bool fresh) {
     good_poses_ = 0;
     return;
   }
-  const core::TimePoint captured = seen.now - seen.pose_age;
+  const core::TimePoint captured = seen.now - seen.estimate.pose_age;
   const core::Duration moved = captured - last_capture_;
   if (moved < kNewer && moved > -kNewer) {
     return;
@@ -58,7 +58,7 @@ void Supervisor<T>::count_good_poses(const Observation& seen, bool fresh) {
 /// when the first one began. Refused poses do not count as used.
 template <typename T>
 void Supervisor<T>::update_known(const Observation& seen, bool fresh) {
-  if (fresh && seen.refused_poses == 0 && seen.error_m <= last_step_.seen.error_m) {
+  if (fresh && seen.consistency.refused_poses == 0 && seen.estimate.error_m <= last_step_.seen.estimate.error_m) {
     known_ = seen.now;
   }
 }
@@ -69,7 +69,7 @@ template <typename T>
 void Supervisor<T>::update_reserve(const Observation& seen) {
   if (failsafe_state_ != FailsafeState::kCoast || known_ == seen.now) {
     spent_ = false;
-  } else if (!spent_ && seen.error_m > seen.reserve_m) {
+  } else if (!spent_ && seen.estimate.error_m > seen.fence.reserve_m) {
     spent_ = true;
     spent_since_ = seen.now;
   }
@@ -79,53 +79,56 @@ template <typename T>
 FailsafeCondition Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Observation& seen) {
   FailsafeCondition set = FailsafeCondition::kNone;
   const auto add = [&set](bool holds, FailsafeCondition sign) { set |= when(holds, sign); };
-  const bool fresh =
-      seen.pose_age <= fresh_limit(limits_, seen.pose_latency) && seen.telemetry_age <= limits_.telemetry_stale;
+  const bool fresh = seen.estimate.pose_age <= fresh_limit(limits_, seen.pose_latency) &&
+                     seen.link.telemetry_age <= limits_.telemetry_stale;
   count_good_poses(seen, fresh);
   update_known(seen, fresh);
   update_reserve(seen);
-  entered_ = failsafe_state_ == FailsafeState::kLevel && seen.task_flies ? seen.now
-                                                                         : entered_;  // its time begins after the task
+  entered_ = failsafe_state_ == FailsafeState::kLevel && seen.orders.task_flies
+                 ? seen.now
+                 : entered_;  // its time begins after the task
   const core::Duration inside = seen.now - entered_;
-  const bool sees = fresh && seen.refused_for < limits_.gate_shut;  // refused poses show no speed
+  const bool sees = fresh && seen.consistency.refused_for < limits_.gate_shut;  // refused poses show no speed
   const core::Duration most_level = sees ? limits_.level_moving_seen : limits_.level_moving;
-  const double unseen_m_s = sees ? 0.0 : kUnseen_m_s2 * core::seconds<double>(seen.pose_age);
+  const double unseen_m_s = sees ? 0.0 : kUnseen_m_s2 * core::seconds<double>(seen.estimate.pose_age);
   // A wind stronger than the tilt keeps pushing until the pilot has the sticks, so the hand-over waits for a lull.
-  const double speed_m_s = seen.speed_then_m_s > seen.speed_m_s ? seen.speed_then_m_s : seen.speed_m_s;
+  const double speed_m_s = seen.consistency.speed_then_m_s > seen.consistency.speed_m_s
+                               ? seen.consistency.speed_then_m_s
+                               : seen.consistency.speed_m_s;
   const bool may_hand_over = speed_m_s + unseen_m_s < limits_.hand_over_m_s || inside >= most_level;
-  add(seen.authority && seen.mode_f, FailsafeCondition::kCommandable);
-  add(seen.operator_releases, FailsafeCondition::kOperatorReleases);
-  add(seen.telemetry_age > limits_.telemetry_dead, FailsafeCondition::kTelemetryDead);
+  add(seen.link.in_control && seen.link.mode_f, FailsafeCondition::kCommandable);
+  add(seen.orders.releases, FailsafeCondition::kOperatorReleases);
+  add(seen.link.telemetry_age > limits_.telemetry_dead, FailsafeCondition::kTelemetryDead);
   add(!is_valid(wanted), FailsafeCondition::kCommandInvalid);
-  add(!seen.estimate_healthy || seen.refused_for >= limits_.gate_shut, FailsafeCondition::kEstimateLost);
+  add(!seen.estimate.healthy || seen.consistency.refused_for >= limits_.gate_shut, FailsafeCondition::kEstimateLost);
   add(fresh, FailsafeCondition::kFresh);
   add(good_poses_ >= limits_.good_poses_to_recover, FailsafeCondition::kRecovered);
   add(failsafe_state_ == FailsafeState::kCoast && seen.now - known_ >= limits_.coast, FailsafeCondition::kCoastOver);
   add(failsafe_state_ == FailsafeState::kCoast && spent_ && seen.now - known_ >= kFlownThrough,
       FailsafeCondition::kReserveSpent);
-  add(seen.outside_m > 0.0, FailsafeCondition::kOutsideFence);
-  add(seen.authority_exceeded_for >= limits_.authority_exceeded, FailsafeCondition::kAuthorityExceeded);
+  add(seen.fence.outside_m > 0.0, FailsafeCondition::kOutsideFence);
+  add(seen.wind.exceeded_for >= limits_.authority_exceeded, FailsafeCondition::kAuthorityExceeded);
   add(failsafe_state_ == FailsafeState::kLevel && inside >= limits_.level && may_hand_over,
       FailsafeCondition::kLevelOver);
   add(failsafe_state_ == FailsafeState::kRelease && inside >= limits_.neutral, FailsafeCondition::kNeutralOver);
-  add(seen.operator_engages, FailsafeCondition::kOperatorEngages);
-  add(seen.task_flies, FailsafeCondition::kTaskFlies);
-  add(seen.model_mismatch[0], FailsafeCondition::kRollModelMismatch);
-  add(seen.model_mismatch[1], FailsafeCondition::kPitchModelMismatch);
-  add(seen.model_mismatch[2], FailsafeCondition::kYawRateModelMismatch);
-  add(seen.model_mismatch[3], FailsafeCondition::kClimbModelMismatch);
-  add(seen.trim_drifted, FailsafeCondition::kTrimDrifted);
-  add(seen.limit_cycle_detected, FailsafeCondition::kLimitCycle);
-  add(seen.limit_cycle_persists, FailsafeCondition::kLimitCyclePersists);
+  add(seen.orders.engages, FailsafeCondition::kOperatorEngages);
+  add(seen.orders.task_flies, FailsafeCondition::kTaskFlies);
+  add(seen.model.mismatch[0], FailsafeCondition::kRollModelMismatch);
+  add(seen.model.mismatch[1], FailsafeCondition::kPitchModelMismatch);
+  add(seen.model.mismatch[2], FailsafeCondition::kYawRateModelMismatch);
+  add(seen.model.mismatch[3], FailsafeCondition::kClimbModelMismatch);
+  add(seen.model.trim_drifted, FailsafeCondition::kTrimDrifted);
+  add(seen.limit_cycle.detected, FailsafeCondition::kLimitCycle);
+  add(seen.limit_cycle.persists, FailsafeCondition::kLimitCyclePersists);
   return set;
 }
 
 template <typename T>
 FailsafeReason Supervisor<T>::reason_of(const FailsafeTransition& row, const Observation& seen) const {
-  if (row.why == FailsafeReason::kEstimateLost && seen.estimate_healthy) {
+  if (row.why == FailsafeReason::kEstimateLost && seen.estimate.healthy) {
     return FailsafeReason::kPoseRefused;
   }
-  if (row.why == FailsafeReason::kPoseOld && seen.pose_age <= fresh_limit(limits_, seen.pose_latency)) {
+  if (row.why == FailsafeReason::kPoseOld && seen.estimate.pose_age <= fresh_limit(limits_, seen.pose_latency)) {
     return FailsafeReason::kTelemetryOld;
   }
   return row.why;
@@ -189,6 +192,7 @@ ctl::Command<T> Supervisor<T>::limited(const ctl::Command<T>& wanted, T step_s) 
 
 template <typename T>
 CommandSource Supervisor<T>::update_failsafe(const ctl::Command<T>& wanted, const Observation& seen) {
+  observed_ = seen;
   conditions_ = weigh(wanted, seen);
   const bool unsound = any(conditions_, FailsafeCondition::kCommandInvalid);
   stats_.invalid_commands += unsound ? 1U : 0U;

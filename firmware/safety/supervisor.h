@@ -68,8 +68,23 @@ class Supervisor {
   CommandSource update_failsafe(const ctl::Command<T>& wanted, const Observation& seen);
   /// ... then the limits. @param command the one of the two that passes; not read if neither does.
   SupervisedCommand<T> limit_command(CommandSource passes, const ctl::Command<T>& command, T step_s);
+  /// Instead of the limits, for a caller whose next command cannot leave yet: the last command stays, and the slew
+  /// limit of the next one covers `elapsed`, too.
+  SupervisedCommand<T> hold_command(CommandSource passes, core::Duration elapsed) {
+    held_for_ += elapsed;
+    return limit_command(passes, last_, T(0));
+  }
+  SupervisedCommand<T> limit_command(CommandSource passes, const ctl::Command<T>& command, core::Duration elapsed) {
+    const T step_s = core::seconds<T>(held_for_ + elapsed);
+    held_for_ = core::Duration{0};
+    return limit_command(passes, command, step_s);
+  }
 
   FailsafeState failsafe_state() const { return failsafe_state_; }
+  /// The flight is ending: level, or neutral before the release.
+  bool ends() const { return failsafe_state_ == FailsafeState::kLevel || failsafe_state_ == FailsafeState::kRelease; }
+  /// The observation of the last tick.
+  const Observation& observed() const { return observed_; }
   /// The signs of the last tick.
   FailsafeCondition conditions() const { return conditions_; }
   /// The failsafe's last step; stats().steps counts them.
@@ -105,6 +120,8 @@ class Supervisor {
   FailsafeStep last_step_;
   FailsafeStep descent_;
   ctl::Command<T> last_{};
+  core::Duration held_for_{0};  ///< since the granted command last changed
+  Observation observed_;
   SupervisorStats stats_;
 };
 

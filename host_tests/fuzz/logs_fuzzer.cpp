@@ -13,6 +13,12 @@
 
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/column_map.h"
+#include "host_tests/lab/logs/formats/ardupilot.h"
+#include "host_tests/lab/logs/formats/csv.h"
+#include "host_tests/lab/logs/formats/mat.h"
+#include "host_tests/lab/logs/formats/rosbag.h"
+#include "host_tests/lab/logs/formats/rosbag2.h"
+#include "host_tests/lab/logs/formats/ulog.h"
 #include "host_tests/lab/logs/propose.h"
 #include "host_tests/lab/logs/raw_log.h"
 

@@ -8,6 +8,7 @@
 #include "host_tests/property/protocol/reference_parser.h"
 #include "protocol/crc.h"
 #include "protocol/dji/acks.h"
+#include "protocol/dji/command_decoder.h"
 #include "protocol/dji/commands.h"
 #include "protocol/dji/frame_encoder.h"
 #include "protocol/dji/frame_parser.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Decodes commands at the flight controller's end: sizes and enumerators are checked, ranges are not.
-#include <algorithm>
+#include "protocol/dji/command_decoder.h"
 
-#include "protocol/dji/commands.h"
+#include <algorithm>
 
 namespace m100::protocol {
 namespace {

@@ -199,11 +199,6 @@ core::Expected<Value> encode(const SyncPulse& command);
 core::Expected<Value> encode(const VirtualRcSwitch& command);
 core::Expected<Value> encode(const VirtualRcData& command);
 
-/// Decodes a command as the flight controller receives it. Sizes must fit exactly and enumerators must exist. Numbers
-/// are not checked: the receiver handles a NaN.
-/// @returns kInvalidArgument: unknown id, wrong size or an impossible code.
-core::Expected<Command> decode_command(MessageId id, std::span<const std::byte> value);
-
 /// kOk if every number of a movement command is finite and inside the range of its mode.
 core::Status check(const Movement& command);
 /// kOk if every channel is inside the travel of a stick.

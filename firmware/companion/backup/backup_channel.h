@@ -46,7 +46,4 @@ inline int milliseconds(core::Duration duration) { return static_cast<int>(durat
 /// One release sequence for each round, each with sequence numbers of its own.
 using Rounds = std::array<link::ReleaseSequence, BackupProcess::kRounds>;
 
-/// The whole run of the second process.
-[[noreturn]] void run_backup(int socket, const Rounds& rounds, BackupSharedState& board, hal::PortClock& clock);
-
 }  // namespace m100::companion

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The second process of a flight. It is a fork, so nothing here may use the heap, a lock or stdio.
+#include "firmware/companion/backup/backup_monitor.h"
+
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
@@ -9,7 +11,6 @@
 
 #include <cerrno>
 
-#include "firmware/companion/backup/backup_channel.h"
 #include "firmware/companion/operator/terminal.h"
 
 namespace m100::companion {

@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "firmware/companion/backup/backup_channel.h"
+#include "firmware/companion/backup/backup_monitor.h"
 
 namespace m100::companion {
 namespace {

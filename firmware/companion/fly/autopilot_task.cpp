@@ -61,7 +61,8 @@ AutopilotTask::State AutopilotTask::tick(core::TimePoint now, Controller& contro
 }
 
 bool AutopilotTask::may_request(core::TimePoint now, const Controller& controller) const {
-  const bool is_slow = controller.observed().speed_m_s < kMaxLandingSpeed_m_s || now - started_at_ >= kSlowDownTimeout;
+  const bool is_slow =
+      controller.observed().consistency.speed_m_s < kMaxLandingSpeed_m_s || now - started_at_ >= kSlowDownTimeout;
   return controller.supervisor().failsafe_state() == safety::FailsafeState::kLevel &&
          now - requested_at_ >= kRequestInterval && (task_ == Task::kTakeOff || is_slow);
 }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 fly: flies a course with the flight controller, from the first pose to the handover.
+#include "firmware/companion/fly/flight.h"
+
 #include <sched.h>
 #include <sys/mman.h>
 
@@ -16,8 +18,7 @@
 #include "firmware/companion/fly/flight_model.h"
 #include "firmware/companion/fly/flight_result.h"
 #include "firmware/companion/fly/flight_sequencer.h"
-#include "firmware/companion/fly/fly.h"
-#include "firmware/companion/fly/stall_monitor.h"
+#include "firmware/companion/fly/monitor/stall_monitor.h"
 #include "firmware/companion/ground_station/ground_station_commands.h"
 #include "firmware/companion/operator/line_writer.h"
 #include "firmware/companion/operator/link_report.h"

@@ -64,8 +64,8 @@ nlohmann::json flight_result(const FlyOptions& options, const FlightFiles& order
                      {"health", companion::to_json(controller.link().health())}};
   if (sequencer.limit_cycle()) {
     out["swinging"] = {{"t_s", core::seconds<double>(sequencer.limit_cycle()->now.time_since_epoch())},
-                       {"height_rad", sequencer.limit_cycle()->limit_cycle_rad},
-                       {"frequency_hz", sequencer.limit_cycle()->limit_cycle_hz}};
+                       {"height_rad", sequencer.limit_cycle()->limit_cycle.height_rad},
+                       {"frequency_hz", sequencer.limit_cycle()->limit_cycle.frequency_hz}};
   }
   if (orders.excitation) {
     out["excitation"] = companion::to_json(controller.excitation(), *orders.excitation);

@@ -4,8 +4,6 @@
 #include "firmware/companion/operator/operator_messages.h"
 #include "firmware/core/maths.h"
 
-#include <algorithm>
-
 namespace m100::companion {
 namespace {
 
@@ -16,25 +14,15 @@ constexpr core::Duration kRequestTimeout = std::chrono::seconds(20);
 
 constexpr std::string_view kNoLanding = "landing is not ordered: the program does not fly the aircraft";
 
-bool waits_for_the_operator(safety::AuthorityStage stage) {
-  return stage == safety::AuthorityStage::kReady || stage == safety::AuthorityStage::kSilent ||
-         stage == safety::AuthorityStage::kSilentCold;
-}
-
 }  // namespace
 
 bool FlightSequencer::tick(core::TimePoint now, const SequencerInput& input) {
   const View& view = controller_.link().authority();
-  report_stage(now, view);
-  report_failsafe(now);
-  report_excitation(now);
-  report_limit_cycle(now);
+  reporter_.update(now, phase_ == Phase::kFlying);
   home_.update(controller_, now);
-  report_return(now);
+  reporter_.update_return(home_, now);
   release_monitor_.update(now, view);
-  pose_.tick(now, controller_, phase_ == Phase::kWaiting, operator_log_);
-  note_flight();
-  goal_led_ = input.goal_led;
+  start_.update(now, phase_ == Phase::kWaiting, input.goal_led);
   if (input.land && (phase_ == Phase::kWaiting || phase_ == Phase::kRequesting || phase_ == Phase::kReleasing)) {
     report(now, kNoLanding);
   }
@@ -63,8 +51,9 @@ bool FlightSequencer::wait(core::TimePoint now, const View& view, const Sequence
   }
   // A take-off needs to know whether the aircraft is on the ground or in the air.
   const bool is_known = !request_.take_off || LandedState(controller_.link(), now).known;
-  const bool is_clear = denial_now(starts_on_ground(now)) == safety::FailsafeReason::kNone;
-  const bool all_ready = view.stage == safety::AuthorityStage::kReady && is_known && is_clear && !pose_.blocks(now);
+  const bool is_clear = start_.denial(start_.on_ground(now)) == safety::FailsafeReason::kNone;
+  const bool all_ready =
+      view.stage == safety::AuthorityStage::kReady && is_known && is_clear && !start_.pose_blocks(now);
   // An operator who gives a command has looked at the aircraft; take_control acts in the first tick with all ready.
   if (request_.take_control && !order_given_ && all_ready && controller_.is_converged()) {
     order_given_ = true;
@@ -72,11 +61,11 @@ bool FlightSequencer::wait(core::TimePoint now, const View& view, const Sequence
   } else if (input.toggle_control) {
     try_to_engage(now, input.backed_up);
   }
-  report_awaited(now, view);
+  start_.report_awaited(now, phase_ == Phase::kWaiting);
   waits_since_ = all_ready || phase_ != Phase::kWaiting ? now : waits_since_.value_or(now);
   const bool is_looked_at = is_clear && controller_.is_converged();
-  if (request_.take_control && !order_given_ && pose_.blocks(now) && (is_looked_at || pose_.has_rival())) {
-    refuse_for_pose(now);
+  if (request_.take_control && !order_given_ && start_.pose_blocks(now) && (is_looked_at || start_.has_rival())) {
+    order_given_ = start_.report_pose(now, false);
   }
   // Control was refused before it was requested, for a reason that does not go away by itself or has not gone away.
   const bool has_waited = request_.take_control && now - *waits_since_ > kRequestTimeout;
@@ -92,35 +81,6 @@ bool FlightSequencer::wait(core::TimePoint now, const View& view, const Sequence
   return !ends;
 }
 
-/// The position counts only if nothing else prevents flying by it. If goals have led, the next flight begins where the
-/// aircraft is; a take-off begins where the aircraft stood.
-bool FlightSequencer::is_out_of_reach(bool takes_off) const {
-  const est::Estimate<double>& at = controller_.estimate();
-  const core::Vector<double, 3>& from = takes_off ? request_.takeoff_position_w_m : request_.course_start_w_m;
-  const core::Vector<double, 3> away{at.x.position_m - from.x(), at.y.position_m - from.y(), at.height_m - from.z()};
-  const bool is_known = is_outside(takes_off) || denial_now(takes_off) == safety::FailsafeReason::kNone;
-  const bool is_bound = takes_off || !goal_led_;
-  return is_known && is_bound && away.squaredNorm() > request_.max_start_distance_m * request_.max_start_distance_m;
-}
-
-bool FlightSequencer::starts_on_ground(core::TimePoint now) const {
-  return request_.take_off && LandedState(controller_.link(), now).on_ground;
-}
-
-bool FlightSequencer::is_outside(bool takes_off) const {
-  return denial_now(takes_off) == safety::FailsafeReason::kFenceLeft;
-}
-
-/// Before the first telemetry package its age is meaningless, and the lost estimate would be blamed on the pose. The
-/// floor of the fence does not prevent a take-off.
-safety::FailsafeReason FlightSequencer::denial_now(bool takes_off) const {
-  if (controller_.link().health().packages == 0) {
-    return safety::FailsafeReason::kTelemetryOld;
-  }
-  const safety::FailsafeReason cause = denial_reason(controller_.observed(), limits_);
-  return takes_off && cause == safety::FailsafeReason::kFenceLeft ? safety::FailsafeReason::kNone : cause;
-}
-
 void FlightSequencer::try_to_engage(core::TimePoint now, bool backed_up) {
   if (!backed_up) {
     report(now,
@@ -131,65 +91,42 @@ void FlightSequencer::try_to_engage(core::TimePoint now, bool backed_up) {
     TextLine line;
     line.add(
         "control was not asked for: without the autopilot's flight status it is not known whether the aircraft is on ");
-    report(now, line.add("the ground; ").add(next_input(order_given_)).text());
+    report(now, line.add("the ground; ").add(next_input(ends_on_denial())).text());
     return;
   }
-  if (pose_.blocks(now)) {
-    trial_said_ = false;
-    refuse_for_pose(now);
+  if (start_.pose_blocks(now)) {
+    const bool is_used_up = start_.report_pose(now, true);
+    order_given_ = order_given_ || is_used_up;
     return;
   }
-  takes_off_ = starts_on_ground(now);
-  const safety::FailsafeReason cause = denial_now(takes_off_);
+  takes_off_ = start_.on_ground(now);
+  const safety::FailsafeReason cause = start_.denial(takes_off_);
   // Before telemetry there is no estimate: the order waits for start-up.
   if (cause == safety::FailsafeReason::kPoseRefused || cause == safety::FailsafeReason::kPoseOld) {
-    report_denial(now, cause);
+    start_.report_denial(now, cause, ends_on_denial());
     return;
   }
-  if (is_out_of_bounds(takes_off_)) {
-    report_position(now, takes_off_);
+  if (start_.is_out_of_bounds(takes_off_)) {
+    start_.report_position(now, takes_off_, ends_on_denial());
     return;
   }
   controller_.engage();
   release_monitor_.control_requested(controller_.link().health().outages);
   had_control_ = false;
-  landed_ = false;
+  outcome_.landed = false;
   phase_ = Phase::kRequesting;
   since_ = now;
 }
 
-/// Adds the tracking error, and remembers the worst of what may have ended the flight.
-void FlightSequencer::note_flight() {
-  const safety::FailsafeState failsafe_state = controller_.supervisor().failsafe_state();
-  const safety::Observation& seen = controller_.observed();
-  const bool flies = phase_ == Phase::kFlying && (failsafe_state == safety::FailsafeState::kNominal ||
-                                                  failsafe_state == safety::FailsafeState::kCoast);
-  if (flies) {
-    const est::Estimate<double>& at = controller_.estimate();
-    const ref::Window<double>& to = controller_.reference();
-    tracking_.add({at.x.position_m - to.x[0].position_m, at.y.position_m - to.y[0].position_m,
-                   at.height_m - to.height.position_m});
-  }
-  if (failsafe_state == safety::FailsafeState::kNominal) {
-    worst_ = seen;
-    return;
-  }
-  worst_.pose_age = std::max(worst_.pose_age, seen.pose_age);
-  worst_.telemetry_age = std::max(worst_.telemetry_age, seen.telemetry_age);
-  worst_.outside_m = std::max(worst_.outside_m, seen.outside_m);
-  worst_.refused_by_m = std::max(worst_.refused_by_m, seen.refused_by_m);
-  worst_.authority_exceeded_for = std::max(worst_.authority_exceeded_for, seen.authority_exceeded_for);
-}
-
 bool FlightSequencer::is_refused(core::TimePoint now, const View& view) const {
-  return now > since_ && !view.control_requested && waits_for_the_operator(view.stage);
+  return now > since_ && !view.control_requested && StartConditions::waits_for_operator(view.stage);
 }
 
 bool FlightSequencer::request_control(core::TimePoint now, const View& view, const SequencerInput& input) {
-  const bool elsewhere = is_out_of_bounds(takes_off_);
+  const bool elsewhere = start_.is_out_of_bounds(takes_off_);
   if (view.in_control && !elsewhere) {
     phase_ = Phase::kFlying;
-    flew_ = true;
+    outcome_.flew = true;
     had_control_ = true;
     engaged_ = false;
     since_ = now;
@@ -204,7 +141,7 @@ bool FlightSequencer::request_control(core::TimePoint now, const View& view, con
   const bool takes_it_back = now > since_ && (input.stops > 0 || input.toggle_control);
   if (takes_it_back || elsewhere || !input.backed_up || now - since_ > kRequestTimeout) {
     if (elsewhere) {
-      report_position(now, takes_off_);
+      start_.report_position(now, takes_off_, ends_on_denial());
     } else if (!takes_it_back && input.backed_up) {
       report(now, "control was not granted within 20 s");
     }
@@ -214,7 +151,7 @@ bool FlightSequencer::request_control(core::TimePoint now, const View& view, con
     TextLine line;
     line.add("refused: ");
     describe(line, view);
-    report(now, line.add("; ").add(next_input(true)).text());
+    report(now, line.add("; ").add(next_input(request_.once)).text());
     begin_release(now, false, input);
   }
   return true;
@@ -227,8 +164,8 @@ bool FlightSequencer::fly(core::TimePoint now, const View& view, const Sequencer
     begin_release(now, false, input);
     return true;
   }
-  if (!engaged_ && is_out_of_bounds(false)) {  // control was granted while the position was unknown
-    report_position(now, false);
+  if (!engaged_ && start_.is_out_of_bounds(false)) {  // control was granted while the position was unknown
+    start_.report_position(now, false, ends_on_denial());
     controller_.release();
     begin_release(now, false, input);
     return true;
@@ -256,6 +193,22 @@ void FlightSequencer::end_or_continue(core::TimePoint now, const SequencerInput&
   }
 }
 
+void FlightSequencer::report_end(core::TimePoint now, const View& view) {
+  TextLine line;
+  line.add("the flight has ended: ");
+  if (view.stage != safety::AuthorityStage::kReleasing && view.reason != safety::AuthorityReason::kReleased) {
+    describe(line, view);
+  } else if (engaged_) {
+    const safety::FailsafeStep& step = controller_.supervisor().descent();
+    describe(line, step.reason, reporter_.worst_since(step.seen), limits_);
+    line.add("; control goes back to the transmitter");
+  } else {
+    line.add(takes_off_ ? "the law has not flown; " : "control was not used; ");
+    describe(line, start_.denial(takes_off_), controller_.observed(), limits_);
+  }
+  report(now, line.add("; ").add(next_input(request_.once)).text());
+}
+
 bool FlightSequencer::may_land() const {
   const safety::FailsafeState failsafe_state = controller_.supervisor().failsafe_state();
   const bool is_ours = phase_ == Phase::kFlying || phase_ == Phase::kTask;
@@ -264,12 +217,12 @@ bool FlightSequencer::may_land() const {
 }
 
 void FlightSequencer::begin_release(core::TimePoint now, bool by_operator, const SequencerInput& input) {
-  tell_tracking(now);
+  reporter_.report_tracking(now);
   phase_ = Phase::kReleasing;
   since_ = now;
   release_monitor_.begin(now, input.stops);
   by_operator_ = by_operator;
-  given_back_ = false;
+  outcome_.given_back = false;
   ends_ = by_operator || request_.once || input.stops > 0;
 }
 
@@ -286,10 +239,73 @@ bool FlightSequencer::release_control(core::TimePoint now, const View& view, con
     case ReleaseMonitor::State::kReleased:
       break;
   }
-  given_back_ = by_operator_ && had_control_ && release_monitor_.pilot_in_control();
+  outcome_.given_back = by_operator_ && had_control_ && release_monitor_.pilot_in_control();
   phase_ = Phase::kWaiting;
-  clear_ = now;
+  start_.restart(now);
   return !ends_;
+}
+
+void FlightSequencer::begin_task(core::TimePoint now, protocol::Task task) {
+  phase_ = Phase::kTask;
+  task_.start(task, now);
+  controller_.task_flies(task);
+  TextLine line;
+  report(
+      now,
+      line.add(name(task)).add(" ordered: the autopilot flies it as its own task; the pilot's switch ends it").text());
+}
+
+bool FlightSequencer::fly_task(core::TimePoint now, const View& view, const SequencerInput& input) {
+  if (!view.in_control) {
+    report_end(now, view);
+    begin_release(now, false, input);
+    return true;
+  }
+  if (input.stops > 0 || input.toggle_control) {
+    controller_.release();
+    begin_release(now, true, input);
+    return true;
+  }
+  if (input.land && task_.task() == protocol::Task::kTakeOff) {
+    begin_task(now, protocol::Task::kLand);
+  }
+  switch (task_.tick(now, controller_)) {
+    case AutopilotTask::State::kDone:
+      end_task(now, input);
+      break;
+    case AutopilotTask::State::kFailed: {
+      TextLine line;
+      describe(line, task_);
+      report(now, line.add("; control goes back to the transmitter").text());
+      controller_.release();
+      begin_release(now, false, input);
+      break;
+    }
+    default:
+      break;
+  }
+  return true;
+}
+
+void FlightSequencer::end_task(core::TimePoint now, const SequencerInput& input) {
+  if (task_.task() == protocol::Task::kLand) {
+    outcome_.landed = true;
+    report(now, "landed: by the autopilot's flight status, the aircraft is on the ground");
+    controller_.release();
+    begin_release(now, true, input);
+    return;
+  }
+  outcome_.took_off = true;
+  if (start_.is_out_of_bounds(false)) {
+    start_.report_position(now, false, ends_on_denial());
+    controller_.release();
+    begin_release(now, false, input);
+    return;
+  }
+  report(now, "taken off: by the autopilot's flight status, the aircraft is in the air; the law takes over");
+  controller_.engage();
+  phase_ = Phase::kFlying;
+  since_ = now;  // --hold counts from where the law takes over
 }
 
 }  // namespace m100::companion

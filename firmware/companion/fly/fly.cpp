@@ -18,11 +18,14 @@
 #include <memory>
 
 #include "firmware/companion/files/course.h"
+#include "firmware/companion/files/course_words.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/key_file.h"
+#include "firmware/companion/fly/flight.h"
 #include "firmware/companion/operator/line_writer.h"
 #include "firmware/companion/operator/operator_messages.h"
 #include "firmware/companion/operator/terminal.h"
+#include "firmware/companion/preflight/dry_run.h"
 #include "firmware/companion/preflight/model_findings.h"
 #include "firmware/companion/preflight/serial_ports.h"
 #include "firmware/companion/subcommands.h"

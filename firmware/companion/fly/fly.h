@@ -106,10 +106,4 @@ class TickClock {
 
 // The two ways to run `m100 fly`.
 
-/// Does everything of a flight that needs no sending. @returns true: telemetry came, and the pose is fresh if one was
-/// asked for.
-bool dry_run(const FlyOptions& options, const link::LinkConfig& link, hal::Uart& autopilot);
-/// Flies a course by the pose from the second port. @returns true: control was taken, held and given back.
-bool fly_course(const FlyOptions& options, const link::LinkConfig& config, hal::SerialPort& port);
-
 }  // namespace m100::companion

@@ -54,7 +54,7 @@ FlightState state_of(const app::FlightController<double>& controller, core::Time
   const est::Estimate<double>& estimate = controller.estimate();
   const protocol::Telemetry& telemetry = controller.link().telemetry();
   const safety::Observation& seen = controller.observed();
-  const bool is_refused = seen.refused_poses > 0 && seen.refused_allowed_m > 0.0;
+  const bool is_refused = seen.consistency.refused_poses > 0 && seen.consistency.refused_allowed_m > 0.0;
   return {.now = now,
           .position_w_m = {estimate.x.position_m, estimate.y.position_m, estimate.height_m},
           .velocity_w_m_s = {estimate.x.velocity_m_s, estimate.y.velocity_m_s, estimate.climb_m_s},
@@ -63,12 +63,12 @@ FlightState state_of(const app::FlightController<double>& controller, core::Time
           .rate_frd_rad_s = telemetry.angular_velocity_frd_rad_s,
           .horizontal_sigma_m =
               std::sqrt(std::max({0.0, estimate.x.position_variance_m2, estimate.y.position_variance_m2})),
-          .gate_ratio = is_refused ? seen.refused_by_m / seen.refused_allowed_m : 0.0,
+          .gate_ratio = is_refused ? seen.consistency.refused_by_m / seen.consistency.refused_allowed_m : 0.0,
           .healthy = estimate.healthy,
           .prediction_valid = estimate.prediction_valid,
           .in_control = controller.link().authority().in_control,
           .failsafe_state = controller.supervisor().failsafe_state(),
-          .task_flies = seen.task_flies,
+          .task_flies = seen.orders.task_flies,
           .has_battery = (telemetry.items & static_cast<std::uint16_t>(protocol::TelemetryItem::kBattery)) != 0,
           .battery_percent = telemetry.battery_percent};
 }

@@ -81,7 +81,7 @@ LiveState live_state(const app::FlightController<double>& controller, const ref:
           .tilt_rad = {estimate.x.tilt_rad, estimate.y.tilt_rad},
           .yaw_rad = estimate.yaw_rad,
           .command = controller.grant().command,
-          .pose_age_s = core::seconds<double>(controller.observed().pose_age),
+          .pose_age_s = core::seconds<double>(controller.observed().estimate.pose_age),
           .pose_latency_s = core::seconds<double>(timing.min_latency),
           .pose_jitter_s = core::seconds<double>(timing.jitter),
           .poses = poses.poses,

@@ -25,7 +25,7 @@ void add_age(TextLine& line, std::string_view what, core::Duration age, core::Du
 }
 
 void add_refusal(TextLine& line, const safety::Observation& seen) {
-  const auto check = static_cast<est::ConsistencyCheck>(seen.contradicted_by);
+  const auto check = static_cast<est::ConsistencyCheck>(seen.consistency.contradicted_by);
   const bool of_attitude = check == est::ConsistencyCheck::kRates || check == est::ConsistencyCheck::kAnswer;
   line.add(of_attitude ? "attitude refused: " : "pose refused: ");
   if (check != est::ConsistencyCheck::kNone) {
@@ -34,24 +34,27 @@ void add_refusal(TextLine& line, const safety::Observation& seen) {
                                                       : "the autopilot contradicts it, check ")
         .add(est::name(check))
         .add(": ");
-    line.add(seen.contradicted_with, 2).add(" ").add(est::unit_of(check)).add(" apart, allowed ");
-    line.add(seen.contradicted_allowed, 2).add(" ").add(est::unit_of(check));
+    line.add(seen.consistency.contradicted_with, 2).add(" ").add(est::unit_of(check)).add(" apart, allowed ");
+    line.add(seen.consistency.contradicted_allowed, 2).add(" ").add(est::unit_of(check));
     return;
   }
-  if (seen.refused_turn_rad > kTurnShown_rad) {
-    line.add("turned by ").add(seen.refused_turn_rad, 2).add(" rad from the prediction, allowed ");
+  if (seen.consistency.refused_turn_rad > kTurnShown_rad) {
+    line.add("turned by ").add(seen.consistency.refused_turn_rad, 2).add(" rad from the prediction, allowed ");
     line.add(kTurnShown_rad, 2).add(" rad");
     return;
   }
-  line.add(seen.refused_by_m, 2).add(" m from the prediction, allowed ").add(seen.refused_allowed_m, 2).add(" m");
+  line.add(seen.consistency.refused_by_m, 2)
+      .add(" m from the prediction, allowed ")
+      .add(seen.consistency.refused_allowed_m, 2)
+      .add(" m");
 }
 
 /// The swing in degrees peak to peak, as an onlooker sees it.
 void add_limit_cycle(TextLine& line, const safety::Observation& seen) {
   line.add("the aircraft swings by itself, by ")
-      .add(seen.limit_cycle_rad * 180.0 / core::kPi, 0)
+      .add(seen.limit_cycle.height_rad * 180.0 / core::kPi, 0)
       .add(" degrees peak to peak, ");
-  line.add(seen.limit_cycle_hz, 1).add(" times a second");
+  line.add(seen.limit_cycle.frequency_hz, 1).add(" times a second");
 }
 
 }  // namespace
@@ -74,36 +77,36 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
     case FailsafeReason::kPoseRefused:
       return add_refusal(line, seen);
     case FailsafeReason::kPoseOld:
-      return add_age(line, "pose old", seen.pose_age, fresh_limit(limits, seen.pose_latency));
+      return add_age(line, "pose old", seen.estimate.pose_age, fresh_limit(limits, seen.pose_latency));
     case FailsafeReason::kTelemetryOld:
-      return add_age(line, "telemetry old", seen.telemetry_age, limits.telemetry_stale);
+      return add_age(line, "telemetry old", seen.link.telemetry_age, limits.telemetry_stale);
     case FailsafeReason::kTelemetrySilent:
-      return add_age(line, "telemetry silent", seen.telemetry_age, limits.telemetry_dead);
+      return add_age(line, "telemetry silent", seen.link.telemetry_age, limits.telemetry_dead);
     case FailsafeReason::kEstimateLost:
-      line.add("no estimate of the flight: newest pose ").add(core::seconds<double>(seen.pose_age), 2);
-      line.add(" s old, telemetry ").add(core::seconds<double>(seen.telemetry_age), 2).add(" s");
+      line.add("no estimate of the flight: newest pose ").add(core::seconds<double>(seen.estimate.pose_age), 2);
+      line.add(" s old, telemetry ").add(core::seconds<double>(seen.link.telemetry_age), 2).add(" s");
       return;
     case FailsafeReason::kControlGone:
-      line.add(seen.authority ? "the mode switch left F" : "control is not ours any more");
+      line.add(seen.link.in_control ? "the mode switch left F" : "control is not ours any more");
       return;
     case FailsafeReason::kCommandInvalid:
       line.add("the law's command was not finite or far out of range");
       return;
     case FailsafeReason::kCoastOver:
-      return add_age(line, "no fresh pose while coasting; newest", seen.pose_age,
+      return add_age(line, "no fresh pose while coasting; newest", seen.estimate.pose_age,
                      fresh_limit(limits, seen.pose_latency));
     case FailsafeReason::kReserveSpent:
-      line.add("without a pose the position error may be ").add(seen.error_m, 2);
-      line.add(" m, and the fence leaves ").add(seen.reserve_m, 2).add(" m");
+      line.add("without a pose the position error may be ").add(seen.estimate.error_m, 2);
+      line.add(" m, and the fence leaves ").add(seen.fence.reserve_m, 2).add(" m");
       return;
     case FailsafeReason::kFenceLeft:
-      line.add("the aircraft is ").add(seen.outside_m, 2).add(" m outside its fence");
+      line.add("the aircraft is ").add(seen.fence.outside_m, 2).add(" m outside its fence");
       return;
     case FailsafeReason::kAuthorityExceeded:
       line.add("the wind pushes with ")
-          .add(seen.disturbance_acceleration_m_s2, 1)
+          .add(seen.wind.disturbance_acceleration_m_s2, 1)
           .add(" m/s^2; the place has not been held for ");
-      line.add(core::seconds<double>(seen.authority_exceeded_for), 1).add(" s");
+      line.add(core::seconds<double>(seen.wind.exceeded_for), 1).add(" s");
       return;
     case FailsafeReason::kLimitCycle:
       add_limit_cycle(line, seen);
@@ -193,19 +196,19 @@ void describe(TextLine& line, const ctl::Excitation<double>& excitation) {
 }
 
 FailsafeReason denial_reason(const safety::Observation& seen, const safety::Limits& limits) {
-  if (seen.telemetry_age > limits.telemetry_stale) {
+  if (seen.link.telemetry_age > limits.telemetry_stale) {
     return FailsafeReason::kTelemetryOld;
   }
-  if (seen.estimate_healthy && seen.refused_for >= limits.gate_shut) {
+  if (seen.estimate.healthy && seen.consistency.refused_for >= limits.gate_shut) {
     return FailsafeReason::kPoseRefused;
   }
-  if (seen.pose_age > fresh_limit(limits, seen.pose_latency)) {
+  if (seen.estimate.pose_age > fresh_limit(limits, seen.pose_latency)) {
     return FailsafeReason::kPoseOld;
   }
-  if (!seen.estimate_healthy) {
+  if (!seen.estimate.healthy) {
     return FailsafeReason::kEstimateLost;
   }
-  return seen.outside_m > 0.0 ? FailsafeReason::kFenceLeft : FailsafeReason::kNone;
+  return seen.fence.outside_m > 0.0 ? FailsafeReason::kFenceLeft : FailsafeReason::kNone;
 }
 
 std::string_view remedy_for(FailsafeReason denial_reason) {

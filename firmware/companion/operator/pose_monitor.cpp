@@ -36,7 +36,7 @@ void PoseMonitor::tick(core::TimePoint now, const app::FlightController<double>&
     return;
   }
   watch_tilt(now, controller);
-  if (controller.observed().contradicted_by != 0) {
+  if (controller.observed().consistency.contradicted_by != 0) {
     const core::Duration took = now - looks_since_;
     hold_ = failed_ ? hold_ : std::max(kHold, 4 * took);
     failed_ = true;

@@ -14,7 +14,7 @@
 #include <sstream>
 #include <vector>
 
-#include "firmware/companion/preflight/line_probe.h"
+#include "firmware/companion/preflight/probe/line_probe.h"
 #include "firmware/companion/preflight/serial_ports.h"
 #include "hal/linux/monotonic_clock.h"
 #include "hal/linux/serial_port.h"

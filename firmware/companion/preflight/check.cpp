@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 check: do the vehicle file, the gain table, the flight file, the course and the limits of the program agree?
 // Nothing flies.
+#include "firmware/companion/preflight/check.h"
+
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
@@ -10,12 +12,12 @@
 #include <vector>
 
 #include "firmware/companion/files/course.h"
+#include "firmware/companion/files/course_words.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/fly/flight_files.h"
 #include "firmware/companion/fly/flight_model.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/preflight/model_findings.h"
-#include "firmware/companion/subcommands.h"
 
 namespace m100::companion {
 namespace {

@@ -12,7 +12,7 @@
 #include "firmware/companion/subcommands.h"
 #include "firmware/link/pose/pose_decoder.h"
 #include "firmware/link/pose/pose_link.h"
-#include "firmware/link/telemetry_check.h"
+#include "firmware/link/telemetry/telemetry_check.h"
 #include "protocol/dji/frame_parser.h"
 #include "protocol/dji/session.h"
 #include "protocol/dji/telemetry.h"

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 doctor: finds what on this board may prevent a flight, and the remedy for each.
+#include "firmware/companion/preflight/doctor.h"
+
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -22,7 +24,6 @@
 #include "firmware/companion/preflight/pose_checks.h"
 #include "firmware/companion/preflight/serial_ports.h"
 #include "firmware/companion/preflight/wake_up_check.h"
-#include "firmware/companion/subcommands.h"
 #include "hal/linux/udp_port.h"
 
 namespace m100::companion {

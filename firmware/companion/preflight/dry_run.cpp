@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 fly --dry-run: reads, checks, listens, estimates and logs as a flight does, and sends nothing at all.
+#include "firmware/companion/preflight/dry_run.h"
+
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -8,10 +10,9 @@
 #include "firmware/app/flight_controller.h"
 #include "firmware/companion/files/log_file.h"
 #include "firmware/companion/fly/flight_files.h"
-#include "firmware/companion/fly/fly.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/preflight/model_findings.h"
-#include "firmware/companion/preflight/receive_only_port.h"
+#include "firmware/companion/preflight/probe/receive_only_port.h"
 #include "firmware/companion/subcommands.h"
 
 namespace m100::companion {
@@ -84,8 +85,8 @@ ReceivedState fly_silently(const FlyOptions& options, const FlightFiles& orders,
   const est::Estimate<double>& estimate = controller->estimate();
   return {.telemetry = controller->link().authority().telemetry_fresh,
           .mode_f = controller->link().authority().mode_f,
-          .pose = estimate.healthy &&
-                  controller->observed().pose_age <= fresh_limit(config.limits, controller->observed().pose_latency),
+          .pose = estimate.healthy && controller->observed().estimate.pose_age <=
+                                          fresh_limit(config.limits, controller->observed().pose_latency),
           .health = unasked(controller->link().health()),
           .pose_link = companion::to_json(controller->pose_link().stats(), pose_port.signatures()),
           .stalls = stalls};

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 handshake: start-up, control, neutral commands, release; on the bench, with the propellers off.
+#include "firmware/companion/preflight/handshake.h"
+
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
@@ -10,11 +12,10 @@
 #include "firmware/companion/backup/backup_process.h"
 #include "firmware/companion/backup/release.h"
 #include "firmware/companion/fly/fly.h"
-#include "firmware/companion/fly/release_monitor.h"
+#include "firmware/companion/fly/monitor/release_monitor.h"
 #include "firmware/companion/operator/line_writer.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/operator/terminal.h"
-#include "firmware/companion/subcommands.h"
 
 namespace m100::companion {
 namespace {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 record: listens only, and writes the autopilot's telemetry and the pose into a log for m100-lab identify.
+#include "firmware/companion/record/record.h"
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
@@ -15,9 +17,8 @@
 #include "firmware/companion/files/text/key_file.h"
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/operator/link_report.h"
-#include "firmware/companion/preflight/receive_only_port.h"
+#include "firmware/companion/preflight/probe/receive_only_port.h"
 #include "firmware/companion/record/recorder.h"
-#include "firmware/companion/subcommands.h"
 #include "firmware/link/pose/pose_link.h"
 #include "hal/linux/serial_port.h"
 #include "protocol/aes256.h"

@@ -5,8 +5,8 @@
 
 #include "firmware/companion/record/records.h"
 #include "firmware/core/frames.h"
-#include "firmware/link/telemetry_check.h"
-#include "firmware/link/telemetry_clock.h"
+#include "firmware/link/telemetry/telemetry_check.h"
+#include "firmware/link/telemetry/telemetry_clock.h"
 #include "firmware/log/flight_log.h"
 
 namespace m100::companion {

@@ -33,7 +33,8 @@ typename GeofenceLimiter<T>::Side GeofenceLimiter<T>::side_of(const core::Fence:
 
 template <typename T>
 GeofenceLimiter<T>::GeofenceLimiter(const core::Fence& fence, const Braking& braking)
-    : x_(side_of(fence.side[core::Fence::kX])),
+    : braking_(braking),
+      x_(side_of(fence.side[core::Fence::kX])),
       y_(side_of(fence.side[core::Fence::kY])),
       z_(side_of(fence.side[core::Fence::kZ])),
       braking_m_s2_(static_cast<T>(braking.acceleration_m_s2)),

@@ -6,6 +6,7 @@
 
 #include "firmware/core/fence.h"
 #include "firmware/ctl/law/braking.h"
+#include "firmware/ctl/law/geofence_status.h"
 #include "firmware/est/estimate.h"
 #include "firmware/ref/window.h"
 
@@ -39,6 +40,10 @@ class GeofenceLimiter {
   /// Of the last hold(): how far the estimated place is beyond the nearest side, floor and ceiling too; negative:
   /// inside.
   T outside_m() const { return outside_m_; }
+  GeofenceStatus status() const {
+    return {.reserve_m = static_cast<double>(reserve_m_), .outside_m = static_cast<double>(outside_m_)};
+  }
+  const Braking& braking() const { return braking_; }
   /// Of the last hold(): the reference was moved because of the speed.
   bool brakes() const { return brakes_; }
 
@@ -54,6 +59,7 @@ class GeofenceLimiter {
   void update_outside(const Side& side, T position_m);
   void limit_axis(Axis window, const Side& side, const est::AxisEstimate<T>& estimate, T tilt_sign);
 
+  Braking braking_;
   Side x_, y_, z_;
   T braking_m_s2_, reaction_s_, unknown_drag_per_s_;
   T wind_m_s2_;    ///< of the class

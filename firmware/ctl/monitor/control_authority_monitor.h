@@ -4,6 +4,7 @@
 #include <array>
 
 #include "firmware/ctl/law/braking.h"
+#include "firmware/ctl/monitor/control_authority_status.h"
 #include "firmware/est/estimate.h"
 #include "firmware/ref/window.h"
 
@@ -28,6 +29,11 @@ class ControlAuthorityMonitor {
   T exceeded_s() const { return x_.exceeded_s > y_.exceeded_s ? x_.exceeded_s : y_.exceeded_s; }
   /// The averaged push, on the axis that is worse.
   T disturbance_acceleration_m_s2() const;
+
+  ControlAuthorityStatus status() const {
+    return {.exceeded_for = core::Duration(static_cast<core::Duration::rep>(exceeded_s() * T(1e6))),
+            .disturbance_acceleration_m_s2 = static_cast<double>(disturbance_acceleration_m_s2())};
+  }
 
  private:
   struct Axis {

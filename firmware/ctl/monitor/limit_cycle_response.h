@@ -3,6 +3,7 @@
 
 #include "firmware/ctl/law/flight_law.h"
 #include "firmware/ctl/monitor/limit_cycle_detector.h"
+#include "firmware/ctl/monitor/limit_cycle_status.h"
 
 namespace m100::ctl {
 
@@ -28,12 +29,19 @@ class LimitCycleResponse {
       law.start_fallback(rate_per_s_);
       detector_.pause(static_cast<T>(kFades_s));
     }
+    fallback_ = law.fallback();
   }
 
   /// The last swing that was noticed in this flight.
   const LimitCycleReport<T>& seen() const { return seen_; }
   /// The aircraft swings in this tick although the calm law flies.
   bool persists() const { return goes_on_; }
+  LimitCycleStatus status() const {
+    return {.height_rad = static_cast<double>(seen_.height_rad),
+            .frequency_hz = static_cast<double>(seen_.frequency_hz),
+            .detected = fallback_,
+            .persists = goes_on_};
+  }
 
  private:
   LimitCycleDetector<T> detector_;
@@ -41,6 +49,7 @@ class LimitCycleResponse {
   T rate_per_s_;
   bool enabled_;
   bool goes_on_ = false;
+  bool fallback_ = false;  ///< the law flies its fallback
 };
 
 }  // namespace m100::ctl

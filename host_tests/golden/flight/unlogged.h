@@ -19,18 +19,20 @@ void append_all(NumberHash& hash, std::initializer_list<T> numbers) {
 
 /// The observation that the supervisor judged.
 inline void append(NumberHash& hash, const safety::Observation& seen) {
-  append_all<double>(
-      hash, {seen.refused_by_m, seen.refused_allowed_m, seen.error_m, seen.reserve_m, seen.outside_m, seen.speed_m_s,
-             seen.disturbance_acceleration_m_s2, seen.limit_cycle_rad, seen.limit_cycle_hz, seen.refused_turn_rad,
-             seen.contradicted_with, seen.contradicted_allowed});
-  append_all<std::int64_t>(hash, {seen.pose_age.count(), seen.telemetry_age.count(), seen.refused_for.count(),
-                                  seen.authority_exceeded_for.count(), seen.pose_latency.min_latency.count(),
-                                  seen.pose_latency.jitter.count(), seen.pose_latency.interval.count()});
+  append_all<double>(hash, {seen.consistency.refused_by_m, seen.consistency.refused_allowed_m, seen.estimate.error_m,
+                            seen.fence.reserve_m, seen.fence.outside_m, seen.consistency.speed_m_s,
+                            seen.wind.disturbance_acceleration_m_s2, seen.limit_cycle.height_rad,
+                            seen.limit_cycle.frequency_hz, seen.consistency.refused_turn_rad,
+                            seen.consistency.contradicted_with, seen.consistency.contradicted_allowed});
+  append_all<std::int64_t>(
+      hash, {seen.estimate.pose_age.count(), seen.link.telemetry_age.count(), seen.consistency.refused_for.count(),
+             seen.wind.exceeded_for.count(), seen.pose_latency.min_latency.count(), seen.pose_latency.jitter.count(),
+             seen.pose_latency.interval.count()});
   append_all<std::uint8_t>(
-      hash, {seen.limit_cycle_detected, seen.limit_cycle_persists, seen.contradicted_by, seen.estimate_healthy,
-             seen.authority, seen.mode_f, seen.operator_engages, seen.operator_releases, seen.task_flies,
-             seen.model_mismatch[0], seen.model_mismatch[1], seen.model_mismatch[2], seen.model_mismatch[3],
-             seen.trim_drifted});
+      hash, {seen.limit_cycle.detected, seen.limit_cycle.persists, seen.consistency.contradicted_by,
+             seen.estimate.healthy, seen.link.in_control, seen.link.mode_f, seen.orders.engages, seen.orders.releases,
+             seen.orders.task_flies, seen.model.mismatch[0], seen.model.mismatch[1], seen.model.mismatch[2],
+             seen.model.mismatch[3], seen.model.trim_drifted});
 }
 
 template <typename T>

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <string>
 
+#include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/paper/paper_report.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/logs/flight_log.h"

@@ -13,6 +13,7 @@
 #include "host_tests/shared_files.h"
 #include "protocol/aes256.h"
 #include "protocol/dji/acks.h"
+#include "protocol/dji/command_decoder.h"
 #include "protocol/dji/commands.h"
 #include "protocol/dji/frame_encoder.h"
 #include "protocol/dji/frame_parser.h"

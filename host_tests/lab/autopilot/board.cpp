@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/autopilot/board.h"
+
 #include <algorithm>
 #include <iostream>
 #include <optional>
 
 #include "host_tests/lab/autopilot/event_file.h"
-#include "host_tests/lab/autopilot/run.h"
 #include "host_tests/sim/ports/emulated_board.h"
 #include "host_tests/sim/ports/world.h"
 

@@ -13,6 +13,8 @@
 
 #include "firmware/companion/files/file_use.h"
 #include "hal/linux/simulated_port.h"
+#include "host_tests/lab/autopilot/board.h"
+#include "host_tests/lab/autopilot/line.h"
 #include "host_tests/lab/autopilot/run.h"
 #include "host_tests/lab/body_options.h"
 #include "host_tests/lab/input_error.h"
@@ -21,6 +23,7 @@
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
 #include "host_tests/sim/ports/world.h"
+#include "host_tests/sim/world/base_plant.h"
 #include "host_tests/sim/world/plant_file.h"
 #include "protocol/aes256.h"
 

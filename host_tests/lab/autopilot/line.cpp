@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/autopilot/line.h"
+
 #include <poll.h>
 #include <unistd.h>
 
@@ -14,7 +16,6 @@
 
 #include "hal/linux/serial_port.h"
 #include "host_tests/lab/autopilot/event_file.h"
-#include "host_tests/lab/autopilot/run.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/sim/body/step_response.h"
 #include "host_tests/sim/ports/lockstep_host.h"

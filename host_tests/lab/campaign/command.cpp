@@ -15,6 +15,7 @@
 #include "host_tests/lab/body_options.h"
 #include "host_tests/lab/campaign/campaign.h"
 #include "host_tests/lab/campaign/page.h"
+#include "host_tests/lab/campaign/report_json.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/option_checks.h"
@@ -22,6 +23,7 @@
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
+#include "host_tests/sim/world/base_plant.h"
 #include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The result of a campaign as JSON. Summaries are computed only from the JSON of the single flights, so that a merged
 // report cannot differ from the report of one process.
+#include "host_tests/lab/campaign/report_json.h"
+
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -8,7 +10,6 @@
 #include <nlohmann/json.hpp>
 
 #include "host_tests/lab/aliases.h"
-#include "host_tests/lab/campaign/campaign.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/read_json.h"
 

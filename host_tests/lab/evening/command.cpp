@@ -9,6 +9,7 @@
 
 #include "host_tests/lab/evening/corrected_vehicle.h"
 #include "host_tests/lab/evening/flight_result.h"
+#include "host_tests/lab/evening/initial_files.h"
 #include "host_tests/lab/evening/law_comparison.h"
 #include "host_tests/lab/evening/run_program.h"
 #include "host_tests/lab/evening/steps.h"

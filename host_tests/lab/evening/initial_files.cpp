@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Writes the files that a folder starts with, and applies the folder's numbers to a vehicle file.
+#include "host_tests/lab/evening/initial_files.h"
+
 #include <cmath>
 
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/mpc/generated/gain_table.h"
-#include "host_tests/lab/evening/steps.h"
 
 namespace m100::lab::evening {
 namespace {

@@ -16,6 +16,7 @@
 #include "host_tests/lab/loop/ordered_margin.h"
 #include "host_tests/lab/loop/paired_flights.h"
 #include "host_tests/lab/whole_file.h"
+#include "host_tests/sim/world/base_plant.h"
 #include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab::evening {

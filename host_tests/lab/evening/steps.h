@@ -29,8 +29,6 @@ inline constexpr const char* kBefore = "course";    ///< the flight of the cours
 inline constexpr const char* kAfter = "corrected";  ///< with the corrected one
 inline constexpr const char* kFallbackLaw =
     "fallback_law.";  ///< prefix of a flight's name: whether it oscillated and the calm law took over
-/// Applies the calmer weights and the trims that the folder's numbers ask for to a vehicle file.
-void adjust(const Folder& folder, const std::string& vehicle);
 
 /// One step of the evening.
 struct Step {
@@ -46,9 +44,5 @@ struct Step {
 
 /// All steps of the evening in their order, with their commands filled in from the settings.
 std::vector<Step> steps(const Folder& folder);
-
-/// Writes the files that a person may change before they are used: flight file, course, column maps, first vehicle
-/// file. Files that already exist are kept.
-void write_initial_files(const Folder& folder);
 
 }  // namespace m100::lab::evening

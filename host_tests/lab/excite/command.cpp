@@ -13,6 +13,7 @@
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/lab/excite/forecast.h"
 #include "host_tests/lab/excite/manoeuvre.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"

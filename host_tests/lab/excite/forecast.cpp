@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/excite/forecast.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "firmware/core/eigen.h"
 #include "firmware/model/axis_effects.h"
-#include "host_tests/lab/excite/manoeuvre.h"
 #include "host_tests/lab/excite/stick_flight.h"
 
 namespace m100::lab::excite {

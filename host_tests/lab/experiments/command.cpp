@@ -12,12 +12,14 @@
 #include "host_tests/lab/experiments/far.h"
 #include "host_tests/lab/experiments/motion.h"
 #include "host_tests/lab/experiments/rates.h"
+#include "host_tests/lab/experiments/report.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
+#include "host_tests/sim/world/base_plant.h"
 #include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab {

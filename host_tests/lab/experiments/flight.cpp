@@ -204,7 +204,7 @@ class Flight {
                              grant.command.yaw_rate_rad_s};
     point.disturbance_m_s2 = {controller_->estimate().x.disturbance_m_s2, controller_->estimate().y.disturbance_m_s2};
     point.failsafe_state = static_cast<int>(grant.failsafe_state);
-    const bool noticed = controller_->observed().limit_cycle_detected && result_.limit_cycle_detected_s < 0.0;
+    const bool noticed = controller_->observed().limit_cycle.detected && result_.limit_cycle_detected_s < 0.0;
     result_.limit_cycle_detected_s = noticed ? t_s : result_.limit_cycle_detected_s;
     record_alarms();
     record_pose_age();
@@ -228,7 +228,7 @@ class Flight {
   void record_alarms() {
     const safety::Observation& seen = controller_->observed();
     result_.contradicted = result_.contradicted || controller_->contradiction().check != est::ConsistencyCheck::kNone;
-    for (const bool left : seen.model_mismatch) {
+    for (const bool left : seen.model.mismatch) {
       result_.model_mismatch = result_.model_mismatch || left;
     }
     result_.refused_poses = std::max(result_.refused_poses, controller_->estimate().refused_poses);

@@ -64,7 +64,5 @@ int cells_above_paper(const std::vector<TaskResult>& results);
 void print_table(std::ostream& out, const std::vector<TaskResult>& results);
 /// {"hover": {"calm": {...}, "wind": {...}}, ...}, with more keys. Null: not flown.
 nlohmann::json to_json(const std::vector<TaskResult>& results);
-/// Writes a self-contained page with the table and figures. Errors: InputError.
-void write_report(const std::string& folder, const std::vector<TaskResult>& results, const std::string& about);
 
 }  // namespace m100::lab::experiments

@@ -4,6 +4,7 @@
 #include "host_tests/lab/frames/hex.h"
 #include "host_tests/lab/frames/telemetry_json.h"
 #include "protocol/dji/acks.h"
+#include "protocol/dji/command_decoder.h"
 #include "protocol/dji/commands.h"
 #include "protocol/dji/pushes.h"
 #include "protocol/dji/telemetry.h"

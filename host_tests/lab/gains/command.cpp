@@ -28,6 +28,7 @@
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
+#include "host_tests/sim/world/base_plant.h"
 #include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab {

@@ -10,7 +10,10 @@
 
 #include "firmware/model/axis_effects.h"
 #include "firmware/model/translation.h"
+#include "host_tests/lab/hidden/effect_sizes.h"
+#include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/identify/translation_pipeline.h"
 #include "host_tests/lab/plot/svg.h"
 
 namespace m100::lab::hidden {

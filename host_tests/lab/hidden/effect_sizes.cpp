@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/lab/hidden/effect_sizes.h"
+
 #include "host_tests/lab/hidden/random_source.h"
 
 namespace m100::lab::hidden {

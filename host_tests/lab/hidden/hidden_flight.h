@@ -30,11 +30,4 @@ struct FlightPlan {
 /// moves attitude by 4 mrad and acceleration by 0.05 m/s^2, coloured. Parameters of the vehicle vary with the seed.
 logs::FlightLog fly(const FlightPlan& plan);
 
-/// Whether this vehicle can have the effect.
-bool supports_effect(const std::string& effect);
-
-/// The size of an effect that can_hide() accepts: 0 small, 1 medium, 2 large. The sign, where there is one, varies with
-/// the seed.
-double size_of(const std::string& effect, int size, std::uint64_t seed);
-
 }  // namespace m100::lab::hidden

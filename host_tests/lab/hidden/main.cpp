@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host_tests/lab/hidden/confusion.h"
+#include "host_tests/lab/logs/join.h"
 #include "host_tests/lab/logs/write_csv.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"

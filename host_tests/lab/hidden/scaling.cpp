@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/large_blocks.h"
 #include "host_tests/lab/plot/html.h"

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The stick axes: from a log and a declared model to a verdict.
+#include "host_tests/lab/identify/axis_pipeline.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,7 +12,6 @@
 #include "host_tests/lab/identify/axis_problem.h"
 #include "host_tests/lab/identify/model/axis/flight_trims.h"
 #include "host_tests/lab/identify/processor_time.h"
-#include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_change_point.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_tether.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_time_offset.h"

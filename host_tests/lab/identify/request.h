@@ -48,11 +48,4 @@ inline std::vector<Range> requested_ranges(const Request& request, bool training
   return out;
 }
 
-/// Identifies one of the stick axes. @throws InputError: missing signal, axis never moved, too few blocks, unknown
-/// effect.
-IdentifyResult identify_axis(const Request& request);
-
-/// Identifies horizontal translation. @throws InputError as above.
-IdentifyResult identify_translation(const Request& request);
-
 }  // namespace m100::lab::identify

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Translation: from a log and a declared model to a verdict.
+#include "host_tests/lab/identify/translation_pipeline.h"
+
 #include <algorithm>
 #include <memory>
 
@@ -7,7 +9,6 @@
 #include "host_tests/lab/identify/data/translation_repair.h"
 #include "host_tests/lab/identify/data/unit_consistency.h"
 #include "host_tests/lab/identify/processor_time.h"
-#include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/selection/problem.h"
 #include "host_tests/lab/identify/selection/regimes.h"
 #include "host_tests/lab/identify/translation_problem.h"

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "firmware/companion/files/file_use.h"
+#include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/inject/inject.h"
 #include "host_tests/lab/input_error.h"

@@ -10,6 +10,7 @@
 #include "firmware/model/translation.h"
 #include "host_tests/lab/hidden/stick_response.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/join.h"
 
 namespace m100::lab::hidden {
 namespace {

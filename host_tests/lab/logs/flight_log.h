@@ -72,14 +72,4 @@ FlightLog load(const RawLog& raw, const ColumnMap& map, double period_s = 0.01);
 /// Opens and loads. @param columns the map's file.
 FlightLog load(const std::string& file, const std::string& columns, double period_s = 0.01);
 
-/// Joins several logs, with a pause between them that is longer than any model's memory. The pause is a gap in which
-/// every signal has the first value of the next log. Signals and extra channels that one of the logs lacks are left
-/// out. A single log is unchanged. Preconditions: at least one log; equal periods.
-FlightLog joined(std::vector<FlightLog> logs);
-
-/// Converts `own_s`, on the clock of log number `flight` (from 0; 0 for a single log), to the joined log's clock.
-double joined_time(const FlightLog& log, std::size_t flight, double own_s);
-/// The time as text, on the clock of the log in which it lies: "12.30 s", in a joined log "2@12.30 s".
-std::string place_of(const FlightLog& log, double time_s);
-
 }  // namespace m100::lab::logs

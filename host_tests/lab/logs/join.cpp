@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/logs/join.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-
-#include "host_tests/lab/logs/flight_log.h"
 
 namespace m100::lab::logs {
 namespace {

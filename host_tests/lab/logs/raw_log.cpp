@@ -11,6 +11,12 @@
 
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/alignment/bunched_arrivals.h"
+#include "host_tests/lab/logs/formats/ardupilot.h"
+#include "host_tests/lab/logs/formats/csv.h"
+#include "host_tests/lab/logs/formats/mat.h"
+#include "host_tests/lab/logs/formats/rosbag.h"
+#include "host_tests/lab/logs/formats/rosbag2.h"
+#include "host_tests/lab/logs/formats/ulog.h"
 #include "host_tests/lab/logs/no_such_column.h"
 #include "host_tests/lab/logs/stream.h"
 #include "host_tests/lab/printable.h"

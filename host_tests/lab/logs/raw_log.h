@@ -78,27 +78,6 @@ class RawLog {
   std::string file_;
 };
 
-/// Text separated by commas, semicolons or tabs; the first line has the names. Accepts quotes, CRLF, a byte-order mark.
-std::unique_ptr<RawLog> open_csv(const std::string& file);
-/// MATLAB 5 or 7.3 MAT-file. Columns are paths: `Experiment1.RCData.channel[1]` is row 1 (as MATLAB counts) of a matrix
-/// whose longer side is time; `states.mat:x[1]` lies in another MAT-file of the same folder. Struct arrays and cells
-/// are not followed.
-std::unique_ptr<RawLog> open_mat(const std::string& file);
-/// ULog of any version. Columns are `topic.field`, `topic.field[0]`, `topic.nested.field`, and `topic:1.field` for the
-/// second instance; each topic has its own clock (`topic.timestamp`, in seconds).
-std::unique_ptr<RawLog> open_ulog(const std::string& file);
-/// ArduPilot's self-describing binary log (".bin"). Columns are `ATT.Roll`, in the unit that the log's own multipliers
-/// give (degrees stay degrees), and `IMU:1.GyrX` for the second instance; each message type has its own clock, in
-/// seconds (`ATT.TimeUS`).
-std::unique_ptr<RawLog> open_ardupilot(const std::string& file);
-/// ROS 1 bag 2.0 with uncompressed or (if built with libbz2) bz2 chunks. Columns are `/topic.field.path`,
-/// `/topic.axes[0]`, and `/topic.time`: the header's time stamp, or without one the time of reception, in seconds from
-/// the bag's first message.
-std::unique_ptr<RawLog> open_rosbag(const std::string& file);
-/// ROS 2 bag with sqlite3 storage and CDR encoding; columns as in a ROS 1 bag. Types: those of ros_types.h, and all
-/// that the bag itself defines.
-std::unique_ptr<RawLog> open_rosbag2(const std::string& file);
-
 /// Opens a log; the file's first bytes decide its format. @throws InputError: cannot be opened, not a regular file,
 ///   empty, unknown format, damaged.
 std::unique_ptr<RawLog> open_log(const std::string& file);

@@ -9,6 +9,7 @@
 
 #include "firmware/safety/failsafe.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/formats/ulog.h"
 #include "host_tests/lab/loop/capture_alignment.h"
 #include "host_tests/sim/world/random.h"
 

@@ -9,11 +9,14 @@
 #include <stdexcept>
 
 #include "host_tests/lab/gains/gain_tables.h"
+#include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/output/vehicle_update.h"
 #include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/identify/translation_pipeline.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/loop/aligned_log.h"
 #include "host_tests/lab/loop/log_folder.h"
+#include "host_tests/lab/loop/results.h"
 #include "host_tests/lab/loop/trial_flights.h"
 #include "host_tests/lab/loop/vehicle_comparison.h"
 

@@ -61,10 +61,6 @@ LoopResult close_loop(const LoopOptions& options);
 /// Why no controller can be made from a vehicle file; empty: one can. A found model may be true and still not flyable.
 std::string uncontrollable(const model::Vehicle& vehicle);
 
-/// Quantities that the new vehicle file predicts worse than the old one by more than 2 %, 1 s ahead on the third
-/// flight; sentences.
-std::vector<std::string> predicted_worse(const LoopResult& result);
-
 /// Pose RMS of the trajectory task over the cells (task and condition) that diverged neither before nor after, and the
 /// names of all cells that diverged.
 struct TrajectoryErrors {
@@ -74,17 +70,5 @@ struct TrajectoryErrors {
   std::vector<std::string> diverged;
 };
 TrajectoryErrors trajectory_errors(const LoopResult& result);
-
-/// The paired flights, as flown and at the ordered margin, and the margins of both laws on the corrected model; one
-/// sentence each.
-std::vector<std::string> verdicts(const LoopResult& result);
-
-/// Two numbers in a printf format, at most 127 characters.
-std::string two_numbers(const char* format, double a, double b);
-
-nlohmann::json to_json(const LoopResult& result);
-void print(std::ostream& out, const LoopResult& result);
-/// Writes a self-contained page: found parameters, predictions and tracking before and after. Errors: InputError.
-void write_page(const LoopResult& result, const std::string& file);
 
 }  // namespace m100::lab::loop

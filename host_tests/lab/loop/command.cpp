@@ -14,10 +14,13 @@
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/loop/aligned_log.h"
 #include "host_tests/lab/loop/close_loop.h"
+#include "host_tests/lab/loop/page.h"
+#include "host_tests/lab/loop/results.h"
 #include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
+#include "host_tests/sim/world/base_plant.h"
 #include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The loop's page: believed and found parameters, and what the new file changed.
+#include "host_tests/lab/loop/page.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <sstream>
 
-#include "host_tests/lab/loop/close_loop.h"
+#include "host_tests/lab/loop/results.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The result of the loop as JSON and as text.
+#include "host_tests/lab/loop/results.h"
+
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
 #include "host_tests/lab/identify/output/result_text.h"
-#include "host_tests/lab/loop/close_loop.h"
 #include "host_tests/lab/loop/paired_flights.h"
 #include "host_tests/lab/loop/trial_flights.h"
 #include "host_tests/lab/plot/svg.h"

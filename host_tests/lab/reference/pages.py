@@ -79,19 +79,19 @@ def messages_table(root):
     def row(section, key, advice=""):
         return {"section": section, "key": key, "cells": [advice or "-"]}
 
-    verdicts = source("firmware/companion/preflight/line_probe.cpp")
+    verdicts = source("firmware/companion/preflight/probe/line_probe.cpp")
     names = dict(re.findall(r'case Verdict::(k\w+):\s*return "(\w+)";', verdicts))
     advice = {verdict: spoken(text) for verdict, text in re.findall(r"case Verdict::(k\w+):\s*return " + TEXT + ";",
                                                                    verdicts[verdicts.index("remedy(Verdict"):])}
     rows = [row("what m100 probe hears", name, advice[verdict]) for verdict, name in names.items()]
     rows += [row("who has control, and why", name, spoken(text)) for name, text in re.findall(
-        r'ReasonText\{\s*AuthorityReason::k\w+,\s*"(\w+)",\s*' + TEXT, source("firmware/safety/authority_text.cpp"))]
+        r'ReasonText\{\s*AuthorityReason::k\w+,\s*"(\w+)",\s*' + TEXT, source("firmware/safety/authority.cpp"))]
     acks = source("protocol/dji/acks.cpp")
     answers = {}
     for name, text in re.findall(r'"(\w+)", k(?:Retry|Refused|Again),\s*' + TEXT, acks):
         answers[name] = "; or: ".join(filter(None, (answers.get(name), spoken(text))))
     rows += [row("answers of the autopilot", name, text) for name, text in answers.items()]
-    causes = source("firmware/safety/failsafe_text.cpp")
+    causes = source("firmware/safety/failsafe.cpp")
     rows += [row("steps of the failsafe state machine", name) for name in re.findall(
         r'"(\w+)"', causes[causes.index("kFailsafeReasonNames{"):causes.index("static_assert")])]
     words = source("firmware/companion/operator/operator_messages.cpp")

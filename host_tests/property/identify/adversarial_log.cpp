@@ -8,6 +8,7 @@
 #include <numbers>
 #include <random>
 
+#include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/property/identify/synthetic_axis.h"
 

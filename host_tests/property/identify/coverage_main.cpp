@@ -12,8 +12,11 @@
 #include <string>
 #include <vector>
 
+#include "host_tests/lab/hidden/effect_sizes.h"
 #include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/identify/translation_pipeline.h"
 #include "host_tests/property/identify/coverage_limits.h"
 #include "host_tests/property/identify/synthetic_axis.h"
 

@@ -7,7 +7,9 @@
 #include <iostream>
 #include <random>
 
+#include "host_tests/lab/excite/forecast.h"
 #include "host_tests/lab/excite/manoeuvre.h"
+#include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
 
 namespace m100::lab::excite {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/logs/propose.h"
 #include "host_tests/property/identify/synthetic_axis.h"

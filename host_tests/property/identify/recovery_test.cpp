@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/property/identify/synthetic_axis.h"
 

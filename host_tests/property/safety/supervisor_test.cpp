@@ -17,14 +17,12 @@ Observation random_observation(std::mt19937_64& random, core::TimePoint now) {
     return microseconds(static_cast<std::int64_t>(std::exponential_distribution<>(1e-6 / mean_s)(random)));
   };
   return {.now = now,
-          .pose_age = age(0.03),
-          .telemetry_age = chance(0.01) ? age(1.0) : age(0.02),
-          .refused_for = chance(0.01) ? microseconds(400000) : microseconds(0),
-          .estimate_healthy = chance(0.999),
-          .authority = chance(0.995),
-          .mode_f = chance(0.998),
-          .operator_engages = chance(0.05),
-          .operator_releases = chance(0.001)};
+          .estimate = {.pose_age = age(0.03), .healthy = chance(0.999)},
+          .consistency = {.refused_for = chance(0.01) ? microseconds(400000) : microseconds(0)},
+          .link = {.telemetry_age = chance(0.01) ? age(1.0) : age(0.02),
+                   .in_control = chance(0.995),
+                   .mode_f = chance(0.998)},
+          .orders = {.engages = chance(0.05), .releases = chance(0.001)}};
 }
 
 double random_number(std::mt19937_64& random) {
@@ -59,12 +57,12 @@ TEST_P(SupervisorObservations, NeverGrantWhatTheyMustNot) {
                                       random_number(random)};
     const FailsafeState before = supervisor.failsafe_state();
     const SupervisedCommand<double> grant = supervisor.review(wanted, {}, seen, 0.01);
-    ASSERT_FALSE(grant.transmit && !(seen.authority && seen.mode_f));
+    ASSERT_FALSE(grant.transmit && !(seen.link.in_control && seen.link.mode_f));
     ASSERT_FALSE(
         (before == FailsafeState::kSilent || before == FailsafeState::kLevel || before == FailsafeState::kRelease) &&
-        grant.failsafe_state == FailsafeState::kNominal && !seen.operator_engages);
+        grant.failsafe_state == FailsafeState::kNominal && !seen.orders.engages);
     ASSERT_FALSE(before == FailsafeState::kNominal && grant.failsafe_state == FailsafeState::kNominal &&
-                 seen.pose_age > std::chrono::milliseconds(60));
+                 seen.estimate.pose_age > std::chrono::milliseconds(60));
     const auto check = [](double value, double was, double range, double slew) {
       ASSERT_TRUE(std::isfinite(value));
       ASSERT_LE(std::abs(value), range);

@@ -8,6 +8,7 @@
 
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/campaign/page.h"
+#include "host_tests/lab/campaign/report_json.h"
 #include "host_tests/lab/input_error.h"
 
 namespace m100::lab::campaign {

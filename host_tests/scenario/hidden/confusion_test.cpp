@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/hidden/confusion.h"
+#include "host_tests/lab/hidden/effect_sizes.h"
 
 #include <gtest/gtest.h>
 

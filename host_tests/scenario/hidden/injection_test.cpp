@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/inject/inject.h"
 #include "host_tests/shared_files.h"

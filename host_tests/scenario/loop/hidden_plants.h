@@ -8,6 +8,7 @@
 
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/loop/close_loop.h"
+#include "host_tests/sim/world/base_plant.h"
 #include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab::loop {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/scenario/loop/hidden_plants.h"
+#include "host_tests/sim/world/base_plant.h"
 
 #include <algorithm>
 #include <string>

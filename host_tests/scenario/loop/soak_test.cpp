@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "firmware/model/axis_effects.h"
+#include "host_tests/lab/loop/results.h"
+#include "host_tests/sim/world/base_plant.h"
 
 namespace m100::lab::loop {
 namespace {

@@ -4,6 +4,7 @@
 #include "host_tests/sim/autopilot/n1_autopilot.h"
 #include "protocol/bytes.h"
 #include "protocol/dji/acks.h"
+#include "protocol/dji/command_decoder.h"
 
 namespace m100::sim {
 namespace {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/sim/world/base_plant.h"
+
 #include "firmware/companion/files/vehicle_file.h"
-#include "host_tests/sim/world/plant_file.h"
 
 // The base of a plant file: the measured plant, or that of a vehicle file.
 namespace m100::sim {

@@ -23,13 +23,4 @@ Plant load_plant(const std::string& path, const Plant& base = measured_plant());
 /// The same from text; `name` stands for the file in messages.
 Plant parse_plant(std::string_view text, const std::string& name, const Plant& base = measured_plant());
 
-/// The plant that a vehicle file describes: all four axes with every key, mass, drag and thrust come from the file;
-/// air, pose source, sensors and link are those of the measured plant.
-Plant plant_of(const model::Vehicle& vehicle);
-/// The base of plant files: the plant of the vehicle file at `vehicle_path` (option --plant-from), or the measured one
-/// if the path is empty. Errors: companion::VehicleFileError.
-Plant base_plant(const std::string& vehicle_path);
-/// The plant of a command line: plant file and --plant-from, either or both of them empty.
-Plant plant_of_options(const std::string& plant_path, const std::string& vehicle_path);
-
 }  // namespace m100::sim

@@ -12,11 +12,8 @@ constexpr double kStep_s = 0.001;  // of the integration
 constexpr double kTiltWander_rad_s = 6.0;
 constexpr double kClimbWander_rad_s = 5.0;
 constexpr double kHeadingWander_rad_s = 4.0;
-constexpr double kBatteryLife_s = 840.0;  // 14 minutes (paper, IV-A)
-constexpr double kCordDamping_per_s = 0.1;
+constexpr double kBatteryLife_s = 840.0;   // 14 minutes (paper, IV-A)
 constexpr double kRotorRadius_m = 0.1651;  // 13 inches across
-constexpr double kHeightLoop_s = 0.1;      // until the autopilot's thrust has compensated a change of lift
-constexpr double kHeightRecovers_s = 0.3;  // of the climb speed that was lost meanwhile
 constexpr double kLowestRotor_m = 0.15;    // the rotors stand above the feet
 const core::Vector<double, 3> kUp(0.0, 0.0, 1.0);
 
@@ -49,7 +46,7 @@ Vehicle::Vehicle(const Plant& plant, std::uint64_t seed, const core::Vector<doub
   state_.motors_on = true;
   state_.in_air = position_w_m.z() > 0.0;
   state_.battery_percent = plant.battery.start_percent;
-  carried_before_kg_ = carried_kg();
+  load_ = CarriedLoad(carried_kg());
   attitude_.yaw_rad = yaw_rad;
   publish(core::Vector<double, 3>::Zero());
 }
@@ -89,19 +86,6 @@ core::Vector<double, 3> Vehicle::aerodynamic_acceleration(const core::Vector<dou
   return {sum[0], sum[1], sum[2]};
 }
 
-core::Vector<double, 3> Vehicle::swing(double step_s, const core::Vector<double, 3>& own) {
-  if (plant_.payload.slung_length_m <= 0.0 || carried_kg() <= 0.0) {
-    return core::Vector<double, 3>::Zero();
-  }
-  const double stiffness = model::kGravity_m_s2 / plant_.payload.slung_length_m;
-  core::Vector<double, 3> pull = stiffness * load_offset_m_ * (carried_kg() / plant_.mass_kg);
-  core::Vector<double, 3> relative = -stiffness * load_offset_m_ - kCordDamping_per_s * load_speed_m_s_ - own - pull;
-  relative.z() = 0.0;
-  load_speed_m_s_ += step_s * relative;
-  load_offset_m_ += step_s * load_speed_m_s_;
-  return pull;
-}
-
 double Vehicle::authority() const {
   const double drained = plant_.battery.sag * (1.0 - 0.01 * state_.battery_percent);
   const double loaded =
@@ -127,18 +111,13 @@ void Vehicle::change_when_due() {
 }
 
 double Vehicle::climb_offset_m_s(double step_s) {
-  const double carried = carried_kg();
-  if (carried != carried_before_kg_) {  // the aircraft sinks until the thrust has followed
-    sag_m_s_ -= kHeightLoop_s * model::kGravity_m_s2 * (carried - carried_before_kg_) / (plant_.mass_kg + carried);
-    carried_before_kg_ = carried;
-  }
-  sag_m_s_ *= std::exp(-step_s / kHeightRecovers_s);
+  const double sag_m_s = load_.sag_m_s(step_s, carried_kg(), plant_.mass_kg);
   if (plant_.air.ground_effect == 0.0) {
-    return sag_m_s_;
+    return sag_m_s;
   }
   const double ratio = 0.25 * kRotorRadius_m / (kLowestRotor_m + std::max(0.0, state_.position_w_m.z()));
   const double lift = ratio * ratio / (1.0 - ratio * ratio);
-  return sag_m_s_ + plant_.air.ground_effect * kHeightLoop_s * model::kGravity_m_s2 * lift;
+  return sag_m_s + plant_.air.ground_effect * CarriedLoad::kHeightLoop_s * model::kGravity_m_s2 * lift;
 }
 
 void Vehicle::integrate(double step_s) {
@@ -176,7 +155,7 @@ void Vehicle::integrate(double step_s) {
   const double left = -lift * sr / (cr * cp);
   const double cy = std::cos(attitude_.yaw_rad), sy = std::sin(attitude_.yaw_rad);
   core::Vector<double, 3> acceleration(cy * forward - sy * left + air.x(), sy * forward + cy * left + air.y(), 0.0);
-  acceleration += swing(step_s, acceleration);
+  acceleration += load_.swing(step_s, plant_.payload.slung_length_m, carried_kg(), plant_.mass_kg, acceleration);
   acceleration.z() = (climb - climb_before) / step_s;
 
   state_.position_w_m += step_s * (state_.velocity_w_m_s + 0.5 * step_s * acceleration);

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "host_tests/sim/world/axis_motion.h"
+#include "host_tests/sim/world/carried_load.h"
 #include "host_tests/sim/world/plant.h"
 #include "host_tests/sim/world/random.h"
 #include "host_tests/sim/world/vehicle_port.h"
@@ -48,7 +49,6 @@ class Vehicle final : public VehiclePort {
   /// Effect of payload and ground on the climb speed that the autopilot holds.
   double climb_offset_m_s(double step_s);
   core::Vector<double, 3> aerodynamic_acceleration(const core::Vector<double, 3>& wind) const;
-  core::Vector<double, 3> swing(double step_s, const core::Vector<double, 3>& own);
   void publish(const core::Vector<double, 3>& acceleration);
 
   Plant plant_;
@@ -63,14 +63,11 @@ class Vehicle final : public VehiclePort {
   Wander heading_wander_;
   Wander climb_wander_;
   double yaw_rad_ = 0.0;
-  core::Vector<double, 3> load_offset_m_ = core::Vector<double, 3>::Zero();
-  core::Vector<double, 3> load_speed_m_s_ = core::Vector<double, 3>::Zero();
+  CarriedLoad load_;
   core::Euler<double> attitude_;
   double lift_m_s2_ = model::kGravity_m_s2;
   double actuators_ = 1.0;
   double time_s_ = 0.0;
-  double carried_before_kg_ = 0.0;
-  double sag_m_s_ = 0.0;
   bool has_changed_ = false;
   double hardest_touch_m_s_ = 0.0;
   VehicleState state_;

@@ -37,8 +37,8 @@ TEST(SensorAdapter, TurnsTheAutopilotsFramesIntoOurs) {
   RecordProperty("paper", "III-A");
   SensorAdapter measure;
   const core::Euler<double> truth{.roll_rad = 0.1, .pitch_rad = -0.2, .yaw_rad = 1.0};
-  const auto measured =
-      measure.update<double>(telemetry_of(truth, {0.1F, 0.2F, 0.3F}), milliseconds(2), core::Pose<double>{}, kNow);
+  const auto measured = measure.update<double>(telemetry_of(truth, {0.1F, 0.2F, 0.3F}), milliseconds(2),
+                                               core::Pose<double>{}, est::DisturbanceAcceleration<double>{}, kNow);
   ASSERT_TRUE(measured.attitude.is_new);
   EXPECT_NEAR(measured.attitude.roll_rad, 0.1, 1e-6);
   EXPECT_NEAR(measured.attitude.pitch_rad, -0.2, 1e-6);
@@ -53,7 +53,8 @@ TEST(SensorAdapter, SaysHowOldAPoseIs) {
   RecordProperty("promise", "R3");
   SensorAdapter measure;
   const core::Pose<double> pose = pose_at(kNow - milliseconds(23), {1.0, 2.0, 3.0});
-  const auto measured = measure.update<float>(protocol::Telemetry{}, milliseconds(0), pose, kNow);
+  const auto measured =
+      measure.update<float>(protocol::Telemetry{}, milliseconds(0), pose, est::DisturbanceAcceleration<float>{}, kNow);
   ASSERT_TRUE(measured.pose.is_new);
   EXPECT_EQ(measured.pose.age(kNow), milliseconds(23));
   EXPECT_EQ(measured.pose.position_w_m.y(), 2.0F);
@@ -66,7 +67,8 @@ struct BadPose {
 class RefusedPose : public ::testing::TestWithParam<BadPose> {};
 TEST_P(RefusedPose, IsDroppedAndCounted) {
   SensorAdapter measure;
-  const auto measured = measure.update<double>(protocol::Telemetry{}, milliseconds(0), GetParam().pose, kNow);
+  const auto measured = measure.update<double>(protocol::Telemetry{}, milliseconds(0), GetParam().pose,
+                                               est::DisturbanceAcceleration<double>{}, kNow);
   EXPECT_FALSE(measured.pose.is_new);
   EXPECT_EQ(measure.stats().refused_poses, 1U);
 }
@@ -88,7 +90,10 @@ TEST_P(RefusedAttitude, IsDroppedAndCounted) {
   SensorAdapter measure;
   protocol::Telemetry telemetry = telemetry_of({}, {0.0F, 0.0F, 0.0F});
   GetParam().spoil(telemetry);
-  EXPECT_FALSE(measure.update<double>(telemetry, milliseconds(0), core::Pose<double>{}, kNow).attitude.is_new);
+  EXPECT_FALSE(measure
+                   .update<double>(telemetry, milliseconds(0), core::Pose<double>{},
+                                   est::DisturbanceAcceleration<double>{}, kNow)
+                   .attitude.is_new);
   EXPECT_EQ(measure.stats().refused_attitudes, 1U);
 }
 INSTANTIATE_TEST_SUITE_P(
@@ -110,7 +115,11 @@ TEST(SensorAdapter, NoticesAStuckSensor) {
   const protocol::Telemetry telemetry = telemetry_of({.roll_rad = 0.01}, {0.01F, 0.0F, 0.0F});
   int used = 0;
   for (int i = 0; i < 100; ++i) {
-    used += measure.update<double>(telemetry, milliseconds(0), core::Pose<double>{}, kNow).attitude.is_new ? 1 : 0;
+    used += measure.update<double>(telemetry, milliseconds(0), core::Pose<double>{},
+                                   est::DisturbanceAcceleration<double>{}, kNow)
+                    .attitude.is_new
+                ? 1
+                : 0;
   }
   EXPECT_EQ(used, 50);
 }
@@ -119,12 +128,17 @@ TEST(SensorAdapter, NoticesAStuckSensor) {
 TEST(SensorAdapter, TakesTheSamePoseAgainForNothingNew) {
   SensorAdapter measure;
   core::Pose<double> pose = pose_at(kNow, {1.0, 2.0, 3.0});
-  EXPECT_TRUE(measure.update<double>({}, milliseconds(3), pose, kNow).pose.is_new);
+  EXPECT_TRUE(
+      measure.update<double>({}, milliseconds(3), pose, est::DisturbanceAcceleration<double>{}, kNow).pose.is_new);
   pose.set_captured_at(kNow + milliseconds(10));
-  EXPECT_FALSE(measure.update<double>({}, milliseconds(3), pose, kNow + milliseconds(10)).pose.is_new);
+  EXPECT_FALSE(
+      measure.update<double>({}, milliseconds(3), pose, est::DisturbanceAcceleration<double>{}, kNow + milliseconds(10))
+          .pose.is_new);
   EXPECT_EQ(measure.stats().repeated_poses, 1U);
   pose.position_w_m.x() += 1e-9;
-  EXPECT_TRUE(measure.update<double>({}, milliseconds(3), pose, kNow + milliseconds(10)).pose.is_new);
+  EXPECT_TRUE(
+      measure.update<double>({}, milliseconds(3), pose, est::DisturbanceAcceleration<double>{}, kNow + milliseconds(10))
+          .pose.is_new);
 }
 
 // Each number has a value of its own, and the force and the climb differ from what they are without telemetry.

@@ -16,6 +16,7 @@
 #include <set>
 #include <vector>
 
+#include "protocol/dji/command_decoder.h"
 #include "protocol/dji/commands.h"
 #include "protocol/dji/frame_parser.h"
 

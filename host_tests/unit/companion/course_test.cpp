@@ -9,6 +9,7 @@
 #include <string>
 
 #include "firmware/companion/files/course_validation.h"
+#include "firmware/companion/files/course_words.h"
 
 namespace m100::companion {
 namespace {

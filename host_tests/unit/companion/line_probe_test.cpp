@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "firmware/companion/preflight/line_probe.h"
+#include "firmware/companion/preflight/probe/line_probe.h"
 #include "hal/mock/wrong_baud.h"
 #include "host_tests/sim/autopilot/n1_telemetry.h"
 #include "protocol/dji/acks.h"

@@ -21,10 +21,10 @@ constexpr safety::Limits kLimits;
 
 Observation ready() {
   Observation seen;
-  seen.pose_age = milliseconds(20);
-  seen.telemetry_age = milliseconds(10);
-  seen.estimate_healthy = true;
-  seen.outside_m = -1.0;
+  seen.estimate.pose_age = milliseconds(20);
+  seen.link.telemetry_age = milliseconds(10);
+  seen.estimate.healthy = true;
+  seen.fence.outside_m = -1.0;
   return seen;
 }
 
@@ -38,25 +38,25 @@ std::string said(FailsafeReason cause, const Observation& seen) {
 TEST(Obstacle, IsWhatStandsInTheWayNow) {
   Observation seen = ready();
   EXPECT_EQ(denial_reason(seen, kLimits), FailsafeReason::kNone);
-  seen.telemetry_age = kLimits.telemetry_stale;
-  seen.pose_age = kLimits.pose_fresh;
-  seen.refused_for = kLimits.gate_shut - core::Duration(1);
-  seen.outside_m = 0.0;
+  seen.link.telemetry_age = kLimits.telemetry_stale;
+  seen.estimate.pose_age = kLimits.pose_fresh;
+  seen.consistency.refused_for = kLimits.gate_shut - core::Duration(1);
+  seen.fence.outside_m = 0.0;
   EXPECT_EQ(denial_reason(seen, kLimits), FailsafeReason::kNone);
 
-  seen.outside_m = 0.01;
+  seen.fence.outside_m = 0.01;
   EXPECT_EQ(denial_reason(seen, kLimits), FailsafeReason::kFenceLeft);
   seen = ready();
-  seen.estimate_healthy = false;
+  seen.estimate.healthy = false;
   EXPECT_EQ(denial_reason(seen, kLimits), FailsafeReason::kEstimateLost);
   seen = ready();
-  seen.pose_age = kLimits.pose_fresh + core::Duration(1);
+  seen.estimate.pose_age = kLimits.pose_fresh + core::Duration(1);
   EXPECT_EQ(denial_reason(seen, kLimits), FailsafeReason::kPoseOld);
   seen = ready();
-  seen.refused_for = kLimits.gate_shut;
+  seen.consistency.refused_for = kLimits.gate_shut;
   EXPECT_EQ(denial_reason(seen, kLimits), FailsafeReason::kPoseRefused);
   seen = ready();
-  seen.telemetry_age = kLimits.telemetry_stale + core::Duration(1);
+  seen.link.telemetry_age = kLimits.telemetry_stale + core::Duration(1);
   EXPECT_EQ(denial_reason(seen, kLimits), FailsafeReason::kTelemetryOld);
 }
 
@@ -64,23 +64,23 @@ TEST(Obstacle, IsWhatStandsInTheWayNow) {
 // not an obstacle of their own.
 TEST(Obstacle, TheCauseOfTheOthersIsNamedFirst) {
   Observation seen = ready();
-  seen.outside_m = 1.0;
-  seen.pose_age = seconds(1);
+  seen.fence.outside_m = 1.0;
+  seen.estimate.pose_age = seconds(1);
   EXPECT_EQ(denial_reason(seen, kLimits), FailsafeReason::kPoseOld);
-  seen.refused_for = seconds(1);
+  seen.consistency.refused_for = seconds(1);
   EXPECT_EQ(denial_reason(seen, kLimits), FailsafeReason::kPoseRefused);
-  seen.estimate_healthy = false;
+  seen.estimate.healthy = false;
   EXPECT_EQ(denial_reason(seen, kLimits), FailsafeReason::kPoseOld);
-  seen.telemetry_age = seconds(1);
+  seen.link.telemetry_age = seconds(1);
   EXPECT_EQ(denial_reason(seen, kLimits), FailsafeReason::kTelemetryOld);
 }
 
 TEST(Obstacle, APoseOfALateSourceIsFreshForLonger) {
   Observation seen = ready();
   seen.pose_latency = {.min_latency = milliseconds(60), .jitter = milliseconds(10), .interval = milliseconds(20)};
-  seen.pose_age = milliseconds(110);  // 60 + 2 * 10 + 20 + 10
+  seen.estimate.pose_age = milliseconds(110);  // 60 + 2 * 10 + 20 + 10
   EXPECT_EQ(denial_reason(seen, kLimits), FailsafeReason::kNone);
-  seen.pose_age += core::Duration(1);
+  seen.estimate.pose_age += core::Duration(1);
   EXPECT_EQ(denial_reason(seen, kLimits), FailsafeReason::kPoseOld);
 }
 
@@ -96,51 +96,51 @@ TEST(Obstacle, WhatHelpsIsSaid) {
 
 TEST(FlyWords, ARefusalTellsByHowMuchAndByWhom) {
   Observation seen = ready();
-  seen.refused_by_m = 0.314;
-  seen.refused_allowed_m = 0.021;
+  seen.consistency.refused_by_m = 0.314;
+  seen.consistency.refused_allowed_m = 0.021;
   EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen), "pose refused: 0.31 m from the prediction, allowed 0.02 m");
-  seen.refused_turn_rad = 0.35;
+  seen.consistency.refused_turn_rad = 0.35;
   EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen), "pose refused: 0.31 m from the prediction, allowed 0.02 m");
-  seen.refused_turn_rad = 0.5;
+  seen.consistency.refused_turn_rad = 0.5;
   EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen),
             "pose refused: turned by 0.50 rad from the prediction, allowed 0.35 rad");
-  seen.contradicted_by = static_cast<std::uint8_t>(est::ConsistencyCheck::kAnswer);
+  seen.consistency.contradicted_by = static_cast<std::uint8_t>(est::ConsistencyCheck::kAnswer);
   EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen).find("attitude refused: it does not follow our commands"), 0U);
-  seen.contradicted_by = static_cast<std::uint8_t>(est::ConsistencyCheck::kRates);
+  seen.consistency.contradicted_by = static_cast<std::uint8_t>(est::ConsistencyCheck::kRates);
   EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen).find("attitude refused: the autopilot's rates contradict it"), 0U);
-  seen.contradicted_by = static_cast<std::uint8_t>(est::ConsistencyCheck::kForce);
+  seen.consistency.contradicted_by = static_cast<std::uint8_t>(est::ConsistencyCheck::kForce);
   EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen).find("pose refused: the autopilot contradicts it"), 0U);
 }
 
 TEST(FlyWords, AnAgeStandsBesideItsLimit) {
   Observation seen = ready();
-  seen.telemetry_age = milliseconds(640);
-  seen.pose_age = milliseconds(75);
+  seen.link.telemetry_age = milliseconds(640);
+  seen.estimate.pose_age = milliseconds(75);
   EXPECT_EQ(said(FailsafeReason::kTelemetryOld, seen), "telemetry old: 0.640 s, allowed 0.100 s");
   EXPECT_EQ(said(FailsafeReason::kTelemetrySilent, seen), "telemetry silent: 0.640 s, allowed 0.500 s");
   EXPECT_EQ(said(FailsafeReason::kPoseOld, seen), "pose old: 0.075 s, allowed 0.060 s");
-  seen.pose_age = core::Duration::max();
+  seen.estimate.pose_age = core::Duration::max();
   EXPECT_EQ(said(FailsafeReason::kPoseOld, seen), "pose old: none has arrived");
 }
 
 TEST(FlyWords, WhatTookControlAwayIsTold) {
   Observation seen = ready();
-  seen.authority = true;
+  seen.link.in_control = true;
   EXPECT_EQ(said(FailsafeReason::kControlGone, seen), "the mode switch left F");
-  seen.authority = false;
+  seen.link.in_control = false;
   EXPECT_EQ(said(FailsafeReason::kControlGone, seen), "control is not ours any more");
-  seen.error_m = 0.456;
-  seen.reserve_m = 0.4;
+  seen.estimate.error_m = 0.456;
+  seen.fence.reserve_m = 0.4;
   EXPECT_EQ(said(FailsafeReason::kReserveSpent, seen),
             "without a pose the position error may be 0.46 m, and the fence leaves 0.40 m");
-  seen.outside_m = 0.27;
+  seen.fence.outside_m = 0.27;
   EXPECT_EQ(said(FailsafeReason::kFenceLeft, seen), "the aircraft is 0.27 m outside its fence");
-  seen.disturbance_acceleration_m_s2 = 1.26;
-  seen.authority_exceeded_for = milliseconds(3100);
+  seen.wind.disturbance_acceleration_m_s2 = 1.26;
+  seen.wind.exceeded_for = milliseconds(3100);
   EXPECT_EQ(said(FailsafeReason::kAuthorityExceeded, seen),
             "the wind pushes with 1.3 m/s^2; the place has not been held for 3.1 s");
-  seen.limit_cycle_rad = 0.1745329;
-  seen.limit_cycle_hz = 0.84;
+  seen.limit_cycle.height_rad = 0.1745329;
+  seen.limit_cycle.frequency_hz = 0.84;
   EXPECT_EQ(said(FailsafeReason::kLimitCycle, seen)
                 .find("the aircraft swings by itself, by 10 degrees peak to peak, 0.8 times"),
             0U);

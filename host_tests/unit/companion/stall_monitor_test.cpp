@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/companion/fly/stall_monitor.h"
+#include "firmware/companion/fly/monitor/stall_monitor.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/companion/fly/thread_accounting.h"
+#include "firmware/companion/fly/monitor/thread_accounting.h"
 
 #include <gtest/gtest.h>
 

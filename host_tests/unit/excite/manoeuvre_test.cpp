@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/excite/manoeuvre.h"
+#include "host_tests/lab/excite/forecast.h"
 
 #include <gtest/gtest.h>
 

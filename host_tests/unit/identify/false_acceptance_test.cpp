@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/data/log_defects.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/residual_tests/residual_test.h"

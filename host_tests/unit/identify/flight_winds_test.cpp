@@ -10,8 +10,10 @@
 
 #include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/identify/translation_pipeline.h"
 #include "host_tests/lab/inject/inject.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/join.h"
 
 namespace m100::lab::identify {
 namespace {

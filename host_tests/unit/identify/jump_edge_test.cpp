@@ -8,6 +8,7 @@
 
 #include "firmware/model/stick_axis.h"
 #include "firmware/sysid/axis_dynamics.h"
+#include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/logs/flight_log.h"
 

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/data/ground_time.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/residual_tests/vibration_and_drift.h"

@@ -14,6 +14,7 @@
 #include "host_tests/lab/identify/data/translation_data.h"
 #include "host_tests/lab/identify/output/vehicle_update.h"
 #include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/identify/translation_pipeline.h"
 
 namespace m100::lab::identify {
 namespace {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/data/unit_consistency.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/property/identify/synthetic_axis.h"

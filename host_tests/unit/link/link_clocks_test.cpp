@@ -8,8 +8,8 @@
 
 #include "firmware/link/link_meter.h"
 #include "firmware/link/pose/clock_comparison.h"
-#include "firmware/link/telemetry_check.h"
-#include "firmware/link/telemetry_clock.h"
+#include "firmware/link/telemetry/telemetry_check.h"
+#include "firmware/link/telemetry/telemetry_clock.h"
 
 namespace m100::link {
 namespace {

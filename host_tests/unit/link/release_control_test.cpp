@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host_tests/sim/ports/link_bench.h"
+#include "protocol/dji/command_decoder.h"
 #include "protocol/dji/commands.h"
 #include "protocol/dji/frame_parser.h"
 

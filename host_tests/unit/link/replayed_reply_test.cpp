@@ -5,7 +5,7 @@
 #include <deque>
 #include <vector>
 
-#include "firmware/link/telemetry_clock.h"
+#include "firmware/link/telemetry/telemetry_clock.h"
 #include "host_tests/sim/ports/link_bench.h"
 #include "protocol/dji/frame_parser.h"
 

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "host_tests/lab/logs/flight_log.h"
+#include "host_tests/lab/logs/join.h"
 #include "host_tests/lab/logs/quaternion.h"
 #include "host_tests/unit/logs/log_files.h"
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "protocol/dji/commands.h"
+#include "protocol/dji/command_decoder.h"
 
 #include <gtest/gtest.h>
 

@@ -20,11 +20,8 @@ constexpr Duration kMin = microseconds(1);
 
 Observation good(core::TimePoint now) {
   return {.now = now,
-          .pose_age = milliseconds(20),
-          .telemetry_age = milliseconds(5),
-          .estimate_healthy = true,
-          .authority = true,
-          .mode_f = true};
+          .estimate = {.pose_age = milliseconds(20), .healthy = true},
+          .link = {.telemetry_age = milliseconds(5), .in_control = true, .mode_f = true}};
 }
 
 /// A supervisor in flight, run one tick at a time.
@@ -35,7 +32,7 @@ struct Flight {
   explicit Flight(const ctl::Command<double>& wanted = {}) {
     for (int i = 0; i < 20; ++i) {
       Observation seen = good(now);
-      seen.operator_engages = i == 15;
+      seen.orders.engages = i == 15;
       tick(seen, wanted);
     }
     EXPECT_EQ(supervisor.failsafe_state(), FailsafeState::kNominal);
@@ -61,15 +58,15 @@ struct Edge {
   FailsafeReason why;
 };
 const Edge kEdges[] = {
-    {"PoseOf60Ms", [](Observation& o, Duration d) { o.pose_age = milliseconds(60) + d; }, FailsafeState::kCoast,
-     FailsafeReason::kPoseOld},
-    {"TelemetryOf100Ms", [](Observation& o, Duration d) { o.telemetry_age = milliseconds(100) + d; },
+    {"PoseOf60Ms", [](Observation& o, Duration d) { o.estimate.pose_age = milliseconds(60) + d; },
+     FailsafeState::kCoast, FailsafeReason::kPoseOld},
+    {"TelemetryOf100Ms", [](Observation& o, Duration d) { o.link.telemetry_age = milliseconds(100) + d; },
      FailsafeState::kCoast, FailsafeReason::kTelemetryOld},
-    {"GateShutFor300Ms", [](Observation& o, Duration d) { o.refused_for = milliseconds(300) + d - kMin; },
+    {"GateShutFor300Ms", [](Observation& o, Duration d) { o.consistency.refused_for = milliseconds(300) + d - kMin; },
      FailsafeState::kLevel, FailsafeReason::kPoseRefused},
-    {"PlaceLostFor3S", [](Observation& o, Duration d) { o.authority_exceeded_for = milliseconds(3000) + d - kMin; },
+    {"PlaceLostFor3S", [](Observation& o, Duration d) { o.wind.exceeded_for = milliseconds(3000) + d - kMin; },
      FailsafeState::kLevel, FailsafeReason::kAuthorityExceeded},
-    {"OnTheFence", [](Observation& o, Duration d) { o.outside_m = 1e-9 * static_cast<double>(d.count()); },
+    {"OnTheFence", [](Observation& o, Duration d) { o.fence.outside_m = 1e-9 * static_cast<double>(d.count()); },
      FailsafeState::kLevel, FailsafeReason::kFenceLeft},
 };
 
@@ -96,16 +93,16 @@ INSTANTIATE_TEST_SUITE_P(Safety, FlightLimit, ::testing::ValuesIn(kEdges),
 TEST(FlightLimit, TelemetryIsDeadBehind500Ms) {
   Flight flight;
   Observation seen = good(flight.now);
-  seen.telemetry_age = milliseconds(500);
+  seen.link.telemetry_age = milliseconds(500);
   EXPECT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kCoast);
-  seen.telemetry_age += kMin;
+  seen.link.telemetry_age += kMin;
   EXPECT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kRelease);
 }
 
 // Each state ends with the tick in which its time is over, not with the one before.
 TEST(FlightLimit, RungsLastAsLongAsTheySay) {
   Observation old = good({});
-  old.pose_age = milliseconds(61);
+  old.estimate.pose_age = milliseconds(61);
   for (const Duration more : {Duration{0}, kMin}) {
     Flight flight;
     ASSERT_EQ(flight.tick(old).failsafe_state, FailsafeState::kCoast);
@@ -127,15 +124,15 @@ TEST(FlightLimit, AMovingAircraftIsHandedOverInTheEnd) {
   for (const bool sees : {false, true}) {
     Flight flight;
     Observation seen = good({});
-    seen.outside_m = 1.0;
-    seen.pose_age = sees ? milliseconds(20) : milliseconds(61);
-    seen.speed_m_s = 0.9;
+    seen.fence.outside_m = 1.0;
+    seen.estimate.pose_age = sees ? milliseconds(20) : milliseconds(61);
+    seen.consistency.speed_m_s = 0.9;
     ASSERT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kLevel);
     Flight slow = flight;
     const Duration most = sees ? milliseconds(10000) : milliseconds(2500);
     EXPECT_EQ(flight.later(most - kMin, seen), FailsafeState::kLevel);
     EXPECT_EQ(flight.later(kMin, seen), FailsafeState::kRelease);
-    seen.speed_m_s = sees ? 0.8999 : 0.9 - 0.2 * 0.061 - 1e-6;
+    seen.consistency.speed_m_s = sees ? 0.8999 : 0.9 - 0.2 * 0.061 - 1e-6;
     EXPECT_EQ(slow.later(milliseconds(1000), seen), FailsafeState::kRelease);
   }
 }
@@ -145,14 +142,14 @@ TEST(FlightLimit, AMovingAircraftIsHandedOverInTheEnd) {
 TEST(FlightLimit, ASpeedThatNobodySeesIsTrustedLessTheLongerItIs) {
   Flight flight;
   Observation old = good({});
-  old.outside_m = 1.0;
-  old.pose_age = milliseconds(61);
-  old.speed_m_s = 0.8;
+  old.fence.outside_m = 1.0;
+  old.estimate.pose_age = milliseconds(61);
+  old.consistency.speed_m_s = 0.8;
   ASSERT_EQ(flight.tick(old).failsafe_state, FailsafeState::kLevel);
   Flight slower = flight;
-  old.pose_age = milliseconds(1500);
+  old.estimate.pose_age = milliseconds(1500);
   EXPECT_EQ(flight.later(milliseconds(1000), old), FailsafeState::kLevel);
-  old.speed_m_s = 0.59;
+  old.consistency.speed_m_s = 0.59;
   EXPECT_EQ(slower.later(milliseconds(1000), old), FailsafeState::kRelease);
 }
 
@@ -162,13 +159,13 @@ TEST(FlightLimit, CoastBrakesWhereItsErrorExceedsTheReserveAndEndsHalfASecondAft
   constexpr ctl::Command<double> kLaw{.roll_rad = 0.1}, kBrakeAndHold{.roll_rad = -0.1};
   Flight flight;
   Observation old = good({});
-  old.pose_age = milliseconds(61);
-  old.error_m = old.reserve_m = 2.0;
+  old.estimate.pose_age = milliseconds(61);
+  old.estimate.error_m = old.fence.reserve_m = 2.0;
   ASSERT_EQ(flight.tick(old, kLaw, kBrakeAndHold).failsafe_state, FailsafeState::kCoast);
   EXPECT_EQ(flight.tick(old, kLaw, kBrakeAndHold).command.roll_rad, 0.1);
-  old.error_m = 2.0001;
+  old.estimate.error_m = 2.0001;
   EXPECT_EQ(flight.tick(old, kLaw, kBrakeAndHold).command.roll_rad, -0.1);
-  old.reserve_m = 3.0;  // slow: the stopping distance is short again, but without a pose the law must not resume
+  old.fence.reserve_m = 3.0;  // slow: the stopping distance is short again, but without a pose the law must not resume
   EXPECT_EQ(flight.tick(old, kLaw, kBrakeAndHold).command.roll_rad, -0.1);
   Flight seeing = flight;
   EXPECT_EQ(flight.later(milliseconds(470) - kMin, old), FailsafeState::kCoast);
@@ -189,14 +186,14 @@ TEST(FlightLimit, TwoGapsAreTwoCoastsOnceThePlaceIsKnownAgain) {
   for (const Case& one : {Case{0.05, 0, true}, Case{0.0501, 0, false}, Case{0.05, 1, false}}) {
     Flight flight;
     Observation old = good({});
-    old.pose_age = milliseconds(61);
-    old.error_m = 0.05;
+    old.estimate.pose_age = milliseconds(61);
+    old.estimate.error_m = 0.05;
     ASSERT_EQ(flight.tick(old).failsafe_state, FailsafeState::kCoast);
-    old.error_m = 0.3;
+    old.estimate.error_m = 0.3;
     ASSERT_EQ(flight.later(milliseconds(500), old), FailsafeState::kCoast);
     Observation seen = good({});
-    seen.error_m = one.error_m;
-    seen.refused_poses = one.refused;
+    seen.estimate.error_m = one.error_m;
+    seen.consistency.refused_poses = one.refused;
     ASSERT_EQ(flight.later(milliseconds(10), seen), FailsafeState::kCoast);
     Flight longer = flight;
     EXPECT_EQ(flight.later(milliseconds(190), old), one.renews ? FailsafeState::kCoast : FailsafeState::kLevel)
@@ -260,7 +257,7 @@ TEST(SupervisorStats, CountTheLaddersSteps) {
   Flight flight;
   EXPECT_EQ(flight.supervisor.stats().steps, 1U);
   Observation old = good({});
-  old.pose_age = milliseconds(61);
+  old.estimate.pose_age = milliseconds(61);
   flight.tick(old);
   flight.later(milliseconds(700), old);
   flight.later(milliseconds(1000), old);
@@ -282,9 +279,9 @@ TEST(Recovery, CountsAPoseOnlyWhereItsCaptureHasMovedByAMillisecond) {
   for (const Duration moved : {microseconds(999), microseconds(1000)}) {
     Flight flight;
     Observation seen = good({});
-    seen.pose_age = milliseconds(61);
+    seen.estimate.pose_age = milliseconds(61);
     ASSERT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kCoast);
-    seen.pose_age = milliseconds(10);
+    seen.estimate.pose_age = milliseconds(10);
     for (int pose = 0; pose < 10; ++pose) {
       flight.later(moved, seen);
     }
@@ -297,18 +294,19 @@ TEST(Recovery, CountsAPoseOnlyWhereItsCaptureHasMovedByAMillisecond) {
 // A fresh observation forbids flying and holds no order.
 TEST(Observation, AFreshOneLetsNobodyFly) {
   const Observation fresh;
-  EXPECT_EQ(fresh.pose_age, core::Duration::max());
-  EXPECT_EQ(fresh.telemetry_age, core::Duration::max());
-  EXPECT_FALSE(fresh.estimate_healthy || fresh.authority || fresh.mode_f || fresh.operator_engages);
-  EXPECT_FALSE(fresh.operator_releases || fresh.task_flies || fresh.limit_cycle_detected ||
-               fresh.limit_cycle_persists || fresh.trim_drifted);
-  EXPECT_EQ(fresh.model_mismatch, (std::array<bool, 4>{}));
-  EXPECT_EQ(fresh.refused_poses + fresh.contradicted_by, 0U);
-  EXPECT_EQ(fresh.refused_for + fresh.authority_exceeded_for, core::Duration{0});
+  EXPECT_EQ(fresh.estimate.pose_age, core::Duration::max());
+  EXPECT_EQ(fresh.link.telemetry_age, core::Duration::max());
+  EXPECT_FALSE(fresh.estimate.healthy || fresh.link.in_control || fresh.link.mode_f || fresh.orders.engages);
+  EXPECT_FALSE(fresh.orders.releases || fresh.orders.task_flies || fresh.limit_cycle.detected ||
+               fresh.limit_cycle.persists || fresh.model.trim_drifted);
+  EXPECT_EQ(fresh.model.mismatch, (std::array<bool, 4>{}));
+  EXPECT_EQ(fresh.consistency.refused_poses + fresh.consistency.contradicted_by, 0U);
+  EXPECT_EQ(fresh.consistency.refused_for + fresh.wind.exceeded_for, core::Duration{0});
   for (const double value :
-       {fresh.refused_by_m, fresh.refused_allowed_m, fresh.error_m, fresh.speed_m_s, fresh.speed_then_m_s,
-        fresh.disturbance_acceleration_m_s2, fresh.limit_cycle_rad, fresh.limit_cycle_hz, fresh.refused_turn_rad,
-        fresh.contradicted_with, fresh.contradicted_allowed}) {
+       {fresh.consistency.refused_by_m, fresh.consistency.refused_allowed_m, fresh.estimate.error_m,
+        fresh.consistency.speed_m_s, fresh.consistency.speed_then_m_s, fresh.wind.disturbance_acceleration_m_s2,
+        fresh.limit_cycle.height_rad, fresh.limit_cycle.frequency_hz, fresh.consistency.refused_turn_rad,
+        fresh.consistency.contradicted_with, fresh.consistency.contradicted_allowed}) {
     EXPECT_EQ(value, 0.0);
   }
 }

@@ -18,11 +18,8 @@ class Ladder : public ::testing::Test {
  protected:
   Observation good() const {
     return {.now = now_,
-            .pose_age = milliseconds(20),
-            .telemetry_age = milliseconds(5),
-            .estimate_healthy = true,
-            .authority = true,
-            .mode_f = true};
+            .estimate = {.pose_age = milliseconds(20), .healthy = true},
+            .link = {.telemetry_age = milliseconds(5), .in_control = true, .mode_f = true}};
   }
   SupervisedCommand<double> tick(Observation seen, const ctl::Command<double>& wanted = kLaw) {
     now_ += milliseconds(10);
@@ -34,7 +31,7 @@ class Ladder : public ::testing::Test {
       tick(good());
     }
     Observation engage = good();
-    engage.operator_engages = true;
+    engage.orders.engages = true;
     ASSERT_EQ(tick(engage).failsafe_state, FailsafeState::kNominal);
     for (int i = 0; i < 20; ++i) {
       tick(good());
@@ -72,7 +69,7 @@ TEST_F(Ladder, WalksDownWhenThePoseStaysAway) {
   RecordProperty("promise", "R3");
   fly();
   Observation old = good();
-  old.pose_age = milliseconds(61);
+  old.estimate.pose_age = milliseconds(61);
   EXPECT_EQ(tick(old).failsafe_state, FailsafeState::kCoast);
   EXPECT_EQ(ticks_in(FailsafeState::kCoast, old), 70);  // 700 ms
   EXPECT_EQ(supervisor_.failsafe_state(), FailsafeState::kLevel);
@@ -100,17 +97,17 @@ TEST_F(Ladder, FliesOnThePoseOfALongWay) {
   RecordProperty("promise", "R3");
   fly();
   Observation late = good();
-  late.pose_age = milliseconds(115);
+  late.estimate.pose_age = milliseconds(115);
   late.pose_latency = {.min_latency = milliseconds(100), .jitter = milliseconds(5), .interval = milliseconds(10)};
   EXPECT_EQ(tick(late).failsafe_state, FailsafeState::kNominal);
-  late.pose_age = milliseconds(131);
+  late.estimate.pose_age = milliseconds(131);
   EXPECT_EQ(tick(late).failsafe_state, FailsafeState::kCoast);
 }
 
 TEST_F(Ladder, GivesControlBackInExactlyOneTick) {
   fly();
   Observation leave = good();
-  leave.operator_releases = true;
+  leave.orders.releases = true;
   int releases = 0;
   for (int i = 0; i < 200; ++i) {
     releases += tick(leave).release ? 1 : 0;
@@ -121,7 +118,7 @@ TEST_F(Ladder, GivesControlBackInExactlyOneTick) {
 TEST_F(Ladder, ComesBackFromCoastAfterTenGoodTicks) {
   fly();
   Observation old = good();
-  old.pose_age = milliseconds(61);
+  old.estimate.pose_age = milliseconds(61);
   tick(old);
   EXPECT_EQ(ticks_in(FailsafeState::kCoast, good()), 10);
   EXPECT_EQ(supervisor_.failsafe_state(), FailsafeState::kNominal);
@@ -132,12 +129,12 @@ TEST_F(Ladder, ComesBackFromCoastAfterTenGoodPosesHoweverSlowTheyCome) {
   RecordProperty("promise", "R3");
   fly();
   Observation old = good();
-  old.pose_age = milliseconds(61);
+  old.estimate.pose_age = milliseconds(61);
   tick(old);
   int poses = 0;
   for (int i = 0; supervisor_.failsafe_state() == FailsafeState::kCoast; ++i) {
     Observation seen = good();
-    seen.pose_age = milliseconds(20 + 10 * (i % 4));  // a new one every fourth tick
+    seen.estimate.pose_age = milliseconds(20 + 10 * (i % 4));  // a new one every fourth tick
     poses += i % 4 == 0 ? 1 : 0;
     tick(seen);
     ASSERT_LE(i, 100);
@@ -152,10 +149,10 @@ TEST_F(Ladder, HandsOverThoughAnOrderStands) {
   RecordProperty("promise", "R15");
   fly();
   Observation lost = good();
-  lost.pose_age = milliseconds(800);
+  lost.estimate.pose_age = milliseconds(800);
   tick(lost);
   ASSERT_EQ(ticks_in(FailsafeState::kCoast, lost), 70);
-  lost.operator_engages = true;
+  lost.orders.engages = true;
   EXPECT_EQ(ticks_in(FailsafeState::kLevel, lost), 100);
   EXPECT_EQ(supervisor_.failsafe_state(), FailsafeState::kRelease);
 }
@@ -167,27 +164,27 @@ TEST_F(Ladder, HandsOverBelowAMetrePerSecondOrInTheEnd) {
     supervisor_ = Supervisor<double>{Limits{}, Envelope{}};
     fly();
     Observation outside = good();
-    outside.outside_m = 0.1;
+    outside.fence.outside_m = 0.1;
     EXPECT_EQ(tick(outside).failsafe_state, FailsafeState::kLevel);
     EXPECT_EQ(supervisor_.descent().reason, FailsafeReason::kFenceLeft);
-    outside.pose_age = pose_age;
+    outside.estimate.pose_age = pose_age;
     return outside;
   };
   Observation seen = level(milliseconds(20));
-  seen.speed_m_s = 1.0;
+  seen.consistency.speed_m_s = 1.0;
   for (int i = 0; i < 300; ++i) {
     ASSERT_EQ(tick(seen).failsafe_state, FailsafeState::kLevel);
   }
-  seen.speed_m_s = 0.8;
-  seen.speed_then_m_s = 1.0;  // a wind beyond the tilt limit: half a second later it would be that fast
+  seen.consistency.speed_m_s = 0.8;
+  seen.consistency.speed_then_m_s = 1.0;  // a wind beyond the tilt limit: half a second later it would be that fast
   EXPECT_EQ(tick(seen).failsafe_state, FailsafeState::kLevel);
-  seen.speed_then_m_s = 0.8;
+  seen.consistency.speed_then_m_s = 0.8;
   EXPECT_EQ(tick(seen).failsafe_state, FailsafeState::kRelease);
   seen = level(milliseconds(20));
-  seen.speed_m_s = 3.0;
+  seen.consistency.speed_m_s = 3.0;
   EXPECT_EQ(ticks_in(FailsafeState::kLevel, seen), 0);  // not within five seconds, but after ten
   seen = level(milliseconds(600));
-  seen.speed_m_s = 3.0;
+  seen.consistency.speed_m_s = 3.0;
   EXPECT_EQ(ticks_in(FailsafeState::kLevel, seen), 250);
 }
 
@@ -195,7 +192,7 @@ TEST_F(Ladder, HandsOverBelowAMetrePerSecondOrInTheEnd) {
 TEST_F(Ladder, HoldsAgainstTheWindUntilTheSticksAreThePilots) {
   fly();
   Observation lost = good();
-  lost.authority_exceeded_for = milliseconds(3000);
+  lost.wind.exceeded_for = milliseconds(3000);
   EXPECT_EQ(tick(lost).failsafe_state, FailsafeState::kLevel);
   EXPECT_EQ(supervisor_.descent().reason, FailsafeReason::kAuthorityExceeded);
   const ctl::Command<double> held{.roll_rad = 0.1, .pitch_rad = -0.4};
@@ -213,7 +210,7 @@ TEST_F(Ladder, HoldsAgainstTheWindUntilTheSticksAreThePilots) {
   supervisor_ = Supervisor<double>{Limits{}, Envelope{}};
   fly();
   Observation leave = good();
-  leave.operator_releases = true;
+  leave.orders.releases = true;
   EXPECT_EQ(tick(leave).failsafe_state, FailsafeState::kRelease);
   EXPECT_EQ(tick(good()).command.pitch_rad, 0.0);
 }
@@ -221,13 +218,13 @@ TEST_F(Ladder, HoldsAgainstTheWindUntilTheSticksAreThePilots) {
 TEST_F(Ladder, StaysLevelUntilTheOperatorComes) {
   fly();
   Observation lost = good();
-  lost.refused_for = milliseconds(300);
+  lost.consistency.refused_for = milliseconds(300);
   EXPECT_EQ(tick(lost).failsafe_state, FailsafeState::kLevel);
   for (int i = 0; i < 50; ++i) {
     EXPECT_EQ(tick(good()).failsafe_state, FailsafeState::kLevel);
   }
   Observation engage = good();
-  engage.operator_engages = true;
+  engage.orders.engages = true;
   EXPECT_EQ(tick(engage).failsafe_state, FailsafeState::kNominal);
 }
 
@@ -250,15 +247,16 @@ TEST_P(LossOf, IsAnsweredInTheSameTick) {
 INSTANTIATE_TEST_SUITE_P(
     Table, LossOf,
     ::testing::Values(
-        Loss{"Authority", [](Observation& f) { f.authority = false; }, FailsafeState::kSilent, false},
-        Loss{"ModeF", [](Observation& f) { f.mode_f = false; }, FailsafeState::kSilent, false},
-        Loss{"Link", [](Observation& f) { f.telemetry_age = milliseconds(501); }, FailsafeState::kRelease, true},
-        Loss{"LinkBriefly", [](Observation& f) { f.telemetry_age = milliseconds(101); }, FailsafeState::kCoast, true},
-        Loss{"Estimate", [](Observation& f) { f.estimate_healthy = false; }, FailsafeState::kLevel, true},
+        Loss{"Authority", [](Observation& f) { f.link.in_control = false; }, FailsafeState::kSilent, false},
+        Loss{"ModeF", [](Observation& f) { f.link.mode_f = false; }, FailsafeState::kSilent, false},
+        Loss{"Link", [](Observation& f) { f.link.telemetry_age = milliseconds(501); }, FailsafeState::kRelease, true},
+        Loss{"LinkBriefly", [](Observation& f) { f.link.telemetry_age = milliseconds(101); }, FailsafeState::kCoast,
+             true},
+        Loss{"Estimate", [](Observation& f) { f.estimate.healthy = false; }, FailsafeState::kLevel, true},
         Loss{"PoseAndMode",
              [](Observation& f) {
-               f.pose_age = milliseconds(500);
-               f.mode_f = false;
+               f.estimate.pose_age = milliseconds(500);
+               f.link.mode_f = false;
              },
              FailsafeState::kSilent, false}),
     [](const auto& tested) { return tested.param.name; });

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/sim/world/plant_file.h"
+#include "host_tests/sim/world/base_plant.h"
 
 #include <gtest/gtest.h>
 

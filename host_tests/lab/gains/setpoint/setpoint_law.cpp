@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "firmware/core/assert.h"
+#include "host_tests/lab/gains/setpoint/setpoint_packing.h"
 #include "host_tests/lab/gains/setpoint/setpoint_tree.h"
 
 namespace m100::lab::gains {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/gains/setpoint/setpoint_packing.h"
+
 #include <algorithm>
 #include <map>
 #include <utility>
 
 #include "firmware/mpc/table_file.h"
-#include "host_tests/lab/gains/setpoint/setpoint_tree.h"
 
 namespace m100::lab::gains {
 namespace {

@@ -23,8 +23,4 @@ struct SplitPlane {
 std::vector<SplitPlane> split_box(const Regions& regions, const ParametricProgram& program,
                                   const ConstructionContext& work, SetpointRows& out);
 
-/// Packs up to three planes into each node of the table, so that the longest path has the fewest nodes; writes nodes,
-/// planes and depth of `out`. Throws TooLarge if there are more nodes than a table file can hold.
-void pack_planes(const std::vector<SplitPlane>& split, SetpointRows& out);
-
 }  // namespace m100::lab::gains

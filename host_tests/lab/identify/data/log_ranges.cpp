@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/join.h"
 #include "host_tests/lab/option_words.h"
 
 namespace m100::lab::identify {

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "host_tests/lab/identify/data/log_defects.h"
+#include "host_tests/lab/logs/join.h"
 
 namespace m100::lab::identify {
 namespace {

@@ -7,6 +7,7 @@
 #include "firmware/model/paper.h"
 #include "host_tests/lab/identify/paper/paper.h"
 #include "host_tests/lab/logs/flight_log.h"
+#include "host_tests/lab/logs/formats/mat.h"
 
 namespace m100::lab::identify::paper {
 namespace {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/logs/formats/ardupilot.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,7 +12,6 @@
 #include <string_view>
 
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/lab/whole_file.h"
 
 // ArduPilot's binary log: records {A3 95 type body}, little endian and packed. FMT (type 128) defines the length and

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/logs/formats/csv.h"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -8,7 +10,6 @@
 
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/no_such_column.h"
-#include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/whole_file.h"
 

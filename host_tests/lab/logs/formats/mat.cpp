@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/logs/formats/mat.h"
+
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -8,7 +10,6 @@
 
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/formats/mat_file.h"
-#include "host_tests/lab/logs/raw_log.h"
 
 namespace m100::lab::logs {
 namespace {

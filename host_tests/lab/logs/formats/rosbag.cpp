@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/logs/formats/rosbag.h"
+
 #include <algorithm>
 #include <cstdint>
 #include <cstring>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/logs/formats/rosbag2.h"
+
 #include <sqlite3.h>
 
 #include <cstdint>

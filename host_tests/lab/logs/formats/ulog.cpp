@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/logs/formats/ulog.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,7 +13,6 @@
 
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/formats/ulog_format.h"
-#include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/lab/whole_file.h"
 
 // ULog, as PX4 documents it: 16 bytes of header, then messages of {uint16 size, uint8 type, payload}. Definitions 'F'

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/ctl/command.h"
+#include "firmware/ctl/excitation.h"
+#include "firmware/link/serial_link.h"
+#include "firmware/model/vehicle.h"
+#include "firmware/safety/supervisor.h"
+#include "firmware/vrc/command_map.h"
+#include "protocol/dji/telemetry.h"
+
+namespace m100::app {
+
+/// Granted commands to the sticks or movement commands that leave, and back: the command that the aircraft obeys.
+/// T is float or double.
+template <typename T>
+class CommandSender {
+ public:
+  CommandSender(const model::Vehicle& vehicle, link::Channel channel) : commands_(vehicle), channel_(channel) {}
+
+  /// Once per tick, after the link received. @returns the command that the aircraft has obeyed since the last tick:
+  /// ours,
+  ///   after rounding to stick counts, or the pilot's if he is in control.
+  const ctl::Command<T>& update(bool in_control, const protocol::Telemetry& telemetry);
+
+  /// Sends what the supervisor granted, if the link may carry a command now. @param commanded the command before the
+  ///   supervisor. @returns as SerialLink::send; kRefused: silent by the failsafe.
+  core::Status send(const safety::SupervisedCommand<T>& supervised, const ctl::Command<T>& commanded,
+                    const ctl::Excitation<T>& excitation, link::SerialLink& link, core::TimePoint now);
+
+  /// The command of the excited stick, in SI units. Precondition: the excitation moves a stick.
+  T excited_command(const ctl::Excitation<T>& excitation) const;
+  /// Forgets what rounding to counts has left over.
+  void reset() { commands_.reset(); }
+  bool uses_sticks() const { return channel_ == link::Channel::kVirtualRc; }
+  /// The last sticks that left.
+  const vrc::Sticks& sticks() const { return sticks_; }
+
+ private:
+  vrc::Stick excited_stick(const ctl::Excitation<T>& excitation) const;
+  core::Status send_sticks(const safety::SupervisedCommand<T>& supervised, const ctl::Command<T>& commanded,
+                           const ctl::Excitation<T>& excitation, link::SerialLink& link, core::TimePoint now);
+
+  vrc::CommandMap commands_;
+  link::Channel channel_;
+  vrc::Sticks sticks_{};
+  ctl::Command<T> applied_{};
+};
+
+extern template class CommandSender<float>;
+extern template class CommandSender<double>;
+
+}  // namespace m100::app

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/ctl/law/braking.h"
+#include "firmware/ctl/monitor/control_authority_monitor.h"
+#include "firmware/ctl/monitor/limit_cycle_response.h"
+#include "firmware/est/measurement.h"
+#include "firmware/est/trim_monitor.h"
+#include "firmware/sysid/model_status.h"
+#include "firmware/sysid/residual_monitor.h"
+#include "firmware/vrc/stick_map.h"
+
+namespace m100::app {
+
+/// The monitors of a flight: wind that is too strong, limit cycle, trim, and the residual of the vehicle's model.
+/// T is float or double.
+template <typename T>
+class FlightMonitors {
+ public:
+  /// @param attitude_delay from the tick that sends a stick to the measured attitude's tick, without the vehicle's own
+  ///   delay. @param responds false: limit cycles are neither reported nor answered.
+  FlightMonitors(const model::Vehicle& vehicle, const ctl::Braking& braking, core::Duration attitude_delay,
+                 bool responds);
+
+  /// Once per tick, after the law; may start its fallback. @param flies whether the law flies. @param excited whether a
+  /// plan moves a stick.
+  void update(const est::Estimate<T>& estimate, const ref::Window<T>& reference, bool flies, bool excited,
+              core::Duration elapsed, ctl::FlightLaw<T>& law);
+  /// Once per tick, after the sticks left. @param flies_sticks the aircraft obeys our sticks. @param holds the
+  /// reference stands still and no plan moves a stick.
+  void update_model(const est::Measurement<T>& measured, const est::Estimate<T>& estimate, const vrc::Sticks& sticks,
+                    bool flies_sticks, bool holds, core::Duration elapsed);
+
+  ctl::ControlAuthorityStatus wind() const { return authority_.status(); }
+  ctl::LimitCycleStatus limit_cycle() const { return limit_cycle_.status(); }
+  bool limit_cycle_persists() const { return limit_cycle_.persists(); }
+  sysid::ModelStatus model() const;
+  const sysid::ResidualMonitor<T>& residual() const { return residual_; }
+  const est::TrimMonitor<T>& trim() const { return trim_; }
+
+ private:
+  ctl::ControlAuthorityMonitor<T> authority_;
+  ctl::LimitCycleResponse<T> limit_cycle_;
+  sysid::ResidualMonitor<T> residual_;
+  est::TrimMonitor<T> trim_;
+};
+
+extern template class FlightMonitors<float>;
+extern template class FlightMonitors<double>;
+
+}  // namespace m100::app

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/core/time.h"
+#include "firmware/link/serial_link.h"
+#include "firmware/safety/failsafe.h"
+#include "firmware/safety/order_status.h"
+
+namespace m100::app {
+
+/// The operator's orders between two ticks, and the requests for control that follow from them. An order to fly stands
+/// until it is served, withdrawn, or too old. Control that is ours but not used goes back to the pilot.
+class OperatorOrders {
+ public:
+  /// @param timeout how long an order to fly stays valid.
+  explicit OperatorOrders(core::Duration timeout) : timeout_(timeout) {}
+
+  /// Each takes effect in the next update(). @param order log::kOrder*.
+  void add(std::uint32_t order) { given_ |= order; }
+  /// Sends the request for one of the autopilot's own tasks. @returns as SerialLink::request.
+  core::Status begin_task(protocol::Task task, link::SerialLink& link, core::TimePoint now);
+
+  /// Once per tick, before the link receives. @param in_reach the aircraft is where the course begins.
+  void update(bool in_reach, safety::FailsafeState failsafe_state, link::SerialLink& link, core::TimePoint now);
+  /// Once per tick, after the supervisor: gives control back that nothing uses, because no pose arrives. It blocks the
+  /// pilot's sticks.
+  void release_unused(safety::FailsafeState failsafe_state, link::SerialLink& link, core::TimePoint now);
+  /// The law flies: the order is served.
+  void serve(core::TimePoint now) { until_ = now; }
+
+  /// The orders that this tick acts upon: log::kOrder*.
+  std::uint32_t acting() const { return acting_; }
+  /// An engage order is served only with `in_reach`, of this tick.
+  safety::OrderStatus status(bool in_reach, core::TimePoint now) const;
+  bool takes_off() const;
+
+ private:
+  core::Duration timeout_;
+  core::TimePoint until_{};
+  bool stands_ = false;  ///< as of this tick
+  core::TimePoint unused_since_{};
+  std::uint32_t given_ = 0;   ///< since the last tick
+  std::uint32_t acting_ = 0;  ///< in this tick
+  std::uint8_t tasks_ = 0;    ///< requested so far: their number on the wire
+};
+
+}  // namespace m100::app

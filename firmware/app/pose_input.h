@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/frames.h"
+#include "firmware/core/time.h"
+#include "firmware/est/timing/pose_timing.h"
+#include "firmware/link/pose/pose_link.h"
+#include "firmware/safety/limits.h"
+#include "hal/uart.h"
+
+namespace m100::app {
+
+/// The poses: from the second UART to one pose a tick, with the time of its capture. T is float or double.
+template <typename T>
+class PoseInput {
+ public:
+  /// @param tap may be null.
+  /// @param from whose poses are used.
+  PoseInput(hal::Uart& uart, std::uint32_t baud, link::ByteTap* tap, link::SenderChoice from)
+      : link_(uart, baud, tap, from) {}
+
+  /// @param stalled the tick covers a stall: then no pose is used, because those that waited are older than they state,
+  ///   by an unknown time. The next tick has a fresh one. @returns the newest pose; is_new is false if none came.
+  core::Pose<double> receive(bool stalled, core::TimePoint now) {
+    const core::Expected<core::Pose<double>> came = link_.receive(now);
+    link_.request_time(now);
+    if (stalled) {
+      for (int backlog = 0; backlog < kBacklogReads && link_.receive(now); ++backlog) {
+      }
+      return {};
+    }
+    return came ? *came : core::Pose<double>{};
+  }
+
+  /// Sets the time of capture. @param yaw_rad as estimated in the tick before.
+  void date(est::Measurement<T>& measured, T yaw_rad) { timing_.update(measured, yaw_rad); }
+
+  const link::PoseLink& link() const { return link_; }
+  const est::PoseTimingReport<T>& timing() const { return timing_.report(); }
+  safety::MeasuredLatency latency() const {
+    const est::PoseTimingReport<T>& timing = timing_.report();
+    return {.min_latency = timing.min_latency, .jitter = timing.jitter, .interval = timing.interval};
+  }
+
+ private:
+  static constexpr int kBacklogReads = 32;  ///< of PoseLink::kBytesPerTick: more than a driver holds
+
+  link::PoseLink link_;
+  est::PoseTiming<T> timing_;
+};
+
+}  // namespace m100::app

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/companion/files/course.h"
+
+namespace m100::companion {
+
+/// The words and their meanings, for --help.
+std::string course_help();
+
+}  // namespace m100::companion

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/fly/flight_reporter.h"
+
+#include <algorithm>
+
+#include "firmware/companion/operator/operator_messages.h"
+
+namespace m100::companion {
+namespace {
+
+using Excitation = ctl::Excitation<double>;
+
+/// Raises what may have ended a flight to the larger of both.
+void raise(safety::Observation& worst, const safety::Observation& by) {
+  worst.estimate.pose_age = std::max(worst.estimate.pose_age, by.estimate.pose_age);
+  worst.link.telemetry_age = std::max(worst.link.telemetry_age, by.link.telemetry_age);
+  worst.fence.outside_m = std::max(worst.fence.outside_m, by.fence.outside_m);
+  worst.consistency.refused_by_m = std::max(worst.consistency.refused_by_m, by.consistency.refused_by_m);
+  worst.wind.exceeded_for = std::max(worst.wind.exceeded_for, by.wind.exceeded_for);
+}
+
+}  // namespace
+
+void FlightReporter::update(core::TimePoint now, bool is_flying) {
+  report_stage(now);
+  report_failsafe(now);
+  report_excitation(now);
+  report_limit_cycle(now);
+  note_flight(is_flying);
+}
+
+/// Adds the tracking error, and remembers the worst of what may have ended the flight.
+void FlightReporter::note_flight(bool is_flying) {
+  const safety::FailsafeState failsafe_state = controller_.supervisor().failsafe_state();
+  const bool passes =
+      failsafe_state == safety::FailsafeState::kNominal || failsafe_state == safety::FailsafeState::kCoast;
+  if (is_flying && passes) {
+    const est::Estimate<double>& at = controller_.estimate();
+    const ref::Window<double>& to = controller_.reference();
+    tracking_.add({at.x.position_m - to.x[0].position_m, at.y.position_m - to.y[0].position_m,
+                   at.height_m - to.height.position_m});
+  }
+  if (failsafe_state == safety::FailsafeState::kNominal) {
+    worst_ = controller_.observed();
+  } else {
+    raise(worst_, controller_.observed());
+  }
+}
+
+safety::Observation FlightReporter::worst_since(const safety::Observation& step) const {
+  safety::Observation worst = step;
+  raise(worst, worst_);
+  return worst;
+}
+
+void FlightReporter::report_tracking(core::TimePoint now) {
+  if (!tracking_.is_known() || tracking_reported_) {
+    return;
+  }
+  tracking_reported_ = true;
+  TextLine line;
+  describe(line, tracking_);
+  operator_log_.write(now, line.text());
+}
+
+void FlightReporter::report_stage(core::TimePoint now) {
+  const link::AuthorityView& view = controller_.link().authority();
+  if (reported_stage_ && view.stage == last_stage_ && view.reason == last_reason_) {
+    return;
+  }
+  reported_stage_ = true;
+  last_stage_ = view.stage;
+  last_reason_ = view.reason;
+  TextLine line;
+  describe(line, view);
+  if (view.reason == safety::AuthorityReason::kNothingReceived && controller_.link().health().echoes > 0) {
+    line.add("; our own bytes come back: RX and TX are joined (half-duplex adapter, loopback plug?)");
+  }
+  operator_log_.write(now, line.text());
+}
+
+void FlightReporter::report_failsafe(core::TimePoint now) {
+  const std::uint32_t made = controller_.supervisor().stats().steps;
+  if (made == reported_transitions_) {
+    return;
+  }
+  reported_transitions_ = made;
+  const safety::FailsafeStep& step = controller_.supervisor().last_step();
+  if (step_count_ < steps_.size()) {
+    steps_[step_count_++] = step;
+  }
+  TextLine line;
+  line.add("failsafe: ").add(safety::name(step.from)).add(" to ").add(safety::name(step.to)).add(", ");
+  line.add(safety::name(step.reason)).add(": ");
+  describe(line, step.reason, step.seen, limits_);
+  operator_log_.write(now, line.text());
+}
+
+void FlightReporter::report_limit_cycle(core::TimePoint now) {
+  const safety::Observation& seen = controller_.observed();
+  if (seen.limit_cycle.detected && !limit_cycle_reported_) {
+    limit_cycle_ = limit_cycle_ ? limit_cycle_ : seen;
+    TextLine line;
+    describe_limit_cycle(line, seen);
+    operator_log_.write(now, line.text());
+  }
+  limit_cycle_reported_ = seen.limit_cycle.detected;
+}
+
+void FlightReporter::update_return(const ReturnToStart<double>& home, core::TimePoint now) {
+  using State = ReturnToStart<double>::State;
+  const State state = home.state();
+  if (state != reported_return_ && state != State::kInactive) {
+    TextLine line;
+    line.add("battery low: ").add(static_cast<double>(controller_.link().telemetry().battery_percent), 0);
+    line.add(" %, the limit is ").add(home.low_percent(), 0).add(" %; ");
+    line.add(state == State::kReturning ? "the aircraft flies to where the flight began"
+                                        : "the aircraft is where the flight began");
+    operator_log_.write(now, line.add(state == State::kReturning ? ", then the flight ends"
+                                      : lands_                   ? ", and lands"
+                                                                 : "; control goes back to the transmitter: land")
+                                 .text());
+  }
+  reported_return_ = state;
+}
+
+void FlightReporter::report_excitation(core::TimePoint now) {
+  const Excitation& excitation = controller_.excitation();
+  if (excitation.state() == reported_excitation_) {
+    return;
+  }
+  reported_excitation_ = excitation.state();
+  TextLine line;
+  describe(line, excitation);
+  if (!line.text().empty()) {
+    operator_log_.write(now, line.text());
+  }
+}
+
+}  // namespace m100::companion

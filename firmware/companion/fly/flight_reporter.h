@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "firmware/app/flight_controller.h"
+#include "firmware/companion/fly/monitor/tracking_error.h"
+#include "firmware/companion/ground_station/return_to_start.h"
+#include "firmware/companion/operator/operator_log.h"
+
+namespace m100::companion {
+
+/// Tells the operator each change of a flight once: authority, failsafe, excitation, limit cycle, return to the start.
+/// No heap.
+class FlightReporter {
+ public:
+  static constexpr std::size_t kMaxTransitions = 64;  ///< steps of the failsafe that are kept: the first ones
+
+  /// @param lands a flight that has returned to its start lands there.
+  FlightReporter(const app::FlightController<double>& controller, const safety::Limits& limits, bool lands,
+                 OperatorLog& operator_log)
+      : controller_(controller), limits_(limits), lands_(lands), operator_log_(operator_log) {}
+
+  /// Once per tick, before the sequencer decides.
+  /// @param is_flying the law may fly: its tracking error counts while the failsafe lets the law pass.
+  void update(core::TimePoint now, bool is_flying);
+  void update_return(const ReturnToStart<double>& home, core::TimePoint now);
+
+  /// The observation when the first limit cycle was noticed; empty: none was.
+  const std::optional<safety::Observation>& limit_cycle() const { return limit_cycle_; }
+  std::span<const safety::FailsafeStep> steps() const { return std::span(steps_).first(step_count_); }
+  const TrackingError& tracking() const { return tracking_; }
+  /// Once per program, if the law has flown.
+  void report_tracking(core::TimePoint now);
+  /// The observation of a failsafe step with the worst of what may have ended the flight: as at the end, not as at the
+  /// first crossing of a limit.
+  safety::Observation worst_since(const safety::Observation& step) const;
+
+ private:
+  void report_stage(core::TimePoint now);
+  void report_failsafe(core::TimePoint now);
+  void report_excitation(core::TimePoint now);
+  void report_limit_cycle(core::TimePoint now);
+  void note_flight(bool is_flying);
+
+  const app::FlightController<double>& controller_;
+  safety::Limits limits_;
+  bool lands_;
+  OperatorLog& operator_log_;
+  bool reported_stage_ = false;
+  safety::AuthorityStage last_stage_ = safety::AuthorityStage::kListening;
+  safety::AuthorityReason last_reason_ = safety::AuthorityReason::kNone;
+  std::uint32_t reported_transitions_ = 0;
+  std::array<safety::FailsafeStep, kMaxTransitions> steps_{};
+  std::size_t step_count_ = 0;
+  ctl::Excitation<double>::State reported_excitation_ = ctl::Excitation<double>::State::kIdle;
+  bool limit_cycle_reported_ = false;
+  std::optional<safety::Observation> limit_cycle_;
+  ReturnToStart<double>::State reported_return_ = ReturnToStart<double>::State::kInactive;
+  TrackingError tracking_;
+  bool tracking_reported_ = false;
+  safety::Observation worst_;  ///< the largest ages and distances since the failsafe was last nominal
+};
+
+}  // namespace m100::companion

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/fly/monitor/thread_accounting.h"
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <array>
+#include <charconv>
+#include <cstdlib>
+
+namespace m100::companion {
+
+ThreadAccounting::ThreadAccounting()
+    : schedstat_(open("/proc/thread-self/schedstat", O_RDONLY | O_CLOEXEC)), last_(total()) {}
+
+ThreadAccounting::~ThreadAccounting() {
+  if (schedstat_ >= 0) {
+    (void)close(schedstat_);
+  }
+}
+
+ThreadCounts ThreadAccounting::update() {
+  const ThreadCounts now = total();
+  const ThreadCounts since{.without_processor = now.without_processor - last_.without_processor,
+                           .disk_faults = now.disk_faults - last_.disk_faults};
+  last_ = now;
+  return since;
+}
+
+ThreadCounts ThreadAccounting::total() const {
+  ThreadCounts counts;
+  std::array<char, 96> text{};
+  const ssize_t size = schedstat_ >= 0 ? pread(schedstat_, text.data(), text.size(), 0) : 0;
+  if (size > 0) {
+    counts.without_processor = run_queue_time({text.data(), static_cast<std::size_t>(size)});
+  }
+  rusage usage{};
+  if (getrusage(RUSAGE_THREAD, &usage) == 0) {
+    counts.disk_faults = static_cast<std::uint64_t>(usage.ru_majflt);
+  }
+  return counts;
+}
+
+core::Duration run_queue_time(std::string_view schedstat) {
+  const std::size_t space = schedstat.find(' ');
+  std::int64_t time_ns = 0;
+  if (space != std::string_view::npos) {
+    (void)std::from_chars(schedstat.data() + space + 1, schedstat.data() + schedstat.size(), time_ns);
+  }
+  return std::chrono::duration_cast<core::Duration>(std::chrono::nanoseconds(time_ns));
+}
+
+double disk_pressure_percent() {
+  constexpr std::string_view kKey = "some avg10=";
+  std::array<char, 64> text{};
+  const int file = open("/proc/pressure/io", O_RDONLY | O_CLOEXEC);
+  const ssize_t size = file >= 0 ? read(file, text.data(), text.size() - 1) : -1;
+  if (file >= 0) {
+    (void)close(file);
+  }
+  const std::string_view line(text.data(), static_cast<std::size_t>(size > 0 ? size : 0));
+  return line.starts_with(kKey) ? std::strtod(text.data() + kKey.size(), nullptr) : -1.0;
+}
+
+void describe(TextLine& line, core::Duration stall, const ThreadCounts& counts, double disk_percent) {
+  line.add("this program stood still for ").add(core::seconds<double>(stall), 3);
+  line.add(" s: ready to run but without a processor for ").add(core::seconds<double>(counts.without_processor), 3);
+  line.add(" s, page faults from the disk: ").add(static_cast<double>(counts.disk_faults), 0);
+  if (disk_percent >= 0.0) {
+    line.add(", the board waited for a disk in ").add(disk_percent, 0).add(" % of the last 10 s");
+  }
+}
+
+}  // namespace m100::companion

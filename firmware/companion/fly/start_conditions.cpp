@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/fly/start_conditions.h"
+
+#include "firmware/companion/fly/autopilot_task.h"
+#include "firmware/companion/operator/operator_messages.h"
+
+namespace m100::companion {
+namespace {
+
+/// An obstacle that lasts longer is reported.
+constexpr core::Duration kObstacleReported = std::chrono::seconds(1);
+
+}  // namespace
+
+/// The position counts only if nothing else prevents flying by it. If goals have led, the next flight begins where the
+/// aircraft is; a take-off begins where the aircraft stood.
+bool StartConditions::is_out_of_reach(bool takes_off) const {
+  const est::Estimate<double>& at = controller_.estimate();
+  const core::Vector<double, 3>& from = takes_off ? request_.takeoff_position_w_m : request_.course_start_w_m;
+  const core::Vector<double, 3> away{at.x.position_m - from.x(), at.y.position_m - from.y(), at.height_m - from.z()};
+  const bool is_known = is_outside(takes_off) || denial(takes_off) == safety::FailsafeReason::kNone;
+  const bool is_bound = takes_off || !goal_led_;
+  return is_known && is_bound && away.squaredNorm() > request_.max_start_distance_m * request_.max_start_distance_m;
+}
+
+bool StartConditions::on_ground(core::TimePoint now) const {
+  return request_.take_off && LandedState(controller_.link(), now).on_ground;
+}
+
+bool StartConditions::is_outside(bool takes_off) const {
+  return denial(takes_off) == safety::FailsafeReason::kFenceLeft;
+}
+
+/// Before the first telemetry package its age is meaningless, and the lost estimate would be blamed on the pose. The
+/// floor of the fence does not prevent a take-off.
+safety::FailsafeReason StartConditions::denial(bool takes_off) const {
+  if (controller_.link().health().packages == 0) {
+    return safety::FailsafeReason::kTelemetryOld;
+  }
+  const safety::FailsafeReason cause = denial_reason(controller_.observed(), limits_);
+  return takes_off && cause == safety::FailsafeReason::kFenceLeft ? safety::FailsafeReason::kNone : cause;
+}
+
+void StartConditions::report_awaited(core::TimePoint now, bool waits) {
+  const safety::FailsafeReason cause = controller_.link().authority().stage == safety::AuthorityStage::kReady
+                                           ? denial(on_ground(now))
+                                           : safety::FailsafeReason::kNone;
+  if (cause == safety::FailsafeReason::kNone || !waits) {
+    clear_ = now;
+    reported_denial_ = safety::FailsafeReason::kNone;
+    return;
+  }
+  if (now - clear_ > kObstacleReported && reported_denial_ == safety::FailsafeReason::kNone) {
+    reported_denial_ = cause;
+    TextLine line;
+    line.add("control is not asked for yet; ");
+    describe(line, cause, controller_.observed(), limits_);
+    add_refused_poses(line, cause, now);
+    operator_log_.write(now, line.add(": ").add(remedy_for(cause)).text());
+  }
+}
+
+/// An old pose may be one of many that came and were refused.
+void StartConditions::add_refused_poses(TextLine& line, safety::FailsafeReason cause, core::TimePoint now) const {
+  const link::PoseLinkStats& poses = controller_.pose_link().stats();
+  const bool is_lately = poses.last_fault != link::PoseFault::kNone && now - poses.last_fault_at < kObstacleReported;
+  if (is_lately && (cause == safety::FailsafeReason::kPoseOld || cause == safety::FailsafeReason::kEstimateLost)) {
+    line.add("; poses come and are refused: ").add(link::text_of(poses.last_fault).sentence);
+  }
+}
+
+bool StartConditions::report_pose(core::TimePoint now, bool again) {
+  if (pose_reported_ && !again) {
+    return false;
+  }
+  TextLine line;
+  pose_.describe(line.add("control is not asked for: "), controller_, now);
+  operator_log_.write(now, line.text());
+  pose_reported_ = true;
+  return !pose_.is_on_trial_only(now);
+}
+
+void StartConditions::report_position(core::TimePoint now, bool takes_off, bool program_ends) const {
+  if (is_outside(takes_off)) {
+    report_denial(now, safety::FailsafeReason::kFenceLeft, program_ends);
+  } else {
+    report_distance(now, takes_off, program_ends);
+  }
+}
+
+void StartConditions::report_denial(core::TimePoint now, safety::FailsafeReason cause, bool program_ends) const {
+  TextLine line;
+  line.add("control is not taken; ");
+  describe(line, cause, controller_.observed(), limits_);
+  add_refused_poses(line, cause, now);
+  operator_log_.write(now, line.add(": ").add(remedy_for(cause)).add("; ").add(next_input(program_ends)).text());
+}
+
+void StartConditions::report_distance(core::TimePoint now, bool takes_off, bool program_ends) const {
+  const est::Estimate<double>& at = controller_.estimate();
+  const core::Vector<double, 3>& from = takes_off ? request_.takeoff_position_w_m : request_.course_start_w_m;
+  TextLine line;
+  line.add("control is not taken: the aircraft is at ").add(at.x.position_m, 1).add(", ").add(at.y.position_m, 1);
+  line.add(", ")
+      .add(at.height_m, 1)
+      .add(takes_off ? " m, and the take-off begins at " : " m, and the course begins at ")
+      .add(from.x(), 1)
+      .add(", ");
+  line.add(from.y(), 1).add(", ").add(from.z(), 1);
+  operator_log_.write(now, line.add(" m: fly there, or start m100 again here; ").add(next_input(program_ends)).text());
+}
+
+}  // namespace m100::companion

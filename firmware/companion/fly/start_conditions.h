@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <span>
+
+#include "firmware/app/flight_controller.h"
+#include "firmware/companion/fly/flight_request.h"
+#include "firmware/companion/operator/operator_log.h"
+#include "firmware/companion/operator/pose_monitor.h"
+
+namespace m100::companion {
+
+/// Whether the law may take over now, and what the operator is told if not. No heap.
+class StartConditions {
+ public:
+  StartConditions(const FlightRequest& request, const safety::Limits& limits,
+                  const app::FlightController<double>& controller, OperatorLog& operator_log)
+      : request_(request), limits_(limits), controller_(controller), operator_log_(operator_log) {}
+
+  /// Call it once per tick. @param waits control is not ours and was not requested.
+  /// @param goal_led goals have led the flight: the next one begins where the aircraft is, not at its course.
+  void update(core::TimePoint now, bool waits, bool goal_led) {
+    pose_.tick(now, controller_, waits, operator_log_);
+    goal_led_ = goal_led;
+  }
+
+  /// The autopilot awaits the operator's command.
+  static constexpr bool waits_for_operator(safety::AuthorityStage stage) {
+    return stage == safety::AuthorityStage::kReady || stage == safety::AuthorityStage::kSilent ||
+           stage == safety::AuthorityStage::kSilentCold;
+  }
+  /// A command would take off: the aircraft stands on the ground.
+  bool on_ground(core::TimePoint now) const;
+  safety::FailsafeReason denial(bool takes_off) const;
+  /// The law must not take over here: farther from the beginning of the course than its reach, or outside the fence.
+  bool is_out_of_bounds(bool takes_off) const { return is_outside(takes_off) || is_out_of_reach(takes_off); }
+  /// The source of pose stands against control.
+  bool pose_blocks(core::TimePoint now) const { return pose_.blocks(now); }
+  bool has_rival() const { return pose_.has_rival(); }
+  std::span<const ClockStep> clock_steps() const { return pose_.clock_steps(); }
+
+  /// Says once why the source of pose stands against control. @param again also if it was said before.
+  /// @returns the order is used up: by a second sender or a wrong attitude, not by a check that is on trial.
+  bool report_pose(core::TimePoint now, bool again);
+  /// @param program_ends the program ends after this line.
+  void report_position(core::TimePoint now, bool takes_off, bool program_ends) const;
+  void report_denial(core::TimePoint now, safety::FailsafeReason cause, bool program_ends) const;
+  /// Reports an obstacle, such as a missing pose, once it has lasted: otherwise the operator would wait without knowing
+  /// why. @param waits only the operator's command is missing.
+  void report_awaited(core::TimePoint now, bool waits);
+  /// The operator's command is what is missing, from now on.
+  void restart(core::TimePoint now) { clear_ = now; }
+
+ private:
+  bool is_outside(bool takes_off) const;
+  bool is_out_of_reach(bool takes_off) const;
+  void add_refused_poses(TextLine& line, safety::FailsafeReason cause, core::TimePoint now) const;
+  void report_distance(core::TimePoint now, bool takes_off, bool program_ends) const;
+
+  FlightRequest request_;
+  safety::Limits limits_;
+  const app::FlightController<double>& controller_;
+  OperatorLog& operator_log_;
+  PoseMonitor pose_;
+  bool pose_reported_ = false;
+  bool goal_led_ = false;
+  core::TimePoint clear_{};  ///< when only the operator's command was missing
+  safety::FailsafeReason reported_denial_ = safety::FailsafeReason::kNone;
+};
+
+}  // namespace m100::companion

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/companion/fly/fly.h"
+
+namespace m100::companion {
+
+/// Does everything of a flight that needs no sending. @returns true: telemetry came, and the pose is fresh if one was
+/// asked for.
+bool dry_run(const FlyOptions& options, const link::LinkConfig& link, hal::Uart& autopilot);
+
+}  // namespace m100::companion

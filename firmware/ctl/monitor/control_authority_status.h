@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/time.h"
+
+namespace m100::ctl {
+
+/// Whether the wind is stronger than the aircraft.
+struct ControlAuthorityStatus {
+  core::Duration exceeded_for{0};              ///< how long the wind has kept the aircraft from its place
+  double disturbance_acceleration_m_s2 = 0.0;  ///< of that wind, averaged over 2 s
+};
+
+}  // namespace m100::ctl

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "firmware/core/time.h"
+#include "firmware/link/link_meter.h"
+#include "firmware/link/telemetry/telemetry_clock.h"
+#include "protocol/dji/telemetry.h"
+#include "protocol/dji/telemetry_layout.h"
+
+namespace m100::link {
+
+/// Telemetry packages to the newest value of every item, and when each came. Repeated and overtaken packages are not
+/// used; a number that is not finite leaves its item as it was.
+class TelemetryReceiver {
+ public:
+  /// What a package was.
+  struct Reception {
+    bool is_old = false;      ///< repeated or overtaken
+    bool restarted = false;   ///< its clock is a new one: the autopilot restarted
+    std::uint16_t items = 0;  ///< that were used
+  };
+
+  /// The items of this tick are none so far.
+  void begin() { telemetry_.items = 0; }
+  /// @param last when the line was read before: the package came between then and now. After our own stall this time is
+  ///   long, but it is no restart. @param waited it may have waited for the parser: its delay says nothing about the
+  ///   adapter.
+  Reception take(std::span<const std::byte> package, bool waited, core::TimePoint last, core::TimePoint now,
+                 LinkMeter& meter);
+  /// Another autopilot may be at the other end: nothing counts as received, and its layout is the M100's until it says
+  /// what it is.
+  void reset();
+  void set_layout(protocol::TelemetryLayout layout) { layout_ = layout; }
+
+  const protocol::Telemetry& telemetry() const { return telemetry_; }
+  protocol::TelemetryLayout layout() const { return layout_; }
+  /// When the item last came; the epoch if never.
+  core::TimePoint received_at(protocol::TelemetryItem item) const;
+  bool recent(protocol::TelemetryItem item, core::TimePoint now, core::Duration age) const {
+    return (seen_items_ & static_cast<std::uint16_t>(item)) != 0 && now - received_at(item) <= age;
+  }
+
+ private:
+  protocol::Telemetry telemetry_;
+  protocol::TelemetryLayout layout_ = protocol::TelemetryLayout::kM100;
+  std::array<core::TimePoint, protocol::kTelemetryItemCount> item_times_{};
+  std::uint16_t seen_items_ = 0;
+  TelemetryClock clock_;
+};
+
+}  // namespace m100::link

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "host_tests/lab/autopilot/run.h"
+
+namespace m100::lab::autopilot {
+
+/// Runs the flight image in the emulator instead of a pseudo-terminal: UART1 is the autopilot's line, UART2 the pose,
+/// and the simulation drives its time. The operator asks for control after 6 s and gives it back 3 s before the end.
+void run_with_board(const Options& options, const sim::Plant& plant, const sim::N1Config& config);
+
+}  // namespace m100::lab::autopilot

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "host_tests/lab/hidden/hidden_flight.h"
+
+namespace m100::lab::hidden {
+
+/// The size of an effect that can_hide() accepts: 0 small, 1 medium, 2 large. The sign, where there is one, varies with
+/// the seed.
+double size_of(const std::string& effect, int size, std::uint64_t seed);
+/// Whether this vehicle can have the effect.
+bool supports_effect(const std::string& effect);
+
+}  // namespace m100::lab::hidden

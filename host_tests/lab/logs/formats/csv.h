@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "host_tests/lab/logs/raw_log.h"
+
+namespace m100::lab::logs {
+
+/// Text separated by commas, semicolons or tabs; the first line has the names. Accepts quotes, CRLF, a byte-order mark.
+std::unique_ptr<RawLog> open_csv(const std::string& file);
+
+}  // namespace m100::lab::logs

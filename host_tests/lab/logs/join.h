@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "host_tests/lab/logs/flight_log.h"
+
+namespace m100::lab::logs {
+
+/// Joins several logs, with a pause between them that is longer than any model's memory. The pause is a gap in which
+/// every signal has the first value of the next log. Signals and extra channels that one of the logs lacks are left
+/// out. A single log is unchanged. Preconditions: at least one log; equal periods.
+FlightLog joined(std::vector<FlightLog> logs);
+/// Converts `own_s`, on the clock of log number `flight` (from 0; 0 for a single log), to the joined log's clock.
+double joined_time(const FlightLog& log, std::size_t flight, double own_s);
+/// The time as text, on the clock of the log in which it lies: "12.30 s", in a joined log "2@12.30 s".
+std::string place_of(const FlightLog& log, double time_s);
+
+}  // namespace m100::lab::logs

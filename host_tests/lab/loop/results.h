@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "host_tests/lab/loop/close_loop.h"
+
+namespace m100::lab::loop {
+
+/// Quantities that the new vehicle file predicts worse than the old one by more than 2 %, 1 s ahead on the third
+/// flight; sentences.
+std::vector<std::string> predicted_worse(const LoopResult& result);
+/// The paired flights, as flown and at the ordered margin, and the margins of both laws on the corrected model; one
+/// sentence each.
+std::vector<std::string> verdicts(const LoopResult& result);
+void print(std::ostream& out, const LoopResult& result);
+nlohmann::json to_json(const LoopResult& result);
+/// Two numbers in a printf format, at most 127 characters.
+std::string two_numbers(const char* format, double a, double b);
+
+}  // namespace m100::lab::loop
