@@ -47,6 +47,11 @@ est::Contradiction<T> FaultIsolation<T>::contradiction() const {
             .measured = command_consistency_.residual_rad(),
             .allowed = command_consistency_.allowed_rad()};
   }
+  if (velocity_consistency_.report().check == est::ConsistencyCheck::kNone && height_contradicts()) {
+    return {.check = est::ConsistencyCheck::kHeight,
+            .measured = height_consistency_.drift_m(),
+            .allowed = height_consistency_.allowed_m()};
+  }
   return velocity_consistency_.report();
 }
 
@@ -80,6 +85,8 @@ void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurem
   attitude_rate_consistency_.update(imu, core::seconds<T>(elapsed));
   command_consistency_.update(estimate, model_tilt_rad, failsafe_state != safety::FailsafeState::kSilent,
                               core::seconds<T>(elapsed));
+  height_consistency_.update(imu, estimate, failsafe_state != safety::FailsafeState::kSilent,
+                             core::seconds<T>(elapsed));
   velocity_consistency_.update(imu, estimate, dead_reckoning_.disturbance_acceleration_w_m_s2(), elapsed);
   const bool contradicted = contradiction().check != est::ConsistencyCheck::kNone;
   const core::Vector<T, 2> apart =
@@ -108,6 +115,11 @@ void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurem
     dead_reckoning_.update(with_model_tilt(imu, estimate.yaw_rad), estimate, std::nullopt, trusted, pilots, elapsed);
   } else {
     dead_reckoning_.update(imu, estimate, velocity_consistency_.measured_h_m_s2(), trusted, pilots, elapsed);
+  }
+  if (velocity_consistency_.is_suspect() || estimate_faulted_) {
+    unseen_m_ -= apart * core::seconds<T>(elapsed);
+  } else {
+    unseen_m_.setZero();
   }
 }
 
@@ -152,6 +164,18 @@ est::Estimate<T> FaultIsolation<T>::motion(const est::Estimate<T>& estimate) con
   }
   if (diverges_) {
     known.x.velocity_variance_m2_s2 = known.y.velocity_variance_m2_s2 = kNotToBeUsed_m2_s2;
+  }
+  return known;
+}
+
+template <typename T>
+est::Estimate<T> FaultIsolation<T>::fence_motion(const est::Estimate<T>& estimate) const {
+  const bool suspect = velocity_consistency_.is_suspect() || estimate_faulted_;
+  est::Estimate<T> known = suspect ? dead_reckoning_.replace_motion(estimate) : estimate;
+  known.x.position_m += unseen_m_.x();
+  known.y.position_m += unseen_m_.y();
+  if ((disabled_checks_ & set_of(est::ConsistencyCheck::kHeight)) == 0) {
+    known.height_m -= height_consistency_.unexplained_drift_m();
   }
   return known;
 }

@@ -5,6 +5,7 @@
 #include "firmware/est/consistency/command_consistency.h"
 #include "firmware/est/consistency/consistency_status.h"
 #include "firmware/est/consistency/dead_reckoning.h"
+#include "firmware/est/consistency/height_consistency.h"
 #include "firmware/est/consistency/velocity_consistency.h"
 #include "firmware/est/estimate.h"
 #include "firmware/est/measurement.h"
@@ -36,6 +37,10 @@ class FaultIsolation {
               const core::Vector<T, 2>& model_tilt_rad, safety::FailsafeState failsafe_state, core::Duration elapsed);
 
   bool is_converged() const { return velocity_consistency_.is_converged(); }
+  /// See VelocityConsistency.
+  T force_scale_m_s2() const { return velocity_consistency_.force_scale_m_s2(); }
+  /// The attitude is contradicted by its own rates, or by our commands.
+  bool attitude_is_contradicted() const { return attitude_fault_; }
   /// The present contradiction. A false attitude is reported first, because it makes the poses look false, too.
   est::Contradiction<T> contradiction() const;
   /// The push that the specific force shows and the tilt does not explain, for the observer.
@@ -44,6 +49,10 @@ class FaultIsolation {
   }
   /// The motion for braking: a contradicted estimate would follow the false poses.
   est::Estimate<T> motion(const est::Estimate<T>& estimate) const;
+  /// The motion by which the fence is held. While the force contradicts the poses, the velocity is that of dead
+  /// reckoning, before the contradiction is certain: at 2.4 m/s that comes too late to stop. The height is without the
+  /// drift on which the autopilot's height and climb speed agree, as far as no honest barometer explains it.
+  est::Estimate<T> fence_motion(const est::Estimate<T>& estimate) const;
   /// Horizontal. Zero if the prediction is useless, so that nothing waits for the aircraft to slow down.
   double speed_m_s(const est::Estimate<T>& estimate) const;
   /// The same after `later`, if tilt and push stay as they are; not less than now.
@@ -59,6 +68,9 @@ class FaultIsolation {
                           const core::Vector<T, 2>& model_tilt_rad);
   void predict_from_commands(const est::Estimate<T>& estimate, bool trusted, bool pilots, T step_s);
   est::ImuSample<T> with_model_tilt(const est::ImuSample<T>& imu, T yaw_rad) const;
+  bool height_contradicts() const {
+    return (disabled_checks_ & set_of(est::ConsistencyCheck::kHeight)) == 0 && height_consistency_.contradicts();
+  }
   bool rates_contradict() const {
     return (disabled_checks_ & set_of(est::ConsistencyCheck::kRates)) == 0 && attitude_rate_consistency_.contradicts();
   }
@@ -67,8 +79,11 @@ class FaultIsolation {
   est::VelocityConsistency<T> velocity_consistency_;
   est::AttitudeRateConsistency<T> attitude_rate_consistency_;
   est::CommandConsistency<T> command_consistency_;
+  est::HeightConsistency<T> height_consistency_;
   est::DeadReckoning<T> dead_reckoning_;
   bool estimate_faulted_ = false;  ///< the observer's motion was learned from poses that are contradicted
+  core::Vector<T, 2> unseen_m_ =
+      core::Vector<T, 2>::Zero();  ///< flown since the force contradicts the poses, beyond them
   T max_speed_m_s_{0};             ///< limit of the reckoned speed under braking
   bool attitude_fault_ = false;    ///< the attitude is contradicted: by its rates, or by our own commands
   bool diverges_ = false;          ///< the reckoned motion is useless

@@ -46,11 +46,12 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   estimate_ = observer_.update(measured, applied, elapsed);    // -> state estimate
   fault_isolation_.update(SensorAdapter::imu_sample<T>(telemetry, measured), measured, estimate_,
                           observer_.model_tilt_rad(), supervisor_.failsafe_state(), elapsed);  // sensors agree?
+  monitors_.update_flight_state(link_, estimate_, observer_.model_tilt_rad(), fault_isolation_, elapsed);
   prepare_start(now);  // a flight that begins in this tick begins here
   const bool solves = may_leave(now);
   const std::size_t points = solves ? ref::kHorizon + 1 : 1;
-  trajectory_.fill(reference_, now, law_.lead(), points);  // -> reference
-  geofence_.limit(reference_, estimate_, points);          // inside the fence, and where one can stop
+  trajectory_.fill(reference_, now, law_.lead(), points);                         // -> reference
+  geofence_.limit(reference_, fault_isolation_.fence_motion(estimate_), points);  // inside, and where one can stop
   const ctl::Command<T> commanded =
       excite(law_.update(estimate_, reference_, applied, elapsed, solves), now);  // -> control
   monitors_.update(estimate_, reference_, flies(), excitation_.moves(), elapsed, law_);
@@ -122,11 +123,12 @@ ctl::Command<T> FlightController<T, S>::brake_and_hold() const {
 
 template <typename T, typename S>
 void FlightController<T, S>::prepare_start(core::TimePoint now) {
-  if (flies()) {
-    return;
+  if (!flies()) {
+    trajectory_.start(now);
+    law_.reset();
+  } else if (supervisor_.failsafe_state() == safety::FailsafeState::kCoast || timer_.is_stall()) {
+    trajectory_.postpone(now, timer_.elapsed());
   }
-  trajectory_.start(now);
-  law_.reset();
 }
 
 /// The granted command is held until the next one can leave: the slew limit is between commands that leave.
@@ -144,6 +146,7 @@ safety::SupervisedCommand<T> FlightController<T, S>::supervise(const ctl::Comman
                   .fence = geofence_.status(),
                   .wind = monitors_.wind(),
                   .limit_cycle = monitors_.limit_cycle(),
+                  .flight = monitors_.flight_state(),
                   .model = monitors_.model()});
   const bool brakes = source == safety::CommandSource::kBrakeAndHold;
   const safety::SupervisedCommand<T> supervised =

@@ -88,6 +88,7 @@ class FlightController {
   bool flies() const { return safety::passes_law(supervisor_.failsafe_state()); }
   bool is_in_reach() const;
   est::Measurement<T> adapt(const protocol::Telemetry& telemetry, core::TimePoint now);
+  /// Keeps pieces of the course from beginning while no fresh pose comes.
   /// Resets course and integral in every tick in which the law does not fly, because the failsafe steps up only after
   /// the law has computed the command that then leaves.
   void prepare_start(core::TimePoint now);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "firmware/app/flight_state_monitor.h"
 #include "firmware/ctl/law/braking.h"
 #include "firmware/ctl/monitor/control_authority_monitor.h"
 #include "firmware/ctl/monitor/limit_cycle_response.h"
@@ -26,6 +27,12 @@ class FlightMonitors {
   /// plan moves a stick.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& reference, bool flies, bool excited,
               core::Duration elapsed, ctl::FlightLaw<T>& law);
+  /// Once per tick, after the fault isolation, see FlightStateMonitor.
+  void update_flight_state(const link::SerialLink& link, const est::Estimate<T>& estimate,
+                           const core::Vector<T, 2>& model_tilt_rad, const FaultIsolation<T>& isolation,
+                           core::Duration elapsed) {
+    flight_state_.update(link, estimate, model_tilt_rad, isolation, elapsed);
+  }
   /// Once per tick, after the sticks left. @param flies_sticks the aircraft obeys our sticks. @param holds the
   /// reference stands still and no plan moves a stick.
   void update_model(const est::Measurement<T>& measured, const est::Estimate<T>& estimate, const vrc::Sticks& sticks,
@@ -34,11 +41,13 @@ class FlightMonitors {
   ctl::ControlAuthorityStatus wind() const { return authority_.status(); }
   ctl::LimitCycleStatus limit_cycle() const { return limit_cycle_.status(); }
   bool limit_cycle_persists() const { return limit_cycle_.persists(); }
+  safety::FlightState flight_state() const { return flight_state_.status(); }
   sysid::ModelStatus model() const;
   const sysid::ResidualMonitor<T>& residual() const { return residual_; }
   const est::TrimMonitor<T>& trim() const { return trim_; }
 
  private:
+  FlightStateMonitor<T> flight_state_;
   ctl::ControlAuthorityMonitor<T> authority_;
   ctl::LimitCycleResponse<T> limit_cycle_;
   sysid::ResidualMonitor<T> residual_;

@@ -8,6 +8,8 @@
 namespace m100::app {
 namespace {
 
+constexpr float kMaxHeight_m = 1e4F;
+
 /// NaN and infinity fail it.
 template <typename T>
 bool within(T value, T limit) {
@@ -120,9 +122,27 @@ est::ImuSample<T> SensorAdapter::imu_sample(const protocol::Telemetry& telemetry
   // The field is exactly zero while the autopilot has no estimate.
   imu_sample.climb_is_new = telemetry.has(protocol::TelemetryItem::kVelocity) && (down_m_s < 0.F || down_m_s > 0.F);
   imu_sample.climb_m_s = -static_cast<T>(down_m_s);
+  const float height_m = telemetry.position.height_m;
+  imu_sample.height_is_new = telemetry.has(protocol::TelemetryItem::kPosition) && within(height_m, kMaxHeight_m);
+  imu_sample.height_m = static_cast<T>(height_m);
   return imu_sample;
 }
 
+/// The third row of the rotation matrix.
+template <typename T>
+std::optional<core::Vector<T, 3>> SensorAdapter::vertical_b(const protocol::Telemetry& telemetry) {
+  const core::Quaternion<T> q = attitude_of<T>(telemetry);
+  const T norm2 = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+  if (!telemetry.has(protocol::TelemetryItem::kAttitude) ||
+      !within(norm2 - T(1), static_cast<T>(2.F * SensorLimits{}.norm_error))) {
+    return std::nullopt;
+  }
+  return core::Vector<T, 3>(T(2) * (q.x * q.z - q.w * q.y), T(2) * (q.y * q.z + q.w * q.x),
+                            T(1) - T(2) * (q.x * q.x + q.y * q.y));
+}
+
+template std::optional<core::Vector<float, 3>> SensorAdapter::vertical_b(const protocol::Telemetry&);
+template std::optional<core::Vector<double, 3>> SensorAdapter::vertical_b(const protocol::Telemetry&);
 template est::ImuSample<float> SensorAdapter::imu_sample(const protocol::Telemetry&, const est::Measurement<float>&);
 template est::ImuSample<double> SensorAdapter::imu_sample(const protocol::Telemetry&, const est::Measurement<double>&);
 template est::Measurement<float> SensorAdapter::update(const protocol::Telemetry&, core::Duration,

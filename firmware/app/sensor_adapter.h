@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "firmware/core/frames.h"
 #include "firmware/core/time.h"
@@ -43,6 +44,10 @@ class SensorAdapter {
   /// The other motion data of the same package; the attitude is taken from `measured`, of this tick.
   template <typename T>
   static est::ImuSample<T> imu_sample(const protocol::Telemetry& telemetry, const est::Measurement<T>& measured);
+
+  /// The world's vertical in body axes (FLU) by the newest attitude, plausible or not; nullopt: this package has none.
+  template <typename T>
+  static std::optional<core::Vector<T, 3>> vertical_b(const protocol::Telemetry& telemetry);
 
   const SensorAdapterStats& stats() const { return stats_; }
 

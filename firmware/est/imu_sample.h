@@ -12,12 +12,14 @@ struct ImuSample {
   bool attitude_is_new = false;
   bool force_is_new = false;
   bool climb_is_new = false;
+  bool height_is_new = false;
   T roll_rad{0};
   T pitch_rad{0};
   T yaw_rad{0};
   core::Vector<T, 3> rate_b_rad_s = core::Vector<T, 3>::Zero();  ///< FLU
   core::Vector<T, 3> force_b = core::Vector<T, 3>::Zero();       ///< specific force, FLU, in m/s^2 or in g
   T climb_m_s{0};
+  T height_m{0};  ///< above the autopilot's home point
   mutable core::RollPitchSinCos<T> sin_cos{};
 
   /// Sine and cosine, computed once for all callers.

@@ -9,6 +9,7 @@ namespace m100::ref {
 namespace {
 
 constexpr core::Duration kStep = std::chrono::milliseconds(100);  ///< kPredictionStep_s
+constexpr double kAtRest_m_s = 1e-3;
 constexpr double kQuinticSpeedPeak = 1.875;
 constexpr double kQuinticAccelerationPeak = 5.7735026918962576;
 
@@ -111,6 +112,27 @@ std::size_t Trajectory<T>::begun_by(core::Duration time) const {
     }
   }
   return low;
+}
+
+template <typename T>
+bool Trajectory<T>::begins_at_rest(const Piece& piece) {
+  bool rests = true;
+  for (std::size_t axis = 0; axis < piece.axis.size(); ++axis) {
+    const T slope = piece.coefficients[axis] > 1 ? piece.axis[axis].c[1] : T(0);
+    const T most = static_cast<T>(kAtRest_m_s) * core::seconds<T>(piece.duration);
+    rests = rests && slope <= most && slope >= -most;
+  }
+  return rests;
+}
+
+template <typename T>
+void Trajectory<T>::postpone(core::TimePoint now, core::Duration elapsed) {
+  const core::Duration time = now - begin_;
+  const std::size_t next = count_ > 0 ? begun_by(time - elapsed) + 1 : 0;
+  if (next == 0 || next >= count_ || time < pieces_[next].begin || !begins_at_rest(pieces_[next])) {
+    return;
+  }
+  begin_ += time - pieces_[next].begin + core::Duration(1);
 }
 
 template <typename T>

@@ -85,6 +85,10 @@ class Trajectory {
   core::Status append_square(T side_m, core::Duration per_side, core::Duration pause);
   /// Time zero of the first piece.
   void start(core::TimePoint begin) { begin_ = begin; }
+  /// Lets no piece from rest begin between now - elapsed and now: the rest of the course moves on by what would have
+  /// passed of the piece. For ticks in which no fresh pose shows where the aircraft is. A piece that continues a motion
+  /// is not kept from it.
+  void postpone(core::TimePoint now, core::Duration elapsed);
   core::Duration duration() const { return duration_; }
   const Waypoint<T>& end() const { return end_; }  ///< the present end
   std::size_t pieces() const { return count_; }
@@ -126,6 +130,7 @@ class Trajectory {
   void fill_constant(Window<T>& window, const Waypoint<T>& place) const;
   /// The piece at a time: the last that has begun by then, or the first. There must be one.
   std::size_t begun_by(core::Duration time) const;
+  static bool begins_at_rest(const Piece& piece);
   /// The piece at a time, searched forward from piece `from`, but not past the beginning of a future set point.
   std::size_t piece_at(std::size_t from, core::Duration time) const;
 

@@ -49,6 +49,8 @@ enum class FailsafeCondition : std::uint32_t {
   kLimitCycle =
       1U << 20U,  ///< reported only: the tilt swung by itself, and the calm law flies (ctl::LimitCycleDetector)
   kLimitCyclePersists = 1U << 21U,  ///< acted upon: the swing continues under the calm law
+  kOnGround = 1U << 22U,            ///< in flight the autopilot has said "on the ground" for 500 ms
+  kFlightFailure = 1U << 23U,       ///< tilt beyond 45 degrees, tumbling, free fall or a crash (FailureDetector)
 };
 template <>
 inline constexpr bool kIsCondition<FailsafeCondition> = true;
@@ -74,8 +76,10 @@ enum class FailsafeReason : std::uint8_t {
   kAuthorityExceeded,  ///< the wind is stronger than the aircraft
   kTask,               ///< the autopilot takes off or lands, by the operator's order
   kLimitCycle,         ///< the tilt swings by itself, even under the calm law
+  kOnGround,           ///< the autopilot's flight status says "on the ground"
+  kFlightFailure,      ///< FailureDetector: the observation says which failure
 };
-inline constexpr std::size_t kFailsafeReasonCount = 19;
+inline constexpr std::size_t kFailsafeReasonCount = 21;
 
 std::string_view name(FailsafeState failsafe_state);
 std::string_view name(FailsafeReason cause);
@@ -100,6 +104,21 @@ inline constexpr std::array kFailsafeTransitions{
                        FailsafeState::kSilent, FailsafeReason::kControlGone},
     FailsafeTransition{FailsafeState::kRelease, FailsafeCondition::kNone, FailsafeCondition::kCommandable,
                        FailsafeState::kSilent, FailsafeReason::kControlGone},
+    // Nothing of ours helps an aircraft that is out of control or on the ground: the pilot has the sticks at once.
+    FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kFlightFailure, FailsafeCondition::kNone,
+                       FailsafeState::kSilent, FailsafeReason::kFlightFailure},
+    FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kFlightFailure, FailsafeCondition::kNone,
+                       FailsafeState::kSilent, FailsafeReason::kFlightFailure},
+    FailsafeTransition{FailsafeState::kLevel, FailsafeCondition::kFlightFailure, FailsafeCondition::kNone,
+                       FailsafeState::kSilent, FailsafeReason::kFlightFailure},
+    FailsafeTransition{FailsafeState::kRelease, FailsafeCondition::kFlightFailure, FailsafeCondition::kNone,
+                       FailsafeState::kSilent, FailsafeReason::kFlightFailure},
+    FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kOnGround, FailsafeCondition::kTaskFlies,
+                       FailsafeState::kSilent, FailsafeReason::kOnGround},
+    FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kOnGround, FailsafeCondition::kTaskFlies,
+                       FailsafeState::kSilent, FailsafeReason::kOnGround},
+    FailsafeTransition{FailsafeState::kLevel, FailsafeCondition::kOnGround, FailsafeCondition::kTaskFlies,
+                       FailsafeState::kSilent, FailsafeReason::kOnGround},
     // The way out.
     FailsafeTransition{FailsafeState::kRelease, FailsafeCondition::kNeutralOver, FailsafeCondition::kNone,
                        FailsafeState::kSilent, FailsafeReason::kNeutralOver},
@@ -127,9 +146,10 @@ inline constexpr std::array kFailsafeTransitions{
                        FailsafeState::kLevel, FailsafeReason::kTask},
     FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kTaskFlies, FailsafeCondition::kNone,
                        FailsafeState::kLevel, FailsafeReason::kTask},
-    FailsafeTransition{FailsafeState::kSilent, FailsafeCondition::kTaskFlies | FailsafeCondition::kCommandable,
-                       FailsafeCondition::kOperatorReleases | FailsafeCondition::kTelemetryDead, FailsafeState::kLevel,
-                       FailsafeReason::kTask},
+    FailsafeTransition{
+        FailsafeState::kSilent, FailsafeCondition::kTaskFlies | FailsafeCondition::kCommandable,
+        FailsafeCondition::kOperatorReleases | FailsafeCondition::kTelemetryDead | FailsafeCondition::kFlightFailure,
+        FailsafeState::kLevel, FailsafeReason::kTask},
     // Down one step.
     FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kCommandInvalid, FailsafeCondition::kNone,
                        FailsafeState::kLevel, FailsafeReason::kCommandInvalid},
@@ -160,7 +180,8 @@ inline constexpr std::array kFailsafeTransitions{
         FailsafeState::kSilent,
         FailsafeCondition::kOperatorEngages | FailsafeCondition::kCommandable | FailsafeCondition::kRecovered,
         FailsafeCondition::kEstimateLost | FailsafeCondition::kCommandInvalid | FailsafeCondition::kOperatorReleases |
-            FailsafeCondition::kTelemetryDead | FailsafeCondition::kOutsideFence,
+            FailsafeCondition::kTelemetryDead | FailsafeCondition::kOutsideFence | FailsafeCondition::kOnGround |
+            FailsafeCondition::kFlightFailure,
         FailsafeState::kNominal, FailsafeReason::kEngaged},
 };
 

@@ -31,6 +31,7 @@ struct Limits {
   core::Duration telemetry_dead = std::chrono::milliseconds(500);
   core::Duration gate_shut = std::chrono::milliseconds(300);            ///< by poses that agree with each other: a jump
   core::Duration authority_exceeded = std::chrono::milliseconds(3000);  ///< the wind is stronger than the aircraft
+  core::Duration on_ground = std::chrono::milliseconds(500);            ///< promise R18
   std::uint32_t good_poses_to_recover = 10;
 };
 

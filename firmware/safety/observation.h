@@ -7,6 +7,7 @@
 #include "firmware/ctl/monitor/limit_cycle_status.h"
 #include "firmware/est/consistency/consistency_status.h"
 #include "firmware/est/estimate_status.h"
+#include "firmware/safety/flight_state.h"
 #include "firmware/safety/limits.h"
 #include "firmware/safety/link_status.h"
 #include "firmware/safety/order_status.h"
@@ -26,6 +27,7 @@ struct Observation {
   ctl::GeofenceStatus fence{};
   ctl::ControlAuthorityStatus wind{};
   ctl::LimitCycleStatus limit_cycle{};
+  FlightState flight{};        ///< whether the aircraft still flies
   sysid::ModelStatus model{};  ///< up to the last tick: it is compared with the sticks that leave after the supervisor
 };
 

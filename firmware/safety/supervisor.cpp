@@ -113,6 +113,8 @@ FailsafeCondition Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Obse
   add(failsafe_state_ == FailsafeState::kRelease && inside >= limits_.neutral, FailsafeCondition::kNeutralOver);
   add(seen.orders.engages, FailsafeCondition::kOperatorEngages);
   add(seen.orders.task_flies, FailsafeCondition::kTaskFlies);
+  add(seen.flight.on_ground_for >= limits_.on_ground, FailsafeCondition::kOnGround);
+  add(seen.flight.failure != FlightFailure::kNone, FailsafeCondition::kFlightFailure);
   add(seen.model.mismatch[0], FailsafeCondition::kRollModelMismatch);
   add(seen.model.mismatch[1], FailsafeCondition::kPitchModelMismatch);
   add(seen.model.mismatch[2], FailsafeCondition::kYawRateModelMismatch);
@@ -201,7 +203,7 @@ CommandSource Supervisor<T>::update_failsafe(const ctl::Command<T>& wanted, cons
   if (row < kFailsafeTransitions.size()) {
     enter(kFailsafeTransitions[row], seen);
   }
-  ended_ = before == FailsafeState::kRelease && failsafe_state_ == FailsafeState::kSilent &&
+  ended_ = before != FailsafeState::kSilent && failsafe_state_ == FailsafeState::kSilent &&
            any(conditions_, FailsafeCondition::kCommandable);
   // Half a second of level sticks in a wind costs a metre per second: an aircraft that was stopped with a fresh pose is
   // held until the pilot has the sticks.

@@ -116,7 +116,7 @@ class Supervisor {
   std::uint32_t good_poses_ = 0;
   core::TimePoint last_capture_{};
   FailsafeCondition conditions_ = FailsafeCondition::kNone;
-  bool ended_ = false;  ///< this tick stepped from kRelease to kSilent, with control still ours
+  bool ended_ = false;  ///< this tick stepped to kSilent, with control still ours
   FailsafeStep last_step_;
   FailsafeStep descent_;
   ctl::Command<T> last_{};

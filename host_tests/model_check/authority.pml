@@ -134,10 +134,12 @@ inline ladder_step() {
   :: row != 255 -> rung = to; rung_age = 0
   :: else
   fi;
+  assert(!((ladder_signs & L_FAILURE) && rung != rung_silent));  /* R18: an aircraft out of control is the pilot's at once */
+  assert(!((ladder_signs & L_ON_GROUND) && !task && rung != rung_silent && rung != rung_release));  /* R18: and on the ground */
   rung_age = (rung == rung_silent || rung == rung_nominal -> 0 : (rung_age < LEVEL_MOVING_TIME -> rung_age + 1 : LEVEL_MOVING_TIME));
   fast = fast && rung == rung_level;
   order = order && rung != rung_nominal;
-  release_next = before == rung_release && rung == rung_silent && (ladder_signs & L_COMMANDABLE);
+  release_next = before != rung_silent && rung == rung_silent && (ladder_signs & L_COMMANDABLE);
   unused = (stage == stage_in_control && rung == rung_silent -> (unused < UNUSED_TIME -> unused + 1 : UNUSED_TIME) : 0);
   release_next = release_next || unused == UNUSED_TIME;
   task = task && (hbit(ACQUIRING_STAGES, stage) || stage == stage_in_control)  /* FlightSequencer notices the loss of control */
@@ -194,6 +196,8 @@ active proctype world() {
      :: task -> event = 26
      :: task -> event = 27
      :: alive && rung == rung_nominal -> event = 28
+     :: alive && rung != rung_silent -> event = 29
+     :: alive && rung != rung_silent -> event = 30
      fi;
      d_step {
      since_obtain = (since_obtain < SPACING -> since_obtain + 1 : SPACING);
@@ -227,6 +231,8 @@ active proctype world() {
      :: event == 26 -> task = 0; release_next = 1 /* the task has failed, or the aircraft has landed */
      :: event == 27 -> task = 0                   /* the aircraft has taken off: the course begins */
      :: event == 28 -> ladder_signs = L_SWINGS_ON
+     :: event == 29 -> ladder_signs = L_ON_GROUND
+     :: event == 30 -> ladder_signs = L_FAILURE
      :: else
      fi;
      if

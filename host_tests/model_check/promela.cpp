@@ -98,6 +98,11 @@ constexpr std::array kPlants{
             failsafe_transition(FailsafeState::kLevel, FailsafeReason::kLevelOver).excludes =
                 FailsafeCondition::kOperatorEngages;
           }},
+    Plant{"ground_unseen",
+          [] { failsafe_transition(FailsafeState::kNominal, FailsafeReason::kOnGround).to = FailsafeState::kNominal; }},
+    Plant{
+        "failure_unseen",
+        [] { failsafe_transition(FailsafeState::kCoast, FailsafeReason::kFlightFailure).to = FailsafeState::kCoast; }},
     Plant{"release_never_ends",
           [] {
             failsafe_transition(FailsafeState::kRelease, FailsafeReason::kNeutralOver).to = FailsafeState::kRelease;
@@ -133,7 +138,9 @@ void ladder_signs() {
                                            std::pair{"OUTSIDE", FailsafeCondition::kOutsideFence},
                                            std::pair{"PLACE_LOST", FailsafeCondition::kAuthorityExceeded},
                                            std::pair{"TASK_FLIES", FailsafeCondition::kTaskFlies},
-                                           std::pair{"SWINGS_ON", FailsafeCondition::kLimitCyclePersists}};
+                                           std::pair{"SWINGS_ON", FailsafeCondition::kLimitCyclePersists},
+                                           std::pair{"ON_GROUND", FailsafeCondition::kOnGround},
+                                           std::pair{"FAILURE", FailsafeCondition::kFlightFailure}};
   for (const auto& [name, sign] : kFailsafeConditions) {
     define("L_" + std::string(name), bits_of(sign));
   }

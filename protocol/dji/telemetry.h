@@ -53,6 +53,10 @@ enum class FlightStatus : std::uint8_t {
   kLanded = 5,
 };
 
+constexpr bool is_on_ground(FlightStatus status) {
+  return status == FlightStatus::kMotorsOff || status == FlightStatus::kStandby || status == FlightStatus::kLanded;
+}
+
 enum class ControlDevice : std::uint8_t { kRemoteController = 0, kMobileApp = 1, kOnboardComputer = 2 };
 
 inline constexpr std::int16_t kRcModeP = -8000;

@@ -9,16 +9,12 @@ using protocol::Task;
 
 constexpr core::Duration kStatusTimeout = std::chrono::seconds(2);  ///< the item comes ten times a second
 
-bool is_ground(FlightStatus status) {
-  return status == FlightStatus::kMotorsOff || status == FlightStatus::kStandby || status == FlightStatus::kLanded;
-}
-
 /// A take-off begins on the ground and ends in the air, a landing the other way round.
 bool is_at_end(Task task, FlightStatus status) {
-  return task == Task::kTakeOff ? status == FlightStatus::kInAir : is_ground(status);
+  return task == Task::kTakeOff ? status == FlightStatus::kInAir : is_on_ground(status);
 }
 bool is_at_beginning(Task task, FlightStatus status) {
-  return task == Task::kTakeOff ? is_ground(status) : status == FlightStatus::kInAir;
+  return task == Task::kTakeOff ? is_on_ground(status) : status == FlightStatus::kInAir;
 }
 
 }  // namespace
@@ -26,7 +22,7 @@ bool is_at_beginning(Task task, FlightStatus status) {
 LandedState::LandedState(const link::SerialLink& link, core::TimePoint now) {
   const core::TimePoint came = link.received_at(protocol::TelemetryItem::kFlightStatus);
   known = came != core::TimePoint{} && now - came <= kStatusTimeout;
-  on_ground = known && is_ground(link.telemetry().flight_status);
+  on_ground = known && is_on_ground(link.telemetry().flight_status);
 }
 
 void AutopilotTask::start(Task task, core::TimePoint now) {

@@ -32,13 +32,14 @@ bool StartConditions::is_outside(bool takes_off) const {
 }
 
 /// Before the first telemetry package its age is meaningless, and the lost estimate would be blamed on the pose. The
-/// floor of the fence does not prevent a take-off.
+/// floor of the fence and the ground do not prevent a take-off.
 safety::FailsafeReason StartConditions::denial(bool takes_off) const {
   if (controller_.link().health().packages == 0) {
     return safety::FailsafeReason::kTelemetryOld;
   }
   const safety::FailsafeReason cause = denial_reason(controller_.observed(), limits_);
-  return takes_off && cause == safety::FailsafeReason::kFenceLeft ? safety::FailsafeReason::kNone : cause;
+  const bool of_ground = cause == safety::FailsafeReason::kFenceLeft || cause == safety::FailsafeReason::kOnGround;
+  return takes_off && of_ground ? safety::FailsafeReason::kNone : cause;
 }
 
 void StartConditions::report_awaited(core::TimePoint now, bool waits) {

@@ -49,6 +49,40 @@ void add_refusal(TextLine& line, const safety::Observation& seen) {
       .add(" m");
 }
 
+std::string_view failure_text(safety::FlightFailure failure) {
+  switch (failure) {
+    case safety::FlightFailure::kTilt:
+      return "the aircraft is tilted by more than 45 degrees";
+    case safety::FlightFailure::kTumbling:
+      return "the aircraft tumbles: more than one revolution per second";
+    case safety::FlightFailure::kFreeFall:
+      return "the aircraft falls: no thrust for 0.3 s";
+    case safety::FlightFailure::kCrash:
+      return "crash: a tilt far from the commanded one for 2 s, or a shock and then no motion";
+    case safety::FlightFailure::kNone:
+      break;
+  }
+  return "no failure";
+}
+
+void add_loss_of_flight(TextLine& line, FailsafeReason reason, const safety::Observation& seen) {
+  if (reason == FailsafeReason::kFlightFailure) {
+    line.add(failure_text(seen.flight.failure));
+    return;
+  }
+  line.add("the autopilot's flight status says \"on the ground\" for ");
+  line.add(core::seconds<double>(seen.flight.on_ground_for), 1).add(" s");
+}
+
+void add_fence(TextLine& line, FailsafeReason reason, const safety::Observation& seen) {
+  if (reason == FailsafeReason::kFenceLeft) {
+    line.add("the aircraft is ").add(seen.fence.outside_m, 2).add(" m outside its fence");
+    return;
+  }
+  line.add("without a pose the position error may be ").add(seen.estimate.error_m, 2);
+  line.add(" m, and the fence leaves ").add(seen.fence.reserve_m, 2).add(" m");
+}
+
 /// The swing in degrees peak to peak, as an onlooker sees it.
 void add_limit_cycle(TextLine& line, const safety::Observation& seen) {
   line.add("the aircraft swings by itself, by ")
@@ -96,12 +130,8 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
       return add_age(line, "no fresh pose while coasting; newest", seen.estimate.pose_age,
                      fresh_limit(limits, seen.pose_latency));
     case FailsafeReason::kReserveSpent:
-      line.add("without a pose the position error may be ").add(seen.estimate.error_m, 2);
-      line.add(" m, and the fence leaves ").add(seen.fence.reserve_m, 2).add(" m");
-      return;
     case FailsafeReason::kFenceLeft:
-      line.add("the aircraft is ").add(seen.fence.outside_m, 2).add(" m outside its fence");
-      return;
+      return add_fence(line, cause, seen);
     case FailsafeReason::kAuthorityExceeded:
       line.add("the wind pushes with ")
           .add(seen.wind.disturbance_acceleration_m_s2, 1)
@@ -112,14 +142,16 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
       add_limit_cycle(line, seen);
       line.add(", under the calm law too: the law alone is not the cause");
       return;
+    case FailsafeReason::kOnGround:
+    case FailsafeReason::kFlightFailure:
+      return add_loss_of_flight(line, cause, seen);
     case FailsafeReason::kTask:
       line.add("the autopilot flies a task of its own, on the operator's command");
       return;
     case FailsafeReason::kGivenBack:
-      line.add("on the operator's command, or because --hold is over");
-      return;
     case FailsafeReason::kEngaged:
-      line.add("on the operator's command");
+      line.add("on the operator's command")
+          .add(cause == FailsafeReason::kGivenBack ? ", or because --hold is over" : "");
       return;
     case FailsafeReason::kLevelOver:
     case FailsafeReason::kNeutralOver:
@@ -128,10 +160,8 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
                    : "the time with neutral sticks is over; the transmitter gets control");
       return;
     case FailsafeReason::kRecovered:
-      line.add("poses are good again");
-      return;
     case FailsafeReason::kNone:
-      line.add("nothing stands in the way");
+      line.add(cause == FailsafeReason::kNone ? "nothing stands in the way" : "poses are good again");
       return;
   }
 }
@@ -199,6 +229,9 @@ FailsafeReason denial_reason(const safety::Observation& seen, const safety::Limi
   if (seen.link.telemetry_age > limits.telemetry_stale) {
     return FailsafeReason::kTelemetryOld;
   }
+  if (seen.flight.failure != safety::FlightFailure::kNone) {
+    return FailsafeReason::kFlightFailure;
+  }
   if (seen.estimate.healthy && seen.consistency.refused_for >= limits.gate_shut) {
     return FailsafeReason::kPoseRefused;
   }
@@ -208,13 +241,20 @@ FailsafeReason denial_reason(const safety::Observation& seen, const safety::Limi
   if (!seen.estimate.healthy) {
     return FailsafeReason::kEstimateLost;
   }
-  return seen.fence.outside_m > 0.0 ? FailsafeReason::kFenceLeft : FailsafeReason::kNone;
+  if (seen.fence.outside_m > 0.0) {
+    return FailsafeReason::kFenceLeft;
+  }
+  return seen.flight.on_ground_for >= limits.on_ground ? FailsafeReason::kOnGround : FailsafeReason::kNone;
 }
 
 std::string_view remedy_for(FailsafeReason denial_reason) {
   switch (denial_reason) {
     case FailsafeReason::kFenceLeft:
       return "bring the aircraft inside, or take a larger fence";
+    case FailsafeReason::kOnGround:
+      return "take off first";
+    case FailsafeReason::kFlightFailure:
+      return "check the aircraft";
     case FailsafeReason::kTelemetryOld:
     case FailsafeReason::kTelemetrySilent:
       return "check the cable and the autopilot's telemetry";

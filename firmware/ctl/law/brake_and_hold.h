@@ -13,12 +13,14 @@ namespace m100::ctl {
 
 /// The command of the failsafe's level state: it stops the aircraft without a course, and then holds it against trim
 /// and wind as last estimated. Per axis of the yaw-free frame
-///   v' = -k (v + t v'now),  at most the vehicle's braking:  slope = +-(v' - d) / g - m
-/// The speed is that of a reaction time t later, so that the tilt is removed in time; with k t = 0.7 the stop does not
-/// overshoot. It brakes as hard as the fence assumes: a gentler stop would end beyond the fence. Both slopes together
-/// are at most tan(30 degrees), the law's own limit, reduced by any tilt beyond it (slope_limit.h), and keep their
-/// direction. While no pose arrives the velocity is the model's prediction; if its sigma is too large, only trim and
-/// wind are compensated. Without a prediction the command is level. No climb, no turn: the autopilot holds the height.
+///   v' = -k s (1 + (s / s1)^2),  s = v + t v'now,  at most the vehicle's braking:  slope = +-(v' - d) / g - m
+/// The speed s is that of a reaction time t later, so that the tilt is removed in time; with k t = 0.7 the stop does
+/// not overshoot. At s1 the linear part alone has half of the vehicle's braking: a linear law would begin to ease at
+/// twice that speed. It brakes as hard as the fence assumes: a gentler stop would end beyond the fence. Both slopes
+/// together are at most tan(30 degrees), the law's own limit, reduced by any tilt beyond it (slope_limit.h), and keep
+/// their direction. While no pose arrives the velocity is the model's prediction; if its sigma is too large, only trim
+/// and wind are compensated. Without a prediction the command is level. No climb, no turn: the autopilot holds the
+/// height.
 template <typename T>
 Command<T> brake_and_hold(const est::Estimate<T>& estimate, const Braking& braking) {
   const T ahead_s = static_cast<T>(braking.reaction_s);
@@ -35,7 +37,10 @@ Command<T> brake_and_hold(const est::Estimate<T>& estimate, const Braking& braki
     const bool known = axis.velocity_variance_m2_s2 < kWorthless_m2_s2;
     const T now_m_s2 = sign * static_cast<T>(model::kGravity_m_s2) * axis.tilt_rad + axis.disturbance_m_s2;
     const T soon_m_s = axis.velocity_m_s + ahead_s * now_m_s2;
-    const T braking_m_s2 = known ? core::clamp(-rate_per_s * soon_m_s, -most_m_s2, most_m_s2) : T(0);
+    const T linear_m_s2 = rate_per_s * soon_m_s;
+    const T share = T(2) * linear_m_s2 / most_m_s2;
+    const T hard_m_s2 = -linear_m_s2 * (T(1) + share * share);
+    const T braking_m_s2 = known ? core::clamp(hard_m_s2, -most_m_s2, most_m_s2) : T(0);
     return sign * (braking_m_s2 - axis.disturbance_m_s2) * kPerGravity - axis.input_offset_rad;
   };
   const T x = slope(estimate.x, T(1));

@@ -25,14 +25,15 @@ struct Row {
 /// motion: PathConsistency provides it with its alarm.
 /// heading: 100 ms at the largest yaw rate, 1.75 rad/s, and 2 degrees of the compass besides its slow drift, which the
 ///   mean removes; the noise of a pose's heading is 0.002 rad.
-/// rates, answer: AttitudeRateConsistency and CommandConsistency provide them with their alarms.
+/// rates, answer, height: AttitudeRateConsistency, CommandConsistency and HeightConsistency provide them.
 constexpr std::array<Row, kCheckCount> kRows{{{"none", "", 1.0},
                                               {"force", "m/s", 0.35},
                                               {"climb", "m/s", 0.2},
                                               {"heading", "rad", 0.21},
                                               {"motion", "m", 0.0},
                                               {"rates", "rad", 0.0},
-                                              {"answer", "rad", 0.0}}};
+                                              {"answer", "rad", 0.0},
+                                              {"height", "m", 0.0}}};
 
 constexpr const Row& row(ConsistencyCheck check) { return kRows[static_cast<std::size_t>(check)]; }
 
@@ -57,13 +58,14 @@ constexpr double kMaxForce = 400.0;
 constexpr double kSane = 1e9;
 
 /// Difference to the force that is allowed for an unlimited time, in m/s, as a sum of
-///   calm   three sigmas of the observer's velocity in calm air, 0.03 m/s; the rotors' 0.1 m/s^2 at 100 Hz add
-///          0.1 sqrt(0.01 s x 2 s / 2) = 0.01 m/s to the leaky sum
+///   calm   three sigmas of the observer's velocity in calm air, 0.03 m/s, and beyond them what a start in wind left
+///          (start_sigma_m_s_); the rotors' 0.1 m/s^2 at 100 Hz add 0.1 sqrt(0.01 s x 2 s / 2) = 0.01 m/s to the sum
 ///   moves  a time of capture that is wrong by 80 ms, times the acceleration of the last second
 ///   wind   the observer learns a push in 0.15 s; gusts change the push of a wind by a third of it
 /// An alarm needs twice that for half a second, six sigmas of the noise; the campaign tests what no noise describes
 /// (README).
-constexpr double kCalm_m_s = 0.1, kMoves_s = 0.08, kWind_s = 0.05;
+constexpr double kCalm_m_s = 0.1, kMoves_s = 0.08, kWind_s = 0.05, kSigmas = 3.0;
+constexpr double kMaxStartSigma_m_s = 10.0;
 constexpr double kMovedLately_s = 1.0;
 
 template <typename T>
@@ -103,8 +105,8 @@ void VelocityConsistency<T>::update_specific_force(const ImuSample<T>& imu) {
     return force_size_ > static_cast<T>(kMin_g * unit) && force_size_ < static_cast<T>(kMax_g * unit);
   };
   const T scale = about(1.0) ? static_cast<T>(model::kGravity_m_s2) : about(model::kGravity_m_s2) ? T(1) : T(0);
-  force_known_ = scale > T(0);
-  if (!force_known_) {
+  force_scale_m_s2_ = scale;
+  if (scale == T(0)) {
     force_seen_s_ = T(0);
     return;
   }
@@ -124,7 +126,18 @@ T VelocityConsistency<T>::allowed_m_s(const Vector2& disturbance_acceleration_w_
   const T most = bound<T>(ConsistencyCheck::kForce);
   const T unknown = core::clamp(
       (static_cast<T>(kFirstLook_s) - force_seen_s_) * static_cast<T>(1.0 / (kFirstLook_s - kBegins_s)), T(0), T(1));
-  return (allowed < most ? allowed : most) + unknown * static_cast<T>(kFirstLook_m_s);
+  return (allowed < most ? allowed : most) + unknown * static_cast<T>(kFirstLook_m_s) +
+         static_cast<T>(kSigmas) * start_sigma_m_s_;
+}
+
+/// A start in wind leaves the observer uncertain for some seconds, and it reports that. Only what has been left over
+/// since the start counts: later a sensor fault would excuse itself by its own effect on the reported sigma.
+template <typename T>
+void VelocityConsistency<T>::update_start_sigma(const Estimate<T>& estimate) {
+  const T variance_m2_s2 = core::clamp(estimate.x.velocity_variance_m2_s2 + estimate.y.velocity_variance_m2_s2, T(0),
+                                       static_cast<T>(kMaxStartSigma_m_s * kMaxStartSigma_m_s));
+  const T sigma_m_s = core::sqrt(variance_m2_s2) - static_cast<T>(kCalm_m_s / kSigmas);
+  start_sigma_m_s_ = core::clamp(sigma_m_s, T(0), start_sigma_m_s_);
 }
 
 /// The offset is fixed to the body: an aircraft that leans turns a part of the z offset into the horizontal, and a turn
@@ -261,9 +274,11 @@ void VelocityConsistency<T>::update(const ImuSample<T>& imu, const Estimate<T>& 
   }
   const T step_s = core::seconds<T>(elapsed);
   const core::SinCos<T>& yaw = estimate.heading();
-  const bool force_counts = force_known_ && force_seen_s_ >= static_cast<T>(kFirstLook_s) &&  // its offset is known
+  const bool force_counts = force_scale_m_s2_ > T(0) &&
+                            force_seen_s_ >= static_cast<T>(kFirstLook_s) &&  // its offset is known
                             (disabled_checks_ & set_of(ConsistencyCheck::kForce)) == 0;
   update_disturbance(yaw, force_counts && estimate.prediction_valid && elapsed <= kGap, step_s);
+  start_sigma_m_s_ = estimate.healthy ? start_sigma_m_s_ : static_cast<T>(kMaxStartSigma_m_s);
   if (!estimate.healthy || elapsed > kGap) {
     velocity_known_ = false;
     suspect_ = false;
@@ -274,6 +289,7 @@ void VelocityConsistency<T>::update(const ImuSample<T>& imu, const Estimate<T>& 
     velocity_known_ = false;  // the sum continues from the corrected velocity
   }
   const T velocity_residual_m_s = velocity_residual(estimate, yaw, step_s);
+  update_start_sigma(estimate);
   update_jolt(imu, step_s);
   const T allowed = allowed_m_s(disturbance_acceleration_w_m_s2);
   suspect_ = (disabled_checks_ & set_of(ConsistencyCheck::kForce)) == 0 && velocity_residual_m_s > allowed;

@@ -29,8 +29,9 @@ enum class ConsistencyCheck : std::uint8_t {
   kMotion,   ///< the path of the last seconds, against that of the specific force; m
   kRates,    ///< change of tilt, against the rates of the autopilot; rad
   kAnswer,   ///< the tilt, against our own commands; rad
+  kHeight,   ///< the height, against the autopilot's height and climb speed over tens of seconds; m
 };
-inline constexpr std::size_t kCheckCount = 7;
+inline constexpr std::size_t kCheckCount = 8;
 std::string_view name(ConsistencyCheck check);
 std::string_view unit_of(ConsistencyCheck check);
 /// The check of a name; nullopt: there is no such check.
@@ -84,8 +85,11 @@ class VelocityConsistency {
   /// The force has been compared with the poses for two seconds (or does not come, or its check is off). A pose that
   /// moves without the force showing it has been detected by then.
   bool is_converged() const {
-    return !force_known_ || (disabled_checks_ & set_of(ConsistencyCheck::kForce)) != 0 || force_seen_s_ >= T(2);
+    return force_scale_m_s2_ == T(0) || (disabled_checks_ & set_of(ConsistencyCheck::kForce)) != 0 ||
+           force_seen_s_ >= T(2);
   }
+  /// Unit of the newest specific force in m/s^2; zero: it is not known, or gravity is not in it.
+  T force_scale_m_s2() const { return force_scale_m_s2_; }
   /// Force or path disagree by more than is allowed, but not yet for long enough to raise the alarm.
   bool is_suspect() const { return suspect_; }
   /// Measured horizontal acceleration, averaged over kForceMean_s, without the offset: forward and left of the heading.
@@ -113,6 +117,7 @@ class VelocityConsistency {
   T vertical_acceleration_m_s2() const;
   void estimate_vertical_bias(T climbed_m_s, T most_m_s, T share, T step_s);
   T heading_residual(const ImuSample<T>& imu, const Estimate<T>& estimate, T step_s);
+  void update_start_sigma(const Estimate<T>& estimate);
   T allowed_m_s(const Vector2& disturbance_acceleration_w_m_s2) const;
   bool recovers_from_gap(const Estimate<T>& estimate, T step_s);
   void update_paths(const ImuSample<T>& imu, const Estimate<T>& estimate, const core::SinCos<T>& yaw, T step_s);
@@ -128,12 +133,13 @@ class VelocityConsistency {
   void accumulate(ConsistencyCheck check, T disagreement, T allowed, T step_s);
 
   CheckSet disabled_checks_;
-  bool force_known_ = false;  ///< the unit of the newest force is known
+  T force_scale_m_s2_{0};  ///< of one unit of the newest force; zero: its unit is not known
   bool velocity_known_ = false;
   bool heading_known_ = false;
-  bool suspect_ = false;  ///< more than is allowed: the effect of a sensor fault must not be learned as an offset
-  T force_seen_s_{0};     ///< how long the offset has been learned; at most its memory
-  T force_size_{0};       ///< mean length of the acceleration, as sent
+  T start_sigma_m_s_{10};  ///< of the velocity beyond calm air, the least since the start
+  bool suspect_ = false;   ///< more than is allowed: the effect of a sensor fault must not be learned as an offset
+  T force_seen_s_{0};      ///< how long the offset has been learned; at most its memory
+  T force_size_{0};        ///< mean length of the acceleration, as sent
   Vector2 force_h_m_s2_ = Vector2::Zero();                   ///< newest specific force, forward and left, horizontal
   T lifted_m_s2_{0};                                         ///< the same upward, without gravity
   Vector2 tilt_acceleration_h_m_s2_ = Vector2::Zero();       ///< acceleration by tilt at the same time

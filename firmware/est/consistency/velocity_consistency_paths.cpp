@@ -9,6 +9,9 @@ namespace {
 
 /// Longer without a used pose is a gap: the observer's position is then its own prediction.
 constexpr double kUsedLately_s = 0.15;
+/// An error of the velocity passes the slow high-pass as t exp(-a t), a = 0.75 1/s, of which the largest value is 1 /
+/// (a e).
+constexpr double kPathOfVelocity_s = 0.49;
 constexpr double kMaxSigma_m = 0.5;
 /// The height filter reports no variance. A jolt of 1 m/s makes at most 0.23 / a of a path, 0.15 m of the slower one,
 /// and lasts twice as long as the memory of the uncertainty; the force's own noise in a message is no jolt.
@@ -125,7 +128,8 @@ void VelocityConsistency<T>::update_horizontal_path(const Estimate<T>& estimate,
        .speed_m_s = velocity_w_m_s_,
        // Without the corrections by poses (CovarianceInflation): a sensor fault would excuse itself by its own effect.
        .position_sigma_m = core::sqrt(core::clamp(estimate.x.filter_variance_m2, estimate.y.filter_variance_m2,
-                                                  static_cast<T>(kMaxSigma_m * kMaxSigma_m))),
+                                                  static_cast<T>(kMaxSigma_m * kMaxSigma_m))) +
+                           static_cast<T>(kPathOfVelocity_s) * start_sigma_m_s_,
        .position_noise_m2 = position_noise_.level,
        .force_noise_m2_s3 = force_noise_.level},
       pose_used, step_s);

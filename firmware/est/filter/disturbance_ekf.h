@@ -64,7 +64,9 @@ struct EkfCounters {
 template <typename S, typename Real>
 class DisturbanceEkf {
  public:
-  static constexpr int kMaxTicks = 5;
+  /// All of the longest stall after which a flight goes on (SerialLink::kOwnStall): the law must not act upon a place
+  /// that lies behind.
+  static constexpr int kMaxTicks = 50;
 
   explicit DisturbanceEkf(const model::Vehicle& vehicle);
 

@@ -20,6 +20,15 @@ constexpr double kDisturbanceLag_s = 0.15;        // time constant with which th
 /// 21 mm (at 30 Hz, 0.14 s old).
 constexpr double kMaxTimingError_m = 0.03;
 
+/// Six sigmas of what the disturbance lags behind, as the last poses revealed it: in a wind or under a slung load that
+/// changes faster than poses of 30 Hz can follow, the filter's own sigmas refuse true poses.
+template <typename Real>
+Real lag_m(const CovarianceInflation<Real>& inflation, Real since_s) {
+  const Real variance_m2 = inflation.inflated({}, since_s, since_s).pp_m2;
+  return core::clamp(static_cast<Real>(kGateSigmas) * core::sqrt(variance_m2), Real(0),
+                     static_cast<Real>(0.5 * kLargestInnovation_m));
+}
+
 /// The refusal of a pose, on the axis on which it exceeds the gate most.
 template <typename Real, typename... Tests>
 Refusal<Real> refusal_of(Real turned_rad, Real unseen_m, const Tests&... tests) {
@@ -104,19 +113,19 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
   const Real unseen_m = long_dropout ? Real(0) : unseen;
   Real widest_m = unseen_m;
   const core::Vector<Real, 3>& sender_variance_m2 = pose.position_variance_m2;
-  const auto test = [&](auto& filter, S position, Real reported, S speed) {
-    const Weight by = weight(reported, pose.time_sigma_s, speed, unseen_m);
+  const auto test = [&](auto& filter, S position, Real reported, S speed, Real lag_m) {
+    const Weight by = weight(reported, pose.time_sigma_s, speed, unseen_m + (long_dropout ? Real(0) : lag_m));
     const Real besides_m = Number::template real<Real>(by.unseen_m);
     widest_m = besides_m > widest_m ? besides_m : widest_m;
     return filter.test_pose(position, age, by.unseen_m, by.variance_m2);
   };
-  const auto x = test(x_, position_x, sender_variance_m2.x(), x_.state(AxisFilter<S>::kV));
-  const auto y = test(y_, position_y, sender_variance_m2.y(), y_.state(AxisFilter<S>::kV));
-  const auto z = test(height_, position_z, sender_variance_m2.z(), height_.state(HeightFilter<S>::kClimb));
+  const auto x =
+      test(x_, position_x, sender_variance_m2.x(), x_.state(AxisFilter<S>::kV), lag_m<Real>(inflation_x_, dropout_s));
+  const auto y =
+      test(y_, position_y, sender_variance_m2.y(), y_.state(AxisFilter<S>::kV), lag_m<Real>(inflation_y_, dropout_s));
+  const auto z = test(height_, position_z, sender_variance_m2.z(), height_.state(HeightFilter<S>::kClimb), Real(0));
   const S turned = yaw_.innovation(Number::template number<Real>(wrapped_yaw(pose)), age);
-  const S yaw_gate = Number::template number<double>(kYawGate_rad);
-  const S minus_yaw_gate = Number::template number<double>(-kYawGate_rad);
-  if (x.inside && y.inside && z.inside && turned <= yaw_gate && turned >= minus_yaw_gate) {
+  if (x.inside && y.inside && z.inside && inside(turned, kYawGate_rad)) {
     counters_.nis_sum += x.normalised_square() + y.normalised_square();
     correct(x_, inflation_x_, x);
     correct(y_, inflation_y_, y);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iomanip>
 #include <memory>
 #include <numbers>
 #include <sstream>
@@ -234,9 +235,25 @@ class Flight {
     result_.refused_poses = std::max(result_.refused_poses, controller_->estimate().refused_poses);
   }
 
+  /// A refused pose with what refused it, as a campaign's list of failures has no log.
+  std::string descent_text() const {
+    const safety::FailsafeStep& step = controller_->supervisor().descent();
+    const auto check = static_cast<est::ConsistencyCheck>(step.seen.consistency.contradicted_by);
+    std::ostringstream text;
+    text << safety::name(step.reason) << std::setprecision(3);
+    if (step.reason == safety::FailsafeReason::kPoseRefused && check != est::ConsistencyCheck::kNone) {
+      text << ", check " << est::name(check) << ": " << step.seen.consistency.contradicted_with << " "
+           << est::unit_of(check) << " apart, allowed " << step.seen.consistency.contradicted_allowed;
+    } else if (step.reason == safety::FailsafeReason::kPoseRefused) {
+      text << ": " << step.seen.consistency.refused_by_m << " m from the prediction, allowed "
+           << step.seen.consistency.refused_allowed_m;
+    }
+    return text.str();
+  }
+
   FlightResult finish() {
     result_.start_w_m = start_.position_w_m;
-    result_.descent = safety::name(controller_->supervisor().descent().reason);
+    result_.descent = descent_text();
     result_.authority = safety::name(controller_->link().authority().reason);
     result_.pose_timing = controller_->pose_timing();
     result_.touchdown_speed_m_s = world_.vehicle().touchdown_speed_m_s();

@@ -10,6 +10,7 @@
 #include "firmware/mpc/generated/gain_table.h"
 #include "firmware/safety/failsafe.h"
 #include "host_tests/lab/experiments/flight.h"
+#include "host_tests/lab/logs/formats/ulog.h"
 #include "host_tests/lab/loop/aligned_log.h"
 
 namespace m100::lab::loop {

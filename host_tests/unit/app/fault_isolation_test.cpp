@@ -185,8 +185,7 @@ TEST(FaultIsolation, TellsTheRefusalNumberByNumber) {
   estimate.refused_poses = 7;
   estimate.refused_for = std::chrono::milliseconds(130);
   estimate.refusal = {.distance_m = 0.4, .allowed_m = 0.3, .turned_rad = 0.2};
-  safety::Observation observed;
-  trust.report_to(observed, estimate, std::chrono::milliseconds(900));
+  const est::ConsistencyStatus observed = trust.status(estimate, safety::FailsafeState::kNominal, false, {});
   EXPECT_EQ(observed.refused_poses, 7U);
   EXPECT_EQ(observed.refused_for, std::chrono::milliseconds(130)) << "no pose is contradicted";
   EXPECT_EQ(observed.refused_by_m, 0.4);

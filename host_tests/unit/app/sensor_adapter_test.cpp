@@ -148,7 +148,7 @@ TEST(SensorAdapter, WhatTheAircraftFeelsComesFieldByField) {
       telemetry_of({.roll_rad = 0.1, .pitch_rad = -0.2, .yaw_rad = 1.0}, {0.1F, 0.2F, 0.3F});
   telemetry.acceleration = {0.5F, 0.6F, -9.7F};
   telemetry.velocity_ned_m_s = {1.F, 2.F, -0.7F};
-  const auto measured = measure.update<double>(telemetry, milliseconds(2), core::Pose<double>{}, kNow);
+  const auto measured = measure.update<double>(telemetry, milliseconds(2), core::Pose<double>{}, {}, kNow);
   EXPECT_EQ(measured.now, kNow);
   const est::ImuSample<double> imu_sample = measure.imu_sample<double>(telemetry, measured);
   EXPECT_TRUE(imu_sample.attitude_is_new);
@@ -172,7 +172,7 @@ TEST(SensorAdapter, WhatTheTelemetryLacksIsNotNew) {
     protocol::Telemetry telemetry = telemetry_of({.roll_rad = 0.1}, {0.1F, 0.2F, 0.3F});
     telemetry.velocity_ned_m_s = {0.F, 0.F, -0.7F};
     spoil(telemetry);
-    return measure.imu_sample<double>(telemetry, measure.update<double>(telemetry, milliseconds(2), {}, kNow));
+    return measure.imu_sample<double>(telemetry, measure.update<double>(telemetry, milliseconds(2), {}, {}, kNow));
   };
   const auto without = [&](protocol::TelemetryItem item) {
     return imu_sample_of([item](protocol::Telemetry& telemetry) {
@@ -202,7 +202,7 @@ bool is_taken(float norm, float rate_rad_s) {
   SensorAdapter measure;
   protocol::Telemetry telemetry = telemetry_of({}, {rate_rad_s, 0.F, 0.F});
   telemetry.attitude[0] = norm;
-  return measure.update<double>(telemetry, milliseconds(0), core::Pose<double>{}, kNow).attitude.is_new;
+  return measure.update<double>(telemetry, milliseconds(0), core::Pose<double>{}, {}, kNow).attitude.is_new;
 }
 
 // Catches a bound that is wider or narrower than the vehicle model's, or that holds on one side only.

@@ -144,6 +144,23 @@ TEST(FlyWords, WhatTookControlAwayIsTold) {
   EXPECT_EQ(said(FailsafeReason::kLimitCycle, seen)
                 .find("the aircraft swings by itself, by 10 degrees peak to peak, 0.8 times"),
             0U);
+  seen.flight.on_ground_for = milliseconds(520);
+  EXPECT_EQ(said(FailsafeReason::kOnGround, seen), "the autopilot's flight status says \"on the ground\" for 0.5 s");
+  for (const auto& [failure, text] : {std::pair{safety::FlightFailure::kTilt, "the aircraft is tilted by more than 45"},
+                                      std::pair{safety::FlightFailure::kTumbling, "the aircraft tumbles"},
+                                      std::pair{safety::FlightFailure::kFreeFall, "the aircraft falls"},
+                                      std::pair{safety::FlightFailure::kCrash, "crash: "}}) {
+    seen.flight.failure = failure;
+    EXPECT_EQ(said(FailsafeReason::kFlightFailure, seen).find(text), 0U) << text;
+  }
+}
+
+TEST(FlyWords, NoStartWithAFailureOrOnTheGround) {
+  Observation seen = ready();
+  seen.flight.on_ground_for = safety::Limits{}.on_ground;
+  EXPECT_EQ(denial_reason(seen, {}), FailsafeReason::kOnGround);
+  seen.flight.failure = safety::FlightFailure::kTilt;
+  EXPECT_EQ(denial_reason(seen, {}), FailsafeReason::kFlightFailure);
 }
 
 }  // namespace

@@ -217,6 +217,22 @@ TEST_P(EveryAircraft, SettlesWithinTheWayThatTheFenceReckonsWith) {
   }
 }
 
+// Catches a law that eases the brakes at twice the speed: linear, a stop from 2 m/s took 1.72 m instead of 1.59 m.
+TEST(Settle, BrakesFullyDownToHalfTheSpeedOfALinearLaw) {
+  RecordProperty("promise", "R16");
+  const double braking = shipped().acceleration_m_s2;
+  const double full_m_s = braking * shipped().reaction_s / (2.0 * 0.7);
+  est::Estimate<double> estimate;
+  estimate.prediction_valid = true;
+  for (const double speed : {1.01, -1.01}) {
+    estimate.x = {.velocity_m_s = speed * full_m_s, .velocity_variance_m2_s2 = 0.01};
+    EXPECT_NEAR(brake_and_hold(estimate, shipped()).pitch_rad, std::atan(std::copysign(braking, -speed) / 9.8066),
+                1e-9);
+  }
+  estimate.x.velocity_m_s = 0.5 * full_m_s;
+  EXPECT_NEAR(brake_and_hold(estimate, shipped()).pitch_rad, std::atan(-0.3125 * braking / 9.8066), 1e-9);
+}
+
 // Catches a tilt limit that is applied to each axis alone: 4 m/s over the diagonal against wind then tilted by 35
 // degrees, and a large wind gave more than 50, which was unsound, so no command was left.
 TEST(Settle, TiltsBothAxesTogetherByThirtyDegreesAtMost) {

@@ -113,6 +113,45 @@ TEST(Trajectory, MinimumSnapPassesItsWaypointsInsideItsLimits) {
       0.98);  // and one limit is reached
 }
 
+// In ticks without a fresh pose the course waits before its next piece, and then continues with all of it.
+TEST(Trajectory, APostponedStepBeginsAfterwards) {
+  RecordProperty("promise", "R16");
+  Trajectory<double> course;
+  course.hold(at(0, 0, 1));
+  ASSERT_EQ(course.append_step(at(0, 0, 1), milliseconds(1000)), core::Status::kOk);
+  ASSERT_EQ(course.append_step(at(3, 0, 1), milliseconds(500)), core::Status::kOk);
+  ASSERT_EQ(course.append_quintic(at(4, 0, 1), milliseconds(1000)), core::Status::kOk);
+  course.start(core::TimePoint{});
+  const auto x_at = [&](double t_s) { return course.window(time_of(t_s), core::Duration(0)).x[0].position_m; };
+  course.postpone(time_of(0.5), milliseconds(10));
+  EXPECT_EQ(course.duration(), milliseconds(2500));
+  EXPECT_EQ(x_at(1.0), 3.0) << "nothing would have begun";
+  course.postpone(time_of(1.3), milliseconds(470));  // a stall
+  for (double t_s = 1.31; t_s < 2.0; t_s += 0.01) {
+    course.postpone(time_of(t_s), milliseconds(10));
+    EXPECT_EQ(x_at(t_s), 0.0) << t_s;
+  }
+  EXPECT_EQ(x_at(2.1), 3.0);
+  EXPECT_EQ(x_at(2.4), 3.0);
+  EXPECT_GT(x_at(2.9), 3.01) << "the ramp from rest begins half a second after the step";
+  course.postpone(time_of(3.0), milliseconds(10));
+  EXPECT_GT(x_at(3.1), 3.1) << "a motion goes on";
+  EXPECT_FALSE(course.finished(time_of(3.4)));
+  EXPECT_TRUE(course.finished(time_of(3.6)));
+}
+
+TEST(Trajectory, AMotionThatGoesOnIsNotPostponed) {
+  Trajectory<double> course;
+  course.hold(at(0, 0, 1));
+  const std::array<Waypoint<double>, 2> way{at(2, 0, 1), at(2, 2, 1)};
+  ASSERT_EQ(course.append_minimum_snap(way, {}), core::Status::kOk);
+  course.start(core::TimePoint{});
+  ASSERT_GT(course.pieces(), 1U);
+  const double joint_s = core::seconds<double>(course.piece_end(0));
+  course.postpone(time_of(joint_s + 0.005), milliseconds(10));
+  EXPECT_TRUE(course.finished(core::TimePoint(course.duration())));
+}
+
 TEST(Trajectory, VelocityAndAccelerationAreTheDerivativesOfPosition) {
   Trajectory<double> course;
   course.hold(at(0, 0, 1));

@@ -68,6 +68,13 @@ const Edge kEdges[] = {
      FailsafeState::kLevel, FailsafeReason::kAuthorityExceeded},
     {"OnTheFence", [](Observation& o, Duration d) { o.fence.outside_m = 1e-9 * static_cast<double>(d.count()); },
      FailsafeState::kLevel, FailsafeReason::kFenceLeft},
+    {"OnTheGroundFor500Ms", [](Observation& o, Duration d) { o.flight.on_ground_for = milliseconds(500) + d - kMin; },
+     FailsafeState::kSilent, FailsafeReason::kOnGround},
+    {"OutOfControl",
+     [](Observation& o, Duration d) {
+       o.flight.failure = d > Duration{0} ? FlightFailure::kTilt : FlightFailure::kNone;
+     },
+     FailsafeState::kSilent, FailsafeReason::kFlightFailure},
 };
 
 class FlightLimit : public ::testing::TestWithParam<Edge> {};
@@ -89,6 +96,25 @@ TEST_P(FlightLimit, IsBorneAndNotPassed) {
 }
 INSTANTIATE_TEST_SUITE_P(Safety, FlightLimit, ::testing::ValuesIn(kEdges),
                          [](const auto& tested) { return std::string(tested.param.name); });
+
+// Catches control that is ours and silent: the release must be sent in the tick of the step, from whatever state.
+TEST(FlightLimit, TheGroundAndAFailureGiveControlBackAtOnce) {
+  RecordProperty("promise", "R18");
+  for (const bool ground : {true, false}) {
+    Flight flight;
+    Observation seen = good(flight.now);
+    seen.flight.on_ground_for = ground ? milliseconds(500) : milliseconds(0);
+    seen.flight.failure = ground ? FlightFailure::kNone : FlightFailure::kCrash;
+    const SupervisedCommand<double> command = flight.tick(seen);
+    EXPECT_TRUE(command.release);
+    EXPECT_FALSE(command.transmit);
+    EXPECT_FALSE(flight.tick(seen).release) << "once";
+    seen.orders.engages = true;
+    for (int tick = 0; tick < 20; ++tick) {
+      EXPECT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kSilent) << "no start in this state";
+    }
+  }
+}
 
 TEST(FlightLimit, TelemetryIsDeadBehind500Ms) {
   Flight flight;
@@ -301,7 +327,8 @@ TEST(Observation, AFreshOneLetsNobodyFly) {
                fresh.limit_cycle.persists || fresh.model.trim_drifted);
   EXPECT_EQ(fresh.model.mismatch, (std::array<bool, 4>{}));
   EXPECT_EQ(fresh.consistency.refused_poses + fresh.consistency.contradicted_by, 0U);
-  EXPECT_EQ(fresh.consistency.refused_for + fresh.wind.exceeded_for, core::Duration{0});
+  EXPECT_EQ(fresh.consistency.refused_for + fresh.wind.exceeded_for + fresh.flight.on_ground_for, core::Duration{0});
+  EXPECT_EQ(fresh.flight.failure, FlightFailure::kNone);
   for (const double value :
        {fresh.consistency.refused_by_m, fresh.consistency.refused_allowed_m, fresh.estimate.error_m,
         fresh.consistency.speed_m_s, fresh.consistency.speed_then_m_s, fresh.wind.disturbance_acceleration_m_s2,

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+
+#include "firmware/core/eigen.h"
+#include "firmware/safety/flight_state.h"
+
+namespace m100::safety {
+
+/// Inputs of FailureDetector in one tick. A measurement that did not come is empty.
+template <typename T>
+struct FlightSample {
+  using Vector3 = core::Vector<T, 3>;
+  std::optional<Vector3> up_b = std::nullopt;  ///< the world's vertical in body axes (FLU), by the autopilot's attitude
+  Vector3 rate_b_rad_s = Vector3::Zero();      ///< FLU; read where up_b is given
+  bool attitude_is_trusted = true;             ///< false: its own rates, or our commands, contradict the attitude
+  T lean_rad{0};                               ///< between the tilt and the tilt that model and commands predict
+  std::optional<T> force_g = std::nullopt;     ///< length of the specific force
+  std::optional<T> climb_m_s = std::nullopt;   ///< the autopilot's
+};
+
+/// Detects flights that are out of control, as PX4's failure detector and ArduPilot's crash check do.
+///
+///   tilt       beyond 45 degrees for 0.1 s; the law and the supervisor command at most 30
+///   tumbling   more than one revolution per second for 0.25 s, which turns the aircraft by 90 degrees. Between both
+///              limits of tilt a healthy aircraft turns by 60 degrees
+///   free fall  a specific force below 0.2 g for 0.3 s (PX4), while the climb speed, where it comes, is below half of
+///              what such a fall gains: one channel alone may be a sensor's fault
+///   crash      tilted 30 degrees away from the command for 2 s (ArduPilot); or a force above 3 g, twice the largest of
+///              a flight within 30 degrees, and then for a second neither rates nor climb speed: a free aircraft moves
+///              after such a blow
+///
+/// The tilt counts only where it agrees with the rates: the vertical is also integrated from the rates (memory 0.5 s),
+/// and both must be beyond the limit. An attitude that is contradicted by its own rates is not judged; such a flight is
+/// ended by that check, which brakes first. T is float or double. No heap. Cost: about 30 products a tick.
+template <typename T>
+class FailureDetector {
+ public:
+  /// Once per tick, `step_s` after the last one.
+  FlightFailure update(const FlightSample<T>& sample, T step_s);
+
+ private:
+  using Vector3 = core::Vector<T, 3>;
+  void update_vertical(const FlightSample<T>& sample, T step_s);
+  void update_shock(const FlightSample<T>& sample, T step_s);
+
+  bool begun_ = false;
+  Vector3 up_b_ = Vector3::UnitZ();  ///< integrated from the rates, corrected by the attitude
+  T reported_up_{1};                 ///< cosine of the newest attitude's tilt
+  T turn_rad_s_{0};                  ///< newest rate
+  T force_g_{1};                     ///< newest, likewise below
+  T climb_m_s_{0};
+  bool climb_known_ = false;
+  T tilted_s_{0}, tumbling_s_{0}, falling_s_{0}, leaning_s_{0}, still_s_{0};
+  T since_shock_s_{1e3};
+};
+
+extern template class FailureDetector<float>;
+extern template class FailureDetector<double>;
+
+}  // namespace m100::safety

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "firmware/core/time.h"
+
+namespace m100::safety {
+
+/// A state of the aircraft that no command of ours ends.
+enum class FlightFailure : std::uint8_t {
+  kNone,
+  kTilt,      ///< tilted beyond 45 degrees
+  kTumbling,  ///< turned by 90 degrees at more than one revolution per second
+  kFreeFall,  ///< no thrust for 0.3 s
+  kCrash,     ///< tilted 30 degrees away from the command for 2 s, or a shock and then no motion
+};
+
+std::string_view name(FlightFailure failure);
+
+/// Whether the aircraft still flies.
+struct FlightState {
+  /// In flight: how long the autopilot's flight status has said "on the ground"; zero: it says otherwise, or nothing.
+  core::Duration on_ground_for{0};
+  FlightFailure failure = FlightFailure::kNone;  ///< by FailureDetector
+};
+
+}  // namespace m100::safety

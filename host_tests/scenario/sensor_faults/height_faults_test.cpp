@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A height of the poses that drifts, and an autopilot that says "on the ground", in flights of the whole controller
+// (promise R18).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/lab/experiments/flight.h"
+#include "host_tests/sim/sensor_faults/sensor_fault_injector.h"
+
+namespace m100::scenario {
+namespace {
+
+constexpr double kFaultAt_s = 5.0;
+constexpr double kCeiling_m = 4.0;
+
+void lands(protocol::Telemetry& telemetry, sim::SensorFaultState<protocol::Telemetry>&, double) {
+  telemetry.flight_status = protocol::FlightStatus::kStandby;
+}
+constexpr sim::SensorFault kLands{"lands", "the flight status says on the ground", 0.0, "", nullptr, lands};
+
+struct Outcome {
+  double highest_m = 0.0;
+  double touchdown_s = -1.0;   ///< negative: none
+  double touchdown_m_s = 0.0;  ///< vertical speed
+  double given_back_s = -1.0;  ///< negative: not before the end
+  std::string descent;
+};
+
+Outcome flown(const sim::SensorFault& fault, double size, double duration_s) {
+  lab::experiments::FlightPlan plan;
+  plan.plant = sim::measured_plant();
+  plan.vehicle = companion::as_file(mpc::generated::kVehicle);
+  plan.duration_s = duration_s;
+  plan.pilot_holds_position = true;
+  plan.flight_file = companion::parse_flight(
+      "[fence]\nx_m = [-6, 6]\ny_m = [-6, 6]\nz_m = [0.3, 4]\n[wind]\nclass_m_s = 5\n", "flight.toml");
+  plan.disturb = [&, struck = false](sim::World& world, double t_s) mutable {
+    if (!struck && t_s >= kFaultAt_s) {
+      struck = true;
+      world.fault(fault, size);
+    }
+  };
+  const lab::experiments::FlightResult result = lab::experiments::fly(plan);
+  Outcome outcome{.descent = result.descent};
+  for (const lab::experiments::TracePoint& point : result.trace) {
+    outcome.highest_m = std::max(outcome.highest_m, point.position_m[2]);
+    if (outcome.touchdown_s < 0.0 && point.position_m[2] < 0.02) {
+      outcome.touchdown_s = point.t_s;
+      outcome.touchdown_m_s = result.touchdown_speed_m_s;
+    }
+    if (point.t_s > kFaultAt_s && point.failsafe_state == static_cast<int>(safety::FailsafeState::kSilent)) {
+      outcome.given_back_s = point.t_s;
+      break;
+    }
+  }
+  return outcome;
+}
+
+TEST(Ground, AFlightStatusOnTheGroundEndsControlWithinASecond) {
+  RecordProperty("promise", "R18");
+  const Outcome outcome = flown(kLands, 0.0, 20.0);
+  EXPECT_EQ(outcome.descent, "on_ground");
+  EXPECT_GE(outcome.given_back_s, kFaultAt_s + 0.4);
+  EXPECT_LE(outcome.given_back_s, kFaultAt_s + 1.0);
+}
+
+TEST(Ground, AHeightThatDriftsEndsInTheAirOrGently) {
+  RecordProperty("promise", "R18");
+  for (const double drift_m_s : {0.03, 0.05, 0.08, -0.04, -0.07}) {
+    const Outcome outcome = flown(*sim::find_sensor_fault("rise"), drift_m_s, 90.0);
+    SCOPED_TRACE(std::to_string(drift_m_s) + " m/s: " + outcome.descent + " at " +
+                 std::to_string(outcome.given_back_s) + " s, touchdown at " + std::to_string(outcome.touchdown_s) +
+                 " s, highest " + std::to_string(outcome.highest_m));
+    EXPECT_GT(outcome.given_back_s, 0.0);
+    EXPECT_LT(outcome.highest_m, kCeiling_m + 1.3);
+    if (outcome.touchdown_s >= 0.0) {
+      EXPECT_LT(std::abs(outcome.touchdown_m_s), 0.5);
+      EXPECT_LT(outcome.given_back_s, outcome.touchdown_s + 1.5);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace m100::scenario

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// States that end a flight at once (promise R18): tilt, tumbling, free fall, crash, and the ground. Each is tested from
+// both sides of its bound, and with the sensor fault that looks like it.
+#include "firmware/safety/failure_detector.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "firmware/core/maths.h"
+#include "firmware/safety/ground_contact.h"
+
+namespace m100::safety {
+namespace {
+
+using Vector3 = core::Vector<double, 3>;
+constexpr double kStep_s = 0.01;
+constexpr double kDegree = core::kPi / 180.0;
+
+/// Rolls by `roll_rad`: the vertical in body axes.
+Vector3 up_at(double roll_rad) { return {0.0, std::sin(roll_rad), std::cos(roll_rad)}; }
+
+class FailureDetectorTest : public ::testing::Test {
+ protected:
+  /// Rolls from rest to `roll_rad` at `rate_rad_s`, then holds it. @returns the first failure
+  FlightFailure roll(double roll_rad, double rate_rad_s, double hold_s) {
+    for (double t_s = 0.0; t_s * rate_rad_s < roll_rad; t_s += kStep_s) {
+      fly(t_s * rate_rad_s, rate_rad_s);
+    }
+    return hold(roll_rad, hold_s);
+  }
+  FlightFailure hold(double roll_rad, double hold_s) {
+    for (double t_s = 0.0; t_s < hold_s - 1e-9; t_s += kStep_s) {
+      fly(roll_rad, 0.0);
+    }
+    return first_;
+  }
+  void fly(double roll_rad, double rate_rad_s) {
+    sample_.up_b = up_at(roll_rad);
+    sample_.rate_b_rad_s = {rate_rad_s, 0.0, 0.0};
+    const FlightFailure now = detector_.update(sample_, kStep_s);
+    first_ = first_ == FlightFailure::kNone ? now : first_;
+  }
+
+  FailureDetector<double> detector_;
+  FlightSample<double> sample_{.force_g = 1.0, .climb_m_s = 0.01};
+  FlightFailure first_ = FlightFailure::kNone;
+};
+
+TEST_F(FailureDetectorTest, ATiltBeyond45Degrees) {
+  RecordProperty("promise", "R18");
+  EXPECT_EQ(roll(44.0 * kDegree, 3.0, 5.0), FlightFailure::kNone);
+  EXPECT_EQ(hold(46.0 * kDegree, 0.08), FlightFailure::kNone) << "for less than 0.1 s";
+  EXPECT_EQ(hold(46.0 * kDegree, 1.0), FlightFailure::kTilt);
+}
+
+TEST_F(FailureDetectorTest, AnAircraftUpsideDown) { EXPECT_EQ(roll(core::kPi, 5.0, 0.0), FlightFailure::kTilt); }
+
+TEST_F(FailureDetectorTest, ATiltThatTheRatesContradictIsNotJudged) {
+  RecordProperty("promise", "R14");
+  hold(0.0, 1.0);
+  EXPECT_EQ(hold(80.0 * kDegree, 0.2), FlightFailure::kNone) << "the rates have not shown it";
+  sample_.attitude_is_trusted = false;
+  EXPECT_EQ(hold(80.0 * kDegree, 5.0), FlightFailure::kNone);
+}
+
+TEST_F(FailureDetectorTest, Tumbling) {
+  RecordProperty("promise", "R18");
+  sample_.attitude_is_trusted = true;
+  for (const double rate_rad_s : {6.2, 6.4}) {  // about the vertical: the tilt is zero
+    FailureDetector<double> detector;
+    FlightFailure failure = FlightFailure::kNone;
+    for (int tick = 0; tick < 30; ++tick) {
+      sample_.up_b = up_at(0.0);
+      sample_.rate_b_rad_s = {0.0, 0.0, rate_rad_s};
+      failure = detector.update(sample_, kStep_s);
+      EXPECT_TRUE(tick > 23 || failure == FlightFailure::kNone) << "for less than 0.25 s";
+    }
+    EXPECT_EQ(failure, rate_rad_s > 2.0 * core::kPi ? FlightFailure::kTumbling : FlightFailure::kNone);
+  }
+}
+
+TEST_F(FailureDetectorTest, AFreeFall) {
+  RecordProperty("promise", "R18");
+  hold(0.0, 1.0);
+  sample_.force_g = 0.1;
+  sample_.climb_m_s = -1.4;
+  EXPECT_EQ(hold(0.0, 1.0), FlightFailure::kNone) << "the climb speed does not show it";
+  sample_.climb_m_s = -1.6;
+  EXPECT_EQ(hold(0.0, 0.05), FlightFailure::kFreeFall);
+}
+
+TEST_F(FailureDetectorTest, APushOverOrASagIsNoFreeFall) {
+  RecordProperty("promise", "R17");
+  sample_.climb_m_s = -3.0;
+  sample_.force_g = 0.3;
+  EXPECT_EQ(hold(0.0, 2.0), FlightFailure::kNone);
+  sample_.force_g = 0.1;
+  EXPECT_EQ(hold(0.0, 0.28), FlightFailure::kNone) << "for less than 0.3 s";
+}
+
+TEST_F(FailureDetectorTest, AnAircraftThatLiesFarFromItsCommand) {
+  RecordProperty("promise", "R18");
+  sample_.lean_rad = 29.0 * kDegree;
+  EXPECT_EQ(hold(20.0 * kDegree, 5.0), FlightFailure::kNone);
+  sample_.lean_rad = 31.0 * kDegree;
+  EXPECT_EQ(hold(20.0 * kDegree, 1.98), FlightFailure::kNone) << "for less than 2 s";
+  EXPECT_EQ(hold(20.0 * kDegree, 0.05), FlightFailure::kCrash);
+}
+
+TEST_F(FailureDetectorTest, AShockAndThenNoMotion) {
+  RecordProperty("promise", "R18");
+  hold(0.0, 1.0);
+  sample_.force_g = 3.1;
+  hold(0.0, 0.02);
+  sample_.force_g = 1.0;
+  EXPECT_EQ(hold(0.0, 0.97), FlightFailure::kNone);
+  EXPECT_EQ(hold(0.0, 0.06), FlightFailure::kCrash);
+}
+
+TEST_F(FailureDetectorTest, AShockAfterWhichTheAircraftMovesIsNoCrash) {
+  RecordProperty("promise", "R17");
+  hold(0.0, 1.0);
+  sample_.force_g = 3.1;
+  hold(0.0, 0.02);
+  sample_.force_g = 1.0;
+  for (int tick = 0; tick < 400; ++tick) {
+    fly(0.02, tick % 90 < 5 ? 0.2 : 0.01);  // it corrects its attitude now and then
+  }
+  EXPECT_EQ(first_, FlightFailure::kNone);
+  sample_.force_g = 2.9;
+  EXPECT_EQ(hold(0.0, 3.0), FlightFailure::kNone);
+}
+
+TEST_F(FailureDetectorTest, NumbersThatAreNoneLeaveNoTrace) {
+  fly(std::nan(""), std::nan(""));
+  first_ = FlightFailure::kNone;
+  EXPECT_EQ(hold(0.0, 1.0), FlightFailure::kNone);
+  EXPECT_EQ(roll(50.0 * kDegree, 3.0, 0.5), FlightFailure::kTilt);
+}
+
+TEST(GroundContact, CountsFromTheLastStatusInTheAir) {
+  RecordProperty("promise", "R18");
+  const auto at = [](int milliseconds) { return core::TimePoint(std::chrono::milliseconds(milliseconds)); };
+  GroundContact contact;
+  contact.update(true, at(100));
+  contact.update(true, at(900));
+  EXPECT_EQ(contact.duration(), core::Duration{0}) << "it never said in the air";
+  contact.update(false, at(1000));
+  contact.update(true, at(1100));
+  contact.update(true, at(1400));
+  contact.update(true, at(1400));
+  EXPECT_EQ(contact.duration(), std::chrono::milliseconds(400));
+  contact.update(false, at(1500));
+  EXPECT_EQ(contact.duration(), core::Duration{0});
+}
+
+}  // namespace
+}  // namespace m100::safety
