@@ -20,6 +20,7 @@ constexpr Example kExamples[]{
     {"campaign", "m100-lab campaign wind_8.toml late_75ms.toml --flights 5 --tasks hover,step_3m --json campaign.json"},
     {"convert", "m100-lab convert flight.ulg --columns columns.toml --out flight.csv --map flight_columns.toml"},
     {"course", "m100-lab course ways.txt table.csv --flight flight.toml --out pictures --json courses.json"},
+    {"demo", "m100-lab demo --out demonstration"},
     {"excite", "m100-lab excite --axis roll,pitch --duration 40 --fence 4 --out sticks.csv --json forecast.json"},
     {"frames decode", "m100-lab frames decode capture.bin --key-file key"},
     {"frames encode", "m100-lab frames encode frames.jsonl --key-file key"},
@@ -57,6 +58,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see abo
   m100::lab::add_campaign(lab);
   m100::lab::add_convert(lab);
   m100::lab::add_course(lab);
+  m100::lab::add_demo(lab);
   m100::lab::add_excite(lab);
   m100::lab::add_frames(lab);
   m100::lab::add_experiments(lab);
