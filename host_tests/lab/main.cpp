@@ -8,6 +8,7 @@
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/version.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/interruption.h"
 #include "host_tests/lab/large_blocks.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
@@ -50,6 +51,7 @@ constexpr Example kExamples[]{
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see above
   m100::companion::fill_standard_streams();
   m100::lab::give_back_large_blocks();
+  m100::lab::explain_interruption("\nm100-lab: stopped before the end: the same command begins again\n");
   CLI::App lab{"m100-lab: identify a Matrice 100 from its logs, make its gain tables, fly it in simulation"};
   lab.require_subcommand(1);
   lab.set_version_flag("--version", m100::companion::version_text("m100-lab"));
