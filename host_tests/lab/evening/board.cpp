@@ -36,8 +36,12 @@ Board::Board(std::string destination, std::string folder)
 }
 
 Board::~Board() {
-  run_program({"ssh", "-q", "-o", "ControlPath=" + control_ + "/%C", "-O", "exit", "--", destination_}, "/",
-              {.in = "/dev/null", .out = "/dev/null"});
+  try {
+    run_program({"ssh", "-q", "-o", "ControlPath=" + control_ + "/%C", "-O", "exit", "--", destination_}, "/",
+                {.in = "/dev/null", .out = "/dev/null"});
+  } catch (const InputError&) {
+    // Without ssh there is no connection to end.
+  }
   std::error_code ignored;
   fs::remove_all(control_, ignored);
 }
