@@ -78,7 +78,7 @@ if(CMAKE_SYSTEM_NAME STREQUAL "Linux")
   set(M100_ON_LINUX ON)
 endif()
 
-add_custom_target(installed_modules)  # what the installed package holds
+add_custom_target(installed_modules)  # the libraries and programs that `cmake --install` copies
 
 # m100_hide_checkout(target): the folder of the checkout stands nowhere in what this target compiles, neither in the texts
 # of M100_ASSERT nor in debug information, so a build is the same from every folder.
@@ -333,6 +333,7 @@ endfunction()
 # was moved to, pkg-config finds out by itself.
 function(m100_install_pkg_config)
   get_target_property(modules installed_modules MANUALLY_ADDED_DEPENDENCIES)
+  list(REMOVE_ITEM modules m100 m100-lab)
   list(REMOVE_ITEM modules m100_aes)  # needs mbedTLS, which has no .pc file everywhere
   list(TRANSFORM modules REPLACE "(.+)" "-l\\1")
   list(JOIN modules " " libraries)

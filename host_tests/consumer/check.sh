@@ -27,6 +27,9 @@ for example in consumer parser observer mpc; do
   quietly "$scratch/build/$example"
 done
 
+# The programs stand in the same prefix.
+[ -n "$flags" ] || { quietly "$scratch/moved/bin/m100" --version && quietly "$scratch/moved/bin/m100-lab" --version; }
+
 # The same programs, built with pkg-config instead of CMake.
 export PKG_CONFIG_PATH=$(dirname "$(find "$scratch/moved" -name m100.pc)")
 for example in parser observer mpc; do

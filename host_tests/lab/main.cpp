@@ -8,6 +8,7 @@
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/version.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/interruption.h"
 #include "host_tests/lab/large_blocks.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
@@ -20,6 +21,7 @@ constexpr Example kExamples[]{
     {"campaign", "m100-lab campaign wind_8.toml late_75ms.toml --flights 5 --tasks hover,step_3m --json campaign.json"},
     {"convert", "m100-lab convert flight.ulg --columns columns.toml --out flight.csv --map flight_columns.toml"},
     {"course", "m100-lab course ways.txt table.csv --flight flight.toml --out pictures --json courses.json"},
+    {"demo", "m100-lab demo --out demonstration"},
     {"excite", "m100-lab excite --axis roll,pitch --duration 40 --fence 4 --out sticks.csv --json forecast.json"},
     {"frames decode", "m100-lab frames decode capture.bin --key-file key"},
     {"frames encode", "m100-lab frames encode frames.jsonl --key-file key"},
@@ -49,6 +51,7 @@ constexpr Example kExamples[]{
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see above
   m100::companion::fill_standard_streams();
   m100::lab::give_back_large_blocks();
+  m100::lab::explain_interruption("\nm100-lab: stopped before the end: the same command begins again\n");
   CLI::App lab{"m100-lab: identify a Matrice 100 from its logs, make its gain tables, fly it in simulation"};
   lab.require_subcommand(1);
   lab.set_version_flag("--version", m100::companion::version_text("m100-lab"));
@@ -57,6 +60,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see abo
   m100::lab::add_campaign(lab);
   m100::lab::add_convert(lab);
   m100::lab::add_course(lab);
+  m100::lab::add_demo(lab);
   m100::lab::add_excite(lab);
   m100::lab::add_frames(lab);
   m100::lab::add_experiments(lab);

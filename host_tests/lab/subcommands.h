@@ -18,6 +18,7 @@ void add_course(CLI::App& lab);
 void add_experiments(CLI::App& lab);
 void add_loop(CLI::App& lab);
 void add_excite(CLI::App& lab);
+void add_demo(CLI::App& lab);
 void add_frames(CLI::App& lab);
 void add_identify(CLI::App& lab);
 void add_paper(CLI::App& lab);

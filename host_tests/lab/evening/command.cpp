@@ -6,7 +6,9 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
+#include "host_tests/lab/evening/board.h"
 #include "host_tests/lab/evening/corrected_vehicle.h"
 #include "host_tests/lab/evening/flight_result.h"
 #include "host_tests/lab/evening/initial_files.h"
@@ -15,12 +17,14 @@
 #include "host_tests/lab/evening/steps.h"
 #include "host_tests/lab/evening/summary_page.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/interruption.h"
 #include "host_tests/lab/subcommands.h"
 
 namespace m100::lab {
 namespace {
 
 namespace fs = std::filesystem;
+constexpr int kNotFound = 127;  ///< a shell's exit code if it does not find the program
 using evening::Command;
 using evening::Folder;
 using evening::Step;
@@ -28,19 +32,24 @@ using evening::Step;
 struct EveningOptions {
   std::string folder;
   evening::Settings settings;
+  std::string board;  ///< where ssh reaches the board; empty: a person runs its commands and copies the files
   bool list = false;
 };
 
 /// Runs the steps of an evening until one needs a person.
 class Evening {
  public:
-  explicit Evening(Folder& folder) : folder_(folder) {}
+  /// @param board where ssh reaches the board; empty: a person runs its commands
+  explicit Evening(Folder& folder, std::string board = "") : folder_(folder), destination_(std::move(board)) {}
 
   /// Prints the steps and which of them are done; runs none.
-  void list() {
+  /// @param busy another call works in the folder, at the first step that is not done
+  void list(bool busy) {
     report_changes();
     for (const Step& step : evening::steps(folder_)) {
-      std::cout << (folder_.is_done(step.name) ? "done  " : "      ") << step.name << ": " << step.sentence << "\n";
+      const bool done = folder_.is_done(step.name);
+      const char* const mark = done ? "done  " : std::exchange(busy, false) ? "now   " : "      ";
+      std::cout << mark << step.name << ": " << step.sentence << "\n";
     }
   }
 
@@ -54,8 +63,7 @@ class Evening {
       if (step.on_board && folder_.was_taken(step.name, step.makes)) {
         put_aside(step);  // it was flown with files that have changed since
       }
-      if (step.on_board && !all_there(step)) {
-        ask_for(step);
+      if (step.on_board && !all_there(step) && !fetched(step)) {
         return;
       }
       step.on_board ? take(step) : make(step);
@@ -67,6 +75,32 @@ class Evening {
   bool all_there(const Step& step) const {
     return std::all_of(step.makes.begin(), step.makes.end(),
                        [&](const std::string& name) { return folder_.has(name); });
+  }
+
+  /// Runs the step on the board and brings back its files. @returns false: a person has to do it, or does not want to.
+  bool fetched(const Step& step) {
+    if (destination_.empty()) {
+      ask_for(step);
+      return false;
+    }
+    if (board_ == nullptr) {
+      board_ = std::make_unique<evening::Board>(destination_, folder_.path());
+    }
+    if (!board_->has_result(step)) {
+      std::cout << "next: " << step.name << ". " << step.sentence << "\n  " << evening::typed(step.commands.front())
+                << "\nEnter runs it on the board; Ctrl-C stops here, the same command goes on" << std::endl;
+      if (std::string line; !std::getline(std::cin, line)) {
+        return false;
+      }
+      const int code = board_->run(step);
+      if (!board_->has_result(step)) {
+        reject(step, code == kNotFound ? "the board has no program m100: install its package there"
+                                       : "the command ended with exit code " + std::to_string(code) +
+                                             " and has not made all its files");
+      }
+    }
+    board_->fetch(step);
+    return true;
   }
 
   /// Tells the person what the next step is and how to do it.
@@ -168,7 +202,7 @@ class Evening {
     std::cout << "  " << evening::typed(command) << std::endl;
     const bool own = command.front() == "m100-lab";
     command.front() = own ? fs::read_symlink("/proc/self/exe").string() : folder_.settings().m100;
-    const int code = evening::run_program(command, folder_.path(), said);
+    const int code = evening::run_program(command, folder_.path(), {.out = said});
     return code == kDone ? ""
                          : "the command ended with exit code " + std::to_string(code) + "; its output is in " +
                                step.name + ".txt";
@@ -181,11 +215,16 @@ class Evening {
       std::cout << step.name << ": done\n";
       return;
     }
-    std::cout << step.name << ": NOT PASSED: " << why << "\n";
     if (step.on_board) {
       put_aside(step);
       std::cout << "this step must be done again; its files are now in " << folder_.file("not_passed") << "\n";
     }
+    reject(step, why);
+  }
+
+  /// Says why the evening cannot go on, notes it, and ends the program.
+  [[noreturn]] void reject(const Step& step, const std::string& why) const {
+    std::cout << step.name << ": NOT PASSED: " << why << "\n";
     folder_.save({{"step", step.name},
                   {"where", step.on_board ? "board" : "pc"},
                   {"sentence", step.sentence},
@@ -231,7 +270,7 @@ class Evening {
         report.push_back(std::string(part) + ".html");
       }
     }
-    if (evening::run_program(report, folder_.path(), "/dev/null") != kDone) {
+    if (evening::run_program(report, folder_.path(), {.out = "/dev/null"}) != kDone) {
       throw InputError(folder_.file("evening.html"), 0, "", "cannot be written");
     }
     std::cout
@@ -241,6 +280,8 @@ class Evening {
   }
 
   Folder& folder_;
+  std::string destination_;
+  std::unique_ptr<evening::Board> board_;  ///< null until a step needs it
 };
 
 /// Copies the settings that the command line gives over those that the folder keeps.
@@ -270,12 +311,22 @@ void run(const CLI::App& command, const EveningOptions& options) {
                      "is a new folder: give the serial ports of the autopilot (--port) and of the pose (--pose-port), "
                      "as the board names them");
   }
+  if (options.list) {
+    const bool is_busy = evening::FolderLock::is_held(options.folder);
+    Folder folder(options.folder);
+    Evening(folder).list(is_busy);
+    return;
+  }
+  Command again{"m100-lab", "evening", options.folder};
+  if (!options.board.empty()) {
+    again.insert(again.end(), {"--board", options.board});
+  }
+  explain_interruption("\nstopped; nothing is lost: " + evening::typed(again) + " goes on with this step\n");
   const evening::FolderLock lock(evening::made(options.folder));
   Folder folder(options.folder);
   take_given(command, options.settings, folder.settings());
   evening::write_initial_files(folder);
-  Evening ahead(folder);
-  options.list ? ahead.list() : ahead.run();
+  Evening(folder, options.board).run();
 }
 
 }  // namespace
@@ -302,6 +353,14 @@ void add_evening(CLI::App& lab) {
   command->add_option("--key-file", settings.key_file,
                       "file with the app's key, on the board; commands are then encrypted");
   command->add_option("--m100", settings.m100, "the program m100 on this machine, for the step `check`");
+  command
+      ->add_option(
+          "--board", options->board,
+          "where ssh reaches the board: USER@HOST or ssh://USER@HOST:PORT; its commands then run there, on this "
+          "terminal, and files are copied; default: you do both")
+      ->check([](const std::string& word) {
+        return word.rfind('-', 0) == 0 ? "--board: '" + word + "' is no USER@HOST" : std::string();
+      });
   command->add_flag("--list", options->list, "print the steps and which are done; run none");
   command->callback([command, options] { run(*command, *options); });
 }

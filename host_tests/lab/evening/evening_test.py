@@ -208,6 +208,26 @@ def survives_its_end(evening):
     expect(code == 0 and "check: done" in said and "next: handshake" in said, "resumed where it was killed")
 
 
+def stops_at_ctrl_c(evening, state):
+    """Ctrl-C in a step of the PC ends the step's program too, and says how to go on."""
+    evening.put("evening.json", state)
+    started = evening.work / "started"
+    stand_in = evening.work / "m100 that waits"
+    stand_in.write_text(f"#!/bin/sh\ntouch '{started}'\nexec sleep 600\n")
+    stand_in.chmod(0o755)
+    with subprocess.Popen([evening.lab, "evening", str(evening.folder), "--m100", str(stand_in)], text=True,
+                          stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as run:
+        while not started.exists() and run.poll() is None:
+            time.sleep(0.01)
+        code, said = evening.call("--list")
+        expect(code == 0 and "now   check" in said, "--list works while a step runs")
+        run.send_signal(signal.SIGINT)
+        said = run.communicate()[1]
+    expect(run.returncode == -signal.SIGINT and "stopped; nothing is lost: m100-lab evening" in said, "Ctrl-C says how to go on")
+    code, said = evening.call("--m100", "/bin/true")
+    expect(code == 0 and "check: done" in said, "and the step's program has ended")
+
+
 def refuses_a_misread_log(evening):
     """Catches an evening that goes on to the flight with a model that identify refused to write."""
     evening.put("columns_hand.toml", REVERSED_MAP)
@@ -241,6 +261,7 @@ def notices_changes(evening):
     evening.put("evening.json", state)
     evening.put("identified.toml", "# identified.toml\n")
     survives_its_end(evening)
+    stops_at_ctrl_c(evening, state)
     evening.put("evening.json", state)
     evening.put("identified.toml", "# identified.toml\n")
     evening.put("hand.ulg", "another log")

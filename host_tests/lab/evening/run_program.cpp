@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/interruption.h"
 
 extern char** environ;  // NOLINT: the name is POSIX
 
@@ -31,7 +32,29 @@ std::string typed(const std::vector<std::string>& command) {
   return out;
 }
 
-int run_program(const std::vector<std::string>& command, const std::string& folder, const std::string& log_file) {
+namespace {
+
+/// Opens a file for a child. @returns its descriptor; -1: no file is named. Errors: InputError.
+int opened(const std::string& path, int flags, const char* what) {
+  const int descriptor = path.empty() ? -1 : open(path.c_str(), flags | O_CLOEXEC, 0644);
+  if (descriptor < 0 && !path.empty()) {
+    throw InputError(path, 0, "", std::string("cannot be ") + what + ": " + std::strerror(errno));
+  }
+  return descriptor;
+}
+
+/// Opens the folder that is locked. Errors: InputError.
+int opened_folder(const std::string& folder) {
+  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY);
+  if (descriptor < 0) {
+    throw InputError(folder, 0, "", std::string("cannot be opened: ") + std::strerror(errno));
+  }
+  return descriptor;
+}
+
+}  // namespace
+
+int run_program(const std::vector<std::string>& command, const std::string& folder, const Streams& streams) {
   std::vector<std::string> words = command;
   std::vector<char*> pointers;
   pointers.reserve(words.size() + 1);
@@ -39,29 +62,57 @@ int run_program(const std::vector<std::string>& command, const std::string& fold
     pointers.push_back(word.data());
   }
   pointers.push_back(nullptr);
-  const int out = open(log_file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-  if (out < 0) {
-    throw InputError(log_file, 0, "", std::string("cannot be written: ") + std::strerror(errno));
-  }
+  const std::string input = streams.in.empty() || streams.in[0] == '/' ? streams.in : folder + "/" + streams.in;
+  const int in = opened(input, O_RDONLY, "read");
+  const int out = opened(streams.out, O_WRONLY | O_CREAT | O_APPEND, "written");
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-  posix_spawn_file_actions_adddup2(&actions, out, STDOUT_FILENO);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  if (in >= 0) {
+    posix_spawn_file_actions_adddup2(&actions, in, STDIN_FILENO);
+  }
+  if (out >= 0) {
+    posix_spawn_file_actions_adddup2(&actions, out, STDOUT_FILENO);
+    sigset_t blocked;
+    sigemptyset(&blocked);
+    sigaddset(&blocked, SIGINT);
+    posix_spawnattr_setsigmask(&attributes, &blocked);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
+  }
   pid_t child = -1;
-  const int wrong = posix_spawnp(&child, pointers[0], &actions, nullptr, pointers.data(), environ);
+  const int wrong = posix_spawnp(&child, pointers[0], &actions, &attributes, pointers.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
-  close(out);
+  posix_spawnattr_destroy(&attributes);
+  for (const int descriptor : {in, out}) {
+    if (descriptor >= 0) {
+      close(descriptor);
+    }
+  }
   int status = 0;
-  if (wrong != 0 || waitpid(child, &status, 0) != child) {
+  if (wrong == 0) {
+    interruption().child = child;
+  }
+  const bool ended = wrong == 0 && waitpid(child, &status, 0) == child;
+  interruption().child = 0;
+  if (!ended && command.front() == "ssh") {
+    throw InputError("ssh", 0, "--board", "cannot be started; install the package openssh-client");
+  }
+  if (!ended) {
     throw InputError(command.front(), 0, "", "cannot be started; use --m100 to name the program m100 on this machine");
   }
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-FolderLock::FolderLock(const std::string& folder) : descriptor_(open(folder.c_str(), O_RDONLY | O_DIRECTORY)) {
-  if (descriptor_ < 0) {
-    throw InputError(folder, 0, "", std::string("cannot be opened: ") + std::strerror(errno));
-  }
+bool FolderLock::is_held(const std::string& folder) {
+  const int descriptor = opened_folder(folder);
+  const bool held = flock(descriptor, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  close(descriptor);
+  return held;
+}
+
+FolderLock::FolderLock(const std::string& folder) : descriptor_(opened_folder(folder)) {
   // Not closed on exec, so that started programs keep the lock.
   if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     close(descriptor_);

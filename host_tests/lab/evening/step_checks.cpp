@@ -18,6 +18,7 @@ namespace {
 
 using nlohmann::json;
 
+constexpr double kFull_counts = 660.0;       ///< of a stick pushed to its end
 constexpr double kMinMoved_counts = 60.0;    ///< to either side, for roll and pitch: a fit cannot tell less from noise
 constexpr double kWorstFit_percent = 50.0;   ///< on the validation part; below it the log does not show the axis
 constexpr double kTrimmed_s = 5.0;           ///< from the start of control until the mean stick is taken as the trim
@@ -28,6 +29,11 @@ std::string rounded(double value) {
   out.precision(3);
   out << value;
   return out.str();
+}
+
+/// "60 counts (9 % of the stick)".
+std::string as_pilots_say(double counts) {
+  return rounded(counts) + " counts (" + rounded(std::round(100.0 * counts / kFull_counts)) + " % of the stick)";
 }
 
 }  // namespace
@@ -49,8 +55,8 @@ std::string check_recording(const Folder& folder, const std::string& result) {
     const json& moved = result_json.at("sticks").at(stick);
     if (moved.value("most_counts", 0.0) < kMinMoved_counts || moved.value("least_counts", 0.0) > -kMinMoved_counts) {
       return std::string("the ") + stick + " stick moved from " + rounded(moved.value("least_counts", 0.0)) + " to " +
-             rounded(moved.value("most_counts", 0.0)) + " counts: move it by at least " + rounded(kMinMoved_counts) +
-             " counts to both sides";
+             rounded(moved.value("most_counts", 0.0)) + " counts: move it by at least " +
+             as_pilots_say(kMinMoved_counts) + " to both sides";
     }
   }
   return "";

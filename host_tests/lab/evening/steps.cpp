@@ -114,7 +114,7 @@ class StepBuilder {
             .on_board = true,
             .sentence =
                 "Fly by hand in mode P for two minutes, inside the space, and move roll, then pitch, in short pairs of "
-                "kicks to either side, while the board only listens.",
+                "kicks to either side, by a tenth to a quarter of the stick, while the board only listens.",
             .reads = {},
             .makes = {"hand.ulg", "record.json"},
             .commands = {Command{"m100", "record"} + at_port() + at_pose() + with_key() +

@@ -177,9 +177,13 @@ double hover_motion(const companion::VehicleFile& file, const sim::Plant& plant)
 void tune_weights(companion::VehicleFile& file, const std::vector<gains::Structure>& structures,
                   const GainsOptions& options) {
   const sim::Plant plant = sim::plant_of_options("", options.vehicle);
-  const gains::Tuned tuned = gains::tune(file.vehicle, structures, [&](const model::Vehicle& believed) {
-    return hover_motion(companion::as_file(believed), plant);
-  });
+  const gains::Tuned tuned =
+      gains::tune(file.vehicle, structures, [&, hover = 0](const model::Vehicle& believed) mutable {
+        if (isatty(STDERR_FILENO) != 0) {
+          std::fprintf(stderr, "\rinput weight %.3g: simulated hover %d \r", believed.mpc.input, ++hover);
+        }
+        return hover_motion(companion::as_file(believed), plant);
+      });
   file.vehicle.mpc = tuned.weights;
   file = companion::save_vehicle(options.tuned, file.vehicle, file.sources);
   std::printf(

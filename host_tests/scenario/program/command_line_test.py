@@ -17,7 +17,7 @@ import tempfile
 from file_use import subcommands
 
 NO_REPORT = {"m100-lab autopilot", "m100-lab frames decode", "m100-lab frames encode", "m100-lab mpc solve",
-             "m100-lab reference", "m100-lab report", "m100-lab evening"}  # their output is the result itself
+             "m100-lab reference", "m100-lab report", "m100-lab evening", "m100-lab demo"}  # their output is the result itself
 
 
 def run(program, *words):

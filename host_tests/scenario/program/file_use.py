@@ -48,6 +48,8 @@ TABLE = {
     "m100-lab convert": dict(inputs=["--log", "--columns"], needed=["--log"], outputs=["--out", "--map", "--json"],
                              other=["log"]),
     "m100-lab course": dict(inputs=["courses", "--flight"], needed=["courses"], outputs=["--json"], folders=["--out"]),
+    # Becomes a script whose commands stand in this table.
+    "m100-lab demo": dict(other=["--out", "--logs"]),
     "m100-lab excite": dict(inputs=["--vehicle"], outputs=["--out", "--json"], other=["--axis", "--kind"]),
     "m100-lab experiments": dict(words="--only hover", inputs=["--plant", "--plant-from", "--vehicle"],
                                  outputs=["--json"], folders=["--report"],
@@ -77,7 +79,7 @@ TABLE = {
                             needed=["pages", "--out"], outputs=["--out"],
                             other=["--title", "--note", "--asked", "--source"]),
     # Uses the files of an aircraft's folder; the other names belong to the board and are not opened here.
-    "m100-lab evening": dict(other=["folder", "--port", "--pose-port", "--key-file", "--m100"]),
+    "m100-lab evening": dict(other=["folder", "--port", "--pose-port", "--key-file", "--m100", "--board"]),
     "m100-lab bridge": dict(words="--listen udp:9763 --to 127.0.0.1:9764 --duration 0.01", inputs=["--mavlink-key"],
                             needed=["--mavlink-key"], outputs=["--json"],
                             other=["--listen", "--from", "--vrpn", "--to", "--axes", "--stamp"]),

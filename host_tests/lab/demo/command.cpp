@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab demo: becomes the demonstration, a script that is installed beside the program.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/subcommands.h"
+
+namespace m100::lab {
+namespace {
+
+struct DemoOptions {
+  std::string out = "m100_demo";
+  std::string logs;
+};
+
+/// Does not return. Errors: InputError if the script is not installed.
+void become_demonstration(DemoOptions& options) {
+  std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
+  std::string script =
+      (std::filesystem::path(program).parent_path().parent_path() / "share/m100-lab/demonstration").string();
+  char* const words[] = {script.data(), program.data(), options.out.data(),
+                         options.logs.empty() ? nullptr : options.logs.data(), nullptr};
+  std::cout.flush();
+  execv(words[0], words);
+  throw InputError(script, 0, "",
+                   std::string(std::strerror(errno)) +
+                       "; the demonstration needs an installed m100-lab (cmake --install, or the package)");
+}
+
+}  // namespace
+
+void add_demo(CLI::App& lab) {
+  CLI::App* const command = lab.add_subcommand(
+      "demo",
+      "run the demonstration: identify a log, find the residual, compute gains, fly (minutes); writes report.html");
+  auto options = std::make_shared<DemoOptions>();
+  command->add_option("--out", options->out, "folder for the page and everything that leads to it");
+  command
+      ->add_option("--logs", options->logs,
+                   "folder with the measured flights: pitch_roll.csv and height.csv, or the published "
+                   "ExperimentPitchRoll.mat and ExperimentHeight.mat; default: a simulated flight with a hidden effect")
+      ->check(CLI::ExistingDirectory);
+  command->callback([options] { become_demonstration(*options); });
+}
+
+}  // namespace m100::lab
