@@ -220,6 +220,9 @@ void shake_hands(const FlyOptions& options) {
   std::ostringstream words;
   words << (session.succeeded() ? "released" : "not completed") << "\n";
   print(words, link.health());
+  if (link.health().packages == 0) {
+    words << "no telemetry came: m100 probe --port " << printable(options.port) << " tells why\n";
+  }
   write_with_timeout(words.str());
   write_result(options.json, result_of(options, session, link, clock));
   if (!session.succeeded()) {

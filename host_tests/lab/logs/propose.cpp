@@ -256,7 +256,8 @@ class Proposer {
   std::optional<Proposal> make() const {
     for (const Dialect& dialect : dialects()) {
       if (has(resolved(dialect.known_by)) && has(resolved(dialect.time))) {
-        return written(dialect);
+        Proposal proposal = written(dialect);
+        return proposal.signals > 0 ? std::optional(std::move(proposal)) : std::nullopt;
       }
     }
     return std::nullopt;
@@ -385,7 +386,7 @@ class Proposer {
         write(line, out);
       }
     }
-    return {dialect.name, out.str()};
+    return {.dialect = dialect.name, .toml = out.str(), .signals = given.size()};
   }
 
   const RawLog& log_;

@@ -10,13 +10,14 @@ namespace m100::lab::logs {
 
 /// A proposed column map for a log with known names.
 struct Proposal {
-  std::string dialect;  ///< "PX4", "ArduPilot", ...
-  std::string toml;     ///< text for read_column_map()
+  std::string dialect;      ///< "PX4", "ArduPilot", ...
+  std::string toml;         ///< text for read_column_map()
+  std::size_t signals = 0;  ///< groups of signals that it maps
 };
 
 /// Recognises our own logs and CSV files, PX4, ArduPilot, ROS bags (DJI's topics first) and the published MAT-files by
-/// the names of their columns, and maps the columns that are present and mostly finite. nullopt: not recognised. Cost:
-/// reads a few dozen columns of the log.
+/// the names of their columns, and maps the columns that are present and mostly finite. nullopt: not recognised, or
+/// none of its columns is a signal. Cost: reads a few dozen columns of the log.
 std::optional<Proposal> propose(const RawLog& log);
 
 }  // namespace m100::lab::logs
