@@ -60,9 +60,10 @@ inline mpc::Law law_of(const std::string& word) {
 inline companion::Mode mode_of(const std::string& word) {
   const std::optional<companion::Mode> mode = companion::mode_named(word);
   if (!mode) {
-    throw InputError("--mode", 0, word,
-                     "is not a mode; the modes are field and calm_room" +
-                         companion::did_you_mean(word, std::array<std::string_view, 2>{"field", "calm_room"}));
+    throw InputError(
+        "--mode", 0, word,
+        "is not a mode; the modes are field and calm_room" +
+            companion::did_you_mean(word, companion::kModes, [](companion::Mode one) { return name(one); }));
   }
   return *mode;
 }

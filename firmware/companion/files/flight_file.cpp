@@ -215,8 +215,8 @@ Mode mode_of(std::string_view word, const std::string& where) {
   if (const std::optional<Mode> mode = mode_named(word)) {
     return *mode;
   }
-  constexpr std::array<std::string_view, 2> kModes{"field", "calm_room"};
-  throw FlightFileError(where + ": must be \"field\" or \"calm_room\"" + did_you_mean(word, kModes));
+  throw FlightFileError(where + ": must be \"field\" or \"calm_room\"" +
+                        did_you_mean(word, kModes, [](Mode one) { return name(one); }));
 }
 
 link::SenderChoice sender_of(std::string_view word, const std::string& where) {

@@ -256,8 +256,7 @@ class Proposer {
   std::optional<Proposal> make() const {
     for (const Dialect& dialect : dialects()) {
       if (has(resolved(dialect.known_by)) && has(resolved(dialect.time))) {
-        Proposal proposal = written(dialect);
-        return proposal.signals > 0 ? std::optional(std::move(proposal)) : std::nullopt;
+        return written(dialect);
       }
     }
     return std::nullopt;
@@ -357,7 +356,7 @@ class Proposer {
     return true;
   }
 
-  Proposal written(const Dialect& dialect) const {
+  std::optional<Proposal> written(const Dialect& dialect) const {
     std::ostringstream out;
     out << "# Proposed by m100-lab logs: recognised " << dialect.name
         << ". Check the signs and units of every signal.\n";
@@ -386,7 +385,7 @@ class Proposer {
         write(line, out);
       }
     }
-    return {.dialect = dialect.name, .toml = out.str(), .signals = given.size()};
+    return given.empty() ? std::nullopt : std::optional(Proposal{dialect.name, out.str()});
   }
 
   const RawLog& log_;

@@ -10,9 +10,8 @@ namespace m100::lab::logs {
 
 /// A proposed column map for a log with known names.
 struct Proposal {
-  std::string dialect;      ///< "PX4", "ArduPilot", ...
-  std::string toml;         ///< text for read_column_map()
-  std::size_t signals = 0;  ///< groups of signals that it maps
+  std::string dialect;  ///< "PX4", "ArduPilot", ...
+  std::string toml;     ///< text for read_column_map()
 };
 
 /// Recognises our own logs and CSV files, PX4, ArduPilot, ROS bags (DJI's topics first) and the published MAT-files by

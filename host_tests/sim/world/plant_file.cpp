@@ -336,11 +336,7 @@ class Reader {
 
   template <typename T>
   static double off(const NumberKey<T>& key, const T&) {
-    if constexpr (std::is_same_v<T, model::StickAxis>) {
-      return model::StickAxis{}.*key.member;
-    } else {
-      return 0.0;
-    }
+    return std::is_same_v<T, model::StickAxis> ? T{}.*key.member : 0.0;
   }
 
   double in_range(const toml::node& node, const std::string& key, double low, double high) const {
