@@ -11,8 +11,11 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "firmware/companion/files/text/plain_number.h"
+#include "firmware/companion/files/text/printable.h"
+#include "firmware/companion/files/text/suggestion.h"
 
 namespace m100::companion {
 
@@ -102,28 +105,60 @@ inline void refuse_odd_numbers(CLI::App& app) {
   }
 }
 
-/// The first word of a command line that looks like an option but is unknown to its subcommand; empty: there is none.
-/// CLI11 reports a missing option before an unknown one, which may be the same option, misspelt.
-inline std::string unknown_option(const CLI::App& app, std::span<char* const> words) {
+/// The first word of a command line that is an unknown option of its subcommand, or stands where a subcommand must,
+/// with the known word that is nearest; empty: there is none. CLI11 reports a missing option before an unknown one,
+/// which may be the same option, misspelt.
+inline std::string unknown_word(const CLI::App& app, std::span<char* const> words) {
   const CLI::App* at = &app;
-  for (std::string word : words) {
-    const std::vector<const CLI::App*> named =
-        at->get_subcommands([&](const CLI::App* command) { return command->get_name() == word; });
-    if (!named.empty()) {
-      at = named.front();
-    } else if (word.starts_with("--") && word.size() > 2 &&
-               at->get_option_no_throw(word.substr(0, word.find('='))) == nullptr) {
-      return word;
+  for (const std::string word : words) {
+    const std::vector<const CLI::App*> commands = at->get_subcommands([](const CLI::App* /*any*/) { return true; });
+    const auto named = std::find_if(commands.begin(), commands.end(),
+                                    [&](const CLI::App* command) { return command->get_name() == word; });
+    if (named != commands.end()) {
+      at = *named;
+    } else if (word.starts_with("--") && word.size() > 2) {
+      const std::string name = word.substr(0, word.find('='));
+      if (at->get_option_no_throw(name) == nullptr) {
+        std::vector<std::string> known;
+        for (const CLI::Option* const option : at->get_options()) {
+          known.push_back("--" + (option->get_lnames().empty() ? "" : option->get_lnames().front()));
+        }
+        return word + ": no such option" + did_you_mean(name, known);
+      }
+    } else if (!commands.empty() && !word.starts_with('-')) {
+      std::vector<std::string> known;
+      for (const CLI::App* const command : commands) {
+        known.push_back(command->get_name());
+      }
+      return "no subcommand '" + printable(word, 60) + "'" + did_you_mean(word, known);
     }
   }
   return "";
 }
 
-/// The message for a command line on which something is missing.
-inline std::string missing_option_message(const CLI::App& app, std::span<char* const> words,
-                                          const CLI::RequiredError& wrong) {
-  const std::string unknown = unknown_option(app, words);
-  return (unknown.empty() ? wrong.what() : unknown + ": no such option") + "; see --help";
+/// The end of CLI11's message about a word that is not in its list, "--mode: feild not in {field,calm_room}": the word
+/// of the list that is meant. Empty for every other message.
+inline std::string listed_word_meant(const std::string& message) {
+  constexpr std::string_view kIn = " not in {";
+  const std::size_t at = message.find(kIn);
+  const std::size_t begin = at == std::string::npos ? at : message.rfind(' ', at - 1);
+  if (begin == std::string::npos || !message.ends_with('}')) {
+    return "";
+  }
+  std::vector<std::string> listed(1);
+  for (const char letter : message.substr(at + kIn.size(), message.size() - 1 - at - kIn.size())) {
+    letter == ',' ? listed.emplace_back() : listed.back() += std::string(1, letter);
+  }
+  return did_you_mean(message.substr(begin + 1, at - begin - 1), listed);
+}
+
+/// The message for a command line that CLI11 refuses, in one line.
+inline std::string refusal(const CLI::App& app, std::span<char* const> words, const CLI::ParseError& wrong) {
+  if (const std::string unknown = unknown_word(app, words); !unknown.empty()) {
+    return unknown + "; see --help";
+  }
+  const bool is_missing = dynamic_cast<const CLI::RequiredError*>(&wrong) != nullptr;
+  return wrong.what() + listed_word_meant(wrong.what()) + (is_missing ? "; see --help" : "");
 }
 
 }  // namespace m100::companion

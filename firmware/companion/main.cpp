@@ -51,20 +51,15 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
   m100::companion::add_examples(m100, kExamples);
   m100::companion::refuse_empty_words(m100);
   m100::companion::refuse_odd_numbers(m100);
-  if (argc > 1 && argv[1][0] != '-' &&
-      m100.get_subcommands([&](const CLI::App* known) { return known->get_name() == argv[1]; }).empty()) {
-    std::cerr << "m100: no subcommand '" << m100::companion::printable(argv[1], 60) << "'; --help lists them\n";
-    return m100::companion::kBadInput;
-  }
   try {
     m100.parse(argc, argv);
   } catch (const CLI::RuntimeError& stop) {
     return stop.get_exit_code();
   } catch (const CLI::Success& help) {
     return m100.exit(help);
-  } catch (const CLI::RequiredError& wrong) {
-    const std::string lacks = m100::companion::missing_option_message(m100, std::span(argv + 1, argv + argc), wrong);
-    std::cerr << "m100: " << m100::companion::printable(m100::companion::without_keys(lacks)) << "\n";
+  } catch (const CLI::ParseError& wrong) {
+    const std::string why = m100::companion::refusal(m100, std::span(argv + 1, argv + argc), wrong);
+    std::cerr << "m100: " << m100::companion::printable(m100::companion::without_keys(why)) << "\n";
     return m100::companion::kBadInput;
   } catch (const std::exception& wrong) {
     std::cerr << "m100: " << m100::companion::printable(m100::companion::without_keys(wrong.what())) << "\n";

@@ -79,23 +79,15 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see abo
   m100::companion::add_examples(lab, kExamples);
   m100::companion::refuse_empty_words(lab);
   m100::companion::refuse_odd_numbers(lab);
-  if (argc > 1 && argv[1][0] != '-' &&
-      lab.get_subcommands([&](const CLI::App* known) { return known->get_name() == argv[1]; }).empty()) {
-    std::cerr << "m100-lab: no subcommand '" << m100::lab::printable(argv[1], 60) << "'; --help lists them\n";
-    return m100::lab::kBadInput;
-  }
   try {
     lab.parse(argc, argv);
   } catch (const CLI::RuntimeError& stop) {
     return stop.get_exit_code();
   } catch (const CLI::Success& help) {
     return lab.exit(help);
-  } catch (const CLI::RequiredError& wrong) {
-    const std::string lacks = m100::companion::missing_option_message(lab, std::span(argv + 1, argv + argc), wrong);
-    std::cerr << "m100-lab: " << m100::lab::printable(m100::companion::without_keys(lacks)) << "\n";
-    return m100::lab::kBadInput;
   } catch (const CLI::ParseError& wrong) {
-    std::cerr << "m100-lab: " << m100::lab::printable(m100::companion::without_keys(wrong.what())) << "\n";
+    const std::string why = m100::companion::refusal(lab, std::span(argv + 1, argv + argc), wrong);
+    std::cerr << "m100-lab: " << m100::lab::printable(m100::companion::without_keys(why)) << "\n";
     return m100::lab::kBadInput;
   } catch (const std::exception& wrong) {
     std::cerr << "m100-lab: " << m100::lab::printable(m100::companion::without_keys(wrong.what())) << "\n";

@@ -8,6 +8,7 @@
 
 #include "firmware/companion/files/mode.h"
 #include "firmware/companion/files/text/plain_number.h"
+#include "firmware/companion/files/text/suggestion.h"
 #include "firmware/mpc/law.h"
 #include "host_tests/lab/input_error.h"
 
@@ -48,7 +49,9 @@ inline double number(const std::string& option, const std::string& text) {
 inline mpc::Law law_of(const std::string& word) {
   const std::optional<mpc::Law> law = mpc::law_of(word);
   if (!law) {
-    throw InputError("--law", 0, word, "is not a law; the laws are mpc and lqr");
+    throw InputError("--law", 0, word,
+                     "is not a law; the laws are mpc and lqr" +
+                         companion::did_you_mean(word, std::array<std::string_view, 2>{"mpc", "lqr"}));
   }
   return *law;
 }
@@ -57,7 +60,10 @@ inline mpc::Law law_of(const std::string& word) {
 inline companion::Mode mode_of(const std::string& word) {
   const std::optional<companion::Mode> mode = companion::mode_named(word);
   if (!mode) {
-    throw InputError("--mode", 0, word, "is not a mode; the modes are field and calm_room");
+    throw InputError(
+        "--mode", 0, word,
+        "is not a mode; the modes are field and calm_room" +
+            companion::did_you_mean(word, companion::kModes, [](companion::Mode one) { return name(one); }));
   }
   return *mode;
 }

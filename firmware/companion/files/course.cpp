@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "firmware/companion/files/course_line.h"
+#include "firmware/companion/files/text/suggestion.h"
 #include "firmware/core/maths.h"
 #include "firmware/model/vehicle.h"
 
@@ -58,7 +59,7 @@ class CourseBuilder {
     if (spot.word == "through") {
       end_table();
       const std::vector<double> n = numbers(words, 4, spot);
-      through_.push_back(place(n));
+      through_.push_back(turned_place(n, spot));
       spots_.push_back(spot);
       return;
     }
@@ -76,7 +77,7 @@ class CourseBuilder {
     if (entry == kPieces.end()) {
       const bool table = spot.word.find_first_of(",;\"") != std::string::npos;
       spot.fail(table ? "no such piece; a table begins with t_s,x_m,y_m,z_m, without quotation marks"
-                      : "no such piece");
+                      : "no such piece" + did_you_mean(spot.word, kCourseWords, &CourseWord::word));
     }
     const core::Duration begin = course_.duration();
     const core::Status status = (this->*entry->lay)(words, spot);
@@ -88,7 +89,7 @@ class CourseBuilder {
 
   core::Status step(const Words& words, const FilePosition& spot) {
     const std::vector<double> n = numbers(words, 5, spot);
-    const ref::Waypoint<T> there = place(n);
+    const ref::Waypoint<T> there = turned_place(n, spot);
     const core::Duration lasts = seconds_of(n[4], spot);
     const bool stands = there.position_w_m == course_.end().position_w_m && there.yaw_rad == course_.end().yaw_rad;
     return is_limited() && !stands ? step_within_limits(there, lasts, spot) : course_.append_step(there, lasts);
@@ -114,7 +115,7 @@ class CourseBuilder {
   bool is_limited() const { return std::min({named_.speed_m_s, named_.acceleration_m_s2, named_.tilt_rad}) < kNoLimit; }
   core::Status quintic(const Words& words, const FilePosition& spot) {
     const std::vector<double> n = numbers(words, 5, spot);
-    return course_.append_quintic(place(n), seconds_of(n[4], spot));
+    return course_.append_quintic(turned_place(n, spot), seconds_of(n[4], spot));
   }
   core::Status square(const Words& words, const FilePosition& spot) {
     const std::vector<double> n = numbers(words, 3, spot);
@@ -152,7 +153,7 @@ class CourseBuilder {
         continue;
       }
       if (axis == kAxes.size()) {
-        spot.fail("'" + words[i] + "' is not an axis; the axes are x, y, z, yaw");
+        spot.fail("'" + words[i] + "' is not an axis; the axes are x, y, z, yaw" + did_you_mean(words[i], kAxes));
       }
       if (count == ref::kCoefficients) {
         spot.fail("has more than 8 coefficients for " + std::string(kAxes[axis]));
@@ -171,7 +172,8 @@ class CourseBuilder {
       if (std::find(kKnown.begin(), kKnown.end(), name) == kKnown.end() ||
           std::count(names.begin(), names.end(), name) > 1) {
         spot.fail("'" + name +
-                  "' is not a column, or appears twice; the columns are t_s, x_m, y_m, z_m, yaw_rad or yaw_deg");
+                  "' is not a column, or appears twice; the columns are t_s, x_m, y_m, z_m, yaw_rad or yaw_deg" +
+                  did_you_mean(name, kKnown));
       }
     }
     for (const std::string_view needed : {"t_s", "x_m", "y_m", "z_m"}) {
@@ -246,6 +248,17 @@ class CourseBuilder {
   static std::array<double, ref::kDimensions> offset(const ref::Waypoint<T>& place) {
     return {static_cast<double>(place.position_w_m.x()), static_cast<double>(place.position_w_m.y()),
             static_cast<double>(place.position_w_m.z()), static_cast<double>(place.yaw_rad)};
+  }
+
+  /// The place of one line of words. No line needs more than a turn, so a larger heading was meant in degrees.
+  ref::Waypoint<T> turned_place(const std::vector<double>& n, const FilePosition& spot) const {
+    if (std::abs(n[3]) > 2.0 * core::kPi) {
+      std::ostringstream what;
+      what << "the heading is in rad, and " << n[3] << " is more than a turn: " << n[3] << " degrees are "
+           << n[3] * kDegree_rad;
+      spot.fail(what.str());
+    }
+    return place(n);
   }
 
   ref::Waypoint<T> place(const std::vector<double>& n) const {

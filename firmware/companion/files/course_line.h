@@ -12,6 +12,7 @@
 
 #include "firmware/companion/files/course.h"
 #include "firmware/companion/files/text/printable.h"
+#include "firmware/companion/files/text/suggestion.h"
 
 // Helpers that read one line of a course; only course.cpp includes this file.
 namespace m100::companion {
@@ -106,7 +107,8 @@ inline void read_limits(const std::vector<std::string>& words, const FilePositio
         std::find_if(kLimits.begin(), kLimits.end(), [&](const Limit& row) { return row.key == words[i]; });
     if (limit == kLimits.end()) {
       spot.fail("'" + words[i] +
-                "' is not a limit; the limits are speed_m_s, acceleration_m_s2, tilt_deg, yaw_rate_deg_s");
+                "' is not a limit; the limits are speed_m_s, acceleration_m_s2, tilt_deg, yaw_rate_deg_s" +
+                did_you_mean(words[i], kLimits, &Limit::key));
     }
     const double value = number(words[i + 1], spot);
     const double max_value = limit->key == "tilt_deg" ? 60.0 : 100.0;

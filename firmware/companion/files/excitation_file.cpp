@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/files/excitation_file.h"
+#include "firmware/companion/files/text/suggestion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -81,7 +82,7 @@ class ExcitationParser {
       } else if (cells[column].rfind("stick_", 0) == 0) {
         const std::optional<std::size_t> axis = axis_of(cells[column].substr(6));
         if (!axis) {
-          fail(name_, line, "'" + cells[column] + "': no such stick");
+          fail(name_, line, "'" + cells[column] + "': no such stick" + did_you_mean(cells[column].substr(6), kNames));
         }
         sticks_.emplace_back(*axis, column);
       }

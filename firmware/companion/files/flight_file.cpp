@@ -8,6 +8,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "firmware/companion/files/text/suggestion.h"
 #include "firmware/companion/files/text/toml_text.h"
 #include "firmware/model/vehicle.h"
 
@@ -15,8 +16,9 @@ namespace m100::companion {
 namespace {
 
 constexpr double kFarthest_m = 1000.0;
-constexpr double kRounding_m = 1e-3;  ///< poses are exact to millimetres; a course along the fence counts as inside
-constexpr double kRoom_m = 0.5;       ///< a hover in wind wanders by half of it; the rest is for braking
+constexpr double kLegalHeight_m = 122.0;  ///< 400 ft (14 CFR 107.51); the European Union allows 120 m
+constexpr double kRounding_m = 1e-3;      ///< poses are exact to millimetres; a course along the fence counts as inside
+constexpr double kRoom_m = 0.5;           ///< a hover in wind wanders by half of it; the rest is for braking
 constexpr std::array kKeys{
     FlightKey{.section = "", .key = "mode", .mode = &FlightFile::mode},
     FlightKey{.section = "fence",
@@ -132,6 +134,15 @@ bool is_section(std::string_view word) {
   return std::any_of(kKeys.begin(), kKeys.end(), [&](const FlightKey& key) { return key.section == word; });
 }
 
+/// The end of the message about an unknown key: what is meant, at the top of the file a section or a key.
+std::string key_meant(std::string_view section, std::string_view word) {
+  std::vector<std::string_view> known;
+  for (const FlightKey& key : kKeys) {
+    known.push_back(key.section == section ? key.key : section.empty() ? key.section : "");
+  }
+  return section.empty() ? section_meant(word, known) : did_you_mean(word, known);
+}
+
 /// Reads one table of the file; refuses a key without a row in kKeys.
 void read_section(const toml::table& table, std::string_view section, const std::string& file, FlightFile& into) {
   for (const auto& [word, node] : table) {
@@ -144,7 +155,8 @@ void read_section(const toml::table& table, std::string_view section, const std:
       read_section(*node.as_table(), word.str(), file, into);
     } else {
       fail(file, &node, full_name(section, word.str()),
-           section.empty() && is_section(word.str()) ? "must be a table" : "unknown key");
+           section.empty() && is_section(word.str()) ? "must be a table"
+                                                     : "unknown key" + key_meant(section, word.str()));
     }
   }
 }
@@ -174,6 +186,12 @@ void check_together(const toml::table& root, const std::string& file, const Flig
     fail(file, root["fence"]["z_m"].node(), "fence.z_m",
          "its floor is not above the ground at " + text_of(flight.ground_z_m) + " m ('fence.ground_z_m')");
   }
+  if (flight.fence_z_m.high - flight.ground_z_m > kLegalHeight_m) {
+    fail(file, root["fence"]["z_m"].node(), "fence.z_m",
+         "reaches " + text_of(flight.fence_z_m.high - flight.ground_z_m) +
+             " m above the ground, and no drone may fly above " + text_of(kLegalHeight_m) +
+             " m; the fence is in metres, not in centimetres");
+  }
   const safety::Limits limits = limits_of(flight);
   if (limits.coast <= limits.pose_fresh) {
     fail(file, root.get("pose"), "pose.coast_s", "must be longer than pose.fresh_s");
@@ -197,7 +215,8 @@ Mode mode_of(std::string_view word, const std::string& where) {
   if (const std::optional<Mode> mode = mode_named(word)) {
     return *mode;
   }
-  throw FlightFileError(where + ": must be \"field\" or \"calm_room\"");
+  throw FlightFileError(where + ": must be \"field\" or \"calm_room\"" +
+                        did_you_mean(word, kModes, [](Mode one) { return name(one); }));
 }
 
 link::SenderChoice sender_of(std::string_view word, const std::string& where) {

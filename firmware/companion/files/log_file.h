@@ -66,6 +66,10 @@ class LogFile {
   log::Ring& ring() { return ring_; }
   /// The medium took no more data: the rest of the log is not in the file.
   bool is_cut() const { return is_cut_; }
+  /// One line, for the end of a program whose log is cut.
+  std::string why_cut() const {
+    return printable(file_.path()) + ": the log is cut short: " + why_not_written(file_.last_error());
+  }
 
  private:
   static constexpr std::size_t kRingBytes = 1U << 20U;

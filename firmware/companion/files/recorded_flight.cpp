@@ -86,6 +86,10 @@ class Reader {
   }
 
   void data(std::size_t id, std::string_view body, std::size_t at) {
+    if (flight_.notes.contains("m100_recording")) {
+      throw FlightLogError(path_ +
+                           ": is a recording of m100 record, which has no ticks: read it with m100-lab identify");
+    }
     if (id == 0 && body.size() == sizeof(log::TickRecord)) {
       open_tick();
       std::memcpy(&flight_.ticks.back().record, body.data(), body.size());

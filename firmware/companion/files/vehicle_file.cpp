@@ -10,6 +10,7 @@
 #include <type_traits>
 
 #include "firmware/companion/files/text/regular_file.h"
+#include "firmware/companion/files/text/suggestion.h"
 #include "firmware/companion/files/text/toml_text.h"
 #include "firmware/companion/files/vehicle_keys.h"
 
@@ -63,7 +64,7 @@ class Reader {
     for (const auto& [key, node] : root_) {
       const std::string name(key.str());
       if (name != "axis" && !known_.contains(name)) {
-        fail(file_, &node, name, "unknown section");
+        fail(file_, &node, name, "unknown section" + section_meant(name, known_));
       }
       if (name == "axis" && node.as_table() == nullptr) {
         fail(file_, &node, name, "must be a table");
@@ -79,7 +80,7 @@ class Reader {
     for (const auto& [axis, node] : axes) {
       const std::string name = "axis." + std::string(axis.str());
       if (!known_.contains(name)) {
-        fail(file_, &node, name, "unknown axis");
+        fail(file_, &node, name, "unknown axis" + did_you_mean(name, known_));
       }
     }
   }
@@ -107,7 +108,7 @@ class Reader {
         return;
       }
     }
-    fail(file_, &node, full, "unknown key");
+    fail(file_, &node, full, "unknown key" + did_you_mean(key, keys, &NumberKey<T>::key));
   }
 
   DeadZoneShape shape(const toml::node& node, const std::string& full) const {

@@ -228,19 +228,33 @@ SequencerInput received(const PosePort& port, GroundStationCommands& ground_stat
           .goal_led = ground_station.has_goal()};
 }
 
-/// Prints the closing lines and writes the result.
+/// Prints the closing lines, writes the result, and closes the log, which may wait for the medium.
 void conclude(const FlyOptions& options, nlohmann::json result, const Controller& controller, const PosePort& pose,
-              const nlohmann::json& steps, LiveDisplay& live, LineWriter& writer) {
+              const FlightSequencer& sequencer, LiveDisplay& live, LineWriter& writer, std::optional<LogFile>& log) {
   writer.finish();
   live.finish();  // its status line must not mix with the closing lines
   std::ostringstream words;
   print(words, controller.link().health());
   print(words, controller.pose_link().stats(), pose.signatures());
+  if (sequencer.limit_cycle()) {
+    TextLine line;
+    describe_limit_cycle(line, *sequencer.limit_cycle());
+    words << line.text() << "\n";
+  }
   write_with_timeout(words.str());
   result["pose"] = pose_json(controller.pose_link());
-  result["pose"]["clock_steps"] = steps;
+  result["pose"]["clock_steps"] = clock_steps_json(sequencer.clock_steps());
   result["pose_link"] = companion::to_json(controller.pose_link().stats(), pose.signatures());
+  if (log) {
+    result["log_cut"] = log->is_cut();
+  }
   write_result(options.json, result);
+  if (log) {
+    log->finish();
+  }
+  if (log && log->is_cut()) {
+    write_with_timeout("m100: " + log->why_cut() + "\n");
+  }
 }
 
 }  // namespace
@@ -303,8 +317,8 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   controller->link().authority().release_pending ? backup.send_release() : backup.dismiss();
   nlohmann::json result = flight_result(options, files, sequencer, *controller, clock.stalls(), config.limits);
   result["ground_station"] = ground_station_result(pose_line.stats(), ground_station.parameters_not_set());
-  conclude(options, std::move(result), *controller, pose_port, clock_steps_json(sequencer.clock_steps()), live, writer);
-  return sequencer.given_back() && is_excited(files, *controller);
+  conclude(options, std::move(result), *controller, pose_port, sequencer, live, writer, log_file);
+  return sequencer.given_back() && is_excited(files, *controller) && !sequencer.limit_cycle();
 }
 
 }  // namespace m100::companion

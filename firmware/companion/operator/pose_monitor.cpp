@@ -29,6 +29,7 @@ void add_sender(TextLine& line, const link::PoseSenders& senders, mavlink::Addre
 void PoseMonitor::tick(core::TimePoint now, const app::FlightController<double>& controller, bool waits,
                        OperatorLog& listener) {
   detect_restart(now, controller.pose_timing(), listener);
+  watch_rate(now, controller.pose_link(), listener);
   watch_rival(now, controller, waits, listener);
   if (!waits) {
     failed_ = false;
@@ -70,6 +71,22 @@ void PoseMonitor::detect_restart(core::TimePoint now, const est::PoseTimingRepor
   }
   step_ = {};
   step_is_open_ = false;
+}
+
+/// Judges the rate once, over the first seconds: later gaps are the failsafe's.
+void PoseMonitor::watch_rate(core::TimePoint now, const link::PoseLink& pose, OperatorLog& listener) {
+  constexpr core::Duration kJudged = std::chrono::seconds(2);
+  constexpr double kRounding = 0.9;  // a source of nominally kMinPoses_hz that loses a pose now and then
+  const link::PoseSenders::Sender* const sender = pose.senders().find(pose.sender());
+  if (rate_judged_ || sender == nullptr || sender->last - sender->first < kJudged) {
+    return;
+  }
+  rate_judged_ = true;
+  if (sender->rate_hz() < kRounding * kMinPoses_hz) {
+    TextLine line;
+    line.add("poses come ").add(sender->rate_hz(), 0).add(" times a second: send ").add(kMinPoses_hz, 0);
+    listener.write(now, line.add(" or more; with fewer, a failure of the source is noticed later").text());
+  }
 }
 
 void PoseMonitor::watch_rival(core::TimePoint now, const app::FlightController<double>& controller, bool waits,

@@ -27,6 +27,8 @@ class PoseMonitor {
  public:
   static constexpr core::Duration kHold = std::chrono::seconds(30);
   static constexpr std::size_t kMaxSteps = 32;  ///< of the clock that are kept
+  /// At a lower rate a flight uses older poses, because fresh_limit() adds the interval.
+  static constexpr double kMinPoses_hz = 50.0;
 
   /// Call it after each tick. @param waits control is not ours and was not asked for
   void tick(core::TimePoint now, const app::FlightController<double>& controller, bool waits, OperatorLog& listener);
@@ -46,6 +48,7 @@ class PoseMonitor {
   bool is_on_trial(core::TimePoint now) const { return failed_ && now - failed_at_ < hold_; }
   void detect_restart(core::TimePoint now, const est::PoseTimingReport<double>& timing, OperatorLog& listener);
   void watch_tilt(core::TimePoint now, const app::FlightController<double>& controller);
+  void watch_rate(core::TimePoint now, const link::PoseLink& pose, OperatorLog& listener);
   void watch_rival(core::TimePoint now, const app::FlightController<double>& controller, bool waits,
                    OperatorLog& listener);
 
@@ -56,6 +59,7 @@ class PoseMonitor {
 
   bool rival_ = false;
   bool rival_said_ = false;
+  bool rate_judged_ = false;
   double tilt_apart_rad_ = 0.0;
   double pose_tilt_rad_ = 0.0;
   double autopilot_tilt_rad_ = 0.0;

@@ -11,11 +11,13 @@
 
 #include "firmware/companion/backup/backup_process.h"
 #include "firmware/companion/backup/release.h"
+#include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/fly/monitor/release_monitor.h"
 #include "firmware/companion/operator/line_writer.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/operator/terminal.h"
+#include "firmware/companion/preflight/first_contact.h"
 
 namespace m100::companion {
 namespace {
@@ -38,12 +40,13 @@ link::ChannelCommand neutral_of(const FlyOptions& options) {
 class Session final : public OperatorLog {
  public:
   Session(const FlyOptions& options, link::SerialLink& link)
-      : options_(options), neutral_(neutral_of(options)), link_(link), release_monitor_(*this) {}
+      : options_(options), neutral_(neutral_of(options)), link_(link), first_contact_(*this), release_monitor_(*this) {}
 
   /// One tick. @returns false: the session is over.
   bool tick(core::TimePoint now) {
     link_.receive(now);
     note_changes(now);
+    first_contact_.update(now, link_);
     const link::AuthorityView& authority = link_.authority();
     release_monitor_.update(now, authority);
     if (authority.in_control && phase_ != Phase::kReleasing) {
@@ -168,6 +171,7 @@ class Session final : public OperatorLog {
   core::TimePoint obtained_at_{};
   core::TimePoint held_until_{};
   core::TimePoint asked_at_{};
+  FirstContact first_contact_;
   ReleaseMonitor release_monitor_;
   std::uint32_t ticks_in_control_ = 0;
   std::vector<Change> changes_;
@@ -220,6 +224,9 @@ void shake_hands(const FlyOptions& options) {
   std::ostringstream words;
   words << (session.succeeded() ? "released" : "not completed") << "\n";
   print(words, link.health());
+  if (link.health().packages == 0) {
+    words << "no telemetry came: m100 probe --port " << printable(options.port) << " tells why\n";
+  }
   write_with_timeout(words.str());
   write_result(options.json, result_of(options, session, link, clock));
   if (!session.succeeded()) {

@@ -7,6 +7,7 @@
 
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/fly/pose_port.h"
+#include "firmware/companion/operator/pose_monitor.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/link/pose/pose_link.h"
 
@@ -14,8 +15,6 @@ namespace m100::companion::preflight {
 namespace {
 
 constexpr double kListen_s = 2.0;
-/// At a lower rate a flight uses older poses, because fresh_limit() adds the interval.
-constexpr double kFewestPoses_hz = 50.0;
 constexpr double kMaxLostShare = 0.05;
 constexpr double kBitsPerByte = 10.0;
 
@@ -52,7 +51,7 @@ CheckResult judge(const link::PoseLink& link, const PosePort& port, const Exchan
     finding << "; refused: " << refusals;
     check.health = Health::kDoubtful;
     check.remedy = "mend what the source sends";
-  } else if (check.health == Health::kGood && (rate_hz < kFewestPoses_hz || lost > kMaxLostShare)) {
+  } else if (check.health == Health::kGood && (rate_hz < PoseMonitor::kMinPoses_hz || lost > kMaxLostShare)) {
     check.health = Health::kDoubtful;
     check.remedy = "send 50 poses a second or more, over a line that loses none";
   }

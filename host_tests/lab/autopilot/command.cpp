@@ -22,6 +22,7 @@
 #include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
+#include "host_tests/sim/autopilot/real_autopilot_file.h"
 #include "host_tests/sim/ports/world.h"
 #include "host_tests/sim/world/base_plant.h"
 #include "host_tests/sim/world/plant_file.h"
@@ -42,6 +43,13 @@ std::vector<sim::N1ScriptLine> read_script(const std::string& path) {
   } catch (const sim::N1ScriptError& wrong) {
     throw InputError(path, wrong.line(), "", wrong.what());
   }
+}
+
+sim::N1Behaviour behaviour_of(const Options& options) {
+  sim::N1Behaviour behaviour =
+      options.real.empty() ? sim::N1Behaviour{} : sim::parse_real_autopilot(read_text(options.real), options.real);
+  behaviour.virtual_rc.data_under_switch_id |= options.lenient_virtual_rc;
+  return behaviour;
 }
 
 void expect_one_line(const Options& options) {
@@ -71,6 +79,7 @@ void check_files(const Options& options) {
   use.reads("--plant", options.plant)
       .reads("--plant-from", options.plant_from)
       .reads("--key-file", options.key_file)
+      .reads("--real", options.real)
       .reads("--script", options.script == kLiveScript ? "" : options.script)
       .reads("--board", options.board)
       .writes("--events", options.events);
@@ -98,7 +107,7 @@ void run(const Options& options) {
                        .app_id = options.app_id,
                        .noise = sim::noise_of(plant.sensors),
                        .clock_drift_ppm = plant.link.clock_drift_ppm,
-                       .lenient_virtual_rc = options.lenient_virtual_rc,
+                       .behaviour = behaviour_of(options),
                        .pilot_holds_position = options.board.empty()};
   if (!options.script.empty() && options.script != kLiveScript) {
     config.script = read_script(options.script);
@@ -142,6 +151,8 @@ void add_options(CLI::App& app, Options& options) {
       "--script", options.script,
       "events with their times: lines of SECONDS WHAT [VALUE], e.g. '12.5 mode A', '20 take mobile', '25 restart'; "
       "'-': each line of standard input happens when it arrives");
+  app.add_option("--real", options.real,
+                 "what was seen on a real autopilot (TOML, guide/FIRST_CONTACT.md), in place of the assumptions");
   app.add_option(
       "--events", options.events,
       "file for JSON lines: what the autopilot received and did, and where the aircraft is; the last line is a "

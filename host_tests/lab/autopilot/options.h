@@ -21,6 +21,7 @@ struct Options {
   std::string plant_from;
   std::uint64_t seed = 1;
   std::string mode = "F";
+  std::string real;    ///< what was seen on a real autopilot
   std::string script;  ///< kLiveScript: lines are typed in during the run
   std::string events;
   std::uint32_t baud = 230400;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "firmware/companion/files/text/suggestion.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/option_words.h"
 
@@ -39,7 +40,8 @@ std::vector<Task> tasks_of(const std::string& words) {
   for (const std::string& word : wanted) {
     if (std::none_of(all_tasks().begin(), all_tasks().end(), [&](const Task& task) { return task.name == word; })) {
       throw InputError("--tasks", 0, word,
-                       "is not a task; the tasks are hover, step_1m, step_3m, step_6m, square, trajectory");
+                       "is not a task; the tasks are hover, step_1m, step_3m, step_6m, square, trajectory" +
+                           companion::did_you_mean(word, all_tasks(), &Task::name));
     }
   }
   std::vector<Task> tasks;

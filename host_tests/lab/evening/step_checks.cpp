@@ -47,6 +47,10 @@ std::string check_probe(const Folder& folder, const std::string& result) {
 }
 
 std::string check_recording(const Folder& folder, const std::string& result) {
+  const std::vector<std::string> columns = logs::open_log(folder.file("hand.ulg"))->names();
+  if (std::find(columns.begin(), columns.end(), "tick.timestamp") != columns.end()) {
+    return "hand.ulg is the log of a flight of m100 fly, in which the law moved the sticks: record a flight by hand";
+  }
   const json result_json = result_of(folder, result);
   if (!result_json.value("recorded", false)) {
     return "nothing useful was recorded: " + result_json.value("trouble", "no reason given");

@@ -7,10 +7,12 @@
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/text/suggestion.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/excite/forecast.h"
@@ -168,6 +170,12 @@ const model::StickAxis& axis_of(const model::Vehicle& vehicle, const std::string
 
 Made design_manoeuvre(const std::string& axis, const ExciteOptions& options, const model::Vehicle& vehicle) {
   Made out{.design = wish_for(axis, options.design), .axis = axis_of(vehicle, axis), .manoeuvre = {}, .table = {}};
+  if (out.axis.dead_zone_counts > 0.0 && out.design.amplitude_counts <= out.axis.dead_zone_counts) {
+    std::ostringstream why;
+    why << out.design.amplitude_counts << " counts are inside the dead zone of " << axis << ", "
+        << out.axis.dead_zone_counts << " counts: the aircraft would not move";
+    throw InputError("--amplitude", 0, "", why.str());
+  }
   try {
     out.manoeuvre = excite::design_manoeuvre(out.design, out.axis);
   } catch (const std::invalid_argument& wrong) {
@@ -199,11 +207,14 @@ nlohmann::json to_json(const Made& one) {
 }
 
 std::vector<std::string> axes_of(const std::string& words) {
+  constexpr std::array<std::string_view, 4> kAxes{"roll", "pitch", "climb", "yaw_rate"};
   std::vector<std::string> axes = list_of("--axis", words);
   for (const std::string& axis : axes) {
-    const bool is_known = axis == "roll" || axis == "pitch" || axis == "climb" || axis == "yaw_rate";
+    const bool is_known = std::find(kAxes.begin(), kAxes.end(), axis) != kAxes.end();
     if (!is_known || std::count(axes.begin(), axes.end(), axis) != 1) {
-      throw InputError("--axis", 0, axis, "must be roll, pitch, climb or yaw_rate, each once");
+      throw InputError(
+          "--axis", 0, axis,
+          "must be roll, pitch, climb or yaw_rate, each once" + (is_known ? "" : companion::did_you_mean(axis, kAxes)));
     }
   }
   return axes;
@@ -233,6 +244,11 @@ void run(const ExciteOptions& options) {
       json["axes"][one.design.axis] = to_json(one);
     }
     write_json(options.json, json);
+  }
+  const auto any_enough = [](const Made& one) { return std::any_of(one.table.begin(), one.table.end(), enough); };
+  if (std::none_of(all.begin(), all.end(), any_enough)) {
+    std::fprintf(stderr, "m100-lab: excite: no effect would be found: take a larger --amplitude or --duration\n");
+    throw CLI::RuntimeError(kAnswerIsNo);
   }
 }
 

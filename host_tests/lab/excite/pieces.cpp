@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/excite/pieces.h"
 
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <string_view>
+
+#include "firmware/companion/files/text/suggestion.h"
 
 namespace m100::lab::excite {
 namespace {
@@ -65,7 +69,9 @@ std::vector<Piece> pieces(const std::string& kind) {
   if (kind == "sweep") {  // the steps show the dynamics, without which an edge is a delay
     return {doublet(0.6), ramp(8.0, 0.6), doublet(0.35), ramp(8.0, 0.25)};
   }
-  throw std::invalid_argument("--kind: doublet, 3211, chirp, mixed or sweep");
+  constexpr std::array<std::string_view, 5> kKinds{"doublet", "3211", "chirp", "mixed", "sweep"};
+  throw std::invalid_argument("--kind: '" + kind + "': must be doublet, 3211, chirp, mixed or sweep" +
+                              companion::did_you_mean(kind, kKinds));
 }
 
 }  // namespace m100::lab::excite

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/text/suggestion.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/body_options.h"
 #include "host_tests/lab/experiments/far.h"
@@ -138,7 +139,9 @@ void check_together(const CLI::App& command, const ExperimentsOptions& options) 
   }
   if (!options.only.empty() &&
       std::find(kind.has_only.begin(), kind.has_only.end(), options.only) == kind.has_only.end()) {
-    throw InputError("--only", 0, options.only, std::string("is not a task of ") + kind.words);
+    throw InputError(
+        "--only", 0, options.only,
+        std::string("is not a task of ") + kind.words + companion::did_you_mean(options.only, kind.has_only));
   }
   const link::ChannelConfig channel{.channel = channel_of(options), .rate_hz = options.rate_hz};
   if (!link::command_period(channel)) {

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <memory>
@@ -194,19 +196,38 @@ void tune_weights(companion::VehicleFile& file, const std::vector<gains::Structu
       tuned.kept.peak_sensitivity, tuned.kept.delay_margin_s * 1e3, tuned.motion_deg_s);
 }
 
+/// Ctrl-C: the outputs are written at the end, so nothing is half done.
+void stop(int) {
+  constexpr std::string_view kSaid =
+      "\nm100-lab: gains: stopped, no table was written; the same command starts again\n";
+  (void)!::write(STDERR_FILENO, kSaid.data(), kSaid.size());
+  std::_Exit(kAnswerIsNo);
+}
+
+/// Says on a terminal what takes time now.
+void say_stage(const char* stage) {
+  if (isatty(STDERR_FILENO) != 0) {
+    std::fprintf(stderr, "gains: %s\n", stage);
+  }
+}
+
 void run(const GainsOptions& options) {
   check_files(options);
+  std::signal(SIGINT, stop);
   companion::VehicleFile file = companion::load_vehicle(options.vehicle);
   gains::TableSet set{};
   std::vector<std::byte> bytes;  // of the table file: both modes in sequence, see companion::FlightModel
   try {
     const std::vector<gains::Structure> structures = structures_of(file, options);
     if (!options.tuned.empty()) {
+      say_stage("the input weight, by simulated hovers");
       tune_weights(file, structures, options);
     }
     if (!options.check) {
+      say_stage("the margins, with every structure and pose age");
       report_margins(companion::in_mode(file.vehicle, mode_of(options.mode)), structures, options);
     }
+    say_stage("the tables");
     gains::SetpointBox box = gains::kSetpointBox;
     std::copy(options.box.begin(), options.box.end(), box.begin());
     set = gains::make_table_set(file, box, progress_line());
@@ -223,6 +244,7 @@ void run(const GainsOptions& options) {
   } catch (const std::domain_error& wrong) {
     throw InputError(options.vehicle, 0, "axis", wrong.what());
   }
+  std::signal(SIGINT, SIG_IGN);  // from here on the files are written
   bool same = true;
   if (!options.header.empty()) {
     same = put(options.header, gains::to_header(set, file.vehicle), options.check) && same;

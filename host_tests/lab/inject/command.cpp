@@ -36,7 +36,8 @@ hidden::HiddenEffects effects_of(const std::string& text, const std::string& axi
     }
     const std::optional<model::Bounds> range = hidden::addable(halves[0], axis);
     if (!range) {
-      throw InputError("--effect", 0, halves[0], "is not an effect that can be added to " + axis);
+      throw InputError("--effect", 0, halves[0],
+                       "is not an effect that can be added to " + axis + identify::effect_meant(halves[0]));
     }
     const double value = number("--effect", halves[1]);
     if (value < range->low || value > range->high) {

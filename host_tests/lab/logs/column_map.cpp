@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "firmware/companion/files/text/suggestion.h"
 #include "firmware/companion/files/text/toml_text.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/printable.h"
@@ -11,6 +12,9 @@
 
 namespace m100::lab::logs {
 namespace {
+
+constexpr std::array<std::string_view, 5> kColumnKeys{"column", "offset", "scale", "sequence", "time"};
+constexpr std::array<std::string_view, 4> kMapKeys{"frame", "time", "signals", "extra"};
 
 long line_of(const toml::node& node) { return static_cast<long>(node.source().begin.line); }
 
@@ -51,7 +55,9 @@ ColumnRef column_ref(const toml::node& node, const std::string& file, const std:
     } else if (name == "time") {
       ref.time = text_of(value, file, part);
     } else {
-      throw InputError(file, line_of(value), part, "unknown key (known: column, offset, scale, sequence, time)");
+      throw InputError(file, line_of(value), part,
+                       "unknown key (known: column, offset, scale, sequence, time)" +
+                           companion::did_you_mean(name.str(), kColumnKeys));
     }
   }
   if (ref.column.empty()) {
@@ -74,7 +80,8 @@ void read_signals(const toml::table& table, ColumnMap& map) {
   for (const auto& [name, value] : table) {
     const auto signal = signal_of(name.str());
     if (!signal) {
-      throw InputError(map.file, line_of(value), std::string(name.str()), "is not a canonical signal");
+      throw InputError(map.file, line_of(value), std::string(name.str()),
+                       "is not a canonical signal" + companion::did_you_mean(name.str(), kSignalNames));
     }
     map.signals[static_cast<std::size_t>(*signal)] = column_ref(value, map.file, std::string(name.str()));
   }
@@ -148,7 +155,9 @@ ColumnMap parse_column_map(std::string_view text, const std::string& file) {
     } else if (key == "extra") {
       read_extra(section(value, file, key), map);
     } else {
-      throw InputError(file, line_of(value), key, "unknown key (known: frame, time, [signals], [extra])");
+      throw InputError(
+          file, line_of(value), key,
+          "unknown key (known: frame, time, [signals], [extra])" + companion::section_meant(key, kMapKeys));
     }
   }
   check_whole(root, map);

@@ -356,7 +356,7 @@ class Proposer {
     return true;
   }
 
-  Proposal written(const Dialect& dialect) const {
+  std::optional<Proposal> written(const Dialect& dialect) const {
     std::ostringstream out;
     out << "# Proposed by m100-lab logs: recognised " << dialect.name
         << ". Check the signs and units of every signal.\n";
@@ -385,7 +385,7 @@ class Proposer {
         write(line, out);
       }
     }
-    return {dialect.name, out.str()};
+    return given.empty() ? std::nullopt : std::optional(Proposal{dialect.name, out.str()});
   }
 
   const RawLog& log_;

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "firmware/companion/files/text/suggestion.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/alignment/bunched_arrivals.h"
 #include "host_tests/lab/logs/formats/ardupilot.h"
@@ -25,25 +26,7 @@
 namespace m100::lab::logs {
 namespace {
 
-constexpr std::size_t kComparedBytes = 64;  // of names: suggestions in messages need not be exact beyond that
-constexpr std::size_t kTextBytes = 4096;    // checked before a file is taken as text
-
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  a = a.substr(0, kComparedBytes);
-  b = b.substr(0, kComparedBytes);
-  std::array<std::size_t, kComparedBytes + 1> row{};
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t change = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, change});
-    }
-  }
-  return row[b.size()];
-}
+constexpr std::size_t kTextBytes = 4096;  // checked before a file is taken as text
 
 /// Whether a file with this beginning may be text: it has no control characters other than those that end lines.
 bool may_be_text(std::string_view head) {
@@ -171,7 +154,7 @@ TopicSummary summary_of(std::string name, std::string type, const std::vector<do
 std::string nearest_names(const std::vector<std::string>& names, const std::string& wanted, std::size_t count) {
   std::vector<std::pair<std::size_t, std::size_t>> ranked(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
-    ranked[i] = {edit_distance(names[i], wanted), i};
+    ranked[i] = {companion::edit_distance(names[i], wanted), i};
   }
   const std::size_t shown = std::min(count, ranked.size());
   std::partial_sort(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(shown), ranked.end());

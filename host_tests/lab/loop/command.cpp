@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/text/suggestion.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/body_options.h"
 #include "host_tests/lab/input_error.h"
@@ -71,9 +72,12 @@ void run(const LoopOptions& options) {
   sim::BodyJob body(options.body);
   loop.body = options.body.is_identified() ? nullptr : &body;
   loop.tasks = options.tasks == "none" ? std::vector<std::string>{} : list_of("--tasks", options.tasks);
+  constexpr std::array<std::string_view, 3> kTasks{"hover", "step", "trajectory"};
   for (const std::string& task : loop.tasks) {
-    if (task != "hover" && task != "step" && task != "trajectory") {
-      throw InputError("--tasks", 0, task, "is not a task; the tasks are hover, step, trajectory, or none");
+    if (std::find(kTasks.begin(), kTasks.end(), task) == kTasks.end()) {
+      throw InputError(
+          "--tasks", 0, task,
+          "is not a task; the tasks are hover, step, trajectory, or none" + companion::did_you_mean(task, kTasks));
     }
   }
   loop.progress = [](const std::string& line) { std::cerr << "  " << line << "\n"; };

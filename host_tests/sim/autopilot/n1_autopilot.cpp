@@ -14,10 +14,19 @@
 namespace m100::sim {
 namespace {
 
+core::Duration seconds(double value) { return core::Duration{std::llround(value * 1e6)}; }
+
+/// The assistant's rates, with this one in place of its 50 Hz.
+N1Rates with_rate(N1Rates rates, double rate_hz) {
+  const protocol::Rate rate = rate_hz == 1.0    ? protocol::Rate::k1Hz
+                              : rate_hz == 10.0 ? protocol::Rate::k10Hz
+                              : rate_hz == 50.0 ? protocol::Rate::k50Hz
+                                                : protocol::Rate::k100Hz;
+  std::replace(rates.begin(), rates.end(), protocol::Rate::k50Hz, rate);
+  return rates;
+}
+
 constexpr std::int64_t kTicksPerSlot = 4;  // telemetry slots of 10 ms
-constexpr double kTakeOffHeight_m = 1.2;   // protocol, 6.3
-constexpr double kTakeOffClimb_m_s = 0.8;
-constexpr double kLandingSink_m_s = 0.5;
 
 /// The event name of a script word. Empty for the remote controller, a restart, the sticks and a mode that changes:
 /// these report themselves, with their effect.
@@ -44,7 +53,7 @@ N1Autopilot::N1Autopilot(hal::Uart& uart, VehiclePort& vehicle, const N1Config& 
       estimator_(config.noise, config.seed),
       mode_(config.mode),
       wanted_mode_(config.mode),
-      rates_(config.rates) {}
+      rates_(with_rate(config.rates, config.behaviour.telemetry.rate_hz)) {}
 
 void N1Autopilot::emit(std::string_view what, std::string_view name, double value) const {
   if (sink_) {
@@ -75,14 +84,15 @@ void N1Autopilot::step(core::Duration passed) {
   if (mode_ != wanted_mode_ && time_ >= switch_ignored_until_) {
     set_real_mode(wanted_mode_);
   }
-  if (virtual_rc_on_ && time_ - last_virtual_rc_ > config_.virtual_rc_timeout) {
+  if (virtual_rc_on_ && time_ - last_virtual_rc_ > seconds(config_.behaviour.virtual_rc.timeout_s)) {
     end_virtual_rc(virtual_rc_falls_back_ ? "virtual_rc_silent" : "virtual_rc_silent_failsafe");
   }
   watch_transmitter();
   command_vehicle();
   vehicle_.advance(passed);
   if (time_ >= off_until_) {
-    if ((ticks_ - booted_at_tick_) % kTicksPerSlot == 0) {
+    const bool speaks = activated_ || config_.behaviour.telemetry.before_activation;
+    if (speaks && (ticks_ - booted_at_tick_) % kTicksPerSlot == 0) {
       send_telemetry();
     }
     line_.pump(time_);
@@ -184,8 +194,16 @@ void N1Autopilot::set_real_mode(N1Mode mode) {
   if (mode != N1Mode::kF) {
     requested_once_ = false;
     release_requested_once_ = false;
-    end_virtual_rc("left_f");
+    lost_by_mode_ = lost_by_mode_ || client_in_control();
+    if (config_.behaviour.virtual_rc.leaving_f_ends_it) {
+      end_virtual_rc("left_f");
+    }
     drop_control("left_f", protocol::ControlDevice::kRemoteController);
+  } else if (lost_by_mode_ && config_.behaviour.control.returns_with_mode_f) {
+    lost_by_mode_ = false;
+    device_ = protocol::ControlDevice::kOnboardComputer;
+    authority_lost_ = false;
+    emit("did", "obtained");
   }
 }
 
@@ -202,10 +220,13 @@ void N1Autopilot::drop_control(std::string_view why, protocol::ControlDevice now
   record_loss(was_client || virtual_rc_on_);
   device_ = now_in_control;
   moving_ = false;
-  end_task();
+  end_task_with_control();
   requested_once_ = false;
   if (was_client) {
     emit("did", why);
+    if (!config_.behaviour.control.lost_push) {
+      return;
+    }
     const core::Expected<protocol::Value> value = encode(protocol::ControlLost{});
     push(protocol::ids::kControlLost, *value);
   }
@@ -233,6 +254,9 @@ void N1Autopilot::end_virtual_rc(std::string_view why) {
   record_loss(true);
   virtual_rc_on_ = false;
   emit("did", why);
+  if (config_.behaviour.virtual_rc.end_gives_control_back) {
+    drop_control("virtual_rc_ended", protocol::ControlDevice::kRemoteController);
+  }
 }
 
 void N1Autopilot::restart() {
@@ -240,11 +264,12 @@ void N1Autopilot::restart() {
   record_loss(client_in_control() || virtual_rc_on_);
   activated_ = false;
   device_ = protocol::ControlDevice::kRemoteController;
-  requested_once_ = release_requested_once_ = virtual_rc_on_ = moving_ = task_open_ = task_done_ = false;
+  requested_once_ = release_requested_once_ = lost_by_mode_ = virtual_rc_on_ = moving_ = task_open_ = task_done_ =
+      false;
   sessions_.reset();
   parser_ = {};
   line_.clear();
-  off_until_ = time_ + kBootTime;
+  off_until_ = time_ + seconds(config_.behaviour.telemetry.silent_after_restart_s);
   landed_at_ = {};
   task_ = {};
   booted_at_tick_ = ticks_;
@@ -252,25 +277,46 @@ void N1Autopilot::restart() {
 }
 
 void N1Autopilot::command_vehicle() {
-  if (moving_ && time_ - last_movement_ > config_.movement_timeout) {
+  if (moving_ && time_ - last_movement_ > seconds(config_.behaviour.movement.timeout_s)) {
     moving_ = false;
     emit("did", "movement_timed_out");
+    if (config_.behaviour.movement.timeout_gives_control_back) {
+      drop_control("movement_timed_out", protocol::ControlDevice::kRemoteController);
+    }
   }
   if (task_open_ && !task_done_) {
     vehicle_.command(task_input());
   } else if (virtual_rc_on_) {
-    const auto channel = [this](std::size_t index) { return static_cast<double>(virtual_rc_.channels[index]); };
-    vehicle_.command(StickInput{.roll_vrc = channel(protocol::vrc_channel::kRoll),
-                                .pitch_vrc = channel(protocol::vrc_channel::kPitch),
-                                .throttle_vrc = channel(protocol::vrc_channel::kThrottle),
-                                .yaw_vrc = channel(protocol::vrc_channel::kYaw)});
+    vehicle_.command(virtual_sticks());
   } else if (moving_) {
-    vehicle_.command(movement_.input(vehicle_.state()));
+    vehicle_.command(movement_input());
   } else if (client_in_control()) {
     vehicle_.command(MovementInput{});  // hovers by its own attitude hold, which has the right trim
   } else {
     vehicle_.command(pilot_sticks_);
   }
+}
+
+StickInput N1Autopilot::virtual_sticks() const {
+  const N1Behaviour::VirtualRc& how = config_.behaviour.virtual_rc;
+  constexpr double kFull_counts = 660.0;
+  const auto channel = [&](std::size_t index, double sign) {
+    const double from_centre = static_cast<double>(virtual_rc_.channels[index]) - protocol::kStickCentre_counts;
+    return protocol::kStickCentre_counts + sign * from_centre * kFull_counts / how.full_deflection_counts;
+  };
+  return {.roll_vrc = channel(protocol::vrc_channel::kRoll, how.roll_sign),
+          .pitch_vrc = channel(protocol::vrc_channel::kPitch, how.pitch_sign),
+          .throttle_vrc = channel(protocol::vrc_channel::kThrottle, how.throttle_sign),
+          .yaw_vrc = channel(protocol::vrc_channel::kYaw, how.yaw_sign)};
+}
+
+MovementInput N1Autopilot::movement_input() const {
+  const N1Behaviour::Movement& how = config_.behaviour.movement;
+  const MovementInput input = movement_.input(vehicle_.state());
+  return {.roll_rad = how.roll_sign * input.roll_rad,
+          .pitch_rad = how.pitch_sign * input.pitch_rad,
+          .climb_m_s = how.climb_sign * input.climb_m_s,
+          .yaw_rate_rad_s = how.yaw_sign * input.yaw_rate_rad_s};
 }
 
 void N1Autopilot::watch_transmitter() {
@@ -290,14 +336,15 @@ void N1Autopilot::watch_transmitter() {
 
 MovementInput N1Autopilot::task_input() {
   const VehicleState& state = vehicle_.state();
+  const N1Behaviour::Tasks& how = config_.behaviour.tasks;
   const bool climbing = task_ == protocol::Task::kTakeOff;
-  task_done_ = climbing ? state.position_w_m.z() >= kTakeOffHeight_m : !state.in_air;
+  task_done_ = climbing ? state.position_w_m.z() >= how.take_off_height_m : !state.in_air;
   if (tasks_ == 3.0) {  // endless: begun, but without effect
     task_done_ = false;
     return {};
   }
   if (!task_done_) {
-    return {.climb_m_s = climbing ? kTakeOffClimb_m_s : -kLandingSink_m_s};
+    return {.climb_m_s = climbing ? how.take_off_climb_m_s : -how.landing_sink_m_s};
   }
   emit("did", climbing ? "taken_off" : "landed");
   if (!climbing) {
@@ -306,6 +353,12 @@ MovementInput N1Autopilot::task_input() {
     task_open_ = false;
   }
   return {};
+}
+
+void N1Autopilot::end_task_with_control() {
+  if (config_.behaviour.tasks.end_with_control) {
+    end_task();
+  }
 }
 
 void N1Autopilot::end_task() {

@@ -11,6 +11,7 @@
 
 #include "firmware/core/time.h"
 #include "hal/uart.h"
+#include "host_tests/sim/autopilot/n1_behaviour.h"
 #include "host_tests/sim/autopilot/n1_line.h"
 #include "host_tests/sim/autopilot/n1_movement.h"
 #include "host_tests/sim/autopilot/n1_pilot.h"
@@ -39,15 +40,9 @@ struct N1Config {
   N1Rates rates = kAssistantRates;
   N1SensorNoise noise{};
   double clock_drift_ppm = 0.0;  ///< of its clock against ours; positive: its clock runs fast
-  /// While Virtual RC is on, the RC item of telemetry shows its channels instead of the real transmitter (protocol, 7:
-  /// "as far as known").
-  bool rc_item_shows_virtual = true;
-  /// Accepts 64 bytes under the on/off id as Virtual RC data, as clients of SDK 3.3 to 4.1 send them.
-  bool lenient_virtual_rc = false;
+  N1Behaviour behaviour{};
   /// The pilot flies while he has control: he brakes and holds the place. Otherwise his sticks stay at rest.
   bool pilot_holds_position = false;
-  core::Duration virtual_rc_timeout = std::chrono::seconds(1);       ///< protocol, 7
-  core::Duration movement_timeout = std::chrono::milliseconds(500);  ///< undocumented; then the aircraft hovers
   std::vector<N1ScriptLine> script{};
 };
 
@@ -91,7 +86,6 @@ struct N1Record {
 class N1Autopilot {
  public:
   static constexpr core::Duration kTick = std::chrono::microseconds(2500);  ///< of its 400 Hz clock
-  static constexpr core::Duration kBootTime = std::chrono::seconds(2);
   /// "On" sent sooner than this makes the autopilot ignore its own mode switch for a while (protocol, 7).
   static constexpr core::Duration kSwitchSpacing = std::chrono::seconds(2);
   static constexpr std::uint32_t kVersion = 0x03010A00;
@@ -187,8 +181,11 @@ class N1Autopilot {
   void watch_transmitter();
   /// A task flies level, by the autopilot's own attitude hold [inferred], whoever has control of the sticks.
   MovementInput task_input();
-  /// Ends a task in progress if the pilot, or no device, has control [inferred].
   void end_task();
+  /// Ends a task in progress if the pilot, or no device, has control [inferred].
+  void end_task_with_control();
+  StickInput virtual_sticks() const;
+  MovementInput movement_input() const;
   void send_telemetry();
   protocol::Telemetry::Rc rc_item() const;
   protocol::FlightStatus flight_status() const;
@@ -216,6 +213,7 @@ class N1Autopilot {
   protocol::ControlDevice device_ = protocol::ControlDevice::kRemoteController;
   bool requested_once_ = false;
   bool release_requested_once_ = false;
+  bool lost_by_mode_ = false;  ///< the client had control when the switch left F
   bool virtual_rc_on_ = false;
   bool virtual_rc_falls_back_ = true;
   core::TimePoint last_virtual_rc_{};

@@ -64,7 +64,8 @@ void N1Autopilot::switch_virtual_rc(const protocol::VirtualRcSwitch& wanted) {
     }
   }
   last_on_ = time_;
-  if (!rc_in_f()) {  // [inferred]: leaving F ends Virtual RC, so it cannot begin outside of F
+  const bool lacks_control = config_.behaviour.virtual_rc.needs_control && !client_in_control();
+  if (!rc_in_f() || lacks_control) {  // [inferred]: leaving F ends Virtual RC, so it cannot begin outside of F
     emit("ignored", "vrc_switch");
     return;
   }
@@ -83,7 +84,7 @@ void N1Autopilot::take_virtual_rc(const protocol::VirtualRcData& data) {
   if (per_s > kVirtualRcMost_per_s + 1) {
     emit("received", "violation_virtual_rc_too_fast", per_s);
   }
-  const bool right_id = !data.under_switch_id || config_.lenient_virtual_rc;
+  const bool right_id = !data.under_switch_id || config_.behaviour.virtual_rc.data_under_switch_id;
   if (!virtual_rc_on_ || !right_id || protocol::check(data) != core::Status::kOk) {
     ++record_.virtual_rc_ignored;
     emit("ignored", "vrc_data", data.under_switch_id ? 1.0 : 0.0);

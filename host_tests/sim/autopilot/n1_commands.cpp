@@ -61,7 +61,8 @@ void N1Autopilot::handle(const protocol::FrameView& frame) {
     execute_unanswered(*command, message->id);
     return;
   }
-  const bool needs_activation = message->id.set == protocol::ids::kControlRequest.set;
+  const bool needs_activation =
+      config_.behaviour.answers.needs_activation && message->id.set == protocol::ids::kControlRequest.set;
   const std::uint16_t code = needs_activation && !activated_ ? protocol::kAckNotAuthorised : execute(*command);
   emit("answered", protocol::name(message->id), code);
   answer(frame.header, protocol::encode_ack(code), config_.cipher, asked_of(*command, message->id));
@@ -74,6 +75,9 @@ void N1Autopilot::refuse(const protocol::FrameHeader& header, const core::Expect
       header.encrypted() && (!message || !message->has_id || protocol::find(message->id) == nullptr);
   emit("ignored", undecipherable ? "undecipherable" : "bad_command", header.session);
   if (header.session == protocol::kUnansweredSession) {
+    return;
+  }
+  if (undecipherable && !config_.behaviour.answers.wrong_key_in_plain) {
     return;
   }
   if (undecipherable) {
@@ -109,8 +113,10 @@ void N1Autopilot::acknowledge(std::span<const std::byte> frame, N1Request reques
   const int copies = acks_to_double_ > 0 ? 2 : 1;
   acks_to_double_ -= acks_to_double_ > 0 ? 1 : 0;
   for (int copy = 0; copy < copies; ++copy) {
-    if (ack_delay_ > core::Duration{0}) {
-      line_.send_later(frame, time_ + ack_delay_);
+    const core::Duration delay =
+        ack_delay_ + core::Duration{static_cast<std::int64_t>(1e6 * config_.behaviour.answers.delay_s)};
+    if (delay > core::Duration{0}) {
+      line_.send_later(frame, time_ + delay);
     } else {
       (void)line_.send(frame, time_);
     }
@@ -166,7 +172,7 @@ std::uint16_t N1Autopilot::activate(const protocol::Activation& activation) {
 }
 
 std::uint16_t N1Autopilot::set_rates(const protocol::TelemetryFrequency& wanted) {
-  for (std::size_t item = 0; item < rates_.size(); ++item) {
+  for (std::size_t item = 0; item < rates_.size() && config_.behaviour.telemetry.obeys_rates; ++item) {
     rates_[item] = wanted.rates[item] == protocol::Rate::kAsItIs ? rates_[item] : wanted.rates[item];
   }
   return protocol::kAckSuccess;
@@ -183,13 +189,14 @@ std::uint16_t N1Autopilot::control(bool obtain) {
     if (!client_in_control()) {
       return ack::kReleased;
     }
-    release_requested_once_ = !release_requested_once_;
+    release_requested_once_ = !release_requested_once_ && config_.behaviour.control.requests_to_release > 1.0;
     if (release_requested_once_) {
       return ack::kReleasing;
     }
     device_ = protocol::ControlDevice::kRemoteController;
     moving_ = false;
-    end_task();
+    lost_by_mode_ = false;
+    end_task_with_control();
     authority_lost_ = false;  // given back, not taken
     emit("did", "released");
     return ack::kReleased;
@@ -213,7 +220,7 @@ std::uint16_t N1Autopilot::control(bool obtain) {
   if (mobile_wants_control_) {
     return ack::kObtaining;  // for as long as the app has control
   }
-  requested_once_ = !requested_once_;
+  requested_once_ = !requested_once_ && config_.behaviour.control.requests_to_obtain > 1.0;
   if (requested_once_) {
     return ack::kObtaining;
   }
@@ -243,7 +250,7 @@ std::uint16_t N1Autopilot::start_task(const protocol::TaskRequest& request) {
   const VehicleState& state = vehicle_.state();
   const bool fits = take_off ? !state.in_air && !state.motors_on : state.in_air;  // protocol, 6.3: motors stopped
   emit("received", take_off ? "task_takeoff" : request.task == protocol::Task::kLand ? "task_land" : "task_go_home");
-  if (!client_in_control() || tasks_ == 0.0 || !fits) {
+  if (!client_in_control() || tasks_ == 0.0 || !config_.behaviour.tasks.offered || !fits) {
     return protocol::task_ack::kRefused;
   }
   if (tasks_ == 2.0) {

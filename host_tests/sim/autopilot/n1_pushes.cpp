@@ -42,7 +42,7 @@ protocol::FlightStatus N1Autopilot::flight_status() const {
 }
 
 protocol::Telemetry::Rc N1Autopilot::rc_item() const {
-  if (virtual_rc_on_ && config_.rc_item_shows_virtual) {
+  if (virtual_rc_on_ && config_.behaviour.virtual_rc.shown_in_rc_item) {
     const auto channel = [this](std::size_t index) {
       return rc_value(static_cast<double>(virtual_rc_.channels[index]));
     };
@@ -73,6 +73,11 @@ void N1Autopilot::send_telemetry() {
   }
   const auto ticks = static_cast<std::uint32_t>(ticks_ - booted_at_tick_);
   protocol::Telemetry telemetry = report(estimator_.update(vehicle_.estimated(), kSlot), ticks, config_.noise, random_);
+  const double unit =
+      N1Behaviour{}.telemetry.acceleration_unit_m_s2 / config_.behaviour.telemetry.acceleration_unit_m_s2;
+  for (float& axis : telemetry.acceleration) {
+    axis = static_cast<float>(static_cast<double>(axis) * unit);
+  }
   telemetry.items = items;
   telemetry.rc = rc_item();
   telemetry.flight_status = flight_status();

@@ -6,10 +6,13 @@
 #include <sstream>
 #include <string_view>
 
+#include "firmware/companion/files/text/suggestion.h"
 #include "host_tests/sim/autopilot/n1_script_syntax.h"
 
 namespace m100::sim {
 namespace {
+
+using companion::did_you_mean;
 
 double read_value(const N1EventSyntax& form, const std::string& word, long line) {
   for (const N1NamedValue& known : form.words) {
@@ -18,7 +21,8 @@ double read_value(const N1EventSyntax& form, const std::string& word, long line)
     }
   }
   if (!form.words.empty()) {
-    throw N1ScriptError(line, "'" + std::string(form.name) + "' cannot be '" + word + "'");
+    throw N1ScriptError(line, "'" + std::string(form.name) + "' cannot be '" + word + "'" +
+                                  did_you_mean(word, form.words, &N1NamedValue::text));
   }
   std::size_t used = 0;
   double value = NAN;
@@ -41,7 +45,8 @@ N1Request read_command(const std::string& text, long line) {
       return word.request;
     }
   }
-  throw N1ScriptError(line, "'" + text + "' is not an acknowledged command");
+  throw N1ScriptError(line, "'" + text + "' is not an acknowledged command" +
+                                did_you_mean(text, kN1RequestNames, &N1RequestName::text));
 }
 
 /// Reads the rest of a line that moves a stick.
@@ -71,7 +76,8 @@ N1ScriptLine read_fault(core::TimePoint at, std::istringstream& words, long line
   words >> name;
   const SensorFault* const fault = find_sensor_fault(name);
   if (fault == nullptr) {
-    throw N1ScriptError(line, "unknown sensor fault '" + name + "'");
+    throw N1ScriptError(
+        line, "unknown sensor fault '" + name + "'" + did_you_mean(name, sensor_faults(), &SensorFault::name));
   }
   double size = fault->size;
   const bool has_size = static_cast<bool>(words >> size);
@@ -95,6 +101,17 @@ N1ScriptLine read_form(const N1EventSyntax& form, core::TimePoint at, std::istri
           .request = command.empty() ? N1Request::kAny : read_command(command, number)};
 }
 
+std::string word_meant(const std::string& word) {
+  std::vector<std::string_view> known{kN1FaultWord};
+  for (const N1EventSyntax& form : kN1Events) {
+    known.push_back(form.name);
+  }
+  for (const N1StickShapeName& shape : kN1StickShapes) {
+    known.push_back(shape.name);
+  }
+  return did_you_mean(word, known);
+}
+
 N1ScriptLine read_line(const std::string& text, long number) {
   std::istringstream words(text);
   double at_s = 0.0;
@@ -114,7 +131,7 @@ N1ScriptLine read_line(const std::string& text, long number) {
   const auto form =
       std::find_if(kN1Events.begin(), kN1Events.end(), [&](const N1EventSyntax& one) { return one.name == name; });
   if (form == kN1Events.end()) {
-    throw N1ScriptError(number, "unknown word '" + name + "'");
+    throw N1ScriptError(number, "unknown word '" + name + "'" + word_meant(name));
   }
   return read_form(*form, at, words, number);
 }

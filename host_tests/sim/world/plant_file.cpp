@@ -10,6 +10,7 @@
 #include <type_traits>
 
 #include "firmware/companion/files/text/regular_file.h"
+#include "firmware/companion/files/text/suggestion.h"
 #include "firmware/companion/files/text/toml_text.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/sim/world/plant_keys.h"
@@ -143,11 +144,12 @@ class Reader {
       if (name == "axis") {
         for (const auto& [axis, axis_node] : *node.as_table()) {
           if (!known_.contains("axis." + std::string(axis.str()))) {
-            fail(axis_node, "axis." + std::string(axis.str()), "unknown axis");
+            fail(axis_node, "axis." + std::string(axis.str()),
+                 "unknown axis" + companion::did_you_mean("axis." + std::string(axis.str()), known_));
           }
         }
       } else if (!known_.contains(name)) {
-        fail(node, name, "unknown section");
+        fail(node, name, "unknown section" + companion::section_meant(name, known_));
       }
     }
   }
@@ -194,7 +196,10 @@ class Reader {
     }
     const auto axis = kAxes.find(where);
     if (axis == kAxes.end()) {
-      fail(node, "change." + name, "is not a key of an axis or of the air");
+      fail(node, "change." + name,
+           "is not a key of an axis or of the air" +
+               (where == "air" ? companion::did_you_mean(key, air_keys(), &NumberKey<Air>::key)
+                               : companion::did_you_mean(where, kAxes, &std::pair<const std::string, Axis>::first)));
     }
     const auto member = axis->second.member;
     if (key == "dead_zone_shape") {
@@ -304,7 +309,7 @@ class Reader {
       }
       known += (known.empty() ? "\"" : " or \"") + std::string(one.word) + "\"";
     }
-    fail(node, key, "must be " + known);
+    fail(node, key, "must be " + known + companion::did_you_mean(said, words, &NamedValue<T>::word));
   }
 
   [[noreturn]] void fail(const toml::node& node, const std::string& key, const std::string& what) const {
@@ -326,16 +331,12 @@ class Reader {
         return;
       }
     }
-    fail(node, full, "unknown key");
+    fail(node, full, "unknown key" + companion::did_you_mean(key, keys, &NumberKey<T>::key));
   }
 
   template <typename T>
   static double off(const NumberKey<T>& key, const T&) {
-    if constexpr (std::is_same_v<T, model::StickAxis>) {
-      return model::StickAxis{}.*key.member;
-    } else {
-      return 0.0;
-    }
+    return std::is_same_v<T, model::StickAxis> ? T{}.*key.member : 0.0;
   }
 
   double in_range(const toml::node& node, const std::string& key, double low, double high) const {

@@ -176,7 +176,7 @@ TEST_P(RcItem, TheModeSwitchTakesTheAircraftBackInEveryStage) {
         continue;  // movement control has no enabling stage
       }
       LinkBench::Options options = over(channel);
-      options.autopilot.rc_item_shows_virtual = GetParam();
+      options.autopilot.behaviour.virtual_rc.shown_in_rc_item = GetParam();
       for (const char mode : {'A', 'P'}) {
         ASSERT_NO_FATAL_FAILURE(expect_taken_back(options, stage, mode));
       }
@@ -189,7 +189,7 @@ TEST_P(RcItem, TheModeSwitchTakesTheAircraftBackInEveryStage) {
 TEST(SerialLinkTest, TheModeSwitchIsSeenEvenIfTheAutopilotIgnoresIt) {
   RecordProperty("promise", "R4");
   LinkBench::Options options = over(Channel::kVirtualRc);
-  options.autopilot.rc_item_shows_virtual = false;
+  options.autopilot.behaviour.virtual_rc.shown_in_rc_item = false;
   LinkBench bench(options);
   ASSERT_TRUE(bench.take_control());
   bench.run(seconds(3));

@@ -149,7 +149,7 @@ TEST_F(N1Test, SixtyFourBytesUnderTheSwitchIdAreNoSwitch) {
   send(ids::kVirtualRcSwitch, sticks(1101));  // first byte odd: taken for "on" by a careless receiver
   run(milliseconds(20));
   EXPECT_FALSE(autopilot->virtual_rc_on());
-  start({.lenient_virtual_rc = true});
+  start({.behaviour = {.virtual_rc = {.data_under_switch_id = true}}});
   parser = {};
   activate();
   send(ids::kVirtualRcSwitch, bytes({3}));

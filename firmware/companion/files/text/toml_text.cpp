@@ -160,6 +160,19 @@ class NameParts {
   int dots_ = 0;
 };
 
+/// The end of the message about a text whose first line is neither a section nor a key: what it may be instead.
+std::string other_kind(std::string_view text) {
+  std::size_t at = 0;
+  while (at < text.size() && (text[at] == '#' || text[at] == '\n' || text[at] == '\r')) {
+    at = std::min(text.find('\n', at), text.size() - 1) + 1;
+  }
+  const std::string_view line = text.substr(at, text.find('\n', at) - at);
+  const bool is_toml = line.empty() || line.front() == '[' || line.find('=') != std::string_view::npos;
+  return is_toml                                    ? ""
+         : line.find(',') != std::string_view::npos ? "; this looks like a table (CSV), not TOML"
+                                                    : "; this looks like a course or a script, not TOML";
+}
+
 }  // namespace
 
 std::string ascii_toml(std::string_view text) {
@@ -187,10 +200,15 @@ std::string ascii_toml(std::string_view text) {
 }
 
 toml::table parse_toml(std::string_view text) {
+  constexpr std::size_t kLooked = 4096;
+  if (text.substr(0, kLooked).find('\0') != std::string_view::npos) {
+    throw TomlTextError(1, "is no text: a log or another binary file");
+  }
   try {
     return toml::parse(ascii_toml(text));
   } catch (const toml::parse_error& wrong) {
-    throw TomlTextError(static_cast<long>(wrong.source().begin.line), std::string(wrong.description()));
+    throw TomlTextError(static_cast<long>(wrong.source().begin.line),
+                        std::string(wrong.description()) + other_kind(text));
   }
 }
 

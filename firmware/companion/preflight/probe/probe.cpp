@@ -17,6 +17,7 @@
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/operator/link_report.h"
+#include "firmware/companion/preflight/board_checks.h"
 #include "firmware/companion/preflight/probe/line_probe.h"
 #include "firmware/companion/preflight/serial_ports.h"
 #include "firmware/link/link_meter.h"
@@ -162,11 +163,20 @@ nlohmann::json to_json(const core::Expected<hal::LineErrors>& errors) {
           {"breaks", errors->breaks}};
 }
 
+/// What to do. Of a port that cannot be opened it says why, as `m100 doctor` does.
+std::string remedy_of(const PortVerdict& finding) {
+  if (finding.verdict == Verdict::kCannotOpen) {
+    const preflight::CheckResult port = preflight::check_port(finding.port);
+    return port.finding + ": " + port.remedy;
+  }
+  return std::string(remedy(finding.verdict));
+}
+
 nlohmann::json to_json(const PortVerdict& finding) {
   return {{"port", finding.port},
           {"baud", finding.baud},
           {"verdict", name(finding.verdict)},
-          {"remedy", remedy(finding.verdict)},
+          {"remedy", remedy_of(finding)},
           {"line_errors", to_json(finding.errors)},
           {"firmware", name(finding.firmware)},
           {"health", companion::to_json(finding.health)}};
@@ -182,11 +192,14 @@ void run(const ProbeOptions& options) {
   } else {
     std::cout << "\n";
   }
-  if (!remedy(best.verdict).empty()) {
-    std::cout << "remedy: " << remedy(best.verdict) << printable(holders_note(best.port)) << "\n";
-  }
   if (!options.json.empty()) {
     write_json(options.json, to_json(best));
+  }
+  if (best.verdict == Verdict::kCannotOpen && !options.port.empty()) {
+    throw UsageError(best.port + ": " + remedy_of(best));
+  }
+  if (const std::string remedy = remedy_of(best); !remedy.empty()) {
+    std::cout << "remedy: " << printable(remedy + holders_note(best.port)) << "\n";
   }
   if (best.verdict != Verdict::kAutopilot) {
     throw CLI::RuntimeError(kAnswerIsNo);

@@ -6,6 +6,9 @@
 #include <iterator>
 #include <limits>
 
+#include "firmware/companion/files/text/suggestion.h"
+#include "firmware/model/axis_effects.h"
+#include "firmware/model/translation.h"
 #include "host_tests/lab/identify/data/log_ranges.h"
 #include "host_tests/lab/identify/residual_tests/residual_test.h"
 #include "host_tests/lab/identify/selection/jackknife.h"
@@ -252,6 +255,17 @@ IdentifyResult conclude(const Problem& problem, const Request& request, Selectio
   return Conclusion(problem, request, std::move(selection), std::move(side_findings)).run();
 }
 
+std::string effect_meant(std::string_view word) {
+  std::vector<std::string_view> known;
+  for (const model::AxisEffect& effect : model::kAxisEffects) {
+    known.push_back(effect.name);
+  }
+  for (const model::TranslationEffect& effect : model::kTranslationEffects) {
+    known.push_back(effect.name);
+  }
+  return companion::did_you_mean(word, known);
+}
+
 void check_declared(const std::vector<std::string>& declared, std::span<const std::string_view> bases,
                     bool (*supports)(const std::string& name), const char* what) {
   const auto is_base = [&](const std::string& name) {
@@ -262,11 +276,14 @@ void check_declared(const std::vector<std::string>& declared, std::span<const st
     for (const std::string_view base : bases) {
       names += (names.empty() ? "" : " or ") + std::string(base);
     }
-    throw InputError("--declare", 0, declared.empty() ? "" : declared[0], "the first name must be " + names);
+    throw InputError(
+        "--declare", 0, declared.empty() ? "" : declared[0],
+        "the first name must be " + names + (declared.empty() ? "" : companion::did_you_mean(declared[0], bases)));
   }
   for (std::size_t k = 1; k < declared.size(); ++k) {
     if (!supports(declared[k]) || is_base(declared[k])) {
-      throw InputError("--declare", 0, declared[k], std::string("not an effect of ") + what);
+      throw InputError("--declare", 0, declared[k],
+                       std::string("not an effect of ") + what + effect_meant(declared[k]));
     }
     if (std::find(declared.begin(), declared.begin() + static_cast<std::ptrdiff_t>(k), declared[k]) !=
         declared.begin() + static_cast<std::ptrdiff_t>(k)) {

@@ -93,6 +93,9 @@ struct SideFindings {
 IdentifyResult conclude(const Problem& problem, const Request& request, Selection selection,
                         SideFindings side_findings);
 
+/// The end of a message about an unknown effect, of an axis or of translation. See companion::did_you_mean().
+std::string effect_meant(std::string_view word);
+
 /// @throws InputError unless the first declared name is one of `bases` and every other one is an effect that `knows`
 ///   accepts; `what` names the kind of motion in the message.
 void check_declared(const std::vector<std::string>& declared, std::span<const std::string_view> bases,
