@@ -58,7 +58,7 @@ void check_files(const LoopOptions& options) {
 }
 
 /// Compares vehicle files on one plant instead of closing the loop.
-void run_models(const LoopOptions& options, loop::LoopOptions& loop) {
+void run_models(const LoopOptions& options, const loop::LoopOptions& loop) {
   if (options.plant_from.empty() || !options.plant.empty() || loop.body != nullptr) {
     throw InputError("--models", 0, "", "needs --plant-from, and neither --plant nor --body");
   }
