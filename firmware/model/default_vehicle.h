@@ -33,4 +33,27 @@ constexpr Vehicle paper_vehicle() {
   return v;
 }
 
+/// The configuration that the paper flew, for an aircraft that is otherwise `aircraft` (trims, limits, noise, yaw
+/// gain): axes of first order without delay, as printed (Table I, III-D.2, III-D.3), dead zones of III-B.5, the input
+/// weight of its authors' code, and the height PID of III-E.2. Its observer is of second order, here it is of first
+/// order.
+constexpr Vehicle paper_configuration(const Vehicle& aircraft) {
+  const auto axis = [](const StickAxis& trimmed, double scale, const paper::FirstOrder& model, double dead_zone) {
+    return StickAxis{.scale_per_count = scale * model.gain,
+                     .time_constant_s = model.time_constant_s,
+                     .dead_zone_counts = dead_zone,
+                     .dead_zone_shape = DeadZoneShape::kJump,
+                     .trim_counts = trimmed.trim_counts};
+  };
+  Vehicle v = aircraft;
+  v.roll = axis(v.roll, paper::kScaleRoll_rad_per_count.experiment, paper::kRollFirst, paper::kTiltDeadZone_vrc);
+  v.pitch = axis(v.pitch, paper::kScalePitch_rad_per_count.experiment, paper::kPitchFirst, paper::kTiltDeadZone_vrc);
+  v.yaw_rate = axis(v.yaw_rate, paper::kScaleYawRate_rad_s_per_count.experiment, paper::kYawRateFirst,
+                    paper::kYawRateDeadZone_vrc);
+  v.climb = axis(v.climb, paper::kScaleClimb_m_s_per_count.experiment, paper::kClimbFirst, paper::kClimbDeadZone_vrc);
+  v.mpc = MpcWeights{.input = paper::kInputWeight};
+  v.altitude = AltitudeGains{.design = false, .climb_limit_m_s = aircraft.altitude.climb_limit_m_s};
+  return v;
+}
+
 }  // namespace m100::model

@@ -63,8 +63,9 @@ inline constexpr double kAltitudeKi = 6.190;
 inline constexpr double kAltitudeKd = 0.156;
 inline constexpr double kAltitudeIntegralLimit = 0.2;
 
-// III-E.1 and IV.
+// III-E.1 and IV; the input weight is that of its authors' code.
 inline constexpr int kHorizon = 20;
+inline constexpr double kInputWeight = 35.0;
 inline constexpr double kMass_kg = 3.3;
 inline constexpr double kPayload_kg = 0.92;
 inline constexpr double kFanWindLow_m_s = 11.0;

@@ -33,6 +33,8 @@ struct EstimatorNoise {
 
 /// Height PID (paper, III-E.2). The integral is limited to [integral_min, integral_max] m/s.
 struct AltitudeGains {
+  /// true: the three gains follow from the climb dynamics (ctl::design_altitude); false: those below fly.
+  bool design = true;
   double proportional_per_s = 1.963;
   double integral_per_s2 = 6.190;
   double derivative = 0.156;

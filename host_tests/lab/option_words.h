@@ -45,13 +45,17 @@ inline double number(const std::string& option, const std::string& text) {
   return std::strtod(text.c_str(), nullptr);
 }
 
-/// The law that --law names. @throws InputError: there is no such law.
+/// The word of --law for the paper's configuration (model::paper_configuration) at 100 commands a second; its
+/// horizontal law is the MPC.
+inline constexpr const char* kPaperLaw = "paper";
+
+/// The horizontal law that --law names. @throws InputError: there is no such law.
 inline mpc::Law law_of(const std::string& word) {
-  const std::optional<mpc::Law> law = mpc::law_of(word);
+  const std::optional<mpc::Law> law = mpc::law_of(word == kPaperLaw ? "mpc" : word);
   if (!law) {
     throw InputError("--law", 0, word,
-                     "is not a law; the laws are mpc and lqr" +
-                         companion::did_you_mean(word, std::array<std::string_view, 2>{"mpc", "lqr"}));
+                     "is not a law; the laws are mpc, lqr and paper" +
+                         companion::did_you_mean(word, std::array<std::string_view, 3>{"mpc", "lqr", kPaperLaw}));
   }
   return *law;
 }

@@ -35,6 +35,13 @@ std::string shortest(double value) {
 }
 
 constexpr std::string_view kShapeKey = "dead_zone_shape";
+constexpr std::string_view kDesignKey = "design";
+
+/// The height gains that altitude.design computes: they have no effect where it is true.
+bool is_designed(double model::AltitudeGains::*member) {
+  using Gains = model::AltitudeGains;
+  return member == &Gains::proportional_per_s || member == &Gains::integral_per_s2 || member == &Gains::derivative;
+}
 
 /// Reads the sections of one file into one struct.
 class Reader {
@@ -57,6 +64,7 @@ class Reader {
       read_key(name, std::string(key.str()), node, keys, into);
     }
     check_order(name, *table, keys, into);
+    refuse_designed_gains(name, *table, keys, into);
   }
 
   /// Refuses the first unknown section.
@@ -98,6 +106,15 @@ class Reader {
     if constexpr (requires { into.dead_zone_shape; }) {
       if (key == kShapeKey) {
         into.dead_zone_shape = shape(node, full);
+        return;
+      }
+    }
+    if constexpr (requires { into.design; }) {
+      if (key == kDesignKey) {
+        if (!node.is_boolean()) {
+          fail(file_, &node, full, "must be true or false");
+        }
+        into.design = *node.value<bool>();
         return;
       }
     }
@@ -156,6 +173,19 @@ class Reader {
     }
   }
 
+  /// A gain that would never fly is an error. The paper's own are accepted: earlier files wrote them without effect.
+  template <typename T>
+  void refuse_designed_gains(const std::string& name, const toml::table& table, std::span<const NumberKey<T>> keys,
+                             const T& gains) const {
+    if constexpr (std::is_same_v<T, model::AltitudeGains>) {
+      for (const NumberKey<T>& key : keys) {
+        if (gains.design && is_designed(key.member) && gains.*key.member != T{}.*key.member) {
+          fail(file_, table.get(key.key), name + "." + std::string(key.key), "has no effect without design = false");
+        }
+      }
+    }
+  }
+
   const toml::table& root_;
   const std::string& file_;
   VehicleFile& out_;
@@ -175,7 +205,15 @@ class Writer {
       }
     }
     text_ << "[" << name << "]\n";
+    if constexpr (requires { from.design; }) {
+      text_ << (from.design ? "" : std::string(kDesignKey) + " = false\n");
+    }
     for (const NumberKey<T>& key : keys) {
+      if constexpr (requires { from.design; }) {
+        if (from.design && is_designed(key.member)) {
+          continue;
+        }
+      }
       if (key.only_if_set && from.*key.member == T{}.*key.member) {
         continue;
       }

@@ -17,8 +17,8 @@ T seen(T slope) {
   return core::clamp(slope, T(-kSlopeSeen), T(kSlopeSeen));
 }
 
-model::AltitudeGains altitude_gains(const model::Vehicle& vehicle, const FlightLawOptions& options) {
-  return options.design_altitude ? design_altitude(vehicle.climb, vehicle.altitude) : vehicle.altitude;
+model::AltitudeGains altitude_gains(const model::Vehicle& vehicle) {
+  return vehicle.altitude.design ? design_altitude(vehicle.climb, vehicle.altitude) : vehicle.altitude;
 }
 
 }  // namespace
@@ -55,7 +55,7 @@ template <typename T>
                                       const FlightLawOptions& options)
     : x_(make_axis(tables.x, vehicle.pitch, options.horizontal)),
       y_(make_axis(tables.y, vehicle.roll, options.horizontal)),
-      height_(altitude_gains(vehicle, options)),
+      height_(altitude_gains(vehicle)),
       yaw_(vehicle.yaw) {
   M100_ASSERT(options.combined_tilt_limit_rad > 0.0 && options.combined_tilt_limit_rad < 0.5 * core::kPi);
   const model::StickAxis& climb = vehicle.climb;

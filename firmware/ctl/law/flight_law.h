@@ -19,8 +19,6 @@
 namespace m100::ctl {
 
 struct FlightLawOptions {
-  /// Height gains from the climb dynamics (design_altitude); false: those of the vehicle file, as they stand.
-  bool design_altitude = true;
   /// Limit of the commanded tilt of both axes together, 0 to 90 degrees. The measured tilt exceeds it only briefly
   /// (slope_limit.h): the promise is 35 degrees, the attitude loop overshoots by 7 %.
   double combined_tilt_limit_rad = 0.5235987755982988;  // 30 deg

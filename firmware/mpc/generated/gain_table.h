@@ -13,14 +13,14 @@ namespace m100::mpc::generated {
 
 /// SHA-256 of the vehicle file that everything here was made from.
 inline constexpr core::Sha256Digest kVehicleDigest{
-    0x37, 0x5f, 0xa2, 0x6d, 0x52, 0x01, 0x64, 0x20, 0x7f, 0x24, 0x84, 0x72, 0x52, 0xee, 0xbe, 0x16, 0xd4, 0x55, 0x0d,
-    0xf8, 0x67, 0xba, 0x0f, 0x3a, 0xa9, 0xd6, 0xac, 0x6d, 0xd0, 0x6f, 0x94, 0xe5,
+    0x64, 0x63, 0xcd, 0xb9, 0x73, 0x97, 0xcf, 0x78, 0xbe, 0xab, 0x3a, 0x07, 0x32, 0x86, 0xd2, 0xdb, 0x26, 0xe0, 0x18,
+    0x67, 0x68, 0x66, 0x14, 0x88, 0x21, 0x69, 0x46, 0xab, 0x97, 0x71, 0x3e, 0x39,
 };
 
 inline constexpr model::Vehicle kVehicle{
     .roll = {.scale_per_count = 0.0009118591017422745, .natural_frequency_rad_s = 7.232379000702488, .damping_ratio = 0.7544273536963857, .transport_delay_s = 0.05518414449163213, .lead_zero_s = 0.11044600615307881, .dead_zone_counts = 14.908929995215004},
     .pitch = {.scale_per_count = 0.0008897359590444408, .natural_frequency_rad_s = 6.175370067967193, .damping_ratio = 0.7119590039784348, .transport_delay_s = 0.055301623884370814, .lead_zero_s = 0.14934827982613413, .dead_zone_counts = 16.738771089339746},
-    .yaw_rate = {.scale_per_count = 0.00224, .time_constant_s = 0.19, .dead_zone_counts = 30.5, .dead_zone_shape = model::DeadZoneShape::kJump},
+    .yaw_rate = {.scale_per_count = 0.0034054685191564514, .time_constant_s = 0.21057486786159618, .stick_exponent = 1.53666002076213},
     .climb = {.scale_per_count = 0.005379514292962444, .natural_frequency_rad_s = 6.127448884378538, .damping_ratio = 0.9123279935242877, .gain_asymmetry = 1.3716386371804723, .stick_exponent = 1.5337078509298903},
     .translation = model::Translation{}.with("mass_kg", 3.3).with("linear_drag_per_s", 0.01).with("tilt_limit_rad", 0.4363323129985824),
     .mpc = {.position = 40.0, .velocity = 20.0, .tilt = 20.0, .input = 12.0, .input_rate = 0.3},

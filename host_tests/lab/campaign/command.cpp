@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "firmware/companion/files/file_use.h"
+#include "firmware/model/default_vehicle.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/body_options.h"
 #include "host_tests/lab/campaign/campaign.h"
@@ -99,6 +100,10 @@ Campaign campaign_of(const Options& options) {
   out.settings.channel = options.channel == "movement" ? link::Channel::kMovement : link::Channel::kVirtualRc;
   out.settings.rate_hz = options.rate_hz;
   out.settings.law = law_of(options.law);
+  if (options.law == kPaperLaw) {
+    out.settings.vehicle = companion::as_file(model::paper_configuration(out.settings.vehicle.vehicle));
+    out.settings.paper_100_hz = options.rate_hz == 0.0;
+  }
   out.settings.body = options.body;
   if (!link::command_period({.channel = out.settings.channel, .rate_hz = options.rate_hz})) {
     throw InputError("--rate", 0, "", "outside the window of the channel: virtual_rc 5 to 25 Hz, movement 1 to 50 Hz");
@@ -187,8 +192,8 @@ void add_campaign(CLI::App& lab) {
   command->add_option("--plant-from", options->plant_from,
                       "vehicle file that gives the worlds their axes, drag and thrust instead of the measured ones");
   command->add_option("--tasks", options->tasks, "tasks to fly, separated by commas");
-  command->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline")
-      ->check(CLI::IsMember({"mpc", "lqr"}));
+  command->add_option("--law", options->law, "control law; lqr: the clipped baseline; paper: the paper's configuration")
+      ->check(CLI::IsMember({"mpc", "lqr", "paper"}));
   command->add_option("--mode", options->mode, "tuning")->check(CLI::IsMember({"field", "calm_room"}));
   command->add_option("--channel", options->channel, "how commands reach the autopilot")
       ->check(CLI::IsMember({"virtual_rc", "movement"}));

@@ -41,6 +41,7 @@ struct Settings {
   companion::VehicleFile vehicle;
   link::Channel channel = link::Channel::kVirtualRc;
   double rate_hz = 0.0;  ///< of commands; 0: the default of the channel
+  bool paper_100_hz = false;
   mpc::Law law = mpc::Law::kMpc;
   sim::BodyChoice
       body{};  ///< the aircraft of every flight but the reference flights, which the identified response flies

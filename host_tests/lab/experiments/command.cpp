@@ -8,6 +8,7 @@
 
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/suggestion.h"
+#include "firmware/model/default_vehicle.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/body_options.h"
 #include "host_tests/lab/experiments/far.h"
@@ -64,6 +65,10 @@ experiments::SuiteOptions suite_of(const ExperimentsOptions& options) {
   suite.rate_hz = options.rate_hz;
   suite.paper_100_hz = options.paper_100_hz;
   suite.law = law_of(options.law);
+  if (options.law == kPaperLaw) {
+    suite.vehicle = companion::as_file(model::paper_configuration(suite.vehicle.vehicle));
+    suite.paper_100_hz = suite.paper_100_hz || options.rate_hz == 0.0;
+  }
   suite.baseline = options.baseline;
   suite.progress = [](const std::string& line) { std::cerr << line << "\n"; };
   return suite;
@@ -142,6 +147,9 @@ void check_together(const CLI::App& command, const ExperimentsOptions& options) 
     throw InputError(
         "--only", 0, options.only,
         std::string("is not a task of ") + kind.words + companion::did_you_mean(options.only, kind.has_only));
+  }
+  if (options.law == kPaperLaw && (command.count("--mode") > 0 || options.baseline)) {
+    throw InputError(options.baseline ? "--baseline" : "--mode", 0, "", "cannot be combined with --law paper");
   }
   const link::ChannelConfig channel{.channel = channel_of(options), .rate_hz = options.rate_hz};
   if (!link::command_period(channel)) {
@@ -235,10 +243,14 @@ void add_experiments(CLI::App& lab) {
                     "measure command motion and pose error over a range of input weights: hover and square");
   command->add_flag("--paper-100-hz", options->paper_100_hz,
                     "use the paper's command rate, which is higher than DJI allows");
-  command->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline")
-      ->check(CLI::IsMember({"mpc", "lqr"}));
+  command
+      ->add_option("--law", options->law,
+                   "control law; lqr: the clipped baseline; paper: the paper's models, weights and height "
+                   "PID at 100 commands a second")
+      ->check(CLI::IsMember({"mpc", "lqr", "paper"}));
   command->add_option("--mode", options->mode, "tuning")->check(CLI::IsMember({"field", "calm_room"}));
-  command->add_flag("--baseline", options->baseline, "fly each task with the clipped LQR too, and show both results");
+  command->add_flag("--baseline", options->baseline,
+                    "fly each task with the clipped LQR and with --law paper too, and show the results");
   add_body_options(*command, options->body);
   command->add_option("--report", options->report, "folder for the page with figures");
   command->add_option("--json", options->json, "file for the numbers");

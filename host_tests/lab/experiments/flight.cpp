@@ -11,6 +11,7 @@
 
 #include "firmware/companion/files/course.h"
 #include "firmware/companion/replay/replay.h"
+#include "firmware/model/default_vehicle.h"
 #include "host_tests/lab/gains/write_tables.h"
 
 namespace m100::lab::experiments {
@@ -276,6 +277,14 @@ class Flight {
 };
 
 }  // namespace
+
+FlightPlan in_paper_configuration(FlightPlan plan) {
+  plan.vehicle = companion::as_file(model::paper_configuration(plan.vehicle.vehicle));
+  plan.law = mpc::Law::kMpc;
+  plan.rate_hz = 0.0;
+  plan.paper_100_hz = true;
+  return plan;
+}
 
 FlightResult fly(const FlightPlan& plan) {
   const auto before = std::chrono::steady_clock::now();

@@ -76,6 +76,9 @@ struct FlightResult {
   double pose_age_error_s = 0.0;
 };
 
+/// The same flight in the paper's configuration: model::paper_configuration() at 100 commands a second.
+FlightPlan in_paper_configuration(FlightPlan plan);
+
 /// @throws sim::PhysicsError a body's physics program fails.
 FlightResult fly(const FlightPlan& plan);
 

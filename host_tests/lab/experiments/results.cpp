@@ -41,9 +41,8 @@ double paper_value(const TaskResult& result, const Row& row) {
   return result.task->paper != nullptr ? result.task->paper->*row.papers : -1.0;
 }
 
-/// The mean of the same flights with the clipped LQR; empty: it never obtained control.
+/// The mean of the same flights with another law; empty: it never obtained control.
 std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOptions& options) {
-  plan.law = mpc::Law::kLqr;
   std::vector<Cell> cells;
   for (int i = 0; i < options.seeds; ++i) {
     plan.seed = options.seed + static_cast<std::uint64_t>(i);
@@ -87,7 +86,10 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
     }
   }
   if (options.baseline) {
-    result.baseline = baseline_of(plan, task, options);
+    FlightPlan other = plan;
+    other.law = mpc::Law::kLqr;
+    result.baseline = baseline_of(other, task, options);
+    result.paper_law = baseline_of(in_paper_configuration(plan), task, options);
   }
   result.seeds = options.seeds;
   result.mean = mean_of(cells);
@@ -201,12 +203,14 @@ void print_more(std::ostream& out, const TaskResult& result) {
   if (task.paper == nullptr) {
     out << "  (" << task.task << ")";
   }
-  if (result.baseline) {
-    out << "\n"
-        << std::setw(20) << ""
-        << "  clipped LQR: pose " << fixed(result.baseline->pose_m, 4) << " m, command moves "
-        << fixed(result.baseline->input_variation_deg_s, 1) << " deg/s, worst " << fixed(result.baseline->worst_m, 3)
-        << " m";
+  for (const auto& [law, cell] :
+       {std::pair{"clipped LQR", &result.baseline}, std::pair{"paper's configuration", &result.paper_law}}) {
+    if (*cell) {
+      out << "\n"
+          << std::setw(20) << ""
+          << "  " << law << ": pose " << fixed((*cell)->pose_m, 4) << " m, command moves "
+          << fixed((*cell)->input_variation_deg_s, 1) << " deg/s, worst " << fixed((*cell)->worst_m, 3) << " m";
+    }
   }
   if (result.mean.off_nominal_share > 0.0 || result.refused > 0) {
     out << ", off the failsafe's top " << fixed(100.0 * result.mean.off_nominal_share, 2) << " %, not flown "
@@ -269,6 +273,9 @@ nlohmann::json to_json(const std::vector<TaskResult>& results) {
     cell["simulated"] = true;
     if (result.baseline) {
       cell["lqr"] = json_of(*result.baseline);
+    }
+    if (result.paper_law) {
+      cell["paper_law"] = json_of(*result.paper_law);
     }
     if (result.time_optimal_m > 0.0) {
       cell["time_optimal_m"] = result.time_optimal_m;

@@ -29,6 +29,7 @@ struct TaskResult {
   double seconds_per_flight = 0.0;  ///< of computer time
   Trace trace;                      ///< of the first seed, every fifth tick
   std::optional<Cell> baseline;     ///< mean of the same flights with the clipped LQR
+  std::optional<Cell> paper_law;    ///< mean of the same flights in the paper's configuration
 };
 
 struct SuiteOptions {
@@ -42,7 +43,7 @@ struct SuiteOptions {
   double rate_hz = 0.0;  ///< of commands; 0: the default of the channel
   bool paper_100_hz = false;
   mpc::Law law = mpc::Law::kMpc;
-  bool baseline = false;  ///< flies each task with the clipped LQR too
+  bool baseline = false;  ///< flies each task with the clipped LQR and in the paper's configuration too
   bool literal_steps = true;
   sim::BodyJob* body = nullptr;                      ///< as FlightPlan; the air is then the body's, and no fan blows
   std::function<void(const std::string&)> progress;  ///< called with one line per task; may be empty

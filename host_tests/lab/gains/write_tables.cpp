@@ -137,6 +137,14 @@ class StructText {
     first_ = false;
     return *this;
   }
+  /// A flag that is true by default.
+  StructText& unless(const std::string& key, bool value) {
+    if (!value) {
+      text_ += (first_ ? "." : ", .") + key + " = false";
+      first_ = false;
+    }
+    return *this;
+  }
   StructText& shape(model::DeadZoneShape value) {
     text_ += std::string(", .dead_zone_shape = model::DeadZoneShape::") +
              (value == model::DeadZoneShape::kJump ? "kJump" : "kContinuous");
@@ -204,6 +212,7 @@ std::string estimator_text(const model::EstimatorNoise& from) {
 
 std::string height_and_yaw_text(const model::AltitudeGains& from, const model::YawGain& yaw) {
   return StructText("altitude")
+             .unless("design", from.design)
              .M100_FIELD(proportional_per_s)
              .M100_FIELD(integral_per_s2)
              .M100_FIELD(derivative)

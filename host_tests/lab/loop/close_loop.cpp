@@ -21,11 +21,7 @@
 #include "host_tests/lab/loop/vehicle_comparison.h"
 
 namespace m100::lab::loop {
-namespace {
 
-constexpr std::array kChannels{"roll", "pitch", "climb", "yaw_rate", "translation"};
-
-/// Flies once and returns the log only.
 FlownLog fly_and_log(const LoopOptions& options, std::uint64_t seed, const std::string& file) {
   experiments::FlightPlan plan;
   plan.plant = options.plant;
@@ -43,7 +39,6 @@ FlownLog fly_and_log(const LoopOptions& options, std::uint64_t seed, const std::
   return load_flown(flight, file);
 }
 
-/// The part of a log that was flown under control, without start-up and handover.
 identify::Range flown(const FlownLog& flight) {
   constexpr double kSettled_s = 1.0;
   constexpr double kLast_s = 0.3;  // the captured series is shifted earlier by its age
@@ -51,8 +46,8 @@ identify::Range flown(const FlownLog& flight) {
   return {std::min(from_s + kSettled_s, to_s), std::max(from_s, to_s - kLast_s)};
 }
 
-std::vector<experiments::TaskResult> tables(const LoopOptions& options, const companion::VehicleFile& vehicle,
-                                            std::uint64_t seed, const std::vector<std::string>& tasks, int seeds) {
+std::vector<experiments::TaskResult> fly_tasks(const LoopOptions& options, const companion::VehicleFile& vehicle,
+                                               std::uint64_t seed, const std::vector<std::string>& tasks, int seeds) {
   experiments::SuiteOptions suite;
   suite.plant = options.plant;
   suite.vehicle = vehicle;
@@ -71,6 +66,10 @@ std::vector<experiments::TaskResult> tables(const LoopOptions& options, const co
   return out;
 }
 
+namespace {
+
+constexpr std::array kChannels{"roll", "pitch", "climb", "yaw_rate", "translation"};
+
 class Loop {
  public:
   explicit Loop(const LoopOptions& options) : options_(options), believed_(options.vehicle.vehicle) {
@@ -81,7 +80,7 @@ class Loop {
 
   LoopResult run() {
     report_progress("flying the present vehicle");
-    result_.before.experiments = tables(options_, options_.vehicle, options_.seed, options_.tasks, options_.seeds);
+    result_.before.experiments = fly_tasks(options_, options_.vehicle, options_.seed, options_.tasks, options_.seeds);
     const LogFolder folder(options_.log_folder);
     const FlownLog first = control_range(options_.seed + 101, folder.file("loop_train.ulg"));
     const FlownLog second = control_range(options_.seed + 202, folder.file("loop_validate.ulg"));
@@ -101,11 +100,11 @@ class Loop {
       return std::move(result_);
     }
     report_progress("flying the new vehicle");
-    result_.after.experiments = tables(options_, result_.vehicle, options_.seed, options_.tasks, options_.seeds);
+    result_.after.experiments = fly_tasks(options_, result_.vehicle, options_.seed, options_.tasks, options_.seeds);
     const bool as_flown = result_.before_ordered.vehicle.mpc.input == believed_.mpc.input;
     result_.ordered_experiments = as_flown ? result_.before.experiments
-                                           : tables(options_, companion::as_file(result_.before_ordered.vehicle),
-                                                    options_.seed, options_.tasks, options_.seeds);
+                                           : fly_tasks(options_, companion::as_file(result_.before_ordered.vehicle),
+                                                       options_.seed, options_.tasks, options_.seeds);
     return std::move(result_);
   }
 
@@ -210,7 +209,7 @@ class Loop {
     report_progress("trial flights");
     constexpr int kTrialSeeds = 5;
     const auto fly = [&](const companion::VehicleFile& vehicle) {
-      return tables(options_, vehicle, options_.seed + 303, {"hover", "trajectory"}, kTrialSeeds);
+      return fly_tasks(options_, vehicle, options_.seed + 303, {"hover", "trajectory"}, kTrialSeeds);
     };
     result_.before_ordered = at_ordered_margin(believed_, vehicle_with(better).vehicle, order_of(believed_));
     const Trial trial = fly_trials(better, fly(companion::as_file(result_.before_ordered.vehicle)),

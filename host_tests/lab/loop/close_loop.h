@@ -11,6 +11,7 @@
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/lab/experiments/results.h"
 #include "host_tests/lab/identify/output/result.h"
+#include "host_tests/lab/loop/aligned_log.h"
 #include "host_tests/lab/loop/ordered_margin.h"
 #include "host_tests/lab/loop/prediction.h"
 #include "host_tests/sim/world/plant.h"
@@ -57,6 +58,15 @@ struct LoopResult {
 /// seeds differ from those of the tables). A task that diverges before and after is reported and vetoes nothing.
 /// Published predictions are those of a third flight.
 LoopResult close_loop(const LoopOptions& options);
+
+/// One identification flight with options.vehicle on excitation(seed); its log is written to `file`. Errors:
+/// InputError.
+FlownLog fly_and_log(const LoopOptions& options, std::uint64_t seed, const std::string& file);
+/// The part of its log that was flown under control, without start-up and handover.
+identify::Range flown(const FlownLog& flight);
+/// The tasks, calm and windy, with a vehicle file and consecutive seeds.
+std::vector<experiments::TaskResult> fly_tasks(const LoopOptions& options, const companion::VehicleFile& vehicle,
+                                               std::uint64_t seed, const std::vector<std::string>& tasks, int seeds);
 
 /// Why no controller can be made from a vehicle file; empty: one can. A found model may be true and still not flyable.
 std::string uncontrollable(const model::Vehicle& vehicle);

@@ -15,6 +15,7 @@
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/loop/aligned_log.h"
 #include "host_tests/lab/loop/close_loop.h"
+#include "host_tests/lab/loop/model_comparison.h"
 #include "host_tests/lab/loop/page.h"
 #include "host_tests/lab/loop/results.h"
 #include "host_tests/lab/option_checks.h"
@@ -39,6 +40,7 @@ struct LoopOptions {
   int seeds = 5;
   std::string law = "mpc";
   std::string tasks = "hover,step,trajectory";
+  std::vector<std::string> models;
   sim::BodyChoice body;
 };
 
@@ -48,6 +50,7 @@ void check_files(const LoopOptions& options) {
       .reads("--plant", options.plant)
       .reads("--plant-from", options.plant_from)
       .reads("--vehicle", options.vehicle)
+      .reads("--models", options.models)
       .writes("--out", options.out)
       .writes("--json", options.json)
       .fills("--logs", options.logs, "columns.toml")
@@ -55,8 +58,29 @@ void check_files(const LoopOptions& options) {
       .check();
 }
 
+/// Compares vehicle files on one plant instead of closing the loop.
+void run_models(const LoopOptions& options, const loop::LoopOptions& loop) {
+  if (options.plant_from.empty() || !options.plant.empty() || loop.body != nullptr) {
+    throw InputError("--models", 0, "", "needs --plant-from, and neither --plant nor --body");
+  }
+  std::vector<loop::ComparedModel> models;
+  for (const std::string& file : options.models) {
+    models.push_back({std::filesystem::path(file).stem().string(), companion::load_vehicle(file)});
+  }
+  const std::vector<loop::ModelScore> scores =
+      loop::compare_models(loop, models, companion::load_vehicle(options.plant_from).vehicle);
+  loop::print(std::cout, scores);
+  write_json(options.json, loop::to_json(scores), 2);
+}
+
 void run(const LoopOptions& options) {
+  if (options.out.empty() && options.models.empty()) {
+    throw InputError("--out", 0, "", "is missing: give the vehicle file to write");
+  }
   check_files(options);
+  if (!options.out.empty() && !options.models.empty()) {
+    throw InputError("--models", 0, "", "cannot be combined with --out: it identifies nothing");
+  }
   options.body.check();
   loop::LoopOptions loop;
   if (options.plant.empty() && options.plant_from.empty() && options.body.is_identified()) {
@@ -86,6 +110,10 @@ void run(const LoopOptions& options) {
     loop.log_folder = options.logs;
     std::ofstream(options.logs + "/columns.toml") << loop::own_columns();
   }
+  if (!options.models.empty()) {
+    run_models(options, loop);
+    return;
+  }
   const loop::LoopResult result = loop::close_loop(loop);
   companion::save_vehicle(options.out, result.vehicle.vehicle, result.vehicle.sources);
   loop::print(std::cout, result);
@@ -112,7 +140,10 @@ void add_loop(CLI::App& lab) {
   add_body_options(*command, options->body);
   command->add_option("--vehicle", options->vehicle,
                       "vehicle file that the controller uses at first; default: the project's");
-  command->add_option("--out", options->out, "vehicle file to write")->required();
+  command->add_option("--out", options->out, "vehicle file to write");
+  command->add_option("--models", options->models,
+                      "vehicle files to compare on the aircraft of --plant-from, instead of identifying: prediction, "
+                      "errors in flight and margins, each with its interval over the seeds");
   command->add_option("--json", options->json, "file for the numbers");
   command->add_option(
       "--logs", options->logs,

@@ -13,6 +13,8 @@
 namespace m100::lab::loop {
 namespace {
 
+constexpr double kLeast_m = 1e-6;  ///< errors below a micrometre count as one: their ratio says nothing
+
 using Squares = std::array<std::vector<double>, 3>;  ///< of pose, horizontal and vertical error, one for each seed
 
 struct TaskSquares {
@@ -49,6 +51,21 @@ double average(const std::vector<double>& values) {
   return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
 }
 
+/// Mean with its 95 % interval (Student's t); without an end where there is only one value.
+identify::Interval mean_with_interval(const std::vector<double>& values) {
+  const double mean = average(values);
+  double half_width = std::numeric_limits<double>::infinity();
+  if (values.size() > 1) {
+    double squares = 0.0;
+    for (const double value : values) {
+      squares += (value - mean) * (value - mean);
+    }
+    const auto n = static_cast<double>(values.size());
+    half_width = student_t(n - 1.0) * std::sqrt(squares / (n - 1.0) / n);
+  }
+  return {mean, mean - half_width, mean + half_width};
+}
+
 nlohmann::json json_of(const PairedErrors& errors) {
   const auto known = [](double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); };
   return {{"flights", errors.flights},
@@ -69,23 +86,18 @@ PairedErrors compare_pairs(const std::vector<double>& before_m, const std::vecto
   out.flights = static_cast<int>(before_m.size());
   out.before_m = average(before_m);
   out.after_m = average(after_m);
-  const double value = out.after_m - out.before_m;
-  double half_width = std::numeric_limits<double>::infinity();
-  if (out.flights > 1) {
-    double squares = 0.0;
-    for (std::size_t i = 0; i < before_m.size(); ++i) {
-      const double apart = after_m[i] - before_m[i] - value;
-      squares += apart * apart;
-    }
-    const double n = out.flights;
-    half_width = student_t(n - 1.0) * std::sqrt(squares / (n - 1.0) / n);
+  std::vector<double> differences;
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < before_m.size(); ++i) {
+    differences.push_back(after_m[i] - before_m[i]);
+    ratios.push_back(std::log(std::max(after_m[i], kLeast_m) / std::max(before_m[i], kLeast_m)));
   }
-  out.difference_m = {value, value - half_width, value + half_width};
-  const double margin_m = kNonInferiority * out.before_m;
-  out.within_margin = out.difference_m.high <= margin_m;
-  if (out.difference_m.high < 0.0) {
+  out.difference_m = mean_with_interval(differences);
+  const identify::Interval ratio = mean_with_interval(ratios);
+  out.within_margin = ratio.high <= std::log1p(kNonInferiority);
+  if (ratio.high < 0.0) {
     out.verdict = "better";
-  } else if (out.difference_m.low > 0.0 && !out.within_margin) {
+  } else if (ratio.low > 0.0 && !out.within_margin) {
     out.verdict = "worse";
   }
   return out;

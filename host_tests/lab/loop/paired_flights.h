@@ -20,10 +20,11 @@ struct PairedErrors {
   double before_m = 0.0;
   double after_m = 0.0;
   identify::Interval difference_m;  ///< after minus before: mean of the pairs, 95 % by Student's t
-  /// "better": the interval lies below zero. "worse": it lies above zero and reaches beyond the margin. Otherwise "no
-  /// difference".
+  /// By the pairs' ratios after / before, whose logarithms have a mean and a 95 % interval: one flight that swings
+  /// widely would hide every difference. "better": the interval lies below 1. "worse": it lies above 1 and reaches
+  /// beyond the margin. Otherwise "no difference".
   std::string verdict = "no difference";
-  bool within_margin = false;  ///< the interval excludes an increase beyond the margin
+  bool within_margin = false;  ///< the interval of the ratio excludes an increase beyond the margin
 };
 /// Precondition: as many errors before as after, pair by pair.
 PairedErrors compare_pairs(const std::vector<double>& before_m, const std::vector<double>& after_m);

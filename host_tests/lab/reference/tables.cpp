@@ -104,6 +104,7 @@ Table vehicle_table() {
   add<model::Translation>(table, "[translation]", companion::translation_keys(), vehicle.translation);
   add<model::MpcWeights>(table, "[mpc]", companion::mpc_keys(), vehicle.mpc);
   add<model::EstimatorNoise>(table, "[estimator]", companion::estimator_keys(), vehicle.estimator);
+  table.rows.push_back({"[altitude]", "design", {"-", "true or false", "true"}});
   add<model::AltitudeGains>(table, "[altitude]", companion::altitude_keys(), vehicle.altitude);
   add<model::YawGain>(table, "[yaw]", companion::yaw_keys(), vehicle.yaw);
   table.rows.push_back({"every section", "source", {"text", "any", "-"}});

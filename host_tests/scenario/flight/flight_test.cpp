@@ -245,6 +245,32 @@ TEST(Law, FliesTheSameWhetherItsProgramsAreSolvedInEachTickOrWhereOneIsDue) {
   EXPECT_LT(far_due_m, 1.01 * score(fly(plan).trace, 2.0, 10.0).pose_m);
 }
 
+// Catches a configuration in which the designed height gains fly, or a command rate of 25 Hz: the paper's climb command
+// after a step of 0.3 m is 1.963 * 0.3 m/s and grows by the integral, the designed one begins above 1 m/s.
+TEST(Law, FliesThePapersConfiguration) {
+  RecordProperty("paper", "III-E.2");
+  FlightPlan plan = hover(6.0);
+  plan.course = "step 0 0 0 0 3\nstep 0 0 0.3 0 3\n";
+  const auto climb_after_step = [](const FlightResult& flight) {
+    double largest_m_s = 0.0;
+    for (const TracePoint& point : flight.trace) {
+      if (point.t_s >= 3.0 && point.t_s < 3.08) {
+        largest_m_s = std::max(largest_m_s, point.applied_command[2]);
+      }
+    }
+    return largest_m_s;
+  };
+  const FlightResult ours = fly(plan);
+  const FlightResult papers = fly(in_paper_configuration(plan));
+  ASSERT_TRUE(ours.flew && papers.flew);
+  EXPECT_GT(climb_after_step(ours), 1.0);
+  // At most the whole integral, 0.2 m/s, and 0.2 m/s for the height that the air takes away.
+  EXPECT_NEAR(climb_after_step(papers), model::paper::kAltitudeKp * 0.3, 0.4);
+  const auto sticks = [](const FlightResult& flight) { return flight.autopilot.virtual_rc_taken; };
+  EXPECT_GT(sticks(papers), 3 * sticks(ours));
+  EXPECT_LT(score(papers.trace, 1.0, 3.0).pose_m, 0.3);
+}
+
 // The recorded bytes at the recorded times must give the recorded flight, bit for bit.
 TEST(Replay, GivesTheSameFlightAgain) {
   RecordProperty("promise", "R6");

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/loop/model_comparison.h"
 #include "host_tests/scenario/loop/hidden_plants.h"
 #include "host_tests/sim/world/base_plant.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
@@ -26,6 +28,30 @@ TEST(Loop, LearnsFromTheLongestFlightWhereNoneIsKeptToItsEnd) {
       << "the test needs a plant whose flights end early";
   EXPECT_EQ(result.identified.size(), 5U);
   EXPECT_GT(result.taken_over.count("roll"), 0U);
+}
+
+// Catches a comparison that flies or predicts all models with the same file, and errors without their interval.
+TEST(ModelComparison, PredictsBestWithThePlantsOwnModel) {
+  LoopOptions options;
+  options.plant = sim::plant_of_options("", M100_VEHICLE_FILE);
+  options.seeds = 2;
+  options.flight_s = 20.0;
+  options.tasks = {"hover"};
+  const companion::VehicleFile truth = companion::load_vehicle(M100_VEHICLE_FILE);
+  model::Vehicle wrong = truth.vehicle;
+  wrong.roll.natural_frequency_rad_s *= 0.5;
+  const std::vector<ModelScore> scores =
+      compare_models(options, {{"half", companion::as_file(wrong)}, {"true", truth}}, truth.vehicle);
+  ASSERT_EQ(scores.size(), 2U);
+  const identify::Interval half = scores[0].prediction_1s.at("roll [rad]");
+  const identify::Interval right = scores[1].prediction_1s.at("roll [rad]");
+  EXPECT_LT(right.value, 0.7 * half.value);
+  EXPECT_NEAR(scores[1].prediction_1s.at("pitch [rad]").value, scores[0].prediction_1s.at("pitch [rad]").value, 1e-12);
+  EXPECT_LT(right.low, right.value);
+  EXPECT_GT(scores[1].pose_m.at("hover").value, scores[1].horizontal_m.at("hover").value);
+  EXPECT_NE(scores[0].horizontal_m.at("hover").value, scores[1].horizontal_m.at("hover").value);
+  EXPECT_NE(scores[0].margins.delay_margin_s, scores[1].margins.delay_margin_s);
+  EXPECT_EQ(to_json(scores)[1]["horizontal_m"]["hover"]["value"], scores[1].horizontal_m.at("hover").value);
 }
 
 TEST(Loop, FindsNothingWhereTheVehicleFileIsThePlant) { expect_nothing_found(1); }

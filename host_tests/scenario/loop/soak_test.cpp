@@ -164,8 +164,8 @@ std::string in_words(double change) {
 }
 
 // Goals: the prediction error 1 s ahead of the axes in which something was hidden falls by at least 40 % in the median;
-// the trajectory error does not grow in the median, and on no plant by more than 3 %; no effect is named that the plant
-// does not have.
+// the trajectory error falls by 20 % in the median, and on no plant it grows by more than 3 %; no effect is named that
+// the plant does not have. Something that matters is hidden in every plant.
 TEST(Loop, FindsWhatTwelveHiddenPlantsHave) {
   std::vector<double> flown;
   std::vector<double> foretold;
@@ -192,7 +192,7 @@ TEST(Loop, FindsWhatTwelveHiddenPlantsHave) {
   RecordProperty("figure.loop.worst", in_words(*std::max_element(flown.begin(), flown.end())));
   RecordProperty("figure.loop.foretold", in_words(median(foretold)));
   RecordProperty("figure.loop.others", in_words(worst_other));
-  EXPECT_LE(median(flown), 0.0);
+  EXPECT_LE(median(flown), -0.2);
   EXPECT_LE(median(foretold), -0.4);
   EXPECT_EQ(wrong_names, "");
 }

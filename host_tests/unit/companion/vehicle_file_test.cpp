@@ -66,6 +66,25 @@ TEST(VehicleFile, AnAxisThatIsNotKnownYetIsLeftOut) {
   EXPECT_FALSE(file.sections.contains("axis.pitch"));
 }
 
+// Catches a gain in the file that nothing flies, and one that the file loses although it flies.
+TEST(VehicleFile, HoldsTheHeightGainsExactlyWhereTheyFly) {
+  model::Vehicle vehicle = model::paper_vehicle();
+  EXPECT_EQ(to_text(vehicle, {}).find("derivative"), std::string::npos);
+  vehicle.altitude.design = false;
+  vehicle.altitude.derivative = 0.2;
+  const model::AltitudeGains read = as_file(vehicle).vehicle.altitude;
+  EXPECT_FALSE(read.design);
+  EXPECT_EQ(read.derivative, 0.2);
+  EXPECT_EQ(read.integral_per_s2, model::paper::kAltitudeKi);
+}
+
+// Files of earlier versions hold the paper's gains, which never flew.
+TEST(VehicleFile, AcceptsThePapersGainsBesideADesign) {
+  const VehicleFile file = parse_vehicle("[altitude]\nproportional_per_s = 1.963\nclimb_limit_m_s = 1.5\n", "v.toml");
+  EXPECT_TRUE(file.vehicle.altitude.design);
+  EXPECT_EQ(file.vehicle.altitude.climb_limit_m_s, 1.5);
+}
+
 // Promise R10: any single changed bit changes the digest, so the file no longer fits its gain table.
 TEST(VehicleFile, EverySingleBitChangesTheDigestOrIsRefused) {
   const std::string text = kGood;
@@ -118,6 +137,10 @@ INSTANTIATE_TEST_SUITE_P(
         BadCase{"BothOrders",
                 "[axis.roll]\nscale_rad_per_count = 9e-4\ntime_constant_s = 0.1\nnatural_frequency_rad_s = 9.0\n",
                 "v.toml:3: 'axis.roll.time_constant_s': an axis has a time constant or a natural frequency, not both"},
+        BadCase{"GainThatNeverFlies", "[altitude]\nderivative = 0.2\n",
+                "v.toml:2: 'altitude.derivative': has no effect without design = false"},
+        BadCase{"DesignThatIsANumber", "[altitude]\ndesign = 0\n",
+                "v.toml:2: 'altitude.design': must be true or false"},
         BadCase{"NoOrder", "[axis.roll]\nscale_rad_per_count = 9e-4\n",
                 "v.toml:1: 'axis.roll.time_constant_s': missing: give it, or natural_frequency_rad_s and "
                 "damping_ratio"}),

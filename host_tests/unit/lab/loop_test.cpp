@@ -178,6 +178,15 @@ TEST(PairedFlights, AreJudgedByTheIntervalOfTheirDifference) {
   EXPECT_FALSE(compare_pairs({0.01}, {0.02}).within_margin);  // one pair has no spread
 }
 
+// Regression test: flights of 0.3 to 12 m before, 8 mm after, were "no difference", because the first flights differ so
+// much among themselves.
+TEST(PairedFlights, AreBetterWhereEveryPairIsThoughTheFirstFlightsSwing) {
+  const PairedErrors pairs = compare_pairs({0.3, 12.0, 0.5, 7.0, 0.9}, {0.008, 0.009, 0.008, 0.008, 0.009});
+  EXPECT_GT(pairs.difference_m.high, 0.0);
+  EXPECT_EQ(pairs.verdict, "better");
+  EXPECT_TRUE(pairs.within_margin);
+}
+
 TEST(PairedFlights, KeepHorizontalAndVerticalErrorApart) {
   Cells before = cells(0.1, 0.1), after = cells(0.2, 0.2);
   for (Cells* side : {&before, &after}) {

@@ -8,6 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/vehicle_file.h"
+#include "firmware/model/default_vehicle.h"
+#include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/identify/paper/paper_report.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
@@ -17,16 +20,28 @@ namespace m100::lab {
 namespace {
 
 struct PaperOptions {
-  std::string pitch_roll, height, yaw, json;
+  std::string pitch_roll, height, yaw, configuration, json;
 };
 
-void run(const PaperOptions& options) {
+void write_configuration(const std::string& path) {
+  companion::save_vehicle(path, model::paper_configuration(mpc::generated::kVehicle),
+                          {{"axis.roll", "paper, Table I, III-D.2, III-B.5"},
+                           {"axis.pitch", "paper, Table I, III-D.2, III-B.5"},
+                           {"axis.yaw_rate", "paper, Table I, III-D.3, III-B.5"},
+                           {"axis.climb", "paper, Table I, III-D.3, III-B.5"}});
+}
+
+void check_files(const PaperOptions& options) {
   companion::FileUse()
       .reads("--pitch-roll", options.pitch_roll)
       .reads("--height", options.height)
       .reads("--yaw", options.yaw)
+      .writes("--configuration", options.configuration)
       .writes("--json", options.json)
       .check();
+}
+
+void run(const PaperOptions& options) {
   identify::paper::Report report = identify::paper::reproduce(options.pitch_roll, options.height);
   if (!options.yaw.empty()) {
     identify::paper::add_yaw(report, options.yaw);
@@ -60,11 +75,26 @@ void add_paper(CLI::App& lab) {
   CLI::App* app =
       lab.add_subcommand("paper", "reproduce the paper's scale factors and climb dynamics from its own logs");
   auto options = std::make_shared<PaperOptions>();
-  app->add_option("--pitch-roll", options->pitch_roll, "ExperimentPitchRoll.mat")->required();
-  app->add_option("--height", options->height, "ExperimentHeight.mat")->required();
-  app->add_option("--yaw", options->yaw, "ExperimentYaw.mat: adds the yaw rate");
-  app->add_option("--json", options->json, "file for the table as JSON");
-  app->callback([options] { run(*options); });
+  CLI::Option* tilt = app->add_option("--pitch-roll", options->pitch_roll, "ExperimentPitchRoll.mat");
+  CLI::Option* height = app->add_option("--height", options->height, "ExperimentHeight.mat");
+  tilt->needs(height);
+  height->needs(tilt);
+  app->add_option("--yaw", options->yaw, "ExperimentYaw.mat: adds the yaw rate")->needs(tilt);
+  app->add_option("--json", options->json, "file for the table as JSON")->needs(tilt);
+  app->add_option("--configuration", options->configuration,
+                  "writes the paper's configuration as a vehicle file, to be flown with --paper-100-hz");
+  app->callback([options] {
+    if (options->pitch_roll.empty() && options->configuration.empty()) {
+      throw InputError("--pitch-roll", 0, "", "is missing: give both logs, or --configuration");
+    }
+    check_files(*options);
+    if (!options->pitch_roll.empty()) {
+      run(*options);
+    }
+    if (!options->configuration.empty()) {
+      write_configuration(options->configuration);
+    }
+  });
 }
 
 }  // namespace m100::lab

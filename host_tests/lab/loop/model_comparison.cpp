@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/loop/model_comparison.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "host_tests/lab/loop/aligned_log.h"
+#include "host_tests/lab/loop/log_folder.h"
+#include "host_tests/lab/loop/paired_flights.h"
+#include "host_tests/lab/loop/trial_flights.h"
+
+namespace m100::lab::loop {
+namespace {
+
+constexpr std::size_t kOneSecond = 2;  // index in kHorizons_s
+static_assert(kHorizons_s[kOneSecond] == 1.0);
+
+identify::Interval mean_of(const std::vector<double>& values) {
+  return compare_pairs(std::vector<double>(values.size(), 0.0), values).difference_m;
+}
+
+/// Flies the tasks with one model and writes its errors.
+void fly_model(const LoopOptions& options, const ComparedModel& model, ModelScore& score) {
+  for (const std::string& task : options.tasks) {
+    std::vector<double> pose2(static_cast<std::size_t>(options.seeds), 0.0);
+    std::vector<double> horizontal2 = pose2;
+    double cells = 0.0;
+    for (const experiments::TaskResult& cell : fly_tasks(options, model.vehicle, options.seed, {task}, options.seeds)) {
+      if (cell.flights.size() != pose2.size() || diverged(cell)) {
+        score.diverged.push_back(task + ", " + cell.task->condition);
+        continue;
+      }
+      for (std::size_t i = 0; i < pose2.size(); ++i) {
+        const experiments::Cell& flight = cell.flights[i];
+        pose2[i] += flight.pose_m * flight.pose_m;
+        horizontal2[i] += flight.x_m * flight.x_m + flight.y_m * flight.y_m;
+      }
+      cells += 1.0;
+    }
+    if (cells == 0.0) {
+      continue;
+    }
+    for (std::size_t i = 0; i < pose2.size(); ++i) {
+      pose2[i] = std::sqrt(pose2[i] / cells);
+      horizontal2[i] = std::sqrt(horizontal2[i] / cells);
+    }
+    score.pose_m[task] = mean_of(pose2);
+    score.horizontal_m[task] = mean_of(horizontal2);
+  }
+}
+
+/// The errors 1 s ahead of every model, one for each seed: [model][quantity][seed].
+using Errors = std::vector<std::array<std::vector<double>, kQuantities.size()>>;
+Errors predict_all(const LoopOptions& options, const std::vector<ComparedModel>& models) {
+  LoopOptions excited = options;
+  excited.vehicle = models.back().vehicle;
+  const LogFolder folder(options.log_folder);
+  Errors errors(models.size());
+  for (int i = 0; i < options.seeds; ++i) {
+    const FlownLog flight =
+        fly_and_log(excited, options.seed + static_cast<std::uint64_t>(i), folder.file("models.ulg"));
+    const identify::Range range = flown(flight);
+    for (std::size_t m = 0; m < models.size(); ++m) {
+      const Prediction found = predict(models[m].vehicle.vehicle, flight.log, range.first, range.second);
+      for (std::size_t q = 0; q < kQuantities.size(); ++q) {
+        errors[m][q].push_back((found.*kQuantities[q].member)[kOneSecond]);
+      }
+    }
+  }
+  return errors;
+}
+
+nlohmann::json json_of(const std::map<std::string, identify::Interval>& intervals) {
+  nlohmann::json out = nlohmann::json::object();
+  for (const auto& [name, interval] : intervals) {
+    out[name] = {{"value", interval.value}, {"low", interval.low}, {"high", interval.high}};
+  }
+  return out;
+}
+
+void print(std::ostream& out, const char* what, const std::map<std::string, identify::Interval>& intervals) {
+  for (const auto& [name, interval] : intervals) {
+    std::array<char, 160> text{};
+    std::snprintf(text.data(), text.size(), "  %-10s %-28s %.4f [%.4f, %.4f]\n", what, name.c_str(), interval.value,
+                  interval.low, interval.high);
+    out << text.data();
+  }
+}
+
+}  // namespace
+
+std::vector<ModelScore> compare_models(const LoopOptions& options, const std::vector<ComparedModel>& models,
+                                       const model::Vehicle& truth) {
+  const Errors errors = predict_all(options, models);
+  std::vector<ModelScore> scores(models.size());
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    ModelScore& score = scores[m];
+    score.name = models[m].name;
+    if (options.progress) {
+      options.progress("flying " + score.name);
+    }
+    for (std::size_t q = 0; q < kQuantities.size(); ++q) {
+      score.prediction_1s[kQuantities[q].name] = mean_of(errors[m][q]);
+    }
+    fly_model(options, models[m], score);
+    score.margins = gains::margins_over(models[m].vehicle.vehicle, {{"the plant", truth}});
+  }
+  return scores;
+}
+
+void print(std::ostream& out, const std::vector<ModelScore>& scores) {
+  for (const ModelScore& score : scores) {
+    out << score.name << "\n";
+    print(out, "1 s ahead", score.prediction_1s);
+    print(out, "pose", score.pose_m);
+    print(out, "horizontal", score.horizontal_m);
+    for (const std::string& cell : score.diverged) {
+      out << "  " << cell << ": flew away, or never obtained control\n";
+    }
+    std::array<char, 120> text{};
+    std::snprintf(text.data(), text.size(), "  margins    peak sensitivity %.2f, delay margin %.0f ms%s\n",
+                  score.margins.peak_sensitivity, 1e3 * score.margins.delay_margin_s,
+                  score.margins.stable ? "" : ", unstable");
+    out << text.data();
+  }
+}
+
+nlohmann::json to_json(const std::vector<ModelScore>& scores) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const ModelScore& score : scores) {
+    out.push_back({{"name", score.name},
+                   {"prediction_1s", json_of(score.prediction_1s)},
+                   {"pose_m", json_of(score.pose_m)},
+                   {"horizontal_m", json_of(score.horizontal_m)},
+                   {"diverged", score.diverged},
+                   {"margins",
+                    {{"stable", score.margins.stable},
+                     {"peak_sensitivity", score.margins.peak_sensitivity},
+                     {"delay_margin_s", score.margins.delay_margin_s}}}});
+  }
+  return out;
+}
+
+}  // namespace m100::lab::loop
