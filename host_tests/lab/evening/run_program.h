@@ -11,8 +11,8 @@ std::string typed(const std::vector<std::string>& command);
 
 /// Files of a program's standard input and output, to the latter of which is appended; empty: our own.
 struct Streams {
-  std::string in;
-  std::string out;
+  std::string in = {};
+  std::string out = {};
 };
 
 /// Runs a program inside the folder; it shares our standard error. If its output is a file, Ctrl-C reaches

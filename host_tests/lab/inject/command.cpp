@@ -12,6 +12,7 @@
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/identify/selection/problem.h"
 #include "host_tests/lab/inject/inject.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"

@@ -14,8 +14,8 @@
 namespace m100::lab::loop {
 namespace {
 
-constexpr std::size_t kOneSecond = 2;  // index in kHorizons_s
-static_assert(kHorizons_s[kOneSecond] == 1.0);
+constexpr std::size_t kAtOneSecond = 2;  // index in kHorizons_s
+static_assert(kHorizons_s[kAtOneSecond] == 1.0);
 
 identify::Interval mean_of(const std::vector<double>& values) {
   return compare_pairs(std::vector<double>(values.size(), 0.0), values).difference_m;
@@ -52,12 +52,12 @@ void fly_model(const LoopOptions& options, const ComparedModel& model, ModelScor
 }
 
 /// The errors 1 s ahead of every model, one for each seed: [model][quantity][seed].
-using Errors = std::vector<std::array<std::vector<double>, kQuantities.size()>>;
-Errors predict_all(const LoopOptions& options, const std::vector<ComparedModel>& models) {
+using ModelErrors = std::vector<std::array<std::vector<double>, kQuantities.size()>>;
+ModelErrors predict_all(const LoopOptions& options, const std::vector<ComparedModel>& models) {
   LoopOptions excited = options;
   excited.vehicle = models.back().vehicle;
   const LogFolder folder(options.log_folder);
-  Errors errors(models.size());
+  ModelErrors errors(models.size());
   for (int i = 0; i < options.seeds; ++i) {
     const FlownLog flight =
         fly_and_log(excited, options.seed + static_cast<std::uint64_t>(i), folder.file("models.ulg"));
@@ -65,7 +65,7 @@ Errors predict_all(const LoopOptions& options, const std::vector<ComparedModel>&
     for (std::size_t m = 0; m < models.size(); ++m) {
       const Prediction found = predict(models[m].vehicle.vehicle, flight.log, range.first, range.second);
       for (std::size_t q = 0; q < kQuantities.size(); ++q) {
-        errors[m][q].push_back((found.*kQuantities[q].member)[kOneSecond]);
+        errors[m][q].push_back((found.*kQuantities[q].member)[kAtOneSecond]);
       }
     }
   }
@@ -93,7 +93,7 @@ void print(std::ostream& out, const char* what, const std::map<std::string, iden
 
 std::vector<ModelScore> compare_models(const LoopOptions& options, const std::vector<ComparedModel>& models,
                                        const model::Vehicle& truth) {
-  const Errors errors = predict_all(options, models);
+  const ModelErrors errors = predict_all(options, models);
   std::vector<ModelScore> scores(models.size());
   for (std::size_t m = 0; m < models.size(); ++m) {
     ModelScore& score = scores[m];
