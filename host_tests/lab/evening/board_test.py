@@ -107,7 +107,7 @@ class Terminal:
         return self
 
     def __exit__(self, *_):
-        os.close(self.terminal)
+        os.close(self.terminal)  # hangs up, if the evening still runs
 
     def read(self, until):
         """Reads on until the text stands behind what was read before."""
@@ -136,14 +136,24 @@ class Terminal:
         return os.waitstatus_to_exitcode(status)
 
 
+class Autopilot(subprocess.Popen):
+    """The emulated autopilot; it ends with the test."""
+
+    def __init__(self, lab, world):
+        super().__init__([lab, "autopilot", "--sim", str(world)], stdout=subprocess.DEVNULL)
+
+    def __exit__(self, *failed):
+        self.terminate()
+        super().__exit__(*failed)
+
+
 def uses_the_board(m100, lab, server, work):
     folder, world = work / "my M100, Flugübung", work / "world"
     by_hand = [lab, "evening", str(folder)]
     evening = [*by_hand, "--board", server.destination]
     there = server.home / "m100_evening" / folder.name
     begin = ["--port", f"sim:{world}", "--pose-port", f"sim:{world}.pose", "--m100", m100]
-    with subprocess.Popen([lab, "autopilot", "--sim", str(world)], stdout=subprocess.DEVNULL) as autopilot, \
-            Terminal(evening + begin, server.environment) as person:
+    with Autopilot(lab, world) as autopilot, Terminal(evening + begin, server.environment) as person:
         person.read("next: probe")
         person.read("Enter runs it on the board")
         listed = subprocess.run([*evening, "--list"], capture_output=True, text=True, check=False)

@@ -87,6 +87,7 @@ class Evening {
       board_ = std::make_unique<evening::Board>(destination_, folder_.path());
     }
     if (!board_->has_result(step)) {
+      note_next(step);
       std::cout << "next: " << step.name << ". " << step.sentence << "\n  " << evening::typed(step.commands.front())
                 << "\nEnter runs it on the board; Ctrl-C stops here, the same command goes on" << std::endl;
       if (std::string line; !std::getline(std::cin, line)) {
@@ -114,6 +115,10 @@ class Evening {
     }
     std::cout << " back into the folder and run this command again.\n";
     report_interruption(step);
+    note_next(step);
+  }
+
+  void note_next(const Step& step) const {
     folder_.save(
         {{"step", step.name}, {"where", "board"}, {"sentence", step.sentence}, {"argv", step.commands.front()}});
   }
