@@ -8,9 +8,9 @@ namespace {
 
 using Stage = safety::AuthorityStage;
 
-constexpr core::Duration kSettled = std::chrono::seconds(1);  ///< in control, until rates and items show
-constexpr double kOwnRate_hz = 75.0;                          ///< we ask for 100; the assistant's default is 50
-constexpr std::uint32_t kAssumedRequests = 2;                 ///< protocol, 6.1
+constexpr core::Duration kJudgedAfter = std::chrono::seconds(1);  ///< in control, until rates and items show
+constexpr double kOwnRate_hz = 75.0;                              ///< we ask for 100; the assistant's default is 50
+constexpr std::uint32_t kAssumedRequests = 2;                     ///< protocol, 6.1
 
 }  // namespace
 
@@ -43,7 +43,7 @@ void FirstContact::update_control(core::TimePoint now, const link::SerialLink& l
     operator_log_.write(now, line.add(requests_ == kAssumedRequests ? ", as assumed" : "; assumed: 2").text());
     operator_log_.write(now, "first contact: leave F and return, to see control.lost_push");
   }
-  if (view.in_control && controlled && !control_reported_ && now - controls_since_ >= kSettled) {
+  if (view.in_control && controlled && !control_reported_ && now - controls_since_ >= kJudgedAfter) {
     control_reported_ = true;
     report(now, "telemetry.obeys_rates", link.health().telemetry_rate_hz >= kOwnRate_hz, true);
     if (link.telemetry().control.virtual_rc_on()) {

@@ -14,7 +14,7 @@
 namespace m100::sim {
 namespace {
 
-core::Duration seconds(double value) { return core::Duration{std::llround(value * 1e6)}; }
+core::Duration duration_of(double seconds) { return core::Duration{std::llround(seconds * 1e6)}; }
 
 /// The assistant's rates, with this one in place of its 50 Hz.
 N1Rates with_rate(N1Rates rates, double rate_hz) {
@@ -84,7 +84,7 @@ void N1Autopilot::step(core::Duration passed) {
   if (mode_ != wanted_mode_ && time_ >= switch_ignored_until_) {
     set_real_mode(wanted_mode_);
   }
-  if (virtual_rc_on_ && time_ - last_virtual_rc_ > seconds(config_.behaviour.virtual_rc.timeout_s)) {
+  if (virtual_rc_on_ && time_ - last_virtual_rc_ > duration_of(config_.behaviour.virtual_rc.timeout_s)) {
     end_virtual_rc(virtual_rc_falls_back_ ? "virtual_rc_silent" : "virtual_rc_silent_failsafe");
   }
   watch_transmitter();
@@ -269,7 +269,7 @@ void N1Autopilot::restart() {
   sessions_.reset();
   parser_ = {};
   line_.clear();
-  off_until_ = time_ + seconds(config_.behaviour.telemetry.silent_after_restart_s);
+  off_until_ = time_ + duration_of(config_.behaviour.telemetry.silent_after_restart_s);
   landed_at_ = {};
   task_ = {};
   booted_at_tick_ = ticks_;
@@ -277,7 +277,7 @@ void N1Autopilot::restart() {
 }
 
 void N1Autopilot::command_vehicle() {
-  if (moving_ && time_ - last_movement_ > seconds(config_.behaviour.movement.timeout_s)) {
+  if (moving_ && time_ - last_movement_ > duration_of(config_.behaviour.movement.timeout_s)) {
     moving_ = false;
     emit("did", "movement_timed_out");
     if (config_.behaviour.movement.timeout_gives_control_back) {

@@ -64,8 +64,8 @@ void N1Autopilot::switch_virtual_rc(const protocol::VirtualRcSwitch& wanted) {
     }
   }
   last_on_ = time_;
-  const bool lacks_control = config_.behaviour.virtual_rc.needs_control && !client_in_control();
-  if (!rc_in_f() || lacks_control) {  // [inferred]: leaving F ends Virtual RC, so it cannot begin outside of F
+  const bool is_without_control = config_.behaviour.virtual_rc.needs_control && !client_in_control();
+  if (!rc_in_f() || is_without_control) {  // [inferred]: leaving F ends Virtual RC, so it cannot begin outside of F
     emit("ignored", "vrc_switch");
     return;
   }
