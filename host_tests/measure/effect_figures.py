@@ -35,7 +35,7 @@ KEYS = {"time_constant_s": "time_constant_s", "natural_frequency_rad_s": "natura
 
 
 def section(workspace, axis, structure, part):
-    """-> the section of a vehicle file with what is declared, fitted to one half of the flight; 0 or 1."""
+    """-> (section of a vehicle file with what is declared, fitted to one half of the flight, its error 1 s ahead on the other)"""
     log, *halves = HALVES[axis]
     _, found = asked(workspace, "identify", "--log", workspace.measured_log(log), "--columns", MAP, "--axis", axis,
                      "--declare", structure, "--train", halves[part], "--validate", halves[1 - part])
@@ -45,18 +45,19 @@ def section(workspace, axis, structure, part):
             lines.append(f"{SCALE[axis]} = {abs(value)!r}")
         else:
             lines.append(f"{KEYS[name]} = {json.dumps(value)}")
-    return "\n".join(lines) + f"\nsource = '{log}, train {halves[part]} s, declared {structure}'\n"
+    text = "\n".join(lines) + f"\nsource = '{log}, train {halves[part]} s, declared {structure}'\n"
+    return text, found["declared"]["horizon_rmse"]["1.0"]
 
 
 def vehicle_file(workspace, folder, title, structures, part):
-    """Writes the default vehicle file with other axes; those without a structure are of first order."""
+    """Writes the default vehicle file with other axes, of first order without a structure. -> (file, roll's error 1 s ahead)"""
     rest = re.sub(r"\[axis\.\w+\]\n(?:.+\n)+\n?", "", (workspace.root / VEHICLE).read_text())
     if title == PAPERS_WEIGHT:
         rest = re.sub(r"(?m)^input = .*$", "input = 35.0", rest)
-    axes = [section(workspace, axis, structures.get(axis, "first_order"), part) for axis in HALVES]
+    axes = {axis: section(workspace, axis, structures.get(axis, "first_order"), part) for axis in HALVES}
     file = folder / f"{re.sub('[^a-z0-9]+', '_', title)}.toml"
-    file.write_text("\n".join(axes) + "\n" + rest)
-    return file
+    file.write_text("\n".join(text for text, _ in axes.values()) + "\n" + rest)
+    return file, axes["roll"][1]
 
 
 def interval(cell, digits):
@@ -67,19 +68,20 @@ def effects_in_flight(workspace):
     """Errors of prediction and flight, and margins, of each model on the same plant, over 20 seeds."""
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        plant = vehicle_file(workspace, folder, "plant", PLANT, 1)
+        plant, _ = vehicle_file(workspace, folder, "plant", PLANT, 1)
         models = [vehicle_file(workspace, folder, title, structures, 0) for title, structures in MODELS.items()]
         answer = folder / "models.json"
-        workspace.run(workspace.program(LAB), "loop", "--plant-from", plant, "--models", *models, "--tasks", "hover,trajectory",
+        workspace.run(workspace.program(LAB), "loop", "--plant-from", plant, "--models",
+                      *(file for file, _ in models), "--tasks", "trajectory",
                       "--seeds", "20", "--json", answer)
         scores = json.loads(answer.read_text())
-    rows = [["model", "roll 1 s ahead [rad]", "pose [m]", "horizontal [m]", "peak sensitivity", "delay margin [ms]"]]
-    for title, score in zip(MODELS, scores):
+    rows = [["model", "measured roll 1 s ahead [rad]", "simulated roll 1 s ahead [rad]", "pose [m]", "horizontal [m]", "peak sensitivity", "delay margin [ms]"]]
+    for title, (_, measured), score in zip(MODELS, models, scores):
         flown = [interval(score[what]["trajectory"], 4) if "trajectory" in score[what] else "flew away"
                  for what in ("pose_m", "horizontal_m")]
         margins = score["margins"]
         kept = [f"{margins['peak_sensitivity']:.2f}", f"{1e3 * margins['delay_margin_s']:.0f}"] if margins["stable"] else ["unstable", "0"]
-        rows.append([title, interval(score["prediction_1s"]["roll [rad]"], 4), *flown, *kept])
+        rows.append([title, f"{measured:.4f}", interval(score["prediction_1s"]["roll [rad]"], 4), *flown, *kept])
     return {"flight.effects": compact_table(*rows)}
 
 
