@@ -166,8 +166,8 @@ class FlightKeyLimits : public ::testing::TestWithParam<KeyEdges> {};
 INSTANTIATE_TEST_SUITE_P(
     Table, FlightKeyLimits,
     ::testing::Values(
-        KeyEdges{"GroundZ", "[fence]\nx_m = [-1, 1]\ny_m = [-1, 1]\nz_m = [999, 1000]\nground_z_m = ", "", -1000.0,
-                 998.9, 0.2},
+        KeyEdges{"GroundZ", "[fence]\nx_m = [-1, 1]\ny_m = [-1, 1]\nz_m = [999, 1000]\nground_z_m = ", "", 878.0, 998.9,
+                 0.2},
         KeyEdges{"Wind", std::string(kFence) + "[wind]\nclass_m_s = ", "", 0.0, 20.0, 1e-6},
         KeyEdges{"PoseFresh", std::string(kFence) + "[pose]\ncoast_s = 3\nfresh_s = ", "", 0.02, 0.25, 1e-6},
         KeyEdges{"PoseCoast", std::string(kFence) + "[pose]\nfresh_s = 0.02\ncoast_s = ", "", 0.03, 3.0, 1e-6},
@@ -181,7 +181,7 @@ INSTANTIATE_TEST_SUITE_P(
         KeyEdges{"RightSide", "[fence]\ny_m = [-1, 1]\nz_m = [1, 3]\nx_m = [-5, ", "]\n", 0.5, 1000.0, 0.01},
         KeyEdges{"FarSide", "[fence]\nx_m = [-1, 1]\nz_m = [1, 3]\ny_m = [-5, ", "]\n", 0.5, 1000.0, 0.01},
         KeyEdges{"NearSide", "[fence]\nx_m = [-1, 1]\nz_m = [1, 3]\ny_m = [", ", 5]\n", -1000.0, -0.5, 0.01},
-        KeyEdges{"Ceiling", "[fence]\nx_m = [-1, 1]\ny_m = [-1, 1]\nz_m = [1, ", "]\n", 2.0, 1000.0, 0.01}),
+        KeyEdges{"Ceiling", "[fence]\nx_m = [-1, 1]\ny_m = [-1, 1]\nz_m = [1, ", "]\n", 2.0, 122.0, 0.01}),
     [](const auto& tested) { return tested.param.name; });
 
 TEST_P(FlightKeyLimits, AreTakenAtTheirLastNumberAndRefusedAtTheNext) {

@@ -47,7 +47,7 @@ TEST(Declared, IsAllThatTheVehicleFileSays) {
   using Names = std::vector<std::string>;
   EXPECT_EQ(declared(vehicle, "roll"), (Names{"second_order", "lead_zero", "dead_zone"}));
   EXPECT_EQ(declared(vehicle, "climb"), (Names{"second_order", "gain_asymmetry", "stick_curve"}));
-  EXPECT_EQ(declared(vehicle, "yaw_rate"), (Names{"first_order", "dead_zone"}));
+  EXPECT_EQ(declared(vehicle, "yaw_rate"), (Names{"first_order", "stick_curve"}));
   EXPECT_EQ(declared(vehicle, "translation"), (Names{"rigid_body", "linear_drag"}));
   vehicle.roll.lead_zero_s = 0.0;
   vehicle.roll.saturation = 0.5;

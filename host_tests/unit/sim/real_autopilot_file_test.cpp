@@ -234,11 +234,11 @@ const Seen kSeen[]{
      }},
     {"telemetry.before_activation", "false", 50, 0, [](Bench& n1) { return n1.telemetry_in(milliseconds(1005)); }},
     {"telemetry.rate_hz", "10", 50, 10, [](Bench& n1) { return n1.telemetry_in(milliseconds(1005)); }},
-    {"telemetry.obeys_rates", "false", 100, 50,
+    {"telemetry.obeys_rates", "false", 10, 50,
      [](Bench& n1) {
        n1.activate();
-       n1.fast_rates();
-       return n1.telemetry_in(seconds(1)) > 75.0 ? 100.0 : 50.0;
+       n1.code(ids::kTelemetryFrequency, bytes({2, 2, 2, 2, 2, 2, 0, 2, 0, 2, 2, 2, 0, 0, 0, 0}));
+       return n1.telemetry_in(milliseconds(1005));
      }},
     {"telemetry.acceleration_unit_m_s2", "1", -1, -9.8066,
      [](Bench& n1) {
