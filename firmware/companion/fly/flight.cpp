@@ -236,6 +236,9 @@ void conclude(const FlyOptions& options, nlohmann::json result, const Controller
   std::ostringstream words;
   print(words, controller.link().health());
   print(words, controller.pose_link().stats(), pose.signatures());
+  if (!options.log.empty()) {
+    words << "  page       m100-lab flight " << printable(options.log) << " --out flight.html  (on the PC)\n";
+  }
   write_with_timeout(words.str());
   result["pose"] = pose_json(controller.pose_link());
   result["pose"]["clock_steps"] = steps;

@@ -10,6 +10,7 @@
 #include "host_tests/lab/evening/corrected_vehicle.h"
 #include "host_tests/lab/evening/law_comparison.h"
 #include "host_tests/lab/evening/steps.h"
+#include "host_tests/lab/flight/figures.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"
 
@@ -112,10 +113,13 @@ void outcome(const Folder& folder, plot::Page& page) {
   }
   const double change = 100.0 * (after->second / before->second - 1.0);
   page.verdict("Distance from the reference on the same course, root mean square: " + plot::number(before->second) +
-                   " m before, " + plot::number(after->second) + " m after (" + plot::number(change) + " %).",
+                   " m before, " + plot::number(after->second) + " m after (" + plot::percent(change / 100.0) + ").",
                change < -kNoticed_percent  ? "good"
                : change < kNoticed_percent ? "warn"
                                            : "bad");
+  page.figure(flight::distance_figure({flight::read_series(folder.file(std::string(kBefore) + ".ulg"), nullptr),
+                                       flight::read_series(folder.file(std::string(kAfter) + ".ulg"), nullptr)}),
+              "Of the poses; dashed: root mean square. The whole flights are below.");
   page.paragraph(found_in_short(folder));
   page.paragraph(not_reached(folder));
   page.paragraph(folder.settings().port.starts_with("sim:")

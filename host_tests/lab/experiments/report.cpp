@@ -24,10 +24,11 @@ plot::Curve line(const std::string& name, const Trace& trace, Get get, const cha
   return out;
 }
 
-std::string position_figure(const TaskResult& result) {
+plot::Figure position_figure(const TaskResult& result) {
   plot::Figure figure{.title = result.task->task + ", " + result.task->condition + ": position (simulated)",
                       .x_label = "time [s]",
-                      .y_label = "position [m]"};
+                      .y_label = "position [m]",
+                      .link = result.task->task + result.task->condition};
   constexpr std::array kNames{"x", "y", "z"};
   constexpr std::array kColors{plot::kBlue, plot::kOrange, plot::kGreen};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -37,14 +38,15 @@ std::string position_figure(const TaskResult& result) {
         "", result.trace, [axis](const TracePoint& p) { return p.reference_m[axis]; }, plot::kBlack, true));
   }
   figure.spans.push_back({result.task->from_s, result.task->to_s, "window of the RMS"});
-  return plot::svg(figure);
+  return figure;
 }
 
-std::string attitude_figure(const TaskResult& result) {
+plot::Figure attitude_figure(const TaskResult& result) {
   plot::Figure figure{.title = result.task->task + ", " + result.task->condition + ": attitude (simulated)",
                       .x_label = "time [s]",
                       .y_label = "angle [deg]",
-                      .height = 200.0};
+                      .height = 200.0,
+                      .link = result.task->task + result.task->condition};
   figure.lines.push_back(line(
       "roll", result.trace, [](const TracePoint& p) { return p.roll_rad * kDegrees; }, plot::kBlue));
   figure.lines.push_back(line(
@@ -55,28 +57,30 @@ std::string attitude_figure(const TaskResult& result) {
         return std::remainder(p.yaw_rad - p.reference_yaw_rad, 2.0 * std::numbers::pi) * kDegrees;
       },
       plot::kGreen));
-  return plot::svg(figure);
+  return figure;
 }
 
-std::string path_figure(const TaskResult& result) {
+plot::Figure path_figure(const TaskResult& result) {
   plot::Figure figure{.title = "from above",
                       .x_label = "x [m]",
                       .y_label = "y [m]",
                       .equal_axes = true,
                       .width = 420.0,
-                      .height = 420.0};
+                      .height = 420.0,
+                      .link = result.task->task + result.task->condition};
   plot::Curve flown{.name = "flown", .x = {}, .y = {}, .color = plot::kBlue};
   plot::Curve wanted{.name = "reference", .x = {}, .y = {}, .color = plot::kBlack, .dashed = true};
   for (const TracePoint& point : result.trace) {
     if (point.t_s >= result.task->from_s && point.t_s < result.task->to_s) {
       flown.x.push_back(point.position_m[0]);
       flown.y.push_back(point.position_m[1]);
+      flown.t_s.push_back(point.t_s);
       wanted.x.push_back(point.reference_m[0]);
       wanted.y.push_back(point.reference_m[1]);
     }
   }
   figure.lines = {wanted, flown};
-  return plot::svg(figure);
+  return figure;
 }
 
 /// @param above receives our cells that are above the paper's

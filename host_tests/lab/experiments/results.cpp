@@ -47,9 +47,13 @@ std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOp
   std::vector<Cell> cells;
   for (int i = 0; i < options.seeds; ++i) {
     plan.seed = options.seed + static_cast<std::uint64_t>(i);
+    plan.keep_log = i == 0 && options.keep_log;
     const FlightResult flight = fly(plan);
     if (flight.flew) {
       cells.push_back(score(flight.trace, task.from_s, task.to_s));
+      if (plan.keep_log) {
+        options.keep_log(task, std::string(flight.log.begin(), flight.log.end()));
+      }
     }
   }
   return cells.empty() ? std::nullopt : std::optional(mean_of(cells));

@@ -46,6 +46,8 @@ struct SuiteOptions {
   bool literal_steps = true;
   sim::BodyJob* body = nullptr;                      ///< as FlightPlan; the air is then the body's, and no fan blows
   std::function<void(const std::string&)> progress;  ///< called with one line per task; may be empty
+  /// Called with the ULog bytes of each task's flight of the first seed; empty: no log is kept.
+  std::function<void(const Task&, std::string)> keep_log;
 };
 
 /// Flies the tasks, with the fan where the task has it. The same options give the same numbers, bit for bit.

@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <sstream>
 
 #include "host_tests/lab/loop/results.h"
+#include "host_tests/lab/plot/charts.h"
 #include "host_tests/lab/plot/html.h"
-#include "host_tests/lab/plot/svg.h"
 
 namespace m100::lab::loop {
 namespace {
@@ -18,9 +17,7 @@ constexpr double kWorse = 1.02;  ///< after over before; above it a cell misses 
 
 using Errors = std::array<double, kHorizons_s.size()>;
 
-std::string change(double before, double after) {
-  return before > 0.0 ? plot::number(100.0 * (after / before - 1.0)) + " %" : "";
-}
+std::string change(double before, double after) { return before > 0.0 ? plot::percent(after / before - 1.0) : ""; }
 
 void predictions(const LoopResult& result, plot::Page& page) {
   page.heading("Prediction error on a third flight, which no fit and no decision used");
@@ -48,7 +45,7 @@ void predictions(const LoopResult& result, plot::Page& page) {
       figure.lines[1].x.push_back(kHorizons_s[i]);
       figure.lines[1].y.push_back(after[i]);
     }
-    page.figure(plot::svg(figure), std::string("Error against the prediction horizon: ") + quantity.name);
+    page.figure(figure, std::string("Error against the prediction horizon: ") + quantity.name);
   }
   page.table(rows, worse);
 }
@@ -99,40 +96,22 @@ void tracking(const LoopResult& result, plot::Page& page) {
         .lines = {distance("before", before.trace, plot::kOrange), distance("after", after.trace, plot::kBlue)},
         .height = 200.0};
     figure.spans.push_back({before.task->from_s, before.task->to_s, "window of the RMS"});
-    page.figure(plot::svg(figure), "Distance from the reference over time, first seed.");
+    page.figure(figure, "Distance from the reference over time, first seed.");
   }
 }
 
-/// One row for each parameter, with its own scale: a hollow square for the believed value, a dot on its interval for
-/// the found one.
-std::string drawing_of(const std::string& channel, const std::vector<identify::Refitted>& rows) {
-  constexpr double kRow = 26.0, kLeft = 220.0, kRight = 600.0, kWidth = 860.0;
-  std::ostringstream out;
-  const double height = 40.0 + kRow * static_cast<double>(rows.size());
-  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " << kWidth << ' ' << height << "\" width=\""
-      << kWidth << "\" height=\"" << height  // keeps its size on a narrow screen, which scrolls
-      << "\" font-family=\"sans-serif\" font-size=\"12\" role=\"img\"><text x=\"12\" y=\"16\" font-weight=\"bold\">"
-      << plot::escape(channel) << ": believed (square) and found (dot, 95 %)</text>\n";
-  double y = 38.0;
+/// A square for the believed value of each parameter, a dot on its interval for the found one.
+plot::IntervalChart chart_of(const std::string& channel, const std::vector<identify::Refitted>& rows) {
+  plot::IntervalChart chart{.title = channel + ": believed (square) and found (dot, 95 %)", .rows = {}};
   for (const identify::Refitted& one : rows) {
-    const double low = std::min(one.found.low, one.believed);
-    const double high = std::max(one.found.high, one.believed);
-    const double span = high > low ? high - low : 1.0;
-    const auto at = [&](double value) { return kLeft + (kRight - kLeft) * (0.1 + 0.8 * (value - low) / span); };
-    const char* const color = one.matters ? plot::kOrange : plot::kBlue;
-    out << "<text x=\"" << kLeft - 8 << "\" y=\"" << y + 4 << "\" text-anchor=\"end\">" << plot::escape(one.parameter)
-        << "</text>\n<line x1=\"" << kLeft << "\" x2=\"" << kRight << "\" y1=\"" << y << "\" y2=\"" << y
-        << "\" stroke=\"#e6e6e6\"/>\n<line x1=\"" << at(one.found.low) << "\" x2=\"" << at(one.found.high) << "\" y1=\""
-        << y << "\" y2=\"" << y << "\" stroke=\"" << color << "\" stroke-width=\"4\"/>\n<rect x=\""
-        << at(one.believed) - 5 << "\" y=\"" << y - 5 << "\" width=\"10\" height=\"10\" fill=\"none\" stroke=\""
-        << plot::kBlack << "\" stroke-width=\"2\"/>\n<circle cx=\"" << at(one.found.value) << "\" cy=\"" << y
-        << "\" r=\"4\" fill=\"" << color << "\"/>\n<text x=\"" << kRight + 10 << "\" y=\"" << y + 4 << "\">"
-        << plot::number(one.believed) << " -&gt; " << plot::number(one.found.value) << " ["
-        << plot::number(one.found.low) << ", " << plot::number(one.found.high) << "]</text>\n";
-    y += kRow;
+    chart.rows.push_back({.label = one.parameter,
+                          .value = one.found.value,
+                          .low = one.found.low,
+                          .high = one.found.high,
+                          .believed = one.believed,
+                          .color = one.matters ? plot::kOrange : plot::kBlue});
   }
-  out << "</svg>\n";
-  return out.str();
+  return chart;
 }
 
 void believed_to_found(const LoopResult& result, plot::Page& page) {
@@ -143,7 +122,8 @@ void believed_to_found(const LoopResult& result, plot::Page& page) {
       {"channel", "parameter", "believed", "found", "95 % low", "high", "matters", "taken over"}};
   for (const auto& [channel, parameters] : result.believed_found) {
     if (!parameters.empty()) {
-      page.figure(drawing_of(channel, parameters), channel + ": each parameter has its own scale.");
+      page.figure(chart_of(channel, parameters),
+                  "In per cent of the found value; what lies beyond the line is drawn at its end.");
     }
     for (const identify::Refitted& one : parameters) {
       rows.push_back({channel, one.parameter, plot::number(one.believed), plot::number(one.found.value),

@@ -8,12 +8,14 @@
 #include "firmware/model/translation.h"
 #include "host_tests/lab/identify/output/report_figures.h"
 #include "host_tests/lab/identify/output/series_csv.h"
-#include "host_tests/lab/plot/svg.h"
+#include "host_tests/lab/plot/charts.h"
 
 namespace m100::lab::identify {
 namespace {
 
 using plot::number;
+
+constexpr double kGap_s = 0.1;  ///< a longer step between samples is a gap of the log, or one between its ranges
 
 std::string unit_of(const std::string& axis) {
   if (axis == "translation") {
@@ -63,16 +65,6 @@ std::vector<plot::Span> validation_spans(const Figures& figures) {
     spans.back().to = figures.t_s[i];
   }
   return spans;
-}
-
-/// Breaks curves where the log has gaps between its ranges.
-std::vector<double> with_gaps(const std::vector<double>& t_s, std::vector<double> values) {
-  for (std::size_t i = 1; i < values.size() && i < t_s.size(); ++i) {
-    if (t_s[i] - t_s[i - 1] > 0.1) {
-      values[i] = std::nan("");
-    }
-  }
-  return values;
 }
 
 /// The verdict in a coloured line.
@@ -190,24 +182,26 @@ void time_figures(plot::Page& page, const IdentifyResult& r) {
     plot::Figure against{.title = "Measured " + what + " against both models",
                          .x_label = "time [s]",
                          .y_label = what + " [" + unit + "]",
-                         .spans = validation_spans(f)};
+                         .spans = validation_spans(f),
+                         .link = "time"};
     plot::Figure left{.title = "Residual: measured minus model",
                       .x_label = "time [s]",
                       .y_label = "residual [" + unit + "]",
-                      .spans = validation_spans(f)};
+                      .spans = validation_spans(f),
+                      .link = "time"};
     const auto add = [&](plot::Figure& figure, const std::string& key, const std::string& label, const char* color) {
       if (const Series* series = series_named(r, key + suffix); series != nullptr) {
-        figure.lines.push_back({.name = label, .x = f.t_s, .y = with_gaps(f.t_s, series->values), .color = color});
+        figure.lines.push_back({.name = label, .x = f.t_s, .y = series->values, .color = color, .max_step = kGap_s});
       }
     };
     add(against, "measured", "measured", plot::kBlack);
     add(against, "declared", "declared model", plot::kOrange);
     add(against, "final", "with the effects found", plot::kBlue);
-    page.figure(plot::svg(against), "Each model restarts from the measured state every 2.5 s.");
+    page.figure(against, "Each model restarts from the measured state every 2.5 s.");
     add(left, "declared_residual", "declared model", plot::kOrange);
     add(left, "final_residual", "with the effects found", plot::kBlue);
     if (!left.lines.empty()) {
-      page.figure(plot::svg(left), "The part of the measurement that each model does not explain.");
+      page.figure(left, "The part of the measurement that each model does not explain.");
     }
   }
 }
@@ -217,7 +211,7 @@ void autocorrelations(plot::Page& page, const IdentifyResult& r) {
   if (!f.lag_s.empty()) {
     const double white = 1.96 / std::sqrt(std::max(1.0, static_cast<double>(f.t_s.size())));
     page.figure(
-        plot::svg(plot::Figure{
+        plot::Figure{
             .title = "Autocorrelation of the residual",
             .x_label = "lag [s]",
             .y_label = "correlation",
@@ -225,7 +219,7 @@ void autocorrelations(plot::Page& page, const IdentifyResult& r) {
                 {{.name = "declared model", .x = f.lag_s, .y = f.declared_autocorrelation, .color = plot::kOrange},
                  {.name = "with the effects found", .x = f.lag_s, .y = f.final_autocorrelation, .color = plot::kBlue}},
             .levels = {{white, "95 % of white noise"}, {-white, ""}, {0.0, ""}},
-            .height = 230}),
+            .height = 230},
         "White noise would stay inside the band from the first lag; air and autopilot make the residual coloured.");
   }
 }
@@ -247,7 +241,7 @@ void candidates_figure(plot::Page& page, const IdentifyResult& r) {
   }
   std::stable_sort(chart.bars.begin(), chart.bars.end(),
                    [](const auto& a, const auto& b) { return a.value > b.value; });
-  page.figure(plot::svg(chart), "Green: accepted; blue: passes every test but is not the best; grey: fails a test.");
+  page.figure(chart, "Green: accepted; blue: passes every test but is not the best; grey: fails a test.");
 }
 
 void intervals_figure(plot::Page& page, const IdentifyResult& r) {
@@ -258,7 +252,7 @@ void intervals_figure(plot::Page& page, const IdentifyResult& r) {
   for (const NamedInterval& p : r.final_intervals) {
     chart.rows.push_back({.label = p.name, .value = p.interval.value, .low = p.interval.low, .high = p.interval.high});
   }
-  page.figure(plot::svg(chart),
+  page.figure(chart,
               "Dot: estimate; bar: interval in per cent of the estimate. A long bar is an uncertain number; a bar that "
               "reaches the edge continues beyond it.");
 }
@@ -282,7 +276,7 @@ void horizon_figure(plot::Page& page, const IdentifyResult& r) {
   add(r.declared, "declared model", plot::kOrange);
   add(r.final_model, "with the effects found", plot::kBlue);
   figure.levels.emplace_back(0.0, "");
-  page.figure(plot::svg(figure), "Root mean square prediction error at each time after the start of the prediction.");
+  page.figure(figure, "Root mean square prediction error at each time after the start of the prediction.");
 }
 
 }  // namespace
