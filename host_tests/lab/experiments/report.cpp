@@ -123,7 +123,7 @@ void write_report(const std::string& folder, const std::vector<TaskResult>& resu
   page.paragraph(about);
   const int above = cells_above_paper(results);
   page.verdict(above == 0 ? "Every cell is at or below the paper's value."
-                          : std::to_string(above) + " cell(s) above the paper's value.",
+                          : std::to_string(above) + " cells above the paper's value" + above_words(results) + ".",
                above == 0 ? "good" : "warn");
   plot::Cells marked;
   const auto rows = table(results, marked);

@@ -161,6 +161,18 @@ int cells_above_paper(const std::vector<TaskResult>& results) {
   return static_cast<int>(above);
 }
 
+std::string above_words(const std::vector<TaskResult>& results) {
+  std::string out;
+  for (const TaskResult& result : results) {
+    for (const PaperComparison& cell : compared(result)) {
+      out += cell.above
+                 ? (out.empty() ? " (" : "; ") + result.task->task + ", " + result.task->condition + ": " + cell.name
+                 : "";
+    }
+  }
+  return out + (out.empty() ? "" : ")");
+}
+
 namespace {
 
 void print_papers_line(std::ostream& out, const TaskResult& result) {
@@ -187,7 +199,8 @@ void print_our_line(std::ostream& out, const TaskResult& result) {
     const double papers = paper_value(result, row);
     const bool above = papers >= 0.0 && (!row.tilt || task.tilt_counts) && result.mean.*row.ours > papers;
     out << std::setw(18)
-        << (fixed(result.mean.*row.ours, 4) + " +-" + fixed(result.spread.*row.ours, 4) + (above ? "!" : " "));
+        << (fixed(result.mean.*row.ours, 4) +
+            (result.seeds > 1 ? " +-" + fixed(result.spread.*row.ours, 4) : std::string()) + (above ? "!" : " "));
   }
 }
 
@@ -245,8 +258,11 @@ void print_table(std::ostream& out, const std::vector<TaskResult>& results) {
     return;
   }
   out << "Root mean square errors. 'paper': measured by its authors in flight (last column: their simulator).\n"
-         "'ours': SIMULATED, mean and standard deviation over "
-      << results.front().seeds << " seed(s).\n\n";
+         "'ours': SIMULATED, "
+      << (results.front().seeds > 1
+              ? "mean and standard deviation over " + std::to_string(results.front().seeds) + " seeds"
+              : std::string("one seed"))
+      << ".\n\n";
   out << std::left << std::setw(20) << "" << std::right;
   for (const Row& row : rows()) {
     out << std::setw(18) << (std::string(row.name) + " [" + row.unit + "]");
@@ -257,7 +273,7 @@ void print_table(std::ostream& out, const std::vector<TaskResult>& results) {
     print_our_line(out, result);
     print_more(out, result);
   }
-  out << "\nCells above the paper's: " << cells_above_paper(results) << "\n";
+  out << "\nCells above the paper's: " << cells_above_paper(results) << above_words(results) << "\n";
 }
 
 nlohmann::json to_json(const std::vector<TaskResult>& results) {

@@ -61,6 +61,8 @@ struct PaperComparison {
 std::vector<PaperComparison> compared(const TaskResult& result);
 /// The number of our cells that are above the paper's; a cell never flown counts as above.
 int cells_above_paper(const std::vector<TaskResult>& results);
+/// Which: " (hover, calm: x_m; ...)"; empty: none.
+std::string above_words(const std::vector<TaskResult>& results);
 
 /// Prints the paper's results table side by side with ours.
 void print_table(std::ostream& out, const std::vector<TaskResult>& results);

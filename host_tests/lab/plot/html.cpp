@@ -24,6 +24,7 @@ table{border-collapse:collapse;margin:.8em 0;font-size:.9em}th,td{padding:.25em 
 th{background:#f3f6f9}td.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}
 td.missed{background:#fbeee5;color:#a33c00;font-weight:bold}td.missed::after{content:" \25B2"}
 .box{padding:.7em 1em;border-left:6px solid;margin:.8em 0;font-size:1.05em}
+.answer{margin:0;font-size:1em}.answer p{margin:.3em 0}
 .good{border-color:#009e73;background:#eaf7f2}.warn{border-color:#e69f00;background:#fdf5e4}
 .bad{border-color:#d55e00;background:#fbeee5}
 figure{margin:1.2em 0;min-width:0}figure svg{max-width:100%;height:auto}figcaption{color:#555;font-size:.92em}
@@ -80,6 +81,15 @@ void Page::paragraph(const std::string& words) { body_ += "<p>" + escape(words) 
 
 void Page::verdict(const std::string& words, const std::string& kind) {
   body_ += "<div class=\"box " + kind + "\">" + escape(words) + "</div>\n";
+}
+
+void Page::begin_answer(const Answer& parts, const std::string& kind) {
+  begin_grid();
+  body_ += "<div class=\"box answer " + kind + "\">\n";
+  for (const auto& [name, words] : parts) {
+    body_ += words.empty() ? "" : "<p><b>" + escape(name) + ": </b>" + escape(words) + "</p>\n";
+  }
+  body_ += "</div>\n";
 }
 
 void Page::table(const std::vector<std::vector<std::string>>& rows, const Cells& missed) {

@@ -30,6 +30,11 @@ class Page {
   void paragraph(const std::string& words);
   /// A coloured box for the main sentence. kind: "good", "warn" or "bad".
   void verdict(const std::string& words, const std::string& kind);
+  /// The page's answer, in the order in which one reads: each part of it ("Asked", "Missing in the model", ...) with
+  /// its sentences; empty ones are left out. Stands beside the next figure, until end_answer(). kind as verdict().
+  using Answer = std::vector<std::pair<std::string, std::string>>;
+  void begin_answer(const Answer& parts, const std::string& kind);
+  void end_answer() { end_grid(); }
   /// The first row is the head. Cells that look like numbers are right-aligned.
   /// @param missed cells that miss their goal: marked by colour and by a sign.
   void table(const std::vector<std::vector<std::string>>& rows, const Cells& missed = {});
