@@ -24,12 +24,12 @@ table{border-collapse:collapse;margin:.8em 0;font-size:.9em}th,td{padding:.25em 
 th{background:#f3f6f9}td.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}
 td.missed{background:#fbeee5;color:#a33c00;font-weight:bold}td.missed::after{content:" \25B2"}
 .box{padding:.7em 1em;border-left:6px solid;margin:.8em 0;font-size:1.05em}
-.answer{margin:0;font-size:1em}.answer p{margin:.3em 0}
+.answer{margin:0;align-self:start;font-size:1em}.answer p{margin:.3em 0}
 .good{border-color:#009e73;background:#eaf7f2}.warn{border-color:#e69f00;background:#fdf5e4}
 .bad{border-color:#d55e00;background:#fbeee5}
 figure{margin:1.2em 0;min-width:0}figure svg{max-width:100%;height:auto}figcaption{color:#555;font-size:.92em}
 .title{font-weight:bold}.title span,.axis{font-weight:normal;color:#555;font-size:.9em}
-p,li,h1,h2,.box,td,th,.title{overflow-wrap:anywhere}
+p,li,h1,h2,.box,td,.title{overflow-wrap:anywhere}
 .narrow{display:none}.grid .narrow{display:block}.grid .wide{display:none}
 .grid{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,340px),1fr));gap:.6em 1.4em}.grid figure{margin:.2em 0}
 .tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(150px,1fr));gap:.6em;margin:.8em 0}
@@ -48,13 +48,13 @@ p,li,h1,h2,.box,td,th,.title{overflow-wrap:anywhere}
 .bars{grid-template-columns:1fr}.bars>div{display:block;margin-bottom:.4em}.bars span{display:block}.bars span:first-child{text-align:left}
 .many,.many tbody,.heat,.heat tbody{display:block}.many tr,.heat tr{display:block;border-bottom:2px solid #9aa;padding:.3em 0}
 .many tr:first-child,.heat tr:first-child{display:none}.many td{display:flex;justify-content:space-between;gap:1em;border:0;padding:.1em .3em;white-space:normal}
-.many td:empty,.heat td.none{display:none}.many td:first-child{font-weight:bold}.many td::before{content:attr(data-head);color:#555;font-weight:normal}
+.many td:empty,.heat td.none{display:none}.many td:first-child{font-weight:bold;justify-content:flex-start}.many td::before{content:attr(data-head);color:#555;font-weight:normal}
 .many td:first-child::before{content:""}.heat th{display:block}.heat td{display:inline-block;margin:1px}.heat td::before{content:attr(data-head) ": "}}
 @media print{*{print-color-adjust:exact;-webkit-print-color-adjust:exact}.live .static{display:block}.plot,.keys,.hint{display:none}}
 </style>)";
 
-/// Width of the drawing for a telephone of 400 px, without the page's margins.
-constexpr double kNarrow_px = 360.0;
+/// Width of the drawing for a telephone of 400 px, without the margins of the page and a scroll bar.
+constexpr double kNarrow_px = 345.0;
 
 constexpr const char* kHint =
     R"(<span class="hint" hidden> &middot; Figures: drag zooms, shift and drag moves, a double click shows all; a name switches its curve off.</span>)";

@@ -105,7 +105,7 @@ addEventListener('DOMContentLoaded', () => {
       labels: ['x', ...data.series.map((line, k) => `${k} ${line.name}`)],
       xlabel: data.x, legend: 'never', connectSeparatedPoints: true, highlightCircleSize: 4, xRangePad: 0, yRangePad: 12,
       axisLabelFontSize: 12, xLabelHeight: 18, gridLineColor: '#e6e6e6', axisLineColor: '#888', labelsKMB: false,
-      axes: {y: {axisLabelWidth: 52, pixelsPerLabel: 26}, x: {pixelsPerLabel: 50}},
+      axes: {y: {axisLabelWidth: 52, pixelsPerLabel: 26, axisLabelFormatter: value => short(value)}, x: {pixelsPerLabel: 50}},
       underlayCallback: underlay(data),
       series: Object.fromEntries(data.series.map((line, k) => [`${k} ${line.name}`, {
         color: line.color, strokeWidth: line.width, strokePattern: line.dashed ? [6, 4] : null,

@@ -207,10 +207,12 @@ void summary(plot::Page& page, const IdentifyResult& r, const ReportOrigin& orig
                      {"What it explains (" + data + ")", explained(r)},
                      {"What it changes in flight", "not flown here: m100-lab loop flies both models."},
                      {"What remains", remains(r)}},
-                    r.verdict == "unexplained" ? "bad" : "good");
+                    r.verdict != "unexplained" ? "good" : r.effects.empty() ? "bad" : "warn");
   time_figure(page, r, r.axis == "translation" ? "_x" : "");
   page.end_answer();
-  page.paragraph("Trained on " + origin.train + ", validated on " + origin.validation +
+  page.paragraph((origin.train == origin.validation
+                      ? "Trained and validated on parts in turn (" + origin.train + ")"
+                      : "Trained on " + origin.train + ", validated on " + origin.validation) +
                  ". All errors are simulation errors over blocks of 2.5 s; each block starts from the measured state.");
   errors_table(page, r);
   const std::vector<std::string> means = sentences(r);
