@@ -191,7 +191,7 @@ void run(const ExperimentsOptions& options) {
   if (!options.report.empty()) {
     suite.keep_log = [&](const experiments::Task& task, std::string log) {
       const std::string name = task.task + "_" + task.condition;
-      pages.push_back(options.report + "/flight_" + name + ".html");
+      pages.push_back(options.report + "/" + experiments::page_name(task));
       const flight::FlightSeries flown =
           flight::series_of(companion::parse_flight_log(std::move(log), name), name, nullptr);
       flight::flight_page({flown}, "Flight: " + task.task + ", " + task.condition, about(options)).write(pages.back());

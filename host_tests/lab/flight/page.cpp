@@ -149,7 +149,8 @@ std::string error_sentence(const std::vector<FlightSeries>& flights) {
   const Tracking before = tracking_of(first);
   if (flights.size() < 2) {
     return "Distance from the course: " + with_interval(before.rms_m) + " root mean square, " + number(before.max_m) +
-           " m at most, " + std::to_string(before.poses) + " poses.";
+           " m at most, " + std::to_string(before.poses) + " poses. The law flew " +
+           number(flights.front().end_s - flights.front().control_s) + " s, " + failsafe_words(flights.front()) + ".";
   }
   const std::vector<TrackingError> second = tracking_errors(flights.back());
   if (second.empty()) {
