@@ -23,6 +23,7 @@ constexpr Example kExamples[]{
     {"course", "m100-lab course ways.txt table.csv --flight flight.toml --out pictures --json courses.json"},
     {"demo", "m100-lab demo --out demonstration"},
     {"excite", "m100-lab excite --axis roll,pitch --duration 40 --fence 4 --out sticks.csv --json forecast.json"},
+    {"flight", "m100-lab flight course.ulg corrected.ulg --out flight.html"},
     {"frames decode", "m100-lab frames decode capture.bin --key-file key"},
     {"frames encode", "m100-lab frames encode frames.jsonl --key-file key"},
     {"experiments", "m100-lab experiments --only hover --seeds 3 --json experiments.json --report report"},
@@ -62,6 +63,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see abo
   m100::lab::add_course(lab);
   m100::lab::add_demo(lab);
   m100::lab::add_excite(lab);
+  m100::lab::add_flight(lab);
   m100::lab::add_frames(lab);
   m100::lab::add_experiments(lab);
   m100::lab::add_loop(lab);

@@ -17,6 +17,7 @@ void add_convert(CLI::App& lab);
 void add_course(CLI::App& lab);
 void add_experiments(CLI::App& lab);
 void add_loop(CLI::App& lab);
+void add_flight(CLI::App& lab);
 void add_excite(CLI::App& lab);
 void add_demo(CLI::App& lab);
 void add_frames(CLI::App& lab);

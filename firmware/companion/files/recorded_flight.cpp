@@ -134,7 +134,11 @@ RecordedFlight read_flight(const std::string& path) {
   if (!content.why_not.empty()) {
     throw FlightLogError(path + ": " + content.why_not);
   }
-  RecordedFlight flight = Reader(path, std::move(content.bytes)).read();
+  return parse_flight_log(std::move(content.bytes), path);
+}
+
+RecordedFlight parse_flight_log(std::string bytes, const std::string& name) {
+  RecordedFlight flight = Reader(name, std::move(bytes)).read();
   if (!flight.ticks.empty() && flight.ticks.back().record.timestamp == 0) {
     flight.ticks.pop_back();  // its record is missing
   }

@@ -241,6 +241,9 @@ void conclude(const FlyOptions& options, nlohmann::json result, const Controller
     describe_limit_cycle(line, *sequencer.limit_cycle());
     words << line.text() << "\n";
   }
+  if (!options.log.empty()) {
+    words << "  page       m100-lab flight " << printable(options.log) << " --out flight.html  (on the PC)\n";
+  }
   write_with_timeout(words.str());
   result["pose"] = pose_json(controller.pose_link());
   result["pose"]["clock_steps"] = clock_steps_json(sequencer.clock_steps());

@@ -221,7 +221,8 @@ core::TimePoint time_of(const RecordedFlight::Tick& tick) {
 bool earlier(const RecordedFlight::Tick& a, const RecordedFlight::Tick& b) { return time_of(a) < time_of(b); }
 
 template <typename T, typename S>
-ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
+ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher,
+                 const std::function<void(const app::FlightController<T, S>&)>& observe = {}) {
   const VehicleFile vehicle = parse_vehicle(note(flight, kVehicleNote), kVehicleNote);
   const auto tables = std::make_unique<mpc::TableStorage<T>>();
   const std::string table_bytes =
@@ -265,6 +266,9 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
     const RecordedFlight::Tick now = last->take(controller->excitation().state() != ctl::Excitation<T>::State::kIdle);
     const bool same = same_records(now, tick) && same_bytes(autopilot, pose, tick);
     lead(guided_mode.get(), overheard, home, *controller, time_of(tick));
+    if (observe) {
+      observe(*controller);
+    }
     hash.update(autopilot.written());
     hash.update(std::as_bytes(std::span(&now.record, 1)));
     compare(now.record, tick, same, result.ticks, result);
@@ -309,6 +313,11 @@ ReplayResult replay(const RecordedFlight& flight, Scalar scalar, const protocol:
       break;
   }
   return run<double, double>(flight, cipher);
+}
+
+ReplayResult replay(const RecordedFlight& flight, const protocol::Cipher* cipher,
+                    const std::function<void(const app::FlightController<double, double>&)>& observe) {
+  return run<double, double>(flight, cipher, observe);
 }
 
 }  // namespace m100::companion

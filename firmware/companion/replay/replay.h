@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,11 @@
 #include "firmware/companion/files/recorded_flight.h"
 #include "firmware/core/sha256.h"
 #include "protocol/cipher.h"
+
+namespace m100::app {
+template <typename T, typename S>
+class FlightController;
+}  // namespace m100::app
 
 namespace m100::companion {
 
@@ -53,5 +59,9 @@ std::string link_note(const app::FlightConfig& config);
 /// Feeds the recorded bytes, at the recorded times, through the flight code. Errors: FlightLogError.
 /// @param cipher of the app's key, for a flight with encrypted commands; otherwise null.
 ReplayResult replay(const RecordedFlight& flight, Scalar scalar, const protocol::Cipher* cipher = nullptr);
+/// The same in double, as `m100 fly` flew.
+/// @param observe called after every tick with the controller, for values that the log does not hold.
+ReplayResult replay(const RecordedFlight& flight, const protocol::Cipher* cipher,
+                    const std::function<void(const app::FlightController<double, double>&)>& observe);
 
 }  // namespace m100::companion

@@ -7,7 +7,7 @@
 #include <sstream>
 #include <vector>
 
-#include "host_tests/lab/plot/heat_map.h"
+#include "host_tests/lab/plot/charts.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"
 #include "host_tests/lab/printable.h"
@@ -45,7 +45,15 @@ std::vector<std::vector<std::string>> rows_of(const Json& report) {
 template <typename Value, typename Words>
 plot::HeatMap map_of(const Json& report, const std::string& title, double good, double bad, const Value& value,
                      const Words& words) {
-  plot::HeatMap map{.title = title, .rows = {}, .columns = {}, .values = {}, .words = {}, .good = good, .bad = bad};
+  plot::HeatMap map{.title = title,
+                    .rows = {},
+                    .columns = {},
+                    .values = {},
+                    .words = {},
+                    .good = good,
+                    .bad = bad,
+                    .good_words = {},
+                    .bad_words = {}};
   for (const Json& task : report.at("campaign").at("tasks")) {
     map.columns.push_back(task.get<std::string>());
   }
@@ -122,20 +130,19 @@ void write_page(const std::string& folder, const Json& report) {
     return task.at("stayed").get<double>() / task.at("flights").get<double>();
   };
   const auto counted = [](const Json& task) { return of(task.at("stayed"), task.at("flights")); };
-  page.figure(svg(map_of(report, "Flights that stay", 1.0, 0.0, share, counted)),
+  page.figure(map_of(report, "Flights that stay", 1.0, 0.0, share, counted),
               "Never below the state coast and always inside the fence until the task was over.");
   const auto or_nothing = [](const Json& value) {
     return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
   };
   const auto pose_m = [&](const Json& task) { return or_nothing(task.at("pose_rms_m").at("p95")); };
   const auto pose_words = [&](const Json& task) { return number_of(task.at("pose_rms_m").at("p95")); };
-  page.figure(
-      svg(map_of(report, "Pose error, root mean square, 95 % of the flights [m]", 0.02, 1.0, pose_m, pose_words)),
-      "Distance from the reference; the length of a step itself is included.");
+  page.figure(map_of(report, "Pose error, root mean square, 95 % of the flights [m]", 0.02, 1.0, pose_m, pose_words),
+              "Distance from the reference; the length of a step itself is included.");
   const auto tilt_deg = [&](const Json& task) { return or_nothing(task.at("tilt_rms_deg")); };
   const auto tilt_words = [&](const Json& task) { return number_of(task.at("tilt_rms_deg")); };
   page.figure(
-      svg(map_of(report, "Tilt, root mean square [deg]", 0.5, 10.0, tilt_deg, tilt_words)),
+      map_of(report, "Tilt, root mean square [deg]", 0.5, 10.0, tilt_deg, tilt_words),
       "Tilt of the thrust axis, including the lean against the wind. The table counts the flights that oscillate: each "
       "is compared with the same task in a kind world with the same air.");
   if (failures > 0) {

@@ -261,6 +261,17 @@ class Evening {
 
   void finish() const {
     evening::write_summary(folder_);
+    const Command flights{fs::read_symlink("/proc/self/exe").string(),
+                          "flight",
+                          std::string(evening::kBefore) + ".ulg",
+                          std::string(evening::kAfter) + ".ulg",
+                          "--out",
+                          "flights.html",
+                          "--title",
+                          "The course before and after the correction"};
+    if (evening::run_program(flights, folder_.path(), "/dev/null") != kDone) {
+      throw InputError(folder_.file("flights.html"), 0, "", "cannot be written");
+    }
     Command report{fs::read_symlink("/proc/self/exe").string(),
                    "report",
                    "--out",
@@ -268,7 +279,8 @@ class Evening {
                    "--title",
                    "One evening with one aircraft",
                    "--lead",
-                   "summary.html"};
+                   "summary.html",
+                   "flights.html"};
     for (const char* const part : {"hand_roll/roll", "hand_pitch/pitch", "flown_roll/roll", "flown_pitch/pitch",
                                    "flown_climb/climb", "flown_yaw_rate/yaw_rate"}) {
       if (folder_.has(std::string(part) + ".html")) {

@@ -10,6 +10,7 @@
 #include "host_tests/lab/evening/corrected_vehicle.h"
 #include "host_tests/lab/evening/law_comparison.h"
 #include "host_tests/lab/evening/steps.h"
+#include "host_tests/lab/flight/figures.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"
 
@@ -75,7 +76,7 @@ bool is_taken_over(const Folder& folder, const std::string& channel) {
 
 /// One sentence: the corrections that the excited flight gave to the first vehicle file.
 std::string found_in_short(const Folder& folder) {
-  std::string out = "Found in the excited flight: ";
+  std::string out = "found in the excited flight: ";
   for (const std::string axis : {"roll", "pitch"}) {
     const auto change = [&](const std::string& key) {
       return number(folder, key + "." + axis + ".before") + ", now " + number(folder, key + "." + axis + ".after");
@@ -87,6 +88,19 @@ std::string found_in_short(const Folder& folder) {
   return out + "climb speed: " + rate("climb") + "; yaw rate: " + rate("yaw_rate") + ".";
 }
 
+/// One sentence: the errors of the predictions 1 s ahead by both files.
+std::string predicted_ahead(const Folder& folder) {
+  std::string out;
+  for (const Compared& one : compared(folder)) {
+    if (one.words.starts_with("predicted")) {
+      out += (out.empty() ? "" : "; ") + one.words + ": " + plot::number(one.before) + " to " +
+             plot::number(one.after) +
+             (one.before > 0.0 ? " (" + plot::percent(one.after / one.before - 1.0) + ")" : "");
+    }
+  }
+  return out;
+}
+
 /// One sentence: the errors that became worse, and the parts of the vehicle file that the evening does not correct.
 std::string not_reached(const Folder& folder) {
   std::string out;
@@ -95,29 +109,39 @@ std::string not_reached(const Folder& folder) {
       out += one.words + " became worse (" + plot::number(one.before) + " to " + plot::number(one.after) + "); ";
     }
   }
-  return "Not reached: " + (out.empty() ? "no error became worse; " : out) +
+  return (out.empty() ? "no error became worse; " : out) +
          "drag, wind and load are not identified and stay as in the first vehicle file.";
 }
 
-/// Writes the first screen: question, verdict, findings.
+/// Writes the first screen: question, findings, what they explain and change, what remains, and both flights.
 void outcome(const Folder& folder, plot::Page& page) {
-  page.paragraph(
-      "Asked: which effects does a vehicle file miss that was identified from a log flown by hand, and does the "
-      "corrected file fly better?");
+  const std::string data = folder.settings().port.starts_with("sim:") ? " (simulated)" : " (measured)";
   const auto before = folder.numbers().find(std::string("pose_m.") + kBefore);
   const auto after = folder.numbers().find(std::string("pose_m.") + kAfter);
-  if (before == folder.numbers().end() || after == folder.numbers().end()) {
-    page.verdict("The corrected flight was not flown yet.", "warn");
-    return;
+  const bool flown = before != folder.numbers().end() && after != folder.numbers().end();
+  const double change = flown ? after->second / before->second - 1.0 : 0.0;
+  const double share = kNoticed_percent / 100.0;
+  page.begin_answer(
+      {{"Asked",
+        "which effects does a vehicle file miss that was identified from a log flown by hand, and does the corrected "
+        "file fly better?"},
+       {"Missing in the model", found_in_short(folder)},
+       {"What it explains" + data, predicted_ahead(folder)},
+       {"What it changed in flight" + data,
+        flown ? "distance from the reference on the same course, root mean square: " + plot::number(before->second) +
+                    " m before, " + plot::number(after->second) + " m after (" + plot::percent(change) +
+                    "), one flight each; the interval stands with the flights below."
+              : "the corrected flight was not flown yet."},
+       {"What remains", not_reached(folder)}},
+      !flown || std::abs(change) <= share ? "warn"
+      : change < 0.0                      ? "good"
+                                          : "bad");
+  if (flown) {
+    page.figure(flight::distance_figure({flight::read_series(folder.file(std::string(kBefore) + ".ulg"), nullptr),
+                                         flight::read_series(folder.file(std::string(kAfter) + ".ulg"), nullptr)}),
+                "Of the poses; dashed: root mean square.");
   }
-  const double change = 100.0 * (after->second / before->second - 1.0);
-  page.verdict("Distance from the reference on the same course, root mean square: " + plot::number(before->second) +
-                   " m before, " + plot::number(after->second) + " m after (" + plot::number(change) + " %).",
-               change < -kNoticed_percent  ? "good"
-               : change < kNoticed_percent ? "warn"
-                                           : "bad");
-  page.paragraph(found_in_short(folder));
-  page.paragraph(not_reached(folder));
+  page.end_answer();
   page.paragraph(folder.settings().port.starts_with("sim:")
                      ? "The aircraft is emulated: every number of a flight on this page is simulated."
                      : "The numbers of the flights are measured: they come from the logs of the board.");

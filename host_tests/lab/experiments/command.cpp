@@ -15,6 +15,7 @@
 #include "host_tests/lab/experiments/motion.h"
 #include "host_tests/lab/experiments/rates.h"
 #include "host_tests/lab/experiments/report.h"
+#include "host_tests/lab/flight/page.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/option_checks.h"
@@ -197,6 +198,16 @@ void run(const ExperimentsOptions& options) {
   experiments::SuiteOptions suite = suite_of(options);
   sim::BodyJob body(options.body);
   suite.body = options.body.is_identified() ? nullptr : &body;
+  std::vector<std::string> pages;
+  if (!options.report.empty()) {
+    suite.keep_log = [&](const experiments::Task& task, std::string log) {
+      const std::string name = task.task + "_" + task.condition;
+      pages.push_back(options.report + "/" + experiments::page_name(task));
+      const flight::FlightSeries flown =
+          flight::series_of(companion::parse_flight_log(std::move(log), name), name, nullptr);
+      flight::flight_page({flown}, "Flight: " + task.task + ", " + task.condition, about(options)).write(pages.back());
+    };
+  }
   const std::vector<experiments::TaskResult> results = experiments::fly_suite(suite);
   experiments::print_table(std::cout, results);
   if (suite.body != nullptr) {
@@ -205,7 +216,9 @@ void run(const ExperimentsOptions& options) {
   write_json(options.json, experiments::to_json(results), 2);
   if (!options.report.empty()) {
     experiments::write_report(options.report, results, about(options));
-    std::cout << "wrote " << printable(options.report) << "/experiments.html\n";
+    std::cout << "wrote " << printable(options.report) << "/experiments.html, and a page for each flight: "
+              << printable(pages.empty() ? "none was flown" : pages.front()) << (pages.size() > 1 ? ", ..." : "")
+              << "\n";
   }
 }
 

@@ -84,13 +84,12 @@ nlohmann::json motion_to_json(const std::vector<MotionPoint>& points) {
 void write_motion_report(const std::string& folder, const std::vector<MotionPoint>& points, const std::string& about) {
   plot::Page page("Tracking error against the motion of the command, simulated");
   page.paragraph(about);
-  const std::string curve =
-      plot::svg(plot::Figure{.title = "One point for each input weight",
-                             .x_label = "motion of both tilt commands together [deg/s]",
-                             .y_label = "pose error [mm rms]",
-                             .lines = {line_of(points, &MotionPoint::hover, "hover", plot::kBlue),
-                                       line_of(points, &MotionPoint::square, "square of 1 m", plot::kOrange)}});
-  page.raw(curve);
+  const plot::Figure curve{.title = "One point for each input weight",
+                           .x_label = "motion of both tilt commands together [deg/s]",
+                           .y_label = "pose error [mm rms]",
+                           .lines = {line_of(points, &MotionPoint::hover, "hover", plot::kBlue),
+                                     line_of(points, &MotionPoint::square, "square of 1 m", plot::kOrange)}};
+  page.figure(curve, "Simulated.");
   std::vector<std::vector<std::string>> rows{
       {"input weight", "hover [deg/s]", "hover [m]", "square [deg/s]", "square [m]"}};
   for (const MotionPoint& point : points) {
@@ -102,7 +101,7 @@ void write_motion_report(const std::string& folder, const std::vector<MotionPoin
   page.write(folder + "/motion.html");
   const std::string drawing = folder + "/motion.svg";
   std::ofstream out(drawing);
-  out << curve;
+  out << plot::svg(curve);
   if (!out.flush()) {
     throw InputError(drawing, 0, "", "cannot be written");
   }

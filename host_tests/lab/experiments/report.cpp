@@ -3,16 +3,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <numbers>
 
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"
 
 namespace m100::lab::experiments {
 namespace {
-
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 template <typename Get>
 plot::Curve line(const std::string& name, const Trace& trace, Get get, const char* color, bool dashed = false) {
@@ -24,10 +20,11 @@ plot::Curve line(const std::string& name, const Trace& trace, Get get, const cha
   return out;
 }
 
-std::string position_figure(const TaskResult& result) {
+plot::Figure position_figure(const TaskResult& result) {
   plot::Figure figure{.title = result.task->task + ", " + result.task->condition + ": position (simulated)",
                       .x_label = "time [s]",
-                      .y_label = "position [m]"};
+                      .y_label = "position [m]",
+                      .link = result.task->task + result.task->condition};
   constexpr std::array kNames{"x", "y", "z"};
   constexpr std::array kColors{plot::kBlue, plot::kOrange, plot::kGreen};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -37,46 +34,7 @@ std::string position_figure(const TaskResult& result) {
         "", result.trace, [axis](const TracePoint& p) { return p.reference_m[axis]; }, plot::kBlack, true));
   }
   figure.spans.push_back({result.task->from_s, result.task->to_s, "window of the RMS"});
-  return plot::svg(figure);
-}
-
-std::string attitude_figure(const TaskResult& result) {
-  plot::Figure figure{.title = result.task->task + ", " + result.task->condition + ": attitude (simulated)",
-                      .x_label = "time [s]",
-                      .y_label = "angle [deg]",
-                      .height = 200.0};
-  figure.lines.push_back(line(
-      "roll", result.trace, [](const TracePoint& p) { return p.roll_rad * kDegrees; }, plot::kBlue));
-  figure.lines.push_back(line(
-      "pitch", result.trace, [](const TracePoint& p) { return p.pitch_rad * kDegrees; }, plot::kOrange));
-  figure.lines.push_back(line(
-      "yaw error", result.trace,
-      [](const TracePoint& p) {
-        return std::remainder(p.yaw_rad - p.reference_yaw_rad, 2.0 * std::numbers::pi) * kDegrees;
-      },
-      plot::kGreen));
-  return plot::svg(figure);
-}
-
-std::string path_figure(const TaskResult& result) {
-  plot::Figure figure{.title = "from above",
-                      .x_label = "x [m]",
-                      .y_label = "y [m]",
-                      .equal_axes = true,
-                      .width = 420.0,
-                      .height = 420.0};
-  plot::Curve flown{.name = "flown", .x = {}, .y = {}, .color = plot::kBlue};
-  plot::Curve wanted{.name = "reference", .x = {}, .y = {}, .color = plot::kBlack, .dashed = true};
-  for (const TracePoint& point : result.trace) {
-    if (point.t_s >= result.task->from_s && point.t_s < result.task->to_s) {
-      flown.x.push_back(point.position_m[0]);
-      flown.y.push_back(point.position_m[1]);
-      wanted.x.push_back(point.reference_m[0]);
-      wanted.y.push_back(point.reference_m[1]);
-    }
-  }
-  figure.lines = {wanted, flown};
-  return plot::svg(figure);
+  return figure;
 }
 
 /// @param above receives our cells that are above the paper's
@@ -114,23 +72,23 @@ std::vector<std::vector<std::string>> table(const std::vector<TaskResult>& resul
 
 }  // namespace
 
+std::string page_name(const Task& task) { return "flight_" + task.task + "_" + task.condition + ".html"; }
+
 void write_report(const std::string& folder, const std::vector<TaskResult>& results, const std::string& about) {
   plot::Page page("Flights: the paper's tasks, simulated");
   page.paragraph(about);
   const int above = cells_above_paper(results);
   page.verdict(above == 0 ? "Every cell is at or below the paper's value."
-                          : std::to_string(above) + " cell(s) above the paper's value.",
+                          : std::to_string(above) + " cells above the paper's value" + above_words(results) + ".",
                above == 0 ? "good" : "warn");
   plot::Cells marked;
   const auto rows = table(results, marked);
   page.table(rows, marked);
   for (const TaskResult& result : results) {
     page.heading(result.task->task + ", " + result.task->condition);
-    page.figure(position_figure(result), "Position of the first seed; dashed: reference.");
-    page.figure(attitude_figure(result), "Attitude of the first seed.");
-    if (result.task->task == "trajectory" || result.task->task == "simulator") {
-      page.figure(path_figure(result), "Path inside the window of the RMS.");
-    }
+    page.figure(position_figure(result),
+                "Position of the first seed; dashed: reference. Everything else of this flight: " +
+                    page_name(*result.task) + ".");
   }
   page.write(folder + "/experiments.html");
 }

@@ -46,9 +46,13 @@ std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOp
   std::vector<Cell> cells;
   for (int i = 0; i < options.seeds; ++i) {
     plan.seed = options.seed + static_cast<std::uint64_t>(i);
+    plan.keep_log = i == 0 && options.keep_log;
     const FlightResult flight = fly(plan);
     if (flight.flew) {
       cells.push_back(score(flight.trace, task.from_s, task.to_s));
+      if (plan.keep_log) {
+        options.keep_log(task, std::string(flight.log.begin(), flight.log.end()));
+      }
     }
   }
   return cells.empty() ? std::nullopt : std::optional(mean_of(cells));
@@ -159,6 +163,18 @@ int cells_above_paper(const std::vector<TaskResult>& results) {
   return static_cast<int>(above);
 }
 
+std::string above_words(const std::vector<TaskResult>& results) {
+  std::string out;
+  for (const TaskResult& result : results) {
+    for (const PaperComparison& cell : compared(result)) {
+      out += cell.above
+                 ? (out.empty() ? " (" : "; ") + result.task->task + ", " + result.task->condition + ": " + cell.name
+                 : "";
+    }
+  }
+  return out + (out.empty() ? "" : ")");
+}
+
 namespace {
 
 void print_papers_line(std::ostream& out, const TaskResult& result) {
@@ -185,7 +201,8 @@ void print_our_line(std::ostream& out, const TaskResult& result) {
     const double papers = paper_value(result, row);
     const bool above = papers >= 0.0 && (!row.tilt || task.tilt_counts) && result.mean.*row.ours > papers;
     out << std::setw(18)
-        << (fixed(result.mean.*row.ours, 4) + " +-" + fixed(result.spread.*row.ours, 4) + (above ? "!" : " "));
+        << (fixed(result.mean.*row.ours, 4) +
+            (result.seeds > 1 ? " +-" + fixed(result.spread.*row.ours, 4) : std::string()) + (above ? "!" : " "));
   }
 }
 
@@ -245,8 +262,11 @@ void print_table(std::ostream& out, const std::vector<TaskResult>& results) {
     return;
   }
   out << "Root mean square errors. 'paper': measured by its authors in flight (last column: their simulator).\n"
-         "'ours': SIMULATED, mean and standard deviation over "
-      << results.front().seeds << " seed(s).\n\n";
+         "'ours': SIMULATED, "
+      << (results.front().seeds > 1
+              ? "mean and standard deviation over " + std::to_string(results.front().seeds) + " seeds"
+              : std::string("one seed"))
+      << ".\n\n";
   out << std::left << std::setw(20) << "" << std::right;
   for (const Row& row : rows()) {
     out << std::setw(18) << (std::string(row.name) + " [" + row.unit + "]");
@@ -257,7 +277,7 @@ void print_table(std::ostream& out, const std::vector<TaskResult>& results) {
     print_our_line(out, result);
     print_more(out, result);
   }
-  out << "\nCells above the paper's: " << cells_above_paper(results) << "\n";
+  out << "\nCells above the paper's: " << cells_above_paper(results) << above_words(results) << "\n";
 }
 
 nlohmann::json to_json(const std::vector<TaskResult>& results) {

@@ -47,6 +47,8 @@ struct SuiteOptions {
   bool literal_steps = true;
   sim::BodyJob* body = nullptr;                      ///< as FlightPlan; the air is then the body's, and no fan blows
   std::function<void(const std::string&)> progress;  ///< called with one line per task; may be empty
+  /// Called with the ULog bytes of each task's flight of the first seed; empty: no log is kept.
+  std::function<void(const Task&, std::string)> keep_log;
 };
 
 /// Flies the tasks, with the fan where the task has it. The same options give the same numbers, bit for bit.
@@ -60,6 +62,8 @@ struct PaperComparison {
 std::vector<PaperComparison> compared(const TaskResult& result);
 /// The number of our cells that are above the paper's; a cell never flown counts as above.
 int cells_above_paper(const std::vector<TaskResult>& results);
+/// Which: " (hover, calm: x_m; ...)"; empty: none.
+std::string above_words(const std::vector<TaskResult>& results);
 
 /// Prints the paper's results table side by side with ours.
 void print_table(std::ostream& out, const std::vector<TaskResult>& results);

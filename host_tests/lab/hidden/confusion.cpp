@@ -288,9 +288,15 @@ std::vector<Score> scores(const std::vector<Outcome>& outcomes) {
   return out;
 }
 
-std::string matrix_svg(const std::vector<Outcome>& outcomes) {
-  plot::Matrix matrix{
-      .title = "Hidden (rows) and named (columns); simulated logs", .rows = {}, .columns = {}, .counts = {}};
+plot::HeatMap matrix_of(const std::vector<Outcome>& outcomes) {
+  plot::HeatMap matrix{.title = "Hidden (rows) and named (columns); simulated logs",
+                       .rows = {},
+                       .columns = {},
+                       .values = {},
+                       .words = {},
+                       .bad = -1.0,
+                       .good_words = "all of the row, and right",
+                       .bad_words = "all of the row, and wrong"};
   const auto index = [](Names& names, const std::string& name) {
     const auto found = std::find(names.begin(), names.end(), name);
     if (found != names.end()) {
@@ -321,11 +327,18 @@ std::string matrix_svg(const std::vector<Outcome>& outcomes) {
                                                             : one.found.front();
     ++counts[{index(matrix.rows, row), index(matrix.columns, column)}];
   }
-  matrix.counts.assign(matrix.rows.size(), std::vector<int>(matrix.columns.size(), 0));
+  matrix.values.assign(matrix.rows.size(), std::vector<double>(matrix.columns.size(), std::nan("")));
+  matrix.words.assign(matrix.rows.size(), std::vector<std::string>(matrix.columns.size()));
+  std::map<std::size_t, int> totals;
   for (const auto& [at, count] : counts) {
-    matrix.counts[at.first][at.second] = count;
+    totals[at.first] += count;
   }
-  return plot::svg(matrix);
+  for (const auto& [at, count] : counts) {
+    const double sign = matrix.rows[at.first] == matrix.columns[at.second] ? 1.0 : -1.0;
+    matrix.values[at.first][at.second] = sign * count / totals[at.first];
+    matrix.words[at.first][at.second] = std::to_string(count);
+  }
+  return matrix;
 }
 
 }  // namespace m100::lab::hidden

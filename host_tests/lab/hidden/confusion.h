@@ -7,6 +7,7 @@
 
 #include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/output/result.h"
+#include "host_tests/lab/plot/charts.h"
 
 namespace m100::lab::hidden {
 
@@ -58,6 +59,6 @@ std::vector<Score> scores(const std::vector<Outcome>& outcomes);
 
 /// The confusion matrix: one row for each hidden effect, one column for each first name; the last two columns are
 /// "nothing" and "unexplained".
-std::string matrix_svg(const std::vector<Outcome>& outcomes);
+plot::HeatMap matrix_of(const std::vector<Outcome>& outcomes);
 
 }  // namespace m100::lab::hidden

@@ -75,7 +75,7 @@ void write_page(const std::string& file, const std::vector<Outcome>& outcomes) {
                     plot::number(100 * score.share()), score.goal > 0 ? plot::number(100 * score.goal) : ""});
   }
   page.table(rows);
-  page.figure(matrix_svg(outcomes), "Single effects of all sizes, by the first name given. Numbers of logs.");
+  page.figure(matrix_of(outcomes), "Single effects of all sizes, by the first name given. Numbers of logs.");
   page.write(file);
 }
 

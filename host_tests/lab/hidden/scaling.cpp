@@ -84,8 +84,8 @@ void write_page(const std::string& file, const std::vector<Cost>& costs) {
                     plot::number(cost.megabytes)});
   }
   page.table(rows);
-  page.figure(plot::svg(time), "Processor time");
-  page.figure(plot::svg(memory), "Memory");
+  page.figure(time, "Processor time");
+  page.figure(memory, "Memory");
   page.write(file);
 }
 

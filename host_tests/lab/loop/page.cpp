@@ -5,22 +5,22 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <sstream>
 
 #include "host_tests/lab/loop/results.h"
+#include "host_tests/lab/plot/charts.h"
 #include "host_tests/lab/plot/html.h"
-#include "host_tests/lab/plot/svg.h"
 
 namespace m100::lab::loop {
 namespace {
 
 constexpr double kWorse = 1.02;  ///< after over before; above it a cell misses its goal
 
+constexpr const char* kNothing = "nothing";
+constexpr const char* kNothingThatMatters = "none that matters";
+
 using Errors = std::array<double, kHorizons_s.size()>;
 
-std::string change(double before, double after) {
-  return before > 0.0 ? plot::number(100.0 * (after / before - 1.0)) + " %" : "";
-}
+std::string change(double before, double after) { return before > 0.0 ? plot::percent(after / before - 1.0) : ""; }
 
 void predictions(const LoopResult& result, plot::Page& page) {
   page.heading("Prediction error on a third flight, which no fit and no decision used");
@@ -48,22 +48,44 @@ void predictions(const LoopResult& result, plot::Page& page) {
       figure.lines[1].x.push_back(kHorizons_s[i]);
       figure.lines[1].y.push_back(after[i]);
     }
-    page.figure(plot::svg(figure), std::string("Error against the prediction horizon: ") + quantity.name);
+    page.figure(figure, std::string("Error against the prediction horizon: ") + quantity.name);
   }
   page.table(rows, worse);
+}
+
+/// The largest distance inside the window of the RMS: the way to the course before it would dwarf it.
+double largest(const experiments::TaskResult& before, const experiments::TaskResult& after) {
+  double most = 1e-3;
+  for (const experiments::TaskResult* const one : {&before, &after}) {
+    for (const experiments::TracePoint& p : one->trace) {
+      const double d = std::hypot(p.position_m[0] - p.reference_m[0], p.position_m[1] - p.reference_m[1],
+                                  p.position_m[2] - p.reference_m[2]);
+      most = p.t_s >= one->task->from_s && p.t_s < one->task->to_s ? std::max(most, d) : most;
+    }
+  }
+  return most;
 }
 
 plot::Curve distance(const char* name, const experiments::Trace& trace, const char* color) {
   plot::Curve line{.name = name, .x = {}, .y = {}, .color = color};
   for (const experiments::TracePoint& point : trace) {
-    double square = 0.0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      square += (point.position_m[c] - point.reference_m[c]) * (point.position_m[c] - point.reference_m[c]);
-    }
     line.x.push_back(point.t_s);
-    line.y.push_back(std::sqrt(square));
+    line.y.push_back(std::hypot(point.position_m[0] - point.reference_m[0], point.position_m[1] - point.reference_m[1],
+                                point.position_m[2] - point.reference_m[2]));
   }
   return line;
+}
+
+plot::Figure distance_figure(const LoopResult& result, std::size_t task) {
+  const experiments::TaskResult& before = result.before.experiments[task];
+  const experiments::TaskResult& after = result.after.experiments[task];
+  return {.title = before.task->task + ", " + before.task->condition + " (simulated)",
+          .x_label = "time [s]",
+          .y_label = "distance from the reference [m]",
+          .lines = {distance("before", before.trace, plot::kOrange), distance("after", after.trace, plot::kBlue)},
+          .spans = {{before.task->from_s, before.task->to_s, "window of the RMS"}},
+          .y_range = std::pair{0.0, 1.1 * largest(before, after)},
+          .height = 200.0};
 }
 
 void tracking(const LoopResult& result, plot::Page& page) {
@@ -92,47 +114,22 @@ void tracking(const LoopResult& result, plot::Page& page) {
     if (before.trace.empty() || after.trace.empty()) {
       continue;
     }
-    plot::Figure figure{
-        .title = before.task->task + ", " + before.task->condition + " (simulated)",
-        .x_label = "time [s]",
-        .y_label = "distance from the reference [m]",
-        .lines = {distance("before", before.trace, plot::kOrange), distance("after", after.trace, plot::kBlue)},
-        .height = 200.0};
-    figure.spans.push_back({before.task->from_s, before.task->to_s, "window of the RMS"});
-    page.figure(plot::svg(figure), "Distance from the reference over time, first seed.");
+    page.figure(distance_figure(result, i), "Distance from the reference over time, first seed.");
   }
 }
 
-/// One row for each parameter, with its own scale: a hollow square for the believed value, a dot on its interval for
-/// the found one.
-std::string drawing_of(const std::string& channel, const std::vector<identify::Refitted>& rows) {
-  constexpr double kRow = 26.0, kLeft = 220.0, kRight = 600.0, kWidth = 860.0;
-  std::ostringstream out;
-  const double height = 40.0 + kRow * static_cast<double>(rows.size());
-  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " << kWidth << ' ' << height << "\" width=\""
-      << kWidth << "\" height=\"" << height  // keeps its size on a narrow screen, which scrolls
-      << "\" font-family=\"sans-serif\" font-size=\"12\" role=\"img\"><text x=\"12\" y=\"16\" font-weight=\"bold\">"
-      << plot::escape(channel) << ": believed (square) and found (dot, 95 %)</text>\n";
-  double y = 38.0;
+/// A square for the believed value of each parameter, a dot on its interval for the found one.
+plot::IntervalChart chart_of(const std::string& channel, const std::vector<identify::Refitted>& rows) {
+  plot::IntervalChart chart{.title = channel + ": believed (square) and found (dot, 95 %)", .rows = {}};
   for (const identify::Refitted& one : rows) {
-    const double low = std::min(one.found.low, one.believed);
-    const double high = std::max(one.found.high, one.believed);
-    const double span = high > low ? high - low : 1.0;
-    const auto at = [&](double value) { return kLeft + (kRight - kLeft) * (0.1 + 0.8 * (value - low) / span); };
-    const char* const color = one.matters ? plot::kOrange : plot::kBlue;
-    out << "<text x=\"" << kLeft - 8 << "\" y=\"" << y + 4 << "\" text-anchor=\"end\">" << plot::escape(one.parameter)
-        << "</text>\n<line x1=\"" << kLeft << "\" x2=\"" << kRight << "\" y1=\"" << y << "\" y2=\"" << y
-        << "\" stroke=\"#e6e6e6\"/>\n<line x1=\"" << at(one.found.low) << "\" x2=\"" << at(one.found.high) << "\" y1=\""
-        << y << "\" y2=\"" << y << "\" stroke=\"" << color << "\" stroke-width=\"4\"/>\n<rect x=\""
-        << at(one.believed) - 5 << "\" y=\"" << y - 5 << "\" width=\"10\" height=\"10\" fill=\"none\" stroke=\""
-        << plot::kBlack << "\" stroke-width=\"2\"/>\n<circle cx=\"" << at(one.found.value) << "\" cy=\"" << y
-        << "\" r=\"4\" fill=\"" << color << "\"/>\n<text x=\"" << kRight + 10 << "\" y=\"" << y + 4 << "\">"
-        << plot::number(one.believed) << " -&gt; " << plot::number(one.found.value) << " ["
-        << plot::number(one.found.low) << ", " << plot::number(one.found.high) << "]</text>\n";
-    y += kRow;
+    chart.rows.push_back({.label = one.parameter,
+                          .value = one.found.value,
+                          .low = one.found.low,
+                          .high = one.found.high,
+                          .believed = one.believed,
+                          .color = one.matters ? plot::kOrange : plot::kBlue});
   }
-  out << "</svg>\n";
-  return out.str();
+  return chart;
 }
 
 void believed_to_found(const LoopResult& result, plot::Page& page) {
@@ -143,7 +140,8 @@ void believed_to_found(const LoopResult& result, plot::Page& page) {
       {"channel", "parameter", "believed", "found", "95 % low", "high", "matters", "taken over"}};
   for (const auto& [channel, parameters] : result.believed_found) {
     if (!parameters.empty()) {
-      page.figure(drawing_of(channel, parameters), channel + ": each parameter has its own scale.");
+      page.figure(chart_of(channel, parameters),
+                  "In per cent of the found value; what lies beyond the line is drawn at its end.");
     }
     for (const identify::Refitted& one : parameters) {
       rows.push_back({channel, one.parameter, plot::number(one.believed), plot::number(one.found.value),
@@ -206,7 +204,7 @@ std::string missing(const identify::IdentifyResult& one) {
   if (out.empty() && !one.unexplained.empty()) {
     return "an effect that could not be named";
   }
-  return out.empty() ? "nothing" : out;
+  return out.empty() ? kNothing : out;
 }
 
 std::string believed_wrongly(const std::vector<identify::Refitted>& parameters) {
@@ -217,15 +215,96 @@ std::string believed_wrongly(const std::vector<identify::Refitted>& parameters) 
              plot::number(one.found.value);
     }
   }
-  return out.empty() ? "nothing that matters" : out;
+  return out.empty() ? kNothingThatMatters : out;
 }
 
-/// The result on one screen: missing effects, wrong numbers, their certainty, and their effect on the prediction.
+constexpr std::size_t kOneSecond = 2;
+static_assert(kHorizons_s[kOneSecond] == 1.0);
+
+std::string joined(const std::vector<std::string>& sentences) {
+  std::string out;
+  for (const std::string& sentence : sentences) {
+    out += (out.empty() ? "" : "; ") + sentence;
+  }
+  return out;
+}
+
+/// Per channel the missing effects and the numbers that matter; channels without either in one word.
+std::string missing_in_file(const LoopResult& result) {
+  std::vector<std::string> out;
+  std::string right;
+  for (const auto& [channel, one] : result.identified) {
+    const auto believed = result.believed_found.find(channel);
+    const std::string numbers = believed == result.believed_found.end() ? "" : believed_wrongly(believed->second);
+    const bool has_wrong = !numbers.empty() && numbers != kNothingThatMatters;
+    const std::string effects = missing(one);
+    if (effects == kNothing && !has_wrong) {
+      right += (right.empty() ? "" : ", ") + channel;
+    } else {
+      out.push_back(channel + ": " + (effects == kNothing ? "no effect" : effects) +
+                    (has_wrong ? ", but these numbers are wrong: " + numbers : ""));
+    }
+  }
+  if (!right.empty()) {
+    out.push_back(right + ": nothing");
+  }
+  return joined(out) + ".";
+}
+
+std::string explained(const LoopResult& result) {
+  std::vector<std::string> out;
+  for (const Quantity& quantity : kQuantities) {
+    const double before = (result.before.prediction.*quantity.member)[kOneSecond];
+    const double after = (result.after.prediction.*quantity.member)[kOneSecond];
+    out.push_back(std::string(quantity.name) + " " + plot::number(before) + " to " + plot::number(after) + " (" +
+                  change(before, after) + ")");
+  }
+  return "prediction 1 s ahead on a flight that no fit has seen: " + joined(out) + ".";
+}
+
+/// What became worse, with the margins that a slower and safer law is worth, and what no effect explains.
+std::vector<std::string> remains(const LoopResult& result) {
+  std::vector<std::string> out;
+  for (const std::string& cell : trajectory_errors(result).diverged) {
+    out.push_back("diverged: " + cell + " (not in the mean)");
+  }
+  for (const std::string& sentence : predicted_worse(result)) {
+    out.push_back(sentence);
+  }
+  if (const std::string tasks = flown_worse(result); !tasks.empty()) {
+    out.push_back("worse tracking: " + tasks);
+    for (const std::string& sentence : verdicts(result)) {
+      if (sentence.starts_with("margins on the corrected model")) {
+        out.push_back(sentence);
+      }
+    }
+  }
+  for (const auto& [axis, one] : result.identified) {
+    if (!one.unexplained.empty()) {
+      out.push_back(axis + ": unexplained: " + joined(one.unexplained));
+    }
+  }
+  return out;
+}
+
+/// The task whose figure stands beside the answer: the trajectory, otherwise the first that was flown twice.
+std::size_t shown_task(const LoopResult& result) {
+  const std::size_t count = std::min(result.before.experiments.size(), result.after.experiments.size());
+  std::size_t shown = result.before.experiments.size();
+  for (std::size_t i = count; i-- > 0;) {
+    const bool flown = !result.before.experiments[i].trace.empty() && !result.after.experiments[i].trace.empty();
+    const bool better = shown == result.before.experiments.size() ||
+                        result.before.experiments[shown].task->task != "trajectory" ||
+                        result.before.experiments[i].task->task == "trajectory";
+    shown = flown && better ? i : shown;
+  }
+  return shown;
+}
+
+/// The result in one table: missing effects, wrong numbers, their certainty, and their effect on the prediction.
 void answer(const LoopResult& result, plot::Page& page) {
-  constexpr std::size_t kOneSecond = 2;
-  static_assert(kHorizons_s[kOneSecond] == 1.0);
-  std::vector<std::vector<std::string>> rows{{"channel", "the file lacks", "verdict", "1 s ahead, before", "after",
-                                              "change", "taken over", "wrong numbers in the file"}};
+  std::vector<std::vector<std::string>> rows{{"channel", "effects that the file lacks", "numbers that are wrong",
+                                              "1 s ahead, before", "after", "change", "taken over"}};
   plot::Cells worse;
   for (const Quantity& quantity : kQuantities) {
     const auto found = result.identified.find(quantity.channel);
@@ -238,10 +317,10 @@ void answer(const LoopResult& result, plot::Page& page) {
       worse.insert({rows.size(), 4});
     }
     const auto believed = result.believed_found.find(quantity.channel);
-    rows.push_back({quantity.name, missing(found->second), found->second.verdict, plot::number(before),
-                    plot::number(after), change(before, after),
-                    result.taken_over.count(quantity.channel) > 0 ? "yes" : "no",
-                    believed == result.believed_found.end() ? "" : believed_wrongly(believed->second)});
+    rows.push_back({quantity.name, missing(found->second),
+                    believed == result.believed_found.end() ? "" : believed_wrongly(believed->second),
+                    plot::number(before), plot::number(after), change(before, after),
+                    result.taken_over.count(quantity.channel) > 0 ? "yes" : "no"});
   }
   page.table(rows, worse);
 }
@@ -250,28 +329,27 @@ void answer(const LoopResult& result, plot::Page& page) {
 
 void write_page(const LoopResult& result, const std::string& file) {
   plot::Page page("Closing the loop: fly, identify, fly again");
-  page.paragraph(
-      "Asked: which numbers of the vehicle file are wrong, and do the numbers found from the log predict and fly the "
-      "aircraft better?");
+  const std::vector<std::string> left = remains(result);
   const TrajectoryErrors errors = trajectory_errors(result);
-  if (errors.cells > 0) {
-    page.verdict("Pose error on the trajectory: " + plot::number(errors.before_m) + " m before, " +
-                     plot::number(errors.after_m) + " m after (" + change(errors.before_m, errors.after_m) + ").",
-                 errors.after_m < errors.before_m           ? "good"
-                 : errors.after_m <= 1.05 * errors.before_m ? "warn"
-                                                            : "bad");
-  } else {
-    page.verdict("Pose error on the trajectory: not flown.", "warn");
+  page.begin_answer({{"Asked",
+                      "which numbers of the vehicle file are wrong, and do the numbers found from the log predict and "
+                      "fly the aircraft "
+                      "better?"},
+                     {"Missing in the model", missing_in_file(result)},
+                     {"What it explains (simulated)", explained(result)},
+                     {"What it changed in flight (simulated)",
+                      errors.cells > 0 ? "pose error on the trajectory: " + plot::number(errors.before_m) +
+                                             " m before, " + plot::number(errors.after_m) + " m after (" +
+                                             change(errors.before_m, errors.after_m) + ")."
+                                       : "pose error on the trajectory: not flown."},
+                     {"What remains", left.empty() ? "nothing became worse." : joined(left) + "."}},
+                    !errors.diverged.empty()           ? "bad"
+                    : left.empty() && errors.cells > 0 ? "good"
+                                                       : "warn");
+  if (const std::size_t shown = shown_task(result); shown < result.before.experiments.size()) {
+    page.figure(distance_figure(result, shown), "Distance from the reference, first seed.");
   }
-  for (const std::string& cell : errors.diverged) {
-    page.verdict("Diverged: " + cell + ". The mean above does not include it.", "bad");
-  }
-  for (const std::string& sentence : predicted_worse(result)) {
-    page.verdict("Worse: " + sentence + ".", "bad");
-  }
-  if (const std::string tasks = flown_worse(result); !tasks.empty()) {
-    page.verdict("Worse tracking: " + tasks + ".", "warn");
-  }
+  page.end_answer();
   answer(result, page);
   page.paragraph(
       "All flights are simulated, and only the simulator knows the plant. The new vehicle file was identified from the "

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host_tests/lab/loop/trial_flights.h"
+#include "host_tests/lab/student_t.h"
 
 namespace m100::lab::loop {
 namespace {
@@ -39,9 +40,6 @@ std::vector<double> root_mean(const std::vector<double>& sums, double cells) {
   std::transform(sums.begin(), sums.end(), out.begin(), [cells](double sum) { return std::sqrt(sum / cells); });
   return out;
 }
-
-/// 97.5 % quantile of Student's t (Abramowitz and Stegun 26.7.5): exact to 1 % from three degrees of freedom on.
-double student_t(double degrees) { return 1.959964 + (2.3723 + (2.8225 + 2.5559 / degrees) / degrees) / degrees; }
 
 double average(const std::vector<double>& values) {
   double sum = 0.0;

@@ -14,8 +14,14 @@ using Cells = std::set<std::pair<std::size_t, std::size_t>>;  ///< row and colum
 /// Marks the end of a page's head: its title and the program that made it.
 inline constexpr const char* kHeadEnds = "<!-- head ends -->";
 
-/// A self-contained page: one HTML file with inline SVG figures, without scripts or external files. It names the
-/// version of the program that made it.
+struct Figure;
+struct BarChart;
+struct HeatMap;
+struct IntervalChart;
+
+/// A self-contained page: one HTML file that needs no other file and no network. It names the version of the program
+/// that made it. Where dygraphs is installed, its figures can be zoomed and read off; on paper and without the library
+/// they are static drawings.
 class Page {
  public:
   explicit Page(std::string title);
@@ -24,12 +30,28 @@ class Page {
   void paragraph(const std::string& words);
   /// A coloured box for the main sentence. kind: "good", "warn" or "bad".
   void verdict(const std::string& words, const std::string& kind);
+  /// The page's answer, in the order in which one reads: each part of it ("Asked", "Missing in the model", ...) with
+  /// its sentences; empty ones are left out. Stands beside the next figure, until end_answer(). kind as verdict().
+  using Answer = std::vector<std::pair<std::string, std::string>>;
+  void begin_answer(const Answer& parts, const std::string& kind);
+  void end_answer() { end_grid(); }
   /// The first row is the head. Cells that look like numbers are right-aligned.
   /// @param missed cells that miss their goal: marked by colour and by a sign.
   void table(const std::vector<std::vector<std::string>>& rows, const Cells& missed = {});
   void list(const std::vector<std::string>& items);
-  /// An SVG as svg() makes it, with a caption.
-  void figure(const std::string& svg, const std::string& caption);
+  /// A figure with a caption: a wide drawing, one for narrow screens, and the data for the live one.
+  void figure(const Figure& figure, const std::string& caption);
+  void figure(const BarChart& chart, const std::string& caption);
+  void figure(const HeatMap& map, const std::string& caption);
+  void figure(const IntervalChart& chart, const std::string& caption);
+  /// Numbers that are seen first: each with its name and one line that explains it.
+  struct Tile {
+    std::string name, value, note;
+  };
+  void tiles(const std::vector<Tile>& tiles);
+  /// What is added until end_grid() stands side by side where the screen is wide enough.
+  void begin_grid() { body_ += "<div class=\"grid\">\n"; }
+  void end_grid() { body_ += "</div>\n"; }
   /// Appends HTML unchanged, e.g. another page's body().
   void raw(const std::string& html) { body_ += html; }
 
@@ -39,6 +61,8 @@ class Page {
   void write(const std::string& path) const;
 
  private:
+  void boxed(const std::string& html, const std::string& caption);
+
   std::string title_;
   std::string body_;
 };

@@ -55,14 +55,6 @@ std::string tick_label(double value, double step) {
   return text.data();
 }
 
-std::string open_svg(double width, double height) {
-  std::ostringstream out;
-  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " << width << ' ' << height << "\" width=\"" << width
-      << "\" height=\"" << height << "\" font-family=\"sans-serif\" font-size=\"" << kFont << "\">\n"
-      << "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
-  return out.str();
-}
-
 void text(std::ostream& out, double x, double y, const std::string& words, const char* anchor,
           const std::string& extra = "") {
   out << "<text x=\"" << x << "\" y=\"" << y << "\" text-anchor=\"" << anchor << "\" fill=\"#222\" " << extra << '>'
@@ -77,14 +69,27 @@ struct Sheet {
   double py(double value) const { return top + height * (1.0 - (value - y.low) / y.size()); }
 };
 
+/// @param maps the picture says where data lie on it, for a script that draws the cursor.
+std::string open_svg(double width, double height, const Sheet& s, bool maps) {
+  std::ostringstream out;
+  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " << width << ' ' << height << "\" width=\"" << width
+      << "\" height=\"" << height << "\" font-family=\"sans-serif\" font-size=\"" << kFont << "\"";
+  if (maps) {
+    out << " data-map=\"" << s.px(0.0) << ' ' << s.px(1.0) - s.px(0.0) << ' ' << s.py(0.0) << ' '
+        << s.py(1.0) - s.py(0.0) << "\"";
+  }
+  out << ">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
+  return out.str();
+}
+
 void draw_grid(std::ostream& out, const Sheet& s) {
-  const double x_step = tick_step(s.x, 9);
+  const double x_step = tick_step(s.x, std::max(2, static_cast<int>(s.width / 85.0)));
   for (double v = std::ceil(s.x.low / x_step) * x_step; v <= s.x.high + 1e-9 * x_step; v += x_step) {
     out << "<line x1=\"" << s.px(v) << "\" x2=\"" << s.px(v) << "\" y1=\"" << s.top << "\" y2=\"" << s.top + s.height
         << "\" stroke=\"#e6e6e6\"/>\n";
     text(out, s.px(v), s.top + s.height + 16, tick_label(v, x_step), "middle");
   }
-  const double y_step = tick_step(s.y, 5);
+  const double y_step = tick_step(s.y, std::max(2, static_cast<int>(s.height / 37.0)));
   for (double v = std::ceil(s.y.low / y_step) * y_step; v <= s.y.high + 1e-9 * y_step; v += y_step) {
     out << "<line y1=\"" << s.py(v) << "\" y2=\"" << s.py(v) << "\" x1=\"" << s.left << "\" x2=\"" << s.left + s.width
         << "\" stroke=\"#e6e6e6\"/>\n";
@@ -94,65 +99,60 @@ void draw_grid(std::ostream& out, const Sheet& s) {
       << "\" fill=\"none\" stroke=\"#888\"/>\n";
 }
 
-/// At most two points per pixel column: the smallest and the largest, in their order.
-std::vector<std::pair<double, double>> thinned(const Curve& line, const Sheet& s) {
-  std::vector<std::pair<double, double>> points;
-  const std::size_t count = std::min(line.x.size(), line.y.size());
-  const std::size_t bucket = std::max<std::size_t>(1, count / static_cast<std::size_t>(2.0 * s.width));
-  for (std::size_t begin = 0; begin < count; begin += bucket) {
-    const std::size_t end = std::min(count, begin + bucket);
-    std::size_t low = begin;
-    std::size_t high = begin;
-    bool broken = false;
-    for (std::size_t i = begin; i < end; ++i) {
-      broken = broken || !std::isfinite(line.y[i]);
-      low = line.y[i] < line.y[low] ? i : low;
-      high = line.y[i] > line.y[high] ? i : high;
-    }
-    if (broken) {
-      points.emplace_back(line.x[begin], std::numeric_limits<double>::quiet_NaN());
-      continue;
-    }
-    points.emplace_back(line.x[std::min(low, high)], line.y[std::min(low, high)]);
-    if (low != high) {
-      points.emplace_back(line.x[std::max(low, high)], line.y[std::max(low, high)]);
-    }
-  }
-  return points;
-}
-
 void draw_line(std::ostream& out, const Curve& line, const Sheet& s) {
   out << "<path fill=\"none\" stroke=\"" << line.color << "\" stroke-width=\"" << line.width
       << "\" stroke-linejoin=\"round\"" << (line.dashed ? " stroke-dasharray=\"6 4\"" : "") << " d=\"";
   bool pen_down = false;
   std::array<char, 64> step{};
-  for (const auto& [x, y] : thinned(line, s)) {
-    if (!std::isfinite(y)) {
+  const Curve drawn = thinned(line, static_cast<std::size_t>(4.0 * s.width));
+  for (std::size_t i = 0; i < drawn.x.size(); ++i) {
+    if (!std::isfinite(drawn.y[i])) {
       pen_down = false;
       continue;
     }
-    std::snprintf(step.data(), step.size(), "%c%.1f %.1f", pen_down ? 'L' : 'M', s.px(x), s.py(y));
+    std::snprintf(step.data(), step.size(), "%c%.1f %.1f", pen_down ? 'L' : 'M', s.px(drawn.x[i]), s.py(drawn.y[i]));
     out << step.data();
     pen_down = true;
   }
   out << "\"/>\n";
 }
 
-void draw_legend(std::ostream& out, const std::vector<Curve>& lines, double left, double y) {
+constexpr double kLegendRow = 18.0;
+
+/// Draws the names of the curves in as many rows as they need. @returns the number of rows. @param out may be null.
+int draw_legend(std::ostream* out, const std::vector<Curve>& lines, double left, double right, double y) {
   double x = left;
+  int rows = 1;
   for (const Curve& line : lines) {
     if (line.name.empty()) {
       continue;
     }
-    out << "<line x1=\"" << x << "\" x2=\"" << x + 22 << "\" y1=\"" << y - 4 << "\" y2=\"" << y - 4 << "\" stroke=\""
-        << line.color << "\" stroke-width=\"2.5\"" << (line.dashed ? " stroke-dasharray=\"6 4\"" : "") << "/>\n";
-    text(out, x + 27, y, line.name, "start");
-    x += 27 + kGlyph * static_cast<double>(line.name.size()) + 22;
+    const double width = 27 + kGlyph * static_cast<double>(line.name.size()) + 22;
+    if (x > left && x + width - 22 > right) {
+      x = left;
+      ++rows;
+    }
+    if (out != nullptr) {
+      const double row = y + kLegendRow * (rows - 1);
+      *out << "<line x1=\"" << x << "\" x2=\"" << x + 22 << "\" y1=\"" << row - 4 << "\" y2=\"" << row - 4
+           << "\" stroke=\"" << line.color << "\" stroke-width=\"2.5\""
+           << (line.dashed ? " stroke-dasharray=\"6 4\"" : "") << "/>\n";
+      text(*out, x + 27, row, line.name, "start");
+    }
+    x += width;
   }
+  return rows;
 }
 
-Sheet sheet_of(const Figure& figure) {
-  Sheet s{.left = 62, .top = 46, .width = figure.width - 80, .height = figure.height - 92, .x = {}, .y = {}};
+Sheet sheet_of(const Figure& figure, bool bare) {
+  const double left = bare ? 48.0 : 62.0;
+  const double top = (bare ? 8.0 : 28.0) + kLegendRow * draw_legend(nullptr, figure.lines, left, figure.width, 0.0);
+  Sheet s{.left = left,
+          .top = top,
+          .width = figure.width - left - 18.0,
+          .height = figure.height - top - 46.0,
+          .x = {},
+          .y = {}};
   for (const Curve& line : figure.lines) {
     std::for_each(line.x.begin(), line.x.end(), [&](double v) { s.x.take(v); });
     std::for_each(line.y.begin(), line.y.end(), [&](double v) { s.y.take(v); });
@@ -172,22 +172,24 @@ Sheet sheet_of(const Figure& figure) {
   return s;
 }
 
-/// The ends of an interval as shares of its value.
-std::pair<double, double> shares(const IntervalRow& row) {
-  const double size = std::abs(row.value) > 0.0 ? std::abs(row.value) : std::max(std::abs(row.low), std::abs(row.high));
-  return size > 0.0 ? std::pair{(row.low - row.value) / size, (row.high - row.value) / size} : std::pair{0.0, 0.0};
+void draw_spans(std::ostream& out, const std::vector<Span>& spans, const Sheet& s) {
+  for (const Span& span : spans) {
+    const double from = s.px(std::clamp(span.from, s.x.low, s.x.high));
+    const double to = s.px(std::clamp(span.to, s.x.low, s.x.high));
+    out << "<rect x=\"" << from << "\" y=\"" << s.top << "\" width=\"" << to - from << "\" height=\"" << s.height
+        << "\" fill=\"" << span.color << "\"/>\n";
+    if (to - from > kGlyph * static_cast<double>(span.label.size())) {
+      text(out, (from + to) / 2, s.top + 13, span.label, "middle", "fill-opacity=\"0.65\"");
+    }
+  }
 }
 
-/// A round number of per cent that includes every interval, at most 50.
-double widest_percent(const IntervalChart& chart) {
-  constexpr std::array kRound{1.0, 2.0, 5.0, 10.0, 20.0, 50.0};
-  double widest = 0.0;
-  for (const IntervalRow& row : chart.rows) {
-    const auto [low, high] = shares(row);
-    widest = std::max({widest, -100.0 * low, 100.0 * high});
+void draw_levels(std::ostream& out, const std::vector<std::pair<double, std::string>>& levels, const Sheet& s) {
+  for (const auto& [level, label] : levels) {
+    out << "<line x1=\"" << s.left << "\" x2=\"" << s.left + s.width << "\" y1=\"" << s.py(level) << "\" y2=\""
+        << s.py(level) << "\" stroke=\"" << kGrey << "\" stroke-dasharray=\"3 3\"/>\n";
+    text(out, s.left + s.width - 4, s.py(level) - 4, label, "end");
   }
-  const auto* const found = std::find_if(kRound.begin(), kRound.end(), [&](double round) { return round >= widest; });
-  return found == kRound.end() ? kRound.back() : *found;
 }
 
 }  // namespace
@@ -230,25 +232,82 @@ std::string number(double value) {
   return text.data();
 }
 
-std::string svg(const Figure& figure) {
-  const Sheet s = sheet_of(figure);
+std::string percent(double share) {
+  std::array<char, 32> text{};
+  const double tenths = std::round(1000.0 * share);
+  if (!std::isfinite(share) || tenths == 0.0) {
+    return std::isfinite(share) ? "0 %" : "–";
+  }
+  std::snprintf(text.data(), text.size(), "%+.*f %%", std::abs(tenths) < 100.0 ? 1 : 0, tenths / 10.0);
+  return text.data();
+}
+
+Curve in_order(const Curve& curve) {
+  const std::size_t count = std::min(curve.x.size(), curve.y.size());
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (std::isfinite(curve.x[i])) {
+      order.push_back(i);
+    }
+  }
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return curve.x[a] < curve.x[b]; });
+  Curve out = curve;
+  out.x.clear();
+  out.y.clear();
+  for (const std::size_t i : order) {
+    if (!out.x.empty() && curve.x[i] - out.x.back() > curve.max_step) {
+      out.x.push_back(out.x.back());
+      out.y.push_back(std::nan(""));
+    }
+    out.x.push_back(curve.x[i]);
+    out.y.push_back(curve.y[i]);
+  }
+  return out;
+}
+
+Curve thinned(const Curve& curve, std::size_t count) {
+  const std::size_t size = std::min(curve.x.size(), curve.y.size());
+  const std::size_t group = std::max<std::size_t>(1, 2 * size / std::max<std::size_t>(count, 1));
+  Curve out = curve;
+  out.x.clear();
+  out.y.clear();
+  const auto keep = [&](std::size_t i) {
+    out.x.push_back(curve.x[i]);
+    out.y.push_back(curve.y[i]);
+  };
+  for (std::size_t begin = 0; begin < size; begin += group) {
+    const std::size_t end = std::min(size, begin + group);
+    std::size_t low = begin;
+    std::size_t high = begin;
+    std::size_t broken = end;
+    for (std::size_t i = begin; i < end; ++i) {
+      broken = std::isfinite(curve.y[i]) ? broken : i;
+      low = curve.y[i] < curve.y[low] ? i : low;
+      high = curve.y[i] > curve.y[high] ? i : high;
+    }
+    keep(broken < end ? broken : std::min(low, high));
+    if (broken == end && low != high) {
+      keep(std::max(low, high));
+    }
+  }
+  return out;
+}
+
+std::string svg(const Figure& given, bool bare) {
+  Figure figure = given;
+  if (!figure.equal_axes) {
+    std::transform(figure.lines.begin(), figure.lines.end(), figure.lines.begin(), in_order);
+  }
+  const Sheet s = sheet_of(figure, bare);
   std::ostringstream out;
-  out << open_svg(figure.width, figure.height);
-  text(out, s.left, 16, figure.title, "start", "font-weight=\"bold\"");
-  draw_legend(out, figure.lines, s.left, 36);
-  for (const Span& span : figure.spans) {
-    const double from = s.px(std::clamp(span.from, s.x.low, s.x.high));
-    const double to = s.px(std::clamp(span.to, s.x.low, s.x.high));
-    out << "<rect x=\"" << from << "\" y=\"" << s.top << "\" width=\"" << to - from << "\" height=\"" << s.height
-        << "\" fill=\"#fff3d6\"/>\n";
-    text(out, (from + to) / 2, s.top + 13, span.label, "middle", "fill-opacity=\"0.65\"");
+  out << open_svg(figure.width, figure.height, s, bare);
+  if (!bare) {
+    text(out, s.left, 16, figure.title, "start", "font-weight=\"bold\"");
   }
+  draw_legend(&out, figure.lines, s.left, figure.width, bare ? 16 : 36);
+  draw_spans(out, figure.spans, s);
   draw_grid(out, s);
-  for (const auto& [level, label] : figure.levels) {
-    out << "<line x1=\"" << s.left << "\" x2=\"" << s.left + s.width << "\" y1=\"" << s.py(level) << "\" y2=\""
-        << s.py(level) << "\" stroke=\"" << kGrey << "\" stroke-dasharray=\"3 3\"/>\n";
-    text(out, s.left + s.width - 4, s.py(level) - 4, label, "end");
-  }
+  draw_levels(out, figure.levels, s);
   // One page holds many figures: the clip needs a name that no other figure has.
   const std::string clip = "c" + std::to_string(std::hash<std::string>{}(figure.title + figure.y_label + out.str()));
   out << "<clipPath id=\"" << clip << "\"><rect x=\"" << s.left << "\" y=\"" << s.top << "\" width=\"" << s.width
@@ -258,148 +317,11 @@ std::string svg(const Figure& figure) {
   }
   out << "</g>\n";
   text(out, s.left + s.width / 2, figure.height - 10, figure.x_label, "middle");
-  const double y_middle = s.top + s.height / 2;
-  std::ostringstream turned;
-  turned << "transform=\"rotate(-90 14 " << y_middle << ")\"";
-  text(out, 14, y_middle, figure.y_label, "middle", turned.str());
-  out << "</svg>\n";
-  return out.str();
-}
-
-std::string svg(const BarChart& chart) {
-  std::size_t longest = 4;
-  Range range;
-  range.take(0.0);
-  for (const Bar& bar : chart.bars) {
-    longest = std::max(longest, bar.label.size());
-    range.take(bar.value);
-  }
-  const double row = 21.0;
-  const double height = 62.0 + row * static_cast<double>(chart.bars.size());
-  const double left = 16.0 + kGlyph * static_cast<double>(longest);
-  Sheet s{.left = left,
-          .top = 28,
-          .width = chart.width - left - 190,
-          .height = height - 62,
-          .x = range.size() > 0.0 ? range : Range{0.0, 1.0},
-          .y = {0, 1}};
-  std::ostringstream out;
-  out << open_svg(chart.width, height);
-  text(out, 12, 16, chart.title, "start", "font-weight=\"bold\"");
-  const double step = tick_step(s.x, 6);
-  for (double v = std::ceil(s.x.low / step) * step; v <= s.x.high + 1e-9 * step; v += step) {
-    out << "<line x1=\"" << s.px(v) << "\" x2=\"" << s.px(v) << "\" y1=\"" << s.top << "\" y2=\"" << s.top + s.height
-        << "\" stroke=\"#e6e6e6\"/>\n";
-    text(out, s.px(v), s.top + s.height + 15, tick_label(v, step), "middle");
-  }
-  double y = s.top + 3;
-  for (const Bar& bar : chart.bars) {
-    const double from = s.px(std::min(0.0, bar.value));
-    const double to = s.px(std::max(0.0, bar.value));
-    out << "<rect x=\"" << from << "\" y=\"" << y << "\" width=\"" << std::max(0.5, to - from)
-        << "\" height=\"14\" fill=\"" << bar.color << "\"/>\n";
-    text(out, left - 6, y + 11, bar.label, "end");
-    text(out, to + 6, y + 11, bar.note, "start");
-    y += row;
-  }
-  text(out, s.left + s.width / 2, height - 6, chart.x_label, "middle");
-  out << "</svg>\n";
-  return out.str();
-}
-
-std::string svg(const IntervalChart& chart) {
-  std::size_t longest = 4;
-  for (const IntervalRow& row : chart.rows) {
-    longest = std::max(longest, row.label.size());
-  }
-  const double left = 18.0 + kGlyph * static_cast<double>(longest);
-  const double words = 250.0;
-  const double scale = widest_percent(chart);
-  const double height = 54.0 + 26.0 * static_cast<double>(chart.rows.size());
-  std::ostringstream out;
-  out << open_svg(chart.width, height);
-  text(out, 12, 16, chart.title, "start", "font-weight=\"bold\"");
-  const Sheet s{.left = left,
-                .top = 40,
-                .width = chart.width - left - words,
-                .height = 1,
-                .x = {-1.1 * scale, 1.1 * scale},
-                .y = {0, 1}};
-  for (const double tick : {-scale, -0.5 * scale, 0.0, 0.5 * scale, scale}) {
-    text(out, s.px(tick), 36, (tick > 0.0 ? "+" : "") + number(tick) + " %", "middle");
-    out << "<line x1=\"" << s.px(tick) << "\" x2=\"" << s.px(tick) << "\" y1=\"42\" y2=\"" << height - 8
-        << "\" stroke=\"#e6e6e6\"/>\n";
-  }
-  double y = 60;
-  for (const IntervalRow& row : chart.rows) {
-    const auto [low, high] = shares(row);
-    const double from = std::max(-1.1 * scale, 100.0 * low);
-    const double to = std::min(1.1 * scale, 100.0 * high);
-    out << "<line x1=\"" << s.left << "\" x2=\"" << s.left + s.width << "\" y1=\"" << y << "\" y2=\"" << y
-        << "\" stroke=\"#e6e6e6\"/>\n<line x1=\"" << s.px(from) << "\" x2=\"" << s.px(to) << "\" y1=\"" << y
-        << "\" y2=\"" << y << "\" stroke=\"" << kBlue << "\" stroke-width=\"4\"/>\n<circle cx=\"" << s.px(0.0)
-        << "\" cy=\"" << y << "\" r=\"5\" fill=\"" << kOrange << "\"/>\n";
-    text(out, left - 8, y + 4, row.label, "end");
-    text(out, s.left + s.width + 10, y + 4,
-         number(row.value) + "   [" + number(row.low) + ", " + number(row.high) + "]", "start");
-    y += 26;
-  }
-  out << "</svg>\n";
-  return out.str();
-}
-
-namespace {
-
-constexpr double kCell = 30.0;
-
-/// One row of a matrix: a square for each count, whose fill grows with the count's share of the row.
-void draw_counts(std::ostringstream& out, const Matrix& matrix, std::size_t r, double left, double y) {
-  int total = 0;
-  for (const int count : matrix.counts[r]) {
-    total += count;
-  }
-  for (std::size_t c = 0; c < matrix.columns.size(); ++c) {
-    const int count = matrix.counts[r][c];
-    const double share = total > 0 ? static_cast<double>(count) / total : 0.0;
-    const bool right = matrix.rows[r] == matrix.columns[c];
-    const double x = left + kCell * static_cast<double>(c);
-    out << "<rect x=\"" << x << "\" y=\"" << y << "\" width=\"" << kCell - 1 << "\" height=\"" << kCell - 1
-        << "\" fill=\"" << (right ? kGreen : kOrange) << "\" fill-opacity=\"" << (count > 0 ? 0.15 + 0.75 * share : 0)
-        << "\" stroke=\"#ddd\"/>\n";
-    if (count > 0) {
-      text(out, x + kCell / 2, y + 20, std::to_string(count), "middle");
-    }
-  }
-}
-
-}  // namespace
-
-std::string svg(const Matrix& matrix) {
-  std::size_t longest_row = 4;
-  std::size_t longest_column = 4;
-  for (const std::string& row : matrix.rows) {
-    longest_row = std::max(longest_row, row.size());
-  }
-  for (const std::string& column : matrix.columns) {
-    longest_column = std::max(longest_column, column.size());
-  }
-  const double left = 20.0 + kGlyph * static_cast<double>(longest_row);
-  const double top = 34.0 + 0.75 * kGlyph * static_cast<double>(longest_column);
-  const double width = left + kCell * static_cast<double>(matrix.columns.size()) + 90.0;
-  const double height = top + kCell * static_cast<double>(matrix.rows.size()) + 12.0;
-  std::ostringstream out;
-  out << open_svg(width, height);
-  text(out, 12, 16, matrix.title, "start", "font-weight=\"bold\"");
-  for (std::size_t c = 0; c < matrix.columns.size(); ++c) {
-    const double x = left + kCell * (static_cast<double>(c) + 0.6);
+  if (!bare) {
+    const double y_middle = s.top + s.height / 2;
     std::ostringstream turned;
-    turned << "transform=\"rotate(-48 " << x << ' ' << top - 6 << ")\"";
-    text(out, x, top - 6, matrix.columns[c], "start", turned.str());
-  }
-  for (std::size_t r = 0; r < matrix.rows.size(); ++r) {
-    const double y = top + kCell * static_cast<double>(r);
-    text(out, left - 8, y + 20, matrix.rows[r], "end");
-    draw_counts(out, matrix, r, left, y);
+    turned << "transform=\"rotate(-90 14 " << y_middle << ")\"";
+    text(out, 14, y_middle, figure.y_label, "middle", turned.str());
   }
   out << "</svg>\n";
   return out.str();

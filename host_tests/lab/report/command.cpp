@@ -58,16 +58,16 @@ void run(const ReportOptions& options) {
       .writes("--out", options.out)
       .check();
   plot::Page whole(options.title);
-  if (!options.asked.empty()) {
+  if (options.sources.any()) {
+    report::Sources sources = options.sources;
+    sources.measured = options.source == "measured";
+    sources.asked = options.asked;
+    report::summarise(sources, whole);
+  } else if (!options.asked.empty()) {
     whole.paragraph("Asked: " + options.asked);
   }
   if (!options.note.empty()) {
     whole.paragraph(options.note);
-  }
-  if (options.sources.any()) {
-    report::Sources sources = options.sources;
-    sources.measured = options.source == "measured";
-    report::summarise(sources, whole);
   }
   if (!options.lead.empty()) {
     whole.raw(between(options.lead, whole_file(options.lead), plot::kHeadEnds, "</body>"));

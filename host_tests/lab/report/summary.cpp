@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/plot/svg.h"
+#include "host_tests/lab/plot/charts.h"
 #include "host_tests/lab/read_json.h"
 
 namespace m100::lab::report {
@@ -67,20 +67,29 @@ class Summary {
     });
     of_json(sources_.experiments, kNone, [&] { paper(); });
     of_json(sources_.margins, kNone, [&] { margins(); });
-    page.verdict(sentence(), missed_.empty() ? "good" : "warn");
-    if (!found_.empty()) {
-      page.paragraph("Found in addition to the declared model: " + found_ + ".");
+    std::string remains;
+    for (const std::string& one : missed_) {
+      remains += (remains.empty() ? "" : "; ") + one;
     }
+    page.begin_answer({{"Asked", sources_.asked},
+                       {"Missing in the model", found_},
+                       {std::string("What it explains (") + (measured_ ? "measured)" : "simulated)"), explained_},
+                       {"What it changed in flight (simulated)", in_flight()},
+                       {"What remains", missed_.empty() ? "every goal was reached."
+                                                        : std::to_string(missed_.size()) +
+                                                              (missed_.size() == 1 ? " goal was" : " goals were") +
+                                                              " not reached: " + remains + "."}},
+                      missed_.empty() ? "good" : "warn");
+    if (!bars_.bars.empty()) {
+      page.figure(bars_, "Orange: before; blue: after. In per cent of the error before.");
+    }
+    page.end_answer();
     page.table(rows_, marked_);
     page.paragraph(
         "Rows 'log': prediction error on the part of the log that no fit has used, with the declared model (before) "
         "and with the effects found (after). Rows 'loop': prediction error 1 s ahead for a simulated aircraft with "
         "hidden effects, with the vehicle file before and after they were identified. Rows 'flown': pose error in the "
         "tasks that this aircraft flew with both files.");
-    if (!missed_.empty()) {
-      page.paragraph("Not reached:");
-      page.list(missed_);
-    }
   }
 
  private:
@@ -94,9 +103,15 @@ class Summary {
       missed_.push_back(what + " became larger: " + plot::number(before) + " before, " + plot::number(after) +
                         " after");
     }
-    rows_.push_back({what, plot::number(before), plot::number(after),
-                     before > 0.0 ? plot::number(100.0 * (after / before - 1.0)) + " %" : "",
-                     simulated ? "simulated" : "measured"});
+    const std::string change = before > 0.0 ? plot::percent(after / before - 1.0) : "";
+    rows_.push_back({what, plot::number(before), plot::number(after), change, simulated ? "simulated" : "measured"});
+    if (before > 0.0) {
+      bars_.bars.push_back({.label = what, .value = 100.0, .note = plot::number(before), .color = plot::kOrange});
+      bars_.bars.push_back({.label = "",
+                            .value = 100.0 * after / before,
+                            .note = plot::number(after) + " (" + change + ")",
+                            .color = plot::kBlue});
+    }
   }
 
   void identified(const json& one) {
@@ -106,6 +121,12 @@ class Summary {
       names += (names.empty() ? "" : ", ") + spaced(effect.value("name", ""));
     }
     found_ += (found_.empty() ? "" : "; ") + spaced(axis) + ": " + (names.empty() ? "nothing" : names);
+    const double before = number_at(one, "/declared/validation_rmse");
+    const double after = number_at(one, "/final/validation_rmse");
+    if (before > 0.0 && after >= 0.0) {
+      explained_ += (explained_.empty() ? "" : "; ") + spaced(axis) + ": " + plot::number(before) + " to " +
+                    plot::number(after) + " " + unit_of(axis) + " (" + plot::percent(after / before - 1.0) + ")";
+    }
     row("log: " + spaced(axis) + " [" + unit_of(axis) + "]", number_at(one, "/declared/validation_rmse"),
         number_at(one, "/final/validation_rmse"), !measured_);
     if (one.value("verdict", "") == "unexplained") {
@@ -170,16 +191,26 @@ class Summary {
     }
   }
 
-  std::string sentence() const {
+  /// The flights of the loop's aircraft, and those of the paper's tasks.
+  std::string in_flight() const {
     std::string out;
-    if (cells_ > 0) {
-      out = "Simulated flights: " + std::to_string(cells_ - above_) + " of " + std::to_string(cells_) +
-            " errors are at or below those that the paper measured. ";
+    const json before = loop_.value("/before/experiments"_json_pointer, json::object());
+    for (const auto& [task, airs] : before.items()) {
+      for (const auto& [air, cell] : airs.items()) {
+        const std::string path = "/" + task + "/" + air + "/pose_m";
+        const double was = number_at(before, path);
+        const double is = number_at(loop_, "/after/experiments" + path);
+        if (was > 0.0 && is >= 0.0) {
+          out += spaced(task) + ", " + air + ": " + plot::number(was) + " to " + plot::number(is) + " m (" +
+                 plot::percent(is / was - 1.0) + "); ";
+        }
+      }
     }
-    return out + (missed_.empty() ? "Every goal was reached."
-                  : missed_.size() == 1
-                      ? "1 goal was not reached; it is listed below."
-                      : std::to_string(missed_.size()) + " goals were not reached; they are listed below.");
+    if (cells_ > 0) {
+      out += std::to_string(cells_ - above_) + " of " + std::to_string(cells_) +
+             " errors of the paper's tasks are at or below those that the paper measured";
+    }
+    return out;
   }
 
   const Sources& sources_;
@@ -189,6 +220,8 @@ class Summary {
   json loop_;
   json margins_;
   std::string found_;
+  std::string explained_;
+  plot::BarChart bars_{.title = "Root mean square error before and after", .x_label = "", .bars = {}};
   std::vector<std::vector<std::string>> rows_{{"root mean square error", "before", "after", "change", "data"}};
   plot::Cells marked_;
   std::vector<std::string> missed_;

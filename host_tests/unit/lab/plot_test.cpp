@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
+#include "host_tests/lab/plot/charts.h"
 #include "host_tests/lab/plot/html.h"
+#include "host_tests/lab/plot/live.h"
 #include "host_tests/lab/plot/svg.h"
 
 namespace m100::lab::plot {
@@ -33,6 +36,46 @@ TEST(Plot, WordsOfTheUserCannotBreakThePage) {
   page.paragraph("<script>");
   EXPECT_EQ(page.html().find("<script>"), std::string::npos);
   EXPECT_NE(page.html().find("a &lt; b &amp; &quot;c&quot;"), std::string::npos);
+}
+
+// Ranges of a log may come in any order (--split alternate): no line may run back from one to the other.
+TEST(Plot, TimeThatRunsBackBetweenRangesIsPutInOrder) {
+  const Curve line{.name = "y", .x = {0, 1, 4, 5, 2, 3, 8}, .y = {0, 1, 4, 5, 2, 3, 8}, .max_step = 1.5};
+  const Curve found = in_order(line);
+  EXPECT_TRUE(std::is_sorted(found.x.begin(), found.x.end()));
+  ASSERT_EQ(found.x.size(), 8U) << "seven points and the break of the gap from 5 to 8";
+  for (std::size_t i = 0; i < found.x.size(); ++i) {
+    EXPECT_TRUE(std::isnan(found.y[i]) || found.y[i] == found.x[i]) << i;
+  }
+  EXPECT_TRUE(std::isnan(found.y[6]));
+  const std::string data = live_data(Figure{.title = "t", .x_label = "", .y_label = "", .lines = {line}});
+  EXPECT_NE(data.find("\"x\":[0,1,2,3,4,5,5,8]"), std::string::npos) << data;
+  EXPECT_NE(data.find("\"y\":[0,1,2,3,4,5,null,8]"), std::string::npos) << data;
+}
+
+TEST(Plot, DataOfALiveFigureCannotEndItsElement) {
+  const Figure figure{.title = "t", .x_label = "</script>", .y_label = "", .lines = {}};
+  EXPECT_EQ(live_data(figure).find("</"), std::string::npos);
+}
+
+TEST(Plot, AHeatMapSaysWhatItsColoursMean) {
+  const std::string map = html(HeatMap{.title = "t",
+                                       .rows = {"r"},
+                                       .columns = {"c", "d"},
+                                       .values = {{1.0, std::nan("")}},
+                                       .words = {{"10 of 10", ""}},
+                                       .good = 0.02,
+                                       .bad = 1.0,
+                                       .good_words = {},
+                                       .bad_words = {}});
+  EXPECT_NE(map.find("<span>1.00</span><i></i><span>0.0200</span>"), std::string::npos) << map;
+  EXPECT_NE(map.find("<td class=\"none\"></td>"), std::string::npos);
+}
+
+TEST(Plot, AChangeInPerCentHasASignAndNoMinusZero) {
+  EXPECT_EQ(percent(-0.0001), "0 %");
+  EXPECT_EQ(percent(0.123), "+12 %");
+  EXPECT_EQ(percent(-0.034), "-3.4 %");
 }
 
 struct NumberCase {

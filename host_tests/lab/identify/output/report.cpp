@@ -8,12 +8,14 @@
 #include "firmware/model/translation.h"
 #include "host_tests/lab/identify/output/report_figures.h"
 #include "host_tests/lab/identify/output/series_csv.h"
-#include "host_tests/lab/plot/svg.h"
+#include "host_tests/lab/plot/charts.h"
 
 namespace m100::lab::identify {
 namespace {
 
 using plot::number;
+
+constexpr double kGap_s = 0.1;  ///< a longer step between samples is a gap of the log, or one between its ranges
 
 std::string unit_of(const std::string& axis) {
   if (axis == "translation") {
@@ -65,50 +67,62 @@ std::vector<plot::Span> validation_spans(const Figures& figures) {
   return spans;
 }
 
-/// Breaks curves where the log has gaps between its ranges.
-std::vector<double> with_gaps(const std::vector<double>& t_s, std::vector<double> values) {
-  for (std::size_t i = 1; i < values.size() && i < t_s.size(); ++i) {
-    if (t_s[i] - t_s[i - 1] > 0.1) {
-      values[i] = std::nan("");
-    }
-  }
-  return values;
-}
-
-/// The verdict in a coloured line.
-void verdict_line(plot::Page& page, const IdentifyResult& r) {
-  std::vector<std::string> found;
+/// The effects that the declared model lacks, with their parameters, and the numbers that are wrong.
+std::string missing(const IdentifyResult& r) {
+  std::vector<std::string> parts;
   for (const EffectResult& effect : r.effects) {
-    found.push_back(effect.name);
+    std::string numbers;
+    for (const NamedInterval& p : effect.parameters) {
+      numbers += (numbers.empty() ? "" : ", ") + p.name + " " + number(p.interval.value);
+    }
+    parts.push_back(effect.name + (numbers.empty() ? "" : " (" + numbers + ")"));
   }
   for (const Change& change : r.changes) {
-    found.push_back("a change of " + change.name);
+    parts.push_back("a change of " + change.name + " at " + number(change.at_s) + " s");
   }
-  if (r.verdict == "nothing_missing") {
-    page.verdict("Nothing is missing: these data show no effect that the declared model lacks.", "good");
-  } else if (r.verdict == "explained") {
-    page.verdict("Explained by: " + joined(found, ", ") + ".", "good");
-  } else {
-    page.verdict("Unexplained: " + (r.unexplained.empty() ? std::string("the residual") : joined(r.unexplained, "; ")) +
-                     (found.empty() ? "." : ". Effects found: " + joined(found, ", ") + "."),
-                 "bad");
+  std::string out = parts.empty() ? "no effect that these data show" : joined(parts, ", ");
+  std::string wrong;
+  for (const Refitted& one : r.refitted) {
+    wrong += one.matters ? (wrong.empty() ? "" : ", ") + one.parameter + " " + number(one.believed) + " → " +
+                               number(one.found.value)
+                         : "";
   }
+  return out +
+         (wrong.empty()   ? ""
+          : parts.empty() ? "; but numbers are wrong: " + wrong
+                          : "; wrong numbers: " + wrong) +
+         ".";
+}
+
+std::string explained(const IdentifyResult& r) {
+  const double before = r.declared.validation_rmse;
+  const double after = r.final_model.validation_rmse;
+  const std::string unit = " " + unit_of(r.axis);
+  return "the error on data that no fit has seen falls from " + number(before) + " to " + number(after) + unit +
+         (before > 0.0 ? " (" + plot::percent(after / before - 1.0) + ")" : "") + ".";
+}
+
+std::string remains(const IdentifyResult& r) {
+  const std::string floor =
+      r.noise_floor > 0 ? " The noise floor is " + number(r.noise_floor) + " " + unit_of(r.axis) + "." : "";
+  return (r.verdict == "unexplained"
+              ? "unexplained: " + (r.unexplained.empty() ? std::string("the residual") : joined(r.unexplained, "; "))
+              : number(r.final_model.validation_rmse) + " " + unit_of(r.axis) +
+                    ", in which no known effect was found") +
+         "." + floor;
 }
 
 /// Errors of the declared model and of the final one, and the change between them.
 void errors_table(plot::Page& page, const IdentifyResult& r) {
   const std::string unit = unit_of(r.axis);
-  const double gain =
-      r.declared.validation_rmse > 0 ? 100.0 * (1.0 - r.final_model.validation_rmse / r.declared.validation_rmse) : 0;
   page.table(
       {{"", "structure", "error, training [" + unit + "]", "error, validation [" + unit + "]", "fit [%]"},
        {"declared (before)", joined(r.declared.structure, " + "), number(r.declared.train_rmse),
         number(r.declared.validation_rmse), number(r.declared.fit_percent)},
        {"with the effects found (after)", joined(r.final_model.structure, " + "), number(r.final_model.train_rmse),
         number(r.final_model.validation_rmse), number(r.final_model.fit_percent)}});
-  page.paragraph("The validation error changes by " + number(-gain) + " %. For the final model it is " +
-                 number(r.validation_over_training) + " times the training error." +
-                 (r.noise_floor > 0 ? " Noise floor: " + number(r.noise_floor) + " " + unit + "." : ""));
+  page.paragraph("For the final model the validation error is " + number(r.validation_over_training) +
+                 " times the training error.");
 }
 
 std::string interval_text(const Interval& interval) {
@@ -141,12 +155,65 @@ std::vector<std::string> sentences(const IdentifyResult& r) {
   return out;
 }
 
+/// A figure with the series of that name for each model. @param suffix "" or "_x", ... of a translation.
+plot::Figure over_time(const IdentifyResult& r, const std::string& suffix, const std::string& title,
+                       const std::string& what) {
+  return {.title = title,
+          .x_label = "time [s]",
+          .y_label = what + (suffix.empty() ? "" : " " + suffix.substr(1)) + " [" + unit_of(r.axis) + "]",
+          .spans = validation_spans(r.figures),
+          .link = "time"};
+}
+
+void add_series(plot::Figure& figure, const IdentifyResult& r, const std::string& key, const std::string& label,
+                const char* color) {
+  if (const Series* series = series_named(r, key); series != nullptr) {
+    figure.lines.push_back(
+        {.name = label, .x = r.figures.t_s, .y = series->values, .color = color, .max_step = kGap_s});
+  }
+}
+
+/// Measured and both models.
+void time_figure(plot::Page& page, const IdentifyResult& r, const std::string& suffix) {
+  if (series_named(r, "measured" + suffix) == nullptr || r.figures.t_s.empty()) {
+    return;
+  }
+  plot::Figure against = over_time(r, suffix, "Measured against both models", r.axis);
+  add_series(against, r, "measured" + suffix, "measured", plot::kBlack);
+  add_series(against, r, "declared" + suffix, "declared model", plot::kOrange);
+  add_series(against, r, "final" + suffix, "with the effects found", plot::kBlue);
+  page.figure(against, "Each model restarts from the measured state every 2.5 s.");
+}
+
+void residual_figures(plot::Page& page, const IdentifyResult& r) {
+  for (const std::string suffix : {"", "_x", "_y", "_z"}) {
+    if (suffix == "_y" || suffix == "_z") {
+      time_figure(page, r, suffix);
+    }
+    plot::Figure left = over_time(r, suffix, "Residual: measured minus model", "residual");
+    add_series(left, r, "declared_residual" + suffix, "declared model", plot::kOrange);
+    add_series(left, r, "final_residual" + suffix, "with the effects found", plot::kBlue);
+    if (!left.lines.empty() && !r.figures.t_s.empty()) {
+      page.figure(left, "The part of the measurement that each model does not explain.");
+    }
+  }
+}
+
 void summary(plot::Page& page, const IdentifyResult& r, const ReportOrigin& origin) {
-  page.paragraph("Log " + origin.log + (origin.simulated ? " (simulated)" : "") + ", trained on " + origin.train +
-                 ", validated on " + origin.validation +
-                 ", which no fit has seen. All errors are simulation errors over blocks of 2.5 s; each block starts "
-                 "from the measured state.");
-  verdict_line(page, r);
+  const std::string data = origin.simulated ? "simulated" : "measured";
+  page.begin_answer({{"Asked", "what does the declared model of " + r.axis + " (" +
+                                   joined(r.declared.structure, " + ") + ") lack, by the log " + origin.log + "?"},
+                     {"Missing in the model", missing(r)},
+                     {"What it explains (" + data + ")", explained(r)},
+                     {"What it changes in flight", "not flown here: m100-lab loop flies both models."},
+                     {"What remains", remains(r)}},
+                    r.verdict != "unexplained" ? "good" : r.effects.empty() ? "bad" : "warn");
+  time_figure(page, r, r.axis == "translation" ? "_x" : "");
+  page.end_answer();
+  page.paragraph((origin.train == origin.validation
+                      ? "Trained and validated on parts in turn (" + origin.train + ")"
+                      : "Trained on " + origin.train + ", validated on " + origin.validation) +
+                 ". All errors are simulation errors over blocks of 2.5 s; each block starts from the measured state.");
   errors_table(page, r);
   const std::vector<std::string> means = sentences(r);
   if (!means.empty()) {
@@ -178,46 +245,12 @@ void effect_table(plot::Page& page, const IdentifyResult& r) {
   page.table(rows);
 }
 
-void time_figures(plot::Page& page, const IdentifyResult& r) {
-  const std::string unit = unit_of(r.axis);
-  const Figures& f = r.figures;
-  for (const std::string suffix : {"", "_x", "_y", "_z"}) {
-    const Series* measured = series_named(r, "measured" + suffix);
-    if (measured == nullptr || f.t_s.empty()) {
-      continue;
-    }
-    const std::string what = r.axis + (suffix.empty() ? "" : " " + suffix.substr(1));
-    plot::Figure against{.title = "Measured " + what + " against both models",
-                         .x_label = "time [s]",
-                         .y_label = what + " [" + unit + "]",
-                         .spans = validation_spans(f)};
-    plot::Figure left{.title = "Residual: measured minus model",
-                      .x_label = "time [s]",
-                      .y_label = "residual [" + unit + "]",
-                      .spans = validation_spans(f)};
-    const auto add = [&](plot::Figure& figure, const std::string& key, const std::string& label, const char* color) {
-      if (const Series* series = series_named(r, key + suffix); series != nullptr) {
-        figure.lines.push_back({.name = label, .x = f.t_s, .y = with_gaps(f.t_s, series->values), .color = color});
-      }
-    };
-    add(against, "measured", "measured", plot::kBlack);
-    add(against, "declared", "declared model", plot::kOrange);
-    add(against, "final", "with the effects found", plot::kBlue);
-    page.figure(plot::svg(against), "Each model restarts from the measured state every 2.5 s.");
-    add(left, "declared_residual", "declared model", plot::kOrange);
-    add(left, "final_residual", "with the effects found", plot::kBlue);
-    if (!left.lines.empty()) {
-      page.figure(plot::svg(left), "The part of the measurement that each model does not explain.");
-    }
-  }
-}
-
 void autocorrelations(plot::Page& page, const IdentifyResult& r) {
   const Figures& f = r.figures;
   if (!f.lag_s.empty()) {
     const double white = 1.96 / std::sqrt(std::max(1.0, static_cast<double>(f.t_s.size())));
     page.figure(
-        plot::svg(plot::Figure{
+        plot::Figure{
             .title = "Autocorrelation of the residual",
             .x_label = "lag [s]",
             .y_label = "correlation",
@@ -225,7 +258,7 @@ void autocorrelations(plot::Page& page, const IdentifyResult& r) {
                 {{.name = "declared model", .x = f.lag_s, .y = f.declared_autocorrelation, .color = plot::kOrange},
                  {.name = "with the effects found", .x = f.lag_s, .y = f.final_autocorrelation, .color = plot::kBlue}},
             .levels = {{white, "95 % of white noise"}, {-white, ""}, {0.0, ""}},
-            .height = 230}),
+            .height = 230},
         "White noise would stay inside the band from the first lag; air and autopilot make the residual coloured.");
   }
 }
@@ -247,7 +280,7 @@ void candidates_figure(plot::Page& page, const IdentifyResult& r) {
   }
   std::stable_sort(chart.bars.begin(), chart.bars.end(),
                    [](const auto& a, const auto& b) { return a.value > b.value; });
-  page.figure(plot::svg(chart), "Green: accepted; blue: passes every test but is not the best; grey: fails a test.");
+  page.figure(chart, "Green: accepted; blue: passes every test but is not the best; grey: fails a test.");
 }
 
 void intervals_figure(plot::Page& page, const IdentifyResult& r) {
@@ -258,7 +291,7 @@ void intervals_figure(plot::Page& page, const IdentifyResult& r) {
   for (const NamedInterval& p : r.final_intervals) {
     chart.rows.push_back({.label = p.name, .value = p.interval.value, .low = p.interval.low, .high = p.interval.high});
   }
-  page.figure(plot::svg(chart),
+  page.figure(chart,
               "Dot: estimate; bar: interval in per cent of the estimate. A long bar is an uncertain number; a bar that "
               "reaches the edge continues beyond it.");
 }
@@ -282,7 +315,7 @@ void horizon_figure(plot::Page& page, const IdentifyResult& r) {
   add(r.declared, "declared model", plot::kOrange);
   add(r.final_model, "with the effects found", plot::kBlue);
   figure.levels.emplace_back(0.0, "");
-  page.figure(plot::svg(figure), "Root mean square prediction error at each time after the start of the prediction.");
+  page.figure(figure, "Root mean square prediction error at each time after the start of the prediction.");
 }
 
 }  // namespace
@@ -292,7 +325,7 @@ plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin)
   summary(page, result, origin);
   effect_table(page, result);
   page.heading("Figures");
-  time_figures(page, result);
+  residual_figures(page, result);
   autocorrelations(page, result);
   specialist_figures(page, result);
   candidates_figure(page, result);

@@ -41,13 +41,12 @@ void against_input(plot::Page& page, const Direction& d, const Stretches& pieces
   }
   const double band =
       independent_band(d.input, d.final_residual, static_cast<std::size_t>(std::lround(2.0 / period_s)), pieces);
-  page.figure(
-      plot::svg(plot::Figure{.title = "Residual against the input" + d.name,
+  page.figure(plot::Figure{.title = "Residual against the input" + d.name,
                              .x_label = "delay of the residual after the input [s]",
                              .y_label = "correlation",
                              .lines = {declared, found},
                              .levels = {{band, "95 % if independent"}, {-band, ""}, {0.0, ""}},
-                             .height = 230}),
+                             .height = 230},
       "Outside of the band the input predicts the residual. At negative delays no input can be the cause: there the "
       "correlation comes from a control loop that was closed in flight, or from a clock error.");
 }
@@ -73,7 +72,7 @@ void spectrum(plot::Page& page, const Direction& d, const Stretches& pieces, dou
   add(d.measured, "measured", plot::kBlack);
   add(d.declared_residual, "residual, declared model", plot::kOrange);
   add(d.final_residual, "residual, with the effects found", plot::kBlue);
-  page.figure(plot::svg(figure), "Welch's method, segments of 5 s that overlap by half.");
+  page.figure(figure, "Welch's method, segments of 5 s that overlap by half.");
 }
 
 /// Gain, phase and coherence over the frequency.
@@ -122,11 +121,11 @@ void response(plot::Page& page, const Direction& d, const Stretches& pieces, dou
   add(d.declared, "declared model", plot::kOrange, false);
   add(d.final_model, "with the effects found", plot::kBlue, false);
   agree.y_range = std::pair{0.0, 1.0};
-  page.figure(plot::svg(gain),
+  page.figure(gain,
               "Drawn where the coherence is above 0.3. With a dead zone the gain depends on the size of the stick "
               "movements, so the models are simulated with the sticks of the log and evaluated in the same way.");
-  page.figure(plot::svg(phase), "Phase relative to the same input.");
-  page.figure(plot::svg(agree), "The part below one comes from air, noise, or a cause other than this input.");
+  page.figure(phase, "Phase relative to the same input.");
+  page.figure(agree, "The part below one comes from air, noise, or a cause other than this input.");
 }
 
 }  // namespace

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab flight: the page of a flight, or of two flights on the same axes.
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "firmware/companion/files/file_use.h"
+#include "host_tests/lab/flight/page.h"
+#include "host_tests/lab/flight/predictions.h"
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/key_file.h"
+#include "host_tests/lab/printable.h"
+#include "host_tests/lab/subcommands.h"
+#include "protocol/aes256.h"
+
+namespace m100::lab {
+namespace {
+
+struct FlightOptions {
+  std::vector<std::string> logs;
+  std::string out, key_file, title, note;
+};
+
+void run(const FlightOptions& options) {
+  companion::FileUse()
+      .reads("log", options.logs)
+      .reads("--key-file", options.key_file)
+      .writes("--out", options.out)
+      .check();
+  if (options.logs.size() > 2) {
+    throw InputError(options.logs[2], 0, "", "a page shows one flight, or two: before and after");
+  }
+  std::optional<protocol::Aes256> cipher;
+  if (!options.key_file.empty()) {
+    cipher.emplace(read_key(options.key_file));
+  }
+  std::vector<flight::FlightSeries> flights;
+  for (const std::string& log : options.logs) {
+    flights.push_back(flight::read_series(log, cipher ? &*cipher : nullptr));
+    flight::add_predictions(log, flights.back());
+  }
+  if (flights.size() > 1 && (!flights[0].flew() || !flights[1].flew())) {
+    throw InputError(options.logs[flights[0].flew() ? 1 : 0], 0, "",
+                     "in this log the law did not fly: it cannot be compared");
+  }
+  std::string title = options.title;
+  if (title.empty()) {
+    title = "Flight " + flights.front().name;
+    title += flights.size() > 1 ? " (before) and " + flights.back().name + " (after)" : "";
+  }
+  flight::flight_page(flights, title, options.note).write(options.out);
+  std::cout << flight::error_sentence(flights) << "\nwrote " << printable(options.out) << "\n";
+}
+
+}  // namespace
+
+void add_flight(CLI::App& lab) {
+  auto options = std::make_shared<FlightOptions>();
+  CLI::App* command = lab.add_subcommand(
+      "flight", "the page of a flight: path, error, failsafe, pose, commands, battery; of two: before and after");
+  command->add_option("log", options->logs, "log of 'm100 fly' or recording of 'm100 record'; two: before and after")
+      ->required();
+  command->add_option("--out", options->out, "the page to write (HTML)")->required();
+  command->add_option("--key-file", options->key_file, "file with the app's key, for a flight with encrypted commands");
+  command->add_option("--title", options->title, "title of the page; default: names of the logs");
+  command->add_option("--note", options->note, "a sentence under the title");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace m100::lab

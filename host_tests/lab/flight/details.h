@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "host_tests/lab/flight/flight_series.h"
+#include "host_tests/lab/plot/html.h"
+
+namespace m100::lab::flight {
+
+/// The part below the first screen: steps of the failsafe, error by axis, attitude, disturbance as believed and as
+/// found, prediction, residual, timing.
+void add_details(const std::vector<FlightSeries>& flights, plot::Page& page);
+
+}  // namespace m100::lab::flight

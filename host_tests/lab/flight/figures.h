@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/flight/flight_series.h"
+#include "host_tests/lab/plot/svg.h"
+
+namespace m100::lab::flight {
+
+inline constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+// Each draws one flight, or two on the same axes. The time of one flight counts from the begin of its log, as in the
+// program's own lines; the time of two from where each law first flew.
+using Flights = std::vector<FlightSeries>;
+
+plot::Figure path_from_above(const Flights& flights);
+/// Seen along the horizontal axis in which the flight is shorter.
+plot::Figure path_from_the_side(const Flights& flights);
+/// Where the fence is.
+std::string fence_words(const FlightSeries& flight);
+plot::Figure distance_figure(const Flights& flights);
+plot::Figure failsafe_figure(const Flights& flights);
+plot::Figure command_figure(const Flights& flights);
+plot::Figure pose_figure(const Flights& flights);
+plot::Figure battery_figure(const Flights& flights);
+plot::Figure stick_figure(const Flights& flights);
+
+/// An empty figure over time with the failsafe's states behind it.
+plot::Figure over_time(const Flights& flights, const std::string& title, const std::string& y_label);
+/// Values of the ticks as a curve. @param name the curve's, without "before" and "after".
+plot::Curve tick_curve(const Flights& flights, std::size_t flight, const std::string& name,
+                       const std::vector<double>& values, double scale, const char* color);
+/// The time that a figure shows for a time of the log.
+double shown_s(const Flights& flights, std::size_t flight, double t_s);
+/// "", or "before, " and "after, ".
+std::string which(const Flights& flights, std::size_t flight);
+
+}  // namespace m100::lab::flight

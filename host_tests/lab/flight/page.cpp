@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/flight/page.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host_tests/lab/flight/details.h"
+#include "host_tests/lab/flight/figures.h"
+#include "host_tests/lab/flight/tracking.h"
+
+namespace m100::lab::flight {
+namespace {
+
+using plot::number;
+
+std::string with_interval(const Interval& one) {
+  return number(one.value) + " m" + (std::isnan(one.low) ? "" : " [" + number(one.low) + ", " + number(one.high) + "]");
+}
+
+std::string in_mm(const Interval& one) {
+  return number(1e3 * one.value) + " mm" +
+         (std::isnan(one.low) ? "" : " [" + number(1e3 * one.low) + ", " + number(1e3 * one.high) + "]");
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) {
+    return std::nan("");
+  }
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// The first steps of the failsafe, which its figure has no room for.
+std::string step_words(const std::vector<FlightSeries>& flights) {
+  constexpr std::size_t kMaxSteps = 6;
+  std::string out;
+  std::size_t count = 0;
+  for (std::size_t f = 0; f < flights.size(); ++f) {
+    for (const FailsafeChange& step : flights[f].changes) {
+      if (++count <= kMaxSteps) {
+        out += (out.empty() ? "" : "; ") + which(flights, f) + number(shown_s(flights, f, step.t_s)) + " s " + step.to +
+               (step.reason.empty() ? "" : ": " + step.reason);
+      }
+    }
+  }
+  return out + (count > kMaxSteps ? "; " + std::to_string(count - kMaxSteps) + " more below" : "");
+}
+
+/// What ended the law's flight, and how often it coasted before.
+std::string failsafe_words(const FlightSeries& flight) {
+  std::size_t coasts = 0;
+  std::string end = "flew until the log's end";
+  for (const FailsafeChange& step : flight.changes) {
+    coasts += step.to == "coast" ? 1U : 0U;
+    if ((step.from == "nominal" || step.from == "coast") && step.to != "nominal" && step.to != "coast") {
+      end = "then " + step.to + (step.reason.empty() ? "" : ": " + step.reason);
+    }
+  }
+  return end + (coasts > 0 ? ", coasted " + std::to_string(coasts) + " times before" : "");
+}
+
+plot::Page::Tile pose_tile(const FlightSeries& flight) {
+  std::vector<double> latency_ms, interval_s;
+  for (std::size_t i = 0; i < flight.poses.size(); ++i) {
+    latency_ms.push_back(1e3 * (flight.poses[i].t_s - flight.poses[i].captured_s));
+    if (i > 0) {
+      interval_s.push_back(flight.poses[i].t_s - flight.poses[i - 1].t_s);
+    }
+  }
+  if (interval_s.empty()) {
+    return {.name = "pose", .value = "none", .note = ""};
+  }
+  const double span_s = flight.poses.back().t_s - flight.poses.front().t_s;
+  return {.name = "pose: latency, rate, loss",
+          .value = number(quantile(latency_ms, 0.5)) + " ms, " +
+                   number(static_cast<double>(interval_s.size()) / span_s) + " Hz" +
+                   (flight.lost_share >= 0.0 ? ", " + number(100.0 * flight.lost_share) + " %" : ""),
+          .note = "99 % within " + number(quantile(latency_ms, 0.99)) + " ms; longest gap " +
+                  number(1e3 * *std::max_element(interval_s.begin(), interval_s.end())) + " ms; " +
+                  std::to_string(flight.refused_poses) + " refused"};
+}
+
+plot::Page::Tile battery_tile(const FlightSeries& flight) {
+  const std::vector<double>& charge = flight.battery_percent.values;
+  return {.name = "battery",
+          .value = charge.empty() ? "not reported"
+                                  : std::to_string(std::lround(charge.front())) + " to " +
+                                        std::to_string(std::lround(charge.back())) + " %",
+          .note = ""};
+}
+
+plot::Page::Tile error_tile(const FlightSeries& flight, const std::string& name) {
+  const Tracking error = tracking_of(tracking_errors(flight));
+  return {.name = name,
+          .value = error.poses == 0 ? "not flown" : with_interval(error.rms_m),
+          .note = error.poses == 0
+                      ? ""
+                      : "largest " + number(error.max_m) + " m at " + number(error.max_at_s) + " s; horizontal " +
+                            number(error.horizontal_rms_m) + ", vertical " + number(error.vertical_rms_m)};
+}
+
+/// One row of numbers for each flight.
+void add_tiles(const std::vector<FlightSeries>& flights, plot::Page& page) {
+  for (std::size_t f = 0; f < flights.size(); ++f) {
+    const FlightSeries& flight = flights[f];
+    std::vector<plot::Page::Tile> tiles;
+    if (!flight.is_recording) {
+      tiles.push_back(error_tile(flight, "error, rms [95 %]"));
+      tiles.push_back({.name = "failsafe",
+                       .value = number(flight.end_s - flight.control_s) + " s by the law",
+                       .note = failsafe_words(flight)});
+    }
+    tiles.push_back(pose_tile(flight));
+    tiles.push_back(battery_tile(flight));
+    for (plot::Page::Tile& tile : tiles) {
+      tile.name.insert(0, which(flights, f));
+    }
+    page.tiles(tiles);
+  }
+}
+
+/// Good: the law flew until control was given back on purpose. Bad: it ended by anything else. Warn: it coasted.
+std::string kind_of(const std::vector<FlightSeries>& flights) {
+  std::string kind = "good";
+  for (const FlightSeries& flight : flights) {
+    for (const FailsafeChange& step : flight.changes) {
+      const bool leaves = step.from == "nominal" || step.from == "coast";
+      const bool on_purpose = step.reason == "given_back" || step.reason == "task" || step.reason.empty();
+      if (leaves && step.to != "nominal" && step.to != "coast" && !on_purpose) {
+        return "bad";
+      }
+      kind = step.to == "coast" ? "warn" : kind;
+    }
+  }
+  return kind;
+}
+
+}  // namespace
+
+std::string error_sentence(const std::vector<FlightSeries>& flights) {
+  const std::vector<TrackingError> first = tracking_errors(flights.front());
+  if (flights.front().is_recording) {
+    return "Recorded by hand for " + number(flights.front().end_s) + " s.";
+  }
+  if (first.empty()) {
+    return "The law did not fly.";
+  }
+  const Tracking before = tracking_of(first);
+  if (flights.size() < 2) {
+    return "Distance from the course: " + with_interval(before.rms_m) + " root mean square, " + number(before.max_m) +
+           " m at most, " + std::to_string(before.poses) + " poses. The law flew " +
+           number(flights.front().end_s - flights.front().control_s) + " s, " + failsafe_words(flights.front()) + ".";
+  }
+  const std::vector<TrackingError> second = tracking_errors(flights.back());
+  if (second.empty()) {
+    return "The law did not fly after the change.";
+  }
+  const Interval difference = rms_difference(first, second);
+  const char* const verdict = std::isnan(difference.low) ? "too short for an interval"
+                              : difference.high < 0.0    ? "better"
+                              : difference.low > 0.0     ? "worse"
+                                                         : "no difference that these two flights can show";
+  return "Distance from the course, root mean square: " + number(before.rms_m.value) + " m before, " +
+         number(tracking_of(second).rms_m.value) +
+         " m after. Difference on the part that both flew: " + in_mm(difference) + " (" +
+         plot::percent(difference.value / before.rms_m.value) + "), " + verdict + ".";
+}
+
+void add_first_screen(const std::vector<FlightSeries>& flights, plot::Page& page) {
+  page.verdict(error_sentence(flights), kind_of(flights));
+  add_tiles(flights, page);
+  page.begin_grid();
+  if (!flights.front().position_m[0].empty()) {
+    page.figure(path_from_above(flights), fence_words(flights.front()));
+    page.figure(path_from_the_side(flights), "");
+  }
+  if (!flights.front().is_recording) {
+    page.figure(distance_figure(flights), "Shaded: the failsafe is not at nominal.");
+    page.figure(failsafe_figure(flights), step_words(flights));
+    page.figure(command_figure(flights), "As sent; dashed: limit.");
+  } else {
+    page.figure(stick_figure(flights), "");
+  }
+  if (!flights.front().poses.empty()) {
+    page.figure(pose_figure(flights), "From capture to arrival, and the time since the pose before.");
+  }
+  page.end_grid();
+}
+
+plot::Page flight_page(const std::vector<FlightSeries>& flights, const std::string& title, const std::string& note) {
+  plot::Page page(title);
+  if (!note.empty()) {
+    page.paragraph(note);
+  }
+  add_first_screen(flights, page);
+  add_details(flights, page);
+  return page;
+}
+
+}  // namespace m100::lab::flight

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/flight/flight_series.h"
+
+namespace m100::lab::flight {
+
+/// A number and its 95 % interval; low and high are NaN where the flight is too short for one.
+struct Interval {
+  double value = 0.0;
+  double low = 0.0;
+  double high = 0.0;
+};
+
+/// Distance of a pose from the course at the pose's time of capture.
+struct TrackingError {
+  double course_s = 0.0;  ///< since the law first flew
+  std::array<double, 3> error_m{};
+  double distance_m() const;
+};
+
+/// The errors of the poses while the law flew, from one second after its begin: before, the aircraft goes to the
+/// course. Linear between the ticks of the reference.
+std::vector<TrackingError> tracking_errors(const FlightSeries& flight);
+
+/// Root mean square and maximum of a flight's errors.
+struct Tracking {
+  std::size_t poses = 0;
+  Interval rms_m;
+  double max_m = 0.0;
+  double max_at_s = 0.0;  ///< since the law first flew
+  double horizontal_rms_m = 0.0;
+  double vertical_rms_m = 0.0;
+};
+/// The interval is a jackknife over blocks of 2.5 s (at least 4), because errors of neighbouring poses are alike. It is
+/// the spread inside this flight: another flight in another air may differ by more.
+Tracking tracking_of(const std::vector<TrackingError>& errors);
+
+/// Root mean square of the second flight minus that of the first, over the part of the course that both flew. The
+/// blocks of both are paired by the time on the course.
+Interval rms_difference(const std::vector<TrackingError>& before, const std::vector<TrackingError>& after);
+
+}  // namespace m100::lab::flight
