@@ -269,7 +269,7 @@ class Evening {
                           "flights.html",
                           "--title",
                           "The course before and after the correction"};
-    if (evening::run_program(flights, folder_.path(), "/dev/null") != kDone) {
+    if (evening::run_program(flights, folder_.path(), {.out = "/dev/null"}) != kDone) {
       throw InputError(folder_.file("flights.html"), 0, "", "cannot be written");
     }
     Command report{fs::read_symlink("/proc/self/exe").string(),
