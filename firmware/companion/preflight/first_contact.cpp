@@ -8,7 +8,7 @@ namespace {
 
 using Stage = safety::AuthorityStage;
 
-constexpr core::Duration kJudgedAfter = std::chrono::seconds(1);  ///< in control, until rates and items show
+constexpr core::Duration kJudgedAfter = std::chrono::seconds(1);  ///< until rates and items show
 constexpr double kOwnRate_hz = 75.0;                              ///< we ask for 100; the assistant's default is 50
 constexpr std::uint32_t kAssumedRequests = 2;                     ///< protocol, 6.1
 
@@ -27,9 +27,14 @@ void FirstContact::update_start(core::TimePoint now, const link::SerialLink& lin
   const bool is_starting =
       stage == Stage::kListening || stage == Stage::kRequestingVersion || stage == Stage::kActivating;
   streamed_before_activation_ = streamed_before_activation_ || (is_starting && link.health().packages > 0);
-  if (stage == Stage::kReady && !start_reported_) {
-    start_reported_ = true;
+  const bool was_ready = ready_since_ != core::TimePoint{};
+  if (stage == Stage::kReady && !was_ready) {
+    ready_since_ = now;
     report(now, "telemetry.before_activation", streamed_before_activation_, true);
+  }
+  if (was_ready && !rate_reported_ && now - ready_since_ >= kJudgedAfter) {
+    rate_reported_ = true;
+    report(now, "telemetry.obeys_rates", link.health().telemetry_rate_hz >= kOwnRate_hz, true);
   }
 }
 
@@ -45,7 +50,6 @@ void FirstContact::update_control(core::TimePoint now, const link::SerialLink& l
   }
   if (view.in_control && controlled && !control_reported_ && now - controls_since_ >= kJudgedAfter) {
     control_reported_ = true;
-    report(now, "telemetry.obeys_rates", link.health().telemetry_rate_hz >= kOwnRate_hz, true);
     if (link.telemetry().control.virtual_rc_on()) {
       report(now, "virtual_rc.shown_in_rc_item", link.telemetry().rc.mode != protocol::kRcModeF, true);
     }

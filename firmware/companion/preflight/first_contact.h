@@ -26,7 +26,8 @@ class FirstContact {
   OperatorLog& operator_log_;
   safety::AuthorityStage last_stage_ = safety::AuthorityStage::kListening;
   bool streamed_before_activation_ = false;
-  bool start_reported_ = false;
+  core::TimePoint ready_since_{};  ///< the epoch: never ready
+  bool rate_reported_ = false;
   std::uint32_t requests_ = 0;
   core::TimePoint controls_since_{};  ///< the epoch: never had control
   bool lost_reported_ = false;

@@ -245,9 +245,11 @@ void run(const ExciteOptions& options) {
     }
     write_json(options.json, json);
   }
-  const auto any_enough = [](const Made& one) { return std::any_of(one.table.begin(), one.table.end(), enough); };
+  const auto shows = [](const excite::Forecast& one) { return one.effect != "trim_offset" && enough(one); };
+  const auto any_enough = [&](const Made& one) { return std::any_of(one.table.begin(), one.table.end(), shows); };
   if (std::none_of(all.begin(), all.end(), any_enough)) {
-    std::fprintf(stderr, "m100-lab: excite: no effect would be found: take a larger --amplitude or --duration\n");
+    std::fprintf(stderr,
+                 "m100-lab: excite: no effect but a trim would be found: take a larger --amplitude or --duration\n");
     throw CLI::RuntimeError(kAnswerIsNo);
   }
 }

@@ -62,7 +62,8 @@ MISTAKES = [
     # Units.
     ("lab", ["course", "degrees.txt", "--flight", "flight.toml"], 2, "the heading is in rad, and 90 is more than a turn"),
     ("lab", ["course", "course.txt", "--flight", "centimetres.toml"], 2, "the fence is in metres, not in centimetres"),
-    ("lab", ["excite", "--amplitude", "15"], 2, "15 counts are inside the dead zone of roll"),
+    ("lab", ["excite", "--amplitude", "10"], 2, "10 counts are inside the dead zone of roll"),
+    ("lab", ["excite", "--amplitude", "15"], 1, "no effect but a trim would be found"),
     ("lab", ["excite", "--axis", "yaw_rate", "--amplitude", "0.1"], 1, "take a larger --amplitude or --duration"),
     # Ports.
     ("m100", ["probe", "--port", "/nope"], 2, "/nope: does not exist: plug the adapter in"),
