@@ -16,7 +16,7 @@ import sys
 import tempfile
 import time
 
-FENCE_M = {"roll": 6.0, "pitch": 6.0, "climb": 1.5, "yaw_rate": 3.0}
+FENCE_M = {"roll": 6.0, "pitch": 6.0, "climb": 1.0, "yaw_rate": 3.0}
 DECLARED = {"roll": "second_order,transport_delay,trim_offset", "pitch": "second_order,transport_delay,trim_offset",
             "climb": "second_order,trim_offset", "yaw_rate": "first_order,trim_offset"}
 FLIGHT = """mode = "field"
