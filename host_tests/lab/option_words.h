@@ -57,7 +57,7 @@ inline mpc::Law law_of(const std::string& word) {
 inline companion::Mode mode_of(const std::string& word) {
   const std::optional<companion::Mode> mode = companion::mode_named(word);
   if (!mode) {
-    throw InputError("--mode", 0, word, "is not a mode; the modes are field and calm_room");
+    throw InputError("--mode", 0, word, "is not a mode; the modes are field, calm_room and robust");
   }
   return *mode;
 }

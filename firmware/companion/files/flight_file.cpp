@@ -197,7 +197,7 @@ Mode mode_of(std::string_view word, const std::string& where) {
   if (const std::optional<Mode> mode = mode_named(word)) {
     return *mode;
   }
-  throw FlightFileError(where + ": must be \"field\" or \"calm_room\"");
+  throw FlightFileError(where + ": must be \"field\", \"calm_room\" or \"robust\"");
 }
 
 link::SenderChoice sender_of(std::string_view word, const std::string& where) {

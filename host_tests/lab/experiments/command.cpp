@@ -234,7 +234,7 @@ void add_experiments(CLI::App& lab) {
                     "use the paper's command rate, which is higher than DJI allows");
   command->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline")
       ->check(CLI::IsMember({"mpc", "lqr"}));
-  command->add_option("--mode", options->mode, "tuning")->check(CLI::IsMember({"field", "calm_room"}));
+  command->add_option("--mode", options->mode, "tuning")->check(CLI::IsMember(companion::kModeNames));
   command->add_flag("--baseline", options->baseline, "fly each task with the clipped LQR too, and show both results");
   add_body_options(*command, options->body);
   command->add_option("--report", options->report, "folder for the page with figures");
