@@ -13,14 +13,14 @@ namespace m100::mpc::generated {
 
 /// SHA-256 of the vehicle file that everything here was made from.
 inline constexpr core::Sha256Digest kVehicleDigest{
-    0xf2, 0xc6, 0x89, 0x25, 0xc0, 0xaa, 0x21, 0xcc, 0x94, 0x1f, 0x21, 0xb3, 0x19, 0x3f, 0xbd, 0x04, 0x6c, 0x8a, 0x99,
-    0x41, 0x18, 0x80, 0xd4, 0x82, 0x3d, 0xd3, 0x81, 0x0c, 0xca, 0x9f, 0x0b, 0x01,
+    0x9d, 0x18, 0x2c, 0x8b, 0x02, 0xbc, 0x92, 0x7d, 0xe9, 0x16, 0x6a, 0xf3, 0x4c, 0x15, 0x5d, 0x0c, 0xc7, 0x38, 0x63,
+    0xee, 0x2c, 0x8b, 0xeb, 0xf9, 0xd0, 0xa9, 0x5a, 0xdc, 0x72, 0x7f, 0x6f, 0x23,
 };
 
 inline constexpr model::Vehicle kVehicle{
     .roll = {.scale_per_count = 0.0009118591017422745, .natural_frequency_rad_s = 7.232379000702488, .damping_ratio = 0.7544273536963857, .transport_delay_s = 0.05518414449163213, .lead_zero_s = 0.11044600615307881, .dead_zone_counts = 14.908929995215004},
     .pitch = {.scale_per_count = 0.0008897359590444408, .natural_frequency_rad_s = 6.175370067967193, .damping_ratio = 0.7119590039784348, .transport_delay_s = 0.055301623884370814, .lead_zero_s = 0.14934827982613413, .dead_zone_counts = 16.738771089339746},
-    .yaw_rate = {.scale_per_count = 0.00224, .time_constant_s = 0.19, .dead_zone_counts = 30.5, .dead_zone_shape = model::DeadZoneShape::kJump},
+    .yaw_rate = {.scale_per_count = 0.0034054685191564514, .time_constant_s = 0.21057486786159618, .stick_exponent = 1.53666002076213},
     .climb = {.scale_per_count = 0.005379514292962444, .natural_frequency_rad_s = 6.127448884378538, .damping_ratio = 0.9123279935242877, .gain_asymmetry = 1.3716386371804723, .stick_exponent = 1.5337078509298903},
     .translation = model::Translation{}.with("mass_kg", 3.3).with("linear_drag_per_s", 0.01).with("tilt_limit_rad", 0.4363323129985824),
     .mpc = {.position = 40.0, .velocity = 20.0, .tilt = 20.0, .input = 12.0, .input_rate = 0.3},
