@@ -22,18 +22,18 @@ constexpr double kRounding = 1e-14;
 
 /// A lower bound of the distance from 0 of all 1 + g L in the cell: the best of some directions, each of which gives
 /// one because 1 + g L along a direction is linear in the gain and in the variables.
-double distance_below(const EnclosedLoop::Linear& loop, const LoopCell& cell, const Range& gain) {
+double distance_below(const EnclosedLoop::Linear& loop, const Range& gain) {
   const double re = loop.middle.re.middle(), im = loop.middle.im.middle();
   double size = std::hypot(re, im) + loop.rest;
   for (std::size_t k = 0; k < 4; ++k) {
-    size += std::abs(loop.slope[k]) * cell.half(k);
+    size += std::abs(loop.slope[k]);
   }
   const double slack = kRounding * (1.0 + gain.high * size);
   const auto along = [&](double angle) {
     const double x = std::cos(angle), y = std::sin(angle);
     double least = x * re + y * im - loop.rest;
     for (std::size_t k = 0; k < 4; ++k) {
-      least -= std::abs(x * loop.slope[k].real() + y * loop.slope[k].imag()) * cell.half(k);
+      least -= std::abs(x * loop.slope[k].real() + y * loop.slope[k].imag());
     }
     return (x + std::min(gain.low * least, gain.high * least) - slack) * (1.0 - kRounding);
   };
@@ -192,19 +192,18 @@ class Proof {
         return false;
       }
       const EnclosedLoop::Linear loop = loop_.over(at, tick);
-      std::size_t widest = kAngleVariable;
       if (loop.valid) {
-        EnclosedLoop::Linear middle{.valid = true, .middle = loop.middle};
-        const double here = distance_below(middle, at, out_.box.gain);
+        const EnclosedLoop::Linear middle{.valid = true, .middle = loop.middle};
+        const double here = distance_below(middle, out_.box.gain);
         out_.sampled = here > 0.0 ? std::max(out_.sampled, 1.0 / here) : out_.sampled;
-        const double least = distance_below(loop, at, out_.box.gain);
+        const double least = distance_below(loop, out_.box.gain);
         if (least * margin_ * out_.sampled >= 1.0) {
           out_.bound = std::max(out_.bound, (1.0 + kRounding) / least);
           continue;
         }
-        widest = static_cast<std::size_t>(std::max_element(loop.share.begin(), loop.share.end()) - loop.share.begin());
       }
-      const auto [first, second] = at.halves(widest);
+      const auto widest = std::max_element(loop.share.begin(), loop.share.end()) - loop.share.begin();
+      const auto [first, second] = at.halves(static_cast<std::size_t>(widest));
       left.push_back(first);
       left.push_back(second);
     }

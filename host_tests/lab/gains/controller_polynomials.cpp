@@ -81,19 +81,74 @@ std::vector<ComplexEnclosure> about(const std::vector<Enclosure>& polynomial, co
   return out;
 }
 
-/// Value and derivative by the angle of a polynomial by powers of d.
-ComplexNumber<LoopJet> jet_of(const std::vector<ComplexEnclosure>& polynomial, const ComplexEnclosure& d,
-                              const ComplexEnclosure& turn) {
-  ComplexEnclosure value = polynomial.back(), slope;
+ComplexEnclosure value_at(const std::vector<ComplexEnclosure>& polynomial, const ComplexEnclosure& d) {
+  ComplexEnclosure value = polynomial.back();
   for (std::size_t i = polynomial.size() - 1; i-- > 0;) {
-    slope = slope * d + value;
     value = value * d + polynomial[i];
   }
-  slope = slope * turn;
-  ComplexNumber<LoopJet> out{LoopJet(value.re), LoopJet(value.im)};
-  out.re.by[kAngleVariable] = slope.re;
-  out.im.by[kAngleVariable] = slope.im;
+  return value;
+}
+
+double size_of(const ComplexEnclosure& number) {
+  return (1.0 + 1e-15) * std::hypot(number.re.magnitude(), number.im.magnitude());
+}
+
+/// Bounds of a polynomial and its derivative for |d| <= radius. @param first the first power that counts
+struct PolynomialBound {
+  PolynomialBound(const std::vector<ComplexEnclosure>& polynomial, double radius, std::size_t first) {
+    for (std::size_t i = polynomial.size(); i-- > first;) {
+      slope = (1.0 + 1e-15) * (slope * radius + static_cast<double>(i) * (i > 0 ? size_of(polynomial[i]) : 0.0));
+    }
+    double power = std::pow(radius, static_cast<double>(first)) * (1.0 + 1e-14);
+    slope = first > 1 ? slope * std::pow(radius, static_cast<double>(first - 1)) * (1.0 + 1e-14) : slope;
+    for (std::size_t i = first; i < polynomial.size(); ++i, power *= radius * (1.0 + 1e-15)) {
+      value += (1.0 + 1e-15) * size_of(polynomial[i]) * power;
+    }
+  }
+  double value = 0.0, slope = 0.0;
+};
+
+/// The first terms of numerator over denominator, as plain numbers.
+std::vector<ComplexEnclosure> quotient(const std::vector<ComplexEnclosure>& numerator,
+                                       const std::vector<ComplexEnclosure>& denominator) {
+  constexpr std::size_t kTerms = 7;
+  std::vector<ComplexEnclosure> out;
+  for (std::size_t j = 0; j < kTerms; ++j) {
+    ComplexEnclosure rest = j < numerator.size() ? numerator[j] : ComplexEnclosure{};
+    for (std::size_t i = 1; i <= j && i < denominator.size(); ++i) {
+      rest = rest - denominator[i] * out[j - i];
+    }
+    const ComplexEnclosure term = rest / denominator[0];
+    out.push_back({Enclosure(term.re.middle()), Enclosure(term.im.middle())});
+  }
   return out;
+}
+
+/// numerator - denominator times quotient.
+std::vector<ComplexEnclosure> error_of(const std::vector<ComplexEnclosure>& numerator,
+                                       const std::vector<ComplexEnclosure>& denominator,
+                                       const std::vector<ComplexEnclosure>& quotient) {
+  std::vector<ComplexEnclosure> out = numerator;
+  out.resize(std::max(numerator.size(), denominator.size() + quotient.size() - 1));
+  for (std::size_t i = 0; i < denominator.size(); ++i) {
+    for (std::size_t j = 0; j < quotient.size(); ++j) {
+      out[i + j] = out[i + j] - denominator[i] * quotient[j];
+    }
+  }
+  return out;
+}
+
+std::vector<ComplexEnclosure> derivative(const std::vector<ComplexEnclosure>& polynomial) {
+  std::vector<ComplexEnclosure> out;
+  for (std::size_t i = 1; i < polynomial.size(); ++i) {
+    out.push_back(Enclosure(static_cast<double>(i)) * polynomial[i]);
+  }
+  return out;
+}
+
+ComplexEnclosure widened(const ComplexEnclosure& number, double by) {
+  const Enclosure both(-by, by);
+  return {number.re + both, number.im + both};
 }
 
 }  // namespace
@@ -157,16 +212,38 @@ ControllerPolynomials::ControllerPolynomials(const LiftedController& controller)
 }
 
 ControllerPolynomials::OverArc ControllerPolynomials::over(const Enclosure& angle) const {
-  const ComplexNumber<LoopJet> middle = point_at(Enclosure(angle.middle())), arc = point_at(angle);
-  const ComplexEnclosure from{middle.re.value.middle(), middle.im.value.middle()};
+  const ComplexNumber<LoopJet> arc = point_at(angle);
+  const auto point = [](const Enclosure& of) { return Enclosure(of.middle()); };
+  const ComplexEnclosure from{point(arc.re.middle), point(arc.im.middle)};
   const ComplexEnclosure d{arc.re.value - from.re, arc.im.value - from.im};
+  const ComplexEnclosure no_d{arc.re.middle - from.re, arc.im.middle - from.im};
   const ComplexEnclosure turn{arc.re.by[kAngleVariable], arc.im.by[kAngleVariable]};
   const ComplexEnclosure start{from.re - Enclosure(1.0), from.im};
-  OverArc out;
+  const std::vector<ComplexEnclosure> below = about(denominator_, start);
+  const PolynomialBound varying(below, size_of(d), 1);
+  const ComplexEnclosure first{point(below[0].re), point(below[0].im)};
+  const double least =
+      (1.0 - 1e-14) * std::hypot(first.re.low, first.im.low) - size_of(below[0] - first) - varying.value;
+  OverArc out{.valid = least > 0.0, .response = {}, .numerators = {}, .denominator = value_at(below, d)};
   for (const std::vector<Enclosure>& numerator : numerators_) {
-    out.numerators.push_back(jet_of(about(numerator, start), d, turn));
+    const std::vector<ComplexEnclosure> above = about(numerator, start);
+    out.numerators.push_back(value_at(above, d));
+    if (!out.valid) {
+      continue;
+    }
+    const std::vector<ComplexEnclosure> terms = quotient(above, below);
+    const std::vector<ComplexEnclosure> error = error_of(above, below, terms);
+    const PolynomialBound over(error, size_of(d), 0), there(error, size_of(no_d), 0);
+    constexpr double kAbove = 1.0 + 1e-14;
+    const double slope_by = kAbove * (over.slope / least + over.value * varying.slope / (least * least));
+    const ComplexEnclosure value = widened(value_at(terms, d), kAbove * over.value / least);
+    const ComplexEnclosure middle = widened(value_at(terms, no_d), kAbove * there.value / least);
+    const ComplexEnclosure slope = widened(value_at(derivative(terms), d), slope_by) * turn;
+    std::array<Enclosure, 4> re{}, im{};
+    re[kAngleVariable] = slope.re;
+    im[kAngleVariable] = slope.im;
+    out.response.push_back({LoopJet(value.re, middle.re, re), LoopJet(value.im, middle.im, im)});
   }
-  out.denominator = jet_of(about(denominator_, start), d, turn);
   return out;
 }
 

@@ -12,7 +12,7 @@ namespace m100::lab::gains {
 using LoopJet = EnclosedJet<4>;
 inline constexpr std::size_t kAngleVariable = 3;
 
-/// z = exp(i angle) with its derivative. Angles in [0, pi]; the rest follows from symmetry.
+/// z = exp(i angle). Angles in [0, pi]; the rest follows from symmetry.
 ComplexNumber<LoopJet> point_at(const Enclosure& angle);
 
 /// The controller's response c (z - a)^-1 b + d as polynomials in z - 1: one numerator for each input over one
@@ -23,13 +23,15 @@ class ControllerPolynomials {
  public:
   explicit ControllerPolynomials(const LiftedController& controller);
 
-  /// Values over an arc [low, high] of angles, with derivatives by the angle.
+  /// Over an arc of angles.
   struct OverArc {
-    std::vector<ComplexNumber<LoopJet>> numerators;
-    ComplexNumber<LoopJet> denominator;
+    bool valid = false;  ///< false: no response, the arc is too long for its distance to a pole
+    std::vector<ComplexNumber<LoopJet>> response;  ///< numerator over denominator
+    std::vector<ComplexNumber<Enclosure>> numerators;
+    ComplexNumber<Enclosure> denominator;
   };
-  /// By their Taylor polynomials about the arc's middle: tight while the arc is short against the distance to the
-  /// poles.
+  /// By Taylor polynomials about the arc's middle. That of the response is the quotient's first terms and a bound of
+  /// the rest: for any polynomial p, N/D - p = (N - D p) / D.
   OverArc over(const Enclosure& angle) const;
 
   std::size_t degree() const { return denominator_.size() - 1; }

@@ -14,8 +14,6 @@ LiftedController lifted_controller(const FlownController& controller, const Loop
   return {controller, timing};
 }
 
-ComplexNumber<Enclosure> plain_value(const ComplexNumber<LoopJet>& jet) { return {jet.re.value, jet.im.value}; }
-
 double radius_of(const Enclosure& of) { return 0.5 * (of.high - of.low) * (1.0 + kSlack); }
 
 /// sum of numerators times vehicle: the position's terms carry the integrators already.
@@ -66,31 +64,31 @@ ComplexNumber<R> EnclosedLoop::respond(const std::array<R, 4>& at, bool overdamp
 
 EnclosedLoop::Linear EnclosedLoop::over(const LoopCell& cell, int delay_ticks) {
   Linear out;
-  const bool overdamped = cell.range[1].low > 1.0;
-  const auto loop = [&](bool whole) {
-    std::array<LoopJet, 4> at;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const Range& range = cell.range[k];
-      at[k] = LoopJet::variable(whole ? Enclosure(range.low, range.high) : Enclosure(cell.middle(k)), k);
-    }
-    const double middle = cell.middle(kAngleVariable);
-    const ControllerPolynomials::OverArc& law =
-        controller_over(whole ? cell.range[kAngleVariable] : Range{middle, middle});
-    const ComplexNumber<LoopJet> integrators = respond(at, overdamped, delay_ticks, jets_);
-    const auto numerator = [&](std::size_t k) -> const ComplexNumber<LoopJet>& { return law.numerators[k]; };
-    return LoopJet(-stick_) * (loop_numerator(numerator, jets_, integrators) / (integrators * law.denominator));
-  };
-  out.middle = plain_value(loop(false));
-  const ComplexNumber<LoopJet> all = loop(true);
+  const ControllerPolynomials::OverArc& law = controller_over(cell.range[kAngleVariable]);
+  if (!law.valid) {
+    out.share[kAngleVariable] = 1.0;
+    return out;
+  }
+  std::array<LoopJet, 4> at;
   for (std::size_t k = 0; k < 4; ++k) {
-    const Enclosure &re = all.re.by[k], &im = all.im.by[k];
+    at[k] = LoopJet::variable({cell.range[k].low, cell.range[k].high}, k);
+  }
+  const ComplexNumber<LoopJet> integrators = respond(at, cell.range[1].low > 1.0, delay_ticks, jets_);
+  const auto response = [&](std::size_t k) -> const ComplexNumber<LoopJet>& { return law.response[k]; };
+  const ComplexNumber<LoopJet> loop = LoopJet(-stick_) * (loop_numerator(response, jets_, integrators) / integrators);
+  out.middle = {loop.re.middle, loop.im.middle};
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Enclosure &re = loop.re.by[k], &im = loop.im.by[k];
     out.slope[k] = {re.middle(), im.middle()};
-    out.share[k] = (1.0 + kSlack) * std::hypot(radius_of(re), radius_of(im)) * cell.half(k) +
-                   kSlack * std::abs(out.slope[k]) * cell.half(k);
+    out.share[k] = (1.0 + kSlack) * std::hypot(radius_of(re), radius_of(im)) + kSlack * std::abs(out.slope[k]);
     out.rest += out.share[k];
   }
   out.rest = (1.0 + kSlack) * (out.rest + std::hypot(radius_of(out.middle.re), radius_of(out.middle.im)));
   out.valid = std::isfinite(out.rest);
+  if (!out.valid) {  // a quotient by a range that contains 0
+    out.share = {cell.half(0) / cell.middle(0), cell.half(1) / cell.middle(1), 0.0,
+                 0.5 * cell.half(3) / cell.middle(3)};
+  }
   return out;
 }
 
@@ -101,8 +99,8 @@ EnclosedLoop::Parts EnclosedLoop::parts(const LoopCell& cell, int delay_ticks) {
   }
   const ControllerPolynomials::OverArc& law = controller_over(cell.range[kAngleVariable]);
   const ComplexNumber<Enclosure> integrators = respond(at, cell.range[1].low > 1.0, delay_ticks, values_);
-  const auto numerator = [&](std::size_t k) { return plain_value(law.numerators[k]); };
-  return {.open = integrators * plain_value(law.denominator),
+  const auto numerator = [&](std::size_t k) -> const ComplexNumber<Enclosure>& { return law.numerators[k]; };
+  return {.open = integrators * law.denominator,
           .driven = Enclosure(-stick_) * loop_numerator(numerator, values_, integrators)};
 }
 

@@ -27,13 +27,13 @@ class EnclosedLoop {
  public:
   EnclosedLoop(const model::Vehicle& believed, const OpenStructure& structure, Axis axis, const LoopTiming& timing);
 
-  /// L = middle + sum of slope_k (x_k - middle_k) + r, |r| <= rest, in the cell.
+  /// L = middle + sum of slope_k t_k + r with |r| <= rest, t_k = (x_k - middle_k) / half_k, in the cell.
   struct Linear {
     bool valid = false;
     ComplexNumber<Enclosure> middle;
     std::array<std::complex<double>, 4> slope{};
     double rest = 0.0;
-    std::array<double, 4> share{};  ///< of the rest, by variable
+    std::array<double, 4> share{};  ///< of the rest, by variable; if it is not valid, where to halve
   };
   Linear over(const LoopCell& cell, int delay_ticks);
 

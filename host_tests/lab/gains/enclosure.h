@@ -82,80 +82,96 @@ inline Enclosure cos(const Enclosure& a) {
       a, [](double x) { return std::cos(x); }, 0.0, 3.141592653589793);
 }
 
-/// A value with its derivatives by kCount variables, all enclosed.
+/// A function of kCount variables over a cell: its values, its value in the middle, and its derivatives over the cell
+/// by each variable in half widths of the cell. Every value is cut to what the mean value theorem allows, so that the
+/// excess of a long expression is of second order.
 template <std::size_t kCount>
 struct EnclosedJet {
   Enclosure value;
+  Enclosure middle;
   std::array<Enclosure, kCount> by{};
 
   constexpr EnclosedJet() = default;
-  constexpr EnclosedJet(double exact) : value(exact) {}      // NOLINT(google-explicit-constructor): a number is one
-  constexpr EnclosedJet(const Enclosure& of) : value(of) {}  // NOLINT(google-explicit-constructor): a constant
+  constexpr EnclosedJet(double exact) : value(exact), middle(exact) {}  // NOLINT(google-explicit-constructor): a number
+  constexpr EnclosedJet(const Enclosure& of)
+      : value(of), middle(of) {}  // NOLINT(google-explicit-constructor): a constant
+  EnclosedJet(const Enclosure& over, const Enclosure& in_the_middle, const std::array<Enclosure, kCount>& slopes)
+      : value(over), middle(in_the_middle), by(slopes) {
+    Enclosure reach = middle;
+    for (const Enclosure& slope : by) {
+      reach = reach + Enclosure(-slope.magnitude(), slope.magnitude());
+    }
+    value.low = reach.low > value.low ? reach.low : value.low;
+    value.high = reach.high < value.high ? reach.high : value.high;
+  }
 
   static EnclosedJet variable(const Enclosure& of, std::size_t which) {
+    const double half = std::max(of.high - of.middle(), of.middle() - of.low);
     EnclosedJet out(of);
-    out.by[which] = 1.0;
+    out.middle = Enclosure(of.middle());
+    out.by[which] = half > 0.0 ? Enclosure::outward(half, half) : Enclosure(0.0);
     return out;
   }
-  /// f(value) with the derivative f'.
-  EnclosedJet chain(const Enclosure& result, const Enclosure& slope) const {
-    EnclosedJet out(result);
+  /// f(value) with f(middle) and the derivative f'.
+  EnclosedJet chain(const Enclosure& over, const Enclosure& in_the_middle, const Enclosure& slope) const {
+    std::array<Enclosure, kCount> slopes;
     for (std::size_t k = 0; k < kCount; ++k) {
-      out.by[k] = slope * by[k];
+      slopes[k] = slope * by[k];
     }
-    return out;
+    return {over, in_the_middle, slopes};
   }
   friend EnclosedJet operator+(const EnclosedJet& a, const EnclosedJet& b) {
-    EnclosedJet out(a.value + b.value);
+    std::array<Enclosure, kCount> slopes;
     for (std::size_t k = 0; k < kCount; ++k) {
-      out.by[k] = a.by[k] + b.by[k];
+      slopes[k] = a.by[k] + b.by[k];
     }
-    return out;
+    return {a.value + b.value, a.middle + b.middle, slopes};
   }
   friend EnclosedJet operator-(const EnclosedJet& a, const EnclosedJet& b) {
-    EnclosedJet out(a.value - b.value);
+    std::array<Enclosure, kCount> slopes;
     for (std::size_t k = 0; k < kCount; ++k) {
-      out.by[k] = a.by[k] - b.by[k];
+      slopes[k] = a.by[k] - b.by[k];
     }
-    return out;
+    return {a.value - b.value, a.middle - b.middle, slopes};
   }
   friend EnclosedJet operator*(const EnclosedJet& a, const EnclosedJet& b) {
-    EnclosedJet out(a.value * b.value);
+    std::array<Enclosure, kCount> slopes;
     for (std::size_t k = 0; k < kCount; ++k) {
-      out.by[k] = a.by[k] * b.value + a.value * b.by[k];
+      slopes[k] = a.by[k] * b.value + a.value * b.by[k];
     }
-    return out;
+    return {a.value * b.value, a.middle * b.middle, slopes};
   }
   friend EnclosedJet operator/(const EnclosedJet& a, const EnclosedJet& b) {
-    EnclosedJet out(a.value / b.value);
+    std::array<Enclosure, kCount> slopes;
+    const Enclosure value = a.value / b.value;
     for (std::size_t k = 0; k < kCount; ++k) {
-      out.by[k] = (a.by[k] - out.value * b.by[k]) / b.value;
+      slopes[k] = (a.by[k] - value * b.by[k]) / b.value;
     }
-    return out;
+    return {value, a.middle / b.middle, slopes};
   }
 };
 
 template <std::size_t kCount>
 EnclosedJet<kCount> square(const EnclosedJet<kCount>& a) {
-  return a.chain(square(a.value), Enclosure(2.0) * a.value);
+  return a.chain(square(a.value), square(a.middle), Enclosure(2.0) * a.value);
 }
 template <std::size_t kCount>
 EnclosedJet<kCount> sqrt(const EnclosedJet<kCount>& a) {
   const Enclosure root = sqrt(a.value);
-  return a.chain(root, Enclosure(0.5) / root);
+  return a.chain(root, sqrt(a.middle), Enclosure(0.5) / root);
 }
 template <std::size_t kCount>
 EnclosedJet<kCount> exp(const EnclosedJet<kCount>& a) {
   const Enclosure value = exp(a.value);
-  return a.chain(value, value);
+  return a.chain(value, exp(a.middle), value);
 }
 template <std::size_t kCount>
 EnclosedJet<kCount> sin(const EnclosedJet<kCount>& a) {
-  return a.chain(sin(a.value), cos(a.value));
+  return a.chain(sin(a.value), sin(a.middle), cos(a.value));
 }
 template <std::size_t kCount>
 EnclosedJet<kCount> cos(const EnclosedJet<kCount>& a) {
-  return a.chain(cos(a.value), Enclosure(0.0) - sin(a.value));
+  return a.chain(cos(a.value), cos(a.middle), Enclosure(0.0) - sin(a.value));
 }
 
 }  // namespace m100::lab::gains
