@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 fly: flies a course with the flight controller, from the first pose to the handover.
 #include "firmware/companion/fly/flight.h"
+#include "firmware/companion/files/text/printable.h"
 
 #include <sched.h>
 #include <sys/mman.h>
