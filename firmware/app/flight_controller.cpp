@@ -173,7 +173,6 @@ void FlightController<T, S>::start_when_nominal(safety::FailsafeState before, co
     return;
   }
   orders_.serve(now);
-  started_ = now;
   excitation_.start(now);
   sender_.reset();
 }

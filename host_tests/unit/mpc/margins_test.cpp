@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/gains/tune.h"
+#include "host_tests/lab/gains/tuning/tune.h"
 
 #include <gtest/gtest.h>
 
