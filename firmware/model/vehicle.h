@@ -91,6 +91,14 @@ constexpr Vehicle controller_model(const Vehicle& vehicle) {
   return out;
 }
 
+/// The weights that fly: those of the design where it has its own.
+constexpr MpcWeights& flown_weights(Vehicle& vehicle) {
+  return vehicle.design.has_mpc ? vehicle.design.mpc : vehicle.mpc;
+}
+constexpr const MpcWeights& flown_weights(const Vehicle& vehicle) {
+  return vehicle.design.has_mpc ? vehicle.design.mpc : vehicle.mpc;
+}
+
 /// Standard gravity, rounded as in the benchmark and the paper's own code.
 inline constexpr double kGravity_m_s2 = 9.8066;
 

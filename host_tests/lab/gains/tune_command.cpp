@@ -145,7 +145,7 @@ void tune_input_weight(companion::VehicleFile& file, const std::vector<OpenStruc
   const Tuned tuned = tune(file.vehicle, structures, [&](const model::Vehicle& believed) {
     return hover_motion(companion::as_file(believed), plant);
   });
-  file.vehicle.mpc = tuned.weights;
+  model::flown_weights(file.vehicle) = tuned.weights;
   std::printf(
       "input weight %.3g: %s as flown: peak sensitivity %.2f, delay margin %.0f ms, command motion in hover "
       "%.0f deg/s\n",
