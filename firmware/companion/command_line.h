@@ -152,10 +152,13 @@ inline std::string listed_word_meant(const std::string& message) {
   return did_you_mean(message.substr(begin + 1, at - begin - 1), listed);
 }
 
-/// The message for a command line that CLI11 refuses, in one line.
+/// The message for a command line that CLI11 refuses, in one line; empty if it asks for help and has no unknown word.
 inline std::string refusal(const CLI::App& app, std::span<char* const> words, const CLI::ParseError& wrong) {
   if (const std::string unknown = unknown_word(app, words); !unknown.empty()) {
     return unknown + "; see --help";
+  }
+  if (dynamic_cast<const CLI::Success*>(&wrong) != nullptr) {
+    return "";
   }
   const bool is_missing = dynamic_cast<const CLI::RequiredError*>(&wrong) != nullptr;
   return wrong.what() + listed_word_meant(wrong.what()) + (is_missing ? "; see --help" : "");
