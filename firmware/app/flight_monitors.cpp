@@ -25,14 +25,15 @@ template <typename T>
 void FlightMonitors<T>::update_model(const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
                                      const vrc::Sticks& sticks, bool flies_sticks, bool holds, core::Duration elapsed) {
   trim_.update(estimate, flies_sticks && holds, core::seconds<T>(elapsed));
-  if (!flies_sticks || !measured.attitude.is_new || elapsed > TickTimer::kStall) {
+  const Attitude attitude = measured.attitude.is_new ? measured.attitude : attitude_;
+  attitude_ = measured.attitude;
+  if (!flies_sticks || !attitude.is_new || elapsed > TickTimer::kStall) {
     residual_.interrupt();
     return;
   }
   const auto counts = [](vrc::Stick stick) { return static_cast<T>(static_cast<int>(stick) - 1024); };
   // In the order of sysid::MonitoredAxis; the yaw stick is positive to the right. The gyro's z rate is the heading's
   // rate only while the aircraft is level: at 20 degrees of roll it includes a third of the pitch rate.
-  const typename est::Measurement<T>::Attitude& attitude = measured.attitude;
   const core::SinCos<T>& roll = attitude.roll();
   const T heading_rate_rad_s =
       (roll.sine * attitude.rate_b_rad_s.y() + roll.cosine * attitude.rate_b_rad_s.z()) / attitude.pitch().cosine;

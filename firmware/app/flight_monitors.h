@@ -34,7 +34,8 @@ class FlightMonitors {
     flight_state_.update(link, estimate, model_tilt_rad, isolation, elapsed);
   }
   /// Once per tick, after the sticks left. @param flies_sticks the aircraft obeys our sticks. @param holds the
-  /// reference stands still and no plan moves a stick.
+  /// reference stands still and no plan moves a stick. Where no attitude comes for one tick, the residual uses the
+  /// last: the autopilot has a clock of its own, and AxisResidual expects such timing.
   void update_model(const est::Measurement<T>& measured, const est::Estimate<T>& estimate, const vrc::Sticks& sticks,
                     bool flies_sticks, bool holds, core::Duration elapsed);
 
@@ -47,11 +48,13 @@ class FlightMonitors {
   const est::TrimMonitor<T>& trim() const { return trim_; }
 
  private:
+  using Attitude = typename est::Measurement<T>::Attitude;
   FlightStateMonitor<T> flight_state_;
   ctl::ControlAuthorityMonitor<T> authority_;
   ctl::LimitCycleResponse<T> limit_cycle_;
   sysid::ResidualMonitor<T> residual_;
   est::TrimMonitor<T> trim_;
+  Attitude attitude_;  ///< of the tick before; is_new: it came in that tick
 };
 
 extern template class FlightMonitors<float>;

@@ -26,19 +26,18 @@ void FlightReporter::update(core::TimePoint now, bool is_flying) {
   report_failsafe(now);
   report_excitation(now);
   report_limit_cycle(now);
-  note_flight(is_flying);
+  note_flight(now, is_flying);
 }
 
 /// Adds the tracking error, and remembers the worst of what may have ended the flight.
-void FlightReporter::note_flight(bool is_flying) {
+void FlightReporter::note_flight(core::TimePoint now, bool is_flying) {
   const safety::FailsafeState failsafe_state = controller_.supervisor().failsafe_state();
   const bool passes =
       failsafe_state == safety::FailsafeState::kNominal || failsafe_state == safety::FailsafeState::kCoast;
   if (is_flying && passes) {
     const est::Estimate<double>& at = controller_.estimate();
-    const ref::Window<double>& to = controller_.reference();
-    tracking_.add({at.x.position_m - to.x[0].position_m, at.y.position_m - to.y[0].position_m,
-                   at.height_m - to.height.position_m});
+    tracking_.update(now, {at.x.position_m, at.y.position_m, at.height_m}, controller_.reference(),
+                     controller_.law().lead());
   }
   if (failsafe_state == safety::FailsafeState::kNominal) {
     worst_ = controller_.observed();

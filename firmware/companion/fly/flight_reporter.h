@@ -44,7 +44,7 @@ class FlightReporter {
   void report_failsafe(core::TimePoint now);
   void report_excitation(core::TimePoint now);
   void report_limit_cycle(core::TimePoint now);
-  void note_flight(bool is_flying);
+  void note_flight(core::TimePoint now, bool is_flying);
 
   const app::FlightController<double>& controller_;
   safety::Limits limits_;

@@ -72,7 +72,7 @@ const FlightSeries& hover() {
   static const FlightSeries flown = [] {
     experiments::FlightPlan plan;
     plan.vehicle = companion::as_file(mpc::generated::kVehicle);
-    plan.course = "hold 12";
+    plan.course = "step 0 0 0 0 12";
     plan.duration_s = 12.0;
     plan.keep_log = true;
     const experiments::FlightResult result = experiments::fly(plan);
