@@ -155,7 +155,9 @@ inline std::string listed_word_meant(const std::string& message) {
 /// The message for a command line that CLI11 refuses, in one line; empty if it asks for help and has no unknown word.
 inline std::string refusal(const CLI::App& app, std::span<char* const> words, const CLI::ParseError& wrong) {
   if (const std::string unknown = unknown_word(app, words); !unknown.empty()) {
-    return unknown + "; see --help";
+    const bool has_key =
+        std::any_of(words.begin(), words.end(), [](const char* word) { return without_keys(word) != word; });
+    return unknown + (has_key ? "; a key belongs in a file, not on a command line" : "; see --help");
   }
   if (dynamic_cast<const CLI::Success*>(&wrong) != nullptr) {
     return "";
