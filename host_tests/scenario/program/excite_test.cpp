@@ -16,7 +16,7 @@ class Excite : public WorldTest {
   void make(const std::string& axes, std::vector<std::string> more) {
     std::vector<std::string> arguments{"excite", "--axis", axes, "--out", sticks.string(), "--json", forecast.string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    ASSERT_EQ(run_lab(arguments), 0) << error();
+    ASSERT_LE(run_lab(arguments), 1) << error();  // 1: written, but too small to find more than a trim
   }
   void fence(const std::string& half_m) {
     std::ofstream(flight_file, std::ios::trunc) << "[fence]\nx_m = [-" << half_m << ", " << half_m << "]\ny_m = [-"
