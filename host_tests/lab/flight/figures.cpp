@@ -223,10 +223,10 @@ plot::Figure failsafe_figure(const Flights& flights) {
 
 plot::Figure command_figure(const Flights& flights) {
   plot::Figure figure = over_time(flights, "Commands", "tilt [deg]");
-  constexpr std::array<std::array<const char*, 2>, 2> kColors{
+  constexpr std::array<std::array<const char*, 2>, 2> kCommandColors{
       {{plot::kBlue, plot::kGreen}, {plot::kOrange, plot::kPurple}}};
   for (std::size_t f = 0; f < flights.size(); ++f) {
-    const auto& colors = kColors[flights.size() > 1 && f == 0 ? 1 : 0];
+    const auto& colors = kCommandColors[flights.size() > 1 && f == 0 ? 1 : 0];
     figure.lines.push_back(tick_curve(flights, f, "roll", flights[f].granted[0], kDegrees, colors[0]));
     figure.lines.push_back(tick_curve(flights, f, "pitch", flights[f].granted[1], kDegrees, colors[1]));
   }
@@ -274,12 +274,12 @@ plot::Figure battery_figure(const Flights& flights) {
 
 plot::Figure stick_figure(const Flights& flights) {
   constexpr std::array kNames{"roll", "pitch", "throttle", "yaw"};
-  constexpr std::array kColors{plot::kBlue, plot::kOrange, plot::kGreen, plot::kPurple};
+  constexpr std::array kStickColors{plot::kBlue, plot::kOrange, plot::kGreen, plot::kPurple};
   const bool by_hand = flights.back().is_recording;
   plot::Figure figure = over_time(flights, "Sticks", by_hand ? "of the pilot, 10000 is full travel" : "[counts]");
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     const Timed& stick = flights.back().sticks_counts[i];
-    plot::Curve curve{.name = kNames[i], .x = {}, .y = stick.values, .color = kColors[i], .max_step = kGap_s};
+    plot::Curve curve{.name = kNames[i], .x = {}, .y = stick.values, .color = kStickColors[i], .max_step = kGap_s};
     for (const double t_s : stick.t_s) {
       curve.x.push_back(shown_s(flights, flights.size() - 1, t_s));
     }

@@ -10,7 +10,7 @@ namespace m100::lab::report {
 
 /// Files with results that the subcommands wrote with --json; empty: there is none.
 struct Sources {
-  std::string asked;  ///< the question that the page answers
+  std::string asked;                    ///< the question that the page answers
   std::vector<std::string> identified;  ///< of identify, one for each axis
   bool measured = false;                ///< whether the identified logs were flown by an aircraft
   std::string experiments;
@@ -20,7 +20,8 @@ struct Sources {
 };
 
 /// Writes the first screen of a page: what was asked, what the model lacks, how much error that explains, what it
-/// changed in flight, what remains, with a figure beside it; then the errors before and after. Each number is marked as measured or simulated. Errors: InputError.
+/// changed in flight, what remains, with a figure beside it; then the errors before and after. Each number is marked as
+/// measured or simulated. Errors: InputError.
 void summarise(const Sources& sources, plot::Page& page);
 
 }  // namespace m100::lab::report

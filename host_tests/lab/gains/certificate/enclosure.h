@@ -143,11 +143,11 @@ struct EnclosedJet {
   }
   friend EnclosedJet operator/(const EnclosedJet& a, const EnclosedJet& b) {
     std::array<Enclosure, kCount> slopes;
-    const Enclosure value = a.value / b.value;
+    const Enclosure quotient = a.value / b.value;
     for (std::size_t k = 0; k < kCount; ++k) {
-      slopes[k] = (a.by[k] - value * b.by[k]) / b.value;
+      slopes[k] = (a.by[k] - quotient * b.by[k]) / b.value;
     }
-    return {value, a.middle / b.middle, slopes};
+    return {quotient, a.middle / b.middle, slopes};
   }
 };
 

@@ -207,7 +207,9 @@ void summary(plot::Page& page, const IdentifyResult& r, const ReportOrigin& orig
                      {"What it explains (" + data + ")", explained(r)},
                      {"What it changes in flight", "not flown here: m100-lab loop flies both models."},
                      {"What remains", remains(r)}},
-                    r.verdict != "unexplained" ? "good" : r.effects.empty() ? "bad" : "warn");
+                    r.verdict != "unexplained" ? "good"
+                    : r.effects.empty()        ? "bad"
+                                               : "warn");
   time_figure(page, r, r.axis == "translation" ? "_x" : "");
   page.end_answer();
   page.paragraph((origin.train == origin.validation

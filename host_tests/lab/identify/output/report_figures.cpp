@@ -41,12 +41,13 @@ void against_input(plot::Page& page, const Direction& d, const Stretches& pieces
   }
   const double band =
       independent_band(d.input, d.final_residual, static_cast<std::size_t>(std::lround(2.0 / period_s)), pieces);
-  page.figure(plot::Figure{.title = "Residual against the input" + d.name,
-                             .x_label = "delay of the residual after the input [s]",
-                             .y_label = "correlation",
-                             .lines = {declared, found},
-                             .levels = {{band, "95 % if independent"}, {-band, ""}, {0.0, ""}},
-                             .height = 230},
+  page.figure(
+      plot::Figure{.title = "Residual against the input" + d.name,
+                   .x_label = "delay of the residual after the input [s]",
+                   .y_label = "correlation",
+                   .lines = {declared, found},
+                   .levels = {{band, "95 % if independent"}, {-band, ""}, {0.0, ""}},
+                   .height = 230},
       "Outside of the band the input predicts the residual. At negative delays no input can be the cause: there the "
       "correlation comes from a control loop that was closed in flight, or from a clock error.");
 }
