@@ -46,7 +46,7 @@ DEFECTS = [
      "AuthorityTransition{S::kSilent, kNone, kNone, S::kAwaitingTelemetry,", r"safety|link"),
     ("vehicle_range_unchecked", "firmware/companion/files/vehicle_reader.h",
      "if (!absent && !(value >= low && value <= high)) {", "if (!absent && value < low - 1e9) {", r"vehicle_file"),
-    ("digest_of_half_the_file", "firmware/companion/files/vehicle_reader.h",
+    ("digest_of_half_the_file", "firmware/companion/files/vehicle_file.cpp",
      "std::span(text.data(), text.size())", "std::span(text.data(), text.size() / 2)", r"vehicle_file"),
     ("trim_of_one_axis_only", "firmware/est/trim_monitor.h",
      "(beyond(report_.roll_counts) || beyond(report_.pitch_counts))", "beyond(report_.pitch_counts)", r"TrimMonitor"),
