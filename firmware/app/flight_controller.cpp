@@ -29,6 +29,7 @@ template <typename T, typename S>
       trajectory_(trajectory),
       law_(vehicle, tables, {.horizontal = config.law}),
       geofence_(config.fence, ctl::braking_of(vehicle, static_cast<double>(law_.slope_limit()))),
+      planner_(geofence_.braking(), tables, law_.combined_slope()),
       excitation_(config.excitation),
       monitors_(vehicle, geofence_.braking(), config.attitude_age + kUplink, config.responds_to_limit_cycles),
       supervisor_(config.limits, config.envelope),
@@ -50,7 +51,8 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   const bool solves = may_leave(now);
   const std::size_t points = solves ? ref::kHorizon + 1 : 1;
   trajectory_.fill(reference_, now, law_.lead(), points);  // -> reference
-  geofence_.limit(reference_, estimate_, points);          // inside the fence, and where one can stop
+  plan(now, points);
+  geofence_.limit(reference_, estimate_, points);  // inside the fence, and where one can stop
   const ctl::Command<T> commanded =
       excite(law_.update(estimate_, reference_, applied, elapsed, solves), now);  // -> control
   monitors_.update(estimate_, reference_, flies(), excitation_.moves(), elapsed, law_);
@@ -118,6 +120,17 @@ ctl::Command<T> FlightController<T, S>::brake_and_hold() const {
     motion.x.velocity_variance_m2_s2 = motion.y.velocity_variance_m2_s2 = kNotToBeUsed<T>;
   }
   return ctl::brake_and_hold(motion, geofence_.braking());
+}
+
+/// The law's fallback is slow, and an excitation wants the aircraft where it is.
+template <typename T, typename S>
+void FlightController<T, S>::plan(core::TimePoint now, std::size_t points) {
+  if (config_.plans_setpoints && flies() && !law_.fallback() && !excitation_.moves()) {
+    geofence_.limit_goal(reference_);
+    planner_.update(reference_, estimate_, now, law_.lead(), points);
+  } else {
+    planner_.reset();
+  }
 }
 
 template <typename T, typename S>

@@ -78,6 +78,7 @@ class FlightLaw {
   /// Largest slope that is available to one axis whatever the other one wants: the smaller of the tables' boxes and the
   /// combined limit divided by the root of two.
   T slope_limit() const;
+  T combined_slope() const { return combined_tangent_; }  ///< largest slope of both axes together
   /// From now on, until reset(), the calm law (fallback_law.h) flies the horizontal axes, with this rate [rad/s].
   void start_fallback(T rate_per_s) { fallback_per_s_ = rate_per_s; }
   bool fallback() const { return fallback_per_s_ > T(0); }
