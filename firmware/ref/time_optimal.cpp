@@ -40,6 +40,7 @@ class TimeOptimal<T>::Search {
   Search(const AxisReference<T>& from, const AxisLimits<T>& limits)
       : from_(from),
         jerk_m_s3_(limits.jerk_m_s3),
+        release_m_s3_(limits.release_m_s3),
         peak_m_s2_(max_of(limits.up_m_s2, from.acceleration_m_s2)),
         braking_m_s2_(max_of(limits.braking_share * limits.down_m_s2, -from.acceleration_m_s2)),
         speed_m_s_(limits.speed_m_s) {
@@ -58,12 +59,13 @@ class TimeOptimal<T>::Search {
     const T a0 = from_.acceleration_m_s2;
     const T base_m_s = from_.velocity_m_s - T(0.5) * a0 * a0 / jerk_m_s3_;  // level speed = base + peak^2 / jerk
     const bool upwards = stops_upwards(from_);
-    const T turning_m_s2 = core::sqrt(-base_m_s * jerk_m_s3_);
-    const T least = upwards ? min_of(max_of(turning_m_s2, a0), peak_m_s2_) : a0;
+    const T turning_m_s2 = core::sqrt(-base_m_s * ramps_m_s3());
+    const T least = upwards && base_m_s < T(0) ? min_of(max_of(turning_m_s2, a0), peak_m_s2_) : a0;
     const T by_speed = max_of(core::sqrt(jerk_m_s3_ * (speed_m_s_ - base_m_s)), least);
     const T most = min_of(peak_m_s2_, by_speed);
     const T level_m_s = base_m_s + peak_m_s2_ * peak_m_s2_ / jerk_m_s3_;
-    const T least_hold_s = upwards ? max_of(-level_m_s / peak_m_s2_, T(0)) : T(0);
+    const T turned_m_s = base_m_s + peak_m_s2_ * peak_m_s2_ / ramps_m_s3();
+    const T least_hold_s = upwards ? max_of(-turned_m_s / peak_m_s2_, T(0)) : T(0);
     if (end_m(most, least_hold_s) >= T(0)) {
       peak_ = find(least, most, [this, least_hold_s](T peak) { return end_m(peak, least_hold_s); });
       hold_s_ = least_hold_s;
@@ -73,7 +75,8 @@ class TimeOptimal<T>::Search {
       const T short_m = -end_m(peak_, most_hold_s);
       if (short_m > T(0)) {
         hold_s_ = most_hold_s;
-        const T cruising_m_s = level_speed(risen(peak_, hold_s_, nullptr));
+        const AxisReference<T> top = risen(peak_, hold_s_, nullptr);
+        const T cruising_m_s = top.velocity_m_s + T(0.5) * top.acceleration_m_s2 * top.acceleration_m_s2 / jerk_m_s3_;
         cruise_s_ = cruising_m_s > T(0) ? short_m / cruising_m_s : T(0);
       } else {
         hold_s_ = find(least_hold_s, most_hold_s, [this](T hold_s) { return end_m(peak_, hold_s); });
@@ -85,8 +88,10 @@ class TimeOptimal<T>::Search {
  private:
   T level_speed(const AxisReference<T>& state) const {
     const T a = state.acceleration_m_s2;
-    return state.velocity_m_s + T(0.5) * a * (a < T(0) ? -a : a) / jerk_m_s3_;
+    return state.velocity_m_s + T(0.5) * a * (a < T(0) ? -a : a) / release_m_s3_;
   }
+  /// A rise or fall with the jerk and the release after it change the speed by peak^2 over this.
+  T ramps_m_s3() const { return T(2) * jerk_m_s3_ * release_m_s3_ / (jerk_m_s3_ + release_m_s3_); }
   /// After the rise to the peak and its hold.
   AxisReference<T> risen(T peak, T hold_s, Piece* pieces) const {
     const T rise_s = max_of((peak - from_.acceleration_m_s2) / jerk_m_s3_, T(0));
@@ -99,21 +104,27 @@ class TimeOptimal<T>::Search {
   /// The position of rest after a stop that begins by lowering the acceleration.
   T stopped(const AxisReference<T>& state, Piece* pieces) const {
     const T a = state.acceleration_m_s2;
-    const T square = max_of(jerk_m_s3_ * state.velocity_m_s + T(0.5) * a * a, T(0));
-    T trough = core::sqrt(square);
+    const T level_m_s = state.velocity_m_s + T(0.5) * a * a / jerk_m_s3_;
+    // Too slow for a trough: the fall itself is the release, with a jerk between the two.
+    const T fall_m_s3 = level_m_s < T(0) ? T(-0.5) * a * a / state.velocity_m_s : jerk_m_s3_;
+    T trough = core::sqrt(level_m_s * ramps_m_s3());
     T hold_s = T(0);
-    if (trough > braking_m_s2_) {
+    T release_m_s3 = release_m_s3_;
+    if (a < T(0) && stops_upwards(state)) {  // brakes too hard already: a quicker release
+      trough = -a;
+      release_m_s3 = state.velocity_m_s > T(0) ? min_of(T(0.5) * a * a / state.velocity_m_s, jerk_m_s3_) : jerk_m_s3_;
+    } else if (trough > braking_m_s2_) {
       trough = braking_m_s2_;
-      hold_s = (square - trough * trough) / (jerk_m_s3_ * trough);
+      hold_s = level_m_s / trough - trough / ramps_m_s3();
     }
-    const T fall_s = max_of((a + trough) / jerk_m_s3_, T(0));
-    const T rise_s = trough / jerk_m_s3_;
+    const T fall_s = max_of((a + trough) / fall_m_s3, T(0));
+    const T rise_s = trough / release_m_s3;
     if (pieces != nullptr) {
-      pieces[0] = {fall_s, -jerk_m_s3_};
+      pieces[0] = {fall_s, -fall_m_s3};
       pieces[1] = {hold_s, T(0)};
-      pieces[2] = {rise_s, jerk_m_s3_};
+      pieces[2] = {rise_s, release_m_s3};
     }
-    return after(after(after(state, fall_s, -jerk_m_s3_), hold_s, T(0)), rise_s, jerk_m_s3_).position_m;
+    return after(after(after(state, fall_s, -fall_m_s3), hold_s, T(0)), rise_s, release_m_s3).position_m;
   }
   T end_m(T peak, T hold_s) const { return stopped(risen(peak, hold_s, nullptr), nullptr); }
 
@@ -160,7 +171,7 @@ class TimeOptimal<T>::Search {
   }
 
   const AxisReference<T>& from_;
-  T jerk_m_s3_, peak_m_s2_, braking_m_s2_, speed_m_s_;
+  T jerk_m_s3_, release_m_s3_, peak_m_s2_, braking_m_s2_, speed_m_s_;
   T peak_{0}, hold_s_{0}, cruise_s_{0};
 };
 
@@ -199,8 +210,8 @@ void TimeOptimal<T>::rest(T goal_m) {
 
 template <typename T>
 void TimeOptimal<T>::plan(const AxisReference<T>& from, T goal_m, const AxisLimits<T>& limits) {
-  M100_ASSERT(limits.up_m_s2 > T(0) && limits.down_m_s2 > T(0) && limits.jerk_m_s3 > T(0) && limits.speed_m_s > T(0) &&
-              limits.braking_share > T(0));
+  M100_ASSERT(limits.up_m_s2 > T(0) && limits.down_m_s2 > T(0) && limits.release_m_s3 > T(0) &&
+              limits.speed_m_s > T(0) && limits.braking_share > T(0) && limits.jerk_m_s3 >= limits.release_m_s3);
   goal_m_ = goal_m;
   from_ = {.position_m = from.position_m - goal_m,
            .velocity_m_s = from.velocity_m_s,
@@ -215,7 +226,8 @@ void TimeOptimal<T>::plan(const AxisReference<T>& from, T goal_m, const AxisLimi
                              .up_m_s2 = limits.down_m_s2,
                              .down_m_s2 = limits.up_m_s2,
                              .braking_share = limits.braking_share,
-                             .jerk_m_s3 = limits.jerk_m_s3};
+                             .jerk_m_s3 = limits.jerk_m_s3,
+                             .release_m_s3 = limits.release_m_s3};
   const AxisReference<T> mirrored{.position_m = -begin.position_m,
                                   .velocity_m_s = -begin.velocity_m_s,
                                   .acceleration_m_s2 = -begin.acceleration_m_s2};

@@ -17,6 +17,7 @@ struct AxisLimits {
   T down_m_s2{0};      ///< acceleration towards -
   T braking_share{1};  ///< of `up` and `down`: what the final braking uses, at most 1
   T jerk_m_s3{0};      ///< rate of the acceleration
+  T release_m_s3{0};   ///< its rate when the final braking ends, at most the jerk
 };
 
 /// The fastest motion of one axis from any position, velocity and acceleration to rest at a goal, with limited speed,

@@ -60,11 +60,14 @@ ref::AxisLimits<T> SetpointPlanner<T>::limits(const Axis& axis, const est::AxisE
   const T tilted_m_s2 = magnitude(axis.per_slope_m_s2) * axis.slope;
   const T reached_m_s2 = axis.authority * tilted_m_s2;
   const T least_m_s2 = static_cast<T>(kMinShare) * tilted_m_s2;
+  const T disturbance_m_s2 =
+      estimate.disturbance_m_s2 + static_cast<T>(1.0 / 3.0) * (axis.at_rest_m_s2 - estimate.disturbance_m_s2);
   return {.speed_m_s = static_cast<T>(kMaxSpeed_m_s),
-          .up_m_s2 = max_of(reached_m_s2 + estimate.disturbance_m_s2, least_m_s2),
-          .down_m_s2 = max_of(reached_m_s2 - estimate.disturbance_m_s2, least_m_s2),
+          .up_m_s2 = max_of(reached_m_s2 + disturbance_m_s2, least_m_s2),
+          .down_m_s2 = max_of(reached_m_s2 - disturbance_m_s2, least_m_s2),
           .braking_share = static_cast<T>(kBrakingShare),
-          .jerk_m_s3 = T(2) * tilted_m_s2 / reaction_s_};
+          .jerk_m_s3 = T(2) * tilted_m_s2 / reaction_s_,
+          .release_m_s3 = tilted_m_s2 / reaction_s_};
 }
 
 template <typename T>
@@ -89,6 +92,7 @@ void SetpointPlanner<T>::set_goal(Axis& axis, const est::AxisEstimate<T>& estima
   const T slope = max_of(share, static_cast<T>(kMinShare)) * combined_slope_;
   axis.slope = slope < axis.max_slope ? slope : axis.max_slope;
   axis.goal_m = goal_m;
+  axis.at_rest_m_s2 = estimate.disturbance_m_s2;
   axis.authority = T(1);
   axis.replans = 0;
   const bool is_far = magnitude(goal_m - estimate.position_m) > static_cast<T>(kMinGoal_m) ||
@@ -103,14 +107,18 @@ void SetpointPlanner<T>::set_goal(Axis& axis, const est::AxisEstimate<T>& estima
 /// The motion is planned again if the aircraft has left it. A motion acts only one reaction time after it was planned.
 template <typename T>
 void SetpointPlanner<T>::check(Axis& axis, const est::AxisEstimate<T>& estimate, T time_s, T lead_s) {
-  if (time_s < reaction_s_ || time_s > axis.motion.duration_s() + lead_s) {
+  if (time_s < reaction_s_ || time_s > axis.motion.duration_s()) {
     return;
   }
   const T error_m = estimate.position_m - axis.motion.at(time_s - lead_s).position_m;
   axis.is_off = magnitude(error_m) > static_cast<T>(kMaxError_m);
-  if (axis.is_off && !axis.is_due && axis.replans < kMaxReplans) {
-    ++axis.replans;
-    axis.is_due = true;
+  const bool has_changed = magnitude(estimate.disturbance_m_s2 - axis.planned_m_s2) > static_cast<T>(kMaxChange_m_s2);
+  if ((!axis.is_off && !has_changed) || axis.is_due || axis.replans >= kMaxReplans) {
+    return;
+  }
+  ++axis.replans;
+  axis.is_due = true;
+  if (axis.is_off) {
     learn_authority(axis, estimate, time_s - lead_s);
   }
 }
@@ -138,6 +146,7 @@ bool SetpointPlanner<T>::plan_if_due(Axis& axis, const est::AxisEstimate<T>& est
       axis.is_off ? measured(axis, estimate, lead_s) : axis.motion.at(core::seconds<T>(now - axis.begin));
   axis.motion.plan(from, axis.goal_m, limits(axis, estimate));
   axis.begin = now;
+  axis.planned_m_s2 = estimate.disturbance_m_s2;
   axis.is_due = axis.is_off = false;
   return true;
 }

@@ -17,11 +17,13 @@ namespace m100::ctl {
 ///
 /// Limits per axis. Acceleration: the tilt of the gain table, both axes together within the law's limit and shared in
 /// the direction of the goal, plus or minus the estimated disturbance; braking uses kBrakingShare of it, the rest is
-/// left to the feedback. Jerk: the attitude is reversed in Braking::reaction_s.
+/// left to the feedback. Jerk: the attitude is reversed, and at the end released, in Braking::reaction_s.
 ///
 /// The motion is planned again from the measured state when the aircraft leaves it by more than kMaxError_m, at most
 /// kMaxReplans times for one goal. If the aircraft tilts less than the plan needs, the plan's authority is reduced by
-/// the same share, at most to the lowest gain for which the loop is designed.
+/// the same share, at most to the lowest gain for which the loop is designed. It is planned again, from its own state,
+/// when the disturbance has changed by more than kMaxChange_m_s2: a wind looks weaker the faster one flies with it. For
+/// the braking the disturbance is taken as if a third of that change came back (the mean over the braking distance).
 ///
 /// One axis is planned a tick. After the end of the motion the window is the set point itself again. T is float or
 /// double.
@@ -31,6 +33,7 @@ class SetpointPlanner {
   static constexpr double kBrakingShare = 0.95;
   static constexpr double kMinAuthority = 0.8;  ///< of the gain: the box of the certificate
   static constexpr double kMaxError_m = 0.15;
+  static constexpr double kMaxChange_m_s2 = 0.5;
   static constexpr unsigned kMaxReplans = 10;
 
   SetpointPlanner(const Braking& braking, const mpc::GainTables<T>& tables, T combined_slope);
@@ -50,6 +53,8 @@ class SetpointPlanner {
     T max_slope{0};       ///< of the table
     T per_slope_m_s2{0};  ///< acceleration, with its sign
     T slope{0};           ///< towards the present goal
+    T at_rest_m_s2{0};    ///< disturbance when the goal was set
+    T planned_m_s2{0};    ///< disturbance that the motion was planned with
     T authority{1};       ///< share of the slope that the aircraft was seen to reach
     unsigned replans = 0;
     bool is_due = false;

@@ -22,12 +22,14 @@ class Draw {
  public:
   explicit Draw(std::uint64_t seed) : random_(seed) {}
   double between(double low, double high) { return std::uniform_real_distribution(low, high)(random_); }
-  Limits limits(double braking_share) {
+  Limits limits(double braking_share, double release_share = 1.0) {
+    const double jerk_m_s3 = between(3.0, 40.0);
     return {.speed_m_s = between(1.0, 15.0),
             .up_m_s2 = between(0.5, 6.0),
             .down_m_s2 = between(0.5, 6.0),
             .braking_share = braking_share,
-            .jerk_m_s3 = between(3.0, 40.0)};
+            .jerk_m_s3 = jerk_m_s3,
+            .release_m_s3 = release_share * jerk_m_s3};
   }
   State state(const Limits& limits) {
     // The acceleration can end before the speed is at its limit.
@@ -92,7 +94,7 @@ double integrated_duration(double way, const Limits& limits) {
 TEST(TimeOptimal, KeepsItsLimitsAndEndsExactlyAtTheGoal) {
   Draw draw(37);
   for (int i = 0; i < kDraws; ++i) {
-    const Limits limits = draw.limits(draw.between(0.6, 1.0));
+    const Limits limits = draw.limits(draw.between(0.6, 1.0), i % 2 == 0 ? 1.0 : draw.between(0.3, 1.0));
     const State from = draw.state(limits);
     const double goal_m = draw.between(-40.0, 40.0);
     TimeOptimal<double> motion;
@@ -187,7 +189,12 @@ TEST(TimeOptimal, NeverPassesAGoalThatItCanStopBefore) {
 TEST(TimeOptimal, AFasterStartThanAllowedIsNotMadeFaster) {
   TimeOptimal<double> motion;
   motion.plan({.velocity_m_s = 8.0}, 50.0,
-              {.speed_m_s = 5.0, .up_m_s2 = 4.0, .down_m_s2 = 4.0, .braking_share = 1.0, .jerk_m_s3 = 20.0});
+              {.speed_m_s = 5.0,
+               .up_m_s2 = 4.0,
+               .down_m_s2 = 4.0,
+               .braking_share = 1.0,
+               .jerk_m_s3 = 20.0,
+               .release_m_s3 = 20.0});
   for (int k = 0; k <= kPoints; ++k) {
     EXPECT_LE(motion.at(motion.duration_s() * k / kPoints).velocity_m_s, 8.0 + 1e-9);
   }
@@ -201,11 +208,12 @@ TEST(TimeOptimal, FloatFollowsDouble) {
     TimeOptimal<double> motion;
     motion.plan(from, 3.0, limits);
     TimeOptimal<float> narrow;
-    narrow.plan({static_cast<float>(from.position_m), static_cast<float>(from.velocity_m_s),
-                 static_cast<float>(from.acceleration_m_s2)},
-                3.0F,
-                {static_cast<float>(limits.speed_m_s), static_cast<float>(limits.up_m_s2),
-                 static_cast<float>(limits.down_m_s2), 0.95F, static_cast<float>(limits.jerk_m_s3)});
+    narrow.plan(
+        {static_cast<float>(from.position_m), static_cast<float>(from.velocity_m_s),
+         static_cast<float>(from.acceleration_m_s2)},
+        3.0F,
+        {static_cast<float>(limits.speed_m_s), static_cast<float>(limits.up_m_s2), static_cast<float>(limits.down_m_s2),
+         0.95F, static_cast<float>(limits.jerk_m_s3), static_cast<float>(limits.release_m_s3)});
     const double half_s = 0.5 * motion.duration_s();
     // 1e-3 m: a rounding of the state by 4e-6, over the steepest dependence of the switching times on it.
     EXPECT_NEAR(static_cast<double>(narrow.at(static_cast<float>(half_s)).position_m), motion.at(half_s).position_m,
@@ -216,7 +224,13 @@ TEST(TimeOptimal, FloatFollowsDouble) {
 
 TEST(TimeOptimal, TheWindowIsTheMotionEveryTenthOfASecond) {
   TimeOptimal<double> motion;
-  motion.plan({}, 6.0, {.speed_m_s = 17.0, .up_m_s2 = 4.5, .down_m_s2 = 4.5, .braking_share = 0.95, .jerk_m_s3 = 26.0});
+  motion.plan({}, 6.0,
+              {.speed_m_s = 17.0,
+               .up_m_s2 = 4.5,
+               .down_m_s2 = 4.5,
+               .braking_share = 0.95,
+               .jerk_m_s3 = 26.0,
+               .release_m_s3 = 13.0});
   std::array<State, kHorizon + 1> window{};
   motion.fill(window, 0.35);
   for (std::size_t k = 0; k < window.size(); ++k) {
