@@ -29,7 +29,6 @@ template <typename T, typename S>
       trajectory_(trajectory),
       law_(vehicle, tables, {.horizontal = config.law}),
       geofence_(config.fence, ctl::braking_of(vehicle, static_cast<double>(law_.slope_limit()))),
-      planner_(geofence_.braking(), tables, law_.combined_slope()),
       excitation_(config.excitation),
       monitors_(vehicle, geofence_.braking(), config.attitude_age + kUplink, config.responds_to_limit_cycles),
       supervisor_(config.limits, config.envelope),
@@ -122,14 +121,11 @@ ctl::Command<T> FlightController<T, S>::brake_and_hold() const {
   return ctl::brake_and_hold(motion, geofence_.braking());
 }
 
-/// The law's fallback is slow, and an excitation wants the aircraft where it is.
 template <typename T, typename S>
 void FlightController<T, S>::plan(core::TimePoint now, std::size_t points) {
-  if (config_.plans_setpoints && flies() && !law_.fallback() && !excitation_.moves()) {
+  if (config_.plans_setpoints && flies() && !excitation_.moves()) {
     geofence_.limit_goal(reference_);
-    planner_.update(reference_, estimate_, now, law_.lead(), points);
-  } else {
-    planner_.reset();
+    law_.plan(reference_, estimate_, now, points);
   }
 }
 

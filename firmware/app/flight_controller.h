@@ -16,7 +16,6 @@
 #include "firmware/ctl/law/braking.h"
 #include "firmware/ctl/law/flight_law.h"
 #include "firmware/ctl/law/geofence_limiter.h"
-#include "firmware/ctl/law/setpoint_planner.h"
 #include "firmware/est/filter/disturbance_ekf.h"
 #include "firmware/link/serial_link.h"
 #include "firmware/log/flight_log.h"
@@ -92,7 +91,7 @@ class FlightController {
   /// Resets course and integral in every tick in which the law does not fly, because the failsafe steps up only after
   /// the law has computed the command that then leaves.
   void prepare_start(core::TimePoint now);
-  /// Lets the window pass from set point to set point as fast as the aircraft can.
+  /// Replaces the jump to a set point by a motion, unless the configuration or an excitation forbids it.
   void plan(core::TimePoint now, std::size_t points);
   /// Whether the programs are solved in this tick: in each, unless FlightConfig::solves_when_due is set.
   bool may_leave(core::TimePoint now) const;
@@ -115,7 +114,6 @@ class FlightController {
   ref::Trajectory<T>& trajectory_;
   ctl::FlightLaw<T> law_;
   ctl::GeofenceLimiter<T> geofence_;
-  ctl::SetpointPlanner<T> planner_;
   ctl::Excitation<T> excitation_;
   FlightMonitors<T> monitors_;
   safety::Supervisor<T> supervisor_;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <deque>
 #include <numbers>
 
 #include "firmware/mpc/generated/gain_table.h"
@@ -13,7 +14,7 @@
 namespace m100::ctl {
 namespace {
 
-constexpr core::Duration kLead = std::chrono::milliseconds(55);
+constexpr core::Duration kLead = std::chrono::milliseconds(50);
 constexpr double kTick_s = 0.01;
 const double kCombined = std::tan(std::numbers::pi / 6.0);
 
@@ -25,7 +26,8 @@ ref::Window<double> setpoint(double x_m, double y_m) {
   return window;
 }
 
-/// An aircraft that does what the window says, with a share of the acceleration, and the planner in front of it.
+/// An aircraft that follows the window after its lead, with a share of the acceleration, and the planner in front of
+/// it.
 class Flight {
  public:
   explicit Flight(double gain = 1.0)
@@ -39,9 +41,11 @@ class Flight {
     window.constant = constant;
     planner_.update(window, estimate_, now_, kLead, window.x.size());
     now_ += core::kTickPeriod;
-    if (!window.constant) {
-      move(estimate_.x, window.x[0], 1.0);
-      move(estimate_.y, window.y[0], -1.0);
+    coming_.push_back(window);
+    if (static_cast<long>(coming_.size()) > kLead / core::kTickPeriod) {
+      move(estimate_.x, coming_.front().x[0], 1.0);
+      move(estimate_.y, coming_.front().y[0], -1.0);
+      coming_.pop_front();
     }
     return window;
   }
@@ -49,7 +53,8 @@ class Flight {
 
  private:
   void move(est::AxisEstimate<double>& axis, const ref::AxisReference<double>& reference, double sign) const {
-    const double error_m_s2 = 4.0 * (reference.velocity_m_s - axis.velocity_m_s);
+    const double error_m_s2 =
+        4.0 * (reference.velocity_m_s - axis.velocity_m_s) + 4.0 * (reference.position_m - axis.position_m);
     const double wanted_m_s2 = std::clamp(reference.acceleration_m_s2 + error_m_s2, -4.6, 4.6);
     const double a_m_s2 = gain_ * wanted_m_s2;
     axis.tilt_rad = sign * std::atan(a_m_s2 / model::kGravity_m_s2);
@@ -61,6 +66,7 @@ class Flight {
   SetpointPlanner<double> planner_;
   est::Estimate<double> estimate_{};
   core::TimePoint now_{std::chrono::seconds(1)};
+  std::deque<ref::Window<double>> coming_;
 };
 
 TEST(SetpointPlanner, MakesAMotionOfAJumpAndEndsAtTheSetPoint) {
@@ -143,7 +149,7 @@ TEST(SetpointPlanner, PlansFromWhereTheAircraftIsAfterItWasPushedAway) {
   }
   flight.estimate().x.position_m -= 1.0;
   const ref::Window<double> window = flight.tick(10.0, 0.0);
-  const double lead_m = 0.055 * flight.estimate().x.velocity_m_s;
+  const double lead_m = 0.05 * flight.estimate().x.velocity_m_s;
   EXPECT_NEAR(window.x[0].position_m, flight.estimate().x.position_m + lead_m, 0.1);
 }
 
