@@ -67,7 +67,7 @@ ref::AxisLimits<T> SetpointPlanner<T>::limits(const Axis& axis, const est::AxisE
           .down_m_s2 = max_of(reached_m_s2 - disturbance_m_s2, least_m_s2),
           .braking_share = static_cast<T>(kBrakingShare),
           .jerk_m_s3 = T(2) * tilted_m_s2 / reaction_s_,
-          .release_m_s3 = tilted_m_s2 / reaction_s_};
+          .release_m_s3 = static_cast<T>(kRelease) * tilted_m_s2 / reaction_s_};
 }
 
 template <typename T>
