@@ -24,10 +24,11 @@ template <typename T, typename S>
       link_(autopilot, config.link, recorder_.autopilot_tap()),
       poses_(pose, config.pose_baud, recorder_.pose_tap(), config.pose_from),
       sensors_(config.sensor_limits),
-      observer_(vehicle),
+      observer_(model::controller_model(vehicle)),
       fault_isolation_(config.disabled_checks),
       trajectory_(trajectory),
       law_(vehicle, tables, {.horizontal = config.law}),
+      design_(vehicle, config.link.channel.channel == link::Channel::kVirtualRc),
       geofence_(config.fence, ctl::braking_of(vehicle, static_cast<double>(law_.slope_limit()))),
       excitation_(config.excitation),
       monitors_(vehicle, geofence_.braking(), config.attitude_age + kUplink, config.responds_to_limit_cycles),
@@ -42,8 +43,9 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   orders_.update(is_in_reach(), supervisor_.failsafe_state(), link_, now);  // -> requests for control
   const protocol::Telemetry& telemetry = link_.receive(now);                // bytes -> frames -> telemetry
   const ctl::Command<T>& applied = sender_.update(link_.authority().in_control, telemetry);
+  const ctl::Command<T> acting = design_.expected(applied);
   const est::Measurement<T> measured = adapt(telemetry, now);  // -> our units and frames, once
-  estimate_ = observer_.update(measured, applied, elapsed);    // -> state estimate
+  estimate_ = observer_.update(measured, acting, elapsed);     // -> state estimate
   fault_isolation_.update(SensorAdapter::imu_sample<T>(telemetry, measured), measured, estimate_,
                           observer_.model_tilt_rad(), supervisor_.failsafe_state(), elapsed);  // sensors agree?
   monitors_.update_flight_state(link_, estimate_, observer_.model_tilt_rad(), fault_isolation_, elapsed);
@@ -53,7 +55,7 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   trajectory_.fill(reference_, now, law_.lead(), points);                         // -> reference
   geofence_.limit(reference_, fault_isolation_.fence_motion(estimate_), points);  // inside, and where one can stop
   const ctl::Command<T> commanded =
-      excite(law_.update(estimate_, reference_, applied, elapsed, solves), now);  // -> control
+      excite(design_.to_send(law_.update(estimate_, reference_, acting, elapsed, solves)), now);  // -> control
   monitors_.update(estimate_, reference_, flies(), excitation_.moves(), elapsed, law_);
   supervised_ = supervise(commanded, solves, now);                                          // it may only take away
   const core::Status sent = sender_.send(supervised_, commanded, excitation_, link_, now);  // -> Virtual RC -> bytes

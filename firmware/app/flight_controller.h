@@ -12,6 +12,7 @@
 #include "firmware/app/pose_input.h"
 #include "firmware/app/sensor_adapter.h"
 #include "firmware/app/tick_timer.h"
+#include "firmware/ctl/design_scale.h"
 #include "firmware/ctl/excitation.h"
 #include "firmware/ctl/law/braking.h"
 #include "firmware/ctl/law/flight_law.h"
@@ -112,6 +113,7 @@ class FlightController {
   FaultIsolation<T> fault_isolation_;
   ref::Trajectory<T>& trajectory_;
   ctl::FlightLaw<T> law_;
+  ctl::DesignScale<T> design_;
   ctl::GeofenceLimiter<T> geofence_;
   ctl::Excitation<T> excitation_;
   FlightMonitors<T> monitors_;

@@ -48,6 +48,20 @@ struct YawGain {
   double rate_limit_rad_s = 1.0;
 };
 
+/// What the controller predicts and estimates with, where that differs from what was identified ([design] of the
+/// vehicle file, made by `m100-lab gains --tune`). An axis that is not identified here, and weights and noises that the
+/// file does not have here, are those of the vehicle itself.
+struct Design {
+  StickAxis roll;
+  StickAxis pitch;
+  MpcWeights mpc;
+  EstimatorNoise estimator;
+  bool has_mpc = false;
+  bool has_estimator = false;
+
+  constexpr bool exists() const { return has_mpc || has_estimator || roll.is_identified() || pitch.is_identified(); }
+};
+
 /// The controller's model of the aircraft: the numbers of the vehicle file. Host and target share it; on the target it
 /// is a constexpr object that `m100-lab gains` writes beside the tables.
 struct Vehicle {
@@ -60,7 +74,30 @@ struct Vehicle {
   EstimatorNoise estimator;
   AltitudeGains altitude;
   YawGain yaw;
+  Design design{};  ///< of mode field
+  Design robust{};  ///< of mode robust
 };
+
+/// The vehicle as law, prediction and observer take it: identified numbers, replaced by those of `design`. Stick map,
+/// monitors and reports keep the identified axes. Has no design of its own, so a second call changes nothing.
+constexpr Vehicle controller_model(const Vehicle& vehicle) {
+  Vehicle out = vehicle;
+  const Design& design = vehicle.design;
+  out.roll = design.roll.is_identified() ? design.roll : vehicle.roll;
+  out.pitch = design.pitch.is_identified() ? design.pitch : vehicle.pitch;
+  out.mpc = design.has_mpc ? design.mpc : vehicle.mpc;
+  out.estimator = design.has_estimator ? design.estimator : vehicle.estimator;
+  out.design = out.robust = {};
+  return out;
+}
+
+/// The weights that fly: those of the design where it has its own.
+constexpr MpcWeights& flown_weights(Vehicle& vehicle) {
+  return vehicle.design.has_mpc ? vehicle.design.mpc : vehicle.mpc;
+}
+constexpr const MpcWeights& flown_weights(const Vehicle& vehicle) {
+  return vehicle.design.has_mpc ? vehicle.design.mpc : vehicle.mpc;
+}
 
 /// Standard gravity, rounded as in the benchmark and the paper's own code.
 inline constexpr double kGravity_m_s2 = 9.8066;

@@ -215,7 +215,7 @@ Mode mode_of(std::string_view word, const std::string& where) {
   if (const std::optional<Mode> mode = mode_named(word)) {
     return *mode;
   }
-  throw FlightFileError(where + ": must be \"field\" or \"calm_room\"" +
+  throw FlightFileError(where + ": must be \"field\", \"calm_room\" or \"robust\"" +
                         did_you_mean(word, kModes, [](Mode one) { return name(one); }));
 }
 

@@ -13,16 +13,28 @@ namespace {
 constexpr double kCalmVelocityWeight = 0.5;
 constexpr double kCalmInputWeight = 7.0 / 12.0;
 
-std::string calm_text(const VehicleFile& file) {
+std::string text_of(const VehicleFile& file, Mode mode) {
   const auto digest = core::hex(file.digest);
-  return "# " + std::string(name(Mode::kCalmRoom)) + " of the vehicle file with SHA-256 " +
-         std::string(digest.begin(), digest.end()) + "\n" +
-         to_text(in_mode(file.vehicle, Mode::kCalmRoom), file.sources);
+  return "# " + std::string(name(mode)) + " of the vehicle file with SHA-256 " +
+         std::string(digest.begin(), digest.end()) + "\n" + to_text(in_mode(file.vehicle, mode), file.sources);
+}
+
+/// Errors: VehicleFileError, if the file has no numbers for the mode.
+const VehicleFile& checked(const VehicleFile& file, const std::string& file_name, Mode mode) {
+  if (!has_mode(file, mode)) {
+    throw VehicleFileError(file_name +
+                           ": 'design.robust': missing, mode robust needs it; m100-lab gains --tune makes it");
+  }
+  return file;
 }
 
 }  // namespace
 
-std::string_view name(Mode mode) { return mode == Mode::kField ? "field" : "calm_room"; }
+bool has_mode(const VehicleFile& file, Mode mode) { return mode != Mode::kRobust || file.vehicle.robust.exists(); }
+
+std::string_view name(Mode mode) {
+  return mode == Mode::kField ? "field" : mode == Mode::kCalmRoom ? "calm_room" : "robust";
+}
 
 std::optional<Mode> mode_named(std::string_view word) {
   for (const Mode mode : kModes) {
@@ -35,7 +47,12 @@ std::optional<Mode> mode_named(std::string_view word) {
 
 model::Vehicle in_mode(const model::Vehicle& vehicle, Mode mode) {
   model::Vehicle out = vehicle;
+  if (mode == Mode::kRobust) {
+    out.design = vehicle.robust;
+    out.robust = {};
+  }
   if (mode == Mode::kCalmRoom) {
+    out.design = out.robust = {};
     out.mpc.velocity *= kCalmVelocityWeight;
     out.mpc.input *= kCalmInputWeight;
   }
@@ -43,11 +60,12 @@ model::Vehicle in_mode(const model::Vehicle& vehicle, Mode mode) {
 }
 
 std::string text_in_mode(const std::string& text, const std::string& file_name, Mode mode) {
-  return mode == Mode::kField ? text : calm_text(parse_vehicle(text, file_name));
+  return mode == Mode::kField ? text : text_of(checked(parse_vehicle(text, file_name), file_name, mode), mode);
 }
 
 VehicleFile in_mode(const VehicleFile& file, Mode mode) {
-  return mode == Mode::kField ? file : parse_vehicle(calm_text(file), std::string(name(mode)));
+  const std::string word(name(mode));
+  return mode == Mode::kField ? file : parse_vehicle(text_of(checked(file, "vehicle file", mode), mode), word);
 }
 
 }  // namespace m100::companion

@@ -11,13 +11,17 @@
 
 namespace m100::companion {
 
-/// The tuning that flies. field: the weights and noises of the vehicle file, unchanged. calm_room: weights from the
-/// same file that track more closely over the few metres of a room, with the same margins and motion of the command,
-/// but overshoot more on ways of tens of metres. Figures of both: firmware/mpc/README.md and
-/// host_tests/lab/experiments/README.md.
-enum class Mode : std::uint8_t { kField, kCalmRoom };
-inline constexpr std::array kModes{Mode::kField, Mode::kCalmRoom};
+/// The tuning that flies. field: the vehicle file with its [design]. calm_room: the identified axes with weights that
+/// track more closely over the few metres of a room, with less margin and more overshoot on ways of tens of metres.
+/// robust: the vehicle file with its [design.robust], for an aircraft that is known badly. Figures of all:
+/// firmware/mpc/README.md and host_tests/lab/experiments/README.md.
+enum class Mode : std::uint8_t { kField, kCalmRoom, kRobust };
+inline constexpr std::array kModes{Mode::kField, Mode::kCalmRoom, Mode::kRobust};  ///< order of the tables in a file
+/// The words that --mode and a flight file take.
+inline constexpr std::array kModeNames{"field", "calm_room", "robust"};
 
+/// Whether the file has the numbers of the mode: only robust needs a section of its own.
+bool has_mode(const VehicleFile& file, Mode mode);
 std::string_view name(Mode mode);
 std::optional<Mode> mode_named(std::string_view word);
 
@@ -29,7 +33,7 @@ model::Vehicle in_mode(const model::Vehicle& vehicle, Mode mode);
 /// that file (promise R10). The log holds it as the vehicle that flew, so a replay needs no modes.
 std::string text_in_mode(const std::string& text, const std::string& file_name, Mode mode);
 
-/// The same, parsed.
+/// The same, parsed. Errors of both: VehicleFileError if the file has not the mode.
 VehicleFile in_mode(const VehicleFile& file, Mode mode);
 
 }  // namespace m100::companion

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "firmware/core/sha256.h"
 #include "firmware/model/vehicle.h"
@@ -18,15 +19,34 @@ class VehicleFileError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A 95 % interval of an identified number.
+struct Interval {
+  double low = 0.0;
+  double high = 0.0;
+};
+using Intervals = std::map<std::string, Interval>;  ///< by the key of the number
+
+/// A structure of one axis that the log cannot distinguish from [axis.*]: a [[rival]] of the vehicle file.
+struct Rival {
+  std::string axis;  ///< "roll" or "pitch"
+  model::StickAxis numbers;
+  Intervals intervals;
+  double probability = 0.0;  ///< 0: not stated
+  std::string source;
+};
+
 /// A vehicle file (TOML) as read or as it will be written. Linux only: reading happens once, before the first tick.
 struct VehicleFile {
   model::Vehicle vehicle;
   std::map<std::string, std::string> sources;  ///< section ("axis.roll") -> its `source` text
   std::set<std::string> sections;              ///< sections that the file had
+  std::map<std::string, Intervals> intervals;  ///< section ("axis.roll") -> its KEY_low and KEY_high
+  std::vector<Rival> rivals;                   ///< in the order of the file
   core::Sha256Digest digest{};                 ///< of the bytes of the file; ties gain tables to it
 };
 
-/// Reads and checks a vehicle file. Sections may be missing (their numbers keep the defaults of model::Vehicle);
+/// Reads and checks a vehicle file. An identified number may have KEY_low and KEY_high beside it, both or none, low not
+/// above high. Sections may be missing (their numbers keep the defaults of model::Vehicle);
 /// unknown sections or keys, wrong types and values outside their range are errors, and so is an axis with both a time
 /// constant and a natural frequency, or with neither. Errors: VehicleFileError.
 VehicleFile load_vehicle(const std::string& path);
@@ -36,7 +56,11 @@ VehicleFile parse_vehicle(std::string_view text, const std::string& name);
 /// The file's text: all sections, keys in a fixed order, numbers in the shortest form that reads back to the same bits.
 std::string to_text(const model::Vehicle& vehicle, const std::map<std::string, std::string>& sources);
 
+/// The same with the intervals and rivals of the file.
+std::string to_text(const VehicleFile& file);
+
 /// Writes the text and returns what load_vehicle would read. Errors: VehicleFileError.
+VehicleFile save_vehicle(const std::string& path, const VehicleFile& file);
 VehicleFile save_vehicle(const std::string& path, const model::Vehicle& vehicle,
                          const std::map<std::string, std::string>& sources);
 

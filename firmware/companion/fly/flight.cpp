@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 fly: flies a course with the flight controller, from the first pose to the handover.
 #include "firmware/companion/fly/flight.h"
+#include "firmware/companion/files/text/printable.h"
 
 #include <sched.h>
 #include <sys/mman.h>
@@ -18,6 +19,7 @@
 #include "firmware/companion/fly/flight_model.h"
 #include "firmware/companion/fly/flight_result.h"
 #include "firmware/companion/fly/flight_sequencer.h"
+#include "firmware/companion/fly/margin_certificate.h"
 #include "firmware/companion/fly/monitor/stall_monitor.h"
 #include "firmware/companion/ground_station/ground_station_commands.h"
 #include "firmware/companion/operator/line_writer.h"
@@ -32,6 +34,16 @@
 
 namespace m100::companion {
 namespace {
+
+/// Which numbers fly, and what is proved of them.
+void say_design(const FlyOptions& options, const model::Vehicle& vehicle, Mode mode) {
+  if (!vehicle.design.exists() && mode != Mode::kCalmRoom) {
+    print_line("the vehicle file has no [design]: the identified axes and [mpc] fly; m100-lab gains --tune makes one");
+  }
+  if (const std::optional<MarginCertificate> certificate = certificate_beside(options.vehicle, options.gains)) {
+    print_line("certificate " + certificate->text());
+  }
+}
 
 using Controller = app::FlightController<double>;
 constexpr int kPriority = 50;  ///< of SCHED_FIFO, if it is granted
@@ -267,6 +279,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   expect_files(options);
   const FlightFiles files(options);
   const FlightModel model = sound_model(options, files.mode);
+  say_design(options, model.vehicle(), files.mode);
   const link::ChannelCommand neutral = neutral_of(options, model.vehicle());
   const protocol::Cipher* const cipher = link.encrypt_commands ? link.cipher : nullptr;
   BackupProcess backup(neutral, cipher, options.port);  // before the threads and the large objects

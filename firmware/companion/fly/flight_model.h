@@ -23,8 +23,11 @@ class FlightModel {
     const std::string all = read_file(tables_path);
     std::string_view left = all;
     for (const Mode stored : kModes) {
-      if (stored != Mode::kField && left.empty()) {  // a table of one mode: made before there were two
+      if (stored != Mode::kField && left.empty()) {  // made before there was this mode
         break;
+      }
+      if (stored != mode && !has_mode(parse_vehicle(text, vehicle_path), stored)) {
+        continue;
       }
       const std::string stored_text = text_in_mode(text, vehicle_path, stored);
       const VehicleFile stored_file = parse_vehicle(stored_text, vehicle_path);

@@ -221,8 +221,7 @@ void add_fly(CLI::App& m100) {
   app->add_option("--vehicle", options->vehicle, "vehicle file (TOML)");
   app->add_option("--gains", options->gains, "gain table file, made from that vehicle file by m100-lab gains");
   app->add_option("--flight", options->flight, "flight file (TOML): the fence and the other limits of the flight");
-  app->add_option("--mode", options->mode, "tuning; default: as in the flight file")
-      ->check(CLI::IsMember({"field", "calm_room"}));
+  app->add_option("--mode", options->mode, "tuning; default: as in the flight file")->check(CLI::IsMember(kModeNames));
   app->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline, for comparison")
       ->check(CLI::IsMember({"mpc", "lqr"}));
   app->add_option("--override", options->disabled_checks,

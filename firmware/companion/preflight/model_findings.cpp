@@ -28,6 +28,7 @@ bool same(double a, double b) { return std::abs(a - b) <= 1e-9 * (1.0 + std::abs
 std::vector<ConsistencyFinding> findings(const FlightModel& model) {
   const VehicleFile& file = model.file();
   const model::Vehicle& vehicle = file.vehicle;
+  const model::Vehicle predicted = model::controller_model(vehicle);
   const mpc::GainTables<double>& tables = model.tables();
   const safety::Envelope& envelope = app::kDefaultFlight.envelope;
   const auto& [sections, table_tilt, tilt_limit, climb_limit, yaw_limit, table_delay, trim] = kNames;
@@ -45,9 +46,9 @@ std::vector<ConsistencyFinding> findings(const FlightModel& model) {
   out.push_back({yaw_limit, vehicle.yaw.rate_limit_rad_s <= envelope.yaw_rate_rad_s + 1e-12,
                  "the yaw rate limit is inside the supervisor's envelope"});
   out.push_back({table_delay,
-                 same(tables.x.delay.delay_s, vehicle.pitch.transport_delay_s) &&
-                     same(tables.y.delay.delay_s, vehicle.roll.transport_delay_s),
-                 "the tables predict through the vehicle's transport delays"});
+                 same(tables.x.delay.delay_s, predicted.pitch.transport_delay_s) &&
+                     same(tables.y.delay.delay_s, predicted.roll.transport_delay_s),
+                 "the tables predict through the vehicle's transport delays, or those of its design"});
   out.push_back(
       {trim,
        std::abs(vehicle.roll.trim_counts) < kMaxTrim_counts && std::abs(vehicle.pitch.trim_counts) < kMaxTrim_counts,

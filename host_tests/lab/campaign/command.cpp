@@ -194,7 +194,7 @@ void add_campaign(CLI::App& lab) {
   command->add_option("--tasks", options->tasks, "tasks to fly, separated by commas");
   command->add_option("--law", options->law, "control law; lqr: the clipped baseline; paper: the paper's configuration")
       ->check(CLI::IsMember({"mpc", "lqr", "paper"}));
-  command->add_option("--mode", options->mode, "tuning")->check(CLI::IsMember({"field", "calm_room"}));
+  command->add_option("--mode", options->mode, "tuning")->check(CLI::IsMember(companion::kModeNames));
   command->add_option("--channel", options->channel, "how commands reach the autopilot")
       ->check(CLI::IsMember({"virtual_rc", "movement"}));
   command->add_option("--rate", options->rate_hz, "commands per second [Hz]; default: the channel's highest");

@@ -261,7 +261,7 @@ void add_experiments(CLI::App& lab) {
                    "control law; lqr: the clipped baseline; paper: the paper's models, weights and height "
                    "PID at 100 commands a second")
       ->check(CLI::IsMember({"mpc", "lqr", "paper"}));
-  command->add_option("--mode", options->mode, "tuning")->check(CLI::IsMember({"field", "calm_room"}));
+  command->add_option("--mode", options->mode, "tuning")->check(CLI::IsMember(companion::kModeNames));
   command->add_flag("--baseline", options->baseline,
                     "fly each task with the clipped LQR and with --law paper too, and show the results");
   add_body_options(*command, options->body);

@@ -10,19 +10,18 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/mode.h"
 #include "firmware/companion/files/vehicle_file.h"
-#include "host_tests/lab/experiments/flight.h"
-#include "host_tests/lab/experiments/score.h"
+#include "host_tests/lab/gains/certificate_file.h"
 #include "host_tests/lab/gains/gain_tables.h"
 #include "host_tests/lab/gains/margins.h"
 #include "host_tests/lab/gains/report_flown.h"
-#include "host_tests/lab/gains/tune.h"
+#include "host_tests/lab/gains/report_height_yaw.h"
+#include "host_tests/lab/gains/tune_command.h"
 #include "host_tests/lab/gains/write_tables.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
@@ -45,6 +44,7 @@ struct GainsOptions {
   std::vector<double> box;
   std::vector<std::string> rivals;
   std::string mode = "field";
+  std::string certificate;
   bool corners = false;
   bool check = false;
 };
@@ -98,7 +98,7 @@ std::string margins_text(const char* axis, std::size_t pose_age_ticks, const gai
 }
 
 /// Prints the margins of the loop and warns if they are below the limits; refuses nothing.
-void report_margins(const model::Vehicle& vehicle, const std::vector<gains::Structure>& structures,
+void report_margins(const model::Vehicle& vehicle, const std::vector<gains::OpenStructure>& structures,
                     const GainsOptions& options) {
   nlohmann::json all;
   for (const auto& [name, axis] : {std::pair{"x", gains::Axis::kX}, {"y", gains::Axis::kY}}) {
@@ -114,13 +114,49 @@ void report_margins(const model::Vehicle& vehicle, const std::vector<gains::Stru
           gains::margins_json(margins);
     }
   }
-  all["flown"] = gains::report_flown(vehicle, structures, options.corners);
-  all["weights"] = {{"position", vehicle.mpc.position},
-                    {"velocity", vehicle.mpc.velocity},
-                    {"tilt", vehicle.mpc.tilt},
-                    {"input", vehicle.mpc.input},
-                    {"input_rate", vehicle.mpc.input_rate}};
+  const gains::MarginLimits& limits =
+      mode_of(options.mode) == companion::Mode::kRobust ? gains::kRobustLimits : gains::kFieldLimits;
+  all["flown"] = gains::report_flown(vehicle, structures, options.corners ? &limits : nullptr);
+  all.update(gains::report_height_yaw(vehicle));
+  const model::MpcWeights weights = model::controller_model(vehicle).mpc;
+  all["weights"] = {{"position", weights.position},
+                    {"velocity", weights.velocity},
+                    {"tilt", weights.tilt},
+                    {"input", weights.input},
+                    {"input_rate", weights.input_rate}};
   write_json(options.json, all);
+}
+
+/// Proves the bound on the peak sensitivity in the mode and writes the certificate. @returns false: there is no proof
+bool certify(const companion::VehicleFile& file, const std::vector<gains::OpenStructure>& structures,
+             const std::string& table, const GainsOptions& options) {
+  constexpr double kRatio = 1.13;  // to the largest sampled; the promise is 1.15
+  bool holds = true;
+  const companion::Mode mode = mode_of(options.mode);
+  const std::vector<gains::CertifiedLoop> loops =
+      gains::certify(companion::in_mode(file.vehicle, mode), structures, kRatio, [&](const gains::CertifiedLoop& one) {
+        holds = holds && one.holds;
+        std::printf("%s, %s, %s: ", one.structure.c_str(), one.axis == gains::Axis::kX ? "x" : "y",
+                    one.by_sticks ? "virtual_rc" : "movement");
+        if (one.holds) {
+          std::printf(
+              "certified: stable, peak sensitivity at most %.3f, sampled %.3f; below %.1f rad/s at most %.4f; %zu "
+              "cells\n",
+              one.bound, one.sampled, one.low_rad_s, one.low_bound, one.cells);
+        } else {
+          std::printf("NOT certified: %s (%zu cells)\n", one.why_not.c_str(), one.cells);
+        }
+        std::fflush(stdout);
+      });
+  if (holds) {
+    std::ofstream stream(options.certificate, std::ios::binary);
+    stream << gains::certificate_text(file, mode, table, loops, kRatio);
+    stream.flush();
+    if (!stream) {
+      throw InputError(options.certificate, 0, "", "cannot be written");
+    }
+  }
+  return holds;
 }
 
 /// Writes the bytes, or with `check` compares them with the existing file. @returns false: they differ.
@@ -149,51 +185,19 @@ void check_files(const GainsOptions& options) {
     use.reads("--out", options.header).reads("--table", options.table);
   } else {
     use.writes("--out", options.header).writes("--table", options.table).writes("--json", options.json);
+    use.writes("--certify", options.certificate);
   }
   use.check();
 }
 
-/// The vehicle file's own structure, and those of --rival.
-std::vector<gains::Structure> structures_of(const companion::VehicleFile& file, const GainsOptions& options) {
-  std::vector<gains::Structure> structures{{"its own structure", file.vehicle}};
+/// The vehicle file's own structure, its rivals, and those of --rival.
+std::vector<gains::OpenStructure> structures_of(const companion::VehicleFile& file, const GainsOptions& options) {
+  std::vector<gains::OpenStructure> structures = gains::open_structures(file);
   for (const std::string& path : options.rivals) {
-    structures.push_back({path, companion::load_vehicle(path).vehicle});
+    structures.push_back(gains::open_structures(companion::load_vehicle(path)).front());
+    structures.back().name = path;
   }
   return structures;
-}
-
-/// The command motion [deg/s] in a simulated hover in calm air with an aircraft as in `file`; infinite if the hover was
-/// not flown to its end, because a command at rest after a release is not calm.
-double hover_motion(const companion::VehicleFile& file, const sim::Plant& plant) {
-  constexpr double kFrom_s = 10.0, kTo_s = 30.0;
-  experiments::FlightPlan plan;
-  plan.plant = plant;
-  plan.vehicle = file;
-  plan.course = "step 0 0 0 0 40\n";
-  plan.duration_s = kTo_s;
-  const experiments::FlightResult flight = experiments::fly(plan);
-  return experiments::stayed(flight.trace) ? experiments::score(flight.trace, kFrom_s, kTo_s).input_variation_deg_s
-                                           : std::numeric_limits<double>::infinity();
-}
-
-void tune_weights(companion::VehicleFile& file, const std::vector<gains::Structure>& structures,
-                  const GainsOptions& options) {
-  const sim::Plant plant = sim::plant_of_options("", options.vehicle);
-  const gains::Tuned tuned =
-      gains::tune(file.vehicle, structures, [&, hover = 0](const model::Vehicle& believed) mutable {
-        if (isatty(STDERR_FILENO) != 0) {
-          std::fprintf(stderr, "\rinput weight %.3g: simulated hover %d \r", believed.mpc.input, ++hover);
-        }
-        return hover_motion(companion::as_file(believed), plant);
-      });
-  file.vehicle.mpc = tuned.weights;
-  file = companion::save_vehicle(options.tuned, file.vehicle, file.sources);
-  std::printf(
-      "input weight %.3g: %s as flown: peak sensitivity %.2f, delay margin %.0f ms, command motion in hover "
-      "%.0f deg/s\n",
-      tuned.weights.input,
-      tuned.keeps_all ? "the fastest loop that keeps the limits" : "no input weight keeps the limits; the nearest one,",
-      tuned.kept.peak_sensitivity, tuned.kept.delay_margin_s * 1e3, tuned.motion_deg_s);
 }
 
 /// Ctrl-C: the outputs are written at the end, so nothing is half done.
@@ -217,11 +221,13 @@ void run(const GainsOptions& options) {
   companion::VehicleFile file = companion::load_vehicle(options.vehicle);
   gains::TableSet set{};
   std::vector<std::byte> bytes;  // of the table file: both modes in sequence, see companion::FlightModel
+  std::vector<gains::OpenStructure> structures;
   try {
-    const std::vector<gains::Structure> structures = structures_of(file, options);
+    structures = structures_of(file, options);
     if (!options.tuned.empty()) {
-      say_stage("the input weight, by simulated hovers");
-      tune_weights(file, structures, options);
+      say_stage("the design, by margins and simulated hovers");
+      gains::tune_vehicle(file, structures, options.vehicle);
+      file = companion::save_vehicle(options.tuned, file);
     }
     if (!options.check) {
       say_stage("the margins, with every structure and pose age");
@@ -236,10 +242,14 @@ void run(const GainsOptions& options) {
       report_setpoint_law("y", set.y);
     }
     bytes = gains::to_file(set);
-    if (!options.table.empty()) {
-      const companion::VehicleFile calm = companion::in_mode(file, companion::Mode::kCalmRoom);
-      const std::vector<std::byte> more = gains::to_file(gains::make_table_set(calm, box, progress_line()));
-      bytes.insert(bytes.end(), more.begin(), more.end());
+    if (!options.table.empty() || !options.certificate.empty()) {
+      for (const companion::Mode mode : companion::kModes) {
+        if (mode != companion::Mode::kField && companion::has_mode(file, mode)) {
+          const companion::VehicleFile other = companion::in_mode(file, mode);
+          const std::vector<std::byte> more = gains::to_file(gains::make_table_set(other, box, progress_line()));
+          bytes.insert(bytes.end(), more.begin(), more.end());
+        }
+      }
     }
   } catch (const std::domain_error& wrong) {
     throw InputError(options.vehicle, 0, "axis", wrong.what());
@@ -248,6 +258,11 @@ void run(const GainsOptions& options) {
   bool same = true;
   if (!options.header.empty()) {
     same = put(options.header, gains::to_header(set, file.vehicle), options.check) && same;
+  }
+  if (!options.certificate.empty() &&
+      !certify(file, structures, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, options)) {
+    std::fprintf(stderr, "m100-lab: %s: no certificate was written\n", options.vehicle.c_str());
+    same = false;
   }
   if (!options.table.empty()) {
     same = put(options.table, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, options.check) && same;
@@ -271,20 +286,31 @@ void add_gains(CLI::App& lab) {
       "--rival", options->rivals,
       "vehicle file of another structure that the log allows; reports its margins too; may be repeated");
   command->add_option("--tune", options->tuned,
-                      "choose the input weight by the margins as flown and the command motion in a simulated hover, "
+                      "make the design of the modes field and robust by the margins as flown and simulated flights, "
                       "write this vehicle file and make the tables from it");
-  command->add_option("--mode", options->mode, "mode whose margins are reported; the table file has both modes")
-      ->check(CLI::IsMember({"field", "calm_room"}));
+  command->add_option("--mode", options->mode, "mode whose margins are reported; the table file has all modes")
+      ->check(CLI::IsMember(companion::kModeNames));
   command
       ->add_option("--setpoint-box", options->box,
                    "range of the set-point law: position error [m], velocity [m/s], tilt [rad], tilt rate [rad/s], "
                    "previous input [rad], steady input [rad]; default: 6 4 0.5 2 0.75 0.31")
       ->expected(6)
       ->check(from_to(1e-6, 1e6));
+  command
+      ->add_option("--certify", options->certificate,
+                   "prove a bound on the peak sensitivity over the whole box in --mode and write the certificate; m100 "
+                   "check and fly find it as VEHICLE.certificate.json, its default")
+      ->expected(0, 1)
+      ->default_str("");
   command->add_flag("--corners", options->corners,
                     "report the margins as flown over gain and frequency +-20 % of every structure");
   command->add_flag("--check", options->check, "compare with the existing files instead of writing them");
-  command->callback([options] { run(*options); });
+  command->callback([options, command] {
+    if (command->count("--certify") > 0 && options->certificate.empty()) {
+      options->certificate = options->vehicle + ".certificate.json";
+    }
+    run(*options);
+  });
 }
 
 }  // namespace m100::lab

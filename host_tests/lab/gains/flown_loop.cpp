@@ -131,7 +131,8 @@ Column step_state(const mpc::StepModel<double>& model, const Column& state, doub
 
 }  // namespace
 
-FlownController::FlownController(const model::Vehicle& believed, Axis axis, const LoopTiming& timing) {
+FlownController::FlownController(const model::Vehicle& identified, Axis axis, const LoopTiming& timing) {
+  const model::Vehicle believed = model::controller_model(identified);
   model::StickAxis attitude = attitude_of(believed, axis);
   if (attitude.is_first_order() && attitude.time_constant_s < kFastest_s) {
     attitude.time_constant_s = kFastest_s;
@@ -147,21 +148,107 @@ FlownController::FlownController(const model::Vehicle& believed, Axis axis, cons
   steady_observer(*this, believed.estimator, timing);
 }
 
+Index FlownController::own_states(const LoopTiming& timing) const {
+  return 6 + static_cast<Index>(timing.pose_age_ticks) + static_cast<Index>(delay.ticks) + 3 + 1;
+}
+
+double FlownController::tick(Eigen::Ref<Column> own, const Seen& seen, bool sends, const LoopTiming& timing) const {
+  const auto poses = static_cast<Index>(timing.pose_age_ticks);
+  const Index held = own.size() - 1;  // its command in force
+  auto filter = own.head(6);
+  auto accelerations = own.segment(6, poses);                  // the filter's, of the last ticks, newest first
+  auto commands = own.segment(6 + poses, held - (6 + poses));  // its commands, newest first
+  shift_in(commands, own(held));
+  const Six before = filter;
+  double acceleration = 0.0;
+  Six estimate = predicted(*this, before, commands, acceleration);
+  const double turning = (estimate(kRate) - before(kRate)) / kTick_s;
+  shift_in(accelerations, acceleration);
+  const double old_s = kTick_s * static_cast<double>(timing.attitude_age_ticks);
+  estimate += tilt_gain * (seen.tilt_rad - estimate(kTilt) + old_s * estimate(kRate) - 0.5 * old_s * old_s * turning);
+  estimate += rate_gain * (seen.rate_rad_s - estimate(kRate) + old_s * turning);
+  const double age_s = kTick_s * static_cast<double>(poses);
+  double expected = estimate(kP) - age_s * estimate(kV) + 0.5 * age_s * age_s * estimate(kD);
+  for (Index j = 0; j < poses; ++j) {
+    expected += kTick_s * kTick_s * (static_cast<double>(poses - j) - 0.5) * accelerations(j);
+  }
+  estimate += pose_gain * (seen.position_m - expected);
+  filter = estimate;
+  const double commanded = law(commands, estimate);
+  if (sends) {
+    own(held) = commanded;
+  }
+  return commanded;
+}
+
+/// The present command of the law.
+double FlownController::law(const Column& commands, const Six& estimate) const {
+  const auto ticks = static_cast<Index>(delay.ticks);
+  const double offset = estimate(kM);
+  const double disturbance = estimate(kD);
+  const double acting = commands(ticks) + offset;
+  double chi = estimate(kTilt);
+  double chi_rate = estimate(kRate);
+  if (delay.lead.share != 0.0) {
+    chi = (chi - delay.lead.share * acting) / (1.0 - delay.lead.share);
+  } else if (delay.lead.zero_s != 0.0) {
+    chi_rate = delay.lead.rate_gain * (chi_rate - delay.lead.jump * (acting - chi));
+    chi -= delay.lead.zero_s * chi_rate;
+  }
+  Column state(state_gain.size());
+  state.head(3) << estimate(kP), estimate(kV), chi;
+  if (state.size() == 4) {
+    state(3) = chi_rate;
+  }
+  state = step_state(delay.rest, state, acting, disturbance);
+  for (Index ago = ticks; ago >= 1; --ago) {
+    state = step_state(delay.tick, state, commands(ago - 1) + offset, disturbance);
+  }
+  return state_gain.dot(state) + disturbance_gain * disturbance + offset_gain * offset + previous_gain * commands(0);
+}
+
+LiftedController::LiftedController(const FlownController& controller, const LoopTiming& timing) {
+  const Index n = controller.own_states(timing);
+  const auto ticks = static_cast<Index>(timing.command_ticks);
+  a.resize(n, n);
+  b.resize(n, 3 * ticks);
+  c.resize(n);
+  d.resize(3 * ticks);
+  for (Index i = 0; i < n + 3 * ticks; ++i) {
+    Column own = i < n ? Column(Column::Unit(n, i)) : Column(Column::Zero(n));
+    double commanded = 0.0;
+    for (Index k = 0; k < ticks; ++k) {
+      const Index input = i - n - 3 * k;
+      const double out = controller.tick(own,
+                                         {.position_m = input == 0 ? 1.0 : 0.0,
+                                          .tilt_rad = input == 1 ? 1.0 : 0.0,
+                                          .rate_rad_s = input == 2 ? 1.0 : 0.0},
+                                         k == 0, timing);
+      commanded = k == 0 ? out : commanded;
+    }
+    (i < n ? a.col(i) : b.col(i - n)) = own;
+    (i < n ? c(i) : d(i - n)) = commanded;
+  }
+}
+
+Eigen::RowVectorXcd LiftedController::response(std::complex<double> z) const {
+  Eigen::MatrixXcd m = -a.transpose().cast<std::complex<double>>();
+  m.diagonal().array() += z;
+  const Eigen::VectorXcd left = m.partialPivLu().solve(c.cast<std::complex<double>>());
+  return left.transpose() * b.cast<std::complex<double>>() + d.transpose().cast<std::complex<double>>();
+}
+
 /// Offsets of the parts in the state vector.
 struct FlownLoop::Parts {
-  Index vehicle, line, seen, positions, filter, accelerations, commands, held, size;
-  Parts(Index states, Index under_way, const LoopTiming& timing, const mpc::DelayModel<double>& delay) {
-    const auto attitudes = static_cast<Index>(timing.attitude_age_ticks);
-    const auto poses = static_cast<Index>(timing.pose_age_ticks);
+  Index vehicle, line, seen, positions, held, own, size;
+  Parts(Index states, Index under_way, const LoopTiming& timing, Index own_states) {
     vehicle = 0;
-    line = states;                     // the vehicle's commands in its delay line, newest first
-    seen = line + under_way;           // tilt and rate of the last ticks, newest first
-    positions = seen + 2 * attitudes;  // likewise
-    filter = positions + poses;
-    accelerations = filter + 6;                             // the filter's, of the last ticks, newest first
-    commands = accelerations + poses;                       // the controller's own commands, newest first
-    held = commands + static_cast<Index>(delay.ticks) + 3;  // commands in force: the vehicle's, then the controller's
-    size = held + 2;
+    line = states;            // the vehicle's commands in its delay line, newest first
+    seen = line + under_way;  // tilt and rate of the last ticks, newest first
+    positions = seen + 2 * static_cast<Index>(timing.attitude_age_ticks);  // likewise
+    held = positions + static_cast<Index>(timing.pose_age_ticks);          // the vehicle's command in force
+    own = held + 1;                                                        // the controller's state
+    size = own + own_states;
   }
 };
 
@@ -201,7 +288,7 @@ FlownLoop::FlownLoop(const FlownController& controller, const model::Vehicle& tr
     rate_(2) = -(1.0 - share) / tau;
     rate_per_input_ = stick_gain * (1.0 - share) / tau;
   }
-  const Parts parts(n, line_, timing, controller.delay);
+  const Parts parts(n, line_, timing, controller.own_states(timing));
   const auto period = [&](Column& state, double vehicle_input) {
     const double commanded = tick(state, parts, true, vehicle_input);
     for (std::size_t i = 1; i < timing_.command_ticks; ++i) {
@@ -220,77 +307,32 @@ FlownLoop::FlownLoop(const FlownController& controller, const model::Vehicle& tr
   period(in_, 1.0);
 }
 
-/// The present command of the law.
-double FlownLoop::law(const Column& commands, const FlownController::Six& estimate) const {
-  const mpc::DelayModel<double>& delay = controller_.delay;
-  const auto ticks = static_cast<Index>(delay.ticks);
-  const double offset = estimate(kM);
-  const double disturbance = estimate(kD);
-  const double acting = commands(ticks) + offset;
-  double chi = estimate(kTilt);
-  double chi_rate = estimate(kRate);
-  if (delay.lead.share != 0.0) {
-    chi = (chi - delay.lead.share * acting) / (1.0 - delay.lead.share);
-  } else if (delay.lead.zero_s != 0.0) {
-    chi_rate = delay.lead.rate_gain * (chi_rate - delay.lead.jump * (acting - chi));
-    chi -= delay.lead.zero_s * chi_rate;
-  }
-  Column state(controller_.state_gain.size());
-  state.head(3) << estimate(kP), estimate(kV), chi;
-  if (state.size() == 4) {
-    state(3) = chi_rate;
-  }
-  state = step_state(delay.rest, state, acting, disturbance);
-  for (Index ago = ticks; ago >= 1; --ago) {
-    state = step_state(delay.tick, state, commands(ago - 1) + offset, disturbance);
-  }
-  return controller_.state_gain.dot(state) + controller_.disturbance_gain * disturbance +
-         controller_.offset_gain * offset + controller_.previous_gain * commands(0);
-}
-
 /// Simulates one tick. @returns the law's command in it
 double FlownLoop::tick(Column& state, const Parts& at, bool sends, double vehicle_input) const {
   auto vehicle = state.segment(at.vehicle, at.line);
   auto line = state.segment(at.line, at.seen - at.line);
   auto seen = state.segment(at.seen, at.positions - at.seen);
-  auto positions = state.segment(at.positions, at.filter - at.positions);
-  auto accelerations = state.segment(at.accelerations, at.commands - at.accelerations);
-  auto commands = state.segment(at.commands, at.held - at.commands);
-
-  shift_in(commands, state(at.held + 1));
-  const FlownController::Six before = state.segment(at.filter, 6);
-  double acceleration = 0.0;
-  FlownController::Six estimate = predicted(controller_, before, commands, acceleration);
-  const double turning = (estimate(kRate) - before(kRate)) / kTick_s;
-  shift_in(accelerations, acceleration);
+  auto positions = state.segment(at.positions, at.held - at.positions);
 
   const double acting = line(line_ - 1);
   const double tilt = tilt_.dot(vehicle) + tilt_per_input_ * acting;
   const double rate = rate_.dot(vehicle) + rate_per_input_ * acting;
   const Index attitudes = seen.size() / 2;
-  const double tilt_seen = attitudes > 0 ? seen(2 * attitudes - 2) : tilt;
-  const double rate_seen = attitudes > 0 ? seen(2 * attitudes - 1) : rate;
+  FlownController::Seen arrived{.position_m = vehicle(0), .tilt_rad = tilt, .rate_rad_s = rate};
+  if (attitudes > 0) {
+    arrived.tilt_rad = seen(2 * attitudes - 2);
+    arrived.rate_rad_s = seen(2 * attitudes - 1);
+  }
   shift_in(seen, rate);
   shift_in(seen, tilt);
-  const double old_s = kTick_s * static_cast<double>(attitudes);
-  estimate +=
-      controller_.tilt_gain * (tilt_seen - estimate(kTilt) + old_s * estimate(kRate) - 0.5 * old_s * old_s * turning);
-  estimate += controller_.rate_gain * (rate_seen - estimate(kRate) + old_s * turning);
-
-  const double position_seen = positions.size() > 0 ? positions(positions.size() - 1) : vehicle(0);
-  shift_in(positions, vehicle(0));
-  const double age_s = kTick_s * static_cast<double>(positions.size());
-  double expected = estimate(kP) - age_s * estimate(kV) + 0.5 * age_s * age_s * estimate(kD);
-  for (Index j = 0; j < accelerations.size(); ++j) {
-    expected += kTick_s * kTick_s * (static_cast<double>(accelerations.size() - j) - 0.5) * accelerations(j);
+  if (positions.size() > 0) {
+    arrived.position_m = positions(positions.size() - 1);
   }
-  estimate += controller_.pose_gain * (position_seen - expected);
-  state.segment(at.filter, 6) = estimate;
+  shift_in(positions, vehicle(0));
 
-  const double commanded = law(commands, estimate);
+  const double commanded = controller_.tick(state.tail(at.size - at.own), arrived, sends, timing_);
   if (sends) {
     state(at.held) = vehicle_input;
-    state(at.held + 1) = commanded;
   }
   const double now = state(at.held);
   vehicle = (a_ * vehicle + early_ * line(line_ - 1) + late_ * (line_ > 1 ? line(line_ - 2) : now)).eval();

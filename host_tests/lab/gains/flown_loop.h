@@ -10,10 +10,10 @@
 
 namespace m100::lab::gains {
 
-/// The flight law of one axis with its observer, linear about hover, as the vehicle file `believed` gives it. It does
-/// not depend on the vehicle that it flies.
+/// The flight law of one axis with its observer, linear about hover, as the vehicle file gives it, with its
+/// design where it has one. It does not depend on the vehicle that it flies.
 struct FlownController {
-  FlownController(const model::Vehicle& believed, Axis axis, const LoopTiming& timing);
+  FlownController(const model::Vehicle& identified, Axis axis, const LoopTiming& timing);
 
   using Square = Eigen::Matrix<double, 6, 6>;
   using Six = Eigen::Matrix<double, 6, 1>;
@@ -29,6 +29,32 @@ struct FlownController {
   double disturbance_gain = 0.0;
   double offset_gain = 0.0;
   double previous_gain = 0.0;
+
+  /// What arrives in a tick, as old as its way says.
+  struct Seen {
+    double position_m = 0.0;
+    double tilt_rad = 0.0;
+    double rate_rad_s = 0.0;
+  };
+  /// Size of the state that tick() keeps.
+  Eigen::Index own_states(const LoopTiming& timing) const;
+  /// One tick of observer, prediction and law. @param sends the command leaves in this tick
+  /// @returns the command of the law
+  double tick(Eigen::Ref<Eigen::VectorXd> own, const Seen& seen, bool sends, const LoopTiming& timing) const;
+
+ private:
+  double law(const Eigen::VectorXd& commands, const Six& estimate) const;
+};
+
+/// The controller alone, lifted over one command period: x(k+1) = a x + b y, u = c x + d y, with y = (position, tilt,
+/// rate) as they arrive in the ticks of the period, and u the command that leaves in its first.
+struct LiftedController {
+  LiftedController(const FlownController& controller, const LoopTiming& timing);
+  /// c (z - a)^-1 b + d.
+  Eigen::RowVectorXcd response(std::complex<double> z) const;
+
+  Eigen::MatrixXd a, b;
+  Eigen::VectorXd c, d;
 };
 
 /// The loop as flown, opened at the attitude command. Input: the command that the vehicle gets from one command to the
@@ -49,7 +75,6 @@ class FlownLoop {
  private:
   struct Parts;
   double tick(Column& state, const Parts& parts, bool sends, double vehicle_input) const;
-  double law(const Column& commands, const FlownController::Six& estimate) const;
 
   const FlownController& controller_;
   LoopTiming timing_;

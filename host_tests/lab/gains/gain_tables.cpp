@@ -171,7 +171,8 @@ mpc::DelayModel<double> make_delay_model(const model::Vehicle& vehicle, Axis axi
   return out;
 }
 
-mpc::GainTables<double> make_gain_tables(const model::Vehicle& vehicle, const core::Sha256Digest& digest) {
+mpc::GainTables<double> make_gain_tables(const model::Vehicle& identified, const core::Sha256Digest& digest) {
+  const model::Vehicle vehicle = model::controller_model(identified);
   const auto axis_table = [&](Axis axis) {
     mpc::GainTable<double> table = make_gain_table(axis_qp(vehicle, axis));
     table.vehicle = digest;

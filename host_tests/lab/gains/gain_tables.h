@@ -32,8 +32,9 @@ mpc::GainTable<double> make_gain_table(const AxisQp& problem);
 mpc::DelayModel<double> make_delay_model(const model::Vehicle& vehicle, Axis axis);
 
 /// The tables of both axes, computed in milliseconds, without the set-point law (the preview law then solves
-/// everything). `digest` is that of the vehicle file. Throws std::domain_error if the model cannot be controlled.
-mpc::GainTables<double> make_gain_tables(const model::Vehicle& vehicle, const core::Sha256Digest& digest = {});
+/// everything), from the vehicle's design where it has one. `digest` is that of the vehicle file. Throws
+/// std::domain_error if the model cannot be controlled.
+mpc::GainTables<double> make_gain_tables(const model::Vehicle& identified, const core::Sha256Digest& digest = {});
 
 /// The table in float, as in the firmware: every double rounded. The set-point law is omitted.
 mpc::GainTable<float> to_float(const mpc::GainTable<double>& table);

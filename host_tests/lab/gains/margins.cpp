@@ -286,7 +286,7 @@ Margins margins_from(const std::function<std::complex<double>(double)>& response
 }
 
 Margins margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis, std::size_t pose_age_ticks) {
-  const OpenLoop loop(believed, truth, axis, pose_age_ticks);
+  const OpenLoop loop(model::controller_model(believed), truth, axis, pose_age_ticks);
   Margins out = margins_from([&](double frequency) { return loop.response(frequency); }, kTick_s);
   out.stable = loop.closed_is_stable();
   return out;

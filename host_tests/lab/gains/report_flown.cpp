@@ -1,55 +1,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/gains/report_flown.h"
 
-#include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 namespace m100::lab::gains {
 namespace {
 
-/// Factors on gain and frequency: both are known to within a fifth.
-constexpr std::array<double, 3> kCorners{1.0, 0.8, 1.2};
-
-model::Vehicle corner(model::Vehicle vehicle, double gain, double frequency) {
-  for (model::StickAxis* axis : {&vehicle.roll, &vehicle.pitch}) {
-    axis->scale_per_count *= gain;
-    axis->natural_frequency_rad_s *= frequency;
-    axis->time_constant_s /= frequency;
+/// Prints and stores the worst over corners or box of one axis and channel.
+nlohmann::json report_worst(const WorstMargins& worst, const char* over, const char* channel, const char* name,
+                            const MarginLimits& limits, bool with_delay) {
+  const bool kept = worst.stable && worst.peak_sensitivity <= limits.corner_peak &&
+                    (!with_delay || worst.delay_margin_s >= limits.corner_delay_s);
+  std::printf("  over %s, %s, %s: %speak sensitivity %.2f", over, channel, name,
+              worst.stable ? "" : "UNSTABLE somewhere, ", worst.peak_sensitivity);
+  nlohmann::json out{{"stable", worst.stable}, {"peak_sensitivity", worst.peak_sensitivity}, {"kept", kept}};
+  if (with_delay) {
+    std::printf(", delay margin %.0f ms", worst.delay_margin_s * 1e3);
+    out["delay_margin_s"] = worst.delay_margin_s;
   }
-  return vehicle;
-}
-
-/// The worst value of each margin over the corners, and its corner (gain, frequency).
-struct WorstCorner {
-  Margins margins{.stable = true, .delay_margin_s = kLargestDelay_s};
-  std::array<double, 2> most_sensitive{1.0, 1.0};
-  std::array<double, 2> min_delay{1.0, 1.0};
-};
-
-WorstCorner worst_corner(const model::Vehicle& believed, const Structure& structure, Axis axis) {
-  WorstCorner out;
-  Margins& worst = out.margins;
-  for (const double gain : kCorners) {
-    for (const double frequency : kCorners) {
-      const Margins margins =
-          flown_margins_of(believed, corner(structure.vehicle, gain, frequency), axis, kVirtualRcTiming);
-      worst.stable = worst.stable && margins.stable;
-      if (margins.peak_sensitivity > worst.peak_sensitivity) {
-        worst.peak_sensitivity = margins.peak_sensitivity;
-        out.most_sensitive = {gain, frequency};
-      }
-      if (margins.delay_margin_s < worst.delay_margin_s) {
-        worst.delay_margin_s = margins.delay_margin_s;
-        out.min_delay = {gain, frequency};
-      }
-    }
-  }
+  std::printf(" (%s)%s\n", worst.where.c_str(), kept ? "" : ": NOT KEPT");
   return out;
 }
 
 nlohmann::json report_flown_axis(const model::Vehicle& believed, const Structure& structure, const char* name,
-                                 Axis axis, bool corners) {
+                                 Axis axis) {
   nlohmann::json out;
   for (const auto& [channel, timing] : {std::pair{"virtual_rc", &kVirtualRcTiming}, {"movement", &kMovementTiming}}) {
     const Margins margins = flown_margins_of(believed, structure.vehicle, axis, *timing);
@@ -58,21 +34,6 @@ nlohmann::json report_flown_axis(const model::Vehicle& believed, const Structure
                 margins.gain_margin, margins.delay_margin_s * 1e3);
     out[channel] = margins_json(margins);
   }
-  if (!corners) {
-    return out;
-  }
-  const auto [worst, most_sensitive, min_delay] = worst_corner(believed, structure, axis);
-  const bool kept =
-      worst.stable && worst.peak_sensitivity <= kLargestPeakSensitivity && worst.delay_margin_s >= kFieldDelayMargin_s;
-  std::printf(
-      "  over gain and frequency +-20 %%, virtual_rc, %s: %speak sensitivity %.2f (gain x %.1f, frequency x %.1f), "
-      "delay margin %.0f ms (gain x %.1f, frequency x %.1f)%s\n",
-      name, worst.stable ? "" : "UNSTABLE in a corner, ", worst.peak_sensitivity, most_sensitive[0], most_sensitive[1],
-      worst.delay_margin_s * 1e3, min_delay[0], min_delay[1], kept ? "" : ": NOT KEPT");
-  out["corners"] = {{"stable", worst.stable},
-                    {"peak_sensitivity", worst.peak_sensitivity},
-                    {"delay_margin_s", worst.delay_margin_s},
-                    {"kept", kept}};
   return out;
 }
 
@@ -88,13 +49,29 @@ nlohmann::json margins_json(const Margins& margins) {
           {"robust", is_robust(margins)}};
 }
 
-nlohmann::json report_flown(const model::Vehicle& believed, const std::vector<Structure>& structures, bool corners) {
+nlohmann::json report_flown(const model::Vehicle& believed, const std::vector<OpenStructure>& structures,
+                            const MarginLimits* limits) {
   nlohmann::json out;
   bool kept = true;
-  for (const Structure& structure : structures) {
+  std::optional<MarginBox> box;
+  if (limits != nullptr) {
+    box.emplace(structures);
+  }
+  for (std::size_t k = 0; k < structures.size(); ++k) {
     for (const auto& [name, axis] : {std::pair{"x", Axis::kX}, {"y", Axis::kY}}) {
-      nlohmann::json& cell = out[structure.name][name] = report_flown_axis(believed, structure, name, axis, corners);
-      kept = kept && (!corners || cell["corners"]["kept"].get<bool>());
+      const Structure structure{structures[k].name, structures[k].vehicle};
+      nlohmann::json& cell = out[structure.name][name] = report_flown_axis(believed, structure, name, axis);
+      for (const auto& [channel, by_sticks] : {std::pair{"virtual_rc", true}, {"movement", false}}) {
+        if (!box) {
+          break;
+        }
+        const BoxSelection only{.structure = k, .axis = axis, .by_sticks = by_sticks};
+        cell["corners"][channel] = report_worst(box->worst(believed, MarginBox::Extent::kCorners, only),
+                                                "gain and frequency", channel, name, *limits, true);
+        cell["box"][channel] = report_worst(box->worst(believed, MarginBox::Extent::kBox, only), "the whole box",
+                                            channel, name, *limits, false);
+        kept = kept && cell["corners"][channel]["kept"].get<bool>();
+      }
     }
   }
   if (!kept) {
@@ -102,7 +79,7 @@ nlohmann::json report_flown(const model::Vehicle& believed, const std::vector<St
         "warning: as flown, not every corner keeps a peak sensitivity of %.1f and %.0f ms of delay\n"
         "To distinguish the structures, fly stick steps (m100-lab excite --kind doublet) with the gyro logged: with a "
         "lead zero the aircraft rotates in the sample of the step, with a pure delay it does not.\n",
-        kLargestPeakSensitivity, kFieldDelayMargin_s * 1e3);
+        limits->corner_peak, limits->corner_delay_s * 1e3);
   }
   return out;
 }

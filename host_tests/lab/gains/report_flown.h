@@ -4,16 +4,19 @@
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
+#include "host_tests/lab/gains/margin_box.h"
 #include "host_tests/lab/gains/tune.h"
 
 namespace m100::lab::gains {
 
 nlohmann::json margins_json(const Margins& margins);
 
-/// Prints the margins of the loop as flown, on every structure and on both channels. With `corners` it also prints the
-/// worst margins on Virtual RC over gain and frequency +-20 % of each structure, and if a limit is not kept, the
-/// manoeuvre that distinguishes the structures.
-/// @returns {"structure": {"x": {"virtual_rc": {...}, "movement": {...}, "corners": {...}}, "y": {...}}}
-nlohmann::json report_flown(const model::Vehicle& believed, const std::vector<Structure>& structures, bool corners);
+/// Prints the margins of the loop as flown, on every structure and on both channels. With `limits` it also prints the
+/// worst margins over gain and frequency, and over the whole box, of each structure, and if a corner does not keep the
+/// limits, the manoeuvre that distinguishes the structures.
+/// @returns {"structure": {"x": {"virtual_rc": {...}, "movement": {...}, "corners": {"virtual_rc": {...}, ...},
+///          "box": {...}}, "y": {...}}}
+nlohmann::json report_flown(const model::Vehicle& believed, const std::vector<OpenStructure>& structures,
+                            const MarginLimits* limits);
 
 }  // namespace m100::lab::gains

@@ -227,6 +227,17 @@ std::string height_and_yaw_text(const model::AltitudeGains& from, const model::Y
 }
 #undef M100_FIELD
 
+/// Nothing for a design that does not exist.
+std::string design_text(const std::string& name, const model::Design& from) {
+  if (!from.exists()) {
+    return {};
+  }
+  return "    ." + name + " = {\n" + axis_text("roll", from.roll) + axis_text("pitch", from.pitch) +
+         weights_text(from.mpc) + estimator_text(from.estimator) +
+         "    .has_mpc = " + (from.has_mpc ? "true" : "false") +
+         ", .has_estimator = " + (from.has_estimator ? "true" : "false") + "},\n";
+}
+
 std::string digest_text(const core::Sha256Digest& digest) {
   std::string out = "inline constexpr core::Sha256Digest kVehicleDigest{\n";
   Lines lines(out);
@@ -251,9 +262,10 @@ std::string table_text(const std::string& name) {
 }  // namespace
 
 TableSet make_table_set(const companion::VehicleFile& file, const SetpointBox& box, const SetpointProgress& progress) {
-  TableSet set{.tables = make_gain_tables(file.vehicle, file.digest),
-               .x = make_setpoint_law(axis_qp(file.vehicle, Axis::kX), box, ComputeBudget(), progress),
-               .y = make_setpoint_law(axis_qp(file.vehicle, Axis::kY), box, ComputeBudget(), progress)};
+  const model::Vehicle vehicle = model::controller_model(file.vehicle);
+  TableSet set{.tables = make_gain_tables(vehicle, file.digest),
+               .x = make_setpoint_law(axis_qp(vehicle, Axis::kX), box, ComputeBudget(), progress),
+               .y = make_setpoint_law(axis_qp(vehicle, Axis::kY), box, ComputeBudget(), progress)};
   for (const auto& [table, rows] : {std::pair{&set.tables.x, &set.x}, {&set.tables.y, &set.y}}) {
     table->setpoint.box = rows->box;
     table->setpoint.mirror = rows->mirror;
@@ -292,7 +304,8 @@ std::string to_header(const TableSet& set, const model::Vehicle& vehicle) {
   out += "inline constexpr model::Vehicle kVehicle{\n" + axis_text("roll", vehicle.roll) +
          axis_text("pitch", vehicle.pitch) + axis_text("yaw_rate", vehicle.yaw_rate) +
          axis_text("climb", vehicle.climb) + translation_text(vehicle.translation) + weights_text(vehicle.mpc) +
-         estimator_text(vehicle.estimator) + height_and_yaw_text(vehicle.altitude, vehicle.yaw) + "};\n\n";
+         estimator_text(vehicle.estimator) + height_and_yaw_text(vehicle.altitude, vehicle.yaw) +
+         design_text("design", vehicle.design) + design_text("robust", vehicle.robust) + "};\n\n";
   out += "// Numbers in the order of visit_numbers() in table_data.h.\n";
   put_axis(out, "X", set.tables.x, set.x);
   put_axis(out, "Y", set.tables.y, set.y);

@@ -19,6 +19,7 @@ std::string read_file(const std::string& path) {
 TEST(Mode, HasItsNameBothWays) {
   for (const Mode mode : kModes) {
     EXPECT_EQ(mode_named(name(mode)), mode);
+    EXPECT_EQ(name(mode), kModeNames[static_cast<std::size_t>(mode)]);
   }
   EXPECT_FALSE(mode_named("indoors").has_value());
 }
@@ -38,7 +39,22 @@ TEST(Mode, CalmRoomChangesWeightsAndNoisesOnly) {
   model::Vehicle back = calm.vehicle;
   back.mpc = file.vehicle.mpc;
   back.estimator = file.vehicle.estimator;
+  back.design = file.vehicle.design;  // calm_room flies without one
+  back.robust = file.vehicle.robust;
   EXPECT_EQ(to_text(back, {}), to_text(file.vehicle, {}));
+}
+
+// The mode flies its own section; without it there is one clear line.
+TEST(Mode, RobustFliesItsOwnDesign) {
+  VehicleFile file = load_vehicle(kFile);
+  file.vehicle.robust = {};
+  EXPECT_FALSE(has_mode(file, Mode::kRobust));
+  EXPECT_THROW(static_cast<void>(in_mode(file, Mode::kRobust)), VehicleFileError);
+  file.vehicle.robust.has_mpc = true;
+  file.vehicle.robust.mpc.input = 77.0;
+  ASSERT_TRUE(has_mode(file, Mode::kRobust));
+  EXPECT_EQ(model::controller_model(in_mode(file, Mode::kRobust).vehicle).mpc.input, 77.0);
+  EXPECT_NE(model::controller_model(in_mode(file, Mode::kField).vehicle).mpc.input, 77.0);
 }
 
 // A table of one mode must not fly in the other mode, nor after any change of the file, even of a comment.

@@ -146,5 +146,48 @@ INSTANTIATE_TEST_SUITE_P(
                 "damping_ratio"}),
     [](const auto& tested) { return tested.param.name; });
 
+constexpr const char* kAxes =
+    "[axis.roll]\nscale_rad_per_count = 0.0009\nnatural_frequency_rad_s = 7.0\nnatural_frequency_rad_s_low = 6.5\n"
+    "natural_frequency_rad_s_high = 7.5\ndamping_ratio = 0.7\n"
+    "[axis.pitch]\nscale_rad_per_count = 0.0009\nnatural_frequency_rad_s = 6.0\ndamping_ratio = 0.7\n";
+
+// Everything that identification and tuning write must survive a program that reads and writes the file.
+TEST(VehicleFile, KeepsDesignIntervalsAndRivals) {
+  const std::string text = std::string(kAxes) +
+                           "[mpc]\nvelocity = 11.0\n[design.mpc]\ninput = 16.0\n[design.robust.estimator]\n"
+                           "rate_sigma_rad_s = 0.1\n[[rival]]\naxis = \"roll\"\nprobability = 0.3\n"
+                           "scale_rad_per_count = 0.00093\nnatural_frequency_rad_s = 9.1\ndamping_ratio = 0.69\n"
+                           "damping_ratio_low = 0.6\ndamping_ratio_high = 0.8\n";
+  const VehicleFile file = parse_vehicle(text, "v.toml");
+  EXPECT_EQ(file.vehicle.design.mpc.input, 16.0);
+  EXPECT_EQ(file.vehicle.design.mpc.velocity, 11.0) << "what [design] does not say is the vehicle's own";
+  EXPECT_FALSE(file.vehicle.design.has_estimator);
+  EXPECT_EQ(model::controller_model(file.vehicle).mpc.input, 16.0);
+  EXPECT_EQ(model::controller_model(file.vehicle).estimator.rate_sigma_rad_s, file.vehicle.estimator.rate_sigma_rad_s);
+  EXPECT_EQ(file.intervals.at("axis.roll").at("natural_frequency_rad_s").high, 7.5);
+  ASSERT_EQ(file.rivals.size(), 1U);
+  EXPECT_EQ(file.rivals[0].numbers.natural_frequency_rad_s, 9.1);
+  EXPECT_EQ(file.rivals[0].intervals.at("damping_ratio").low, 0.6);
+  const std::string written = to_text(file);
+  EXPECT_EQ(to_text(parse_vehicle(written, "again")), written);
+  EXPECT_EQ(parse_vehicle(written, "again").rivals[0].probability, 0.3);
+}
+
+TEST(VehicleFile, RefusesAHalfIntervalAndAStrangeRival) {
+  const auto refused = [](const std::string& more, const std::string& why) {
+    try {
+      static_cast<void>(parse_vehicle(kAxes + more, "v.toml"));
+      ADD_FAILURE() << more;
+    } catch (const VehicleFileError& error) {
+      EXPECT_NE(std::string(error.what()).find(why), std::string::npos) << error.what();
+    }
+  };
+  refused("damping_ratio_low = 0.6\n", "'axis.pitch.damping_ratio_high': missing");
+  refused("damping_ratio_low = 0.8\ndamping_ratio_high = 0.6\n", "must not be above");
+  refused("[[rival]]\naxis = \"yaw\"\nscale_rad_per_count = 0.001\n", "'rival.axis': must be");
+  refused("[design.mpc]\nimput = 3.0\n", "'design.mpc.imput': unknown key");
+  refused("[design.yaw]\nx = 3.0\n", "'design.yaw': unknown section");
+}
+
 }  // namespace
 }  // namespace m100::companion

@@ -163,6 +163,10 @@ std::vector<std::string> put_axis(const IdentifyResult& result, model::Vehicle& 
   if (result.axis == "translation") {
     return put_translation(result, vehicle.translation);
   }
+  for (model::Design* design : {&vehicle.design, &vehicle.robust}) {  // made for the numbers before
+    model::StickAxis none;
+    (result.axis == "roll" ? design->roll : result.axis == "pitch" ? design->pitch : none) = {};
+  }
   return result.axis == "roll"    ? put(result, AxisUnit::kTilt_rad, vehicle, vehicle.roll)
          : result.axis == "pitch" ? put(result, AxisUnit::kTilt_rad, vehicle, vehicle.pitch)
          : result.axis == "climb" ? put(result, AxisUnit::kClimb_m_s, vehicle, vehicle.climb)
@@ -177,7 +181,9 @@ std::vector<std::string> update_vehicle_file(const std::string& path, const Iden
   }
   std::vector<std::string> not_in_file = put_axis(result, file.vehicle);
   file.sources[(result.axis == "translation" ? "" : "axis.") + result.axis] = source;
-  companion::save_vehicle(path, file.vehicle, file.sources);
+  file.intervals.erase("axis." + result.axis);
+  std::erase_if(file.rivals, [&](const companion::Rival& rival) { return rival.axis == result.axis; });
+  companion::save_vehicle(path, file);
   return not_in_file;
 }
 

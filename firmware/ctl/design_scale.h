@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/ctl/command.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::ctl {
+
+/// Converts commands between the stick map's scale, which is the identified one, and the design's. A design that
+/// expects 5 % more tilt per count reckons with 5 % more than the command that leaves, and commands as much less.
+/// Without a scale in [design], and on a channel without sticks, the factors are 1 and no bit changes.
+template <typename T>
+class DesignScale {
+ public:
+  DesignScale(const model::Vehicle& vehicle, bool by_sticks)
+      : roll_(ratio(vehicle.design.roll, vehicle.roll, by_sticks)),
+        pitch_(ratio(vehicle.design.pitch, vehicle.pitch, by_sticks)) {}
+
+  /// What the design takes a command as that leaves.
+  Command<T> expected(Command<T> command) const {
+    command.roll_rad *= roll_;
+    command.pitch_rad *= pitch_;
+    return command;
+  }
+  /// What must leave for a command of the design.
+  Command<T> to_send(Command<T> command) const {
+    command.roll_rad /= roll_;
+    command.pitch_rad /= pitch_;
+    return command;
+  }
+
+ private:
+  static T ratio(const model::StickAxis& design, const model::StickAxis& identified, bool by_sticks) {
+    const bool known = by_sticks && design.scale_per_count > 0.0 && identified.scale_per_count > 0.0;
+    return known ? static_cast<T>(design.scale_per_count / identified.scale_per_count) : T(1);
+  }
+
+  T roll_;
+  T pitch_;
+};
+
+}  // namespace m100::ctl

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/gains/certificate_file.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <utility>
+
+#include "firmware/core/sha256.h"
+
+namespace m100::lab::gains {
+namespace {
+
+constexpr const char* kMethod =
+    "Interval arithmetic with outward rounding over gain, frequency, damping, delay and all frequencies of the linear "
+    "loop as flown. In each tick of delay one closed loop is stable by the power of its matrix, in floating point. "
+    "Every "
+    "cell keeps away from -1 (mean value form), so no pole crosses the unit circle. Near zero frequency 1/L is bounded "
+    "on a "
+    "circle around z = 1, inside which L has no zero; the controller's poles in it are counted in floating point.";
+constexpr const char* kNotCovered =
+    "Not covered: saturation and the other affine regions of the law, re-planned references, jitter of sampling and of "
+    "the poses' age, the dead zone's remainder, axes at large angles. These were flown in simulation (m100-lab "
+    "campaign).";
+
+std::string hex_of(const core::Sha256Digest& digest) {
+  const auto digits = core::hex(digest);
+  return {digits.begin(), digits.end()};
+}
+
+std::string sha256_of(const std::string& bytes) { return hex_of(core::sha256(std::as_bytes(std::span(bytes)))); }
+
+nlohmann::json rows(const Eigen::MatrixXd& matrix) {
+  nlohmann::json out = nlohmann::json::array();
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    const Eigen::VectorXd row = matrix.row(i);
+    out.push_back(std::vector<double>(row.data(), row.data() + row.size()));
+  }
+  return out;
+}
+
+nlohmann::json numbers(const Eigen::VectorXd& of) { return std::vector<double>(of.data(), of.data() + of.size()); }
+
+/// The controllers that the proof is about, for an independent check.
+nlohmann::json controllers(const model::Vehicle& vehicle) {
+  nlohmann::json out;
+  for (const auto& [name, axis] : {std::pair{"x", Axis::kX}, {"y", Axis::kY}}) {
+    for (const auto& [channel, timing] : {std::pair{" virtual_rc", kVirtualRcTiming}, {" movement", kMovementTiming}}) {
+      const FlownController controller(vehicle, axis, timing);
+      const LiftedController lifted(controller, timing);
+      out[std::string(name) + channel] = {{"a", rows(lifted.a)},
+                                          {"b", rows(lifted.b)},
+                                          {"c", numbers(lifted.c)},
+                                          {"d", numbers(lifted.d)},
+                                          {"command_ticks", timing.command_ticks},
+                                          {"scale_rad_per_count", controller.scale_per_count}};
+    }
+  }
+  return out;
+}
+
+nlohmann::json pair(const Range& range) { return {range.low, range.high}; }
+
+}  // namespace
+
+std::string certificate_text(const companion::VehicleFile& file, companion::Mode mode, const std::string& table,
+                             const std::vector<CertifiedLoop>& loops, double margin) {
+  nlohmann::json list = nlohmann::json::array();
+  double bound = 0.0, sampled = 0.0;
+  for (const CertifiedLoop& one : loops) {
+    bound = std::max(bound, one.bound);
+    sampled = std::max(sampled, one.sampled);
+    list.push_back({{"structure", one.structure},
+                    {"axis", one.axis == Axis::kX ? "x" : "y"},
+                    {"channel", one.by_sticks ? "virtual_rc" : "movement"},
+                    {"gain", pair(one.box.gain)},
+                    {"frequency", pair(one.box.frequency)},
+                    {"damping", pair(one.box.damping)},
+                    {"delay_s", pair(one.box.delay_s)},
+                    {"bound", one.bound},
+                    {"sampled", one.sampled},
+                    {"low_rad_s", one.low_rad_s},
+                    {"low_bound", one.low_bound},
+                    {"cells", one.cells}});
+  }
+  const nlohmann::json body{{"vehicle_sha256", hex_of(file.digest)},
+                            {"table_sha256", table.empty() ? "" : sha256_of(table)},
+                            {"mode", companion::name(mode)},
+                            {"peak_sensitivity_bound", bound},
+                            {"largest_sampled", sampled},
+                            {"allowed_ratio", margin},
+                            {"loops", list},
+                            {"controllers", controllers(companion::in_mode(file.vehicle, mode))},
+                            {"method", kMethod},
+                            {"not_covered", kNotCovered}};
+  const nlohmann::json all{{"certificate", body}, {"sha256", sha256_of(body.dump())}};
+  return all.dump(1) + "\n";
+}
+
+}  // namespace m100::lab::gains

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "host_tests/lab/gains/enclosure.h"
+#include "host_tests/lab/gains/flown_loop.h"
+
+namespace m100::lab::gains {
+
+/// Variables of the loop: frequency, damping and rest of the delay of the vehicle, and the angle of z.
+using LoopJet = EnclosedJet<4>;
+inline constexpr std::size_t kAngleVariable = 3;
+
+/// z = exp(i angle). Angles in [0, pi]; the rest follows from symmetry.
+ComplexNumber<LoopJet> point_at(const Enclosure& angle);
+
+/// The controller's response c (z - a)^-1 b + d as polynomials in z - 1: one numerator for each input over one
+/// denominator. The coefficients are computed in integers (Faddeev and LeVerrier) from the doubles of the lifted
+/// controller and rounded outwards once, so they have no error of condition. In powers of z - 1 the sums near z = 1,
+/// where all slow poles lie, hardly cancel.
+class ControllerPolynomials {
+ public:
+  explicit ControllerPolynomials(const LiftedController& controller);
+
+  /// Over an arc of angles.
+  struct OverArc {
+    bool valid = false;  ///< false: no response, the arc is too long for its distance to a pole
+    std::vector<ComplexNumber<LoopJet>> response;  ///< numerator over denominator
+    std::vector<ComplexNumber<Enclosure>> numerators;
+    ComplexNumber<Enclosure> denominator;
+  };
+  /// By Taylor polynomials about the arc's middle. That of the response is the quotient's first terms and a bound of
+  /// the rest: for any polynomial p, N/D - p = (N - D p) / D.
+  OverArc over(const Enclosure& angle) const;
+
+  std::size_t degree() const { return denominator_.size() - 1; }
+
+ private:
+  std::vector<Enclosure> denominator_;              ///< by power of z - 1
+  std::vector<std::vector<Enclosure>> numerators_;  ///< by input, then power
+};
+
+}  // namespace m100::lab::gains

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/gains/design_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace m100::lab::gains {
+namespace {
+
+/// Factors on the numbers of the vehicle file, in the order of apply().
+constexpr std::size_t kWeights = 9;
+constexpr std::size_t kFactors = 13;
+using Factors = std::array<double, kFactors>;
+
+/// Starts: the file itself, and three that a trial found for the shipped vehicle, from cautious weights to a slow loop.
+/// They only shorten the search.
+constexpr std::array<Factors, 4> kStarts{{
+    {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0},
+    {0.2, 1.0, 1.33, 10.0, 1.0, 1.23, 1.5, 2.0, 1.67, 1.0, 1.0, 1.0, 1.0},
+    {0.14, 0.85, 1.16, 7.98, 1.86, 1.37, 1.38, 2.21, 2.07, 1.126, 0.967, 1.138, 0.937},
+    {0.085, 0.37, 10.4, 2.5, 1.0, 4.6, 0.22, 0.42, 0.87, 1.3, 0.93, 0.93, 0.33},
+}};
+/// Trials of each search.
+constexpr int kTrials = 60;
+
+model::StickAxis scaled(model::StickAxis axis, const Factors& f) {
+  axis.natural_frequency_rad_s *= f[9];
+  axis.damping_ratio *= f[10];
+  axis.transport_delay_s *= f[11];
+  axis.lead_zero_s *= f[12];
+  return axis;
+}
+
+model::Design apply(const model::Vehicle& vehicle, const Factors& f) {
+  model::Design out{.roll = {},
+                    .pitch = {},
+                    .mpc = vehicle.mpc,
+                    .estimator = vehicle.estimator,
+                    .has_mpc = true,
+                    .has_estimator = true};
+  // Three digits say all that the search knows.
+  const auto rounded = [](double value) {
+    const double unit = std::pow(10.0, std::floor(std::log10(value)) - 2.0);
+    return std::stod(std::to_string(std::round(value / unit)) + "e" +
+                     std::to_string(int(std::round(std::log10(unit)))));
+  };
+  const auto scale = [&](double& value, double factor) { value = value > 0.0 ? rounded(value * factor) : value; };
+  scale(out.mpc.velocity, f[0]);
+  scale(out.mpc.tilt, f[1]);
+  scale(out.mpc.input, f[2]);
+  scale(out.mpc.input_rate, f[3]);
+  scale(out.estimator.tilt_rate_process_rad_s, f[4]);
+  scale(out.estimator.disturbance_process_m_s2, f[5]);
+  scale(out.estimator.input_offset_process_rad, f[6]);
+  scale(out.estimator.attitude_sigma_rad, f[7]);
+  scale(out.estimator.rate_sigma_rad_s, f[8]);
+  if (std::any_of(f.begin() + kWeights, f.end(), [](double factor) { return factor != 1.0; })) {
+    out.roll = scaled(vehicle.roll, f);
+    out.pitch = scaled(vehicle.pitch, f);
+  }
+  return out;
+}
+
+double over(double value, double limit) { return std::max(0.0, value / limit - 1.0); }
+double under(double value, double limit) { return limit > 0.0 ? std::max(0.0, 1.0 - value / limit) : 0.0; }
+
+double margin_excess(const DesignTrial& trial, const MarginLimits& limits) {
+  const double unstable = (trial.corners.stable ? 0.0 : 100.0) + (trial.nominal.stable ? 0.0 : 1000.0);
+  return unstable + over(std::min(trial.corners.peak_sensitivity, 1e3), limits.corner_peak) +
+         under(trial.corners.delay_margin_s, limits.corner_delay_s) +
+         over(std::min(trial.nominal.peak_sensitivity, 1e3), limits.nominal_peak) +
+         under(trial.nominal.delay_margin_s, limits.nominal_delay_s);
+}
+
+/// What a mode allows in flight.
+struct FlownLimits {
+  double tilt_deg = 90.0;
+  double hover_share = std::numeric_limits<double>::infinity();  ///< of the horizontal error of the vehicle file
+};
+
+class Search {
+ public:
+  Search(const model::Vehicle& vehicle, const MarginBox& box, const FlyDesign& fly, DesignSearchResult& result,
+         const std::function<void()>& tried)
+      : vehicle_(vehicle), box_(box), fly_(fly), result_(result), tried_(tried) {}
+
+  /// @param changes how many of the factors may change, from the first
+  DesignTrial run(const Factors& start, const MarginLimits& limits, const FlownLimits& flown, std::size_t changes) {
+    limits_ = &limits;
+    flown_limits_ = flown;
+    best_ = {};
+    best_.excess = std::numeric_limits<double>::infinity();
+    Factors at = start;
+    int left = kTrials;
+    best_ = trial(at);
+    --left;
+    for (double step = 1.6; step > 1.06 && left > 0;) {
+      bool better = false;
+      for (std::size_t k = 0; k < changes && left > 0; ++k) {
+        const double size = k < kWeights ? step : 1.0 + 0.25 * (step - 1.0);  // the model's numbers are known better
+        for (const double factor : {size, 1.0 / size}) {
+          Factors next = at;
+          next[k] *= factor;
+          --left;
+          const DesignTrial one = trial(next);
+          if (is_better(one)) {
+            best_ = one;
+            at = next;
+            better = true;
+            break;
+          }
+        }
+      }
+      step = better ? step : std::sqrt(step);
+    }
+    for (; left > 0; --left) {
+      tried_();
+    }
+    found_ = at;
+    return best_;
+  }
+  const Factors& found() const { return found_; }
+
+ private:
+  bool is_better(const DesignTrial& one) const {
+    return one.excess > 0.0 || best_.excess > 0.0 ? one.excess < best_.excess * (1.0 - 1e-9)
+                                                  : one.error < best_.error * (1.0 - 1e-4);
+  }
+
+  DesignTrial trial(const Factors& factors) {
+    DesignTrial out;
+    tried_();
+    model::Vehicle believed = vehicle_;
+    believed.design = out.design = apply(vehicle_, factors);
+    believed.robust = {};
+    try {
+      out.corners = box_.worst(believed, MarginBox::Extent::kCorners);
+      out.nominal = box_.worst(believed, MarginBox::Extent::kNominal);
+    } catch (const std::domain_error&) {  // no controller can be made from this model
+      out.excess = std::numeric_limits<double>::infinity();
+      return out;
+    }
+    out.excess = margin_excess(out, *limits_);
+    if (out.excess > 0.0 && out.excess >= best_.excess) {
+      return out;  // flights cannot make it the best
+    }
+    out.flown = fly_(believed);
+    out.was_flown = true;
+    const FlownScore& before = result_.before;
+    out.error = 0.25 * (out.flown.hover_m / before.hover_m + out.flown.wind_m / before.wind_m +
+                        out.flown.square_m / before.square_m + out.flown.step_m_s / before.step_m_s);
+    out.excess += over(out.flown.motion_deg_s, kMaxMotion_deg_s) + over(out.flown.tilt_deg, flown_limits_.tilt_deg) +
+                  over(out.flown.hover_m / before.hover_m, flown_limits_.hover_share) + (out.flown.stayed ? 0.0 : 10.0);
+    result_.trials.push_back(out);
+    return out;
+  }
+
+  const model::Vehicle& vehicle_;
+  const MarginBox& box_;
+  const FlyDesign& fly_;
+  DesignSearchResult& result_;
+  const std::function<void()>& tried_;
+  const MarginLimits* limits_ = nullptr;
+  FlownLimits flown_limits_;
+  DesignTrial best_;
+  Factors found_{};
+};
+
+std::optional<DesignTrial> least(const std::vector<DesignTrial>& trials,
+                                 const std::function<bool(const DesignTrial&)>& keeps) {
+  std::optional<DesignTrial> out;
+  for (const DesignTrial& one : trials) {
+    const bool flies = one.corners.stable && one.flown.stayed && one.flown.motion_deg_s <= kMaxMotion_deg_s;
+    if (flies && keeps(one) && (!out || one.error < out->error)) {
+      out = one;
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+DesignSearchResult search_designs(const model::Vehicle& vehicle, const MarginBox& box, const FlyDesign& fly,
+                                  const std::function<void(double share, const std::string& what)>& progress) {
+  DesignSearchResult result;
+  model::Vehicle plain = vehicle;
+  plain.design = plain.robust = {};
+  result.before = fly(plain);
+  constexpr int kSearches = 5;
+  int count = 0;
+  std::string what;
+  const std::function<void()> tried = [&] { progress(double(++count) / (kSearches * kTrials), what); };
+  Search search(plain, box, fly, result, tried);
+  const auto pick = [&](ModeDesign& into, const DesignTrial& one, double factor) {
+    const bool first = !into.best.was_flown && into.best.excess == 0.0;
+    const bool better = one.excess > 0.0 || into.best.excess > 0.0 ? one.excess < into.best.excess
+                                                                   : one.error < factor * into.best.error;
+    if (first || better) {
+      into.best = one;
+    }
+    into.kept = into.best.excess == 0.0 && into.best.was_flown;
+  };
+  const FlownLimits field{.tilt_deg = result.before.tilt_deg, .hover_share = kMaxHoverPrice};
+  what = "field, weights and noises";
+  pick(result.field, search.run(kStarts[0], kFieldLimits, field, kWeights), 1.0);
+  pick(result.field, search.run(kStarts[1], kFieldLimits, field, kWeights), 1.0);
+  what = "field, model too";
+  pick(result.field, search.run(kStarts[2], kFieldLimits, field, kFactors), 0.99);
+  what = "robust, model too";
+  pick(result.robust, search.run(kStarts[3], kRobustLimits, {}, kFactors), 1.0);
+  pick(result.robust, search.run(search.found(), kRobustLimits, {}, kFactors), 1.0);
+  if (!result.field.best.corners.stable) {
+    throw std::domain_error("no design is stable in every corner of what the identification leaves open; the worst: " +
+                            result.field.best.corners.where);
+  }
+  return result;
+}
+
+std::optional<DesignTrial> least_error(const std::vector<DesignTrial>& trials, double corner_peak) {
+  return least(trials, [&](const DesignTrial& one) { return one.corners.peak_sensitivity <= corner_peak; });
+}
+
+std::optional<DesignTrial> least_error_without(const std::vector<DesignTrial>& trials, const MarginLimits& limits,
+                                               double MarginLimits::*without) {
+  MarginLimits left = limits;
+  const bool is_peak = without == &MarginLimits::corner_peak || without == &MarginLimits::nominal_peak;
+  left.*without = is_peak ? std::numeric_limits<double>::infinity() : 0.0;
+  return least(trials, [&](const DesignTrial& one) { return margin_excess(one, left) == 0.0; });
+}
+
+}  // namespace m100::lab::gains

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/gains/margin_box.h"
+
+namespace m100::lab::gains {
+
+/// The errors of the reference tasks, as flown in simulation with one design.
+struct FlownScore {
+  double hover_m = 0.0;   ///< horizontal RMS in calm air
+  double wind_m = 0.0;    ///< the same in the fan's wind
+  double square_m = 0.0;  ///< horizontal RMS on the square of 1 m
+  double step_m_s = 0.0;  ///< integral of the error of a step of 6 m
+  double motion_deg_s = 0.0;
+  double tilt_deg = 0.0;  ///< worst tilt of the step
+  bool stayed = false;
+};
+using FlyDesign = std::function<FlownScore(const model::Vehicle& believed)>;
+
+/// One design that was tried.
+struct DesignTrial {
+  model::Design design;
+  WorstMargins nominal, corners;
+  FlownScore flown;
+  bool was_flown = false;  ///< false: the margins alone excluded it
+  double error = 0.0;      ///< mean of the four errors, each as a share of that of the vehicle file
+  double excess = 0.0;     ///< sum of the shares by which limits are exceeded; 0: all are kept
+};
+
+/// A design for one mode.
+struct ModeDesign {
+  DesignTrial best;
+  bool kept = false;  ///< false: no trial keeps the limits; `best` exceeds them least
+};
+
+struct DesignSearchResult {
+  ModeDesign field, robust;
+  FlownScore before;                ///< the vehicle file as it is
+  std::vector<DesignTrial> trials;  ///< all that were flown
+};
+
+inline constexpr double kMaxMotion_deg_s = 40.0;
+inline constexpr double kMaxHoverPrice = 1.6;  ///< of mode field: horizontal error in hover, as a share of the file's
+
+/// Chooses weights, noises and the numbers that the controller predicts with, so that the mean error of the reference
+/// tasks is least and the limits of the mode are kept: peak sensitivity and delay margin of every open structure, in
+/// the middle and in the worst corner, on both channels; command motion in hover; in the mode field the error in hover
+/// and the worst tilt of the step too, as shares of those of the vehicle file. Pattern search on logarithms from
+/// several starts, first weights and noises alone, then the model too, which must be 1 % better; a fixed number of
+/// trials, so the result is the same everywhere. Throws std::domain_error if no start is stable in every corner.
+/// @param progress receives the share of the work that is done, and what is searched
+DesignSearchResult search_designs(const model::Vehicle& vehicle, const MarginBox& box, const FlyDesign& fly,
+                                  const std::function<void(double share, const std::string& what)>& progress);
+
+/// The least error of the trials that keep a worst peak of at most `corner_peak`; none: no trial does.
+std::optional<DesignTrial> least_error(const std::vector<DesignTrial>& trials, double corner_peak);
+
+/// The least error of the trials that keep all limits but one, which `without` removes from a copy of them.
+std::optional<DesignTrial> least_error_without(const std::vector<DesignTrial>& trials, const MarginLimits& limits,
+                                               double MarginLimits::*without);
+
+}  // namespace m100::lab::gains

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <complex>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "host_tests/lab/gains/controller_polynomials.h"
+#include "host_tests/lab/gains/margin_box.h"
+#include "host_tests/lab/gains/plant_response.h"
+
+namespace m100::lab::gains {
+
+/// Ranges of the variables of LoopJet: frequency [rad/s], damping, rest of the delay within its tick [s], angle of z.
+struct LoopCell {
+  std::array<Range, 4> range;
+  double middle(std::size_t k) const { return 0.5 * (range[k].low + range[k].high); }
+  /// At least the distance from the middle to either end.
+  double half(std::size_t k) const { return 0.5 * (range[k].high - range[k].low) * (1.0 + 1e-12) + 1e-300; }
+  std::pair<LoopCell, LoopCell> halves(std::size_t k) const;
+};
+
+/// The loop of one structure, axis and channel at gain 1, enclosed over cells.
+class EnclosedLoop {
+ public:
+  EnclosedLoop(const model::Vehicle& believed, const OpenStructure& structure, Axis axis, const LoopTiming& timing);
+
+  /// L = middle + sum of slope_k t_k + r with |r| <= rest, t_k = (x_k - middle_k) / half_k, in the cell.
+  struct Linear {
+    bool valid = false;
+    ComplexNumber<Enclosure> middle;
+    std::array<std::complex<double>, 4> slope{};
+    double rest = 0.0;
+    std::array<double, 4> share{};  ///< of the rest, by variable; if it is not valid, where to halve
+  };
+  Linear over(const LoopCell& cell, int delay_ticks);
+
+  /// The two parts of D (1 - 1/z) (1 - exp(-drag P)/z) (1 + g L) = open + g driven.
+  struct Parts {
+    ComplexNumber<Enclosure> open, driven;
+  };
+  Parts parts(const LoopCell& cell, int delay_ticks);
+
+  std::size_t controller_degree() const { return polynomials_.degree(); }
+
+ private:
+  template <typename R>
+  ComplexNumber<R> respond(const std::array<R, 4>& at, bool overdamped, int delay_ticks,
+                           std::vector<ComplexNumber<R>>& out) const;
+  const ControllerPolynomials::OverArc& controller_over(const Range& angle);
+
+  LoopTiming timing_;
+  ControllerPolynomials polynomials_;
+  double stick_ = 1.0;
+  double lead_s_ = 0.0, drag_per_s_ = 0.0, pull_m_s2_ = 0.0;
+  std::vector<ComplexNumber<LoopJet>> jets_;
+  std::vector<ComplexNumber<Enclosure>> values_;
+  std::map<std::pair<double, double>, ControllerPolynomials::OverArc> arcs_;
+};
+
+}  // namespace m100::lab::gains

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/gains/margin_box.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+#include "host_tests/lab/gains/plant_response.h"
+
+namespace m100::lab::gains {
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double kLowest_rad_s = 0.3;  ///< the loop gain is above 100 there, and the sensitivity below 0.01
+constexpr double kDelayStep_s = 0.01;
+constexpr int kDelaySteps = 20;
+
+Range relative(const companion::Intervals& intervals, const char* key, double value, Range least) {
+  const auto found = intervals.find(key);
+  if (found == intervals.end() || !(value > 0.0)) {
+    return least;
+  }
+  return {std::min(least.low, found->second.low / value), std::max(least.high, found->second.high / value)};
+}
+
+Range absolute(const companion::Intervals& intervals, const char* key, Range least) {
+  const auto found = intervals.find(key);
+  return found == intervals.end()
+             ? least
+             : Range{std::min(least.low, found->second.low), std::max(least.high, found->second.high)};
+}
+
+/// Least |1 + g L| over an interval of gains.
+double nearest(Complex loop, double low, double high) {
+  const double at = std::clamp(-loop.real() / std::max(std::norm(loop), 1e-300), low, high);
+  return std::abs(1.0 + at * loop);
+}
+
+/// Phase that 1 + g L turns through from the lowest frequency to the highest, beginning at `start`.
+double turned(const std::vector<Complex>& loop, double gain) {
+  double sum = 0.0;
+  for (std::size_t k = 1; k < loop.size(); ++k) {
+    sum += std::arg((1.0 + gain * loop[k]) / (1.0 + gain * loop[k - 1]));
+  }
+  return sum;
+}
+
+struct Law {
+  FlownController controller;
+  std::vector<Eigen::RowVectorXcd> response;  ///< by frequency
+};
+
+Law law_of(const model::Vehicle& believed, Axis axis, const LoopTiming& timing,
+           const std::vector<double>& frequencies_rad_s) {
+  Law out{.controller = FlownController(believed, axis, timing), .response = {}};
+  const LiftedController lifted(out.controller, timing);
+  for (const double w : frequencies_rad_s) {
+    out.response.push_back(lifted.response(std::polar(1.0, w * 0.01 * static_cast<double>(timing.command_ticks))));
+  }
+  return out;
+}
+
+const char* word(Axis axis) { return axis == Axis::kX ? "x" : "y"; }
+
+}  // namespace
+
+AxisBox axis_box(const model::StickAxis& axis, const companion::Intervals& intervals) {
+  AxisBox out;
+  out.gain = relative(intervals, "scale_rad_per_count", axis.scale_per_count, out.gain);
+  out.frequency = relative(intervals, "natural_frequency_rad_s", axis.natural_frequency_rad_s, out.frequency);
+  out.damping = absolute(intervals, "damping_ratio", {axis.damping_ratio - 0.1, axis.damping_ratio + 0.1});
+  out.delay_s =
+      absolute(intervals, "transport_delay_s", {axis.transport_delay_s - 0.01, axis.transport_delay_s + 0.01});
+  out.delay_s.low = std::max(out.delay_s.low, 0.0);
+  return out;
+}
+
+std::vector<OpenStructure> open_structures(const companion::VehicleFile& file) {
+  const auto of = [&](const char* section) {
+    const auto found = file.intervals.find(section);
+    return found == file.intervals.end() ? companion::Intervals{} : found->second;
+  };
+  const OpenStructure own{
+      .name = "its own structure",
+      .vehicle = file.vehicle,
+      .box = {axis_box(file.vehicle.pitch, of("axis.pitch")), axis_box(file.vehicle.roll, of("axis.roll"))}};
+  std::vector<OpenStructure> out{own};
+  std::array<std::size_t, 2> count{};
+  for (const companion::Rival& rival : file.rivals) {
+    const std::size_t axis = rival.axis == "pitch" ? 0 : 1;
+    const std::size_t place = ++count[axis];
+    while (out.size() <= place) {
+      out.push_back(own);
+      out.back().name = "rival " + std::to_string(out.size() - 1);
+    }
+    OpenStructure& into = out[place];
+    (axis == 0 ? into.vehicle.pitch : into.vehicle.roll) = rival.numbers;
+    into.box[axis] = axis_box(rival.numbers, rival.intervals);
+  }
+  return out;
+}
+
+MarginBox::MarginBox(std::vector<OpenStructure> structures, int points) : structures_(std::move(structures)) {
+  for (std::size_t k = 0; k < structures_.size(); ++k) {
+    for (const Axis axis : {Axis::kX, Axis::kY}) {
+      if (attitude_of(structures_[k].vehicle, axis).is_first_order()) {
+        throw std::domain_error("an axis of first order: the margins over a box need natural_frequency_rad_s");
+      }
+      for (const LoopTiming& timing : {kVirtualRcTiming, kMovementTiming}) {
+        Case one{.structure = k, .axis = axis, .timing = timing};
+        const double highest = std::numbers::pi / (0.01 * static_cast<double>(timing.command_ticks));
+        for (int i = 0; i <= points; ++i) {
+          one.frequencies_rad_s.push_back(kLowest_rad_s * std::pow(highest / kLowest_rad_s, double(i) / points));
+        }
+        add_plants(one);
+        cases_.push_back(std::move(one));
+      }
+    }
+  }
+}
+
+MarginBox::Plant MarginBox::plant(const Case& one, double frequency, double damping, double delay_s, int pose_age,
+                                  double extra_s) const {
+  const model::Vehicle& vehicle = structures_[one.structure].vehicle;
+  const model::StickAxis& axis = attitude_of(vehicle, one.axis);
+  const double all_s = delay_s + extra_s;
+  const int ticks = static_cast<int>(std::floor(all_s / 0.01 + 1e-6));
+  const PlantParameters<double> parameters{
+      .frequency_rad_s = frequency * axis.natural_frequency_rad_s,
+      .damping = damping,
+      .rest_s = std::max(0.0, all_s - 0.01 * ticks),
+      .lead_s = axis.lead_zero_s,
+      .drag_per_s = vehicle.translation.linear_drag_per_s,
+      .pull_m_s2 = (one.axis == Axis::kX ? 1.0 : -1.0) * model::kGravity_m_s2 * vehicle.translation.tilt_gain,
+      .delay_ticks = ticks,
+      .overdamped = damping > 1.0};
+  Plant out{.frequency = frequency,
+            .damping = damping,
+            .delay_s = delay_s,
+            .pose_age_ticks = pose_age,
+            .extra_delay_s = extra_s,
+            .response = {}};
+  std::vector<ComplexNumber<double>> response;
+  for (const double w : one.frequencies_rad_s) {
+    const Complex z = std::polar(1.0, w * 0.01 * static_cast<double>(one.timing.command_ticks));
+    const ComplexNumber<double> integrators =
+        plant_response<double>(parameters, {z.real(), z.imag()}, one.timing, pose_age, response);
+    for (std::size_t k = 0; k < response.size(); ++k) {
+      const Complex number(response[k].re, response[k].im);
+      out.response.push_back(k % 3 == 0 ? number / Complex(integrators.re, integrators.im) : number);
+    }
+  }
+  return out;
+}
+
+void MarginBox::add_plants(Case& one) {
+  const AxisBox& box = structures_[one.structure].box[one.axis == Axis::kX ? 0 : 1];
+  const model::StickAxis& axis = attitude_of(structures_[one.structure].vehicle, one.axis);
+  const int age = static_cast<int>(one.timing.pose_age_ticks);
+  for (const double frequency : {1.0, box.frequency.low, box.frequency.high}) {
+    for (int k = 0; k <= kDelaySteps; ++k) {
+      one.corners.push_back(plant(one, frequency, axis.damping_ratio, axis.transport_delay_s, age, k * kDelayStep_s));
+    }
+    for (const double damping : {box.damping.low, axis.damping_ratio, box.damping.high}) {
+      for (const double delay_s : {box.delay_s.low, axis.transport_delay_s, box.delay_s.high}) {
+        for (const int pose_age : {0, age, 2 * age}) {
+          one.box.push_back(plant(one, frequency, damping, delay_s, pose_age, 0.0));
+        }
+      }
+    }
+  }
+}
+
+WorstMargins MarginBox::worst(const model::Vehicle& believed, Extent extent, const BoxSelection& only) const {
+  WorstMargins out{.delay_margin_s = kDelayStep_s * kDelaySteps};
+  std::array<std::optional<Law>, 4> laws;  // by axis and channel: the controller is the same on all structures
+  for (const Case& one : cases_) {
+    if (only.structure.value_or(one.structure) != one.structure || only.axis.value_or(one.axis) != one.axis ||
+        only.by_sticks.value_or(one.timing.by_sticks) != one.timing.by_sticks) {
+      continue;
+    }
+    std::optional<Law>& known = laws[(one.axis == Axis::kX ? 0U : 1U) + (one.timing.by_sticks ? 2U : 0U)];
+    if (!known) {
+      known.emplace(law_of(believed, one.axis, one.timing, one.frequencies_rad_s));
+    }
+    const FlownController& controller = known->controller;
+    const std::vector<Eigen::RowVectorXcd>& law = known->response;
+    const OpenStructure& structure = structures_[one.structure];
+    const AxisBox& box = structure.box[one.axis == Axis::kX ? 0 : 1];
+    const double scale = controller.scale_per_count;
+    const double stick =
+        one.timing.by_sticks && scale > 0.0 ? attitude_of(structure.vehicle, one.axis).scale_per_count / scale : 1.0;
+    const std::size_t points = one.frequencies_rad_s.size();
+    std::vector<Complex> loop(points);
+    const auto open = [&](const Plant& plant) {
+      for (std::size_t k = 0; k < points; ++k) {
+        Complex sum = 0.0;
+        for (Eigen::Index i = 0; i < law[k].size(); ++i) {
+          sum += law[k](i) * plant.response[k * static_cast<std::size_t>(law[k].size()) + static_cast<std::size_t>(i)];
+        }
+        loop[k] = -stick * sum;
+      }
+    };
+    // The nominal loop of the structure, by eigenvalues; the others turn by the same phase or are unstable.
+    if (!FlownLoop(controller, structure.vehicle, one.axis, one.timing).closed_is_stable()) {
+      return {.stable = false, .peak_sensitivity = 1e9, .where = structure.name + ", " + word(one.axis)};
+    }
+    open(one.corners.front());
+    const double right = turned(loop, 1.0);
+    const Complex start = loop.front();
+    const auto stable = [&](double gain) {
+      const double begun = std::arg((1.0 + gain * loop.front()) / (1.0 + start));
+      return std::abs(begun + turned(loop, gain) - right) < 0.5 * std::numbers::pi;
+    };
+    const auto note_peak = [&](const Plant& plant, double low, double high) {
+      double least = 1e9;
+      for (const Complex value : loop) {
+        least = std::min(least, nearest(value, low, high));
+      }
+      const bool holds = stable(low) && stable(high);
+      if (1.0 / least > out.peak_sensitivity || (!holds && out.stable)) {
+        out.peak_sensitivity = std::max(out.peak_sensitivity, 1.0 / least);
+        char text[200];
+        std::snprintf(text, sizeof text, "%s, %s, %s: frequency x %.2f, damping %.2f, delay %.0f ms, pose %d ms old",
+                      structure.name.c_str(), word(one.axis), one.timing.by_sticks ? "virtual_rc" : "movement",
+                      plant.frequency, plant.damping, 1e3 * plant.delay_s, 10 * plant.pose_age_ticks);
+        out.where = text;
+      }
+      out.stable = out.stable && holds;
+    };
+    if (extent == Extent::kBox || extent == Extent::kCertified) {
+      for (const Plant& plant : one.box) {
+        if (extent == Extent::kCertified && plant.pose_age_ticks != static_cast<int>(one.timing.pose_age_ticks)) {
+          continue;
+        }
+        open(plant);
+        note_peak(plant, box.gain.low, box.gain.high);
+      }
+      continue;
+    }
+    for (const Plant& plant : one.corners) {
+      if (extent == Extent::kNominal && plant.frequency != 1.0) {
+        continue;
+      }
+      open(plant);
+      const Range gain = extent == Extent::kNominal ? Range{1.0, 1.0} : box.gain;
+      if (plant.extra_delay_s == 0.0) {
+        note_peak(plant, gain.low, gain.high);
+      } else if (!(stable(gain.low) && stable(1.0) && stable(gain.high))) {
+        out.delay_margin_s = std::min(out.delay_margin_s, plant.extra_delay_s - kDelayStep_s);
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace m100::lab::gains

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <complex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "firmware/companion/files/vehicle_file.h"
+#include "host_tests/lab/gains/flown_loop.h"
+#include "host_tests/lab/gains/margins.h"
+
+namespace m100::lab::gains {
+
+struct Range {
+  double low = 0.0;
+  double high = 0.0;
+};
+
+/// What an aircraft may be around one structure of one axis: factors of gain and frequency, damping ratio, and
+/// transport delay. At least +-20 %, +-0.1 and +-10 ms; more where the identification's interval is wider.
+struct AxisBox {
+  Range gain{0.8, 1.2};
+  Range frequency{0.8, 1.2};
+  Range damping{};  ///< the ratio itself
+  Range delay_s{};  ///< itself, never below 0
+};
+AxisBox axis_box(const model::StickAxis& axis, const companion::Intervals& intervals);
+
+/// A structure that the identification leaves open, with the box around it.
+struct OpenStructure {
+  std::string name;
+  model::Vehicle vehicle;
+  std::array<AxisBox, 2> box;  ///< by Axis
+};
+
+/// The identified axes, then the k-th rivals of roll and pitch together.
+std::vector<OpenStructure> open_structures(const companion::VehicleFile& file);
+
+/// What a mode promises, as flown.
+struct MarginLimits {
+  double nominal_peak = 0.0;
+  double nominal_delay_s = 0.0;
+  double corner_peak = 0.0;
+  double corner_delay_s = 0.0;
+};
+inline constexpr MarginLimits kFieldLimits{1.65, 0.13, 2.2, 0.08};
+inline constexpr MarginLimits kRobustLimits{1.6, 0.15, 1.6, 0.15};
+
+/// The worst over corners and edges of the boxes.
+struct WorstMargins {
+  bool stable = true;
+  double peak_sensitivity = 0.0;
+  double delay_margin_s = 0.0;  ///< a multiple of 10 ms; over gain and frequency only
+  std::string where{};          ///< structure, axis, channel and numbers of the largest peak
+};
+
+/// Part of a MarginBox; what is not given: all.
+struct BoxSelection {
+  std::optional<std::size_t> structure{};
+  std::optional<Axis> axis{};
+  std::optional<bool> by_sticks{};
+};
+
+/// The loops as flown of one controller on all aircraft of the boxes. The vehicle's responses are computed once, the
+/// controller's once for each candidate: L = gain controller(w) vehicle(w; frequency, damping, delay).
+class MarginBox {
+ public:
+  /// @param points frequencies, from 0.3 rad/s; enough to find a peak within a hundredth
+  explicit MarginBox(std::vector<OpenStructure> structures, int points = 140);
+
+  enum class Extent {
+    kNominal,    ///< the structures themselves
+    kCorners,    ///< over gain and frequency
+    kCertified,  ///< over gain, frequency, damping and delay: what certify() bounds
+    kBox,        ///< over the whole box, with a pose that arrives 20 ms earlier or later than assumed; no delay margin
+  };
+  WorstMargins worst(const model::Vehicle& believed, Extent extent, const BoxSelection& only = {}) const;
+  const std::vector<OpenStructure>& structures() const { return structures_; }
+
+ private:
+  using Complex = std::complex<double>;
+  struct Plant {
+    double frequency = 1.0;
+    double damping = 0.0;
+    double delay_s = 0.0;
+    int pose_age_ticks = 2;
+    double extra_delay_s = 0.0;
+    std::vector<Complex> response{};  ///< by frequency, then input of the controller
+  };
+  struct Case {  ///< one structure, axis and channel
+    std::size_t structure = 0;
+    Axis axis = Axis::kX;
+    LoopTiming timing;
+    std::vector<double> frequencies_rad_s{};
+    std::vector<Plant> corners{}, box{};
+  };
+  void add_plants(Case& one);
+  Plant plant(const Case& one, double frequency, double damping, double delay_s, int pose_age, double extra_s) const;
+
+  std::vector<OpenStructure> structures_;
+  std::vector<Case> cases_;
+};
+
+}  // namespace m100::lab::gains

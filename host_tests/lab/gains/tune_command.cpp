@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/gains/tune_command.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <utility>
+
+#include "firmware/model/paper.h"
+#include "host_tests/lab/experiments/far.h"
+#include "host_tests/lab/experiments/flight.h"
+#include "host_tests/lab/experiments/score.h"
+#include "host_tests/lab/gains/design_search.h"
+#include "host_tests/lab/gains/tune.h"
+#include "host_tests/sim/world/plant_file.h"
+
+namespace m100::lab::gains {
+namespace {
+
+experiments::FlightPlan plan_of(const companion::VehicleFile& file, const sim::Plant& plant, const char* course,
+                                double duration_s) {
+  experiments::FlightPlan plan;
+  plan.plant = plant;
+  plan.vehicle = file;
+  plan.course = course;
+  plan.duration_s = duration_s;
+  return plan;
+}
+
+/// The command motion [deg/s] in a simulated hover in calm air; infinite if the hover was not flown to its end, because
+/// a command at rest after a release is not calm.
+double hover_motion(const companion::VehicleFile& file, const sim::Plant& plant) {
+  constexpr double kFrom_s = 10.0, kTo_s = 30.0;
+  const experiments::FlightResult flight = experiments::fly(plan_of(file, plant, "step 0 0 0 0 40\n", kTo_s));
+  return experiments::stayed(flight.trace) ? experiments::score(flight.trace, kFrom_s, kTo_s).input_variation_deg_s
+                                           : std::numeric_limits<double>::infinity();
+}
+
+double horizontal(const experiments::Cell& cell) { return std::hypot(cell.x_m, cell.y_m); }
+
+/// The reference tasks on one aircraft.
+FlownScore fly_tasks(const companion::VehicleFile& file, const sim::Plant& plant) {
+  constexpr double kFrom_s = 10.0, kHover_s = 35.0, kSquare_s = 30.0, kStep_s = 18.0;
+  const auto hover = experiments::fly(plan_of(file, plant, "step 0 0 0 0 60\n", kHover_s));
+  const auto wind = experiments::fly(plan_of(file, sim::with_fan(plant), "step 0 0 0 0 60\n", kHover_s));
+  const auto square = experiments::fly(
+      plan_of(file, plant, "step 0 0 0 0 10\nsquare 1 2.5 0\nsquare 1 2.5 0\nstep 0 0 0 0 20\n", kSquare_s));
+  const experiments::FarTask step{
+      .name = "step", .course = "step 0 0 0 0 10\nstep 6 0 0 0 20\n", .from_s = kFrom_s, .to_s = kStep_s};
+  const auto stepped = experiments::fly(plan_of(file, plant, step.course.c_str(), kStep_s));
+  const experiments::Cell calm = experiments::score(hover.trace, kFrom_s, kHover_s);
+  FlownScore out{.hover_m = horizontal(calm),
+                 .wind_m = horizontal(experiments::score(wind.trace, kFrom_s, kHover_s)),
+                 .square_m = horizontal(experiments::score(square.trace, kFrom_s, kSquare_s)),
+                 .step_m_s = experiments::far_score(stepped.trace, step).iae_m_s,
+                 .motion_deg_s = calm.input_variation_deg_s,
+                 .tilt_deg = stepped.largest_tilt_deg,
+                 .stayed = true};
+  for (const experiments::FlightResult* flight : {&hover, &wind, &square, &stepped}) {
+    out.stayed = out.stayed && experiments::stayed(flight->trace);
+  }
+  return out;
+}
+
+/// The mean over the open structures; of motion and tilt the worst.
+FlownScore fly_structures(const model::Vehicle& believed, const std::vector<sim::Plant>& plants) {
+  const companion::VehicleFile file = companion::as_file(believed);
+  FlownScore out{.stayed = true};
+  const double share = 1.0 / static_cast<double>(plants.size());
+  for (const sim::Plant& plant : plants) {
+    const FlownScore one = fly_tasks(file, plant);
+    for (const auto member :
+         {&FlownScore::hover_m, &FlownScore::wind_m, &FlownScore::square_m, &FlownScore::step_m_s}) {
+      out.*member += share * one.*member;
+    }
+    out.motion_deg_s = std::max(out.motion_deg_s, one.motion_deg_s);
+    out.tilt_deg = std::max(out.tilt_deg, one.tilt_deg);
+    out.stayed = out.stayed && one.stayed;
+  }
+  return out;
+}
+
+void print_design(const char* mode, const ModeDesign& design, const FlownScore& before) {
+  const DesignTrial& best = design.best;
+  std::printf("%s: %s; nominal %.2f and %.0f ms, worst corner %.2f and %.0f ms (%s)\n", mode,
+              design.kept ? "the least flown error that keeps the limits" : "NO design keeps the limits; the nearest",
+              best.nominal.peak_sensitivity, best.nominal.delay_margin_s * 1e3, best.corners.peak_sensitivity,
+              best.corners.delay_margin_s * 1e3, best.corners.where.c_str());
+  std::printf(
+      "  horizontal error, before and now: hover %.4f %.4f m, wind %.4f %.4f m, square %.4f %.4f m, step of 6 m %.2f "
+      "%.2f m s; command %.0f %.0f deg/s, worst tilt %.0f %.0f deg\n",
+      before.hover_m, best.flown.hover_m, before.wind_m, best.flown.wind_m, before.square_m, best.flown.square_m,
+      before.step_m_s, best.flown.step_m_s, before.motion_deg_s, best.flown.motion_deg_s, before.tilt_deg,
+      best.flown.tilt_deg);
+}
+
+void print_prices(const DesignSearchResult& result) {
+  std::printf("worst peak sensitivity and the least flown error for it (1: the file before), of %zu flown trials:\n",
+              result.trials.size());
+  for (const double peak : {3.0, 2.6, 2.4, 2.2, 2.0, 1.9, 1.8, 1.7, 1.6, 1.5}) {
+    if (const std::optional<DesignTrial> one = least_error(result.trials, peak)) {
+      std::printf("  %.1f  %.3f  (%.2f, %.0f ms)\n", peak, one->error, one->corners.peak_sensitivity,
+                  one->corners.delay_margin_s * 1e3);
+    }
+  }
+  struct Named {
+    const char* name;
+    double MarginLimits::*member;
+  };
+  constexpr std::array kNamed{Named{"peak in the corners", &MarginLimits::corner_peak},
+                              Named{"delay in the corners", &MarginLimits::corner_delay_s},
+                              Named{"nominal peak", &MarginLimits::nominal_peak},
+                              Named{"nominal delay", &MarginLimits::nominal_delay_s}};
+  for (const Named& named : kNamed) {
+    if (const auto one = least_error_without(result.trials, kFieldLimits, named.member)) {
+      std::printf("  price of the limit on %s: %.1f %% of the flown error\n", named.name,
+                  100.0 * std::max(0.0, result.field.best.error / one->error - 1.0));
+    }
+  }
+}
+
+/// What a manoeuvre would buy: the worst peak that would be left if it had decided.
+void print_manoeuvres(const model::Vehicle& vehicle, const std::vector<OpenStructure>& structures) {
+  if (structures.size() < 2) {
+    return;
+  }
+  for (const OpenStructure& one : structures) {
+    const MarginBox alone({one});
+    std::printf(
+        "  if only \"%s\" were open (m100-lab excite --kind doublet with the gyro logged decides): worst corner "
+        "%.2f\n",
+        one.name.c_str(), alone.worst(vehicle, MarginBox::Extent::kCorners).peak_sensitivity);
+  }
+}
+
+void tune_input_weight(companion::VehicleFile& file, const std::vector<OpenStructure>& open, const sim::Plant& plant) {
+  std::vector<Structure> structures;
+  for (const OpenStructure& one : open) {
+    structures.push_back({one.name, one.vehicle});
+  }
+  const Tuned tuned = tune(file.vehicle, structures, [&](const model::Vehicle& believed) {
+    return hover_motion(companion::as_file(believed), plant);
+  });
+  model::flown_weights(file.vehicle) = tuned.weights;
+  std::printf(
+      "input weight %.3g: %s as flown: peak sensitivity %.2f, delay margin %.0f ms, command motion in hover "
+      "%.0f deg/s\n",
+      tuned.weights.input,
+      tuned.keeps_all ? "the fastest loop that keeps the limits" : "no input weight keeps the limits; the nearest one,",
+      tuned.kept.peak_sensitivity, tuned.kept.delay_margin_s * 1e3, tuned.motion_deg_s);
+}
+
+}  // namespace
+
+void tune_vehicle(companion::VehicleFile& file, const std::vector<OpenStructure>& structures, const std::string& path) {
+  const sim::Plant plant = sim::plant_of_options("", path);
+  if (file.vehicle.roll.is_first_order() || file.vehicle.pitch.is_first_order()) {
+    std::printf("an axis of first order: only the input weight is chosen\n");
+    tune_input_weight(file, structures, plant);
+    return;
+  }
+  std::vector<sim::Plant> plants;
+  for (const OpenStructure& one : structures) {
+    plants.push_back(plant);
+    plants.back().roll = one.vehicle.roll;
+    plants.back().pitch = one.vehicle.pitch;
+    // No file knows the trim of the day; that of the paper's aircraft is as good as any.
+    plants.back().roll.trim_counts += model::paper::kRollBalance_vrc - model::paper::kNeutral_vrc;
+    plants.back().pitch.trim_counts += model::paper::kPitchBalance_vrc - model::paper::kNeutral_vrc;
+  }
+  const bool shows = isatty(STDERR_FILENO) != 0;
+  int shown = 0;
+  const auto progress = [&](double share, const std::string& what) {
+    if (const int now = static_cast<int>(shows ? 100.0 * share : 10.0 * share); now > shown) {
+      shown = now;
+      std::fprintf(stderr, "%stune: %.0f %%, %s  %s", shows ? "\r" : "", 100.0 * share, what.c_str(),
+                   shows ? "" : "\n");
+    }
+  };
+  const DesignSearchResult result = search_designs(
+      file.vehicle, MarginBox(structures),
+      [&](const model::Vehicle& believed) { return fly_structures(believed, plants); }, progress);
+  file.vehicle.design = result.field.best.design;
+  file.vehicle.robust = result.robust.best.design;
+  print_design("field", result.field, result.before);
+  print_design("robust", result.robust, result.before);
+  print_prices(result);
+  print_manoeuvres(file.vehicle, structures);
+}
+
+}  // namespace m100::lab::gains

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "firmware/companion/files/vehicle_file.h"
+#include "host_tests/lab/gains/margin_box.h"
+
+namespace m100::lab::gains {
+
+/// `gains --tune`: makes [design] and [design.robust] of the file, prints the Pareto curve of worst peak sensitivity
+/// and flown error, and what each limit costs. An axis of first order: chooses the input weight of [mpc] alone.
+/// @param path of the vehicle file: the simulated aircraft is as it says
+void tune_vehicle(companion::VehicleFile& file, const std::vector<OpenStructure>& structures, const std::string& path);
+
+}  // namespace m100::lab::gains
