@@ -24,7 +24,7 @@ template <typename T, typename S>
       link_(autopilot, config.link, recorder_.autopilot_tap()),
       poses_(pose, config.pose_baud, recorder_.pose_tap(), config.pose_from),
       sensors_(config.sensor_limits),
-      observer_(model::controller_model(vehicle)),
+      observer_(vehicle),
       fault_isolation_(config.disabled_checks),
       trajectory_(trajectory),
       law_(vehicle, tables, {.horizontal = config.law}),
@@ -173,7 +173,6 @@ void FlightController<T, S>::start_when_nominal(safety::FailsafeState before, co
     return;
   }
   orders_.serve(now);
-  started_ = now;
   excitation_.start(now);
   sender_.reset();
 }

@@ -83,7 +83,7 @@ class FlightController {
   est::Contradiction<T> contradiction() const { return fault_isolation_.contradiction(); }
   const TickStats& stats() const { return timer_.stats(); }
   /// When the failsafe last reached its top from silence or level: where the trajectory's time began.
-  core::TimePoint started() const { return started_; }
+  core::TimePoint started() const { return orders_.served(); }
 
  private:
   bool flies() const { return safety::passes_law(supervisor_.failsafe_state()); }
@@ -124,7 +124,6 @@ class FlightController {
   est::Estimate<T> estimate_;
   ref::Window<T> reference_;  ///< beyond its first point only valid in a tick that solves
   safety::SupervisedCommand<T> supervised_;
-  core::TimePoint started_{};
 };
 
 }  // namespace m100::app

@@ -28,7 +28,9 @@ class OperatorOrders {
   /// pilot's sticks.
   void release_unused(safety::FailsafeState failsafe_state, link::SerialLink& link, core::TimePoint now);
   /// The law flies: the order is served.
-  void serve(core::TimePoint now) { until_ = now; }
+  void serve(core::TimePoint now) { until_ = served_ = now; }
+  /// When an order was last served.
+  core::TimePoint served() const { return served_; }
 
   /// The orders that this tick acts upon: log::kOrder*.
   std::uint32_t acting() const { return acting_; }
@@ -38,6 +40,7 @@ class OperatorOrders {
 
  private:
   core::Duration timeout_;
+  core::TimePoint served_{};
   core::TimePoint until_{};
   bool stands_ = false;  ///< as of this tick
   core::TimePoint unused_since_{};

@@ -152,10 +152,15 @@ inline std::string listed_word_meant(const std::string& message) {
   return did_you_mean(message.substr(begin + 1, at - begin - 1), listed);
 }
 
-/// The message for a command line that CLI11 refuses, in one line.
+/// The message for a command line that CLI11 refuses, in one line; empty if it asks for help and has no unknown word.
 inline std::string refusal(const CLI::App& app, std::span<char* const> words, const CLI::ParseError& wrong) {
   if (const std::string unknown = unknown_word(app, words); !unknown.empty()) {
-    return unknown + "; see --help";
+    const bool has_key =
+        std::any_of(words.begin(), words.end(), [](const char* word) { return without_keys(word) != word; });
+    return unknown + (has_key ? "; a key belongs in a file, not on a command line" : "; see --help");
+  }
+  if (dynamic_cast<const CLI::Success*>(&wrong) != nullptr) {
+    return "";
   }
   const bool is_missing = dynamic_cast<const CLI::RequiredError*>(&wrong) != nullptr;
   return wrong.what() + listed_word_meant(wrong.what()) + (is_missing ? "; see --help" : "");

@@ -55,10 +55,11 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
     m100.parse(argc, argv);
   } catch (const CLI::RuntimeError& stop) {
     return stop.get_exit_code();
-  } catch (const CLI::Success& help) {
-    return m100.exit(help);
   } catch (const CLI::ParseError& wrong) {
     const std::string why = m100::companion::refusal(m100, std::span(argv + 1, argv + argc), wrong);
+    if (why.empty()) {
+      return m100.exit(wrong);
+    }
     std::cerr << "m100: " << m100::companion::printable(m100::companion::without_keys(why)) << "\n";
     return m100::companion::kBadInput;
   } catch (const std::exception& wrong) {

@@ -78,15 +78,31 @@ struct Vehicle {
   Design robust{};  ///< of mode robust
 };
 
+/// What flies: the numbers of the design where it has them, otherwise those of the vehicle.
+constexpr const StickAxis& flown_roll(const Vehicle& vehicle) {
+  return vehicle.design.roll.is_identified() ? vehicle.design.roll : vehicle.roll;
+}
+constexpr const StickAxis& flown_pitch(const Vehicle& vehicle) {
+  return vehicle.design.pitch.is_identified() ? vehicle.design.pitch : vehicle.pitch;
+}
+constexpr const EstimatorNoise& flown_noise(const Vehicle& vehicle) {
+  return vehicle.design.has_estimator ? vehicle.design.estimator : vehicle.estimator;
+}
+constexpr const MpcWeights& flown_weights(const Vehicle& vehicle) {
+  return vehicle.design.has_mpc ? vehicle.design.mpc : vehicle.mpc;
+}
+constexpr MpcWeights& flown_weights(Vehicle& vehicle) {
+  return vehicle.design.has_mpc ? vehicle.design.mpc : vehicle.mpc;
+}
+
 /// The vehicle as law, prediction and observer take it: identified numbers, replaced by those of `design`. Stick map,
 /// monitors and reports keep the identified axes. Has no design of its own, so a second call changes nothing.
 constexpr Vehicle controller_model(const Vehicle& vehicle) {
   Vehicle out = vehicle;
-  const Design& design = vehicle.design;
-  out.roll = design.roll.is_identified() ? design.roll : vehicle.roll;
-  out.pitch = design.pitch.is_identified() ? design.pitch : vehicle.pitch;
-  out.mpc = design.has_mpc ? design.mpc : vehicle.mpc;
-  out.estimator = design.has_estimator ? design.estimator : vehicle.estimator;
+  out.roll = flown_roll(vehicle);
+  out.pitch = flown_pitch(vehicle);
+  out.mpc = flown_weights(vehicle);
+  out.estimator = flown_noise(vehicle);
   out.design = out.robust = {};
   return out;
 }

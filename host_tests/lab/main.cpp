@@ -85,10 +85,11 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see abo
     lab.parse(argc, argv);
   } catch (const CLI::RuntimeError& stop) {
     return stop.get_exit_code();
-  } catch (const CLI::Success& help) {
-    return lab.exit(help);
   } catch (const CLI::ParseError& wrong) {
     const std::string why = m100::companion::refusal(lab, std::span(argv + 1, argv + argc), wrong);
+    if (why.empty()) {
+      return lab.exit(wrong);
+    }
     std::cerr << "m100-lab: " << m100::lab::printable(m100::companion::without_keys(why)) << "\n";
     return m100::lab::kBadInput;
   } catch (const std::exception& wrong) {

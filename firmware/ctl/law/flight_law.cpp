@@ -53,8 +53,8 @@ template <typename T>
 template <typename T>
 [[gnu::cold]] FlightLaw<T>::FlightLaw(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables,
                                       const FlightLawOptions& options)
-    : x_(make_axis(tables.x, model::controller_model(vehicle).pitch, options.horizontal)),
-      y_(make_axis(tables.y, model::controller_model(vehicle).roll, options.horizontal)),
+    : x_(make_axis(tables.x, model::flown_pitch(vehicle), options.horizontal)),
+      y_(make_axis(tables.y, model::flown_roll(vehicle), options.horizontal)),
       height_(altitude_gains(vehicle)),
       yaw_(vehicle.yaw) {
   M100_ASSERT(options.combined_tilt_limit_rad > 0.0 && options.combined_tilt_limit_rad < 0.5 * core::kPi);

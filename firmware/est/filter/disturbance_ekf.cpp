@@ -55,7 +55,7 @@ AxisModel DisturbanceEkf<S, Real>::axis_model(const model::Vehicle& vehicle, con
           .tilt_gain = vehicle.translation.tilt_gain,
           .linear_drag_per_s = vehicle.translation.linear_drag_per_s,
           .quadratic_drag_per_m = vehicle.translation.quadratic_drag_per_m,
-          .noise = vehicle.estimator};
+          .noise = model::flown_noise(vehicle)};
 }
 
 template <typename S, typename Real>
@@ -70,15 +70,15 @@ typename DisturbanceEkf<S, Real>::Delay DisturbanceEkf<S, Real>::delay_of(double
 
 template <typename S, typename Real>
 [[gnu::cold]] DisturbanceEkf<S, Real>::DisturbanceEkf(const model::Vehicle& vehicle)
-    : x_(axis_model(vehicle, vehicle.pitch, 1.0)),
-      y_(axis_model(vehicle, vehicle.roll, -1.0)),
-      height_(vehicle.climb, vehicle.estimator.pose_position_sigma_m),
-      yaw_(vehicle.estimator.attitude_sigma_rad),
-      delay_x_(delay_of(vehicle.pitch.transport_delay_s)),
-      delay_y_(delay_of(vehicle.roll.transport_delay_s)),
+    : x_(axis_model(vehicle, model::flown_pitch(vehicle), 1.0)),
+      y_(axis_model(vehicle, model::flown_roll(vehicle), -1.0)),
+      height_(vehicle.climb, model::flown_noise(vehicle).pose_position_sigma_m),
+      yaw_(model::flown_noise(vehicle).attitude_sigma_rad),
+      delay_x_(delay_of(model::flown_pitch(vehicle).transport_delay_s)),
+      delay_y_(delay_of(model::flown_roll(vehicle).transport_delay_s)),
       delay_climb_(delay_of(vehicle.climb.transport_delay_s)),
-      pose_variance_m2_(
-          static_cast<Real>(vehicle.estimator.pose_position_sigma_m * vehicle.estimator.pose_position_sigma_m)) {}
+      pose_variance_m2_(static_cast<Real>(model::flown_noise(vehicle).pose_position_sigma_m *
+                                          model::flown_noise(vehicle).pose_position_sigma_m)) {}
 
 template <typename S, typename Real>
 Estimate<Real> DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured,

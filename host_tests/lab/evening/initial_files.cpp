@@ -33,7 +33,7 @@ void adjust(const Folder& folder, const std::string& vehicle) {
   companion::VehicleFile file = companion::load_vehicle(folder.file(vehicle));
   const std::map<std::string, double>& numbers = folder.numbers();
   if (numbers.contains(kWeightIncreases)) {
-    file.vehicle.mpc.input *= std::pow(kWeightFactor, numbers.at(kWeightIncreases));
+    model::flown_weights(file.vehicle).input *= std::pow(kWeightFactor, numbers.at(kWeightIncreases));
   }
   if (numbers.contains(kTrimmed)) {
     file.vehicle.roll.trim_counts = numbers.at(kTrimRoll);

@@ -11,6 +11,7 @@
 #include "host_tests/lab/campaign/oscillation.h"
 #include "host_tests/lab/evening/flight_result.h"
 #include "host_tests/lab/evening/steps.h"
+#include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/flight_log.h"
 
 namespace m100::lab::evening {
@@ -36,6 +37,17 @@ std::string as_pilots_say(double counts) {
   return rounded(counts) + " counts (" + rounded(std::round(100.0 * counts / kFull_counts)) + " % of the stick)";
 }
 
+/// Whether hand.ulg is a log of m100 fly. A log that cannot be read is none: the recording's result says what is wrong
+/// with it, or else identify does.
+bool is_flight_by_law(const Folder& folder) {
+  try {
+    const std::vector<std::string> columns = logs::open_log(folder.file("hand.ulg"))->names();
+    return std::find(columns.begin(), columns.end(), "tick.timestamp") != columns.end();
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 std::string check_probe(const Folder& folder, const std::string& result) {
@@ -47,9 +59,7 @@ std::string check_probe(const Folder& folder, const std::string& result) {
 }
 
 std::string check_recording(const Folder& folder, const std::string& result) {
-  const std::vector<std::string> columns =
-      folder.has("hand.ulg") ? logs::open_log(folder.file("hand.ulg"))->names() : std::vector<std::string>{};
-  if (std::find(columns.begin(), columns.end(), "tick.timestamp") != columns.end()) {
+  if (is_flight_by_law(folder)) {
     return "hand.ulg is the log of a flight of m100 fly, in which the law moved the sticks: record a flight by hand";
   }
   const json result_json = result_of(folder, result);

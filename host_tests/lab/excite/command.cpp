@@ -14,6 +14,7 @@
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/suggestion.h"
 #include "firmware/companion/files/vehicle_file.h"
+#include "firmware/model/axis_effects.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/excite/forecast.h"
 #include "host_tests/lab/excite/manoeuvre.h"
@@ -245,7 +246,10 @@ void run(const ExciteOptions& options) {
     }
     write_json(options.json, json);
   }
-  const auto shows = [](const excite::Forecast& one) { return one.effect != "trim_offset" && enough(one); };
+  // A trim shows while the stick rests, and the forecast adds the other stick's movement by itself.
+  const auto shows = [](const excite::Forecast& one) {
+    return one.effect != "trim_offset" && !model::axis_effect(one.effect)->needs_other_stick && enough(one);
+  };
   const auto any_enough = [&](const Made& one) { return std::any_of(one.table.begin(), one.table.end(), shows); };
   if (std::none_of(all.begin(), all.end(), any_enough)) {
     std::fprintf(stderr,

@@ -49,8 +49,8 @@ std::vector<MotionPoint> fly_motion(const SuiteOptions& options) {
   std::vector<MotionPoint> points;
   for (const double factor : kFactors) {
     SuiteOptions one = options;
-    one.vehicle.vehicle.mpc.input *= factor;
-    points.push_back({.input_weight = one.vehicle.vehicle.mpc.input,
+    model::flown_weights(one.vehicle.vehicle).input *= factor;
+    points.push_back({.input_weight = model::flown_weights(one.vehicle.vehicle).input,
                       .hover = calm_cell(one, "hover"),
                       .square = calm_cell(one, "trajectory")});
   }

@@ -8,7 +8,9 @@
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/flight/page.h"
 #include "host_tests/lab/flight/predictions.h"
+#include "host_tests/lab/flight/tracking.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/json_file.h"
 #include "host_tests/lab/key_file.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
@@ -19,14 +21,43 @@ namespace {
 
 struct FlightOptions {
   std::vector<std::string> logs;
-  std::string out, key_file, title, note;
+  std::string out, json, key_file, title, note;
 };
+
+nlohmann::json to_json(const flight::Interval& one) {
+  return {{"value", one.value}, {"low", one.low}, {"high", one.high}};
+}
+
+/// The numbers of the page's first sentence; what a flight has not is null.
+nlohmann::json flights_json(const std::vector<flight::FlightSeries>& flights) {
+  nlohmann::json out{{"flights", nlohmann::json::array()}};
+  std::vector<std::vector<flight::TrackingError>> errors;
+  for (const flight::FlightSeries& one : flights) {
+    errors.push_back(flight::tracking_errors(one));
+    nlohmann::json tracking;
+    if (!errors.back().empty()) {
+      const flight::Tracking found = flight::tracking_of(errors.back());
+      tracking = {{"rms_m", found.rms_m.value},
+                  {"rms_interval_m", to_json(found.rms_m)},
+                  {"max_m", found.max_m},
+                  {"horizontal_rms_m", found.horizontal_rms_m},
+                  {"vertical_rms_m", found.vertical_rms_m},
+                  {"poses", found.poses}};
+    }
+    out["flights"].push_back({{"name", one.name}, {"flew", one.flew()}, {"tracking", tracking}});
+  }
+  if (flights.size() > 1) {
+    out["rms_difference_m"] = to_json(flight::rms_difference(errors.front(), errors.back()));
+  }
+  return out;
+}
 
 void run(const FlightOptions& options) {
   companion::FileUse()
       .reads("log", options.logs)
       .reads("--key-file", options.key_file)
       .writes("--out", options.out)
+      .writes("--json", options.json)
       .check();
   if (options.logs.size() > 2) {
     throw InputError(options.logs[2], 0, "", "a page shows one flight, or two: before and after");
@@ -50,6 +81,7 @@ void run(const FlightOptions& options) {
     title += flights.size() > 1 ? " (before) and " + flights.back().name + " (after)" : "";
   }
   flight::flight_page(flights, title, options.note).write(options.out);
+  write_json(options.json, flights_json(flights));
   std::cout << flight::error_sentence(flights) << "\nwrote " << printable(options.out) << "\n";
 }
 
@@ -62,6 +94,7 @@ void add_flight(CLI::App& lab) {
   command->add_option("log", options->logs, "log of 'm100 fly' or recording of 'm100 record'; two: before and after")
       ->required();
   command->add_option("--out", options->out, "the page to write (HTML)")->required();
+  command->add_option("--json", options->json, "the errors as JSON");
   command->add_option("--key-file", options->key_file, "file with the app's key, for a flight with encrypted commands");
   command->add_option("--title", options->title, "title of the page; default: names of the logs");
   command->add_option("--note", options->note, "a sentence under the title");

@@ -174,6 +174,7 @@ void MarginBox::add_plants(Case& one) {
   }
 }
 
+// Deviation: one pass over the cases, whose nested ranges share the laws and the worst case found so far.
 WorstMargins MarginBox::worst(const model::Vehicle& believed, Extent extent, const BoxSelection& only) const {
   WorstMargins out{.delay_margin_s = kDelayStep_s * kDelaySteps};
   std::array<std::optional<Law>, 4> laws;  // by axis and channel: the controller is the same on all structures

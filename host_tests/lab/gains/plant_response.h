@@ -47,6 +47,7 @@ R decay_integral(const R& t, double c, int order) {
 /// command has just begun to act and at t' = P it is about to: both limits of a rate that jumps are in the closed
 /// range.
 /// @param pose_age_ticks true age of the position
+// Deviation: one formula, in the order in which its sums are derived above.
 template <typename R>
 ComplexNumber<R> plant_response(const PlantParameters<R>& plant, const ComplexNumber<R>& z, const LoopTiming& timing,
                                 int pose_age_ticks, std::vector<ComplexNumber<R>>& out) {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "host_tests/lab/gains/margin_box.h"
-#include "host_tests/lab/gains/tune.h"
+#include "host_tests/lab/gains/tuning/tune.h"
 
 namespace m100::lab::gains {
 

@@ -16,9 +16,9 @@ namespace m100::lab::gains {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kOld_s = 0.03;                    ///< age of the pose and half a tick on each side
-constexpr double kLeastGain = 1.9952623149688795;  // 6 dB
-constexpr double kLeastPhase_rad = 0.25 * std::numbers::pi;
+constexpr double kOld_s = 0.03;                  ///< age of the pose and half a tick on each side
+constexpr double kMinGain = 1.9952623149688795;  // 6 dB
+constexpr double kMinPhase_rad = 0.25 * std::numbers::pi;
 
 /// The axis' response at s.
 Complex axis_at(const model::StickAxis& axis, Complex s) {
@@ -78,7 +78,7 @@ nlohmann::json to_json(const Margins& of) {
           {"gain_margin", of.gain_margin},
           {"phase_margin_rad", of.phase_margin_rad},
           {"delay_margin_s", of.delay_margin_s},
-          {"kept", of.stable && of.gain_margin >= kLeastGain && of.phase_margin_rad >= kLeastPhase_rad}};
+          {"kept", of.stable && of.gain_margin >= kMinGain && of.phase_margin_rad >= kMinPhase_rad}};
 }
 
 void print(const char* name, const char* channel, const char* where, const Margins& of) {

@@ -101,7 +101,8 @@ class Loop {
     }
     report_progress("flying the new vehicle");
     result_.after.experiments = fly_tasks(options_, result_.vehicle, options_.seed, options_.tasks, options_.seeds);
-    const bool as_flown = result_.before_ordered.vehicle.mpc.input == believed_.mpc.input;
+    const bool as_flown =
+        model::flown_weights(result_.before_ordered.vehicle).input == model::flown_weights(believed_).input;
     result_.ordered_experiments = as_flown ? result_.before.experiments
                                            : fly_tasks(options_, companion::as_file(result_.before_ordered.vehicle),
                                                        options_.seed, options_.tasks, options_.seeds);

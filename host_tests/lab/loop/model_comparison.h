@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "host_tests/lab/gains/tune.h"
+#include "host_tests/lab/gains/tuning/tune.h"
 #include "host_tests/lab/loop/close_loop.h"
 
 namespace m100::lab::loop {

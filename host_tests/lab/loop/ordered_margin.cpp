@@ -40,7 +40,7 @@ OrderedLaw at_ordered_margin(const model::Vehicle& believed, const model::Vehicl
       least_peak = margins.peak_sensitivity;
       best.vehicle = tried;
     }
-    tried.mpc.input *= kWeightStep;
+    model::flown_weights(tried).input *= kWeightStep;
   }
   return best;
 }

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "host_tests/lab/gains/tune.h"
+#include "host_tests/lab/gains/tuning/tune.h"
 
 namespace m100::lab::loop {
 

@@ -14,7 +14,7 @@
 namespace m100::lab::loop {
 namespace {
 
-constexpr double kLeast_m = 1e-6;  ///< errors below a micrometre count as one: their ratio says nothing
+constexpr double kMin_m = 1e-6;  ///< errors below a micrometre count as one: their ratio says nothing
 
 using Squares = std::array<std::vector<double>, 3>;  ///< of pose, horizontal and vertical error, one for each seed
 
@@ -88,7 +88,7 @@ PairedErrors compare_pairs(const std::vector<double>& before_m, const std::vecto
   std::vector<double> ratios;
   for (std::size_t i = 0; i < before_m.size(); ++i) {
     differences.push_back(after_m[i] - before_m[i]);
-    ratios.push_back(std::log(std::max(after_m[i], kLeast_m) / std::max(before_m[i], kLeast_m)));
+    ratios.push_back(std::log(std::max(after_m[i], kMin_m) / std::max(before_m[i], kMin_m)));
   }
   out.difference_m = mean_with_interval(differences);
   const identify::Interval ratio = mean_with_interval(ratios);

@@ -85,10 +85,11 @@ std::vector<std::string> verdicts(const LoopResult& result) {
   };
   out.push_back(margins("law before", result.before_vehicle));
   out.push_back(margins("law after", truth));
-  if (result.before_ordered.vehicle.mpc.input != result.before_vehicle.mpc.input) {
+  if (model::flown_weights(result.before_ordered.vehicle).input != model::flown_weights(result.before_vehicle).input) {
     out.push_back("the law before was faster than ordered, because its model is wrong. Slowed down by " +
                   two_numbers("%.1f times its input weight (peak sensitivity at most %.1f is ordered)",
-                              result.before_ordered.vehicle.mpc.input / result.before_vehicle.mpc.input,
+                              model::flown_weights(result.before_ordered.vehicle).input /
+                                  model::flown_weights(result.before_vehicle).input,
                               order_of(result.before_vehicle).peak_sensitivity) +
                   ":");
     out.push_back(margins("law before, slowed down", result.before_ordered.vehicle));

@@ -29,6 +29,7 @@ FILES = {
 MISTAKES = [
     # Misspelt words.
     ("m100", ["probee"], 2, "no subcommand 'probee'; did you mean `probe`?"),
+    ("m100", ["probee", "--help"], 2, "did you mean `probe`?"),
     ("m100", ["probe", "--prot", "x"], 2, "--prot: no such option; did you mean `--port`?"),
     ("m100", ["fly", "--dry-run", "--port", "x", "--chanel", "movement"], 2, "did you mean `--channel`?"),
     ("m100", ["fly", "--dry-run", "--port", "x", "--channel", "movment"], 2, "did you mean `movement`?"),

@@ -70,7 +70,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"NoToml", "[fence", "f.toml:1: "},
         Wrong{"UnknownSection", std::string(kFence) + "[fences]\n", "f.toml:5: 'fences': unknown key"},
         Wrong{"UnknownKey", std::string(kFence) + "w_m = 1\n", "f.toml:5: 'fence.w_m': unknown key"},
-        Wrong{"UnknownMode", "mode = \"windy\"\n" + std::string(kFence), "f.toml:1: 'mode': must be \"field\" or"},
+        Wrong{"UnknownMode", "mode = \"windy\"\n" + std::string(kFence), "f.toml:1: 'mode': must be \"field\", \"calm_room\" or"},
         Wrong{"ModeOfNumbers", "mode = 3\n" + std::string(kFence), "f.toml:1: 'mode': must be"},
         Wrong{"OneNumber", "[fence]\nx_m = 5\n", "f.toml:2: 'fence.x_m': must be two numbers"},
         Wrong{"ThreeNumbers", "[fence]\nx_m = [1, 2, 3]\n", "f.toml:2: 'fence.x_m': must be two numbers"},

@@ -5,9 +5,9 @@
 #include <random>
 
 #include "firmware/companion/files/vehicle_file.h"
-#include "host_tests/lab/gains/certify.h"
-#include "host_tests/lab/gains/enclosed_loop.h"
-#include "host_tests/lab/gains/enclosure.h"
+#include "host_tests/lab/gains/certificate/certify.h"
+#include "host_tests/lab/gains/certificate/enclosed_loop.h"
+#include "host_tests/lab/gains/certificate/enclosure.h"
 #include "host_tests/lab/gains/flown_loop.h"
 #include "host_tests/lab/gains/gain_tables.h"
 #include "host_tests/lab/gains/margin_box.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/gains/certify.h"
+#include "host_tests/lab/gains/certificate/certify.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "host_tests/lab/gains/enclosed_loop.h"
+#include "host_tests/lab/gains/certificate/enclosed_loop.h"
 
 namespace m100::lab::gains {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/gains/controller_polynomials.h"
+#include "host_tests/lab/gains/certificate/controller_polynomials.h"
 
 #include <gmpxx.h>
 

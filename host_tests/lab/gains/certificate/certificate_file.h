@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "firmware/companion/files/mode.h"
-#include "host_tests/lab/gains/certify.h"
+#include "host_tests/lab/gains/certificate/certify.h"
 
 namespace m100::lab::gains {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/gains/tune.h"
+#include "host_tests/lab/gains/tuning/tune.h"
 
 #include <algorithm>
 #include <array>
@@ -36,8 +36,8 @@ Tuned tune(const model::Vehicle& believed, const std::vector<Structure>& structu
            const std::function<double(const model::Vehicle& believed)>& hover_motion) {
   model::Vehicle tried = believed;
   const auto at = [&](double input) {
-    tried.mpc.input = input;
-    Tuned out{.weights = tried.mpc, .kept = margins_over(tried, structures)};
+    model::flown_weights(tried).input = input;
+    Tuned out{.weights = model::flown_weights(tried), .kept = margins_over(tried, structures)};
     out.motion_deg_s = hover_motion(tried);
     out.keeps_all = keeps_margins(out.kept) && out.motion_deg_s <= kLargestMotion_deg_s;
     return out;

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "host_tests/lab/gains/enclosure.h"
+#include "host_tests/lab/gains/certificate/enclosure.h"
 #include "host_tests/lab/gains/flown_loop.h"
 
 namespace m100::lab::gains {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/gains/certificate_file.h"
+#include "host_tests/lab/gains/certificate/certificate_file.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "host_tests/lab/gains/controller_polynomials.h"
+#include "host_tests/lab/gains/certificate/controller_polynomials.h"
 #include "host_tests/lab/gains/margin_box.h"
 #include "host_tests/lab/gains/plant_response.h"
 

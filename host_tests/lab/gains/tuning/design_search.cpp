@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/gains/design_search.h"
+#include "host_tests/lab/gains/tuning/design_search.h"
 
 #include <algorithm>
 #include <array>

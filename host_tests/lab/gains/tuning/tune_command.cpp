@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/gains/tune_command.h"
+#include "host_tests/lab/gains/tuning/tune_command.h"
 
 #include <unistd.h>
 
@@ -14,8 +14,8 @@
 #include "host_tests/lab/experiments/far.h"
 #include "host_tests/lab/experiments/flight.h"
 #include "host_tests/lab/experiments/score.h"
-#include "host_tests/lab/gains/design_search.h"
-#include "host_tests/lab/gains/tune.h"
+#include "host_tests/lab/gains/tuning/design_search.h"
+#include "host_tests/lab/gains/tuning/tune.h"
 #include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab::gains {
@@ -145,7 +145,7 @@ void tune_input_weight(companion::VehicleFile& file, const std::vector<OpenStruc
   const Tuned tuned = tune(file.vehicle, structures, [&](const model::Vehicle& believed) {
     return hover_motion(companion::as_file(believed), plant);
   });
-  file.vehicle.mpc = tuned.weights;
+  model::flown_weights(file.vehicle) = tuned.weights;
   std::printf(
       "input weight %.3g: %s as flown: peak sensitivity %.2f, delay margin %.0f ms, command motion in hover "
       "%.0f deg/s\n",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/gains/enclosed_loop.h"
+#include "host_tests/lab/gains/certificate/enclosed_loop.h"
 
 #include <algorithm>
 #include <cmath>
