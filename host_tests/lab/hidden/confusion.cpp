@@ -177,8 +177,11 @@ bool matches(const Outcome& outcome, bool rivals_count) {
 
 }  // namespace
 
-std::vector<Case> cases(std::size_t count, std::uint64_t seed) {
-  std::vector<std::function<Case(std::uint64_t)>> all = recipes();
+namespace {
+
+using Recipe = std::function<Case(std::uint64_t)>;
+
+std::vector<Case> made_from(std::vector<Recipe> all, std::size_t count, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::vector<Case> out;
   while (out.size() < count) {
@@ -191,6 +194,25 @@ std::vector<Case> cases(std::size_t count, std::uint64_t seed) {
     }
   }
   return out;
+}
+
+}  // namespace
+
+std::vector<Case> cases(std::size_t count, std::uint64_t seed) { return made_from(recipes(), count, seed); }
+
+std::vector<Case> every_pair(std::size_t count, std::uint64_t seed) {
+  std::vector<Recipe> all;
+  for (std::size_t a = 0; a < kRoll.size(); ++a) {
+    for (std::size_t b = a + 1; b < kRoll.size(); ++b) {
+      const auto excludes = [](const std::string& one, const std::string& other) {
+        return model::axis_effect(one)->not_beside == other;
+      };
+      if (!excludes(kRoll[a], kRoll[b]) && !excludes(kRoll[b], kRoll[a])) {
+        all.push_back([a, b](std::uint64_t one) { return make("roll", {kRoll[a], kRoll[b]}, 1, one); });
+      }
+    }
+  }
+  return made_from(std::move(all), count, seed);
 }
 
 Outcome analyse(const Case& hidden_case) {

@@ -38,6 +38,8 @@ struct Outcome {
 /// Cycles over nothing hidden, every single effect in three sizes, pairs, and effects outside of the library, for roll
 /// and translation, until there are `count` cases. The same seed gives the same list.
 std::vector<Case> cases(std::size_t count, std::uint64_t seed);
+/// The same over every pair of effects of roll that may stand beside each other, medium size.
+std::vector<Case> every_pair(std::size_t count, std::uint64_t seed);
 
 /// Flies, analyses (train 3 to 30 s, validation 30 to 44 s) and compares.
 Outcome analyse(const Case& hidden_case);

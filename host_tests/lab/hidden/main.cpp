@@ -93,6 +93,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
   std::string report;
   std::string write;
   bool verbose = false;
+  bool pairs = false;
   app.add_option("--logs", count, "number of logs");
   app.add_option("--seed", seed, "seed of the list of cases");
   app.add_option("--threads", threads, "number of threads");
@@ -101,8 +102,9 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
   app.add_option("--report", report, "HTML page with the table and the matrix");
   app.add_option("--write", write, "folder for the logs as CSV with their column maps");
   app.add_flag("--verbose", verbose, "print each wrong answer at once");
+  app.add_flag("--every-pair", pairs, "hide every pair of effects of roll instead, and list them all");
   CLI11_PARSE(app, argc, argv);
-  std::vector<Case> list = cases(count, seed);
+  std::vector<Case> list = pairs ? every_pair(count, seed) : cases(count, seed);
   std::erase_if(list, [&](const Case& one) { return one.label.find(only) == std::string::npos; });
   for (std::size_t k = 0; !write.empty() && k < list.size(); ++k) {
     const m100::lab::logs::FlightLog log = fly(list[k].plan);
@@ -123,7 +125,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
       std::fprintf(stderr, "%zu of %zu\n", finished, list.size());
     }
   });
-  print(outcomes, verbose);
+  print(outcomes, verbose || pairs);
   if (!json.empty()) {
     std::ofstream(json) << to_json(outcomes).dump(1) << "\n";
   }

@@ -96,6 +96,19 @@ void widen_to_stick_values(const AxisDataSet& part, const model::StickAxis& mode
   }
 }
 
+/// A dead zone that is counted from its edges and a trim before it are one thing: a dead zone that reaches farther to
+/// one side. No response tells them apart, so the sentence names both edges.
+void note_dead_zone_edges(const model::StickAxis& axis, IdentifyResult& result) {
+  if (axis.dead_zone_counts > 0.0 && std::abs(axis.trim_counts) > 0.0 &&
+      axis.dead_zone_shape == model::DeadZoneShape::kContinuous) {
+    std::array<char, 160> text{};
+    std::snprintf(text.data(), text.size(),
+                  "the dead zone reaches from %.4g to %.4g: asymmetric, or about another neutral, which is the same",
+                  axis.trim_counts - axis.dead_zone_counts, axis.trim_counts + axis.dead_zone_counts);
+    result.findings.push_back(note(text.data()));
+  }
+}
+
 }  // namespace
 
 AxisProblem::AxisProblem(const Request& request, double stick_earlier_s, const std::vector<double>& flight_trims)
@@ -210,6 +223,7 @@ void AxisProblem::annotate(const Selection& selection, IdentifyResult& result) c
   for (EffectResult& effect : result.effects) {
     effect.shape = effect.name == "dead_zone" ? result.final_model.dead_zone_shape : "";
   }
+  note_dead_zone_edges(family_->model(selection.final_model.fit), result);
   if (training_.signals.stick_name.starts_with("command_")) {
     result.stick_unit = request_.axis == "climb" ? "m_s" : request_.axis == "yaw_rate" ? "rad_s" : "rad";
   }

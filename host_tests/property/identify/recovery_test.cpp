@@ -129,6 +129,38 @@ TEST(Identify, IntervalsHoldTheTruth) {
   EXPECT_GE(inside, 17);
 }
 
+// A delay that is too short to be named is part of the frequency, by several per cent. Catches intervals that know only
+// the chosen structure.
+TEST(Identify, AnUnnamedDelayIsInTheIntervalOfTheFrequency) {
+  constexpr int kLogs = 20;
+  int named = 0;
+  int inside = 0;
+  for (std::uint64_t seed = 801; seed < 801 + kLogs; ++seed) {
+    SyntheticAxis vehicle = SyntheticAxis::random(seed);
+    vehicle.delay_s = 0.012;
+    const IdentifyResult result = identify(vehicle, {"second_order"}, 40);
+    named += result.effects.empty() ? 0 : 1;
+    for (const auto& parameter : result.final_intervals) {
+      const double truth = vehicle.natural_frequency_rad_s;
+      const bool holds = parameter.interval.low <= truth && truth <= parameter.interval.high;
+      inside += parameter.name == "natural_frequency_rad_s" && holds ? 1 : 0;
+    }
+  }
+  EXPECT_LE(named, 2) << "else this shows nothing";
+  EXPECT_GE(inside, 17) << "of 20";
+}
+
+// A dead zone about another neutral is an asymmetric one: both edges are said.
+TEST(Identify, AnAsymmetricDeadZoneIsNamedAsSuch) {
+  SyntheticAxis vehicle = SyntheticAxis::random(4);
+  vehicle.hidden = {{"dead_zone", 30.0}, {"trim_offset", 18.0}};
+  const IdentifyResult result = identify(vehicle, kDelayed);
+  EXPECT_EQ(names(result), (std::vector<std::string>{"dead_zone", "trim_offset"}));
+  EXPECT_TRUE(std::any_of(result.findings.begin(), result.findings.end(), [](const lab::identify::Finding& finding) {
+    return finding.text.starts_with("the dead zone reaches from -1");
+  }));
+}
+
 // An aircraft of another size and order: catches an identification that presumes the M100.
 TEST(Identify, FindsASecondOrderOnASlowAircraft) {
   SyntheticAxis vehicle = SyntheticAxis::random(3);

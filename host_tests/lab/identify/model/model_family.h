@@ -72,6 +72,16 @@ class Family {
     static_cast<void>(fit);
     return false;
   }
+  /// Two edits that hide each other.
+  struct HiddenPair {
+    std::string first, second;
+  };
+  /// The pairs of edits that promise the smallest error together, to first order around `from`, best first. A dead zone
+  /// and a trim cancel each other near neutral: alone each fits hardly anything, so that no single edit points to them.
+  virtual std::vector<HiddenPair> promising_pairs(const Fit& from) const {
+    static_cast<void>(from);
+    return {};
+  }
   /// Whether the data cannot tell the two effects apart at all; then both are named, but only one is fitted.
   virtual bool alias(const Fit& winner, const std::string& name, const std::string& rival) const {
     static_cast<void>(winner), static_cast<void>(name), static_cast<void>(rival);

@@ -2,7 +2,6 @@
 #include "host_tests/lab/identify/selection/forward_selection.h"
 
 #include <algorithm>
-#include <span>
 #include <utility>
 
 namespace m100::lab::identify {
@@ -32,6 +31,11 @@ Selection ForwardSelection::run(const Structure& declared) {
     }
     if (!exchange_or_record_rivals() && !join_or_record_pairs()) {
       break;
+    }
+  }
+  for (const TriedEdit& one : last_tried_) {
+    if (!one.accepted) {
+      out_.alternatives.push_back(one.validated.fit);
     }
   }
   return std::move(out_);
@@ -189,24 +193,34 @@ std::optional<ForwardSelection::Pair> ForwardSelection::try_pair(const CrossVali
 
 // Two effects may hide each other (a dead zone and a trim), so each must be accepted beside the other and have a
 // significant size there. Its gain alone is no evidence: it may be near zero, and may not have been cross-validated.
-// `tried` are the single edits of `from`, best first.
+// `tried` are the single edits of `from`, best first. Tried are the pairs of the best few, and those that the family
+// expects to hide each other.
 std::vector<ForwardSelection::Pair> ForwardSelection::pairs(const CrossValidatedFit& from,
-                                                            const std::vector<TriedEdit>& tried, double worth) const {
-  const auto few = std::span(tried).first(std::min(options_.pair_candidates, tried.size()));
+                                                            const std::vector<TriedEdit>& tried,
+                                                            const std::vector<Family::HiddenPair>& offered,
+                                                            double worth) const {
   std::vector<CrossValidatedFit> alone;
-  for (const TriedEdit& one : few) {
+  for (const TriedEdit& one : tried) {
     alone.push_back(one.validated);
   }
+  const auto wanted = [&](std::size_t a, std::size_t b) {
+    const std::string& first = tried[a].edit.name;
+    const std::string& second = tried[b].edit.name;
+    return std::max(a, b) < options_.pair_candidates ||
+           std::any_of(offered.begin(), offered.end(), [&](const Family::HiddenPair& pair) {
+             return (pair.first == first && pair.second == second) || (pair.first == second && pair.second == first);
+           });
+  };
   std::vector<Pair> out;
-  for (std::size_t a = 0; a < few.size(); ++a) {
+  for (std::size_t a = 0; a < tried.size(); ++a) {
     for (const Family::Edit& edit : family_.edits(alone[a].fit.structure)) {
-      const auto other = std::find_if(few.begin() + static_cast<std::ptrdiff_t>(a) + 1, few.end(),
+      const auto other = std::find_if(tried.begin() + static_cast<std::ptrdiff_t>(a) + 1, tried.end(),
                                       [&](const TriedEdit& one) { return one.edit.name == edit.name; });
-      if (other == few.end() || family_.alias(alone[a].fit, few[a].edit.name, edit.name)) {
+      const auto b = static_cast<std::size_t>(other - tried.begin());
+      if (other == tried.end() || !wanted(a, b) || family_.alias(alone[a].fit, tried[a].edit.name, edit.name)) {
         continue;
       }
-      CrossValidatedFit& other_alone = alone[static_cast<std::size_t>(other - few.begin())];
-      if (std::optional<Pair> pair = try_pair(from, few[a], edit, alone[a], other_alone, worth)) {
+      if (std::optional<Pair> pair = try_pair(from, tried[a], edit, alone[a], alone[b], worth)) {
         out.push_back(std::move(*pair));
       }
     }
@@ -218,7 +232,7 @@ std::vector<ForwardSelection::Pair> ForwardSelection::pairs(const CrossValidated
 
 std::optional<ForwardSelection::Pair> ForwardSelection::best_pair(const CrossValidatedFit& from,
                                                                   const std::vector<TriedEdit>& tried) const {
-  std::vector<Pair> all = pairs(from, tried);
+  std::vector<Pair> all = pairs(from, tried, family_.promising_pairs(from.fit));
   return all.empty() ? std::nullopt : std::optional<Pair>(std::move(all.front()));
 }
 

@@ -64,7 +64,7 @@ class ForwardSelection {
   std::optional<Pair> try_pair(const CrossValidatedFit& from, const TriedEdit& first, const Family::Edit& second,
                                CrossValidatedFit& alone, CrossValidatedFit& other_alone, double worth) const;
   std::vector<Pair> pairs(const CrossValidatedFit& from, const std::vector<TriedEdit>& tried,
-                          double worth = kAny) const;
+                          const std::vector<Family::HiddenPair>& offered, double worth = kAny) const;
   std::optional<Pair> best_pair(const CrossValidatedFit& from, const std::vector<TriedEdit>& tried) const;
   void accept_pair(const Pair& pair);
   bool add_two();

@@ -9,11 +9,14 @@
 #include "host_tests/lab/identify/data/log_ranges.h"
 #include "host_tests/lab/identify/residual_tests/residual_test.h"
 #include "host_tests/lab/identify/selection/jackknife.h"
+#include "host_tests/lab/identify/selection/structure_spread.h"
 #include "host_tests/lab/identify/selection/verdict.h"
 #include "host_tests/lab/input_error.h"
 
 namespace m100::lab::identify {
 namespace {
+
+constexpr double kNormal95 = 1.959964;
 
 void report_progress(const Request& request, const std::string& line) {
   if (request.progress) {
@@ -158,9 +161,19 @@ class Conclusion {
   void intervals(const Fit& fit) {
     const std::vector<Interval> spread = jackknife(
         family_, fit, [&](const Fit& one) { return problem_.coordinates(one); }, request_.refits);
+    std::vector<Fit> alternatives = selection_.alternatives;
+    for (const SelectionStep& step : selection_.steps) {
+      for (const SelectionStep::RivalFit& rival : step.rivals) {
+        alternatives.push_back(rival.fit);
+      }
+    }
+    const bool asked = request_.refits >= 2;
+    const std::vector<double> of_structure =
+        asked ? structure_spread(problem_, fit, alternatives) : std::vector<double>(spread.size(), 0.0);
     for (std::size_t k = 0; k < spread.size(); ++k) {
-      const double a = problem_.reported(fit, k, spread[k].low);
-      const double b = problem_.reported(fit, k, spread[k].high);
+      const double half_width = std::hypot(0.5 * (spread[k].high - spread[k].low), kNormal95 * of_structure[k]);
+      const double a = problem_.reported(fit, k, spread[k].value - half_width);
+      const double b = problem_.reported(fit, k, spread[k].value + half_width);
       const NamedValue& value = result_.final_model.parameters[k];
       result_.final_intervals.push_back({value.name, {value.value, std::min(a, b), std::max(a, b)}});
     }

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "firmware/model/axis_effects.h"
+#include "host_tests/lab/identify/model/axis/axis_pairs.h"
 #include "host_tests/lab/identify/model/axis/axis_structure.h"
 #include "host_tests/lab/identify/model/levenberg_marquardt.h"
 
@@ -304,6 +305,10 @@ std::vector<Fit> AxisFamily::starts_with_effect(const Edit& edit, const Fit& kno
     }
   }
   return out;
+}
+
+std::vector<Family::HiddenPair> AxisFamily::promising_pairs(const Fit& from) const {
+  return pairs_around(*this, training_, from);
 }
 
 std::vector<double> AxisFamily::error(const Fit& fit, std::size_t block) const {
