@@ -16,8 +16,8 @@ namespace {
 /// Every M100 has a stick trim (paper, III-A), so the trim is declared. Undeclared, a trim of 56 counts was once
 /// identified as a dead zone of 92 counts, and the rest of that model was wrong too.
 constexpr const char* kDeclared = "second_order,transport_delay,dead_zone,trim_offset";
-/// A log has a delay of its own, of the line and of the rows, which is too short to be named. Undeclared, it was part of
-/// the frequency of climb and of the time constant of yaw, outside their intervals.
+/// A log has a delay of its own, of the line and of the rows, which is too short to be named. Undeclared, it was part
+/// of the frequency of climb and of the time constant of yaw, outside their intervals.
 constexpr const char* kDeclaredClimb = "second_order,transport_delay,trim_offset";
 constexpr const char* kDeclaredYaw = "first_order,transport_delay,dead_zone,trim_offset";
 constexpr double kMinHeight_m = 0.5;   ///< up and down, for an excitation: less does not show the throttle
@@ -254,7 +254,8 @@ class StepBuilder {
                 const char* declared) const {
     return identify(axis, (flight + ".ulg").c_str(), "columns_flight.toml", vehicle, std::string("flown_") + axis,
                     declared) +
-           Command{"--within", excited(folder_, flight), "--forecast", forecast, "--vehicle-believed", "vehicle.toml"};
+           Command{"--closed-loop",      "--within",    excited(folder_, flight), "--forecast", forecast,
+                   "--vehicle-believed", "vehicle.toml"};
   }
   Step identify_again() const {
     return {.name = "identify_again",

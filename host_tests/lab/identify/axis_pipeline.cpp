@@ -11,6 +11,7 @@
 
 #include "host_tests/lab/identify/axis_problem.h"
 #include "host_tests/lab/identify/model/axis/flight_trims.h"
+#include "host_tests/lab/identify/model/axis/whitened_estimate.h"
 #include "host_tests/lab/identify/processor_time.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_change_point.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_tether.h"
@@ -54,6 +55,7 @@ class AxisPipeline {
     check_flight_trims();
     withdraw_unconfirmed_effects();
     detect_weak_effect();
+    allow_for_feedback();
     IdentifyResult result = conclude(*problem_, problem_->request(), std::move(chosen_), std::move(side_findings_));
     result.elapsed_s = processor_s() - started_s;
     return result;
@@ -63,6 +65,21 @@ class AxisPipeline {
   Fit declared_fit() const {
     const AxisFamily& family = problem_->axis_family();
     return family.fit(request_.declared, std::vector<int>(family.block_count(), 1), nullptr);
+  }
+
+  /// A controller answers the air with its stick, so the error of a simulation goes with the stick, and its least
+  /// squares are not the aircraft's: a dead zone is too wide by what the air does at its edge.
+  void allow_for_feedback() {
+    if (!request_.closed_loop) {
+      return;
+    }
+    std::optional<WhitenedEstimate> estimate =
+        whitened_estimate(problem_->axis_family(), problem_->training().signals.data, problem_->training().ranges,
+                          chosen_.final_model.fit);
+    if (estimate) {
+      chosen_.final_model.fit = std::move(estimate->fit);
+      chosen_.coordinates = std::move(estimate->coordinates);
+    }
   }
 
   /// Gives each flight of a joined log its own trim where the trims differ. @returns whether this made a new study.

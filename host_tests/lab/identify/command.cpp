@@ -47,6 +47,7 @@ struct IdentifyOptions {
   double noise_floor = 0.0;
   double wind_from_first_s = 0.0;
   std::size_t refits = 40;
+  bool closed_loop = false;
 };
 
 logs::FlightLog load_all(const IdentifyOptions& options) {
@@ -236,6 +237,7 @@ identify::Request request_of(const IdentifyOptions& options, const logs::FlightL
   request.noise_floor = options.noise_floor;
   request.wind_from_first_s = wind_from_first(options);
   request.refits = options.refits;
+  request.closed_loop = options.closed_loop;
   require_ranges(options, log, other, request);
   identify::reject_reused_data(request);
   return request;
@@ -332,6 +334,8 @@ void add_identify(CLI::App& lab) {
       "--split", options->split,
       "instead of --train and --validate: alternate:SECONDS, pieces used for training and validation in turn");
   app->add_option("--within", options->within, "ranges that --split divides; default: the whole log");
+  app->add_flag("--closed-loop", options->closed_loop,
+                "a controller moved the stick: fit the parameters so that its answers to the air do not count");
   app->add_option("--validate-log", options->validation_log, "another log, for the validation ranges");
   app->add_option("--validate-columns", options->validation_columns,
                   "column map of --validate-log; default: the first --columns");

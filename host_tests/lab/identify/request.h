@@ -27,6 +27,7 @@ struct Request {
   double noise_floor = 0.0;        ///< declared; 0: none
   double wind_from_first_s = 0.0;  ///< translation: each flight's wind comes from its first seconds; 0: it is fitted
   std::size_t refits = 40;         ///< at most so many, for the intervals; 0: no intervals
+  bool closed_loop = false;        ///< a controller moved the stick, and answered the air with it (whitened_estimate.h)
   std::function<void(const std::string&)> progress;  ///< one short line at a time; may be empty
 };
 

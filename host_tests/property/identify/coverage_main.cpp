@@ -148,6 +148,7 @@ int ask_excited(std::uint64_t seed, bool rates, bool verbose, Counts& counts) {
     lab::identify::Request request;
     request.axis = axis.name;
     request.declared = axis.declared;
+    request.closed_loop = true;
     request.log = request.validation_log = &flight.log;
     lab::identify::split("alternate:6",
                          std::to_string(flight.within_s.first) + ":" + std::to_string(flight.within_s.second),

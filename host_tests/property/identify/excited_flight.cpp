@@ -175,8 +175,8 @@ std::vector<ExcitedAxis> axes_of(const ExcitedFlight& flight, bool rates) {
   if (!rates) {
     return {axis("roll", flight.plant.roll, tilt), axis("pitch", flight.plant.pitch, tilt)};
   }
-  return {axis("climb", flight.plant.climb, {"second_order", "trim_offset"}),
-          axis("yaw_rate", flight.plant.yaw_rate, {"first_order", "dead_zone", "trim_offset"})};
+  return {axis("climb", flight.plant.climb, {"second_order", "transport_delay", "trim_offset"}),
+          axis("yaw_rate", flight.plant.yaw_rate, {"first_order", "transport_delay", "dead_zone", "trim_offset"})};
 }
 
 }  // namespace m100::host_tests

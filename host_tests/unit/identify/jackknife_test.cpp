@@ -99,7 +99,8 @@ double evidence_for(const Rows& step, const Rows& error) {
   for (Eigen::Index row = 0; row < error.size(); ++row) {
     stretches.push_back(static_cast<std::size_t>(row / 50));
   }
-  return evidence_over_stretches(slopes, error - slopes * fit, stretches, fit(0));
+  const StretchSpread spread = spread_over_stretches(slopes, error - slopes * fit, stretches);
+  return evidence_over_stretches(fit(0), spread.variance(0), spread.stretches);
 }
 
 // Catches a change that one stretch of the log shows alone, where the model is wrong: its likelihood ratio is the same.

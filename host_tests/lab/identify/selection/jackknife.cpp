@@ -5,13 +5,8 @@
 #include <cmath>
 
 namespace m100::lab::identify {
-namespace {
-
-/// 97.5 % quantile of Student's t, by the first terms of its expansion about the normal one (Abramowitz and Stegun
-/// 26.7.5): 1 % too small for three degrees of freedom, less for more.
+// By the first terms of its expansion about the normal quantile (Abramowitz and Stegun 26.7.5).
 double student_t(double degrees) { return 1.959964 + (2.3723 + (2.8225 + 2.5559 / degrees) / degrees) / degrees; }
-
-}  // namespace
 
 std::vector<Interval> jackknife(const Family& family, const Fit& fit, const Coordinates& coordinates,
                                 std::size_t refits) {

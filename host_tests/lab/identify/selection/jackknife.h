@@ -13,6 +13,9 @@ namespace m100::lab::identify {
 /// The numbers of a fit whose spread is estimated; the same count for every fit of one structure.
 using Coordinates = std::function<std::vector<double>(const Fit&)>;
 
+/// 97.5 % quantile of Student's t, for three degrees of freedom or more; 1 % too small for three, less for more.
+double student_t(double degrees);
+
 /// More groups add nothing: a spread with thirty-nine degrees of freedom is known well enough.
 inline constexpr std::size_t kMaxRefits = 40;
 

@@ -159,23 +159,35 @@ class Conclusion {
   }
 
   void intervals(const Fit& fit) {
-    const std::vector<Interval> spread = jackknife(
+    std::vector<Interval> spread = jackknife(
         family_, fit, [&](const Fit& one) { return problem_.coordinates(one); }, request_.refits);
+    if (request_.refits >= 2 && selection_.coordinates.empty()) {
+      add_structures(fit, spread);
+    }
+    for (std::size_t k = 0; k < selection_.coordinates.size() && request_.refits >= 2; ++k) {
+      spread[k] = std::isfinite(selection_.coordinates[k].low) ? selection_.coordinates[k] : spread[k];
+    }
+    for (std::size_t k = 0; k < spread.size(); ++k) {
+      const double a = problem_.reported(fit, k, spread[k].low);
+      const double b = problem_.reported(fit, k, spread[k].high);
+      const NamedValue& value = result_.final_model.parameters[k];
+      result_.final_intervals.push_back({value.name, {value.value, std::min(a, b), std::max(a, b)}});
+    }
+  }
+
+  /// Widens intervals of coordinates by the spread over the structures that the log does not exclude.
+  void add_structures(const Fit& fit, std::vector<Interval>& spread) const {
     std::vector<Fit> alternatives = selection_.alternatives;
     for (const SelectionStep& step : selection_.steps) {
       for (const SelectionStep::RivalFit& rival : step.rivals) {
         alternatives.push_back(rival.fit);
       }
     }
-    const bool asked = request_.refits >= 2;
-    const std::vector<double> of_structure =
-        asked ? structure_spread(problem_, fit, alternatives) : std::vector<double>(spread.size(), 0.0);
+    const std::vector<double> of_structure = structure_spread(problem_, fit, alternatives);
     for (std::size_t k = 0; k < spread.size(); ++k) {
       const double half_width = std::hypot(0.5 * (spread[k].high - spread[k].low), kNormal95 * of_structure[k]);
-      const double a = problem_.reported(fit, k, spread[k].value - half_width);
-      const double b = problem_.reported(fit, k, spread[k].value + half_width);
-      const NamedValue& value = result_.final_model.parameters[k];
-      result_.final_intervals.push_back({value.name, {value.value, std::min(a, b), std::max(a, b)}});
+      spread[k].low = spread[k].value - half_width;
+      spread[k].high = spread[k].value + half_width;
     }
   }
 

@@ -182,8 +182,8 @@ namespace {
 class GaussNewton {
  public:
   GaussNewton(const FreeRun& run, const model::StickAxis& start, std::span<const FreeParameter> free_parameters,
-              const ParameterJump* change)
-      : run_(run), free_parameters_(free_parameters), change_(change), axis_(start) {
+              const ParameterJump* change, bool has_offset)
+      : run_(run), free_parameters_(free_parameters), change_(change), axis_(start), has_offset_(has_offset) {
     for (const FreeParameter& free_parameter : free_parameters) {
       add(free_parameter, start.*free_parameter.member);
     }
@@ -195,7 +195,7 @@ class GaussNewton {
       add(jump, change->size);
     }
     error_ = error(values_);
-    offset_ = error_.mean();
+    offset_ = has_offset_ ? error_.mean() : 0.0;
     error_.array() -= offset_;
   }
 
@@ -224,12 +224,14 @@ class GaussNewton {
     for (Eigen::Index k = 0; k < values_.size(); ++k) {
       out.sigmas.push_back(std::sqrt(std::max(0.0, variance * inverse(k, k))));
     }
-    if (change_ != nullptr) {
-      std::vector<std::size_t> stretches;
-      for (const double time_s : run_.time_s()) {
-        stretches.push_back(static_cast<std::size_t>((time_s - run_.time_s().front()) / FreeRun::kStretch_s));
-      }
-      out.evidence = evidence_over_stretches(slopes_, white_, stretches, values_(values_.size() - 1));
+    std::vector<std::size_t> stretch;
+    for (const double time_s : run_.time_s()) {
+      stretch.push_back(static_cast<std::size_t>((time_s - run_.time_s().front()) / FreeRun::kStretch_s));
+    }
+    const StretchSpread spread = spread_over_stretches(slopes_, white_, stretch);
+    out.stretches = spread.stretches;
+    for (Eigen::Index k = 0; k < values_.size(); ++k) {
+      out.stretch_sigmas.push_back(std::sqrt(std::max(0.0, spread.variance(k))));
     }
     return out;
   }
@@ -278,7 +280,7 @@ class GaussNewton {
       slopes_.col(k) = (error(moved) - error_).array() - offset_;
       slopes_.col(k) /= step;
     }
-    slopes_.col(n).setConstant(-1.0);
+    slopes_.col(n).setConstant(has_offset_ ? -1.0 : 0.0);
     for (Eigen::Index k = 0; k <= n; ++k) {
       run_.whiten_rows(filter, slopes_.col(k));
     }
@@ -300,6 +302,7 @@ class GaussNewton {
         normal_(k, k) = 1.0;
       }
     }
+    normal_(values_.size(), values_.size()) += has_offset_ ? 0.0 : 1.0;
     double damping = 1e-4;
     for (int attempt = 0; attempt < 5; ++attempt, damping *= 12.0) {
       Columns damped = normal_;
@@ -329,6 +332,7 @@ class GaussNewton {
   std::span<const FreeParameter> free_parameters_;
   const ParameterJump* change_;
   model::StickAxis axis_;
+  bool has_offset_;
   std::vector<FreeParameter> limits_;
   Rows values_;
   double offset_ = 0.0;
@@ -343,8 +347,8 @@ class GaussNewton {
 }  // namespace
 
 WhitenedFit fit_whitened(const FreeRun& run, const model::StickAxis& start,
-                         std::span<const FreeParameter> free_parameters, const ParameterJump* change) {
-  return GaussNewton(run, start, free_parameters, change).run();
+                         std::span<const FreeParameter> free_parameters, const ParameterJump* change, bool has_offset) {
+  return GaussNewton(run, start, free_parameters, change, has_offset).run();
 }
 
 }  // namespace m100::lab::identify

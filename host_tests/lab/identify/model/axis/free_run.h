@@ -81,11 +81,12 @@ struct FreeParameter {
 struct WhitenedFit {
   model::StickAxis before;
   model::StickAxis after;
-  double offset = 0.0;         ///< of the simulated response
-  double score = 0.0;          ///< n ln(mean square of the innovations)
-  std::vector<double> values;  ///< of the knobs, then of the change if there is one
-  std::vector<double> sigmas;  ///< their standard errors
-  double evidence = 0.0;       ///< of the change alone, over stretches of kStretch_s (evidence_over_stretches())
+  double offset = 0.0;                 ///< of the simulated response
+  double score = 0.0;                  ///< n ln(mean square of the innovations)
+  std::vector<double> values;          ///< of the knobs, then of the change if there is one
+  std::vector<double> sigmas;          ///< their standard errors
+  std::vector<double> stretch_sigmas;  ///< the same by the jackknife over stretches of FreeRun::kStretch_s
+  double stretches = 0.0;
 };
 
 /// A change of the axis: `knob` jumps by a free amount at `at_s`.
@@ -95,9 +96,10 @@ struct ParameterJump {
   double size = 0.0;  ///< to start from
 };
 
-/// Gauss-Newton from `start`; the knobs and a constant offset of the response are free. Cost: some ten iterations, each
-/// with one simulation per knob.
+/// Gauss-Newton from `start`; the knobs and, with `has_offset`, a constant offset of the response are free. Cost: some
+/// ten iterations, each with one simulation per knob.
 WhitenedFit fit_whitened(const FreeRun& run, const model::StickAxis& start,
-                         std::span<const FreeParameter> free_parameters, const ParameterJump* change = nullptr);
+                         std::span<const FreeParameter> free_parameters, const ParameterJump* change = nullptr,
+                         bool has_offset = true);
 
 }  // namespace m100::lab::identify

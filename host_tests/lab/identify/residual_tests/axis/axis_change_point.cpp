@@ -360,7 +360,9 @@ ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit
   const double size = best->fit.after.*best->candidate->free_parameter.member -
                       best->fit.before.*best->candidate->free_parameter.member;
   const bool little = std::abs(size) < min_of(*best->candidate, best->fit, family.stick_row_s());
-  if (ratio < kThreshold || little || best->fit.evidence < kChanceChange) {
+  const double sigma = best->fit.stretch_sigmas.back();
+  const double evidence = evidence_over_stretches(size, sigma * sigma, best->fit.stretches);
+  if (ratio < kThreshold || little || evidence < kChanceChange) {
     out.likely = ratio >= kLikelyChange &&
                  std::abs(size) >= min_doubted(*best->candidate, best->fit, run.data(), best->hit.at_s);
     take(*best, out);
