@@ -2,12 +2,15 @@
 #include "host_tests/lab/evening/steps.h"
 
 #include <algorithm>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "firmware/companion/files/flight_file.h"
+#include "firmware/ctl/excitation.h"
 #include "host_tests/lab/evening/flight_result.h"
 #include "host_tests/lab/evening/step_checks.h"
+#include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/lab/whole_file.h"
 
 namespace m100::lab::evening {
@@ -18,7 +21,7 @@ namespace {
 constexpr const char* kDeclared = "second_order,transport_delay,dead_zone,trim_offset";
 /// A log has a delay of its own, of the line and of the rows, which is too short to be named. Undeclared, it was part
 /// of the frequency of climb and of the time constant of yaw, outside their intervals.
-constexpr const char* kDeclaredClimb = "second_order,transport_delay,trim_offset";
+constexpr const char* kDeclaredClimb = "second_order,transport_delay,dead_zone,trim_offset";
 constexpr const char* kDeclaredYaw = "first_order,transport_delay,dead_zone,trim_offset";
 constexpr double kMinHeight_m = 0.5;   ///< up and down, for an excitation: less does not show the throttle
 constexpr double kMaxHeight_m = 0.8;   ///< up and down: more is not needed
@@ -53,17 +56,38 @@ double height_m(const Folder& folder) {
   return most_m < kMinHeight_m ? 0.0 : std::min(most_m, kMaxHeight_m);
 }
 
-/// "FROM:TO" of the excitation of NAME.json, on the log's clock; empty: it was not flown yet.
-std::string excited(const Folder& folder, const std::string& name) {
-  if (!folder.has(name + ".json")) {
+/// "FROM:TO", on the log's clock, from the first movement of a stick in the flight NAME to a second after its last;
+/// empty: it was not flown yet. Outside of it the law alone moves this stick, against the air, and what that shows is
+/// no property of the aircraft: seven of seventeen simulated flights were said to change at its end.
+std::string excited(const Folder& folder, const std::string& name, ctl::ExcitedStick stick) {
+  constexpr double kAfter_s = 1.0;
+  if (!folder.has(name + ".json") || !result_of(folder, name + ".json").contains("excitation")) {
     return "";
   }
-  const nlohmann::json result = result_of(folder, name + ".json");
-  if (!result.contains("excitation")) {
-    return "";
+  const std::unique_ptr<logs::RawLog> log = logs::open_log(folder.file(name + ".ulg"));
+  const logs::RawColumn state = log->column("excitation.state", "");
+  const logs::RawColumn axis = log->column("excitation.axis", "");
+  const auto moves = [&](std::size_t i) {
+    return state.values[i] == static_cast<double>(ctl::Excitation<double>::State::kMoving) &&
+           axis.values[i] == static_cast<double>(stick);
+  };
+  double from_s = 0.0;
+  double to_s = -1.0;
+  for (std::size_t i = 0; i < std::min(state.values.size(), axis.values.size()); ++i) {
+    if (moves(i)) {
+      from_s = to_s < 0.0 ? state.time_s[i] : from_s;
+      to_s = state.time_s[i];
+    }
   }
-  const nlohmann::json& flown = result["excitation"];
-  return text(flown.value("from_s", 0.0)) + ":" + text(flown.value("to_s", 0.0));
+  return to_s < 0.0 ? "" : text(from_s) + ":" + text(to_s + kAfter_s);
+}
+
+ctl::ExcitedStick stick_of(const std::string& axis) {
+  using Stick = ctl::ExcitedStick;
+  return axis == "roll"    ? Stick::kRoll
+         : axis == "pitch" ? Stick::kPitch
+         : axis == "climb" ? Stick::kThrottle
+                           : Stick::kYaw;
 }
 
 /// Makes the steps of one folder.
@@ -254,8 +278,9 @@ class StepBuilder {
                 const char* declared) const {
     return identify(axis, (flight + ".ulg").c_str(), "columns_flight.toml", vehicle, std::string("flown_") + axis,
                     declared) +
-           Command{"--closed-loop",      "--within",    excited(folder_, flight), "--forecast", forecast,
-                   "--vehicle-believed", "vehicle.toml"};
+           Command{"--closed-loop", "--within", excited(folder_, flight, stick_of(axis)),
+                   "--forecast",    forecast,   "--vehicle-believed",
+                   "vehicle.toml"};
   }
   Step identify_again() const {
     return {.name = "identify_again",

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// identify_coverage [--logs N] [--seed S] [--json FILE] [--judge 1] [--flights hand|excited] [--verbose 1]: how often
-// the 95 % intervals of identify contain the true value, over simulated logs of a hand, or over the excited flights of
-// simulated evenings. With --judge, exit code 1: a parameter is not as coverage_limits.h states.
+// identify_coverage [--logs N] [--seed S] [--json FILE] [--judge 1] [--flights hand|excited] [--closed-loop 1]
+// [--verbose 1]: how often the 95 % intervals of identify contain the true value, over simulated logs of a hand, or
+// over the excited flights of simulated evenings. With --judge, exit code 1: a parameter is not as coverage_limits.h
+// states.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -137,9 +138,9 @@ bool ask(const Known& known, Counts& counts) {
 
 /// The axes of one excited flight, with what an evening declares and its split.
 /// @returns the number of axes that were answered with a change.
-int ask_excited(std::uint64_t seed, bool rates, bool verbose, Counts& counts) {
+int ask_excited(std::uint64_t seed, bool rates, bool closed_loop, bool verbose, Counts& counts) {
   const m100::host_tests::ExcitedFlight flight = m100::host_tests::fly_excited(seed, rates);
-  if (!(flight.within_s.second > flight.within_s.first)) {
+  if (!flight.is_over) {
     std::printf("seed %llu: the movements were aborted\n", static_cast<unsigned long long>(seed));
     return 0;
   }
@@ -148,11 +149,11 @@ int ask_excited(std::uint64_t seed, bool rates, bool verbose, Counts& counts) {
     lab::identify::Request request;
     request.axis = axis.name;
     request.declared = axis.declared;
-    request.closed_loop = true;
+    request.closed_loop = closed_loop;
     request.log = request.validation_log = &flight.log;
     lab::identify::split("alternate:6",
-                         std::to_string(flight.within_s.first) + ":" + std::to_string(flight.within_s.second),
-                         flight.log, request);
+                         std::to_string(axis.within_s.first) + ":" + std::to_string(axis.within_s.second), flight.log,
+                         request);
     const lab::identify::IdentifyResult result = lab::identify::identify_axis(request);
     for (const auto& [name, truth] : axis.truth) {
       ++counts[axis.name + " " + name].asked;
@@ -215,6 +216,7 @@ int main(int count, char** words) {  // NOLINT(bugprone-exception-escape): only 
   std::string file;
   bool judge = false;
   bool excited = false;
+  bool closed_loop = false;
   bool verbose = false;
   const std::vector<std::string> given(words + 1, words + count);
   for (std::size_t k = 0; k + 1 < given.size(); k += 2) {
@@ -223,6 +225,7 @@ int main(int count, char** words) {  // NOLINT(bugprone-exception-escape): only 
     file = given[k] == "--json" ? given[k + 1] : file;
     judge = judge || given[k] == "--judge";
     excited = excited || (given[k] == "--flights" && given[k + 1] == "excited");
+    closed_loop = closed_loop || given[k] == "--closed-loop";
     verbose = verbose || given[k] == "--verbose";
   }
   Counts counts;
@@ -231,7 +234,8 @@ int main(int count, char** words) {  // NOLINT(bugprone-exception-escape): only 
   for (int k = 0; k < logs; ++k) {
     const std::uint64_t number = seed + static_cast<std::uint64_t>(k);
     if (excited) {
-      changes += ask_excited(number, false, verbose, counts) + ask_excited(number, true, verbose, counts);
+      changes += ask_excited(number, false, closed_loop, verbose, counts) +
+                 ask_excited(number, true, closed_loop, verbose, counts);
     } else {
       others += others_of(number, counts);
     }

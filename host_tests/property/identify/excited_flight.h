@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -14,9 +15,11 @@ namespace m100::host_tests {
 
 /// The log of an excited flight of a simulated evening.
 struct ExcitedFlight {
-  sim::Plant plant;               ///< drawn from the seed, about the measured aircraft
-  lab::logs::FlightLog log;       ///< as the flight's own log is read, with the shipped map
-  lab::identify::Range within_s;  ///< from the first movement to the last; empty: it was aborted
+  sim::Plant plant;          ///< drawn from the seed, about the measured aircraft
+  lab::logs::FlightLog log;  ///< as the flight's own log is read, with the shipped map
+  /// Of the first and of the second stick, from its first movement to a second after its last.
+  std::array<lab::identify::Range, 2> moved_s;
+  bool is_over = false;  ///< false: it was aborted
 };
 
 /// Flies what an evening flies: the law holds the place, and the movements of `m100-lab excite` follow each other,
@@ -28,6 +31,7 @@ ExcitedFlight fly_excited(std::uint64_t seed, bool rates);
 /// An axis of such a flight.
 struct ExcitedAxis {
   std::string name;
+  lab::identify::Range within_s;        ///< as an evening gives it
   std::vector<std::string> declared;    ///< as an evening declares it
   std::map<std::string, double> truth;  ///< by the names of the final model's parameters
 };
