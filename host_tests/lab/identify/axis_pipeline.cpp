@@ -11,7 +11,6 @@
 
 #include "host_tests/lab/identify/axis_problem.h"
 #include "host_tests/lab/identify/model/axis/flight_trims.h"
-#include "host_tests/lab/identify/model/axis/whitened_estimate.h"
 #include "host_tests/lab/identify/processor_time.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_change_point.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_tether.h"
@@ -23,6 +22,7 @@
 #include "host_tests/lab/identify/residual_tests/axis/weak_effect.h"
 #include "host_tests/lab/identify/selection/regimes.h"
 #include "host_tests/lab/identify/selection/verdict.h"
+#include "host_tests/lab/identify/whitened_estimate.h"
 
 namespace m100::lab::identify {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/identify/model/axis/whitened_estimate.h"
+#include "host_tests/lab/identify/whitened_estimate.h"
 
 #include <algorithm>
 #include <cmath>
