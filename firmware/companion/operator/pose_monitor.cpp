@@ -9,8 +9,6 @@
 namespace m100::companion {
 namespace {
 
-/// A slew is a row of small steps; after this time without one, it is over.
-constexpr core::Duration kStepOver = std::chrono::milliseconds(500);
 constexpr double kUpMean = 1.0 / 16.0;       // per tick, as in link::PoseLink
 constexpr double kKnowsNoTilt = 1.0 - 1e-6;  // of a source that sends its heading only
 constexpr double kDegree_rad = core::kPi / 180.0;
@@ -28,7 +26,7 @@ void add_sender(TextLine& line, const link::PoseSenders& senders, mavlink::Addre
 
 void PoseMonitor::tick(core::TimePoint now, const app::FlightController<double>& controller, bool waits,
                        OperatorLog& listener) {
-  detect_restart(now, controller.pose_timing(), listener);
+  clock_steps_.update(now, controller.pose_timing(), listener);
   watch_rival(now, controller, waits, listener);
   if (!waits) {
     failed_ = false;
@@ -42,34 +40,6 @@ void PoseMonitor::tick(core::TimePoint now, const app::FlightController<double>&
     failed_ = true;
     failed_at_ = now;
   }
-}
-
-void PoseMonitor::detect_restart(core::TimePoint now, const est::PoseTimingReport<double>& timing,
-                                 OperatorLog& listener) {
-  if (timing.times_set != times_set_) {
-    step_.at = step_is_open_ ? step_.at : now;
-    step_.by += timing.set_by - set_by_;
-    step_.lasted = now - step_.at;
-    step_is_open_ = true;
-    stepped_at_ = now;
-    times_set_ = timing.times_set;
-    set_by_ = timing.set_by;
-  }
-  if (!step_is_open_ || now - stepped_at_ < kStepOver) {
-    return;
-  }
-  TextLine line;
-  const double by_s = core::seconds<double>(step_.by);
-  line.add("the source's clock was set by ").add(by_s > 0.0 ? "+" : "").add(by_s, 2).add(" s");
-  if (step_.lasted > core::Duration{0}) {
-    line.add(", in ").add(core::seconds<double>(step_.lasted), 1).add(" s");
-  }
-  listener.write(now, line.text());
-  if (step_count_ < steps_.size()) {
-    steps_[step_count_++] = step_;
-  }
-  step_ = {};
-  step_is_open_ = false;
 }
 
 void PoseMonitor::watch_rival(core::TimePoint now, const app::FlightController<double>& controller, bool waits,

@@ -1,22 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <span>
 
 #include "firmware/app/flight_controller.h"
+#include "firmware/companion/operator/clock_step_recorder.h"
 #include "firmware/companion/operator/operator_log.h"
 #include "firmware/companion/operator/text_line.h"
 
 namespace m100::companion {
-
-/// A time at which the clock of the source of pose was set or slewed, all together.
-struct ClockStep {
-  core::TimePoint at{};
-  core::Duration by{0};
-  core::Duration lasted{0};
-};
 
 /// What the operator must know of the source of pose, and what stands against control before it is asked for: a second
 /// sender, an attitude that the autopilot's contradicts, and a check that has failed and has not yet held again.
@@ -26,7 +18,6 @@ struct ClockStep {
 class PoseMonitor {
  public:
   static constexpr core::Duration kHold = std::chrono::seconds(30);
-  static constexpr std::size_t kMaxSteps = 32;  ///< of the clock that are kept
 
   /// Call it after each tick. @param waits control is not ours and was not asked for
   void tick(core::TimePoint now, const app::FlightController<double>& controller, bool waits, OperatorLog& listener);
@@ -37,14 +28,13 @@ class PoseMonitor {
   bool is_on_trial_only(core::TimePoint now) const { return !rival_ && !is_tilted(now); }
   /// Why, in words that follow "control is not asked for: ".
   void describe(TextLine& line, const app::FlightController<double>& controller, core::TimePoint now) const;
-  std::span<const ClockStep> clock_steps() const { return std::span(steps_).first(step_count_); }
+  std::span<const ClockStep> clock_steps() const { return clock_steps_.steps(); }
 
  private:
   bool is_tilted(core::TimePoint now) const {
     return now - tilted_since_ > kTiltLasts && tilt_apart_rad_ > kMaxTilt_rad;
   }
   bool is_on_trial(core::TimePoint now) const { return failed_ && now - failed_at_ < hold_; }
-  void detect_restart(core::TimePoint now, const est::PoseTimingReport<double>& timing, OperatorLog& listener);
   void watch_tilt(core::TimePoint now, const app::FlightController<double>& controller);
   void watch_rival(core::TimePoint now, const app::FlightController<double>& controller, bool waits,
                    OperatorLog& listener);
@@ -65,13 +55,7 @@ class PoseMonitor {
   core::TimePoint failed_at_{};
   core::TimePoint looks_since_{};
   core::Duration hold_{0};
-  core::Duration set_by_{0};  ///< as said
-  std::uint32_t times_set_ = 0;
-  ClockStep step_;
-  bool step_is_open_ = false;
-  core::TimePoint stepped_at_{};
-  std::array<ClockStep, kMaxSteps> steps_{};
-  std::size_t step_count_ = 0;
+  ClockStepRecorder clock_steps_;
 };
 
 }  // namespace m100::companion

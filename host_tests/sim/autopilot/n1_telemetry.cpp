@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/sim/autopilot/n1_telemetry.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -153,6 +154,31 @@ void N1Estimator::estimate_height(const VehicleState& truth, double step_s, Vehi
     height_from_m_ += noise_.height_drift_m * random_.normal();
   }
   estimated.position_w_m.z() = truth.position_w_m.z() + drift_m + height_from_m_;
+}
+
+bool has_unknown_rate(const protocol::Message& message) {
+  const auto items = message.value.first(std::min(message.value.size(), protocol::kTelemetryItemCount));
+  return message.id == protocol::ids::kTelemetryFrequency &&
+         std::any_of(items.begin(), items.end(), [](std::byte code) { return code > std::byte{5}; });
+}
+
+void N1Telemetry::set_rates(const protocol::TelemetryFrequency& wanted) {
+  for (std::size_t item = 0; item < rates_.size(); ++item) {
+    rates_[item] = wanted.rates[item] == protocol::Rate::kAsItIs ? rates_[item] : wanted.rates[item];
+  }
+}
+
+std::optional<protocol::Telemetry> N1Telemetry::next(const VehiclePort& vehicle, std::uint32_t ticks,
+                                                     core::TimePoint now) {
+  constexpr core::Duration kSlot = std::chrono::milliseconds(10);
+  const std::uint16_t items = due_items(rates_, slot_);
+  ++slot_;
+  if (items == 0 || now < silent_until_) {
+    return std::nullopt;
+  }
+  protocol::Telemetry telemetry = report(estimator_.update(vehicle.estimated(), kSlot), ticks, noise_, random_);
+  telemetry.items = items;
+  return telemetry;
 }
 
 }  // namespace m100::sim
