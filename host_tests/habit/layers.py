@@ -45,6 +45,7 @@ LAYERS = {
     "firmware/app/image/": FLIGHT_PARTS + ["firmware/app/", "protocol/", "hal/*.h", "hal/cortex_m/"],
     "firmware/companion/": FLIGHT_PARTS + ["firmware/app/", "protocol/", "hal/*.h", "hal/linux/"],
     "host_tests/": PRODUCT + ["host_tests/"],
+    "host_tests/oracle/": ["host_tests/lab/logs/"],  # judges the identification: no code of it, none of the simulator
     "host_tests/sim/world/": PRODUCT,
     "host_tests/sim/sensor_faults/": PRODUCT + ["host_tests/sim/world/"],
     "host_tests/sim/autopilot/": PRODUCT + ["host_tests/sim/world/", "host_tests/sim/sensor_faults/"],

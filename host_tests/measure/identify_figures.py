@@ -5,7 +5,7 @@ import pathlib
 import re
 import tempfile
 
-from measure.lab_figures import LAB, MEASURED, table
+from measure.lab_figures import LAB, MEASURED, joined, table
 from measure.marked import Figure
 from measure.workspace import Source
 
@@ -32,7 +32,7 @@ def unseen(workspace):
             said.append(line.strip())
     if len(rows) < 10:
         raise ValueError("the campaign printed no table")
-    return {"identify.unseen": table(*rows), "identify.unseen_shares": Figure("; ".join(said))}
+    return {"identify.unseen": table(rows[0], *joined(rows[1:])), "identify.unseen_shares": Figure("; ".join(said))}
 
 
 def untouched(workspace, axis):

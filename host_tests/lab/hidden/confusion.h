@@ -5,10 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/output/result.h"
+#include "host_tests/oracle/hidden_flight.h"
 
 namespace m100::lab::hidden {
+
+using oracle::FlightPlan;
 
 /// One log to be analysed without knowing its effect, and the expected answer.
 struct Case {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/hidden/effect_sizes.h"
 
-#include "host_tests/lab/hidden/random_source.h"
+#include "host_tests/oracle/random.h"
 
 namespace m100::lab::hidden {
 namespace {
@@ -50,7 +50,7 @@ bool supports_effect(const std::string& effect) { return sizes().count(effect) >
 
 double size_of(const std::string& effect, int size, std::uint64_t seed) {
   const Sizes& known = sizes().at(effect);
-  RandomSource rng(seed ^ 0xABCDEFULL);
+  oracle::Random rng((seed ^ 0xABCDEFULL) * 0x9E3779B97F4A7C15ULL + 12345);
   const double base = (size == 0 ? known.small : size == 1 ? known.medium : known.large) * rng.between(0.85, 1.15);
   const bool minus = rng.between(0.0, 1.0) < 0.5;
   switch (known.sign) {

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/oracle/hidden_flight.h"
 
 namespace m100::lab::hidden {
+
+using oracle::FlightPlan;
+using oracle::HiddenEffects;
 
 /// The size of an effect that can_hide() accepts: 0 small, 1 medium, 2 large. The sign, where there is one, varies with
 /// the seed.

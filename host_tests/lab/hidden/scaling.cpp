@@ -10,12 +10,12 @@
 #include <cstdio>
 #include <vector>
 
-#include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/large_blocks.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"
+#include "host_tests/oracle/hidden_flight.h"
 
 namespace m100::lab::hidden {
 namespace {
@@ -30,7 +30,7 @@ struct Cost {
 
 /// Makes a log with a hidden dead zone; with `analyse` it also identifies it: all candidates, intervals.
 void work(double minutes, bool analyse) {
-  FlightPlan plan;
+  oracle::FlightPlan plan;
   plan.axis = "roll";
   plan.seed = 3;
   plan.length_s = 60.0 * minutes;

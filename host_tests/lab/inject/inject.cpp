@@ -8,9 +8,9 @@
 
 #include "firmware/model/axis_effects.h"
 #include "firmware/model/translation.h"
-#include "host_tests/lab/hidden/stick_response.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/join.h"
+#include "host_tests/oracle/axis_vehicle.h"
 
 namespace m100::lab::hidden {
 namespace {
@@ -46,38 +46,34 @@ double parameter(const identify::ModelResult& fitted, const std::string& name, d
   return otherwise;
 }
 
-/// The effects of the fitted model, except its delay, together with `effects`; `delay_s` becomes the delay of both.
-HiddenEffects joined(const identify::ModelResult& fitted, const HiddenEffects& effects, double& delay_s) {
-  HiddenEffects all;
+/// The fitted model together with `effects`.
+oracle::AxisParameters joined(const identify::ModelResult& fitted, const HiddenEffects& effects) {
+  const double time_constant_s = parameter(fitted, "time_constant_s", 0.0);
+  oracle::AxisParameters out{.gain = parameter(fitted, "gain", 0.0),
+                             .frequency_rad_s = time_constant_s > 0.0
+                                                    ? 1.0 / time_constant_s
+                                                    : parameter(fitted, "natural_frequency_rad_s", 1.0),
+                             .damping = parameter(fitted, "damping_ratio", 1.0),
+                             .first_order = time_constant_s > 0.0,
+                             .delay_s = std::max(0.0, parameter(fitted, "delay_s", 0.0))};
   for (const model::AxisEffect& effect : model::kAxisEffects) {
     const bool of_the_path = !model::is_base(effect) && effect.name != "transport_delay";
     const double value = parameter(fitted, std::string(effect.numbers[0].parameter), 0.0);
     if (of_the_path && value != 0.0) {
-      all[std::string(effect.name)] = value;
+      oracle::set_effect(out, effect.name, value);
     }
   }
-  delay_s = std::max(0.0, parameter(fitted, "delay_s", 0.0));
   for (const auto& [name, value] : effects) {
-    if (name == "transport_delay") {
-      delay_s += value;
-    } else {
-      all[name] = value;
-    }
+    oracle::set_effect(out, name, value);
   }
-  return all;
+  return out;
 }
 
 /// The response of the fitted model with additional effects.
 std::vector<double> response(const FlightLog& log, const AxisOf& axis, const identify::ModelResult& fitted,
                              const HiddenEffects& effects) {
-  double delay_s = 0.0;
-  const HiddenEffects all = joined(fitted, effects, delay_s);
-  const auto value_of = [&](const char* name) { return all.count(name) > 0 ? all.at(name) : 0.0; };
-  StickPath path(all, delay_s);
-  Tilt tilt{.scale_rad = parameter(fitted, "gain", 0.0),
-            .frequency_rad_s = parameter(fitted, "natural_frequency_rad_s", 1.0),
-            .damping = parameter(fitted, "damping_ratio", 1.0),
-            .time_constant_s = parameter(fitted, "time_constant_s", 0.0)};
+  constexpr double kStep_s = 0.002;
+  oracle::AxisVehicle vehicle(joined(fitted, effects), kStep_s);
   const auto& stick = log.of(axis.stick);
   const std::vector<double> none;
   const auto& other = axis.other == Signal::kCount ? none : log.of(axis.other);
@@ -85,13 +81,17 @@ std::vector<double> response(const FlightLog& log, const AxisOf& axis, const ide
   std::vector<double> out(log.size);
   for (std::size_t k = 0; k < log.size; ++k) {
     for (int i = 0; i < steps; ++i) {
-      const double now_s = static_cast<double>(k) * log.period_s + i * kStep_s;
-      const double counts = path.pass(stick[k], other.empty() ? 0.0 : other[k], now_s);
-      tilt.step(tilt.scale_rad * counts, value_of("lead_zero"), value_of("rate_limit"), value_of("saturation"));
+      vehicle.step(stick[k], other.empty() ? 0.0 : other[k]);
     }
-    out[k] = tilt.angle;
+    out[k] = vehicle.response();
   }
   return out;
+}
+
+/// A tilt limit acts on both axes, of which only one is simulated here; the jump is no effect of its own.
+bool can_be_added(const std::string& effect) {
+  oracle::AxisParameters any;
+  return effect != "tilt_limit" && effect != "dead_zone_jump" && oracle::set_effect(any, effect, 1.0);
 }
 
 bool moves_the_aircraft(const std::string& name) {
@@ -175,8 +175,7 @@ std::optional<model::Bounds> addable(const std::string& effect, const std::strin
                                : axis == "climb"  ? model::AxisUnit::kClimb_m_s
                                                   : model::AxisUnit::kTilt_rad;
   const model::AxisEffect* row = model::axis_effect(effect);
-  if (row == nullptr || row->typical.size == 0.0 || !StickPath::supports(effect) ||
-      !row->numbers[0].file.exists(unit)) {
+  if (row == nullptr || row->typical.size == 0.0 || !can_be_added(effect) || !row->numbers[0].file.exists(unit)) {
     return std::nullopt;
   }
   return row->numbers[0].file.range[static_cast<std::size_t>(unit)];

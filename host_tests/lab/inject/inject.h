@@ -6,11 +6,13 @@
 #include <vector>
 
 #include "firmware/model/axis_effect.h"
-#include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/output/result.h"
 #include "host_tests/lab/logs/flight_log.h"
+#include "host_tests/oracle/hidden_flight.h"
 
 namespace m100::lab::hidden {
+
+using oracle::HiddenEffects;
 
 /// The values with which inject() can add this effect to this axis ("translation" counts as one): the range of the
 /// vehicle file, or of the effect's first number that is not searched. Nothing: it cannot be added.
@@ -18,10 +20,10 @@ std::optional<model::Bounds> addable(const std::string& effect, const std::strin
 
 /// Adds named effects to a measured flight and keeps everything else unchanged.
 ///
-/// Stick axes: y + M(u, effects) - M(u), where M is the fitted model, simulated by this folder's own code. The measured
-/// residual (air, autopilot and everything else in the flight) stays.
-/// Translation: the vehicle is assumed to have flown the same path with the tilt that the added force would have
-/// required, so T b3 becomes T b3 - f; a logged accelerometer gets the values that it would then measure.
+/// Stick axes: y + M(u, effects) - M(u), where M is the fitted model, simulated by the independent vehicle
+/// (host_tests/oracle). The measured residual (air, autopilot and everything else in the flight) stays. Translation:
+/// the vehicle is assumed to have flown the same path with the tilt that the added force would have required, so T b3
+/// becomes T b3 - f; a logged accelerometer gets the values that it would then measure.
 ///
 /// @param fitted the declared model's parameters as identify reports them; unused for translation.
 /// @throws InputError: an effect that cannot be added to this axis, or a signal that is missing.

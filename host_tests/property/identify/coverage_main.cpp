@@ -13,17 +13,17 @@
 #include <vector>
 
 #include "host_tests/lab/hidden/effect_sizes.h"
-#include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/translation_pipeline.h"
+#include "host_tests/oracle/hidden_flight.h"
+#include "host_tests/oracle/synthetic_axis.h"
 #include "host_tests/property/identify/coverage_limits.h"
-#include "host_tests/property/identify/synthetic_axis.h"
 
 namespace {
 
 namespace lab = m100::lab;
-using m100::host_tests::SyntheticAxis;
+using m100::oracle::SyntheticAxis;
 using Truth = std::map<std::string, double>;
 
 /// One log and its true parameters. Ten blocks of 2.5 s are fitted.
@@ -51,20 +51,19 @@ Known roll(std::uint64_t seed) {
 }
 
 Known translation(std::uint64_t seed) {
-  lab::hidden::FlightPlan plan;
+  oracle::FlightPlan plan;
   plan.axis = "translation";
   plan.seed = seed;
   const bool of_body = seed % 2 == 1;
   if (of_body) {
     const double drag = lab::hidden::size_of("body_drag", 1, seed);
     plan.hidden = {{"body_drag", drag}};
-    return {
-        lab::hidden::fly(plan), plan.axis, {"rigid_body", "body_drag"}, {{"x_per_s", 0.3 * drag}, {"y_per_s", drag}}};
+    return {oracle::fly(plan), plan.axis, {"rigid_body", "body_drag"}, {{"x_per_s", 0.3 * drag}, {"y_per_s", drag}}};
   }
   const double drag = lab::hidden::size_of("linear_drag", 1, seed);
   const double gain = lab::hidden::size_of("tilt_gain", 1, seed);
   plan.hidden = {{"linear_drag", drag}, {"tilt_gain", gain}};
-  return {lab::hidden::fly(plan),
+  return {oracle::fly(plan),
           plan.axis,
           {"rigid_body", "linear_drag", "tilt_gain"},
           {{"rate_per_s", drag}, {"tilt_gain", gain}}};

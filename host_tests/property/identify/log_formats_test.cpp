@@ -10,7 +10,7 @@
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/logs/propose.h"
-#include "host_tests/property/identify/synthetic_axis.h"
+#include "host_tests/oracle/synthetic_axis.h"
 #include "host_tests/unit/logs/ulog_bytes.h"
 
 namespace m100::host_tests {
@@ -19,6 +19,7 @@ namespace {
 using lab::logs::FlightLog;
 using lab::logs::Signal;
 using lab::logs::UlogBytes;
+using oracle::SyntheticAxis;
 
 constexpr double kPowerOn_s = 123.4;
 

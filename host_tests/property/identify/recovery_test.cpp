@@ -8,12 +8,13 @@
 
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
-#include "host_tests/property/identify/synthetic_axis.h"
+#include "host_tests/oracle/synthetic_axis.h"
 
 namespace m100::host_tests {
 namespace {
 
 using lab::identify::IdentifyResult;
+using oracle::SyntheticAxis;
 
 IdentifyResult identify(const SyntheticAxis& vehicle, const std::vector<std::string>& declared,
                         std::size_t refits = 0) {

@@ -12,8 +12,8 @@
 namespace m100::host_tests {
 namespace {
 
-using Shape = std::function<void(UnseenLogFlight&, UnseenLogRandom&, AdversarialLog&)>;
-using Harm = std::function<void(UnseenLogRows&, UnseenLogRandom&, AdversarialLog&)>;
+using Shape = std::function<void(UnseenLogFlight&, oracle::Random&, AdversarialLog&)>;
+using Harm = std::function<void(UnseenLogRows&, oracle::Random&, AdversarialLog&)>;
 
 struct Kind {
   std::string name;
@@ -22,35 +22,35 @@ struct Kind {
   bool of_attitude = false;  ///< roll and pitch only
 };
 
-const Harm kSound = [](UnseenLogRows&, UnseenLogRandom&, AdversarialLog&) {};
+const Harm kSound = [](UnseenLogRows&, oracle::Random&, AdversarialLog&) {};
 
 Shape healthy(const std::vector<UnseenLogInput>& hands) {
-  return [=](UnseenLogFlight& flight, UnseenLogRandom& rng, AdversarialLog& out) {
+  return [=](UnseenLogFlight& flight, oracle::Random& rng, AdversarialLog& out) {
     flight.hand = hands.empty() ? flight.hand : rng.any_of(hands);
     out.healthy = true;
   };
 }
 
 Shape finds(const std::string& what) {
-  return [=](UnseenLogFlight&, UnseenLogRandom&, AdversarialLog& out) { out.finding = what; };
+  return [=](UnseenLogFlight&, oracle::Random&, AdversarialLog& out) { out.finding = what; };
 }
 
 /// A parameter changes at a random time in the middle of the log.
-Shape changes(const std::string& name, double UnseenLogParameters::*member, double low, double high, bool factor) {
-  return [=](UnseenLogFlight& flight, UnseenLogRandom& rng, AdversarialLog& out) {
+Shape changes(const std::string& name, double oracle::AxisParameters::*member, double low, double high, bool factor) {
+  return [=](UnseenLogFlight& flight, oracle::Random& rng, AdversarialLog& out) {
     flight.change_s = out.change_s = rng.between(0.2, 0.8) * flight.duration_s;
     flight.after = flight.before;
     const double size = rng.between(low, high);
     double& value = flight.after.*member;
-    const bool either_way = member == &UnseenLogParameters::trim_counts;
+    const bool either_way = member == &oracle::AxisParameters::trim_counts;
     value = factor ? value * std::exp(rng.sign() * std::log1p(size)) : value + (either_way ? rng.sign() : 1.0) * size;
     out.change = name;
   };
 }
 
 /// An undeclared effect that is there throughout.
-Shape lacks(const std::string& name, double UnseenLogParameters::*member, double low, double high, bool either_way) {
-  return [=](UnseenLogFlight& flight, UnseenLogRandom& rng, AdversarialLog& out) {
+Shape lacks(const std::string& name, double oracle::AxisParameters::*member, double low, double high, bool either_way) {
+  return [=](UnseenLogFlight& flight, oracle::Random& rng, AdversarialLog& out) {
     const double size = rng.between(low, high);
     const bool ratio = name == "gain_asymmetry" || name == "stick_curve";
     const double signed_size = (either_way ? rng.sign() : 1.0) * size;
@@ -60,8 +60,8 @@ Shape lacks(const std::string& name, double UnseenLogParameters::*member, double
 }
 
 /// A limit of the command at a share of its usual size.
-Shape limits(const std::string& name, double UnseenLogParameters::*member, bool rate) {
-  return [=](UnseenLogFlight& flight, UnseenLogRandom& rng, AdversarialLog& out) {
+Shape limits(const std::string& name, double oracle::AxisParameters::*member, bool rate) {
+  return [=](UnseenLogFlight& flight, oracle::Random& rng, AdversarialLog& out) {
     const double usual = flight.before.gain * flight.reach;
     flight.before.*member = usual * (rate ? 0.2 * flight.before.frequency_rad_s : 1.0) * rng.between(0.7, 1.0);
     out.effect = name;
@@ -69,7 +69,7 @@ Shape limits(const std::string& name, double UnseenLogParameters::*member, bool 
 }
 
 Shape clock(double low_s, double high_s) {
-  return [=](UnseenLogFlight& flight, UnseenLogRandom& rng, AdversarialLog& out) {
+  return [=](UnseenLogFlight& flight, oracle::Random& rng, AdversarialLog& out) {
     flight.before.delay_s = flight.before.lag_s = 0.0;  // so that the shift is the net delay
     flight.response_early_s = rng.between(low_s, high_s);
     out.finding = "clock_shift";
@@ -90,7 +90,7 @@ void hold(std::vector<double>& column, const std::vector<double>& time_s, double
 
 /// Intervals in which a column does not change.
 Harm freezes(bool stick) {
-  return [=](UnseenLogRows& rows, UnseenLogRandom& rng, AdversarialLog& out) {
+  return [=](UnseenLogRows& rows, oracle::Random& rng, AdversarialLog& out) {
     std::vector<double>& column = stick ? rows.own : rows.response;
     const double row_s = (rows.time_s.back() - rows.time_s.front()) / static_cast<double>(rows.time_s.size());
     double to_s = rng.between(5.0, 12.0);
@@ -104,7 +104,7 @@ Harm freezes(bool stick) {
 }
 
 Harm outliers() {
-  return [](UnseenLogRows& rows, UnseenLogRandom& rng, AdversarialLog& out) {
+  return [](UnseenLogRows& rows, oracle::Random& rng, AdversarialLog& out) {
     const double unit = rows.axis == "climb" ? 4.0 : 1.0;
     const auto count = static_cast<double>(rows.response.size());
     for (int hit = 0; hit < 12; ++hit) {
@@ -116,7 +116,7 @@ Harm outliers() {
 }
 
 Harm scaled(double factor) {
-  return [=](UnseenLogRows& rows, UnseenLogRandom&, AdversarialLog&) {
+  return [=](UnseenLogRows& rows, oracle::Random&, AdversarialLog&) {
     for (double& value : rows.response) {
       value *= factor;
     }
@@ -124,7 +124,7 @@ Harm scaled(double factor) {
 }
 
 Shape on_the_ground(bool before) {
-  return [=](UnseenLogFlight& flight, UnseenLogRandom& rng, AdversarialLog& out) {
+  return [=](UnseenLogFlight& flight, oracle::Random& rng, AdversarialLog& out) {
     flight.hand = UnseenLogInput::kPilot;  // the pilot continues to move the stick
     const double so_long_s = rng.between(7.0, 12.0);
     flight.rest_from_s = before ? 0.0 : flight.duration_s - so_long_s;
@@ -140,7 +140,7 @@ std::vector<Kind> healthy_kinds() {
           {"healthy, sharp sticks", healthy({kDoublets, kHolds, kBangBang}), kSound},
           {"healthy, closed loop", healthy({kLoop}), kSound},
           {"healthy, clock 20 to 80 ms late: a delay",
-           [](UnseenLogFlight& flight, UnseenLogRandom& rng, AdversarialLog& out) {
+           [](UnseenLogFlight& flight, oracle::Random& rng, AdversarialLog& out) {
              flight.response_early_s = -rng.between(0.02, 0.08);
              out.healthy = true;
            },
@@ -148,38 +148,39 @@ std::vector<Kind> healthy_kinds() {
 }
 
 std::vector<Kind> change_kinds() {
-  return {
-      {"gain changes 10 to 35 %", changes("gain", &UnseenLogParameters::gain, 0.10, 0.35, true), kSound},
-      {"dead zone grows 10 to 25 counts",
-       changes("dead_zone", &UnseenLogParameters::dead_zone_counts, 10.0, 25.0, false), kSound},
-      {"frequency changes 20 to 60 %", changes("frequency", &UnseenLogParameters::frequency_rad_s, 0.2, 0.6, true),
-       kSound},
-      {"delay grows 20 to 80 ms", changes("transport_delay", &UnseenLogParameters::delay_s, 0.02, 0.08, false), kSound},
-      {"trim changes 20 to 80 counts", changes("trim_offset", &UnseenLogParameters::trim_counts, 20.0, 80.0, false),
-       kSound},
-      {"air four times stronger later",
-       [](UnseenLogFlight& flight, UnseenLogRandom& rng, AdversarialLog& out) {
-         flight.change_s = rng.between(0.3, 0.7) * flight.duration_s;
-         flight.after = flight.before;
-         flight.air_later = 4.0;
-         out.finding = "note";
-         out.usable = true;
-       },
-       kSound}};
+  return {{"gain changes 10 to 35 %", changes("gain", &oracle::AxisParameters::gain, 0.10, 0.35, true), kSound},
+          {"dead zone grows 10 to 25 counts",
+           changes("dead_zone", &oracle::AxisParameters::dead_zone_counts, 10.0, 25.0, false), kSound},
+          {"frequency changes 20 to 60 %",
+           changes("frequency", &oracle::AxisParameters::frequency_rad_s, 0.2, 0.6, true), kSound},
+          {"delay grows 20 to 80 ms", changes("transport_delay", &oracle::AxisParameters::delay_s, 0.02, 0.08, false),
+           kSound},
+          {"trim changes 20 to 80 counts",
+           changes("trim_offset", &oracle::AxisParameters::trim_counts, 20.0, 80.0, false), kSound},
+          {"air four times stronger later",
+           [](UnseenLogFlight& flight, oracle::Random& rng, AdversarialLog& out) {
+             flight.change_s = rng.between(0.3, 0.7) * flight.duration_s;
+             flight.after = flight.before;
+             flight.air_later = 4.0;
+             out.finding = "note";
+             out.usable = true;
+           },
+           kSound}};
 }
 
 std::vector<Kind> effect_kinds() {
-  return {{"lacks: dead zone", lacks("dead_zone", &UnseenLogParameters::dead_zone_counts, 12.0, 40.0, false), kSound},
-          {"lacks: backlash", lacks("backlash", &UnseenLogParameters::backlash_counts, 10.0, 30.0, false), kSound},
-          {"lacks: asymmetry", lacks("gain_asymmetry", &UnseenLogParameters::asymmetry, 0.2, 0.5, true), kSound},
-          {"lacks: stick curve", lacks("stick_curve", &UnseenLogParameters::exponent, 0.15, 0.5, true), kSound},
-          {"lacks: cross axis", lacks("cross_axis", &UnseenLogParameters::cross, 0.08, 0.3, true), kSound},
-          {"lacks: gain drift", lacks("gain_drift", &UnseenLogParameters::drift_per_minute, 0.15, 0.4, true), kSound},
-          {"lacks: lead zero", lacks("lead_zero", &UnseenLogParameters::lead_s, 0.06, 0.2, false), kSound},
-          {"lacks: trim", lacks("trim_offset", &UnseenLogParameters::trim_counts, 20.0, 80.0, true), kSound},
-          {"lacks: delay", lacks("transport_delay", &UnseenLogParameters::delay_s, 0.05, 0.15, false), kSound},
-          {"lacks: saturation", limits("saturation", &UnseenLogParameters::saturation, false), kSound},
-          {"lacks: rate limit", limits("rate_limit", &UnseenLogParameters::rate_limit_per_s, true), kSound}};
+  return {
+      {"lacks: dead zone", lacks("dead_zone", &oracle::AxisParameters::dead_zone_counts, 12.0, 40.0, false), kSound},
+      {"lacks: backlash", lacks("backlash", &oracle::AxisParameters::backlash_counts, 10.0, 30.0, false), kSound},
+      {"lacks: asymmetry", lacks("gain_asymmetry", &oracle::AxisParameters::asymmetry, 0.2, 0.5, true), kSound},
+      {"lacks: stick curve", lacks("stick_curve", &oracle::AxisParameters::exponent, 0.15, 0.5, true), kSound},
+      {"lacks: cross axis", lacks("cross_axis", &oracle::AxisParameters::cross, 0.08, 0.3, true), kSound},
+      {"lacks: gain drift", lacks("gain_drift", &oracle::AxisParameters::drift_per_minute, 0.15, 0.4, true), kSound},
+      {"lacks: lead zero", lacks("lead_zero", &oracle::AxisParameters::lead_s, 0.06, 0.2, false), kSound},
+      {"lacks: trim", lacks("trim_offset", &oracle::AxisParameters::trim_counts, 20.0, 80.0, true), kSound},
+      {"lacks: delay", lacks("transport_delay", &oracle::AxisParameters::delay_s, 0.05, 0.15, false), kSound},
+      {"lacks: saturation", limits("saturation", &oracle::AxisParameters::saturation, false), kSound},
+      {"lacks: rate limit", limits("rate_limit", &oracle::AxisParameters::rate_limit_per_s, true), kSound}};
 }
 
 std::vector<Kind> log_kinds() {
@@ -191,18 +192,18 @@ std::vector<Kind> log_kinds() {
           {"attitude in degrees", finds("wrong_unit"), scaled(180.0 / std::numbers::pi), true},
           {"sign turned round", finds("sign_reversed"), scaled(-1.0)},
           {"sticks swapped", finds("swapped_axes"),
-           [](UnseenLogRows& rows, UnseenLogRandom&, AdversarialLog&) { std::swap(rows.own, rows.other); }, true},
+           [](UnseenLogRows& rows, oracle::Random&, AdversarialLog&) { std::swap(rows.own, rows.other); }, true},
           {"landing inside the range", on_the_ground(false), kSound},
           {"take-off inside the range", on_the_ground(true), kSound},
           {"another mode for a while",
-           [](UnseenLogFlight& flight, UnseenLogRandom& rng, AdversarialLog& out) {
+           [](UnseenLogFlight& flight, oracle::Random& rng, AdversarialLog& out) {
              flight.own_from_s = rng.between(0.2, 0.7) * flight.duration_s;
              flight.own_to_s = flight.own_from_s + rng.between(6.0, 12.0);
              out.finding = "note";
            },
            kSound},
           {"tether in climb",
-           [](UnseenLogFlight& flight, UnseenLogRandom& rng, AdversarialLog& out) {
+           [](UnseenLogFlight& flight, oracle::Random& rng, AdversarialLog& out) {
              flight.axis = "climb";
              flight.before.gain = 3.0e-3 * rng.between(0.75, 1.35);
              flight.before.spring_per_s = rng.between(0.5, 1.5);
@@ -239,14 +240,14 @@ void declare(const UnseenLogFlight& flight, AdversarialLog& out) {
 }
 
 /// The vehicle without the hidden effect; its lag is taken for delay.
-UnseenLogParameters believed_of(const UnseenLogFlight& flight, const AdversarialLog& truth) {
-  UnseenLogParameters out = flight.before;
-  const UnseenLogParameters plain;
+oracle::AxisParameters believed_of(const UnseenLogFlight& flight, const AdversarialLog& truth) {
+  oracle::AxisParameters out = flight.before;
+  const oracle::AxisParameters plain;
   for (const auto member :
-       {&UnseenLogParameters::backlash_counts, &UnseenLogParameters::asymmetry, &UnseenLogParameters::exponent,
-        &UnseenLogParameters::saturation, &UnseenLogParameters::rate_limit_per_s,
-        &UnseenLogParameters::drift_per_minute, &UnseenLogParameters::cross, &UnseenLogParameters::lead_s,
-        &UnseenLogParameters::spring_per_s, &UnseenLogParameters::lag_s}) {
+       {&oracle::AxisParameters::backlash_counts, &oracle::AxisParameters::asymmetry, &oracle::AxisParameters::exponent,
+        &oracle::AxisParameters::saturation, &oracle::AxisParameters::rate_limit_per_s,
+        &oracle::AxisParameters::drift_per_minute, &oracle::AxisParameters::cross, &oracle::AxisParameters::lead_s,
+        &oracle::AxisParameters::spring_per_s, &oracle::AxisParameters::lag_s}) {
     out.*member = plain.*member;
   }
   const auto known = [&](const char* name) {
@@ -290,7 +291,8 @@ AdversarialLog unseen_log(const std::string& kind, std::uint64_t seed) {
   const auto found = std::find_if(kinds().begin(), kinds().end(), [&](const Kind& one) { return one.name == kind; });
   AdversarialLog out;
   out.kind = kind;
-  UnseenLogRandom rng(seed * 64 + static_cast<std::uint64_t>(found - kinds().begin()));
+  oracle::Random rng((seed * 64 + static_cast<std::uint64_t>(found - kinds().begin())) * 2862933555777941757ULL +
+                     3037000493ULL);
   auto flight = std::make_shared<UnseenLogFlight>(random_flight(rng));
   while (found->of_attitude && flight->axis == "climb") {
     *flight = random_flight(rng);
@@ -305,7 +307,7 @@ AdversarialLog unseen_log(const std::string& kind, std::uint64_t seed) {
   ask_for_parts(flight->duration_s, pieces, out);
   if (!out.change.empty() || !out.effect.empty() || out.healthy || out.finding == "clock_shift" ||
       out.finding == "position_force") {
-    const UnseenLogParameters believed = believed_of(*flight, out);
+    const oracle::AxisParameters believed = believed_of(*flight, out);
     out.evidence = [record, flight, believed, declared = out.declared] {
       UnseenLogNoise noise = flight->noise;
       noise.white = std::hypot(noise.white, flight->quantum / std::sqrt(12.0));  // rounding adds noise

@@ -32,7 +32,7 @@ Column whitened(const Column& values, const UnseenLogNoise& noise) {
 }
 
 struct Free {
-  double UnseenLogParameters::*member;
+  double oracle::AxisParameters::*member;
   double step;
   double low;
 };
@@ -44,7 +44,7 @@ class Believed {
       : truth_(truth), rows_(rows), sticks_(sticks), noise_(noise) {}
 
   /// True minus believed response, whitened.
-  Column difference(const UnseenLogParameters& traits, double offset) const {
+  Column difference(const oracle::AxisParameters& traits, double offset) const {
     const std::vector<double> all = response_of(traits, traits, 1e300, sticks_);
     Column out(static_cast<Eigen::Index>(rows_.size()));
     for (std::size_t k = 0; k < rows_.size(); ++k) {
@@ -60,21 +60,21 @@ class Believed {
   const UnseenLogNoise& noise_;
 };
 
-std::vector<Free> free_of(const UnseenLogParameters& start, const std::vector<std::string>& declared) {
+std::vector<Free> free_of(const oracle::AxisParameters& start, const std::vector<std::string>& declared) {
   const auto has = [&](const char* name) {
     return std::find(declared.begin(), declared.end(), name) != declared.end();
   };
-  std::vector<Free> out{{&UnseenLogParameters::gain, 0.01 * start.gain, -1.0},
-                        {&UnseenLogParameters::frequency_rad_s, 0.01 * start.frequency_rad_s, 0.3},
-                        {&UnseenLogParameters::damping, 0.01, 0.05}};
+  std::vector<Free> out{{&oracle::AxisParameters::gain, 0.01 * start.gain, -1.0},
+                        {&oracle::AxisParameters::frequency_rad_s, 0.01 * start.frequency_rad_s, 0.3},
+                        {&oracle::AxisParameters::damping, 0.01, 0.05}};
   if (has("transport_delay")) {
-    out.push_back({&UnseenLogParameters::delay_s, 0.002, 0.0});
+    out.push_back({&oracle::AxisParameters::delay_s, 0.002, 0.0});
   }
   if (has("dead_zone")) {
-    out.push_back({&UnseenLogParameters::dead_zone_counts, 1.0, 0.0});
+    out.push_back({&oracle::AxisParameters::dead_zone_counts, 1.0, 0.0});
   }
   if (has("trim_offset")) {
-    out.push_back({&UnseenLogParameters::trim_counts, 1.0, -600.0});
+    out.push_back({&oracle::AxisParameters::trim_counts, 1.0, -600.0});
   }
   return out;
 }
@@ -82,7 +82,7 @@ std::vector<Free> free_of(const UnseenLogParameters& start, const std::vector<st
 }  // namespace
 
 double evidence_of(const std::vector<double>& truth, const std::vector<std::size_t>& rows,
-                   const UnseenLogSticks& sticks, UnseenLogParameters believed,
+                   const UnseenLogSticks& sticks, oracle::AxisParameters believed,
                    const std::vector<std::string>& declared, const UnseenLogNoise& noise) {
   constexpr int kSteps = 20;
   const Believed model(truth, rows, sticks, noise);
@@ -95,7 +95,7 @@ double evidence_of(const std::vector<double>& truth, const std::vector<std::size
   for (int step = 0; step < kSteps; ++step) {
     Eigen::MatrixXd slopes(left.size(), count + 1);
     for (Eigen::Index k = 0; k < count; ++k) {
-      UnseenLogParameters moved = believed;
+      oracle::AxisParameters moved = believed;
       moved.*free[static_cast<std::size_t>(k)].member += free[static_cast<std::size_t>(k)].step;
       slopes.col(k) = (left - model.difference(moved, offset)) / free[static_cast<std::size_t>(k)].step;
     }
@@ -103,14 +103,14 @@ double evidence_of(const std::vector<double>& truth, const std::vector<std::size
     const Eigen::MatrixXd normal = slopes.transpose() * slopes;
     // Damped: with a stick that uses only two deflections, gain and dead zone cannot be separated, and the undamped
     // step diverges along their common direction.
-    UnseenLogParameters best = believed;
+    oracle::AxisParameters best = believed;
     double best_offset = offset;
     double least_yet = least;
     for (const double damping : {1e-9, 1e-4, 1e-2, 1.0, 100.0}) {
       Eigen::MatrixXd damped = normal;
       damped.diagonal() *= 1.0 + damping;
       const Column move = damped.ldlt().solve(slopes.transpose() * left);
-      UnseenLogParameters tried = believed;
+      oracle::AxisParameters tried = believed;
       for (Eigen::Index k = 0; k < count; ++k) {
         const Free& one_of = free[static_cast<std::size_t>(k)];
         tried.*one_of.member = std::max(one_of.low, tried.*one_of.member + move(k));

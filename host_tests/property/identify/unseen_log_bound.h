@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "host_tests/property/identify/unseen_log_vehicle.h"
+#include "host_tests/property/identify/unseen_log_pilot.h"
 
 namespace m100::host_tests {
 
@@ -25,7 +25,7 @@ struct UnseenLogNoise {
 /// @param truth  noise-free response, one value for each row; @param rows  simulation step of each row
 /// @param believed  vehicle to start from; @param declared  as in a request, with or without dead_zone and trim_offset
 double evidence_of(const std::vector<double>& truth, const std::vector<std::size_t>& rows,
-                   const UnseenLogSticks& sticks, UnseenLogParameters believed,
+                   const UnseenLogSticks& sticks, oracle::AxisParameters believed,
                    const std::vector<std::string>& declared, const UnseenLogNoise& noise);
 
 /// CUSUM at which a log reaches the ratio that identify requires for a change (axis_change_point.cpp) in 19 of 20

@@ -47,7 +47,7 @@ struct Flown {
 /// The sticks as sent at each step: hands move continuously, and a stick is sent at its own rate.
 class SentSticks {
  public:
-  SentSticks(const UnseenLogFlight& flight, UnseenLogRandom& rng)
+  SentSticks(const UnseenLogFlight& flight, oracle::Random& rng)
       : every_s_(flight.stick_s),
         own_(flight.hand, flight.reach, flight.feedback, rng),
         other_(UnseenLogInput::kPilot, 100.0, 0.0, rng) {}
@@ -70,34 +70,21 @@ class SentSticks {
   double stick_ = 0.0, second_ = 0.0, next_s_ = 0.0;
 };
 
-/// Coloured disturbance by the air.
-class UnseenLogAir {
- public:
-  UnseenLogAir(const UnseenLogFlight& flight, UnseenLogRandom& rng)
-      : noise_(flight.noise.air),
-        keep_(std::exp(-kUnseenLogStep_s / flight.noise.air_s)),
-        air_(noise_ * rng.normal()) {}
-  double now() const { return share_ * air_; }
-  void set_parameters(double share) { share_ = share; }
-  void step(UnseenLogRandom& rng) { air_ = keep_ * air_ + noise_ * std::sqrt(1.0 - keep_ * keep_) * rng.normal(); }
-
- private:
-  double noise_, keep_, air_, share_ = 1.0;
-};
-
-Flown simulate(const UnseenLogFlight& flight, UnseenLogRandom& rng) {
+Flown simulate(const UnseenLogFlight& flight, oracle::Random& rng) {
   const auto steps = static_cast<std::size_t>(flight.duration_s / kUnseenLogStep_s);
   Flown out;
   SentSticks hands(flight, rng);
-  UnseenLogVehicle vehicle(flight.before);
-  UnseenLogAir air(flight, rng);
+  oracle::AxisVehicle vehicle(flight.before, kUnseenLogStep_s);
+  oracle::GaussMarkovNoise air(flight.noise.air, flight.noise.air_s, kUnseenLogStep_s);
+  air.start(rng);
+  double air_factor = 1.0;
   double own_mode = 0.0, seen = 0.0;
   bool changed = false;
   for (std::size_t k = 0; k < steps; ++k) {
     const double t_s = static_cast<double>(k) * kUnseenLogStep_s;
     if (!changed && t_s >= flight.change_s) {
       vehicle.set_parameters(flight.after);
-      air.set_parameters(flight.air_later);
+      air_factor = flight.air_later;
       changed = true;
     }
     hands.append(t_s, seen, out.sticks);
@@ -105,13 +92,13 @@ Flown simulate(const UnseenLogFlight& flight, UnseenLogRandom& rng) {
     if (rests) {
       vehicle.stop();
     }
-    double clean = vehicle.step(out.sticks, k);
+    double clean = vehicle.step(out.sticks.own[k], out.sticks.other[k]);
     if (t_s >= flight.own_from_s && t_s < flight.own_to_s) {
       own_mode += (flight.before.gain * 100.0 * std::sin(0.9 * t_s) - own_mode) * kUnseenLogStep_s / 0.2;
       clean = own_mode;
     }
     out.clean.push_back(rests ? 0.0 : clean);
-    out.air.push_back(rests ? 0.0 : air.now());
+    out.air.push_back(rests ? 0.0 : air_factor * air.value());
     seen = out.clean.back() + out.air.back();
     air.step(rng);
   }
@@ -129,7 +116,7 @@ lab::logs::FlightLog UnseenLogRows::log() const {
   return lab::logs::load(MemoryLog(*this), lab::logs::parse_column_map(map, "stranger.toml"));
 }
 
-UnseenLogFlight random_flight(UnseenLogRandom& rng) {
+UnseenLogFlight random_flight(oracle::Random& rng) {
   UnseenLogFlight out;
   out.axis = rng.any_of<std::string>({"roll", "pitch", "climb"});
   const bool climb = out.axis == "climb";
@@ -158,7 +145,7 @@ UnseenLogFlight random_flight(UnseenLogRandom& rng) {
   return out;
 }
 
-UnseenLogRecord fly(const UnseenLogFlight& flight, UnseenLogRandom& rng) {
+UnseenLogRecord fly(const UnseenLogFlight& flight, oracle::Random& rng) {
   const Flown flown = simulate(flight, rng);
   UnseenLogRecord out;
   out.rows.axis = flight.axis;

@@ -7,14 +7,14 @@
 
 #include "host_tests/lab/logs/flight_log.h"
 #include "host_tests/property/identify/unseen_log_bound.h"
-#include "host_tests/property/identify/unseen_log_vehicle.h"
+#include "host_tests/property/identify/unseen_log_pilot.h"
 
 namespace m100::host_tests {
 
 /// All random numbers of a stranger's flight.
 struct UnseenLogFlight {
   std::string axis = "roll";
-  UnseenLogParameters before, after;
+  oracle::AxisParameters before, after;
   double change_s = 1e9;
   UnseenLogInput hand = UnseenLogInput::kPilot;
   double reach = 120.0;   ///< counts
@@ -46,7 +46,7 @@ struct UnseenLogRecord {
 };
 
 /// Draws vehicle, pilot, air, clock and logger.
-UnseenLogFlight random_flight(UnseenLogRandom& rng);
-UnseenLogRecord fly(const UnseenLogFlight& flight, UnseenLogRandom& rng);
+UnseenLogFlight random_flight(oracle::Random& rng);
+UnseenLogRecord fly(const UnseenLogFlight& flight, oracle::Random& rng);
 
 }  // namespace m100::host_tests

@@ -60,25 +60,25 @@ INSTANTIATE_TEST_SUITE_P(
 
 // Catches a judge that excuses false clean bills: a large hidden effect must count as visible, an absent one not.
 TEST(UnseenLogBound, TellsWhatALogCanShow) {
-  UnseenLogRandom rng(5);
+  oracle::Random rng(5);
   UnseenLogFlight flight;
   flight.before.delay_s = 0.03;
   flight.noise = {.air = 0.004, .air_s = 0.4, .white = 0.001, .row_s = 0.01};
   const std::vector<std::string> declared{"second_order", "transport_delay"};
-  const auto bound = [&](const UnseenLogParameters& flown) {
+  const auto bound = [&](const oracle::AxisParameters& flown) {
     UnseenLogFlight other = flight;
     other.before = flown;
     const UnseenLogRecord record = fly(other, rng);
     return evidence_of(record.clean, record.steps, record.sticks, flight.before, declared, flight.noise);
   };
   EXPECT_LT(bound(flight.before), 1.0);
-  UnseenLogParameters dead = flight.before;
+  oracle::AxisParameters dead = flight.before;
   dead.dead_zone_counts = 30.0;
   EXPECT_GT(bound(dead), kUnseenLogVisible);
-  UnseenLogParameters hardly = flight.before;
+  oracle::AxisParameters hardly = flight.before;
   hardly.dead_zone_counts = 1.0;
   EXPECT_LT(bound(hardly), kUnseenLogVisible);
-  UnseenLogParameters other_gain = flight.before;  // another value of a declared parameter is no hidden effect
+  oracle::AxisParameters other_gain = flight.before;  // another value of a declared parameter is no hidden effect
   other_gain.gain *= 1.3;
   EXPECT_LT(bound(other_gain), 1.0);
 }
@@ -86,7 +86,7 @@ TEST(UnseenLogBound, TellsWhatALogCanShow) {
 // Catches a change of gain or trim that is named although the vehicle has landed and the pilot holds the stick.
 TEST(UnseenLogLanding, WithAHeldStickIsNoChangeOfTheVehicle) {
   for (const std::uint64_t seed : {1U}) {
-    UnseenLogRandom rng(seed);
+    oracle::Random rng(seed);
     UnseenLogFlight flight;
     flight.before.delay_s = 0.03;
     flight.noise = {.air = 0.004, .air_s = 0.4, .white = 2e-4, .row_s = 0.02};

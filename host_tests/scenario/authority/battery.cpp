@@ -11,7 +11,10 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "host_tests/sim/world/random.h"
 
@@ -236,10 +239,9 @@ std::string text_of(const Cell& cell) {
   } else if (cell.slowest_s == kNever_s) {
     (void)std::snprintf(words.data(), words.size(), " never%s |", mark);
   } else if (cell.last_byte_s > 0.0) {
-    (void)std::snprintf(words.data(), words.size(), " %.2f s, %.0f ms%s |", cell.slowest_s, 1e3 * cell.last_byte_s,
-                        mark);
+    (void)std::snprintf(words.data(), words.size(), " %.2f, %.0f ms%s |", cell.slowest_s, 1e3 * cell.last_byte_s, mark);
   } else {
-    (void)std::snprintf(words.data(), words.size(), " %.2f s%s |", cell.slowest_s, mark);
+    (void)std::snprintf(words.data(), words.size(), " %.2f%s |", cell.slowest_s, mark);
   }
   return words.data();
 }
@@ -263,16 +265,25 @@ std::string matrix(const std::vector<Result>& results) {
     text += " " + std::string(stage) + " |";
   }
   text += "\n|---|---|---|---|---|---|---|---|\n";
+  std::vector<std::pair<std::string, std::string>> rows;  // names, cells; faults with equal cells share a row
   for (const Fault& fault : catalogue()) {
     const auto row = cells.find(fault.name);
     if (row == cells.end()) {
       continue;
     }
-    text += "| " + std::string(fault.name) + " |";
+    std::string words;
     for (const Cell& cell : row->second) {
-      text += text_of(cell);
+      words += text_of(cell);
     }
-    text += "\n";
+    const auto same = std::find_if(rows.begin(), rows.end(), [&](const auto& one) { return one.second == words; });
+    if (same == rows.end()) {
+      rows.emplace_back(fault.name, words);
+    } else {
+      same->first += "; " + std::string(fault.name);
+    }
+  }
+  for (const auto& [names, words] : rows) {
+    text += "| " + names + " |" + words + "\n";
   }
   return text;
 }

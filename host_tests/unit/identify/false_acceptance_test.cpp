@@ -10,18 +10,18 @@
 #include <string>
 #include <vector>
 
-#include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/oracle/hidden_flight.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/data/log_defects.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/residual_tests/residual_test.h"
 #include "host_tests/lab/input_error.h"
-#include "host_tests/property/identify/synthetic_axis.h"
+#include "host_tests/oracle/synthetic_axis.h"
 
 namespace m100::lab::identify {
 namespace {
 
-using host_tests::SyntheticAxis;
+using oracle::SyntheticAxis;
 using logs::FlightLog;
 using logs::Signal;
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/oracle/hidden_flight.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/translation_pipeline.h"
 #include "host_tests/lab/inject/inject.h"
@@ -22,11 +22,11 @@ constexpr double kDrag_per_s = 0.25;
 
 /// A flight of 45 s of the vehicle with drag; a wind along x is injected as the tilt that holds against it.
 logs::FlightLog flight(std::uint64_t seed, double wind_m_s2) {
-  hidden::FlightPlan plan;
+  oracle::FlightPlan plan;
   plan.axis = "translation";
   plan.seed = seed;
   plan.hidden = {{"linear_drag", kDrag_per_s}};
-  logs::FlightLog log = hidden::fly(plan);
+  logs::FlightLog log = oracle::fly(plan);
   return wind_m_s2 == 0.0 ? log : hidden::inject(log, "translation", {}, {{"steady_wind", wind_m_s2}});
 }
 

@@ -11,12 +11,12 @@
 #include <random>
 #include <string>
 
-#include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/oracle/hidden_flight.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/data/ground_time.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/residual_tests/vibration_and_drift.h"
-#include "host_tests/property/identify/synthetic_axis.h"
+#include "host_tests/oracle/synthetic_axis.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -25,10 +25,10 @@ using logs::FlightLog;
 using logs::Signal;
 
 FlightLog clean_flight(std::uint64_t seed) {
-  hidden::FlightPlan plan;
+  oracle::FlightPlan plan;
   plan.axis = "roll";
   plan.seed = seed;
-  return hidden::fly(plan);
+  return oracle::fly(plan);
 }
 
 IdentifyResult ask(const FlightLog& log) {
@@ -214,7 +214,7 @@ TEST(GroundTimes, AFlightThatBeginsInAHoverHasNone) {
 
 /// A roll axis as flown; the climb axis hardly moves, and its noise is a tenth of its motion.
 FlightLog quiet_climb(std::uint64_t seed) {
-  FlightLog log = host_tests::SyntheticAxis::random(seed).fly();
+  FlightLog log = oracle::SyntheticAxis::random(seed).fly();
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   std::vector<double>& climb = log.of(Signal::kVelocityZ);
@@ -314,7 +314,7 @@ void spoil_the_stick(FlightLog& log, double row_s) {
 // Catches saturations and curves that are found because a stick was logged with spoilt samples.
 TEST(SpoiltStick, IsReportedAndRepaired) {
   for (const double row_s : {0.01, 0.034}) {
-    FlightLog log = host_tests::SyntheticAxis::random(12).fly();
+    FlightLog log = oracle::SyntheticAxis::random(12).fly();
     spoil_the_stick(log, row_s);
     if (row_s > 0.02) {
       write_slowly(log, row_s);
@@ -330,7 +330,7 @@ TEST(SpoiltStick, IsReportedAndRepaired) {
 TEST(SpoiltStick, IsNotSeenInHealthyOnes) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     for (const double row_s : {0.01, 0.02, 0.034, 0.05, 0.1}) {
-      FlightLog log = host_tests::SyntheticAxis::random(seed).fly();
+      FlightLog log = oracle::SyntheticAxis::random(seed).fly();
       write_slowly(log, row_s);
       const std::vector<char> used(log.size, 1);
       std::vector<double> hand = log.of(Signal::kStickRoll);
@@ -364,7 +364,7 @@ TEST(FrozenStick, IsSaidByName) {
 // Catches an outlier test that judges the straight lines interpolated between rows.
 TEST(SlowRows, OutliersOfOneRowAreFound) {
   for (const double row_s : {0.02, 0.034}) {
-    FlightLog log = host_tests::SyntheticAxis::random(5).fly();
+    FlightLog log = oracle::SyntheticAxis::random(5).fly();
     const auto row = static_cast<std::size_t>(std::lround(row_s / log.period_s));
     for (std::size_t k = 400; k < log.size; k += 370) {
       std::for_each_n(roll(log).begin() + static_cast<std::ptrdiff_t>(k), row, [](double& angle) { angle += 0.6; });
@@ -388,7 +388,7 @@ TEST(SlowRows, HaveNoLineAboveTheirOwnRate) {
 // If the stick moves between two rows, the delay is not known to a fraction of a row, and the report must say so.
 TEST(SlowRows, UndersampledSticksAreReported) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    host_tests::SyntheticAxis vehicle = host_tests::SyntheticAxis::random(seed);
+    oracle::SyntheticAxis vehicle = oracle::SyntheticAxis::random(seed);
     vehicle.air_rad = 0.002;
     FlightLog log = vehicle.fly();
     write_slowly(log, 0.1);
@@ -396,7 +396,7 @@ TEST(SlowRows, UndersampledSticksAreReported) {
     EXPECT_TRUE(result.changes.empty()) << seed << said(result);
     EXPECT_NE(said(result).find("undersampled"), std::string::npos) << seed << said(result);
   }
-  FlightLog log = host_tests::SyntheticAxis::random(1).fly();
+  FlightLog log = oracle::SyntheticAxis::random(1).fly();
   EXPECT_EQ(said(ask(log)).find("undersampled"), std::string::npos);
 }
 

@@ -6,17 +6,17 @@
 #include <cmath>
 #include <vector>
 
-#include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/oracle/hidden_flight.h"
 #include "host_tests/lab/identify/data/log_defects.h"
 
 namespace m100::lab::identify {
 namespace {
 
 logs::FlightLog flight(std::uint64_t seed) {
-  hidden::FlightPlan plan;
+  oracle::FlightPlan plan;
   plan.axis = "roll";
   plan.seed = seed;
-  return hidden::fly(plan);
+  return oracle::fly(plan);
 }
 
 // Once 4 of 90 healthy logs had an "outlier" in a stick at 20 and 25 Hz: the sharpest turn of the hand.

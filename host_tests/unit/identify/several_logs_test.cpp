@@ -15,12 +15,12 @@
 
 #include "host_tests/lab/logs/write_csv.h"
 #include "host_tests/lab/subcommands.h"
-#include "host_tests/property/identify/synthetic_axis.h"
+#include "host_tests/oracle/synthetic_axis.h"
 
 namespace m100::lab {
 namespace {
 
-using host_tests::SyntheticAxis;
+using oracle::SyntheticAxis;
 
 class SeveralLogs : public ::testing::Test {
  protected:

@@ -10,7 +10,7 @@
 #include <random>
 #include <string>
 
-#include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/oracle/hidden_flight.h"
 #include "host_tests/lab/identify/data/translation_data.h"
 #include "host_tests/lab/identify/output/vehicle_update.h"
 #include "host_tests/lab/identify/request.h"
@@ -23,10 +23,10 @@ using logs::FlightLog;
 using logs::Signal;
 
 FlightLog flight(std::uint64_t seed) {
-  hidden::FlightPlan plan;
+  oracle::FlightPlan plan;
   plan.axis = "translation";
   plan.seed = seed;
-  return hidden::fly(plan);
+  return oracle::fly(plan);
 }
 
 IdentifyResult ask(const FlightLog& log, std::size_t refits = 0) {

@@ -9,16 +9,16 @@
 #include <string>
 #include <vector>
 
-#include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/oracle/hidden_flight.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/data/unit_consistency.h"
 #include "host_tests/lab/identify/request.h"
-#include "host_tests/property/identify/synthetic_axis.h"
+#include "host_tests/oracle/synthetic_axis.h"
 
 namespace m100::lab::identify {
 namespace {
 
-using host_tests::SyntheticAxis;
+using oracle::SyntheticAxis;
 using logs::FlightLog;
 using logs::Signal;
 
@@ -141,7 +141,7 @@ TEST(ClimbAlone, NoRotorPushesDown) {
 }
 
 TEST(Translation, VelocityIsTheSlopeOfPosition) {
-  FlightLog log = hidden::fly({.axis = "translation", .hidden = {}, .seed = 11});
+  FlightLog log = oracle::fly({.axis = "translation", .hidden = {}, .seed = 11});
   EXPECT_TRUE(unit_contradictions(log, "translation", {}).empty());
   for (double& value : log.of(Signal::kVelocityX)) {
     value *= 100.0;

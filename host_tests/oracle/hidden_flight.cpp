@@ -1,21 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/oracle/hidden_flight.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "host_tests/lab/hidden/random_source.h"
-#include "host_tests/lab/hidden/stick_response.h"
+#include "host_tests/oracle/axis_vehicle.h"
+#include "host_tests/oracle/random.h"
 
-namespace m100::lab::hidden {
+namespace m100::oracle {
 namespace {
 
+namespace logs = lab::logs;
 using logs::FlightLog;
 using logs::Signal;
 using Three = std::array<double, 3>;
 
+constexpr double kStep_s = 0.002;
+constexpr double kTravel_counts = 330.0;
 constexpr int kStepsPerSample = 5;
 constexpr int kStepsPerStick = 10;
 constexpr double kG_m_s2 = 9.80665;
@@ -23,7 +26,7 @@ constexpr double kG_m_s2 = 9.80665;
 /// A pilot's hand: doublets, 3-2-1-1, ramps and pauses, with a small correction towards the starting point.
 class StickInput {
  public:
-  double stick(double now_s, double pull, RandomSource& rng) {
+  double stick(double now_s, double pull, Random& rng) {
     if (now_s >= until_s_) {
       next(now_s, rng);
     }
@@ -49,7 +52,7 @@ class StickInput {
   }
 
  private:
-  void next(double now_s, RandomSource& rng) {
+  void next(double now_s, Random& rng) {
     kind_ = static_cast<int>(rng.between(0.0, 4.99));
     since_s_ = now_s;
     until_s_ = now_s + rng.between(0.8, 2.6);
@@ -73,15 +76,9 @@ class Flight {
   explicit Flight(const FlightPlan& plan)
       : plan_(plan),
         on_axis_(plan.axis == "roll" ? plan.hidden : nothing_),
-        rng_(plan.seed),
-        roll_{.scale_rad = rng_.between(8e-4, 1.05e-3),
-              .frequency_rad_s = rng_.between(7.0, 11.0),
-              .damping = rng_.between(0.6, 0.85)},
-        pitch_{.scale_rad = rng_.between(8e-4, 1.05e-3),
-               .frequency_rad_s = rng_.between(7.0, 11.0),
-               .damping = rng_.between(0.6, 0.85)},
-        roll_path_(on_axis_, delay_of(plan)),
-        pitch_path_(nothing_, rng_.between(0.02, 0.05)),
+        rng_(plan.seed * 0x9E3779B97F4A7C15ULL + 12345),
+        roll_(roll_parameters(plan, rng_), kStep_s),
+        pitch_(pitch_parameters(rng_), kStep_s),
         line_hz_(rng_.between(0.25, 0.9)),
         line_phase_(rng_.between(0.0, 6.28)),
         direction_(rng_.between(0.0, 6.28)) {}
@@ -100,10 +97,28 @@ class Flight {
   }
 
  private:
-  static double delay_of(const FlightPlan& plan) {
-    const double hidden_s = plan.axis == "roll" ? value_of(plan.hidden, "transport_delay") : 0.0;
-    const double with_zero_s = plan.axis == "roll" && plan.hidden.count("lead_zero") > 0 ? 0.06 : 0.03;
-    return hidden_s > 0.0 ? hidden_s : with_zero_s;
+  static AxisParameters random_axis(Random& rng) {
+    AxisParameters out;
+    out.gain = rng.between(8e-4, 1.05e-3);
+    out.frequency_rad_s = rng.between(7.0, 11.0);
+    out.damping = rng.between(0.6, 0.85);
+    return out;
+  }
+  static AxisParameters roll_parameters(const FlightPlan& plan, Random& rng) {
+    AxisParameters out = random_axis(rng);
+    const HiddenEffects effects = plan.axis == "roll" ? plan.hidden : HiddenEffects{};
+    out.delay_s = effects.count("transport_delay") > 0 ? 0.0 : effects.count("lead_zero") > 0 ? 0.06 : 0.03;
+    for (const auto& [name, value] : effects) {
+      if (name != "tilt_limit") {  // which acts on roll and pitch together; see turn()
+        set_effect(out, name, value);
+      }
+    }
+    return out;
+  }
+  static AxisParameters pitch_parameters(Random& rng) {
+    AxisParameters out = random_axis(rng);
+    out.delay_s = rng.between(0.02, 0.05);
+    return out;
   }
 
   double on_translation(const char* name) const {
@@ -159,18 +174,13 @@ class Flight {
     for (const auto& [from_s, to_s] : dropouts_) {
       sent = now_s_ >= from_s && now_s_ < to_s ? 0.0 : sent;
     }
-    const double roll_target = roll_.scale_rad * roll_path_.pass(sent, sticks_[1], now_s_);
-    const double pitch_target = pitch_.scale_rad * pitch_path_.pass(sticks_[1], sticks_[0], now_s_);
-    double limit = value_of(on_axis_, "saturation");
-    if (const double both = value_of(on_axis_, "tilt_limit"); both > 0.0) {
-      const double size = std::hypot(roll_target, pitch_target);
-      const double cut = size > both ? both / size : 1.0;
-      roll_.step(cut * roll_target, value_of(on_axis_, "lead_zero"), 0.0, 0.0);
-      pitch_.step(cut * pitch_target, 0.0, 0.0, 0.0);
-    } else {
-      roll_.step(roll_target, value_of(on_axis_, "lead_zero"), value_of(on_axis_, "rate_limit"), limit);
-      pitch_.step(pitch_target, 0.0, 0.0, 0.0);
-    }
+    const double roll_target = roll_.command(sent, sticks_[1]);
+    const double pitch_target = pitch_.command(sticks_[1], sticks_[0]);
+    const double limit = value_of(on_axis_, "tilt_limit");
+    const double tilt = std::hypot(roll_target, pitch_target);
+    const double cut = limit > 0.0 && tilt > limit ? limit / tilt : 1.0;
+    roll_.respond(cut * roll_target);
+    pitch_.respond(cut * pitch_target);
     yaw_rate_rad_s_ += kStep_s / 0.2 * (-2.2e-3 * sticks_[3] - yaw_rate_rad_s_);
     yaw_rad_ += kStep_s * yaw_rate_rad_s_;
     climb_m_s_ += kStep_s / 0.35 * (2.6e-3 * sticks_[2] - climb_m_s_);
@@ -178,8 +188,8 @@ class Flight {
       air.step(rng_);
     }
     const double line = value_of(on_axis_, "sine") * std::sin(2 * std::numbers::pi * line_hz_ * now_s_ + line_phase_);
-    roll_rad_ = roll_.angle + attitude_air_[0].value() + line;
-    pitch_rad_ = pitch_.angle + attitude_air_[1].value();
+    roll_rad_ = roll_.response() + attitude_air_[0].value() + line;
+    pitch_rad_ = pitch_.response() + attitude_air_[1].value();
   }
 
   /// Body z axis in the world for z-y-x angles.
@@ -213,7 +223,8 @@ class Flight {
   Three outside_forces() {
     Three f{};
     for (std::size_t c = 0; c < 3; ++c) {
-      f[c] = air_[c].step(rng_);
+      air_[c].step(rng_);
+      f[c] = air_[c].value();
     }
     const double wind = on_translation("steady_wind");
     f[0] += wind * std::cos(direction_);
@@ -264,7 +275,7 @@ class Flight {
   void record(std::size_t k) {
     const auto put = [&](Signal signal, double value, double sigma) {
       if (auto& series = log_.of(signal); !series.empty()) {
-        series[k] = value + rng_.normal(sigma);
+        series[k] = value + sigma * rng_.normal();
       }
     };
     for (int i = 0; i < 4; ++i) {
@@ -273,8 +284,8 @@ class Flight {
     put(Signal::kAttitudeRoll, roll_rad_, 0.002);
     put(Signal::kAttitudePitch, pitch_rad_, 0.002);
     put(Signal::kAttitudeYaw, yaw_rad_, 0.002);
-    put(Signal::kRateX, roll_.rate, 0.01);
-    put(Signal::kRateY, pitch_.rate, 0.01);
+    put(Signal::kRateX, roll_.rate(), 0.01);
+    put(Signal::kRateY, pitch_.rate(), 0.01);
     put(Signal::kRateZ, yaw_rate_rad_s_, 0.01);
     const Three direction = body_z(roll_rad_, pitch_rad_, yaw_rad_);
     const Three specific_force{acceleration_[0], acceleration_[1], acceleration_[2] + kG_m_s2};
@@ -320,15 +331,15 @@ class Flight {
   const FlightPlan& plan_;
   const HiddenEffects nothing_{};
   const HiddenEffects& on_axis_;
-  RandomSource rng_;
-  Tilt roll_, pitch_;
-  StickPath roll_path_, pitch_path_;
+  Random rng_;
+  AxisVehicle roll_, pitch_;
   double line_hz_, line_phase_, direction_;
   FlightLog log_;
   StickInput roll_hand_, pitch_hand_, climb_hand_, yaw_hand_;
-  std::array<GaussMarkovNoise, 2> attitude_air_{GaussMarkovNoise(0.004, 0.5), GaussMarkovNoise(0.004, 0.5)};
-  std::array<GaussMarkovNoise, 3> air_{GaussMarkovNoise(0.05, 0.35), GaussMarkovNoise(0.05, 0.35),
-                                       GaussMarkovNoise(0.05, 0.35)};
+  std::array<GaussMarkovNoise, 2> attitude_air_{GaussMarkovNoise(0.004, 0.5, kStep_s),
+                                                GaussMarkovNoise(0.004, 0.5, kStep_s)};
+  std::array<GaussMarkovNoise, 3> air_{GaussMarkovNoise(0.05, 0.35, kStep_s), GaussMarkovNoise(0.05, 0.35, kStep_s),
+                                       GaussMarkovNoise(0.05, 0.35, kStep_s)};
   std::vector<std::pair<double, double>> dropouts_;
   std::array<double, 4> sticks_{};
   double roll_rad_ = 0, pitch_rad_ = 0, yaw_rad_ = 0.2, yaw_rate_rad_s_ = 0, climb_m_s_ = 0;
@@ -343,4 +354,4 @@ class Flight {
 
 FlightLog fly(const FlightPlan& plan) { return Flight(plan).run(); }
 
-}  // namespace m100::lab::hidden
+}  // namespace m100::oracle

@@ -8,10 +8,10 @@
 
 #include "host_tests/lab/logs/flight_log.h"
 
-namespace m100::lab::hidden {
+namespace m100::oracle {
 
-// Flights with hidden effects. The vehicle here is written for this purpose only and shares no code with the
-// identification: Euler steps of 2 ms, its own rotation, its own effects.
+// Flights with hidden effects: roll and pitch by axis_vehicle.h, with its own rotation, forces and effects of
+// translation, in steps of 2 ms.
 
 /// Hidden effects by name, with their sizes in their own units. Names are those of the contract's effect table, and
 /// "sine", "slung_load", "dropout", "product" for effects that the library does not have.
@@ -28,6 +28,6 @@ struct FlightPlan {
 
 /// Flies and logs at 100 Hz with noise: position 1 mm, attitude 2 mrad, velocity 12 mm/s, force 0.08 m/s^2; the air
 /// moves attitude by 4 mrad and acceleration by 0.05 m/s^2, coloured. Parameters of the vehicle vary with the seed.
-logs::FlightLog fly(const FlightPlan& plan);
+lab::logs::FlightLog fly(const FlightPlan& plan);
 
-}  // namespace m100::lab::hidden
+}  // namespace m100::oracle
