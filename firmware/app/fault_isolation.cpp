@@ -127,7 +127,7 @@ void FaultIsolation<T>::predict_from_commands(const est::Estimate<T>& estimate, 
     model_velocity_m_s_ -= model_velocity_m_s_ * (step_s * static_cast<T>(1.0 / kHoverMemory_s));
   } else if (trusted) {
     const core::Vector<T, 2> seen_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
-    model_velocity_m_s_ += (seen_m_s - model_velocity_m_s_) * (step_s * static_cast<T>(1.0 / kModelMemory_s));
+    core::low_pass(model_velocity_m_s_, seen_m_s, step_s * static_cast<T>(1.0 / kModelMemory_s));
   }
 }
 

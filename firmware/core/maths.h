@@ -49,6 +49,25 @@ T sqrt(T value) {
 }
 
 template <typename T>
+constexpr T abs(T value) {
+  return value < T(0) ? -value : value;
+}
+template <typename T>
+constexpr T min(T a, T b) {
+  return a < b ? a : b;
+}
+template <typename T>
+constexpr T max(T a, T b) {
+  return a > b ? a : b;
+}
+
+/// One step of a first-order low-pass filter, of a number or of a vector. @param share step over time constant
+template <typename Value, typename Input, typename Share>
+constexpr void low_pass(Value& value, const Input& input, Share share) {
+  value += (input - value) * share;
+}
+
+template <typename T>
 constexpr T clamp(T value, T low, T high) {
   return value < low ? low : (value > high ? high : value);
 }

@@ -13,11 +13,6 @@ constexpr double kStill_m_s = 0.15;
 constexpr double kNear_rad = 0.15;
 constexpr double kMaxHolding_counts = 200.0;  // a tilt of 10 degrees: larger than any trim, too windy to excite
 
-template <typename T>
-T absolute(T value) {
-  return value < T(0) ? -value : value;
-}
-
 }  // namespace
 
 template <typename T>
@@ -94,22 +89,22 @@ typename Excitation<T>::Abort Excitation<T>::limit_reached(const est::Estimate<T
   const T outwards = distance_ >= T(0) ? speed_ : -speed_;
   const T way = outwards > T(0) ? outwards * outwards / static_cast<T>(2.0 * limits.braking) : T(0);
   const T tilt = core::sqrt(estimate.x.tilt_rad * estimate.x.tilt_rad + estimate.y.tilt_rad * estimate.y.tilt_rad);
-  return brakes                                                        ? Abort::kFence
-         : absolute(distance_) + way > static_cast<T>(limits.distance) ? Abort::kDistance
-         : tilt > static_cast<T>(limits.tilt_rad)                      ? Abort::kTilt
-         : absolute(speed_) > static_cast<T>(limits.speed)             ? Abort::kSpeed
-                                                                       : Abort::kNone;
+  return brakes                                                         ? Abort::kFence
+         : core::abs(distance_) + way > static_cast<T>(limits.distance) ? Abort::kDistance
+         : tilt > static_cast<T>(limits.tilt_rad)                       ? Abort::kTilt
+         : core::abs(speed_) > static_cast<T>(limits.speed)             ? Abort::kSpeed
+                                                                        : Abort::kNone;
 }
 
 template <typename T>
 bool Excitation<T>::at_rest(const est::Estimate<T>& estimate, const ref::Window<T>& reference) const {
-  const auto near = [](T is, T wanted) { return absolute(is - wanted) < static_cast<T>(kNear_m); };
-  const auto still = [](T speed) { return absolute(speed) < static_cast<T>(kStill_m_s); };
+  const auto near = [](T is, T wanted) { return core::abs(is - wanted) < static_cast<T>(kNear_m); };
+  const auto still = [](T speed) { return core::abs(speed) < static_cast<T>(kStill_m_s); };
   return near(estimate.x.position_m, reference.x[0].position_m) &&
          near(estimate.y.position_m, reference.y[0].position_m) &&
          near(estimate.height_m, reference.height.position_m) && still(estimate.x.velocity_m_s) &&
          still(estimate.y.velocity_m_s) && still(estimate.climb_m_s) &&
-         absolute(core::wrap_pi(estimate.yaw_rad - reference.yaw_rad)) < static_cast<T>(kNear_rad);
+         core::abs(core::wrap_pi(estimate.yaw_rad - reference.yaw_rad)) < static_cast<T>(kNear_rad);
 }
 
 template <typename T>

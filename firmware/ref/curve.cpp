@@ -23,8 +23,6 @@ std::size_t at_least(std::size_t least, double wanted) {
   return count > least ? count : least;
 }
 
-double size(double value) { return value < 0.0 ? -value : value; }
-
 /// Phase and its first three time derivatives.
 struct Phase {
   double p = 0.0, p1 = 0.0, p2 = 0.0, p3 = 0.0;
@@ -65,7 +63,7 @@ void add(Node& node, std::size_t axis, double factor, const Swing& swing) {
 }  // namespace
 
 Curve Curve::circle(double radius_m, double speed_m_s, double turns) {
-  return {.eight = false, .a_m = size(radius_m), .b_m = radius_m, .speed_m_s = speed_m_s, .turns = turns};
+  return {.eight = false, .a_m = core::abs(radius_m), .b_m = radius_m, .speed_m_s = speed_m_s, .turns = turns};
 }
 
 Curve Curve::figure_of_eight(double length_m, double width_m, double speed_m_s, double turns) {
@@ -73,7 +71,7 @@ Curve Curve::figure_of_eight(double length_m, double width_m, double speed_m_s, 
 }
 
 bool usable(const Curve& curve) {
-  return curve.a_m >= 0.05 && size(curve.b_m) >= 0.05 && curve.a_m <= 500.0 && size(curve.b_m) <= 500.0 &&
+  return curve.a_m >= 0.05 && core::abs(curve.b_m) >= 0.05 && curve.a_m <= 500.0 && core::abs(curve.b_m) <= 500.0 &&
          curve.speed_m_s >= 0.01 && curve.speed_m_s <= 100.0 && curve.turns > 0.01 && curve.turns <= 100.0;
 }
 

@@ -75,9 +75,9 @@ core::Status Trajectory<T>::append_quintic(const Waypoint<T>& place, const Speed
   }
   const double way = distance(coordinates(end_), coordinates(place));
   const double turn = core::wrap_pi(static_cast<double>(place.yaw_rad) - static_cast<double>(end_.yaw_rad));
-  double duration_s = larger(kQuinticSpeedPeak * way / limits.speed_m_s,
-                             core::sqrt(kQuinticAccelerationPeak * way / limits.acceleration_m_s2));
-  duration_s = larger(duration_s, kQuinticSpeedPeak * (turn < 0.0 ? -turn : turn) / limits.yaw_rate_rad_s);
+  double duration_s = core::max(kQuinticSpeedPeak * way / limits.speed_m_s,
+                                core::sqrt(kQuinticAccelerationPeak * way / limits.acceleration_m_s2));
+  duration_s = core::max(duration_s, kQuinticSpeedPeak * core::abs(turn) / limits.yaw_rate_rad_s);
   return append_quintic(place, duration_of(core::clamp(duration_s, kMinPiece_s, kMaxPiece_s)));
 }
 

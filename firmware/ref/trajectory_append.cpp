@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Appends ways through points and round curves to a Trajectory.
+#include "firmware/core/maths.h"
 #include "firmware/model/vehicle.h"
 #include "firmware/ref/trajectory_detail.h"
 
@@ -25,9 +26,9 @@ double factor_of(const std::array<AxisReference<double>, kDimensions>& at, const
   const double aside_m_s2 = core::sqrt(acceleration2 - up_m_s2 * up_m_s2);
   const double yaw_rate = at[kYaw].velocity_m_s;
   double factor = core::sqrt(speed2) / limits.speed_m_s;
-  factor = larger(factor, core::sqrt(core::sqrt(acceleration2) / limits.acceleration_m_s2));
-  factor = larger(factor, core::sqrt((aside_m_s2 / core::tan(limits.tilt_rad) - up_m_s2) / model::kGravity_m_s2));
-  return larger(factor, (yaw_rate < 0.0 ? -yaw_rate : yaw_rate) / limits.yaw_rate_rad_s);
+  factor = core::max(factor, core::sqrt(core::sqrt(acceleration2) / limits.acceleration_m_s2));
+  factor = core::max(factor, core::sqrt((aside_m_s2 / core::tan(limits.tilt_rad) - up_m_s2) / model::kGravity_m_s2));
+  return core::max(factor, core::abs(yaw_rate) / limits.yaw_rate_rad_s);
 }
 
 /// The same for a whole course, evaluated at 32 points of each piece.
@@ -44,7 +45,7 @@ double time_factor(std::span<const Node> nodes, std::span<const double> duration
       for (std::size_t d = 0; d < kDimensions; ++d) {
         at[d] = axis[d].at(static_cast<double>(k) / kSamples, durations_s[i]);
       }
-      factor = larger(factor, factor_of(at, limits));
+      factor = core::max(factor, factor_of(at, limits));
     }
   }
   return factor;
@@ -84,7 +85,8 @@ core::Status Trajectory<T>::append_minimum_snap(std::span<const Waypoint<T>> way
     nodes[i + 1].position = coordinates(waypoints[i]);
     nodes[i + 1].position[kYaw] = near(nodes[i + 1].position[kYaw], nodes[i].position[kYaw]);
     const double way = distance(nodes[i].position, nodes[i + 1].position);
-    durations_s[i] = larger(kMinPiece_s, larger(way / limits.speed_m_s, core::sqrt(way / limits.acceleration_m_s2)));
+    durations_s[i] =
+        core::max(kMinPiece_s, core::max(way / limits.speed_m_s, core::sqrt(way / limits.acceleration_m_s2)));
   }
   const std::span<Node> course(nodes.data(), pieces + 1);
   const std::span<double> times(durations_s.data(), pieces);

@@ -58,8 +58,6 @@ Waypoint<T> waypoint(const std::array<double, kDimensions>& at) {
 /// The equivalent yaw that is nearest to another one.
 inline double near(double yaw_rad, double from_rad) { return from_rad + core::wrap_pi(yaw_rad - from_rad); }
 
-inline double larger(double a, double b) { return a > b ? a : b; }
-
 inline double distance(const std::array<double, kDimensions>& a, const std::array<double, kDimensions>& b) {
   double sum = 0.0;
   for (const std::size_t i : {kX, kY, kZ}) {

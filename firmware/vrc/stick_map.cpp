@@ -15,7 +15,7 @@ float curved(float u, float exponent) {
   if (exponent == 1.F || u == 0.F) {
     return u;
   }
-  const float size = u < 0.F ? -u : u;
+  const float size = core::abs(u);
   const float value = kTravel_vrc * model::power(size / kTravel_vrc, exponent);
   return u < 0.F ? -value : value;
 }
@@ -35,7 +35,7 @@ core::Expected<Stick> StickMap::to_stick(float command_si) const {
   }
   const float wanted = core::clamp(sign * command_si / scale_si_per_vrc, -4.F * kTravel_vrc, 4.F * kTravel_vrc);
   float offset_vrc = curved(wanted / side(gain_asymmetry, wanted > 0.F), 1.F / exponent);
-  const float size_vrc = offset_vrc < 0.F ? -offset_vrc : offset_vrc;
+  const float size_vrc = core::abs(offset_vrc);
   if (offset_vrc != 0.F) {
     float pushed_vrc = size_vrc;
     if (shape == model::DeadZoneShape::kContinuous) {
@@ -51,7 +51,7 @@ core::Expected<Stick> StickMap::to_stick(float command_si) const {
 
 float StickMap::to_command(Stick stick) const {
   const float offset_vrc = static_cast<float>(static_cast<std::uint16_t>(stick)) - neutral_vrc;
-  const float size_vrc = offset_vrc < 0.F ? -offset_vrc : offset_vrc;
+  const float size_vrc = core::abs(offset_vrc);
   if (size_vrc <= dead_zone_vrc) {
     return 0.F;
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware/core/maths.h"
 #include "firmware/core/up_in_body.h"
 
 namespace m100::companion {
@@ -66,7 +67,7 @@ void PoseMonitor::watch_tilt(core::TimePoint now, const app::FlightController<do
   const auto& q = telemetry.attitude;
   const core::Vector<double, 3> up_b = core::up_in_body(core::flip_yz(core::Quaternion<double>{
       static_cast<double>(q[0]), static_cast<double>(q[1]), static_cast<double>(q[2]), static_cast<double>(q[3])}));
-  up_b_ += (up_b - up_b_) * (up_b_.isZero(0.0) ? 1.0 : kUpMean);
+  core::low_pass(up_b_, up_b, up_b_.isZero(0.0) ? 1.0 : kUpMean);
   pose_tilt_rad_ = tilt_of(pose_up_b);
   autopilot_tilt_rad_ = tilt_of(up_b_);
   const bool knows_tilt = pose_up_b.normalized().z() < kKnowsNoTilt;

@@ -36,7 +36,7 @@ class FallbackLaw {
     const T needed = -per_acceleration * estimate.disturbance_m_s2 - estimate.input_offset_rad;
     const T share = began_ ? core::clamp(rate_per_s * step_s, T(0), T(1)) : T(1);
     began_ = true;
-    held_ += share * (needed - held_);
+    core::low_pass(held_, needed, share);
     const T nearer_m_s =
         core::clamp(T(0.5) * rate_per_s * (reference.position_m - estimate.position_m), -kMax_m_s, kMax_m_s);
     const T wanted_m_s2 = reference.acceleration_m_s2 + table.drag_per_s * reference.velocity_m_s +

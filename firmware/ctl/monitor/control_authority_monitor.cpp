@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/ctl/monitor/control_authority_monitor.h"
 
+#include "firmware/core/maths.h"
+
 namespace m100::ctl {
 namespace {
 
 constexpr double kMean_s = 2.0;
 constexpr double kDownwind_m = 0.5;
 constexpr double kComesBack_m_s = 0.2;
-
-template <typename T>
-T size_of(T value) {
-  return value < T(0) ? -value : value;
-}
 
 }  // namespace
 
@@ -41,9 +38,9 @@ void ControlAuthorityMonitor<T>::update(const est::Estimate<T>& estimate, const 
 
 template <typename T>
 T ControlAuthorityMonitor<T>::disturbance_acceleration_m_s2() const {
-  const T x = size_of(x_.disturbance_acceleration_m_s2);
-  const T y = size_of(y_.disturbance_acceleration_m_s2);
-  return x > y ? x : y;
+  const T x = core::abs(x_.disturbance_acceleration_m_s2);
+  const T y = core::abs(y_.disturbance_acceleration_m_s2);
+  return core::max(x, y);
 }
 
 template class ControlAuthorityMonitor<float>;

@@ -10,16 +10,6 @@ namespace {
 constexpr double kComesBack = 0.25;  ///< of the half-wave before: by so much the tilt comes back from a turning point
 constexpr double kPiSquare = core::kPi * core::kPi;
 
-template <typename T>
-T size_of(T value) {
-  return value < T(0) ? -value : value;
-}
-
-template <typename T>
-T larger(T a, T b) {
-  return a > b ? a : b;
-}
-
 }  // namespace
 
 /// Starts in the steady state of a constant tilt.
@@ -36,9 +26,9 @@ void LimitCycleDetector<T>::UnexplainedMotion::begin(T position_m, T acceleratio
 template <typename T>
 void LimitCycleDetector<T>::UnexplainedMotion::update(T position_m, T acceleration_m_s2, T step_s) {
   constexpr T kRate = static_cast<T>(kFrom_per_s);
-  slow_m += kRate * step_s * (position_m - slow_m);
+  core::low_pass(slow_m, position_m, kRate * step_s);
   const T quick_m = position_m - slow_m;
-  slower_m += kRate * step_s * (quick_m - slower_m);
+  core::low_pass(slower_m, quick_m, kRate * step_s);
   carried_m_s += step_s * (acceleration_m_s2 - kRate * carried_m_s);
   carried_m += step_s * (carried_m_s - kRate * carried_m);
   value_m = quick_m - slower_m - carried_m;
@@ -49,21 +39,21 @@ template <typename T>
 void LimitCycleDetector<T>::turn(Axis& axis) {
   constexpr T kPerGravity = static_cast<T>(1.0 / model::kGravity_m_s2);
   constexpr T kRatio = static_cast<T>(kMaxPeriodRatio);
-  const T height_rad = size_of(axis.extreme_rad - axis.turning_point_rad);
+  const T height_rad = core::abs(axis.extreme_rad - axis.turning_point_rad);
   const T length_s = axis.age_s - axis.extreme_age_s;
   const bool long_enough = length_s > static_cast<T>(kMinHalfWave_s) && length_s < static_cast<T>(kMaxHalfWave_s);
   // The filter's gain at the swing's frequency converts metres to the tilt that would have moved the aircraft as far.
   const T shortest_s = long_enough ? length_s : static_cast<T>(kMinHalfWave_s);
   const T per_metre =
       kPerGravity * (static_cast<T>(kFrom_per_s * kFrom_per_s) + static_cast<T>(kPiSquare) / (shortest_s * shortest_s));
-  const T pushed_rad = larger(per_metre * axis.unexplained_m.size(), axis.disturbed_rad.size());
+  const T pushed_rad = core::max(per_metre * axis.unexplained_m.size(), axis.disturbed_rad.size());
   const bool own = height_rad > static_cast<T>(kMinHeight_rad) &&
                    height_rad > static_cast<T>(kMinRatio) * pushed_rad + axis.reference_rad.size();
   const bool alike = height_rad > static_cast<T>(kMinHeightRatio) * axis.height_rad &&
                      length_s < kRatio * axis.length_s && axis.length_s < kRatio * length_s;
   const bool one_more = own && long_enough && alike;
   axis.count = one_more ? axis.count + 1U : own && long_enough ? 1U : 0U;
-  axis.height_rad = one_more && axis.count > 1 ? larger(height_rad, axis.height_rad) : height_rad;
+  axis.height_rad = one_more && axis.count > 1 ? core::max(height_rad, axis.height_rad) : height_rad;
   axis.length_s = length_s;
   axis.turning_point_rad = axis.extreme_rad;
   axis.age_s = axis.extreme_age_s;
@@ -76,7 +66,7 @@ bool LimitCycleDetector<T>::jumps(Axis& axis, const ref::AxisReference<T>& refer
   const T faster_m_s = reference.velocity_m_s - axis.ref_velocity_m_s;
   axis.ref_position_m = reference.position_m;
   axis.ref_velocity_m_s = reference.velocity_m_s;
-  return size_of(away_m) > static_cast<T>(kJump_m) || size_of(faster_m_s) > static_cast<T>(kJump_m_s);
+  return core::abs(away_m) > static_cast<T>(kJump_m) || core::abs(faster_m_s) > static_cast<T>(kJump_m_s);
 }
 
 template <typename T>
@@ -98,7 +88,7 @@ void LimitCycleDetector<T>::update_axis(Axis& axis, const est::AxisEstimate<T>& 
   axis.age_s += step_s;
   axis.extreme_age_s += step_s;
   const T beyond_rad = axis.rises ? tilt_rad - axis.extreme_rad : axis.extreme_rad - tilt_rad;
-  const T back_rad = static_cast<T>(kComesBack) * larger(axis.height_rad, static_cast<T>(kMinHeight_rad));
+  const T back_rad = static_cast<T>(kComesBack) * core::max(axis.height_rad, static_cast<T>(kMinHeight_rad));
   const bool turned = !anew && beyond_rad < -back_rad;
   if (turned) {
     turn(axis);

@@ -17,15 +17,6 @@ constexpr double kSane2 = 1e6;  ///< a sum that is not finite would never raise 
 
 constexpr double kShortest_s = 1e-3;  ///< least time between two attitudes that is used as a divisor
 
-template <typename T>
-T larger(T a, T b) {
-  return a > b ? a : b;
-}
-template <typename T>
-T smaller(T a, T b) {
-  return a < b ? a : b;
-}
-
 }  // namespace
 
 template <typename T>
@@ -64,11 +55,11 @@ void AttitudeRateConsistency<T>::update(const ImuSample<T>& imu, T step_s) {
   const T forgets = T(1) - passed_s * static_cast<T>(1.0 / kTurnedLately_s);
   // Only a turn that attitude and rates both show excuses a difference: noisy rates alone are no sign of a delay. Two
   // ticks apart, both still show 0.8 of the fastest turn at 10 Hz.
-  const T known_s = larger(passed_s, static_cast<T>(kShortest_s));
-  const T reported2 = smaller(rate_rad_s.squaredNorm(), tilt_change_rad.squaredNorm() / (known_s * known_s));
-  const T turned2 = smaller(turned_rad_.squaredNorm(), (turned_rad_ + unturned_rad_).squaredNorm());
-  fastest_rad_s_ = larger(fastest_rad_s_ * forgets, core::sqrt(reported2));
-  farthest_rad_ = larger(farthest_rad_ * forgets, core::sqrt(turned2));
+  const T known_s = core::max(passed_s, static_cast<T>(kShortest_s));
+  const T reported2 = core::min(rate_rad_s.squaredNorm(), tilt_change_rad.squaredNorm() / (known_s * known_s));
+  const T turned2 = core::min(turned_rad_.squaredNorm(), (turned_rad_ + unturned_rad_).squaredNorm());
+  fastest_rad_s_ = core::max(fastest_rad_s_ * forgets, core::sqrt(reported2));
+  farthest_rad_ = core::max(farthest_rad_ * forgets, core::sqrt(turned2));
   residual_rad_ = core::sqrt(unturned_rad_.squaredNorm());
   allowed_rad_ = static_cast<T>(kCorrected_rad) + static_cast<T>(kRatesLate_s) * fastest_rad_s_ +
                  static_cast<T>(kRatesShare) * farthest_rad_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/est/consistency/command_consistency.h"
 
+#include "firmware/core/maths.h"
+
 namespace m100::est {
 namespace {
 
@@ -12,8 +14,8 @@ template <typename T>
 void CommandConsistency<T>::update(const Estimate<T>& estimate, const Vector2& model_tilt_rad, bool ours, T step_s) {
   const Vector2 reported_rad(estimate.x.tilt_rad, estimate.y.tilt_rad);
   const T trim_share = step_s * static_cast<T>(1.0 / kTrimMemory_s);
-  mean_reported_rad_ += (reported_rad - mean_reported_rad_) * trim_share;
-  mean_model_rad_ += (model_tilt_rad - mean_model_rad_) * trim_share;
+  core::low_pass(mean_reported_rad_, reported_rad, trim_share);
+  core::low_pass(mean_model_rad_, model_tilt_rad, trim_share);
   const Vector2 reported = reported_rad - mean_reported_rad_;
   const Vector2 apart = reported - (model_tilt_rad - mean_model_rad_);
   const T share = step_s * static_cast<T>(1.0 / kMemory_s);

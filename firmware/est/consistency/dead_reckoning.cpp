@@ -58,7 +58,7 @@ void DeadReckoning<T>::update(const ImuSample<T>& imu, const Estimate<T>& estima
   seen_s_ = core::clamp(seen_s_ + step_s, T(0), static_cast<T>(kDisturbanceMemory_s));
   const core::SinCos<T>& yaw = estimate.heading();
   const Vector2 tilted_h = slope_ * static_cast<T>(model::kGravity_m_s2);
-  tilt_acceleration_h_m_s2_ += (tilted_h - tilt_acceleration_h_m_s2_) * (step_s * static_cast<T>(1.0 / kForceMean_s));
+  core::low_pass(tilt_acceleration_h_m_s2_, tilted_h, step_s * static_cast<T>(1.0 / kForceMean_s));
   const Vector2 measured_acceleration = measured_h_m_s2
                                             ? core::rotate<T>(*measured_h_m_s2 - tilt_acceleration_h_m_s2_, yaw)
                                             : disturbance_acceleration_w_m_s2_;
@@ -69,12 +69,12 @@ void DeadReckoning<T>::update(const ImuSample<T>& imu, const Estimate<T>& estima
   if (pilots && seen_m_s.squaredNorm() < static_cast<T>(kHovers_m_s * kHovers_m_s)) {
     velocity_w_m_s_ -= velocity_w_m_s_ * (step_s * static_cast<T>(1.0 / kHoverMemory_s));
   } else if (trusted) {
-    velocity_w_m_s_ += (seen_m_s - velocity_w_m_s_) * (step_s * static_cast<T>(1.0 / kVelocityMemory_s));
+    core::low_pass(velocity_w_m_s_, seen_m_s, step_s * static_cast<T>(1.0 / kVelocityMemory_s));
   }
   if (trusted) {
     const T share = step_s / (seen_s_ > static_cast<T>(kFirstMean_s) ? seen_s_ : static_cast<T>(kFirstMean_s));
-    disturbance_acceleration_w_m_s2_ += (push - disturbance_acceleration_w_m_s2_) * share;
-    offset_rad_ += (Vector2(estimate.x.input_offset_rad, estimate.y.input_offset_rad) - offset_rad_) * share;
+    core::low_pass(disturbance_acceleration_w_m_s2_, push, share);
+    core::low_pass(offset_rad_, Vector2(estimate.x.input_offset_rad, estimate.y.input_offset_rad), share);
   }
 }
 

@@ -213,7 +213,7 @@ void PathConsistency<T, kAxes>::update(const PathInput& motion, bool pose_used, 
     path.force_position_m += (path.force_velocity_m_s - path.force_position_m * a_per_s) * step_s;
     Vector seen_m = position_m;
     for (Vector& slow_m : path.slow_m) {
-      slow_m += (seen_m - slow_m) * share;
+      core::low_pass(slow_m, seen_m, share);
       seen_m -= slow_m;
     }
     if (scale == scale_index_) {

@@ -71,11 +71,6 @@ constexpr T bound(ConsistencyCheck check) {
   return static_cast<T>(row(check).allowed);
 }
 
-template <typename T>
-T size_of(T value) {
-  return value < T(0) ? -value : value;
-}
-
 }  // namespace
 
 std::string_view name(ConsistencyCheck check) { return row(check).name; }
@@ -98,7 +93,7 @@ void VelocityConsistency<T>::update_specific_force(const ImuSample<T>& imu) {
     return;
   }
   const T size = core::sqrt(f.squaredNorm());
-  force_size_ += (size - force_size_) * (force_size_ > T(0) ? T(0.01) : T(1));
+  core::low_pass(force_size_, size, force_size_ > T(0) ? T(0.01) : T(1));
   const auto about = [this](double unit) {
     return force_size_ > static_cast<T>(kMin_g * unit) && force_size_ < static_cast<T>(kMax_g * unit);
   };
@@ -210,7 +205,7 @@ T VelocityConsistency<T>::heading_residual(const ImuSample<T>& imu, const Estima
   const T turned_rad = core::wrap_pi(difference_rad - heading_offset_rad_);
   heading_offset_rad_ =
       core::wrap_pi(heading_offset_rad_ + turned_rad * (step_s * static_cast<T>(1.0 / kHeadingMemory_s)));
-  return size_of(turned_rad);
+  return core::abs(turned_rad);
 }
 
 template <typename T>
@@ -231,7 +226,7 @@ void VelocityConsistency<T>::accumulate(ConsistencyCheck check, T disagreement, 
 template <typename T>
 bool VelocityConsistency<T>::is_sane() const {
   const T all = velocity_residual_w_m_s_.squaredNorm() + offset_h_m_s2_.squaredNorm() + measured_h_m_s2_.squaredNorm() +
-                size_of(offset_up_m_s2_) + size_of(heading_offset_rad_) + moved_m_s2_ + force_size_ +
+                core::abs(offset_up_m_s2_) + core::abs(heading_offset_rad_) + moved_m_s2_ + force_size_ +
                 disturbance_acceleration_.mean_w_m_s2.squaredNorm() + force_noise_.level + force_noise_.up +
                 position_noise_.level + position_noise_.up + jolt_m_s_ + mean_tilt_acceleration_h_m_s2_.squaredNorm();
   return all < static_cast<T>(kSane);
@@ -285,7 +280,7 @@ void VelocityConsistency<T>::update(const ImuSample<T>& imu, const Estimate<T>& 
   }
   accumulate(ConsistencyCheck::kForce, velocity_residual_m_s, allowed, step_s);
   if (imu.climb_is_new) {
-    accumulate(ConsistencyCheck::kClimb, size_of(estimate.climb_m_s - imu.climb_m_s),
+    accumulate(ConsistencyCheck::kClimb, core::abs(estimate.climb_m_s - imu.climb_m_s),
                bound<T>(ConsistencyCheck::kClimb), step_s);
   }
   if (imu.attitude_is_new) {

@@ -76,8 +76,8 @@ template <typename T>
 void VelocityConsistency<T>::Noise::add(const core::Vector<T, 3>& now, T weight, T share) {
   const core::Vector<T, 3> apart = now - before;
   before = now;
-  level += (T(0.25) * apart.template head<2>().squaredNorm() * weight - level) * share;
-  up += (T(0.5) * apart.z() * apart.z() * weight - up) * share;
+  core::low_pass(level, T(0.25) * apart.template head<2>().squaredNorm() * weight, share);
+  core::low_pass(up, T(0.5) * apart.z() * apart.z() * weight, share);
 }
 
 /// Measures the noise of the force and of the poses: noise above the assumed values widens the bounds, noise below them
@@ -109,7 +109,7 @@ void VelocityConsistency<T>::update_jolt(const ImuSample<T>& imu, T step_s) {
   measured_gain_m_s_ += vertical_acceleration_m_s2() * step_s;
   if (imu.climb_is_new) {
     const T unmeasured_m_s = imu.climb_m_s - measured_climb_m_s_ - measured_gain_m_s_;
-    const T jolt_m_s = (unmeasured_m_s < T(0) ? -unmeasured_m_s : unmeasured_m_s) - static_cast<T>(kNoJolt_m_s);
+    const T jolt_m_s = core::abs(unmeasured_m_s) - static_cast<T>(kNoJolt_m_s);
     jolt_m_s_ = jolt_m_s > jolt_m_s_ ? jolt_m_s : jolt_m_s_;
     measured_climb_m_s_ = imu.climb_m_s;
     measured_gain_m_s_ = T(0);

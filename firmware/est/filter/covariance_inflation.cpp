@@ -52,14 +52,14 @@ void CovarianceInflation<T>::update(T innovation_m, T correction_m, T correction
   const Products smooth = products(now_);
   const Products noisy = products(raw);
   const T remembers = share(step_s, kMemory_s, 1.0);
-  const auto mean = [=](T& value, T seen, T all) { value += remembers * ((seen - keeps * all) * scale - value); };
+  const auto mean = [=](T& value, T seen, T all) { core::low_pass(value, (seen - keeps * all) * scale, remembers); };
   mean(mean_.pp, smooth.pp, noisy.pp);
   mean(mean_.pv, smooth.pv, noisy.pv);
   mean(mean_.vv, smooth.vv, noisy.vv);
   mean(mean_.pa, smooth.pa, noisy.pa);
   mean(mean_.va, smooth.va, noisy.va);
   mean(mean_.aa, smooth.aa, noisy.aa);
-  nis_ += remembers * (nis - nis_);
+  core::low_pass(nis_, nis, remembers);
 }
 
 template <typename T>

@@ -23,11 +23,11 @@ constexpr double kMaxTimingError_m = 0.03;
 /// The refusal of a pose, on the axis on which it exceeds the gate most.
 template <typename Real, typename... Tests>
 Refusal<Real> refusal_of(Real turned_rad, Real unseen_m, const Tests&... tests) {
-  Refusal<Real> worst{.turned_rad = turned_rad < Real(0) ? -turned_rad : turned_rad};
+  Refusal<Real> worst{.turned_rad = core::abs(turned_rad)};
   const auto look = [&](const auto& test) {
     using S = std::remove_cvref_t<decltype(test.innovation)>;
     const Real innovation_m = core::Arithmetic<S>::template real<Real>(test.innovation);
-    const Real distance_m = innovation_m < Real(0) ? -innovation_m : innovation_m;
+    const Real distance_m = core::abs(innovation_m);
     const Real allowed_m = gate_m<Real>(test.projection.s, test.scale, unseen_m);
     if (distance_m * worst.allowed_m >= worst.distance_m * allowed_m) {
       worst.distance_m = distance_m;

@@ -17,8 +17,6 @@ constexpr float kLargestUneven = 0.25F;     // of a spacing, of one step: one cl
 constexpr float kRegular = 0.125F;          // of a spacing: clocks are slewed by at most a tenth
 constexpr float kLargestCaptures = 1000.F;  // in one step
 
-float size(float value) { return value < 0.F ? -value : value; }
-
 }  // namespace
 
 /// Captures in `step_s`, at least one.
@@ -53,8 +51,8 @@ float TimeOffset::update(const Step& step, float spread_s) {
   const float uneven_s = step.stamps_s - captures * spacing_s_;
   const float each_s = uneven_s / captures;
   const float most_s = kLargestUneven * spacing_s_;
-  const float counted_s = size(each_s) < most_s ? each_s : most_s;
-  uneven_s2_ += kUneven * (counted_s * counted_s - uneven_s2_);
+  const float counted_s = core::abs(each_s) < most_s ? each_s : most_s;
+  core::low_pass(uneven_s2_, counted_s * counted_s, kUneven);
   shift_s_ += step.slip_s;
   deficit_s_ -= uneven_s;
   stamps_s_ += step.stamps_s;
@@ -84,17 +82,17 @@ float TimeOffset::judge(float spread_s) {
   }
   const float share_s = kShareOfSpread * spread_s;
   const float seen_s = share_s > kMinShift_s ? share_s : kMinShift_s;
-  if (size(shift_s) > seen_s) {
-    if (is_regular() && size(shift_s - deficit_s) < 0.5F * size(shift_s)) {
+  if (core::abs(shift_s) > seen_s) {
+    if (is_regular() && core::abs(shift_s - deficit_s) < 0.5F * core::abs(shift_s)) {
       shift_s_ -= deficit_s;
       deficit_s_ -= deficit_s;
       return deficit_s;
     }
-  } else if (size(deficit_s) > kAnotherRate * seen_s) {  // stamps and arrivals agree: the source's rate is another
+  } else if (core::abs(deficit_s) > kAnotherRate * seen_s) {  // stamps and arrivals agree: the source's rate is another
     spacing_s_ = stamps_s_ / captures_;
     deficit_s_ = 0.F;
-  } else if (size(deficit_s) < seen_s) {
-    spacing_s_ += kAdapts * (stamps_s_ / captures_ - spacing_s_);
+  } else if (core::abs(deficit_s) < seen_s) {
+    core::low_pass(spacing_s_, stamps_s_ / captures_, kAdapts);
   }
   shift_s_ -= kForgets * shift_s;
   deficit_s_ -= kForgets * deficit_s;

@@ -110,7 +110,7 @@ void PoseClock::update_interval(float step_s) {
     long_steps_ = 0;
     return;
   }
-  spacing_s_ += (usual ? 1.F / 16.F : 1.F / 256.F) * (step_s - spacing_s_);
+  core::low_pass(spacing_s_, step_s, usual ? 1.F / 16.F : 1.F / 256.F);
 }
 
 core::TimePoint PoseClock::update(core::SenderTime captured, core::TimePoint arrived, const Context& context) {

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "firmware/core/maths.h"
 #include "firmware/link/line_time.h"
 #include "firmware/link/pose/pose_decoder.h"
 #include "protocol/mavlink/pose_messages.h"
@@ -102,7 +103,7 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
   }
   if (accept(*pose, frame.sequence, now)) {
     sender_ = frame.from;
-    up_b_ += (beside.up_b - up_b_) * (up_b_.isZero(0.F) ? 1.F : kUpMean);
+    core::low_pass(up_b_, beside.up_b, up_b_.isZero(0.F) ? 1.F : kUpMean);
     newest.pose = *pose;
     newest.pose_end = end;
   }
