@@ -18,6 +18,7 @@ mbedtls_aes_context* context(std::array<std::byte, 320>& bytes) {
 
 void run(mbedtls_aes_context* with, int mode, CipherBlock block) {
   auto* bytes = reinterpret_cast<unsigned char*>(block.data());
+  // Fails for a wrong mode alone; the bytes would leave in plain.
   M100_ASSERT(mbedtls_aes_crypt_ecb(with, mode, bytes, bytes) == 0);
 }
 
@@ -28,6 +29,7 @@ Aes256::Aes256(const CipherKey& key) {
   mbedtls_aes_context* const decryption = new (decryption_.bytes.data()) mbedtls_aes_context;
   mbedtls_aes_init(encryption);
   mbedtls_aes_init(decryption);
+  // Fails for a wrong key length alone.
   M100_ASSERT(mbedtls_aes_setkey_enc(encryption, key.data(), 256) == 0);
   M100_ASSERT(mbedtls_aes_setkey_dec(decryption, key.data(), 256) == 0);
 }

@@ -29,7 +29,7 @@ void crc32_running(const std::byte* bytes, std::span<std::uint32_t> running) {
 }
 
 std::uint32_t crc32_advance(std::uint32_t state, std::size_t zeros) {
-  M100_ASSERT(zeros <= crc_kernels::kMaxZeros);
+  M100_ASSERT(zeros <= crc_kernels::kMaxZeros);  // the end of the table
   return crc_kernels::advance(state, zeros);
 }
 

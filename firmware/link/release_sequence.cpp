@@ -28,12 +28,12 @@ template <typename Command>
 void ReleaseSequence::append(const Command& command, std::uint8_t session, const protocol::Cipher* cipher,
                              std::uint16_t sequence) {
   const core::Expected<protocol::Value> value = encode(command);
-  M100_ASSERT(value.has_value());
+  M100_ASSERT(value.has_value());  // fixed commands: the encoder is wrong
   const protocol::MessageId id = id_of(command);
   const core::Expected<std::span<const std::byte>> frame = protocol::encode_frame(
       {.session = session, .is_ack = false, .encrypted = cipher != nullptr, .sequence = sequence}, &id, *value,
       std::span(bytes_).subspan(size_), cipher);
-  M100_ASSERT(frame.has_value());
+  M100_ASSERT(frame.has_value());  // bytes_ is too small for the sequence
   size_ += frame->size();
 }
 

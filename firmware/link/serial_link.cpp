@@ -27,7 +27,7 @@ bool is_our_question(protocol::MessageId id) {
 
 core::Duration period_or_assert(const ChannelConfig& config) {
   const core::Expected<core::Duration> period = command_period(config);
-  M100_ASSERT(period.has_value());
+  M100_ASSERT(period.has_value());  // the options were checked where they were read
   return *period;
 }
 

@@ -17,6 +17,7 @@ class Ring {
  public:
   /// @param storage its size is a power of two; it belongs to the caller and must outlive the ring.
   explicit Ring(std::span<std::byte> storage) : storage_(storage) {
+    // The positions are masked by the size; another size would write beyond the storage.
     M100_ASSERT(!storage.empty() && (storage.size() & (storage.size() - 1)) == 0);
   }
   Ring(const Ring&) = delete;
@@ -47,6 +48,7 @@ class Ring {
   /// Reader only. Gives room back. Requires count <= front().size().
   void pop(std::size_t count) {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);  // only the reader changes tail_
+    // The reader gave back bytes that nobody wrote; the next message would overwrite unread ones.
     M100_ASSERT(count <= head_.load(std::memory_order_acquire) - tail);
     tail_.store(tail + count, std::memory_order_release);
   }

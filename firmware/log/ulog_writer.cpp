@@ -22,7 +22,7 @@ std::span<const std::byte> bytes_of(std::string_view text) {
 class Head {
  public:
   void put(std::uint8_t value) {
-    M100_ASSERT(size_ < bytes_.size());
+    M100_ASSERT(size_ < bytes_.size());  // a head has grown beyond its buffer
     bytes_[size_++] = static_cast<std::byte>(value);
   }
   void put(std::uint16_t value) {
@@ -57,6 +57,7 @@ class Head {
 
 bool UlogWriter::message(char type, std::span<const std::byte> head, std::span<const std::byte> body) {
   std::array<std::byte, 96> front{};
+  // A head beyond the buffer, or a size that does not fit into its two bytes.
   M100_ASSERT(3 + head.size() <= front.size() &&
               head.size() + body.size() <= std::numeric_limits<std::uint16_t>::max());
   const auto size = static_cast<std::uint16_t>(head.size() + body.size());
@@ -80,6 +81,7 @@ bool UlogWriter::note(const Note& note) {
   Head head;
   head.put(static_cast<std::uint8_t>(type.size()));
   std::array<std::byte, 96> front{};
+  // A note's type beyond the buffer.
   M100_ASSERT(1 + type.size() <= front.size());
   std::copy(head.span().begin(), head.span().end(), front.begin());
   std::copy(type.span().begin(), type.span().end(), front.begin() + 1);

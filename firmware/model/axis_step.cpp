@@ -37,7 +37,7 @@ AxisStep second_order(double frequency_rad_s, double damping, double lead_zero_s
 }  // namespace
 
 AxisStep axis_step(const StickAxis& axis, double step_s) {
-  M100_ASSERT(step_s >= 0.0);
+  M100_ASSERT(step_s >= 0.0);  // a table for a step backwards predicts the past
   if (!axis.is_identified()) {
     return {.o_u = 1.0};
   }

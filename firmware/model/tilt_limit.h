@@ -12,6 +12,7 @@ namespace m100::model {
 ///
 /// A constant expression, unlike core::tan; the braking of the fence needs one. Within 1e-15 of the tangent.
 constexpr double slope_at_limit(double tilt_limit_rad) {
+  // Beyond 0.7 rad the series is not the tangent, and the box of the inputs would be too small.
   M100_ASSERT(tilt_limit_rad >= 0.0 && tilt_limit_rad <= 0.7);
   double sine = 0.0, cosine = 0.0, term = 1.0;
   for (int k = 0; k < 20; k += 2) {  // Taylor; 0.7^20 / 20! is 3e-22

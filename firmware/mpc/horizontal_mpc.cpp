@@ -37,6 +37,7 @@ typename HorizontalMpc<T>::Laws laws_of_this_machine() {
 template <typename T>
 HorizontalMpc<T>::HorizontalMpc(const GainTable<T>& table, Law law)
     : table_(&table), laws_(laws_of_this_machine<T>()), law_(law) {
+  // A table of other sizes would be read beyond its end; one without a box would command anything.
   M100_ASSERT(table.states == kMaxStates || table.states == kMaxStates - 1);
   M100_ASSERT(table.input_min_rad < table.input_max_rad);
   const SetpointTree<T>& tree = table.setpoint;

@@ -35,7 +35,7 @@ template <typename Real>
       dynamics_(axis, sample_period_s),
       delayed_(static_cast<Real>(axis.transport_delay_s), sample_period_s),
       fit_(sample_period_s) {
-  M100_ASSERT(expected_rms > Real(0));
+  M100_ASSERT(expected_rms > Real(0));  // every ratio to it would be infinite
 }
 
 template <typename Real>

@@ -31,7 +31,7 @@ void ResponseFit<Real>::add(Real predicted, Real slope, Real error) {
 
 template <typename Real>
 bool ResponseFit<Real>::end() {
-  M100_ASSERT(samples_ > 0);
+  M100_ASSERT(samples_ > 0);  // a block of nothing would put not-a-number into the ring
   const Real share = Real(1) / static_cast<Real>(samples_);
   const Real y = y_ * share;
   const Real s = s_ * share;

@@ -16,6 +16,7 @@ constexpr std::uint64_t kMicrosPerSecond = 1000000;
 // The registers are locked between accesses, so that a stray write of the program does not stop its watchdog.
 void CmsdkWatchdog::start(core::Duration patience) {
   const auto cycles = static_cast<std::uint64_t>(patience.count()) * clock_hz_ / kMicrosPerSecond;
+  // A patience that the register cannot hold would be another one.
   M100_ASSERT(patience > core::Duration{0} && cycles > 0 && cycles <= UINT32_MAX);
   lock_ = kUnlocks;
   registers_.load = static_cast<std::uint32_t>(cycles);

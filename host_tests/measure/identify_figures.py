@@ -9,7 +9,7 @@ from measure.lab_figures import LAB, MEASURED, joined, table
 from measure.marked import Figure
 from measure.workspace import Source
 
-UNSEEN = ("--unseen", "--logs", 2, "--seed", 8101)
+UNSEEN = ("--logs", 2, "--seed", 8101)
 KIND = re.compile(r"^(?P<kind>\S.*?) +" + " +".join(rf"(?P<n{k}>\d+)" for k in range(8)) + r" +[\d.]+$")
 MAP = "host_tests/lab/columns/m100_csv.toml"
 # The medium sizes of the confusion matrix of simulated logs.

@@ -274,6 +274,7 @@ void FrameParser::move_to(const std::byte* at, std::size_t needed) {
 
 FrameView FrameParser::deliver() {
   const std::size_t length = needed_;
+  // The parser counted wrong; the frame would contain bytes that have not come.
   M100_ASSERT(length >= kHeaderBytes && begin_ + length <= end_);
   const std::span<const std::byte> bytes = std::span<const std::byte>(buffer_).subspan(begin_, length);
   const FrameView frame{.header = read_header(buffer_.data() + begin_),

@@ -21,6 +21,7 @@ OrderBytes encode_order(bool program_flies) {
   writer.put(std::span<const std::byte>(kBeginning));
   writer.put(static_cast<std::uint8_t>(program_flies ? 1 : 0));
   writer.put(crc32(std::span<const std::byte>(bytes).first(kSummedBytes)));
+  // A changed layout: the second process would not know the order.
   M100_ASSERT(writer.ok() && writer.size() == kOrderMessageBytes);
   return bytes;
 }

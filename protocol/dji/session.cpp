@@ -147,7 +147,7 @@ AnswerSessions::Reception AnswerSessions::accept(const FrameHeader& header) {
     ++stats_.executed;
     return {.verdict = Verdict::kExecute, .bytes = {}};
   }
-  M100_ASSERT(header.session < kSessionCount);
+  M100_ASSERT(header.session < kSessionCount);  // the field has five bits: the parser is wrong
   Slot& slot = slots_[header.session];
   if (!slot.used || slot.sequence != header.sequence) {
     slot.used = true;

@@ -129,6 +129,7 @@ class RequestSessions {
   core::Expected<Outgoing> open_slot(std::uint8_t session, MessageId id, std::span<const std::byte> value,
                                      const RequestOptions& options, core::TimePoint now);
   Slot& slot(std::uint8_t session) {
+    // Sessions are counted by this class; another number reads outside of the slots.
     M100_ASSERT(session >= kTolerantSession && session < kPastReliableSessions);
     return slots_[session - kTolerantSession];
   }

@@ -23,7 +23,7 @@ class Value {
     Value value;
     ByteWriter writer(value.bytes_);
     write(writer);
-    M100_ASSERT(writer.ok());
+    M100_ASSERT(writer.ok());  // a message has grown beyond kCapacity
     value.size_ = writer.size();
     return value;
   }

@@ -20,7 +20,7 @@ std::uint16_t checksum(std::span<const std::byte> bytes, std::uint16_t state) {
 const MessageInfo* find_message(std::uint32_t id) { return known_messages::find(id); }
 
 Frame make_frame(const MessageInfo& info, std::span<const std::byte> payload, Address from, std::uint8_t sequence) {
-  M100_ASSERT(payload.size() == info.full_bytes);
+  M100_ASSERT(payload.size() == info.full_bytes);  // a layout that disagrees with its message
   while (payload.size() > 1 && payload.back() == std::byte{0}) {
     payload = payload.first(payload.size() - 1);
   }

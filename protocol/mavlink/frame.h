@@ -75,7 +75,7 @@ bool is(const FrameView& frame) {
 /// Fields that the sender left out are zero. @param frame must satisfy is<Message>().
 template <typename Message>
 Message decode(const FrameView& frame) {
-  M100_ASSERT(is<Message>(frame));
+  M100_ASSERT(is<Message>(frame));  // another message's bytes would become a pose or an order
   return decode_payload<Message>(frame.payload);
 }
 

@@ -27,13 +27,14 @@ Seal seal_of(std::span<const std::byte> bytes, const Key& key) {
 }  // namespace
 
 void sign(Frame& frame, const Key& key, std::uint8_t link, SignatureTime time) {
+  // No whole frame, or no room behind it for the signature.
   M100_ASSERT(frame.size >= kHeader2Bytes + kCrcBytes && frame.size + kSignatureBytes <= frame.space.size());
   frame.space[2] |= std::byte{kSignedFlag};
   const std::uint32_t id = std::to_integer<std::uint32_t>(frame.space[7]) |
                            (std::to_integer<std::uint32_t>(frame.space[8]) << 8U) |
                            (std::to_integer<std::uint32_t>(frame.space[9]) << 16U);
   const MessageInfo* const info = find_message(id);
-  M100_ASSERT(info != nullptr);
+  M100_ASSERT(info != nullptr);  // we sign only messages that we made
   const std::byte extra{info->crc_extra};
   const std::size_t summed = frame.size - kCrcBytes;
   protocol::ByteWriter writer(std::span(frame.space).subspan(summed));
@@ -49,6 +50,7 @@ void sign(Frame& frame, const Key& key, std::uint8_t link, SignatureTime time) {
 }
 
 SignatureView signature_of(const FrameView& frame) {
+  // Bytes of the payload would count as a signature.
   M100_ASSERT(frame.is_signed && frame.bytes.size() >= kSignatureBytes);
   protocol::ByteReader reader(frame.bytes.last(kSignatureBytes));
   SignatureView signature{.link = reader.take<std::uint8_t>()};

@@ -62,7 +62,7 @@ class ReplayGuard {
   ReplayGuard() = default;
   /// @param memory of the program's previous run.
   explicit ReplayGuard(const ReplayMemory& memory) : memory_(memory), newest_(memory.newest) {
-    M100_ASSERT(memory.count <= kStreams);
+    M100_ASSERT(memory.count <= kStreams);  // its reader bounds it; more would be read from outside
   }
 
   /// The first frame of a stream may lie behind the newest known time by any time, on the operator's word: a signer

@@ -3,147 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <map>
-#include <numbers>
 
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
-#include "host_tests/oracle/synthetic_axis.h"
 
 namespace m100::host_tests {
 namespace {
-
-using lab::logs::FlightLog;
-using lab::logs::Signal;
-
-using oracle::SyntheticAxis;
-
-using Maker = std::function<void(SyntheticAxis&, oracle::Random&, AdversarialLog&)>;
-using Harm = std::function<void(FlightLog&, oracle::Random&, AdversarialLog&)>;
-
-struct Kind {
-  std::string name;
-  Maker vehicle;
-  Harm harm;
-};
-
-/// A property of the vehicle changes at a random time in the middle of the log.
-Maker change(const std::string& named, const std::string& hidden, double low, double high, bool factor) {
-  return [=](SyntheticAxis& vehicle, oracle::Random& rng, AdversarialLog& out) {
-    vehicle.change_s = out.change_s = rng.between(10.0, 36.0);
-    const double size = rng.between(low, high);
-    vehicle.hidden_later = vehicle.hidden;
-    vehicle.hidden_later[hidden] = factor                    ? std::exp(rng.sign() * std::log1p(size))
-                                   : hidden == "trim_offset" ? rng.sign() * size
-                                                             : size;
-    out.change = named;
-  };
-}
-
-/// The stick is logged later than the vehicle's own delay, so that the response begins before it.
-Harm early_response(double net_low_s, double net_high_s) {
-  return [=](FlightLog& log, oracle::Random& rng, AdversarialLog&) {
-    const double earlier = (rng.between(net_low_s, net_high_s)) / log.period_s;
-    std::vector<double>& stick = log.of(Signal::kStickRoll);
-    const std::vector<double> old = stick;
-    for (std::size_t k = 0; k < old.size(); ++k) {
-      const double at = std::max(0.0, static_cast<double>(k) - earlier);
-      const auto whole = static_cast<std::size_t>(at);
-      const double part = at - std::floor(at);
-      stick[k] = old[whole] + part * (old[std::min(whole + 1, old.size() - 1)] - old[whole]);
-    }
-  };
-}
-
-Maker healthy() {
-  return [](SyntheticAxis&, oracle::Random&, AdversarialLog& out) { out.healthy = true; };
-}
-
-Maker finds(const std::string& what) {
-  return [=](SyntheticAxis&, oracle::Random&, AdversarialLog& out) { out.finding = what; };
-}
-
-Maker no_delay(const std::string& what) {
-  return [=](SyntheticAxis& vehicle, oracle::Random&, AdversarialLog& out) {
-    vehicle.delay_s = 0.0;
-    out.finding = what;
-    out.healthy = what.empty();
-    out.declared = {"second_order"};
-  };
-}
-
-// Deviation: over 60 lines; a table, one row for each kind.
-// NOLINTNEXTLINE(readability-function-size)
-const std::vector<Kind>& kinds() {
-  const Harm none = [](FlightLog&, oracle::Random&, AdversarialLog&) {};
-  static const std::vector<Kind> kKinds{
-      {"healthy", healthy(), none},
-      {"healthy, slow strong air",
-       [](SyntheticAxis& vehicle, oracle::Random& rng, AdversarialLog& out) {
-         vehicle.air_rad = rng.between(0.006, 0.01);
-         vehicle.air_time_s = rng.between(1.0, 2.5);
-         out.healthy = true;
-       },
-       none},
-      {"healthy, calm",
-       [](SyntheticAxis& vehicle, oracle::Random&, AdversarialLog& out) {
-         vehicle.air_rad = 0.001;
-         vehicle.sensor_rad = 0.0005;
-         out.healthy = true;
-       },
-       none},
-      {"healthy, no delay at all", no_delay(""), none},
-      {"air three times stronger",
-       [](SyntheticAxis& vehicle, oracle::Random&, AdversarialLog& out) {
-         vehicle.change_s = 30.0;
-         vehicle.hidden_later["air"] = 3.0;
-         out.finding = "note";
-       },
-       none},
-      {"gain changes 10 to 25 %", change("gain", "gain", 0.10, 0.25, true), none},
-      {"dead zone of 10 to 30 counts begins", change("dead_zone", "dead_zone", 10.0, 30.0, false), none},
-      {"frequency changes 20 to 50 %", change("frequency", "frequency", 0.2, 0.5, true), none},
-      {"delay grows 20 to 60 ms", change("transport_delay", "transport_delay", 0.02, 0.06, false), none},
-      {"trim changes 15 to 50 counts", change("trim_offset", "trim_offset", 15.0, 50.0, false), none},
-      {"clock, net -20 to -60 ms", no_delay("clock_shift"), early_response(0.02, 0.06)},
-      {"clock, net -10 ms", no_delay("clock_shift"), early_response(0.01, 0.01)},
-      {"frozen samples", finds("frozen"),
-       [](FlightLog& log, oracle::Random& rng, AdversarialLog&) {
-         std::vector<double>& roll = log.of(Signal::kAttitudeRoll);
-         for (double from_s = rng.between(5.0, 9.0); from_s < 43.0; from_s += rng.between(4.0, 9.0)) {
-           const std::size_t first = log.index_of(from_s);
-           const std::size_t last = std::min(log.size, log.index_of(from_s + rng.between(0.2, 0.8)));
-           std::fill(roll.begin() + static_cast<std::ptrdiff_t>(first),
-                     roll.begin() + static_cast<std::ptrdiff_t>(last), roll[first]);
-         }
-       }},
-      {"outliers", finds("outliers"),
-       [](FlightLog& log, oracle::Random& rng, AdversarialLog&) {
-         std::vector<double>& roll = log.of(Signal::kAttitudeRoll);
-         for (double at_s = rng.between(3.0, 5.0); at_s < 44.0; at_s += rng.between(0.5, 3.0)) {
-           roll[log.index_of(at_s)] += rng.sign() * rng.between(0.2, 1.5);
-         }
-       }},
-      {"sign of the stick", finds("sign_reversed"),
-       [](FlightLog& log, oracle::Random&, AdversarialLog&) {
-         for (double& counts : log.of(Signal::kStickRoll)) {
-           counts = -counts;
-         }
-       }},
-      {"attitude in degrees", finds("wrong_unit"),
-       [](FlightLog& log, oracle::Random&, AdversarialLog&) {
-         for (double& angle : log.of(Signal::kAttitudeRoll)) {
-           angle *= 180.0 / std::numbers::pi;
-         }
-       }},
-      {"roll and pitch swapped", finds("swapped_axes"),
-       [](FlightLog& log, oracle::Random&, AdversarialLog&) {
-         std::swap(log.of(Signal::kStickRoll), log.of(Signal::kStickPitch));
-       }},
-  };
-  return kKinds;
-}
 
 /// Whether the answer says that these data cannot separate the two effects.
 bool stands_for(const lab::identify::IdentifyResult& result, const std::string& one, const std::string& other) {
@@ -170,29 +35,6 @@ bool names_change(const AdversarialLog& truth, const lab::identify::IdentifyResu
 }
 
 }  // namespace
-
-const std::vector<std::string>& adversarial_log_kinds() {
-  static const std::vector<std::string> kNames = [] {
-    std::vector<std::string> out;
-    for (const Kind& kind : kinds()) {
-      out.push_back(kind.name);
-    }
-    return out;
-  }();
-  return kNames;
-}
-
-AdversarialLog adversarial_log(const std::string& kind, std::uint64_t seed) {
-  const auto found = std::find_if(kinds().begin(), kinds().end(), [&](const Kind& one) { return one.name == kind; });
-  AdversarialLog out;
-  out.kind = kind;
-  oracle::Random rng(seed * 6364136223846793005ULL + 1442695040888963407ULL);
-  SyntheticAxis vehicle = SyntheticAxis::random(seed);
-  found->vehicle(vehicle, rng, out);
-  out.log = vehicle.fly();
-  found->harm(out.log, rng, out);
-  return out;
-}
 
 lab::identify::IdentifyResult identify_log(const AdversarialLog& truth, std::size_t refits) {
   lab::identify::Request request;

@@ -12,8 +12,7 @@
 
 namespace m100::host_tests {
 
-/// A simulated log with known truth that is designed to mislead the identification: one roll axis of 45 s
-/// (synthetic_axis.h), or an unknown vehicle's (unseen_log.h).
+/// A simulated log with known truth that is designed to mislead the identification (unseen_log.h).
 struct AdversarialLog {
   std::string kind;
   lab::logs::FlightLog log;
@@ -34,14 +33,9 @@ struct AdversarialLog {
   std::function<double()> evidence;
 };
 
-/// The kinds, in the order of the published table.
-const std::vector<std::string>& adversarial_log_kinds();
-/// @param kind  one of adversary_kinds()
-AdversarialLog adversarial_log(const std::string& kind, std::uint64_t seed);
-
 enum class Classification { kRight, kUndecided, kWrongName, kFalseAcceptance, kFalseRejection };
 
-/// Classifies the answer to an adversary.
+/// Classifies the answer to such a log.
 ///   right         only the change, the effect or the finding is named; healthy log: a clean bill
 ///   undecided     "unexplained", and the hidden effect is not named for certain
 ///   wrong name    "explained" by an effect that is not there
@@ -49,7 +43,7 @@ enum class Classification { kRight, kUndecided, kWrongName, kFalseAcceptance, kF
 ///   refused       a healthy log that gets no clean bill
 Classification classify(const AdversarialLog& truth, const lab::identify::IdentifyResult& result);
 
-/// Runs identify with the adversary's declaration and ranges.
+/// Runs identify with the log's declaration and ranges.
 lab::identify::IdentifyResult identify_log(const AdversarialLog& truth, std::size_t refits = 0);
 
 }  // namespace m100::host_tests

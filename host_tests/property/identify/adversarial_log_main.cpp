@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// identify_adversarial_logs [--logs N] [--seed S] [--kind WORDS] [--unseen] [--verbose]: the matrix of adversarial
-// logs, or of those of unseen. Exit code 1 if a required rate is missed.
+// identify_adversarial_logs [--logs N] [--seed S] [--kind WORDS] [--verbose]: the matrix of unseen
+// logs. Exit code 1 if a required rate is missed.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -23,7 +23,6 @@ struct Options {
   int logs = 20;
   std::uint64_t seed = 1;
   std::string only;
-  bool unseen = false;
   bool verbose = false;
 };
 
@@ -96,11 +95,11 @@ Tally run(const std::string& kind, const Options& options) {
   Tally tally;
   for (int k = 0; k < options.logs; ++k) {
     const std::uint64_t number = options.seed + static_cast<std::uint64_t>(k);
-    const AdversarialLog truth = options.unseen ? unseen_log(kind, number) : adversarial_log(kind, number);
+    const AdversarialLog truth = unseen_log(kind, number);
     ++tally.logs;
     try {
       const std::clock_t started = std::clock();
-      const auto result = identify_log(truth, options.unseen ? 40 : 0);
+      const auto result = identify_log(truth, 40);
       const double cost_s = static_cast<double>(std::clock() - started) / CLOCKS_PER_SEC;
       tally.cost_s.push_back(cost_s * 60.0 / (static_cast<double>(truth.log.size) * truth.log.period_s));
       const Classification answer = classify(truth, result);
@@ -130,7 +129,6 @@ Options parsed(const std::vector<std::string>& given) {
     out.logs = given[k] == "--logs" ? std::atoi(value.c_str()) : out.logs;
     out.seed = given[k] == "--seed" ? std::strtoull(value.c_str(), nullptr, 10) : out.seed;
     out.only = given[k] == "--kind" ? value : out.only;
-    out.unseen = out.unseen || given[k] == "--unseen";
     out.verbose = out.verbose || given[k] == "--verbose";
   }
   return out;
@@ -174,7 +172,7 @@ int main(int count, char** words) {
   std::printf("%-42s %5s %6s %10s %6s %6s %7s %8s %6s %6s\n", "kind (simulated)", "logs", "right", "undecided", "wrong",
               "clean", "unseen", "healthy-", "error", "s/min");
   Tally sick, healthy;
-  for (const std::string& kind : options.unseen ? unseen_log_kinds() : adversarial_log_kinds()) {
+  for (const std::string& kind : unseen_log_kinds()) {
     if (kind.find(options.only) == std::string::npos) {
       continue;
     }

@@ -58,6 +58,21 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"DoubletsOfAnyHand", "healthy, any hand", 17006}),
     [](const auto& one) { return one.param.name; });
 
+// A change must be named and dated: its interval must contain the true time.
+TEST(UnseenLogChange, IsDated) {
+  int inside = 0;
+  int found = 0;
+  for (std::uint64_t seed = 9001; seed <= 9008; ++seed) {
+    const AdversarialLog truth = unseen_log("trim changes 20 to 80 counts", seed);
+    for (const auto& change : identify_log(truth).changes) {
+      ++found;
+      inside += change.low_s - 0.3 <= truth.change_s && truth.change_s <= change.high_s + 0.3 ? 1 : 0;
+    }
+  }
+  EXPECT_GE(found, 6);
+  EXPECT_GE(inside, found - 1);
+}
+
 // Catches a judge that excuses false clean bills: a large hidden effect must count as visible, an absent one not.
 TEST(UnseenLogBound, TellsWhatALogCanShow) {
   oracle::Random rng(5);
