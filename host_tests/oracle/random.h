@@ -15,6 +15,8 @@ class Random {
   explicit Random(std::uint64_t seed) : engine_(seed) {}
   double between(double low, double high) { return low + (high - low) * uniform_(engine_); }
   double normal() { return normal_(engine_); }
+  /// Forgets the second number of a pair: what follows does not depend on whether it was drawn.
+  void drop_pair() { normal_.reset(); }
   double sign() { return uniform_(engine_) < 0.5 ? -1.0 : 1.0; }
   bool one_in(double count) { return uniform_(engine_) * count < 1.0; }
   template <typename Value>

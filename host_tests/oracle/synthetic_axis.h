@@ -179,6 +179,7 @@ struct SyntheticAxis {
 
   /// Adds the disturbance by the air and the sensor's noise.
   std::vector<double> seen(std::vector<double> angle, Random& random) const {
+    random.drop_pair();
     GaussMarkovNoise air(air_rad, air_time_s, kPeriod_s);
     air.start(random);
     for (std::size_t i = 0; i < angle.size(); ++i) {
@@ -194,6 +195,7 @@ struct SyntheticAxis {
 
   // Held targets with smooth transitions, like a pilot's.
   static std::vector<double> hand(std::size_t size, Random& random) {
+    random.drop_pair();
     std::vector<double> out(size);
     double target = 0.0;
     double value = 0.0;

@@ -46,6 +46,12 @@ double parameter(const identify::ModelResult& fitted, const std::string& name, d
   return otherwise;
 }
 
+/// A tilt limit acts on both axes, of which only one is simulated here; the jump is no effect of its own.
+bool can_be_added(const std::string& effect) {
+  oracle::AxisParameters any;
+  return effect != "tilt_limit" && effect != "dead_zone_jump" && oracle::set_effect(any, effect, 1.0);
+}
+
 /// The fitted model together with `effects`.
 oracle::AxisParameters joined(const identify::ModelResult& fitted, const HiddenEffects& effects) {
   const double time_constant_s = parameter(fitted, "time_constant_s", 0.0);
@@ -57,7 +63,8 @@ oracle::AxisParameters joined(const identify::ModelResult& fitted, const HiddenE
                              .first_order = time_constant_s > 0.0,
                              .delay_s = std::max(0.0, parameter(fitted, "delay_s", 0.0))};
   for (const model::AxisEffect& effect : model::kAxisEffects) {
-    const bool of_the_path = !model::is_base(effect) && effect.name != "transport_delay";
+    const bool of_the_path =
+        !model::is_base(effect) && effect.name != "transport_delay" && can_be_added(std::string(effect.name));
     const double value = parameter(fitted, std::string(effect.numbers[0].parameter), 0.0);
     if (of_the_path && value != 0.0) {
       oracle::set_effect(out, effect.name, value);
@@ -86,12 +93,6 @@ std::vector<double> response(const FlightLog& log, const AxisOf& axis, const ide
     out[k] = vehicle.response();
   }
   return out;
-}
-
-/// A tilt limit acts on both axes, of which only one is simulated here; the jump is no effect of its own.
-bool can_be_added(const std::string& effect) {
-  oracle::AxisParameters any;
-  return effect != "tilt_limit" && effect != "dead_zone_jump" && oracle::set_effect(any, effect, 1.0);
 }
 
 bool moves_the_aircraft(const std::string& name) {
