@@ -23,6 +23,7 @@
 namespace {
 
 namespace lab = m100::lab;
+namespace oracle = m100::oracle;
 using m100::oracle::SyntheticAxis;
 using Truth = std::map<std::string, double>;
 
