@@ -17,7 +17,6 @@ namespace {
 
 constexpr double kFarthest_m = 1000.0;
 constexpr double kLegalHeight_m = 122.0;  ///< 400 ft (14 CFR 107.51); the European Union allows 120 m
-constexpr double kRounding_m = 1e-3;      ///< poses are exact to millimetres; a course along the fence counts as inside
 constexpr double kRoom_m = 0.5;           ///< a hover in wind wanders by half of it; the rest is for braking
 constexpr std::array kKeys{
     FlightKey{.section = "", .key = "mode", .mode = &FlightFile::mode},
@@ -74,14 +73,6 @@ constexpr std::array kKeys{
 std::string full_name(std::string_view section, std::string_view key) {
   return section.empty() ? std::string(key) : std::string(section) + "." + std::string(key);
 }
-
-std::string text_of(double value) {
-  std::ostringstream out;
-  out << value;
-  return out.str();
-}
-
-std::string text_of(const Range& range) { return "[" + text_of(range.low) + ", " + text_of(range.high) + "]"; }
 
 std::string place(const std::string& file, const toml::node* node) {
   const auto line = node == nullptr ? 0U : node->source().begin.line;
@@ -202,14 +193,15 @@ core::Duration or_else(double seconds, core::Duration otherwise) {
   return seconds > 0.0 ? core::Duration(std::llround(seconds * 1e6)) : otherwise;
 }
 
-/// One axis of a place and the fence's range there.
-struct Side {
-  const char* axis;
-  double at_m;
-  Range box;
-};
-
 }  // namespace
+
+std::string text_of(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
+std::string text_of(const Range& range) { return "[" + text_of(range.low) + ", " + text_of(range.high) + "]"; }
 
 Mode mode_of(std::string_view word, const std::string& where) {
   if (const std::optional<Mode> mode = mode_named(word)) {
@@ -288,29 +280,6 @@ ref::SpeedLimits goal_limits_of(const FlightFile& flight) {
       std::min({limits.acceleration_m_s2, course.acceleration_m_s2, model::kGravity_m_s2 * std::sin(course.tilt_rad)});
   limits.yaw_rate_rad_s = std::min(limits.yaw_rate_rad_s, course.yaw_rate_rad_s);
   return limits;
-}
-
-void validate_inside_fence(const FlightFile& flight, const ref::Waypoint<double>& start,
-                           const ref::Trajectory<double>& course, std::span<const CoursePiece> pieces,
-                           const std::string& course_name) {
-  const auto expect = [&](const core::Vector<double, 3>& place_w_m, const auto& who, const auto& when) {
-    const core::Vector<double, 3> offset_m = place_w_m - start.position_w_m;
-    for (const Side& side : {Side{"x", offset_m.x(), flight.fence_x_m}, Side{"y", offset_m.y(), flight.fence_y_m},
-                             Side{"z", place_w_m.z(), flight.fence_z_m}}) {
-      if (!Range{side.box.low - kRounding_m, side.box.high + kRounding_m}.contains(side.at_m)) {
-        throw FlightFileError(who() + ": " + side.axis + " = " + text_of(side.at_m) + " m is outside the fence, " +
-                              side.axis + "_m = " + text_of(side.box) + when());
-      }
-    }
-  };
-  expect(
-      start.position_w_m, [] { return std::string("the start of the flight"); }, [] { return std::string(); });
-  for_each_sample(course, pieces, [&](const CoursePiece& piece, core::Duration at, const ref::Motion& motion) {
-    expect(
-        {motion[0][0], motion[1][0], motion[2][0]},
-        [&] { return course_name + ":" + std::to_string(piece.line) + ": '" + piece.word + "'"; },
-        [&] { return ", " + when_and_where(at, motion, start); });
-  });
 }
 
 }  // namespace m100::companion

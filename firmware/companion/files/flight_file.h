@@ -69,6 +69,10 @@ struct FlightKey {
 /// All of them, in the order of the file.
 std::span<const FlightKey> flight_keys();
 
+/// As messages give them: "2.5" and "[-1, 1]".
+std::string text_of(double value);
+std::string text_of(const Range& range);
+
 /// Reads and checks a flight file. The three ranges of the fence are required. Unknown sections or keys, wrong types,
 /// values outside their range, a fence that does not contain the start, and a coast time that is not longer than the
 /// age limit of a pose are errors. Errors: FlightFileError with file, line and key.
@@ -86,12 +90,5 @@ CourseLimits course_limits_of(const FlightFile& flight);
 /// The limits of the ways to goals: the smaller of the defaults for goals and the limits of a course. An acceleration a
 /// in any direction, including down, needs a tilt of at most asin(a / g).
 ref::SpeedLimits goal_limits_of(const FlightFile& flight);
-
-/// Refuses a course that leaves the fence, or a start outside it. Errors: FlightFileError that names the line of the
-/// course, the side of the fence, the time and the place.
-/// @param course as laid, by `pieces`. @param course_name for messages.
-void validate_inside_fence(const FlightFile& flight, const ref::Waypoint<double>& start,
-                           const ref::Trajectory<double>& course, std::span<const CoursePiece> pieces,
-                           const std::string& course_name);
 
 }  // namespace m100::companion

@@ -14,16 +14,19 @@
 
 #include "firmware/app/flight_controller.h"
 #include "firmware/companion/backup/backup_process.h"
+#include "firmware/companion/backup/backup_supervisor.h"
 #include "firmware/companion/files/log_file.h"
 #include "firmware/companion/fly/flight_files.h"
 #include "firmware/companion/fly/flight_model.h"
 #include "firmware/companion/fly/flight_result.h"
 #include "firmware/companion/fly/flight_sequencer.h"
 #include "firmware/companion/fly/margin_certificate.h"
+#include "firmware/companion/fly/monitor/link_health_log.h"
 #include "firmware/companion/fly/monitor/stall_monitor.h"
 #include "firmware/companion/ground_station/ground_station_commands.h"
 #include "firmware/companion/operator/line_writer.h"
 #include "firmware/companion/operator/link_report.h"
+#include "firmware/companion/operator/operator_channels.h"
 #include "firmware/companion/operator/operator_messages.h"
 #include "firmware/companion/operator/terminal.h"
 #include "firmware/companion/preflight/model_findings.h"
@@ -78,10 +81,11 @@ bool is_excited(const FlightFiles& files, const Controller& controller) {
   return !files.excitation || controller.excitation().state() == ctl::Excitation<double>::State::kOver;
 }
 
-void expect_files(const FlyOptions& options) {
+FlightFiles files_of(const FlyOptions& options) {
   if (options.pose.port.empty() || options.vehicle.empty() || options.gains.empty() || options.flight.empty()) {
     throw UsageError("fly: needs --pose-port, --vehicle, --gains and --flight (or --dry-run)");
   }
+  return FlightFiles(options);
 }
 
 /// @param place where the aircraft was when the program began
@@ -126,72 +130,8 @@ TelemetryStream* prepare_the_thread(PosePort& pose_port, LiveDisplay& live) {
 
 /// In simulated time the flight waits for its log after so many ticks: the log's ring holds more than they produce.
 constexpr std::uint32_t kTicksPerWait = 400;
-constexpr core::Duration kHealthPeriod = std::chrono::seconds(1);  ///< of the link's health in the log
 /// Watchdog time-out of the service manager: longer than the backup process's 0.7 s, which handles a hang more gently.
 constexpr core::Duration kServiceTimeout = std::chrono::seconds(1);
-
-/// Sends lines to the terminal, the log and the room.
-class OperatorChannels final : public OperatorLog {
- public:
-  /// @param speaker to the room; may be null.
-  OperatorChannels(log::FlightLogWriter* log, TelemetryStream* telemetry_stream)
-      : log_(log), telemetry_stream_(telemetry_stream) {}
-  void write(core::TimePoint now, std::string_view line) override {
-    TextLine timed;
-    timed.add(core::seconds<double>(now.time_since_epoch()), 2).add(" s  ").add(line);
-    print_line(timed.text());
-    if (log_ != nullptr) {
-      log_->append(now, line);
-    }
-    if (telemetry_stream_ != nullptr) {
-      telemetry_stream_->publish(line);
-    }
-  }
-
- private:
-  log::FlightLogWriter* log_;
-  TelemetryStream* telemetry_stream_;
-};
-
-/// Logs the health of the link once a second.
-class LinkHealthLog {
- public:
-  explicit LinkHealthLog(log::FlightLogWriter* log) : log_(log) {}
-  void tick(core::TimePoint now, const link::LinkHealth& health) {
-    if (log_ != nullptr && now - logged_at_ >= kHealthPeriod) {
-      log_->append(now, health_line(health, text_));
-      logged_at_ = now;
-    }
-  }
-
- private:
-  log::FlightLogWriter* log_;
-  core::TimePoint logged_at_{};
-  HealthText text_{};
-};
-
-/// Watches whether the second process would give control back if this program died; tells the operator on a change.
-class BackupSupervisor {
- public:
-  BackupSupervisor(BackupProcess& backup, OperatorLog& operator_log) : backup_(backup), operator_log_(operator_log) {}
-  /// @returns true: it would.
-  bool tick(core::TimePoint now) {
-    const BackupProcess::State state = backup_.state(now);
-    if (state != reported_) {
-      reported_ = state;
-      operator_log_.write(now, state == BackupProcess::State::kReady ? "the second process runs again"
-                               : state == BackupProcess::State::kDead
-                                   ? "the second process is dead: nobody gives control back if this program dies. Land"
-                                   : "the second process hangs: nobody gives control back if this program dies. Land");
-    }
-    return state == BackupProcess::State::kReady;
-  }
-
- private:
-  BackupProcess& backup_;
-  OperatorLog& operator_log_;
-  BackupProcess::State reported_ = BackupProcess::State::kReady;
-};
 
 void heartbeat(BackupProcess& backup, const hal::SerialPort& port, Controller& controller) {
   backup.set_port(port.descriptor(), port.openings());
@@ -276,8 +216,7 @@ void conclude(const FlyOptions& options, nlohmann::json result, const Controller
 
 // Deviation: the parts of a flight in the order in which they are made, and the loop that runs them.
 bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::SerialPort& port) {
-  expect_files(options);
-  const FlightFiles files(options);
+  const FlightFiles files = files_of(options);
   const FlightModel model = sound_model(options, files.mode);
   say_design(options, model.vehicle(), files.mode);
   const link::ChannelCommand neutral = neutral_of(options, model.vehicle());

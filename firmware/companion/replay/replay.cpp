@@ -16,6 +16,7 @@
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/ground_station/guided_mode.h"
 #include "firmware/companion/ground_station/return_to_start.h"
+#include "firmware/companion/replay/record_window.h"
 #include "firmware/companion/replay/recorded_uart.h"
 #include "firmware/mpc/table_file.h"
 
@@ -139,36 +140,6 @@ void lead(GuidedMode<T>* guided_mode, GroundStationTap& line, ReturnToStart<T>& 
   }
   home.update(controller, now);
 }
-
-/// The records that the replayed flight would have logged of a tick, beside the bytes: the last messages of its ring.
-class RecordWindow {
- public:
-  RecordWindow() : ring_(storage_), log_(ring_) {}
-  log::FlightLogWriter& log() { return log_; }
-  /// @param excited a record of the excitation precedes the tick's.
-  RecordedFlight::Tick take(bool excited) {
-    std::vector<std::byte> bytes;
-    while (!ring_.front().empty()) {
-      bytes.insert(bytes.end(), ring_.front().begin(), ring_.front().end());
-      ring_.pop(ring_.front().size());
-    }
-    RecordedFlight::Tick tick;
-    const std::byte* at = bytes.data() + bytes.size() - sizeof tick.record;
-    std::memcpy(&tick.record, at, sizeof tick.record);
-    if (excited) {
-      at -= kMessageHead + sizeof(log::ExcitationRecord);
-      std::memcpy(&tick.excitation.emplace(), at, sizeof(log::ExcitationRecord));
-    }
-    return tick;
-  }
-
- private:
-  static constexpr std::size_t kMessageHead = 5;  ///< size, type and number of a data message
-  /// As large as a flight's: the tick that ends the wait for the first pose reads the bytes of five seconds.
-  std::vector<std::byte> storage_ = std::vector<std::byte>(1U << 20U);
-  log::Ring ring_;
-  log::FlightLogWriter log_;
-};
 
 /// The replay writes a time request to the pose port even if the flight's port refused it, and the log lacks it.
 bool same_bytes(const RecordedUart& autopilot, const RecordedUart& pose, const RecordedFlight::Tick& then) {

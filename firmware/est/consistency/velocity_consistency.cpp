@@ -9,33 +9,16 @@
 namespace m100::est {
 namespace {
 
-struct Row {
-  std::string_view name;
-  std::string_view unit;
-  double allowed;
-};
-
-/// In the order of Check. Each bound is the largest error that a healthy flight may have for an unlimited time.
+/// Each bound is the largest error that a healthy flight may have for an unlimited time.
 ///
 /// force: at most 0.34 m/s: a time of capture that is wrong by 80 ms (the largest in the worlds that ship) times the
 ///   largest acceleration of the law, 4.3 m/s^2 at 25 degrees of tilt. In smaller motions less is allowed: see
 ///   allowed_m_s().
 /// climb: the same 80 ms while the aircraft starts its climb at 2.5 m/s^2; the observer's climb speed is wrong by
 ///   0.03 m/s.
-/// motion: PathConsistency provides it with its alarm.
 /// heading: 100 ms at the largest yaw rate, 1.75 rad/s, and 2 degrees of the compass besides its slow drift, which the
 ///   mean removes; the noise of a pose's heading is 0.002 rad.
-/// rates, answer, height: AttitudeRateConsistency, CommandConsistency and HeightConsistency provide them.
-constexpr std::array<Row, kCheckCount> kRows{{{"none", "", 1.0},
-                                              {"force", "m/s", 0.35},
-                                              {"climb", "m/s", 0.2},
-                                              {"heading", "rad", 0.21},
-                                              {"motion", "m", 0.0},
-                                              {"rates", "rad", 0.0},
-                                              {"answer", "rad", 0.0},
-                                              {"height", "m", 0.0}}};
-
-constexpr const Row& row(ConsistencyCheck check) { return kRows[static_cast<std::size_t>(check)]; }
+constexpr double kMaxForceError_m_s = 0.35, kMaxClimbError_m_s = 0.2, kMaxHeadingError_rad = 0.21;
 
 /// Memory of the sum of velocity: a part of the force's offset that is not yet known, 0.2 m/s^2 (measured logs: a few
 /// tenths), must not fill the sum for longer than a manoeuvre lasts.
@@ -69,28 +52,11 @@ constexpr double kMaxStartSigma_m_s = 10.0;
 constexpr double kMovedLately_s = 1.0;
 
 template <typename T>
-constexpr T bound(ConsistencyCheck check) {
-  return static_cast<T>(row(check).allowed);
-}
-
-template <typename T>
 T size_of(T value) {
   return value < T(0) ? -value : value;
 }
 
 }  // namespace
-
-std::string_view name(ConsistencyCheck check) { return row(check).name; }
-std::string_view unit_of(ConsistencyCheck check) { return row(check).unit; }
-
-std::optional<ConsistencyCheck> check_of(std::string_view name) {
-  for (std::size_t i = 1; i < kCheckCount; ++i) {
-    if (kRows[i].name == name) {
-      return static_cast<ConsistencyCheck>(i);
-    }
-  }
-  return std::nullopt;
-}
 
 /// Turns the newest specific force into horizontal axes at the aircraft's heading.
 template <typename T>
@@ -123,7 +89,7 @@ T VelocityConsistency<T>::allowed_m_s(const Vector2& disturbance_acceleration_w_
   const T disturbance_m_s2 = core::sqrt(disturbance_acceleration_w_m_s2.squaredNorm());
   const T allowed =
       static_cast<T>(kCalm_m_s) + static_cast<T>(kMoves_s) * moved_m_s2_ + static_cast<T>(kWind_s) * disturbance_m_s2;
-  const T most = bound<T>(ConsistencyCheck::kForce);
+  const T most = static_cast<T>(kMaxForceError_m_s);
   const T unknown = core::clamp(
       (static_cast<T>(kFirstLook_s) - force_seen_s_) * static_cast<T>(1.0 / (kFirstLook_s - kBegins_s)), T(0), T(1));
   return (allowed < most ? allowed : most) + unknown * static_cast<T>(kFirstLook_m_s) +
@@ -302,10 +268,10 @@ void VelocityConsistency<T>::update(const ImuSample<T>& imu, const Estimate<T>& 
   accumulate(ConsistencyCheck::kForce, velocity_residual_m_s, allowed, step_s);
   if (imu.climb_is_new) {
     accumulate(ConsistencyCheck::kClimb, size_of(estimate.climb_m_s - imu.climb_m_s),
-               bound<T>(ConsistencyCheck::kClimb), step_s);
+               static_cast<T>(kMaxClimbError_m_s), step_s);
   }
   if (imu.attitude_is_new) {
-    accumulate(ConsistencyCheck::kHeading, turned_rad, bound<T>(ConsistencyCheck::kHeading), step_s);
+    accumulate(ConsistencyCheck::kHeading, turned_rad, static_cast<T>(kMaxHeadingError_rad), step_s);
   }
 }
 

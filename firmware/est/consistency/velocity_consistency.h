@@ -10,6 +10,7 @@
 #include "firmware/core/eigen.h"
 #include "firmware/core/maths.h"
 #include "firmware/core/time.h"
+#include "firmware/est/consistency/consistency_check.h"
 #include "firmware/est/consistency/cusum.h"
 #include "firmware/est/consistency/path_consistency.h"
 #include "firmware/est/estimate.h"
@@ -17,39 +18,6 @@
 #include "firmware/est/measurement.h"
 
 namespace m100::est {
-
-/// The checks of the pose's motion against the autopilot's measurements of the same motion (VelocityConsistency), and
-/// of the autopilot's attitude against its own rates (AttitudeRateConsistency) and against our commands
-/// (CommandConsistency).
-enum class ConsistencyCheck : std::uint8_t {
-  kNone,
-  kForce,    ///< change of horizontal velocity, against the specific force; m/s
-  kClimb,    ///< climb speed, against the autopilot's; m/s
-  kHeading,  ///< change of heading, against the autopilot's; rad
-  kMotion,   ///< the path of the last seconds, against that of the specific force; m
-  kRates,    ///< change of tilt, against the rates of the autopilot; rad
-  kAnswer,   ///< the tilt, against our own commands; rad
-  kHeight,   ///< the height, against the autopilot's height and climb speed over tens of seconds; m
-};
-inline constexpr std::size_t kCheckCount = 8;
-std::string_view name(ConsistencyCheck check);
-std::string_view unit_of(ConsistencyCheck check);
-/// The check of a name; nullopt: there is no such check.
-std::optional<ConsistencyCheck> check_of(std::string_view name);
-
-/// A set of checks, one bit each.
-using CheckSet = std::uint8_t;
-constexpr CheckSet set_of(ConsistencyCheck check) {
-  return check == ConsistencyCheck::kNone ? CheckSet{0} : static_cast<CheckSet>(1U << static_cast<unsigned>(check));
-}
-
-/// The check that contradicts the pose or the attitude.
-template <typename T>
-struct Contradiction {
-  ConsistencyCheck check = ConsistencyCheck::kNone;  ///< kNone: none does
-  T measured{0};                                     ///< the disagreement, in unit_of(check)
-  T allowed{0};
-};
 
 /// Compares the motion of the poses, as the observer estimates it, with the motion that the autopilot measures.
 ///

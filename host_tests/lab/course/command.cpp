@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/companion/files/course_inside_fence.h"
 #include "firmware/companion/files/course_words.h"
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/course/picture.h"

@@ -48,7 +48,7 @@ p,li,h1,h2,.box,td,.title{overflow-wrap:anywhere}
 .bars{grid-template-columns:1fr}.bars>div{display:block;margin-bottom:.4em}.bars span{display:block}.bars span:first-child{text-align:left}
 .many,.many tbody,.heat,.heat tbody{display:block}.many tr,.heat tr{display:block;border-bottom:2px solid #9aa;padding:.3em 0}
 .many tr:first-child,.heat tr:first-child{display:none}.many td{display:flex;justify-content:space-between;gap:1em;border:0;padding:.1em .3em;white-space:normal}
-.many td:empty,.heat td.none{display:none}.many td:first-child{font-weight:bold;justify-content:flex-start}.many td::before{content:attr(data-head);color:#555;font-weight:normal}
+.many td:empty,.heat td.none{display:none}.many td:first-child{font-weight:bold;justify-content:flex-start}.many td::before{content:attr(data-head);color:#555;font-weight:normal;overflow-wrap:break-word}
 .many td:first-child::before{content:""}.heat th{display:block}.heat td{display:inline-block;margin:1px}.heat td::before{content:attr(data-head) ": "}}
 @media print{*{print-color-adjust:exact;-webkit-print-color-adjust:exact}.live .static{display:block}.plot,.keys,.hint{display:none}}
 </style>)";

@@ -73,7 +73,6 @@ const FlightSeries& hover() {
     experiments::FlightPlan plan;
     plan.plant = sim::measured_plant();
     plan.vehicle = companion::as_file(mpc::generated::kVehicle);
-    plan.course = "step 0 0 0 0 12";
     plan.duration_s = 12.0;
     plan.keep_log = true;
     const experiments::FlightResult result = experiments::fly(plan);

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/companion/ground_station/telemetry_stream.h"
+#include "firmware/companion/operator/operator_log.h"
+#include "firmware/companion/operator/terminal.h"
+#include "firmware/log/flight_log.h"
+
+namespace m100::companion {
+
+/// Sends lines to the terminal, the log and the room.
+class OperatorChannels final : public OperatorLog {
+ public:
+  /// @param speaker to the room; may be null.
+  OperatorChannels(log::FlightLogWriter* log, TelemetryStream* telemetry_stream)
+      : log_(log), telemetry_stream_(telemetry_stream) {}
+  void write(core::TimePoint now, std::string_view line) override {
+    TextLine timed;
+    timed.add(core::seconds<double>(now.time_since_epoch()), 2).add(" s  ").add(line);
+    print_line(timed.text());
+    if (log_ != nullptr) {
+      log_->append(now, line);
+    }
+    if (telemetry_stream_ != nullptr) {
+      telemetry_stream_->publish(line);
+    }
+  }
+
+ private:
+  log::FlightLogWriter* log_;
+  TelemetryStream* telemetry_stream_;
+};
+
+}  // namespace m100::companion
