@@ -17,10 +17,6 @@ namespace {
 constexpr std::size_t kAtOneSecond = 2;  // index in kHorizons_s
 static_assert(kHorizons_s[kAtOneSecond] == 1.0);
 
-identify::Interval mean_of(const std::vector<double>& values) {
-  return compare_pairs(std::vector<double>(values.size(), 0.0), values).difference_m;
-}
-
 /// Flies the tasks with one model and writes its errors.
 void fly_model(const LoopOptions& options, const ComparedModel& model, ModelScore& score) {
   for (const std::string& task : options.tasks) {
@@ -46,8 +42,8 @@ void fly_model(const LoopOptions& options, const ComparedModel& model, ModelScor
       pose2[i] = std::sqrt(pose2[i] / cells);
       horizontal2[i] = std::sqrt(horizontal2[i] / cells);
     }
-    score.pose_m[task] = mean_of(pose2);
-    score.horizontal_m[task] = mean_of(horizontal2);
+    score.pose_m[task] = mean_with_interval(pose2);
+    score.horizontal_m[task] = mean_with_interval(horizontal2);
   }
 }
 
@@ -102,7 +98,7 @@ std::vector<ModelScore> compare_models(const LoopOptions& options, const std::ve
       options.progress("flying " + score.name);
     }
     for (std::size_t q = 0; q < kQuantities.size(); ++q) {
-      score.prediction_1s[kQuantities[q].name] = mean_of(errors[m][q]);
+      score.prediction_1s[kQuantities[q].name] = mean_with_interval(errors[m][q]);
     }
     fly_model(options, models[m], score);
     score.margins = gains::margins_over(models[m].vehicle.vehicle, {{"the plant", truth}});

@@ -49,21 +49,6 @@ double average(const std::vector<double>& values) {
   return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
 }
 
-/// Mean with its 95 % interval (Student's t); without an end where there is only one value.
-identify::Interval mean_with_interval(const std::vector<double>& values) {
-  const double mean = average(values);
-  double half_width = std::numeric_limits<double>::infinity();
-  if (values.size() > 1) {
-    double squares = 0.0;
-    for (const double value : values) {
-      squares += (value - mean) * (value - mean);
-    }
-    const auto n = static_cast<double>(values.size());
-    half_width = student_t(n - 1.0) * std::sqrt(squares / (n - 1.0) / n);
-  }
-  return {mean, mean - half_width, mean + half_width};
-}
-
 nlohmann::json json_of(const PairedErrors& errors) {
   const auto known = [](double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); };
   return {{"flights", errors.flights},
@@ -78,6 +63,20 @@ nlohmann::json json_of(const PairedErrors& errors) {
 }
 
 }  // namespace
+
+identify::Interval mean_with_interval(const std::vector<double>& values) {
+  const double mean = average(values);
+  double half_width = std::numeric_limits<double>::infinity();
+  if (values.size() > 1) {
+    double squares = 0.0;
+    for (const double value : values) {
+      squares += (value - mean) * (value - mean);
+    }
+    const auto n = static_cast<double>(values.size());
+    half_width = student_t(n - 1.0) * std::sqrt(squares / (n - 1.0) / n);
+  }
+  return {mean, mean - half_width, mean + half_width};
+}
 
 PairedErrors compare_pairs(const std::vector<double>& before_m, const std::vector<double>& after_m) {
   PairedErrors out;

@@ -26,6 +26,9 @@ struct PairedErrors {
   std::string verdict = "no difference";
   bool within_margin = false;  ///< the interval of the ratio excludes an increase beyond the margin
 };
+/// Mean with its 95 % interval (Student's t); without an end where there is only one value.
+identify::Interval mean_with_interval(const std::vector<double>& values);
+
 /// Precondition: as many errors before as after, pair by pair.
 PairedErrors compare_pairs(const std::vector<double>& before_m, const std::vector<double>& after_m);
 
