@@ -266,7 +266,8 @@ RECIPES = [
     Recipe("a new effect of translation", 1, add_translation_effect, HERE / "translation_effect_arrives.cpp",
            ["firmware/model/stick_axis.cpp", "firmware/core/assert.cpp", "firmware/core/maths.cpp",
             "firmware/companion/files/vehicle_keys.cpp", "host_tests/sim/world/axis_motion.cpp",
-            "host_tests/sim/world/plant.cpp", "host_tests/sim/world/vehicle.cpp", "host_tests/sim/world/wind.cpp"],
+            "host_tests/sim/world/carried_load.cpp", "host_tests/sim/world/plant.cpp", "host_tests/sim/world/vehicle.cpp",
+            "host_tests/sim/world/wind.cpp"],
            fly_translation_effect),
 ]
 

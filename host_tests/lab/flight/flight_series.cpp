@@ -185,10 +185,11 @@ void add_found_disturbance(const RecordedFlight& flight, const model::Vehicle& v
         continue;
       }
       const Eigen::Vector3d fit = normal.ldlt().solve(right);
-      out.found_disturbance_m_s2[axis][k] =
-          fit(2) - vehicle.translation.tilt_gain * model::kGravity_m_s2 * explained / ticks +
-          (vehicle.translation.linear_drag_per_s + vehicle.translation.quadratic_drag_per_m * std::abs(fit(1))) *
-              fit(1);
+      model::Moment moment;
+      moment.air_velocity_w_m_s[axis] = fit(1);
+      out.found_disturbance_m_s2[axis][k] = fit(2) -
+                                            vehicle.translation.tilt_gain * model::kGravity_m_s2 * explained / ticks -
+                                            model::outer_acceleration(vehicle.translation, moment, 1.0)[axis];
     }
   }
 }
