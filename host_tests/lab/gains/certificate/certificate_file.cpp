@@ -13,11 +13,9 @@ namespace {
 
 constexpr const char* kMethod =
     "Interval arithmetic with outward rounding over gain, frequency, damping, delay and all frequencies of the linear "
-    "loop as flown. In each tick of delay one closed loop is stable by the power of its matrix, in floating point. "
-    "Every "
-    "cell keeps away from -1 (mean value form), so no pole crosses the unit circle. Near zero frequency 1/L is bounded "
-    "on a "
-    "circle around z = 1, inside which L has no zero; the controller's poles in it are counted in floating point.";
+    "loop as flown, the controller as exact polynomials. In each tick of delay the zeros of one loop are counted by "
+    "its turns round 0 on the unit circle; every cell keeps away from -1, so none crosses the circle. Below 0.3 rad/s, "
+    "z = 1 included, 1/L is bounded.";
 constexpr const char* kNotCovered =
     "Not covered: saturation and the other affine regions of the law, re-planned references, jitter of sampling and of "
     "the poses' age, the dead zone's remainder, axes at large angles. These were flown in simulation (m100-lab "
