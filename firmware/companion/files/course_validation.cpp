@@ -34,7 +34,7 @@ constexpr std::array kBounds{
     Bound{"yaw rate", "deg/s", kDegrees, &MotionMagnitudes::yaw_rate_rad_s, &CourseLimits::yaw_rate_rad_s,
           &ref::SpeedLimits::yaw_rate_rad_s}};
 
-std::string text_of(double value) {
+std::string three_digits(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.3g", value);
   return text.data();
@@ -99,8 +99,9 @@ void expect_slow_jump(const ref::Motion& from, const ref::Motion& to, const Cour
   const double reached_m_s = std::sqrt(way_m * max_m_s2);
   if (reached_m_s > kSlack * limits.speed_m_s) {
     refuse(course_name, piece,
-           "the jump of " + text_of(way_m) + " m reaches up to " + text_of(reached_m_s) + " m/s, the limit " +
-               text_of(limits.speed_m_s) + " m/s: put 'limits speed_m_s " + text_of(limits.speed_m_s) + "' above it");
+           "the jump of " + three_digits(way_m) + " m reaches up to " + three_digits(reached_m_s) + " m/s, the limit " +
+               three_digits(limits.speed_m_s) + " m/s: put 'limits speed_m_s " + three_digits(limits.speed_m_s) +
+               "' above it");
   }
 }
 
@@ -162,9 +163,9 @@ void validate_course(const ref::Trajectory<double>& course, std::span<const Cour
       const double limit = own ? piece.limits.*bound.course_limit : limits.*bound.limit;
       if (value > kSlack * limit) {
         refuse(course_name, piece,
-               std::string("the ") + bound.what + " is " + text_of(value * bound.scale) + " " + bound.unit + ", the " +
-                   (own ? "course's own " : "") + "limit " + text_of(limit * bound.scale) + " " + bound.unit + ", " +
-                   when_and_where(at, motion, start));
+               std::string("the ") + bound.what + " is " + three_digits(value * bound.scale) + " " + bound.unit +
+                   ", the " + (own ? "course's own " : "") + "limit " + three_digits(limit * bound.scale) + " " +
+                   bound.unit + ", " + when_and_where(at, motion, start));
       }
     }
   });
