@@ -62,7 +62,7 @@ bool below_coast(const TracePoint& point) {
   return failsafe_state != FailsafeState::kNominal && failsafe_state != FailsafeState::kCoast;
 }
 
-/// For so long after a handover the motion is still judged as ours.
+/// For so long after control is handed to the pilot, the motion still counts as the controller's.
 constexpr double kAftermath_s = 2.0;
 
 void record_tick(const TracePoint& point, Outcome& out) {

@@ -227,7 +227,7 @@ class Evening {
     reject(step, why);
   }
 
-  /// Says why the evening cannot go on, notes it, and ends the program.
+  /// Says why the step failed, saves that in the evening's folder, and ends the program.
   [[noreturn]] void reject(const Step& step, const std::string& why) const {
     std::cout << step.name << ": NOT PASSED: " << why << "\n";
     folder_.save({{"step", step.name},
