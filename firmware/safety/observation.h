@@ -5,7 +5,7 @@
 #include "firmware/ctl/law/geofence_status.h"
 #include "firmware/ctl/monitor/control_authority_status.h"
 #include "firmware/ctl/monitor/limit_cycle_status.h"
-#include "firmware/est/consistency/consistency_status.h"
+#include "firmware/est/consistency_status.h"
 #include "firmware/est/estimate_status.h"
 #include "firmware/safety/flight_state.h"
 #include "firmware/safety/limits.h"

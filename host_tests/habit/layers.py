@@ -37,7 +37,7 @@ LAYERS = {
     "firmware/safety/": CORE_MODEL + ["firmware/ctl/command.h", "firmware/ctl/law/geofence_status.h",
                                       "firmware/ctl/monitor/control_authority_status.h",
                                       "firmware/ctl/monitor/limit_cycle_status.h", "firmware/est/estimate_status.h",
-                                      "firmware/est/consistency/consistency_status.h", "firmware/sysid/model_status.h"],
+                                      "firmware/est/consistency_status.h", "firmware/sysid/model_status.h"],
     "firmware/sysid/": CORE_MODEL,
     "firmware/link/": CORE_MODEL + ["protocol/", "firmware/safety/", "firmware/vrc/", "firmware/log/",
                                     "firmware/ctl/command.h", "hal/*.h"],

@@ -29,4 +29,15 @@ class Cusum {
   T sum_s_{0};
 };
 
+/// One check: what disagrees in the newest tick, how much of it a healthy flight may show for an unlimited time (same
+/// unit), and the evidence of all ticks.
+template <typename T>
+struct CheckEvidence {
+  T residual{0};
+  T allowed{1};
+  Cusum<T> cusum;
+
+  void add(T step_s) { cusum.add(residual, allowed, step_s); }
+};
+
 }  // namespace m100::est

@@ -261,6 +261,28 @@ TEST_F(VelocityConsistencyTest, NamesAHeightThatStandsWhileTheForceLifts) {
   EXPECT_LT(spoke_s, 2.0);
 }
 
+// The smallest faults that the checks' headers claim to see in 3 s of a calm hover, from both sides.
+TEST_F(VelocityConsistencyTest, SeesTheSmallestFaultInThreeSecondsAndNotThreeQuartersOfIt) {
+  const auto reported_after = [this](double force_m_s2, double climb_m_s, double turn_rad) {
+    check_ = VelocityConsistency<double>(set_of(ConsistencyCheck::kMotion));
+    fly(60.0);
+    felt_.force_b.x() = force_m_s2;
+    felt_.climb_m_s -= climb_m_s;
+    felt_.yaw_rad -= turn_rad;
+    fly(3.0);
+    felt_.force_b.x() = 0.0;
+    felt_.climb_m_s += climb_m_s;
+    felt_.yaw_rad += turn_rad;
+    return reported();
+  };
+  EXPECT_EQ(reported_after(0.13, 0.0, 0.0), ConsistencyCheck::kForce);
+  EXPECT_EQ(reported_after(0.0975, 0.0, 0.0), ConsistencyCheck::kNone);
+  EXPECT_EQ(reported_after(0.0, 0.26, 0.0), ConsistencyCheck::kClimb);
+  EXPECT_EQ(reported_after(0.0, 0.195, 0.0), ConsistencyCheck::kNone);
+  EXPECT_EQ(reported_after(0.0, 0.0, 0.33), ConsistencyCheck::kHeading);
+  EXPECT_EQ(reported_after(0.0, 0.0, 0.25), ConsistencyCheck::kNone);
+}
+
 TEST(ConsistencyCheck, EveryCheckIsFoundByItsName) {
   for (std::size_t i = 1; i < kCheckCount; ++i) {
     EXPECT_EQ(check_of(name(static_cast<ConsistencyCheck>(i))), static_cast<ConsistencyCheck>(i));

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/consistency/force_consistency.h"
+
+#include "firmware/core/frames.h"
+
+namespace m100::est {
+namespace {
+
+constexpr double kMaxAllowed_m_s = 0.35;
+/// Memory of the sum: a part of the sensor's error that is not yet known, 0.2 m/s^2 (measured logs: a few tenths), must
+/// not fill the sum for longer than a manoeuvre lasts.
+constexpr double kVelocityMemory_s = 2.0;
+constexpr double kFirstLook_m_s = 0.15;
+constexpr double kCalm_m_s = 0.1, kMoves_s = 0.08, kWind_s = 0.05, kSigmas = 3.0;
+constexpr double kMaxStartSigma_m_s = 10.0;
+
+}  // namespace
+
+/// @returns the recent change of horizontal velocity that the pose shows and the force does not
+template <typename T>
+T ForceConsistency<T>::residual_m_s(const Estimate<T>& estimate, SpecificForce<T>& force, bool suspect, T step_s) {
+  const core::SinCos<T>& yaw = estimate.heading();
+  const Vector2 velocity(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
+  const Vector2 step_w = velocity - velocity_w_m_s_;
+  velocity_w_m_s_ = velocity;
+  const T climbed_m_s = estimate.climb_m_s - climb_m_s_;
+  climb_m_s_ = estimate.climb_m_s;
+  if (!force.is_received() || !velocity_known_) {
+    velocity_known_ = true;
+    return T(0);
+  }
+  const Vector2 step_h = core::rotate<T>(step_w, {.sine = -yaw.sine, .cosine = yaw.cosine});
+  const typename SpecificForce<T>::Unmeasured unmeasured = force.learn(step_h, climbed_m_s, suspect, step_s);
+  if (force.learned_s() < static_cast<T>(kBegins_s)) {
+    residual_w_m_s_.setZero();
+    summed_s_ = T(0);
+    return T(0);
+  }
+  // The sum uses the error as it is known now, not as it was known while the sum was accumulated.
+  const T fades = step_s * static_cast<T>(1.0 / kVelocityMemory_s);
+  summed_s_ += step_s - summed_s_ * fades;
+  residual_w_m_s_ +=
+      core::rotate<T>(unmeasured.change_h_m_s - unmeasured.learned_h_m_s * (suspect ? T(0) : summed_s_), yaw) -
+      residual_w_m_s_ * fades;
+  return core::sqrt(residual_w_m_s_.squaredNorm());
+}
+
+/// A start in wind leaves the observer uncertain for some seconds, and it reports that. Only what has been left over
+/// since the start counts: later a sensor fault would excuse itself by its own effect on the reported sigma.
+template <typename T>
+void ForceConsistency<T>::update_start_sigma(const Estimate<T>& estimate) {
+  const T variance_m2_s2 = core::clamp(estimate.x.velocity_variance_m2_s2 + estimate.y.velocity_variance_m2_s2, T(0),
+                                       static_cast<T>(kMaxStartSigma_m_s * kMaxStartSigma_m_s));
+  const T sigma_m_s = core::sqrt(variance_m2_s2) - static_cast<T>(kCalm_m_s / kSigmas);
+  start_sigma_m_s_ = core::clamp(sigma_m_s, T(0), start_sigma_m_s_);
+}
+
+template <typename T>
+T ForceConsistency<T>::allowed_m_s(const SpecificForce<T>& force, const Vector2& wind_w_m_s2) const {
+  const T wind_m_s2 = core::sqrt(wind_w_m_s2.squaredNorm());
+  const T allowed =
+      static_cast<T>(kCalm_m_s) + static_cast<T>(kMoves_s) * force.moved_m_s2() + static_cast<T>(kWind_s) * wind_m_s2;
+  const T most = static_cast<T>(kMaxAllowed_m_s);
+  const T unknown =
+      core::clamp((static_cast<T>(kFirstLook_s) - force.learned_s()) * static_cast<T>(1.0 / (kFirstLook_s - kBegins_s)),
+                  T(0), T(1));
+  return (allowed < most ? allowed : most) + unknown * static_cast<T>(kFirstLook_m_s) +
+         static_cast<T>(kSigmas) * start_sigma_m_s_;
+}
+
+template <typename T>
+void ForceConsistency<T>::update(const Estimate<T>& estimate, SpecificForce<T>& force, const Vector2& wind_w_m_s2,
+                                 bool suspect, T step_s) {
+  evidence_.residual = residual_m_s(estimate, force, suspect, step_s);
+  update_start_sigma(estimate);
+  evidence_.allowed = allowed_m_s(force, wind_w_m_s2);
+}
+
+template <typename T>
+[[gnu::cold]] void ForceConsistency<T>::reset() {
+  residual_w_m_s_.setZero();
+  summed_s_ = T(0);
+  velocity_known_ = false;
+}
+
+template class ForceConsistency<float>;
+template class ForceConsistency<double>;
+
+}  // namespace m100::est

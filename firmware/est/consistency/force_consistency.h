@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/eigen.h"
+#include "firmware/core/maths.h"
+#include "firmware/est/consistency/cusum.h"
+#include "firmware/est/consistency/specific_force.h"
+#include "firmware/est/estimate.h"
+
+namespace m100::est {
+
+/// Compares the horizontal velocity of the poses, as the observer estimates it, with the specific force.
+///
+/// Hypothesis: the pose moves without the force showing it, or the other way round. Statistic: the change of velocity
+/// of the last two seconds that the force does not show,
+///   g' = v_pose' - (f + o) - g / 2 s      f + o: SpecificForce
+/// Allowed, for an unlimited time, as a sum of
+///   calm   0.1 m/s: three sigmas of the observer's velocity in calm air, 0.03 m/s, and beyond them what a start in
+///   wind
+///          left; the rotors' 0.1 m/s^2 at 100 Hz add 0.1 sqrt(0.01 s x 2 s / 2) = 0.01 m/s
+///   moves  a time of capture that is wrong by 80 ms (the largest in the worlds that ship), times the acceleration of
+///          the last second
+///   wind   the observer learns a push in 0.15 s; gusts change the push of a wind by a third of it
+/// and at most 0.35 m/s: the 80 ms at the largest acceleration of the law, 4.3 m/s^2 at 25 degrees of tilt.
+/// False alarms: an alarm needs twice the allowed value for half a second, six sigmas of the noise. Smallest fault seen
+/// in 3 s of calm hover: a false acceleration of 0.13 m/s^2.
+///
+/// No heap. Cost: six square roots and about 60 products a tick, SpecificForce included. T is float or double.
+template <typename T>
+class ForceConsistency {
+ public:
+  using Vector2 = core::Vector<T, 2>;
+
+  /// Once per tick, after the observer. Lets `force` learn its sensor's error.
+  /// @param suspect force and poses disagreed in the tick before
+  /// @param wind_w_m_s2 acceleration by wind while everything still agreed (DeadReckoning)
+  void update(const Estimate<T>& estimate, SpecificForce<T>& force, const Vector2& wind_w_m_s2, bool suspect, T step_s);
+  /// The motion was not observed: the sum continues from the next velocity.
+  void restart() { velocity_known_ = false; }
+  /// The observer has lost its estimate: its uncertainty begins anew.
+  void lose_estimate() { start_sigma_m_s_ = T(10); }
+
+  bool exceeds_allowed() const { return evidence_.residual > evidence_.allowed; }
+  CheckEvidence<T>& evidence() { return evidence_; }
+  /// Sigma of the velocity beyond calm air, the least since the start; m/s.
+  T start_sigma_m_s() const { return start_sigma_m_s_; }
+  /// Of the observer, in the newest tick; m/s.
+  const Vector2& velocity_w_m_s() const { return velocity_w_m_s_; }
+  T magnitude() const { return residual_w_m_s_.squaredNorm(); }
+  void reset();
+
+  /// Nothing is summed before this time, in which the observer settles after its start.
+  static constexpr double kBegins_s = 1.0;
+  /// Until this time the sensor's error is not yet well known; its uncertainty is allowed in addition.
+  static constexpr double kFirstLook_s = 3.0;
+
+ private:
+  T residual_m_s(const Estimate<T>& estimate, SpecificForce<T>& force, bool suspect, T step_s);
+  void update_start_sigma(const Estimate<T>& estimate);
+  T allowed_m_s(const SpecificForce<T>& force, const Vector2& wind_w_m_s2) const;
+
+  bool velocity_known_ = false;
+  T start_sigma_m_s_{10};
+  Vector2 velocity_w_m_s_ = Vector2::Zero();
+  T climb_m_s_{0};
+  Vector2 residual_w_m_s_ = Vector2::Zero();
+  T summed_s_{0};  ///< over how long residual_w_m_s_ is a sum
+  CheckEvidence<T> evidence_;
+};
+
+extern template class ForceConsistency<float>;
+extern template class ForceConsistency<double>;
+
+}  // namespace m100::est

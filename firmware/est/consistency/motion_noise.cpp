@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/consistency/motion_noise.h"
+
+namespace m100::est {
+namespace {
+
+constexpr double kNoiseMemory_s = 3.0;
+
+}  // namespace
+
+template <typename T>
+void MotionNoise<T>::Differences::add(const Vector3& now, T weight, T share) {
+  const Vector3 apart = now - before;
+  before = now;
+  level.horizontal += (T(0.25) * apart.template head<2>().squaredNorm() * weight - level.horizontal) * share;
+  level.vertical += (T(0.5) * apart.z() * apart.z() * weight - level.vertical) * share;
+}
+
+template <typename T>
+void MotionNoise<T>::update(const ImuSample<T>& imu, const SpecificForce<T>& force, const Estimate<T>& estimate,
+                            bool pose_used, T step_s) {
+  const T known_s = core::clamp(force.learned_s(), T(0.3), static_cast<T>(kNoiseMemory_s));
+  force_age_s_ += step_s;
+  if (imu.force_is_new) {
+    force_.add(force.raw_m_s2(), force_age_s_, core::clamp(force_age_s_ / known_s, T(0), T(1)));
+    force_age_s_ = T(0);
+  }
+  const Vector3 position_m(estimate.x.position_m, estimate.y.position_m, estimate.height_m);
+  since_correction_s_ = core::clamp(since_correction_s_ + step_s, T(0), T(1));
+  if (pose_used) {
+    const Vector3 flown_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s, estimate.climb_m_s);
+    position_.add(position_m - position_w_m_ - flown_m_s * step_s, step_s / since_correction_s_,
+                  core::clamp(since_correction_s_ / known_s, T(0), T(1)));
+    since_correction_s_ = T(0);
+  }
+  position_w_m_ = position_m;
+}
+
+template class MotionNoise<float>;
+template class MotionNoise<double>;
+
+}  // namespace m100::est

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/eigen.h"
+#include "firmware/core/maths.h"
+#include "firmware/est/consistency/specific_force.h"
+#include "firmware/est/estimate.h"
+#include "firmware/est/imu_sample.h"
+
+namespace m100::est {
+
+/// White noise of the specific force and of the poses, from neighbouring samples: slow changes by a sensor fault or a
+/// motion do not add to it. Noise above the assumed values widens the bounds of PathConsistency, noise below them
+/// changes nothing. Per tick, at any rate of the poses.
+///
+/// No heap. Cost: about 20 products a tick. T is float or double.
+template <typename T>
+class MotionNoise {
+ public:
+  using Vector3 = core::Vector<T, 3>;
+
+  /// Mean squares of one horizontal axis and of the vertical axis.
+  struct Level {
+    T horizontal{0};
+    T vertical{0};
+  };
+
+  /// Once per tick, after SpecificForce.
+  /// @param pose_used a pose was used in this tick
+  void update(const ImuSample<T>& imu, const SpecificForce<T>& force, const Estimate<T>& estimate, bool pose_used,
+              T step_s);
+  const Level& force_m2_s3() const { return force_.level; }     ///< density
+  const Level& position_m2() const { return position_.level; }  ///< corrections by poses, per tick
+  T magnitude() const {
+    return force_.level.horizontal + force_.level.vertical + position_.level.horizontal + position_.level.vertical;
+  }
+  void reset() { force_ = position_ = {}; }
+
+ private:
+  struct Differences {
+    Vector3 before = Vector3::Zero();
+    Level level;
+    void add(const Vector3& now, T weight, T share);
+  };
+
+  Differences force_;
+  Differences position_;
+  Vector3 position_w_m_ = Vector3::Zero();  ///< in the tick before
+  T force_age_s_{0};
+  T since_correction_s_{0};  ///< since the last correction by a pose
+};
+
+extern template class MotionNoise<float>;
+extern template class MotionNoise<double>;
+
+}  // namespace m100::est

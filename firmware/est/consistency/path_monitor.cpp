@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/consistency/path_monitor.h"
+
+#include "firmware/core/frames.h"
+#include "firmware/core/maths.h"
+
+namespace m100::est {
+namespace {
+
+/// Longer without a used pose is a gap of the path: the observer's position is then its own prediction.
+constexpr double kUsedLately_s = 0.15;
+/// An error of the velocity passes the slow high-pass as t exp(-a t), a = 0.75 1/s, of which the largest value is 1 /
+/// (a e).
+constexpr double kPathOfVelocity_s = 0.49;
+constexpr double kMaxSigma_m = 0.5;
+/// The height filter reports no variance. A jolt of 1 m/s makes at most 0.23 / a of a path, 0.15 m of the slower one,
+/// and lasts twice as long as the memory of the uncertainty; the force's own noise in a message is no jolt.
+constexpr double kHeightSigma_m = 0.0005, kJolt_s = 0.3, kNoJolt_m_s = 0.01;
+/// Once poses come again after a gap they correct the observer within this time, and the correction is no motion;
+/// refused poses are no such gap. The force bridges a path for at most a second: an error of 0.05 m/s^2 then makes
+/// 0.05 / 2 = 2.5 cm, the uncertainty of a new start.
+constexpr double kGapRecovery_s = 0.3;
+constexpr core::Duration kBridged = std::chrono::seconds(1);
+constexpr double kTiltMean_s = 1.0;  // the high-pass of a path forgets a longer lean
+
+}  // namespace
+
+template <typename T>
+bool PathMonitor<T>::recovers_from_gap(const Estimate<T>& estimate, T step_s) {
+  const bool unseen = estimate.pose_age > kPoseUsed && estimate.refused_poses == 0;
+  gap_recovery_s_ = unseen                     ? static_cast<T>(kGapRecovery_s)
+                    : gap_recovery_s_ > step_s ? gap_recovery_s_ - step_s
+                                               : T(0);
+  if (unseen && estimate.pose_age > kBridged) {
+    restart();
+  }
+  return gap_recovery_s_ > T(0);
+}
+
+template <typename T>
+bool PathMonitor<T>::update(const ImuSample<T>& imu, const Estimate<T>& estimate, const SpecificForce<T>& force,
+                            const ForceConsistency<T>& velocity, bool disabled, T step_s) {
+  update_jolt(imu, force, step_s);
+  const bool used = estimate.refused_poses == 0 && core::seconds<T>(estimate.pose_age) < last_age_s_ + T(0.5) * step_s;
+  last_age_s_ = core::seconds<T>(estimate.pose_age);
+  noise_.update(imu, force, estimate, used, step_s);
+  unused_s_ = used ? T(0) : core::clamp(unused_s_ + step_s, T(0), T(1));
+  if (disabled || force.learned_s() < static_cast<T>(ForceConsistency<T>::kBegins_s)) {
+    restart();
+    return false;
+  }
+  const bool pose_used = unused_s_ < static_cast<T>(kUsedLately_s);
+  const Vector2 force_w_m_s2 = core::rotate<T>(force.acceleration_h_m_s2(), estimate.heading());
+  const T rises = force.vertical_acceleration_m_s2();
+  vertical_turn_ = !vertical_turn_;
+  if (vertical_turn_) {
+    update_vertical(estimate, force, T(0.5) * (rises + vertical_before_m_s2_), pose_used, T(2) * step_s);
+  } else {
+    update_horizontal(estimate, velocity, (force_w_m_s2 + force_before_w_m_s2_) * T(0.5), pose_used, T(2) * step_s);
+  }
+  force_before_w_m_s2_ = force_w_m_s2;
+  vertical_before_m_s2_ = rises;
+  return true;
+}
+
+/// A blow between two messages of the force changes the climb speed and is missing from the force; the autopilot's own
+/// climb speed shows it.
+template <typename T>
+void PathMonitor<T>::update_jolt(const ImuSample<T>& imu, const SpecificForce<T>& force, T step_s) {
+  measured_gain_m_s_ += force.vertical_acceleration_m_s2() * step_s;
+  if (imu.climb_is_new) {
+    const T unmeasured_m_s = imu.climb_m_s - measured_climb_m_s_ - measured_gain_m_s_;
+    const T jolt_m_s = (unmeasured_m_s < T(0) ? -unmeasured_m_s : unmeasured_m_s) - static_cast<T>(kNoJolt_m_s);
+    jolt_m_s_ = jolt_m_s > jolt_m_s_ ? jolt_m_s : jolt_m_s_;
+    measured_climb_m_s_ = imu.climb_m_s;
+    measured_gain_m_s_ = T(0);
+  }
+}
+
+template <typename T>
+void PathMonitor<T>::update_horizontal(const Estimate<T>& estimate, const ForceConsistency<T>& velocity,
+                                       const Vector2& force_w_m_s2, bool pose_used, T step_s) {
+  horizontal_.update(
+      {.force_m_s2 = force_w_m_s2,
+       .position_m = Vector2(estimate.x.position_m, estimate.y.position_m),
+       .speed_m_s = velocity.velocity_w_m_s(),
+       // Without the corrections by poses (CovarianceInflation): a sensor fault would excuse itself by its own effect.
+       .position_sigma_m = core::sqrt(core::clamp(estimate.x.filter_variance_m2, estimate.y.filter_variance_m2,
+                                                  static_cast<T>(kMaxSigma_m * kMaxSigma_m))) +
+                           static_cast<T>(kPathOfVelocity_s) * velocity.start_sigma_m_s(),
+       .position_noise_m2 = noise_.position_m2().horizontal,
+       .force_noise_m2_s3 = noise_.force_m2_s3().horizontal},
+      pose_used, step_s);
+}
+
+/// A hover moves more vertically than horizontally (the climb wanders by 5 cm/s in the measured logs), so a body that
+/// stands still shows here first.
+template <typename T>
+void PathMonitor<T>::update_vertical(const Estimate<T>& estimate, const SpecificForce<T>& force,
+                                     T vertical_acceleration_m_s2, bool pose_used, T step_s) {
+  using Vector1 = core::Vector<T, 1>;
+  // An aircraft that tilts against a gust stands still and turns the offsets of x and y upward.
+  const Vector2 tilt_change_h_m_s2 = force.tilt_acceleration_h_m_s2() - mean_tilt_acceleration_h_m_s2_;
+  mean_tilt_acceleration_h_m_s2_ += tilt_change_h_m_s2 * (step_s * static_cast<T>(1.0 / kTiltMean_s));
+  vertical_.update({.force_m_s2 = Vector1(vertical_acceleration_m_s2),
+                    .position_m = Vector1(estimate.height_m),
+                    .speed_m_s = Vector1(estimate.climb_m_s),
+                    .position_sigma_m = static_cast<T>(kHeightSigma_m) + static_cast<T>(kJolt_s) * jolt_m_s_,
+                    .position_noise_m2 = noise_.position_m2().vertical,
+                    .force_noise_m2_s3 = noise_.force_m2_s3().vertical,
+                    .tilt_acceleration_m2_s4 = tilt_change_h_m_s2.squaredNorm()},
+                   pose_used, step_s);
+  jolt_m_s_ = T(0);
+}
+
+template <typename T>
+[[gnu::cold]] void PathMonitor<T>::reset() {
+  mean_tilt_acceleration_h_m_s2_.setZero();
+  jolt_m_s_ = measured_gain_m_s_ = T(0);
+  noise_.reset();
+  restart();
+}
+
+template class PathMonitor<float>;
+template class PathMonitor<double>;
+
+}  // namespace m100::est

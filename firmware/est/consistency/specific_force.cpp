@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/consistency/specific_force.h"
+
+namespace m100::est {
+namespace {
+
+/// The error is constant over a flight, the tilt's error varies within seconds.
+constexpr double kBiasMemory_s = 20.0;
+/// While force and poses disagree, at most this much is learned as an error: the rest may be the effect of a fault.
+constexpr double kMaxSuspectOffset_m_s2 = 0.5;
+/// A flight within 35 degrees of tilt measures 1 to 1.22 g in the mean; climb and gusts vary it.
+constexpr double kMin_g = 0.8, kMax_g = 1.4;
+/// Larger than any sensor's range, in g or in m/s^2: such a force is ignored, because its square may overflow in single
+/// precision.
+constexpr double kMaxForce = 400.0;
+constexpr double kMovedLately_s = 1.0;
+
+template <typename T>
+T magnitude_of(T value) {
+  return value < T(0) ? -value : value;
+}
+
+}  // namespace
+
+template <typename T>
+void SpecificForce<T>::update(const ImuSample<T>& imu) {
+  const core::Vector<T, 3>& f = imu.force_b;
+  if (!(f.squaredNorm() < static_cast<T>(kMaxForce * kMaxForce))) {
+    return;
+  }
+  const T size = core::sqrt(f.squaredNorm());
+  size_ += (size - size_) * (size_ > T(0) ? T(0.01) : T(1));
+  const auto about = [this](double unit) {
+    return size_ > static_cast<T>(kMin_g * unit) && size_ < static_cast<T>(kMax_g * unit);
+  };
+  const T scale = about(1.0) ? static_cast<T>(model::kGravity_m_s2) : about(model::kGravity_m_s2) ? T(1) : T(0);
+  scale_m_s2_ = scale;
+  if (scale == T(0)) {
+    learned_s_ = T(0);
+    return;
+  }
+  const core::SinCos<T>& roll = imu.roll();
+  const core::SinCos<T>& pitch = imu.pitch();
+  const T upright = roll.sine * f.y() + roll.cosine * f.z();
+  force_h_m_s2_ = Vector2(pitch.cosine * f.x() + pitch.sine * upright, roll.cosine * f.y() - roll.sine * f.z()) * scale;
+  lifted_m_s2_ = (pitch.cosine * upright - pitch.sine * f.x()) * scale - static_cast<T>(model::kGravity_m_s2);
+  tilt_acceleration_h_m_s2_ = core::heading_slope_of(roll, pitch) * static_cast<T>(model::kGravity_m_s2);
+}
+
+/// The error is fixed to the body: an aircraft that leans turns a part of the z error into the horizontal, and a turn
+/// of the heading in wind turns that part relative to the wind. In the mean the upward force is gravity plus the change
+/// of climb speed; vertical_acceleration_m_s2() subtracts the part of the other two errors. To first order in the tilt:
+/// the second order, at 20 degrees, is 6 % of an error.
+template <typename T>
+typename SpecificForce<T>::Unmeasured SpecificForce<T>::learn(const Vector2& change_h_m_s, T climbed_m_s, bool suspect,
+                                                              T step_s) {
+  const Vector2 measured_h_m_s2 = acceleration_h_m_s2();
+  Unmeasured out{.change_h_m_s = change_h_m_s - measured_h_m_s2 * step_s, .learned_h_m_s = Vector2::Zero()};
+  learned_s_ = core::clamp(learned_s_ + step_s, T(0), static_cast<T>(kBiasMemory_s));
+  const T most = suspect ? static_cast<T>(kMaxSuspectOffset_m_s2) * step_s : T(1);
+  const Vector2 limited_h = out.change_h_m_s.cwiseMax(-most).cwiseMin(most);
+  const T share = T(1) / (learned_s_ > T(1) ? learned_s_ : T(1));
+  out.learned_h_m_s = limited_h * share;
+  const T unmeasured_up_m_s = climbed_m_s - vertical_acceleration_m_s2() * step_s;
+  offset_up_m_s2_ += core::clamp(unmeasured_up_m_s, -most, most) * share;
+  offset_h_m_s2_ += out.learned_h_m_s;
+  mean_h_m_s2_ += (measured_h_m_s2 + out.learned_h_m_s - mean_h_m_s2_) * (step_s * static_cast<T>(1.0 / kForceMean_s));
+  const T moves_m_s2 = core::sqrt(mean_h_m_s2_.squaredNorm());
+  moved_m_s2_ -= moved_m_s2_ * (step_s * static_cast<T>(1.0 / kMovedLately_s));
+  moved_m_s2_ = moves_m_s2 > moved_m_s2_ ? moves_m_s2 : moved_m_s2_;
+  return out;
+}
+
+template <typename T>
+T SpecificForce<T>::magnitude() const {
+  return offset_h_m_s2_.squaredNorm() + mean_h_m_s2_.squaredNorm() + magnitude_of(offset_up_m_s2_) + moved_m_s2_ +
+         size_;
+}
+
+template <typename T>
+[[gnu::cold]] void SpecificForce<T>::reset() {
+  offset_h_m_s2_.setZero();
+  mean_h_m_s2_.setZero();
+  offset_up_m_s2_ = moved_m_s2_ = size_ = learned_s_ = T(0);
+}
+
+template class SpecificForce<float>;
+template class SpecificForce<double>;
+
+}  // namespace m100::est

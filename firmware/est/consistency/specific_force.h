@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/eigen.h"
+#include "firmware/core/maths.h"
+#include "firmware/core/tilt.h"
+#include "firmware/est/imu_sample.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::est {
+
+/// The autopilot's specific force f in horizontal axes at the aircraft's heading (forward, left) and upward, and the
+/// constant error o of its sensor, which is fixed to the body and learned over 20 s from the motion of the poses.
+///
+/// The unit is found by the mean length: about 1 is g, about 9.8 is m/s^2. If it is neither, gravity has been removed
+/// from the acceleration, in unknown axes, and it is no evidence.
+///
+/// No heap. Cost: two square roots and about 50 products a tick. T is float or double.
+template <typename T>
+class SpecificForce {
+ public:
+  using Vector2 = core::Vector<T, 2>;
+
+  /// A new message of the autopilot.
+  void update(const ImuSample<T>& imu);
+
+  /// What one tick of the poses' motion showed beyond the force, and the part of it that was learned as an error of the
+  /// sensor; m/s, forward and left.
+  struct Unmeasured {
+    Vector2 change_h_m_s = Vector2::Zero();
+    Vector2 learned_h_m_s = Vector2::Zero();
+  };
+  /// Learns the sensor's error from one tick of motion, and averages the measured acceleration.
+  /// @param change_h_m_s, climbed_m_s change of the velocity of the poses in the tick
+  /// @param suspect force and poses disagree: only a small part is learned, the rest may be the effect of a fault
+  Unmeasured learn(const Vector2& change_h_m_s, T climbed_m_s, bool suspect, T step_s);
+
+  /// The acceleration that the force shows, without gravity and without the sensor's error.
+  Vector2 acceleration_h_m_s2() const { return force_h_m_s2_ + bias_h_m_s2(); }
+  T vertical_acceleration_m_s2() const {
+    const T across_m_s2 = offset_h_m_s2_.dot(tilt_acceleration_h_m_s2_) * static_cast<T>(1.0 / model::kGravity_m_s2);
+    return lifted_m_s2_ + offset_up_m_s2_ - across_m_s2;
+  }
+  /// The acceleration that the tilt alone makes.
+  const Vector2& tilt_acceleration_h_m_s2() const { return tilt_acceleration_h_m_s2_; }
+  /// The newest force with the sensor's error: forward, left, and upward without gravity.
+  core::Vector<T, 3> raw_m_s2() const { return {force_h_m_s2_.x(), force_h_m_s2_.y(), lifted_m_s2_}; }
+  /// acceleration_h_m_s2() averaged over kForceMean_s.
+  const Vector2& mean_h_m_s2() const { return mean_h_m_s2_; }
+  /// The largest recent mean, fading over a second.
+  T moved_m_s2() const { return moved_m_s2_; }
+  /// Unit of the newest force in m/s^2; zero: it is not known, or gravity is not in it.
+  T scale_m_s2() const { return scale_m_s2_; }
+  /// A force has come since the start.
+  bool is_received() const { return size_ != T(0); }
+  /// For how long the error has been learned; at most its memory, 20 s.
+  T learned_s() const { return learned_s_; }
+
+  /// Sum of all that is remembered: not finite after a number that was none.
+  T magnitude() const;
+  void reset();
+
+ private:
+  Vector2 bias_h_m_s2() const {
+    return offset_h_m_s2_ + tilt_acceleration_h_m_s2_ * (offset_up_m_s2_ * static_cast<T>(1.0 / model::kGravity_m_s2));
+  }
+
+  T scale_m_s2_{0};
+  T learned_s_{0};
+  T size_{0};                                           ///< mean length, as sent
+  Vector2 force_h_m_s2_ = Vector2::Zero();              ///< newest
+  T lifted_m_s2_{0};                                    ///< the same upward, without gravity
+  Vector2 tilt_acceleration_h_m_s2_ = Vector2::Zero();  ///< at the same time
+  Vector2 offset_h_m_s2_ = Vector2::Zero();             ///< error of the sensor: body x and y
+  T offset_up_m_s2_{0};                                 ///< likewise: body z
+  Vector2 mean_h_m_s2_ = Vector2::Zero();
+  T moved_m_s2_{0};
+};
+
+extern template class SpecificForce<float>;
+extern template class SpecificForce<double>;
+
+}  // namespace m100::est
