@@ -149,4 +149,13 @@ Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, c
   return out;
 }
 
+std::string log_of(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings,
+                   sim::BodyJob* body) {
+  FlightPlan plan = plan_of(world, task, seed, settings);
+  plan.body = body;
+  plan.keep_log = true;
+  const FlightResult flight = experiments::fly(plan);
+  return flight.flew ? std::string(flight.log.begin(), flight.log.end()) : std::string();
+}
+
 }  // namespace m100::lab::campaign
