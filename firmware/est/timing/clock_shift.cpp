@@ -22,18 +22,18 @@ float size(float value) { return value < 0.F ? -value : value; }
 }  // namespace
 
 /// Captures in `step_s`, at least one.
-float TimeOffset::captures(float step_s) const {
+float ClockShift::captures(float step_s) const {
   const float many = step_s / spacing_s_ + 0.5F;
   const float bounded = many < kLargestCaptures ? many : kLargestCaptures;
   return bounded < 2.F ? 1.F : static_cast<float>(static_cast<std::uint32_t>(bounded));
 }
 
-bool TimeOffset::is_regular() const {
+bool ClockShift::is_regular() const {
   return learnt_ >= kLearns && uneven_s2_ < kRegular * kRegular * spacing_s_ * spacing_s_;
 }
 
 /// Learns the spacing from steps without a lost capture, which are the shortest.
-void TimeOffset::learn(const Step& step) {
+void ClockShift::learn(const Step& step) {
   ++learnt_;
   const float spacing_s = step.stamps_s / step.poses;
   if (spacing_s_ <= 0.F || spacing_s < (1.F - kLargestUneven) * spacing_s_) {
@@ -43,7 +43,7 @@ void TimeOffset::learn(const Step& step) {
   }
 }
 
-float TimeOffset::update(const Step& step, float spread_s) {
+float ClockShift::update(const Step& step, float spread_s) {
   if (learnt_ < kLearns) {
     learn(step);
     return 0.F;
@@ -73,7 +73,7 @@ float TimeOffset::update(const Step& step, float spread_s) {
   return lost_s;
 }
 
-float TimeOffset::judge(float spread_s) {
+float ClockShift::judge(float spread_s) {
   const float shift_s = least_shift_s_;
   const float deficit_s = deficit_at_least_s_;
   if (!has_window_) {

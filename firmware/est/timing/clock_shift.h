@@ -16,7 +16,7 @@ namespace m100::est {
 /// irregularly does not show the difference; nothing is reported then.
 ///
 /// Cost: five products and a division a pose.
-class TimeOffset {
+class ClockShift {
  public:
   /// One pose, or the newest of several that came in one tick.
   struct Step {

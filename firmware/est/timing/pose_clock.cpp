@@ -51,7 +51,7 @@ bool PoseClock::was_set(core::Duration step, core::Duration gap, const Context& 
 }
 
 /// What came late or early by the clock did not come late or early.
-void PoseClock::note_shift(const TimeOffset::Step& step) {
+void PoseClock::note_shift(const ClockShift::Step& step) {
   const float lost_s = shift_.update(step, lateness_.value_s());
   if (lost_s < 0.F || lost_s > 0.F) {
     slipped_s_ -= lost_s;

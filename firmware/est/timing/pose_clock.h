@@ -39,7 +39,7 @@ class Quantile {
 /// because a message can be late but never early. The rate r (one, apart from the drift) comes from least squares over
 /// some 3000 poses; t0 + r s is the lower envelope of y: it advances with s, falls at once to a smaller y, and rises
 /// slowly (faster while r is uncertain). A constant remains, the latency that every message has; PoseLatency finds it.
-/// Lost captures change nothing. If the sender's clock was set or slewed (TimeOffset, or the link by the order of the
+/// Lost captures change nothing. If the sender's clock was set or slewed (ClockShift, or the link by the order of the
 /// stamps), t0 is estimated anew and the rate is kept. Time stamps that have once followed the arrivals stay trusted: a
 /// pose that is then far later than its stamp says is old, however long that lasts, and it does not change the rate.
 ///
@@ -84,7 +84,7 @@ class PoseClock {
   void update_interval(float step_s);
   bool was_set(core::Duration step, core::Duration gap, const Context& context) const;
   void restart(core::SenderTime captured, core::TimePoint arrived);
-  void note_shift(const TimeOffset::Step& step);
+  void note_shift(const ClockShift::Step& step);
   void set(core::Duration by);
 
   core::TimePoint last_arrived_{};
@@ -102,7 +102,7 @@ class PoseClock {
   float drift_ = 0.F;     ///< r - 1
   float behind_s_ = 0.F;  ///< how far the envelope is before the arrival of the last pose
   Quantile lateness_{0.99F, 1e-3F};
-  TimeOffset shift_;
+  ClockShift shift_;
   core::Duration set_by_{0};
   std::uint32_t times_set_ = 0;
 };
