@@ -18,7 +18,7 @@ void DisturbanceEkf<S, Real>::correct(AxisFilter<S>& filter, CovarianceInflation
   filter.fuse_pose(test);
   lag.update(real(test.innovation), real(filter.state(Filter::kP)) - position_m,
              (real(filter.state(Filter::kV)) - velocity) * kPerUnit, static_cast<Real>(test.normalised_square()),
-             core::seconds<Real>(since_pose_));
+             core::seconds<Real>(pose_.since_use));
 }
 
 template <typename S, typename Real>
@@ -35,14 +35,14 @@ AxisEstimate<Real> DisturbanceEkf<S, Real>::estimate_of(const AxisFilter<S>& f,
   const Real tilt_rad = real(f.state(Filter::kTilt));
   const Real velocity_m_s = real(f.state(Filter::kV)) * kPerUnit;
   // A constant error of the poses' time: position is wrong by velocity times it, velocity by acceleration times it.
-  const Real way_m = velocity_m_s * time_sigma_s_;
-  const Real speed_change_m_s = static_cast<Real>(model::kGravity_m_s2) * tilt_rad * time_sigma_s_;
+  const Real way_m = velocity_m_s * pose_.time_sigma_s;
+  const Real speed_change_m_s = static_cast<Real>(model::kGravity_m_s2) * tilt_rad * pose_.time_sigma_s;
   const Real own_m2 = covariance(Filter::kP, Filter::kP);
   const typename CovarianceInflation<Real>::Covariance inflated =
       lag.inflated({.pp_m2 = own_m2,
                     .pv_m2_s = covariance(Filter::kV, Filter::kP) * kPerUnit,
                     .vv_m2_s2 = covariance(Filter::kV, Filter::kV) * kPerUnitSquared},
-                   core::seconds<Real>(pose_age_), core::seconds<Real>(since_pose_), acceleration_stored_);
+                   core::seconds<Real>(pose_.age), core::seconds<Real>(pose_.since_use), acceleration_stored_);
   return {.position_m = real(f.state(Filter::kP)),
           .velocity_m_s = velocity_m_s,
           .tilt_rad = tilt_rad,

@@ -12,7 +12,6 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr double kLargestAttitude_rad = 1.2;
 constexpr std::uint32_t kAttitudesBeforeRestart = 50;
 constexpr core::Duration kSettling = milliseconds(500);
 constexpr core::Duration kPoseMissed = milliseconds(100);  // longer than the usual pauses of a source
@@ -59,24 +58,12 @@ AxisModel DisturbanceEkf<S, Real>::axis_model(const model::Vehicle& vehicle, con
 }
 
 template <typename S, typename Real>
-typename DisturbanceEkf<S, Real>::Delay DisturbanceEkf<S, Real>::delay_of(double delay_s) {
-  const double ticks = delay_s > 0.0 ? delay_s / kTick_s : 0.0;
-  Delay delay;
-  delay.ticks = static_cast<std::size_t>(ticks + 1e-9);
-  M100_ASSERT(delay.ticks + 3 < kSentCapacity);
-  delay.rest = core::Arithmetic<S>::template number<double>(ticks - static_cast<double>(delay.ticks));
-  return delay;
-}
-
-template <typename S, typename Real>
 [[gnu::cold]] DisturbanceEkf<S, Real>::DisturbanceEkf(const model::Vehicle& vehicle)
     : x_(axis_model(vehicle, model::flown_pitch(vehicle), 1.0)),
       y_(axis_model(vehicle, model::flown_roll(vehicle), -1.0)),
       height_(vehicle.climb, model::flown_noise(vehicle).pose_position_sigma_m),
       yaw_(model::flown_noise(vehicle).attitude_sigma_rad),
-      delay_x_(delay_of(model::flown_pitch(vehicle).transport_delay_s)),
-      delay_y_(delay_of(model::flown_roll(vehicle).transport_delay_s)),
-      delay_climb_(delay_of(vehicle.climb.transport_delay_s)),
+      commands_(vehicle),
       pose_variance_m2_(static_cast<Real>(model::flown_noise(vehicle).pose_position_sigma_m *
                                           model::flown_noise(vehicle).pose_position_sigma_m)) {}
 
@@ -86,18 +73,19 @@ Estimate<Real> DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured
   M100_ASSERT(elapsed >= core::Duration(0));
   now_ = measured.now;
   for (int ticks = time_.take(elapsed, kMaxTicks); ticks > 0; --ticks) {
-    store_command(applied_command);
+    counters_.not_finite +=
+        commands_.store(applied_command, heading_.of(core::Arithmetic<S>::template real<Real>(yaw_.yaw()))) ? 0U : 1U;
     predict_tick();
   }
-  for (core::Duration* age :
-       {&since_start_, &since_attitude_, &since_pose_, &pose_age_, &since_recovery_, &since_last_, &since_first_}) {
+  for (core::Duration* age : {&since_start_, &attitude_.age, &pose_.since_use, &pose_.age, &since_recovery_,
+                              &agreement_.since_last(), &agreement_.since_first()}) {
     *age = older(*age, elapsed);
   }
-  if (since_attitude_ > kAttitudeDoubted) {
-    gyro_yaw_rate_ = S{};  // without attitudes a turn is not assumed to go on
+  if (attitude_.age > kAttitudeDoubted) {
+    attitude_.yaw_rate = S{};  // without attitudes a turn is not assumed to go on
   }
   if (measured.attitude.is_new) {
-    attitude_refused_ = true;
+    attitude_.is_refused = true;
     fuse_attitude(measured.attitude);
   }
   if (measured.pose.is_new && time_.behind() <= core::kTickPeriod) {
@@ -113,50 +101,14 @@ Estimate<Real> DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured
 }
 
 template <typename S, typename Real>
-void DisturbanceEkf<S, Real>::store_command(const ctl::Command<Real>& applied_command) {
-  if (finite(applied_command.roll_rad) && finite(applied_command.pitch_rad) && finite(applied_command.climb_m_s)) {
-    last_command_ = applied_command;
-  } else {
-    ++counters_.not_finite;
-  }
-  const auto inside = [](Real angle_rad) {
-    return core::clamp(angle_rad, Real(-kLargestAttitude_rad), Real(kLargestAttitude_rad));
-  };
-  const core::Tilt<Real> tilt =
-      core::tilt_of(commanded_slope_.at(inside(last_command_.roll_rad), inside(last_command_.pitch_rad),
-                                        heading_.of(core::Arithmetic<S>::template real<Real>(yaw_.yaw()))));
-  newest_ = (newest_ + 1) % kSentCapacity;
-  sent_[newest_] = {
-      .x = core::Arithmetic<S>::template number<Real>(tilt.x_rad),
-      .y = core::Arithmetic<S>::template number<Real>(tilt.y_rad),
-      .climb = core::Arithmetic<S>::template number<Real>(last_command_.climb_m_s * static_cast<Real>(kTimeUnit_s))};
-}
-
-// With a delay of n + f ticks, the command of n + 1 ticks ago acts for a share f of the last tick, then that of n ticks
-// ago.
-template <typename S, typename Real>
-ActingInputs<S> DisturbanceEkf<S, Real>::inputs(const Delay& delay, S PastCommand::*axis) {
-  auto& a = arithmetic_;
-  const auto mixed = [&](std::size_t ago) {
-    const S newer = sent(ago).*axis;
-    const S older_one = sent(ago + 1).*axis;
-    const S step = a.narrow(a.widen(older_one) - a.widen(newer));
-    return a.narrow(a.widen(newer) + a.product(delay.rest, step));
-  };
-  return {.now = mixed(delay.ticks),
-          .before = mixed(delay.ticks + 1),
-          .after = mixed(delay.ticks > 0 ? delay.ticks - 1 : 0)};
-}
-
-template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::predict_tick() {
-  yaw_.predict(gyro_yaw_rate_);
+  yaw_.predict(attitude_.yaw_rate);
   if (!started_) {
     return;
   }
-  x_.predict(inputs(delay_x_, &PastCommand::x));
-  y_.predict(inputs(delay_y_, &PastCommand::y));
-  height_.predict(inputs(delay_climb_, &PastCommand::climb));
+  x_.predict(commands_.x());
+  y_.predict(commands_.y());
+  height_.predict(commands_.climb());
 }
 
 template <typename S, typename Real>
@@ -174,17 +126,17 @@ void DisturbanceEkf<S, Real>::fuse_attitude(const typename Measurement<Real>::At
     ++counters_.attitudes_refused;
     return;
   }
-  attitude_ = {.roll_rad = attitude.roll_rad,
-               .pitch_rad = attitude.pitch_rad,
-               .yaw_rad = Number::template real<Real>(yaw_.yaw())};
+  attitude_.angles = {.roll_rad = attitude.roll_rad,
+                      .pitch_rad = attitude.pitch_rad,
+                      .yaw_rad = Number::template real<Real>(yaw_.yaw())};
   constexpr Real kUnit = static_cast<Real>(kTimeUnit_s);
   const core::AttitudeSinCos<Real> turns{
-      .roll = attitude.roll(), .pitch = attitude.pitch(), .yaw = heading_.of(attitude_.yaw_rad)};
-  gyro_yaw_rate_ = Number::template number<Real>(core::yaw_rate_of(turns, rate) * kUnit);
-  attitude_known_ = true;
+      .roll = attitude.roll(), .pitch = attitude.pitch(), .yaw = heading_.of(attitude_.angles.yaw_rad)};
+  attitude_.yaw_rate = Number::template number<Real>(core::yaw_rate_of(turns, rate) * kUnit);
+  attitude_.is_known = true;
   if (!started_) {
-    attitude_refused_ = false;
-    since_attitude_ = attitude.age;
+    attitude_.is_refused = false;
+    attitude_.age = attitude.age;
     return;
   }
   const core::Tilt<Real> tilt = core::tilt_of(core::slope_of(turns));
@@ -195,13 +147,13 @@ void DisturbanceEkf<S, Real>::fuse_attitude(const typename Measurement<Real>::At
   const FusionResult y = y_.fuse_attitude(Number::template number<Real>(tilt.y_rad),
                                           Number::template number<Real>(tilt_rate.y_rad * kUnit), age);
   if (x == FusionResult::kUsed && y == FusionResult::kUsed) {
-    attitudes_refused_in_a_row_ = 0;
-    attitude_refused_ = false;
-    since_attitude_ = attitude.age;
+    attitude_.refused_in_a_row = 0;
+    attitude_.is_refused = false;
+    attitude_.age = attitude.age;
     return;
   }
   ++counters_.attitudes_refused;
-  if (++attitudes_refused_in_a_row_ >= kAttitudesBeforeRestart && since_recovery_ >= kResetSpacing) {
+  if (++attitude_.refused_in_a_row >= kAttitudesBeforeRestart && since_recovery_ >= kResetSpacing) {
     recover(ResetReason::kAttitude);
     restart();
   }
@@ -214,8 +166,8 @@ void DisturbanceEkf<S, Real>::fuse_specific_force(const DisturbanceAcceleration<
     acceleration_stored_ = false;
     return;
   }
-  const bool missed = since_pose_ > kPoseMissed;
-  const bool notes = !acceleration_stored_ || since_pose_ == core::Duration(0);
+  const bool missed = pose_.since_use > kPoseMissed;
+  const bool notes = !acceleration_stored_ || pose_.since_use == core::Duration(0);
   const DisturbanceUse use = notes    ? DisturbanceUse::kStored
                              : missed ? DisturbanceUse::kTracked
                                       : DisturbanceUse::kHeld;
@@ -242,13 +194,13 @@ Estimate<Real> DisturbanceEkf<S, Real>::estimate() const {
   e.yaw_rad = real(yaw_.yaw());
   e.heading_sin_cos = heading_;
   e.yaw_rate_rad_s = real(yaw_.yaw_rate()) * kPerUnit;
-  e.pose_age = pose_age_;
-  e.refused_poses = refused_in_a_row_;
-  e.refused_for = refused_in_a_row_ > 0 && agreeing_ > 1 ? agreeing_until_ - agreeing_since_ : core::Duration{0};
-  e.refusal = refusal_;
+  e.pose_age = pose_.age;
+  e.refused_poses = pose_.refused_in_a_row;
+  e.refused_for = pose_.refused_in_a_row > 0 ? agreement_.lasted() : core::Duration{0};
+  e.refusal = pose_.refusal;
   e.prediction_valid = started_ && since_start_ >= kSettling &&
-                       since_attitude_ <= (attitude_refused_ ? kAttitudeDoubted : kAttitudeSilent);
-  e.healthy = e.prediction_valid && since_pose_ <= kPoseLost;
+                       attitude_.age <= (attitude_.is_refused ? kAttitudeDoubted : kAttitudeSilent);
+  e.healthy = e.prediction_valid && pose_.since_use <= kPoseLost;
   return e;
 }
 
@@ -256,7 +208,7 @@ template <typename S, typename Real>
 EkfCounters DisturbanceEkf<S, Real>::counters() const {
   EkfCounters counters = counters_;
   counters.covariance = x_.health() + y_.health() + height_.health() + yaw_.health();
-  counters.covariance.saturations += arithmetic_.saturations();
+  counters.covariance.saturations += commands_.saturations();
   return counters;
 }
 

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <string_view>
 
-#include "firmware/core/assert.h"
 #include "firmware/core/fixed_point.h"
 #include "firmware/core/tick_count.h"
 #include "firmware/core/tilt.h"
@@ -14,8 +11,10 @@
 #include "firmware/ctl/command.h"
 #include "firmware/est/estimate.h"
 #include "firmware/est/filter/axis_filter.h"
+#include "firmware/est/filter/command_history.h"
 #include "firmware/est/filter/covariance_inflation.h"
 #include "firmware/est/filter/height_filter.h"
+#include "firmware/est/filter/pose_agreement.h"
 #include "firmware/est/filter/yaw_filter.h"
 #include "firmware/est/measurement.h"
 #include "firmware/model/vehicle.h"
@@ -82,24 +81,7 @@ class DisturbanceEkf {
   }
 
  private:
-  /// One past command in the filter's frame.
-  struct PastCommand {
-    S x{}, y{}, climb{};
-  };
-  struct Delay {
-    std::size_t ticks = 0;
-    S rest{};  ///< fraction of a tick
-  };
-  static constexpr std::size_t kSentCapacity = 64;
-
-  static Delay delay_of(double delay_s);
   static AxisModel axis_model(const model::Vehicle& vehicle, const model::StickAxis& axis, double sign);
-  const PastCommand& sent(std::size_t ago) const {
-    M100_ASSERT(ago < kSentCapacity);
-    return sent_[(newest_ + kSentCapacity - ago) % kSentCapacity];
-  }
-  void store_command(const ctl::Command<Real>& applied_command);
-  ActingInputs<S> inputs(const Delay& delay, S PastCommand::*axis);
   void predict_tick();
   void fuse_attitude(const typename Measurement<Real>::Attitude& attitude);
   void fuse_pose(const core::Pose<Real>& pose);
@@ -112,17 +94,12 @@ class DisturbanceEkf {
   /// The variance is the larger of the vehicle file's and the sender's, plus the distance flown in the uncertainty of
   /// the time of capture: the gate uses all of that, the filter at most kMaxTimingError_m.
   Weight weight(Real sender_variance_m2, Real time_sigma_s, S speed, Real unseen_m) const;
-  /// Stores a pose that does not agree with the state.
-  /// @returns true when it agrees with the pose before it
-  bool agrees(const core::Pose<Real>& pose);
   void begin(const core::Pose<Real>& pose);
   void record_fused(core::Duration pose_age, Real time_sigma_s);
   void check_reset(const core::Pose<Real>& pose, const MeasurementAge<S>& age);
   /// How often a sigma of a horizontal axis was halved at its ceiling. After that the correlations of the errors are no
   /// longer right, and a pose's innovation would be distributed wrongly over the states.
   std::uint32_t ceilings_met() const { return x_.health().ceilings + y_.health().ceilings; }
-  /// Velocity from the poses since `first_pose_`, plus what the tilt has added meanwhile, in m per unit of time.
-  core::Vector<Real, 3> velocity_since_first(const core::Pose<Real>& pose, Real tilt_x_rad, Real tilt_y_rad) const;
   void recover(ResetReason reason);
   void restart();
   Estimate<Real> estimate() const;
@@ -136,39 +113,34 @@ class DisturbanceEkf {
   CovarianceInflation<Real> inflation_x_, inflation_y_;
   HeightFilter<S> height_;
   YawFilter<S> yaw_;
-  Delay delay_x_, delay_y_, delay_climb_;
-  core::Arithmetic<S> arithmetic_;
-  std::array<PastCommand, kSentCapacity> sent_{};
-  std::size_t newest_ = 0;
-  ctl::Command<Real> last_command_{};
-  core::CachedTilt<Real> commanded_slope_;
+  CommandHistory<S, Real> commands_;
   core::CachedSinCos<Real> heading_;
-  Real pose_variance_m2_;  ///< the vehicle file's
-  S gyro_yaw_rate_{};
+  Real pose_variance_m2_;             ///< the vehicle file's
   bool acceleration_stored_ = false;  ///< at the newest used pose, or since then
-  bool attitude_known_ = false;
-  bool attitude_refused_ = false;  ///< the newest attitude, for whatever reason
   bool started_ = false;
-  core::Euler<Real> attitude_{};
   core::Duration since_start_{0};
-  core::Duration since_attitude_{0};
-  core::Duration since_pose_{0};  ///< since the last pose that was used
-  core::TimePoint now_{};         ///< of this tick, for ages
-  core::TickCount time_;          ///< how far the state lags behind now_
-  core::Duration pose_age_{0};
   core::Duration since_recovery_ = std::chrono::seconds(2);
-  std::uint32_t refused_in_a_row_ = 0;
-  std::uint32_t ceilings_at_pose_ = 0;  ///< ceilings_met() when a pose was last used
-  Refusal<Real> refusal_;
-  std::uint32_t attitudes_refused_in_a_row_ = 0;
-  std::uint32_t agreeing_ = 0;    ///< poses in a row that agree with each other but not with the state
-  core::Pose<Real> last_pose_{};  ///< the last of these
-  core::Pose<Real> first_pose_{};
-  core::Duration since_last_{0};  ///< since the capture of last_pose_
-  core::Duration since_first_{0};
-  core::TimePoint agreeing_since_{};  ///< when the first of these came
-  core::TimePoint agreeing_until_{};  ///< when the last of these came; later silence does not count
-  Real time_sigma_s_{0};              ///< of the newest pose that was used
+  core::TimePoint now_{};  ///< of this tick, for ages
+  core::TickCount time_;   ///< how far the state lags behind now_
+  /// The newest attitude.
+  struct {
+    bool is_known = false;
+    bool is_refused = false;  ///< for whatever reason
+    std::uint32_t refused_in_a_row = 0;
+    core::Duration age{0};  ///< of the newest that was used
+    core::Euler<Real> angles{};
+    S yaw_rate{};  ///< by the gyroscopes
+  } attitude_;
+  /// The newest pose that was used, and the refused ones after it.
+  struct {
+    core::Duration since_use{0};
+    core::Duration age{0};
+    Real time_sigma_s{0};
+    std::uint32_t ceilings = 0;  ///< ceilings_met() when it was used
+    std::uint32_t refused_in_a_row = 0;
+    Refusal<Real> refusal;
+  } pose_;
+  PoseAgreement<Real> agreement_;  ///< of poses that do not agree with the state
   EkfCounters counters_;
 };
 

@@ -70,12 +70,12 @@ typename DisturbanceEkf<S, Real>::Weight DisturbanceEkf<S, Real>::weight(Real se
 template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::record_fused(core::Duration pose_age, Real time_sigma_s) {
   ++counters_.poses_used;
-  refused_in_a_row_ = 0;
-  agreeing_ = 0;
-  since_pose_ = core::Duration(0);
-  ceilings_at_pose_ = ceilings_met();
-  pose_age_ = pose_age;
-  time_sigma_s_ = time_sigma_s;
+  pose_.refused_in_a_row = 0;
+  agreement_.end_row();
+  pose_.since_use = core::Duration(0);
+  pose_.ceilings = ceilings_met();
+  pose_.age = pose_age;
+  pose_.time_sigma_s = time_sigma_s;
 }
 
 template <typename S, typename Real>
@@ -100,13 +100,13 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
     begin(pose);
     return;
   }
-  const Real dropout_s = core::seconds<Real>(since_pose_);
+  const Real dropout_s = core::seconds<Real>(pose_.since_use);
   constexpr Real kHalf_m_s2 = static_cast<Real>(0.5 * kUnseenAcceleration_m_s2);
   const Real unseen = kHalf_m_s2 * (dropout_s * dropout_s + static_cast<Real>(kDisturbanceLag_s * kDisturbanceLag_s));
   // After a long dropout the covariance has met its ceiling, and a large innovation would be distributed wrongly: a
   // pose that is not inside the sigmas goes to check_reset().
-  const bool long_dropout = since_pose_ > kDropout;
-  if (long_dropout && ceilings_met() != ceilings_at_pose_) {
+  const bool long_dropout = pose_.since_use > kDropout;
+  if (long_dropout && ceilings_met() != pose_.ceilings) {
     check_reset(pose, age);  // inside the sigmas or not: the correlations of the errors are no longer known
     return;
   }
@@ -135,8 +135,8 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
     return;
   }
   ++counters_.poses_refused;
-  ++refused_in_a_row_;
-  refusal_ = refusal_of(Number::template real<Real>(turned), widest_m, x, y, z);
+  ++pose_.refused_in_a_row;
+  pose_.refusal = refusal_of(Number::template real<Real>(turned), widest_m, x, y, z);
   check_reset(pose, age);
 }
 

@@ -15,37 +15,22 @@ constexpr std::uint32_t kAgreeingPoses = 10;
 constexpr core::Duration kAgreeingFor =
     milliseconds(500);  // longer than the failsafe waits: the operator handles a jump
 constexpr std::uint32_t kAgreeingAfterDropout = 3;
-constexpr double kFastestFlight_m_s = 6.0;
-constexpr double kAgreement_m = 0.03;
 constexpr core::Duration kBaseline = milliseconds(100);  // for a velocity from two poses
 
 }  // namespace
-
-template <typename S, typename Real>
-core::Vector<Real, 3> DisturbanceEkf<S, Real>::velocity_since_first(const core::Pose<Real>& pose, Real tilt_x_rad,
-                                                                    Real tilt_y_rad) const {
-  const Real span_s = core::seconds<Real>(since_first_ - pose.age(now_));
-  constexpr Real kGravity = static_cast<Real>(model::kGravity_m_s2);
-  const core::Vector<Real, 3> acceleration{kGravity * core::tan(tilt_x_rad), -kGravity * core::tan(tilt_y_rad),
-                                           Real(0)};
-  const Real later_s = Real(0.5) * span_s + core::seconds<Real>(pose.age(now_));  // from the middle of the span to now
-  const core::Vector<Real, 3> velocity =
-      (pose.position_w_m - first_pose_.position_w_m) / span_s + acceleration * later_s;
-  return velocity * static_cast<Real>(kTimeUnit_s);
-}
 
 /// Starts the filter with the first pose that is kBaseline younger than an earlier one that it agrees with: a vehicle
 /// that is already flying has a velocity.
 template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::begin(const core::Pose<Real>& pose) {
   using Number = core::Arithmetic<S>;
-  if (!attitude_known_ || !agrees(pose) || since_first_ - pose.age(now_) < kBaseline) {
+  if (!attitude_.is_known || !agreement_.add(pose, now_) || agreement_.span(pose, now_) < kBaseline) {
     return;
   }
   yaw_.start(Number::template number<Real>(wrapped_yaw(pose)));
-  attitude_.yaw_rad = Number::template real<Real>(yaw_.yaw());
-  const core::Tilt<Real> tilt = core::tilt_of(attitude_);
-  const core::Vector<Real, 3> velocity = velocity_since_first(pose, tilt.x_rad, tilt.y_rad);
+  attitude_.angles.yaw_rad = Number::template real<Real>(yaw_.yaw());
+  const core::Tilt<Real> tilt = core::tilt_of(attitude_.angles);
+  const core::Vector<Real, 3> velocity = agreement_.velocity(pose, now_, tilt.x_rad, tilt.y_rad);
   const Real age_units = core::seconds<Real>(pose.age(now_)) / static_cast<Real>(kTimeUnit_s);
   const core::Vector<Real, 3> position = pose.position_w_m + velocity * age_units;
   x_.start(Number::template number<Real>(position.x()), Number::template number<Real>(velocity.x()),
@@ -55,56 +40,39 @@ void DisturbanceEkf<S, Real>::begin(const core::Pose<Real>& pose) {
   height_.start(Number::template number<Real>(position.z()), Number::template number<Real>(velocity.z()));
   started_ = true;
   since_start_ = core::Duration(0);
-  since_pose_ = core::Duration(0);
-  ceilings_at_pose_ = ceilings_met();
-  pose_age_ = pose.age(now_);
-  agreeing_ = 0;
+  pose_.since_use = core::Duration(0);
+  pose_.ceilings = ceilings_met();
+  pose_.age = pose.age(now_);
+  agreement_.end_row();
   ++counters_.poses_used;
-}
-
-template <typename S, typename Real>
-bool DisturbanceEkf<S, Real>::agrees(const core::Pose<Real>& pose) {
-  const double between_s = core::seconds<double>(since_last_ - pose.age(now_));
-  const Real way_m = static_cast<Real>(kAgreement_m + kFastestFlight_m_s * (between_s > 0.0 ? between_s : 0.0));
-  const core::Vector<Real, 3> moved = pose.position_w_m - last_pose_.position_w_m;
-  const bool follows = agreeing_ > 0 && moved.squaredNorm() <= way_m * way_m;
-  agreeing_ = follows ? agreeing_ + 1 : 1;
-  last_pose_ = pose;
-  agreeing_until_ = now_;
-  since_last_ = pose.age(now_);
-  if (!follows) {
-    first_pose_ = pose;
-    agreeing_since_ = now_;
-    since_first_ = pose.age(now_);
-  }
-  return follows;
 }
 
 template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::check_reset(const core::Pose<Real>& pose, const MeasurementAge<S>& age) {
   using Number = core::Arithmetic<S>;
-  const bool follows = agrees(pose);
-  const core::Duration agreeing_for = since_first_ - pose.age(now_);
-  const bool dropped_out = since_pose_ > kDropout + agreeing_for;
+  const bool follows = agreement_.add(pose, now_);
+  const core::Duration agreeing_for = agreement_.span(pose, now_);
+  const bool dropped_out = pose_.since_use > kDropout + agreeing_for;
   const std::uint32_t needed = dropped_out ? kAgreeingAfterDropout : kAgreeingPoses;
-  if (!follows || agreeing_ < needed || agreeing_for < (dropped_out ? kBaseline : kAgreeingFor) ||
+  if (!follows || agreement_.count() < needed || agreeing_for < (dropped_out ? kBaseline : kAgreeingFor) ||
       (!dropped_out && since_recovery_ < kResetSpacing)) {
     return;
   }
   recover(dropped_out ? ResetReason::kLongDropout : ResetReason::kPoseMoved);
   using Filter = AxisFilter<S>;
-  const core::Vector<Real, 3> velocity = velocity_since_first(
-      pose, Number::template real<Real>(x_.state(Filter::kTilt)), Number::template real<Real>(y_.state(Filter::kTilt)));
+  const core::Vector<Real, 3> velocity =
+      agreement_.velocity(pose, now_, Number::template real<Real>(x_.state(Filter::kTilt)),
+                          Number::template real<Real>(y_.state(Filter::kTilt)));
   const auto number = [](Real value) { return Number::template number<Real>(value); };
   x_.reset_position(number(pose.position_w_m.x()), number(velocity.x()), age);
   y_.reset_position(number(pose.position_w_m.y()), number(velocity.y()), age);
   height_.reset_position(number(pose.position_w_m.z()), number(velocity.z()), age);
   yaw_.reset_position(number(wrapped_yaw(pose)));
-  refused_in_a_row_ = 0;
-  agreeing_ = 0;
-  since_pose_ = core::Duration(0);
-  ceilings_at_pose_ = ceilings_met();
-  pose_age_ = pose.age(now_);
+  pose_.refused_in_a_row = 0;
+  agreement_.end_row();
+  pose_.since_use = core::Duration(0);
+  pose_.ceilings = ceilings_met();
+  pose_.age = pose.age(now_);
 }
 
 template <typename S, typename Real>
@@ -117,19 +85,18 @@ void DisturbanceEkf<S, Real>::recover(ResetReason reason) {
 template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::restart() {
   started_ = false;
-  attitude_known_ = false;
-  attitudes_refused_in_a_row_ = 0;
-  refused_in_a_row_ = 0;
-  agreeing_ = 0;
+  attitude_.is_known = false;
+  attitude_.refused_in_a_row = 0;
+  pose_.refused_in_a_row = 0;
+  agreement_.end_row();
   x_.start(S{}, S{}, S{});
   y_.start(S{}, S{}, S{});
   height_.start(S{}, S{});
   yaw_.start(S{});
-  gyro_yaw_rate_ = S{};
+  attitude_.yaw_rate = S{};
 }
 
 #define M100_INSTANTIATE(S, Real)                                                                        \
-  template bool DisturbanceEkf<S, Real>::agrees(const core::Pose<Real>&);                                \
   template void DisturbanceEkf<S, Real>::begin(const core::Pose<Real>&);                                 \
   template void DisturbanceEkf<S, Real>::check_reset(const core::Pose<Real>&, const MeasurementAge<S>&); \
   template void DisturbanceEkf<S, Real>::recover(ResetReason);                                           \

@@ -7,6 +7,7 @@
 // Shared by disturbance_ekf.cpp (the tick), fuse_pose.cpp (the use of a pose) and reset_pose.cpp (start and restart).
 namespace m100::est {
 
+inline constexpr double kLargestAttitude_rad = 1.2;  ///< of attitudes and commands
 inline constexpr core::Duration kDropout = std::chrono::milliseconds(500);
 inline constexpr core::Duration kResetSpacing = std::chrono::milliseconds(2000);
 
