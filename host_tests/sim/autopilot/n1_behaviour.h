@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
+
+#include "firmware/core/time.h"
+
 namespace m100::sim {
+
+inline core::Duration duration_of_seconds(double value_s) { return core::Duration{std::llround(value_s * 1e6)}; }
 
 /// What DJI's documents leave open about the autopilot, as the emulation assumes it. `m100-lab autopilot --real`
 /// replaces an assumption by what was seen on the aircraft; firmware/companion/guide/FIRST_CONTACT.md says how to see

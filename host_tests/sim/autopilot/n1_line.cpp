@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "protocol/dji/frame_encoder.h"
+
 namespace m100::sim {
 namespace {
 
@@ -34,6 +36,17 @@ bool N1Line::send(std::span<const std::byte> frame, core::TimePoint now) {
   enqueue(frame);
   pump(now);
   return true;
+}
+
+void N1Line::push(protocol::MessageId id, std::span<const std::byte> value, core::TimePoint now) {
+  std::array<std::byte, kFrameBytes> space;
+  const core::Expected<std::span<const std::byte>> frame = protocol::encode_frame(
+      {.session = protocol::kUnansweredSession, .is_ack = false, .encrypted = false, .sequence = push_sequence_}, &id,
+      value, space);
+  ++push_sequence_;
+  if (frame) {
+    (void)send(*frame, now);
+  }
 }
 
 void N1Line::send_later(std::span<const std::byte> frame, core::TimePoint when) {

@@ -9,6 +9,7 @@
 #include "firmware/core/time.h"
 #include "hal/uart.h"
 #include "host_tests/sim/world/random.h"
+#include "protocol/dji/catalogue.h"
 
 namespace m100::sim {
 
@@ -30,6 +31,8 @@ class N1Line {
 
   /// Queues a frame to leave now. @returns false: lost, by the script or because the buffer is full.
   bool send(std::span<const std::byte> frame, core::TimePoint now);
+  /// Queues a message without a request, in session 0.
+  void push(protocol::MessageId id, std::span<const std::byte> value, core::TimePoint now);
   /// Queues a frame to leave later.
   void send_later(std::span<const std::byte> frame, core::TimePoint when);
   /// Puts noise on the line towards the client.
@@ -66,6 +69,7 @@ class N1Line {
   std::array<Late, kLateFrames> late_{};
   Meter out_;
   Meter in_;
+  std::uint16_t push_sequence_ = 0;
 };
 
 }  // namespace m100::sim

@@ -33,7 +33,15 @@ Vector2 to_world(const protocol::Movement& movement, const protocol::MovementMod
 
 }  // namespace
 
-void N1Movement::set(const protocol::Movement& movement, const VehicleState& state) {
+bool N1Movement::expire(core::TimePoint now, core::Duration timeout) {
+  const bool expires = active_ && now - set_at_ > timeout;
+  active_ = active_ && !expires;
+  return expires;
+}
+
+void N1Movement::set(const protocol::Movement& movement, const VehicleState& state, core::TimePoint now) {
+  active_ = true;
+  set_at_ = now;
   movement_ = movement;
   mode_ = *protocol::movement_mode(movement.flag);
   if (mode_.horizontal == protocol::HorizontalMode::kPosition) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "firmware/core/time.h"
 #include "host_tests/sim/world/vehicle_port.h"
 #include "protocol/dji/commands.h"
 
@@ -16,7 +17,11 @@ namespace m100::sim {
 class N1Movement {
  public:
   /// Takes a command whose mode exists and whose numbers protocol::check() accepts.
-  void set(const protocol::Movement& movement, const VehicleState& state);
+  void set(const protocol::Movement& movement, const VehicleState& state, core::TimePoint now);
+  bool is_active() const { return active_; }
+  void stop() { active_ = false; }
+  /// Ends a command that is older than `timeout`. @returns whether it did.
+  bool expire(core::TimePoint now, core::Duration timeout);
   /// The present command to the vehicle.
   MovementInput input(const VehicleState& state) const;
   /// The control mode of telemetry (protocol, section 8): 1..18, horizontal within vertical, yaw angle before rate.
@@ -26,6 +31,8 @@ class N1Movement {
   }
 
  private:
+  bool active_ = false;
+  core::TimePoint set_at_{};
   protocol::Movement movement_;
   protocol::MovementMode mode_;
   core::Vector<double, 2> target_w_m_ = core::Vector<double, 2>::Zero();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/sim/autopilot/n1_telemetry.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -57,6 +58,16 @@ core::Quaternion<double> noisy(const core::Quaternion<double>& q, double sigma, 
                              .z = q.z + q.w * z + q.x * y - q.y * x};
   const double length = std::sqrt(r.w * r.w + r.x * r.x + r.y * r.y + r.z * r.z);
   return {r.w / length, r.x / length, r.y / length, r.z / length};
+}
+
+/// The assistant's rates, with this one in place of its 50 Hz.
+N1Rates with_rate(N1Rates rates, double rate_hz) {
+  const protocol::Rate rate = rate_hz == 1.0    ? protocol::Rate::k1Hz
+                              : rate_hz == 10.0 ? protocol::Rate::k10Hz
+                              : rate_hz == 50.0 ? protocol::Rate::k50Hz
+                                                : protocol::Rate::k100Hz;
+  std::replace(rates.begin(), rates.end(), protocol::Rate::k50Hz, rate);
+  return rates;
 }
 
 }  // namespace
@@ -153,6 +164,43 @@ void N1Estimator::estimate_height(const VehicleState& truth, double step_s, Vehi
     height_from_m_ += noise_.height_drift_m * random_.normal();
   }
   estimated.position_w_m.z() = truth.position_w_m.z() + drift_m + height_from_m_;
+}
+
+bool has_unknown_rate(const protocol::Message& message) {
+  const auto items = message.value.first(std::min(message.value.size(), protocol::kTelemetryItemCount));
+  return message.id == protocol::ids::kTelemetryFrequency &&
+         std::any_of(items.begin(), items.end(), [](std::byte code) { return code > std::byte{5}; });
+}
+
+N1Telemetry::N1Telemetry(const N1Behaviour::Telemetry& how, const N1Rates& rates, const N1SensorNoise& noise,
+                         std::uint64_t seed)
+    : how_(how),
+      rates_(with_rate(rates, how.rate_hz)),
+      noise_(noise),
+      estimator_(noise, seed),
+      random_(seed, "n1_autopilot") {}
+
+void N1Telemetry::set_rates(const protocol::TelemetryFrequency& wanted) {
+  for (std::size_t item = 0; item < rates_.size() && how_.obeys_rates; ++item) {
+    rates_[item] = wanted.rates[item] == protocol::Rate::kAsItIs ? rates_[item] : wanted.rates[item];
+  }
+}
+
+std::optional<protocol::Telemetry> N1Telemetry::next(const VehiclePort& vehicle, std::uint32_t ticks,
+                                                     core::TimePoint now) {
+  constexpr core::Duration kSlot = std::chrono::milliseconds(10);
+  const std::uint16_t items = due_items(rates_, slot_);
+  ++slot_;
+  if (items == 0 || now < silent_until_) {
+    return std::nullopt;
+  }
+  protocol::Telemetry telemetry = report(estimator_.update(vehicle.estimated(), kSlot), ticks, noise_, random_);
+  const double unit = N1Behaviour{}.telemetry.acceleration_unit_m_s2 / how_.acceleration_unit_m_s2;
+  for (float& axis : telemetry.acceleration) {
+    axis = static_cast<float>(static_cast<double>(axis) * unit);
+  }
+  telemetry.items = items;
+  return telemetry;
 }
 
 }  // namespace m100::sim
