@@ -121,8 +121,8 @@ unit=$root/lib/systemd/system/m100.service
 grep -q '^Restart=on-failure' "$unit" && grep -q '^WatchdogSec=' "$unit" && grep -q '^KillMode=process' "$unit" ||
   fail "the unit file lacks Restart=on-failure, WatchdogSec= or KillMode=process"
 # The environment file sets every variable of the unit, and the program knows every option.
-for name in $(grep -o '\$[{]*M100_[A-Z_]*' "$unit" | tr -d '${' | sort -u); do
-  grep -q "^$name=" "$root/etc/m100/m100.env" || fail "m100.env does not set $name"
+for variable in $(grep -o '\$[{]*M100_[A-Z_]*' "$unit" | tr -d '${' | sort -u); do
+  grep -q "^$variable=" "$root/etc/m100/m100.env" || fail "m100.env does not set $variable"
 done
 m100 fly --help >"$root/help"
 for option in $(grep '^ExecStart=' "$unit" | grep -o -- ' --[a-z-]*'); do
@@ -132,8 +132,8 @@ done
 if command -v systemd-analyze >/dev/null && [ "$machine" = amd64 ]; then
   mkdir -p "$root/bin"
   [ -e "$root/bin/sh" ] || install -m 755 /dev/null "$root/bin/sh"
-  for name in sysinit.target basic.target shutdown.target multi-user.target system.slice; do
-    printf '[Unit]\nDescription=stand-in\nDefaultDependencies=no\n' >"$root/lib/systemd/system/$name"
+  for stand_in in sysinit.target basic.target shutdown.target multi-user.target system.slice; do
+    printf '[Unit]\nDescription=stand-in\nDefaultDependencies=no\n' >"$root/lib/systemd/system/$stand_in"
   done
   said=$(systemd-analyze verify --man=no --root="$root" m100.service 2>&1) || fail "systemd-analyze: $said"
   [ -z "$said" ] || fail "systemd-analyze: $said"
