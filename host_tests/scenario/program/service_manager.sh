@@ -61,7 +61,7 @@ inside() {
   mkdir "$root/opt/m100-test"
   cp "$2" "$root/opt/m100-test/m100-lab"
   cp "$3" "$root/opt/m100-test/m100.deb"
-  cp "$here/service_managed.py" "$here/service_test.py" "$root/opt/m100-test/"
+  cp "$here/service_managed.py" "$here/service_test.py" "$here/real_time.py" "$root/opt/m100-test/"
   # None of this machine's own services starts; of the default dependencies only the journal remains.
   rm -rf "$root"/{lib,etc}/systemd/system/*.{wants,requires} "$root"/etc/systemd/system/m100*
   for name in sysinit basic shutdown; do
