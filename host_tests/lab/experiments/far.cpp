@@ -10,7 +10,8 @@
 namespace m100::lab::experiments {
 namespace {
 
-constexpr double kRest_s = 2.0;  ///< end of a flight in which the aircraft is taken as at rest
+constexpr double kRest_s = 2.0;  ///< at rest: the end of a flight, and within kSettled_m for this time
+constexpr double kSettled_m = 0.02;
 constexpr double kFar_m = 100.0;
 
 FlightPlan plan_of(const FarTask& task, const SuiteOptions& options) {
@@ -154,7 +155,6 @@ RequestedAcceleration acceleration_for(const Trace& trace, const FarTask& task) 
 FarScore far_score(const Trace& trace, const FarTask& task) {
   const RequestedAcceleration asked = acceleration_for(trace, task);
   FarScore out{.overshoot_m = 0.0, .iae_m_s = 0.0, .stayed = stayed(trace) ? 1 : 0, .flown = trace.empty() ? 0 : 1};
-  constexpr double kSettled_m = 0.02;
   double before_s = task.from_s;
   for (const TracePoint& point : trace) {
     if (point.t_s < task.from_s || point.t_s >= task.to_s) {
@@ -167,7 +167,9 @@ FarScore far_score(const Trace& trace, const FarTask& task) {
       square_m2 += std::pow(at_m - std::min(point.reference_m[axis], asked.high[axis]), 2);
     }
     out.iae_m_s += std::sqrt(square_m2) * (point.t_s - before_s);
-    out.settled_s = square_m2 > kSettled_m * kSettled_m ? point.t_s - task.from_s : out.settled_s;
+    const double since_s = point.t_s - task.from_s;
+    const bool is_settled = since_s >= out.settled_s + kRest_s;
+    out.settled_s = !is_settled && square_m2 > kSettled_m * kSettled_m ? since_s : out.settled_s;
     before_s = point.t_s;
   }
   return out;

@@ -29,7 +29,7 @@ const std::vector<FarTask>& far_tasks();
 struct FarScore {
   double overshoot_m =
       0.0;                 ///< largest horizontal distance outside the box that the reference spans, in the worst axis
-  double settled_s = 0.0;  ///< from the start of the window until the distance from the reference stays below 2 cm
+  double settled_s = 0.0;  ///< from the start of the window until the distance from the reference is below 2 cm for 2 s
   double iae_m_s = 0.0;    ///< integral of the absolute horizontal distance from the reference
   int stayed = 0;          ///< flights that never went below coast
   int flown = 0;           ///< flights that obtained control; 0: the errors above are invalid

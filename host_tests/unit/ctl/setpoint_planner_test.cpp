@@ -32,7 +32,7 @@ class Flight {
  public:
   explicit Flight(double gain = 1.0)
       : gain_(gain),
-        planner_(braking_of(mpc::generated::kVehicle, 0.408),
+        planner_(ctl::braking_of(mpc::generated::kVehicle, 0.408),
                  mpc::GainTables<double>{.x = mpc::generated::kX<double>, .y = mpc::generated::kY<double>}, kCombined) {
   }
   /// @returns the window of this tick.
