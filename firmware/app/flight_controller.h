@@ -82,7 +82,7 @@ class FlightController {
   /// Whether the autopilot's telemetry contradicts the poses.
   est::Contradiction<T> contradiction() const { return fault_isolation_.contradiction(); }
   const TickStats& stats() const { return timer_.stats(); }
-  /// When the failsafe last reached its top from silence or level: where the trajectory's time began.
+  /// When the failsafe last reached NOMINAL from SILENT or LEVEL: where the trajectory's time began.
   core::TimePoint started() const { return orders_.served(); }
 
  private:

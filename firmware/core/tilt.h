@@ -47,7 +47,7 @@ Vector<T, 2> heading_slope_of(const SinCos<T>& roll, const SinCos<T>& pitch) {
   return {pitch.sine / pitch.cosine, -(roll.sine / (roll.cosine * pitch.cosine))};
 }
 
-/// Body roll and pitch at a heading -> slopes. |roll|, |pitch| < pi/2.
+/// Roll and pitch at a heading -> slopes of the thrust in the world. |roll|, |pitch| < pi/2.
 template <typename T>
 Slope<T> slope_of(const AttitudeSinCos<T>& a) {
   const Vector<T, 2> w = rotate<T>(heading_slope_of(a.roll, a.pitch), a.yaw);

@@ -30,7 +30,7 @@ double factor_of(const std::array<AxisReference<double>, kDimensions>& at, const
   return larger(factor, (yaw_rate < 0.0 ? -yaw_rate : yaw_rate) / limits.yaw_rate_rad_s);
 }
 
-/// The same for a whole course, evaluated at 32 points of each piece.
+/// The factor by which a whole course must be slower, evaluated at 32 points of each piece.
 double time_factor(std::span<const Node> nodes, std::span<const double> durations_s, const SpeedLimits& limits) {
   constexpr int kSamples = 32;
   double factor = 0.0;

@@ -9,8 +9,8 @@ namespace {
 
 /// Tolerance of the tilt limit: a law that keeps the same limit in float must not be cut because of its last bits.
 constexpr double kTiltRounding_rad = 1e-4;
-/// Time in COAST that is flown through whatever the reserve is. The gap of the poses is longer than this, because COAST
-/// begins only when the pose is older than its limit.
+/// Time in COAST for which the course goes on, however little distance to the fence is left. The gap of the poses is
+/// longer than this, because COAST begins only when the pose is older than its limit.
 constexpr core::Duration kFlownThrough = std::chrono::milliseconds(500);
 /// Unobserved acceleration while no pose shows the speed: the offset of the specific force from which the speed is
 /// computed (est::kForceOffset_m_s2).

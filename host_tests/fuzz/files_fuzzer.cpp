@@ -18,8 +18,8 @@
 #include <string>
 #include <string_view>
 
-#include "firmware/companion/files/course.h"
-#include "firmware/companion/files/course_validation.h"
+#include "firmware/companion/files/course/course.h"
+#include "firmware/companion/files/course/course_validation.h"
 #include "firmware/companion/files/excitation_file.h"
 #include "firmware/companion/files/flight_file.h"
 #include "firmware/companion/files/recorded_flight.h"

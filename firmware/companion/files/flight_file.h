@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "firmware/companion/files/course.h"
-#include "firmware/companion/files/course_validation.h"
+#include "firmware/companion/files/course/course.h"
+#include "firmware/companion/files/course/course_validation.h"
 #include "firmware/companion/files/mode.h"
 #include "firmware/core/fence.h"
 #include "firmware/link/pose/pose_senders.h"

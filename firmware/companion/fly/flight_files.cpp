@@ -7,8 +7,8 @@
 #include <sstream>
 #include <vector>
 
-#include "firmware/companion/files/course.h"
-#include "firmware/companion/files/course_inside_fence.h"
+#include "firmware/companion/files/course/course.h"
+#include "firmware/companion/files/course/course_inside_fence.h"
 #include "firmware/companion/fly/start_position.h"
 #include "firmware/companion/ground_station/guided_mode.h"
 #include "firmware/companion/replay/replay.h"

@@ -17,8 +17,8 @@
 #include <iostream>
 #include <memory>
 
-#include "firmware/companion/files/course.h"
-#include "firmware/companion/files/course_words.h"
+#include "firmware/companion/files/course/course.h"
+#include "firmware/companion/files/course/course_words.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/key_file.h"
 #include "firmware/companion/fly/flight.h"

@@ -34,7 +34,7 @@ inline constexpr std::uint8_t kCancelled = 15;
 std::uint8_t validate(const mavlink::MissionItemInt& item);
 
 /// Converts an item to the newer message. A coordinate that is not a number, or too far away for a flight, becomes one
-/// that judge() refuses.
+/// that validate() refuses.
 mavlink::MissionItemInt to_item_int(const mavlink::MissionItem& item);
 
 /// The vehicle's end of MAVLink's mission protocol: accepts a list of items from any sender that announces one, one

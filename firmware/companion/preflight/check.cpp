@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "firmware/companion/files/course.h"
-#include "firmware/companion/files/course_words.h"
+#include "firmware/companion/files/course/course.h"
+#include "firmware/companion/files/course/course_words.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/fly/flight_files.h"
 #include "firmware/companion/fly/flight_model.h"

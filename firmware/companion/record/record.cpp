@@ -48,7 +48,7 @@ class Session {
     if (!options.pose.port.empty()) {
       pose_port_.emplace(options.pose, options.port);
       pose_listener_.emplace(pose_port_->line());
-      pose_link_.emplace(*pose_listener_, pose_port_->baud());
+      pose_link_.emplace(*pose_listener_, pose_port_->baud(), &exchanged_, choice_of(options.pose));
     }
     if (!options.key_file.empty()) {
       cipher_.emplace(read_key(options.key_file));
@@ -80,9 +80,10 @@ class Session {
   bool is_cut() const { return log_->is_cut(); }
   std::uint32_t dropped() const { return writer_->dropped(); }
   std::uint32_t outages() const { return outages_; }
-  std::uint32_t lost_poses() const { return pose_link_ ? pose_link_->stats().lost_frames : 0; }
-  /// Null: there is no pose port, or no key.
-  const link::SignedLineStats* signatures() const { return pose_port_ ? pose_port_->signatures() : nullptr; }
+  const PosePort* pose_port() const { return pose_port_ ? &*pose_port_ : nullptr; }
+  /// Precondition: there is a pose port; so for the next.
+  const link::PoseLink& pose_link() const { return *pose_link_; }
+  std::string no_pose() const { return why_no_pose(*pose_link_, *pose_port_, exchanged_); }
   double length_s() const { return length_s_; }
 
  private:
@@ -110,6 +111,7 @@ class Session {
   ReceiveOnlyPort operator_log_{port_};
   std::optional<PosePort> pose_port_;
   std::optional<ReceiveOnlyPort> pose_listener_;
+  ExchangedPorts exchanged_;
   std::optional<link::PoseLink> pose_link_;
   std::optional<protocol::Aes256> cipher_;
   std::optional<LogFile> log_;
@@ -140,27 +142,29 @@ nlohmann::json to_json(const RecordOptions& options, const Session& session, con
                               {"most_counts", recorder.sticks()[stick].max_counts}};
   }
   const protocol::ParserStats& parser = recorder.parser();
-  return {
-      {"recorded", trouble.empty()},
-      {"trouble", trouble},
-      {"log", options.log},
-      {"seconds", session.length_s()},
-      {"packages", recorder.packages()},
-      {"streams", streams},
-      {"sticks", sticks},
-      {"packages_of_a_computer", recorder.computer_packages()},
-      {"autopilot_restarts", recorder.restarts()},
-      {"outages", session.outages()},
-      {"poses_lost", session.lost_poses()},
-      {"signatures", session.signatures() != nullptr ? companion::to_json(*session.signatures()) : nlohmann::json{}},
-      {"bad_packages", recorder.bad_packages()},
-      {"undecipherable", recorder.undecipherable()},
-      {"frames", parser.frames},
-      {"crc16_errors", parser.crc16_errors},
-      {"crc32_errors", parser.crc32_errors},
-      {"bytes_dropped", parser.bytes_dropped},
-      {"messages_dropped", session.dropped()},
-      {"log_cut", session.is_cut()}};
+  const PosePort* const pose = session.pose_port();
+  const link::SignedLineStats* const signatures = pose != nullptr ? pose->signatures() : nullptr;
+  return {{"recorded", trouble.empty()},
+          {"trouble", trouble},
+          {"log", options.log},
+          {"seconds", session.length_s()},
+          {"packages", recorder.packages()},
+          {"streams", streams},
+          {"sticks", sticks},
+          {"packages_of_a_computer", recorder.computer_packages()},
+          {"autopilot_restarts", recorder.restarts()},
+          {"outages", session.outages()},
+          {"poses_lost", pose != nullptr ? session.pose_link().stats().lost_frames : 0},
+          {"pose", pose != nullptr ? pose_json(session.pose_link()) : nlohmann::json{}},
+          {"signatures", signatures != nullptr ? companion::to_json(*signatures) : nlohmann::json{}},
+          {"bad_packages", recorder.bad_packages()},
+          {"undecipherable", recorder.undecipherable()},
+          {"frames", parser.frames},
+          {"crc16_errors", parser.crc16_errors},
+          {"crc32_errors", parser.crc32_errors},
+          {"bytes_dropped", parser.bytes_dropped},
+          {"messages_dropped", session.dropped()},
+          {"log_cut", session.is_cut()}};
 }
 
 /// Why the log is useless for identification; empty: it is usable.
@@ -181,8 +185,11 @@ std::string problem_of(const RecordOptions& options, const Session& session) {
            "; switch the item on in DJI's assistant";
   }
   if (!options.pose.port.empty() && none(Recorder::kPose)) {
-    return options.pose.port + ": no pose came" +
-           (session.signatures() != nullptr ? "; " + describe(*session.signatures()) : "");
+    return options.pose.port + ": no pose came; " + session.no_pose();
+  }
+  if (session.pose_port() != nullptr && options.pose.from.empty() && session.pose_link().senders().all().size() > 1) {
+    return options.pose.port + ": poses came from " + describe(session.pose_link().senders()) +
+           "; the log holds those of one of them: choose with --pose-from SYS:COMP";
   }
   return "";
 }
@@ -211,8 +218,8 @@ void print(const Session& session) {
     std::cout << "  a computer had control in " << recorder.computer_packages()
               << " packages: in those, the sticks in the log may not be the pilot's\n";
   }
-  if (session.signatures() != nullptr) {
-    std::cout << "  pose port: " << describe(*session.signatures()) << "\n";
+  if (session.pose_port() != nullptr) {
+    companion::print(std::cout, session.pose_link().stats(), session.pose_port()->signatures());
   }
   if (session.dropped() > 0) {
     std::cout << "  " << session.dropped() << " records were lost: the disk was too slow\n";

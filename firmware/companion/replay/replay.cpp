@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "firmware/app/flight_controller.h"
-#include "firmware/companion/files/course.h"
+#include "firmware/companion/files/course/course.h"
 #include "firmware/companion/files/excitation_file.h"
 #include "firmware/companion/files/flight_file.h"
 #include "firmware/companion/files/vehicle_file.h"

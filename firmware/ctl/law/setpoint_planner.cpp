@@ -37,7 +37,8 @@ template <typename T>
     : x_(make_axis(tables.x)),
       y_(make_axis(tables.y)),
       combined_slope_(combined_slope),
-      reaction_s_(static_cast<T>(braking.reaction_s)) {}
+      reaction_s_(static_cast<T>(braking.reaction_s)),
+      reversal_s_(static_cast<T>(braking.reaction_s - braking.acts_s)) {}
 
 template <typename T>
 T SetpointPlanner<T>::measured_m_s2(const Axis& axis, const est::AxisEstimate<T>& estimate) const {
@@ -66,7 +67,7 @@ ref::AxisLimits<T> SetpointPlanner<T>::limits(const Axis& axis, const est::AxisE
           .up_m_s2 = max_of(reached_m_s2 + disturbance_m_s2, least_m_s2),
           .down_m_s2 = max_of(reached_m_s2 - disturbance_m_s2, least_m_s2),
           .braking_share = static_cast<T>(kBrakingShare),
-          .jerk_m_s3 = T(2) * tilted_m_s2 / reaction_s_,
+          .jerk_m_s3 = T(2) * tilted_m_s2 / reversal_s_,
           .release_m_s3 = static_cast<T>(kRelease) * tilted_m_s2 / reaction_s_};
 }
 

@@ -17,8 +17,8 @@ namespace m100::ctl {
 ///
 /// Limits per axis. Acceleration: the tilt of the gain table, both axes together within the law's limit and shared in
 /// the direction of the goal, plus or minus the estimated disturbance; braking uses kBrakingShare of it, the rest is
-/// left to the feedback. Jerk: the attitude is reversed in Braking::reaction_s; the final release is slower, see
-/// kRelease.
+/// left to the feedback. Jerk: the attitude is reversed in the time that its loop takes, Braking::reaction_s without
+/// what the lead covers; the final release is slower, see kRelease.
 ///
 /// The motion is planned again from the measured state when the aircraft leaves it by more than kMaxError_m, at most
 /// kMaxReplans times for one goal. If the aircraft tilts less than the plan needs, the plan's authority is reduced by
@@ -32,8 +32,9 @@ template <typename T>
 class SetpointPlanner {
  public:
   static constexpr double kBrakingShare = 0.95;
-  /// Of the tilt in Braking::reaction_s. With 1, the measured plant overshoots a step of 6 m by more than 2 cm.
-  static constexpr double kRelease = 0.8;
+  /// Of the tilt in Braking::reaction_s: in one reaction the feedback sees an error of the release, in another one it
+  /// corrects it.
+  static constexpr double kRelease = 0.5;
   static constexpr double kMinAuthority = 0.8;  ///< of the gain: the box of the certificate
   static constexpr double kMaxError_m = 0.3;    ///< twice what the shipped vehicle leaves a motion by (6 m: 0.15)
   static constexpr double kMaxChange_m_s2 = 0.5;
@@ -76,6 +77,7 @@ class SetpointPlanner {
   Axis x_, y_;
   T combined_slope_;
   T reaction_s_;
+  T reversal_s_;          ///< of the attitude, once the command acts
   bool follows_ = false;  ///< the axes hold a goal
 };
 

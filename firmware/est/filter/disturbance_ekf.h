@@ -64,8 +64,8 @@ struct EkfCounters {
 template <typename S, typename Real>
 class DisturbanceEkf {
  public:
-  /// All of the longest stall after which a flight goes on (SerialLink::kOwnStall): the law must not act upon a place
-  /// that lies behind.
+  /// Covers the longest stall after which a flight goes on (SerialLink::kOwnStall), so that the law acts on the present
+  /// position.
   static constexpr int kMaxTicks = 50;
 
   explicit DisturbanceEkf(const model::Vehicle& vehicle);

@@ -18,7 +18,7 @@ constexpr float kLargestVariance_m2 = 100.F;
 /// Local frames of ODOMETRY whose axes are north, east, down, or forward, right, down: MAV_FRAME_LOCAL_NED, MOCAP_NED,
 /// VISION_NED, ESTIM_NED, LOCAL_FRD.
 constexpr std::array<std::uint8_t, 5> kNedFrames{1, 14, 16, 18, 20};
-/// Positions of the variances of x, y and z in the upper right of a 6x6 matrix, row by row.
+/// Positions of the variances of x, y and z in the upper triangle of a 6x6 matrix, row by row.
 constexpr std::array<std::size_t, 3> kDiagonal{0, 6, 11};
 
 using Variances = std::array<float, 3>;

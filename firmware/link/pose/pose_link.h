@@ -55,8 +55,8 @@ class PoseLink {
   ///   arrival if the sender does not stamp. kNotReady: none.
   core::Expected<core::Pose<double>> receive(core::TimePoint now);
 
-  /// Asks the sender for its time, five times a second: 30 bytes. Once the time is known, it asks only when the line
-  /// has had room for the answer since the last question. A sender that does not answer is used nevertheless.
+  /// Asks the sender for its time, five times a second: 30 bytes. Once the time is known, it asks only if the line had
+  /// spare capacity for the answer since the last request. A sender that does not answer is used nevertheless.
   void request_time(core::TimePoint now);
 
   const PoseLinkStats& stats() const { return stats_; }

@@ -43,7 +43,7 @@ class SignedLine final : public hal::Uart {
   static constexpr std::uint32_t kVerificationsPerTick = 48;
   static constexpr std::uint32_t kLateFactor = 8;
 
-  /// Both must outlive it. @param link of ours, in the signatures of what is written.
+  /// Line, key and known must outlive it. @param link  our link id, signed with what is written.
   SignedLine(hal::PacketUart& line, const mavlink::Key& key, const mavlink::ReplayMemory& known, std::uint8_t link)
       : SignedLine(line, &line, key, known, link) {}
   SignedLine(hal::Uart& line, const mavlink::Key& key, const mavlink::ReplayMemory& known, std::uint8_t link)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab campaign: flies worlds x tasks x seeds on all cores, and joins the parts that other machines flew.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <iterator>
@@ -9,14 +10,17 @@
 #include <set>
 #include <span>
 #include <thread>
+#include <utility>
 
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/recorded_flight.h"
 #include "firmware/model/default_vehicle.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/body_options.h"
 #include "host_tests/lab/campaign/campaign.h"
 #include "host_tests/lab/campaign/page.h"
 #include "host_tests/lab/campaign/report_json.h"
+#include "host_tests/lab/flight/page.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/option_checks.h"
@@ -126,8 +130,52 @@ Campaign campaign_of(const Options& options) {
   return out;
 }
 
-Json flown(const Options& options) {
-  const Campaign campaign = campaign_of(options);
+/// The flight of a world that is shown: one that did not stay, otherwise the one with the largest pose error.
+const Json* worst_flight(const Json& report, const std::string& world) {
+  const Json* worst = nullptr;
+  for (const Json& flight : report.at("flown")) {
+    const auto rank = [](const Json& one) {
+      return std::pair(!one.at("stayed").get<bool>(), one.at("pose_rms_m").get<double>());
+    };
+    if (flight.at("world") == world && (worst == nullptr || rank(flight) > rank(*worst))) {
+      worst = &flight;
+    }
+  }
+  return worst;
+}
+
+/// Flies the worst flight of each world again and writes its page into the folder. @returns what each page shows, and
+/// its file name
+std::vector<std::pair<std::string, std::string>> write_flights(const std::string& folder, const Campaign& campaign,
+                                                               const Json& report) {
+  std::vector<std::pair<std::string, std::string>> pages;
+  sim::BodyJob body(campaign.settings.body);
+  for (const World& world : campaign.worlds) {
+    const Json* const shown = worst_flight(report, world.name);
+    if (shown == nullptr) {
+      continue;
+    }
+    const std::string task_name = shown->at("task").get<std::string>();
+    const std::uint64_t seed = shown->at("seed").get<std::uint64_t>();
+    const auto task = std::find_if(campaign.tasks.begin(), campaign.tasks.end(),
+                                   [&](const Task& one) { return one.name == task_name; });
+    std::string log =
+        log_of(world.plant, *task, seed, campaign.settings, campaign.settings.body.is_identified() ? nullptr : &body);
+    if (log.empty()) {
+      continue;
+    }
+    const std::string name = world.name + "_" + task_name + "_" + std::to_string(seed);
+    const std::string words = world.name + ", " + task_name + ", seed " + std::to_string(seed) +
+                              (shown->at("stayed").get<bool>() ? "" : ": " + shown->at("why").get<std::string>());
+    pages.emplace_back(words, "flight_" + name + ".html");
+    flight::flight_page({flight::series_of(companion::parse_flight_log(std::move(log), name), name, nullptr)},
+                        "Flight: " + words, "Simulated, in the world " + world.path + ".")
+        .write(folder + "/" + pages.back().second);
+  }
+  return pages;
+}
+
+Json flown(const Options& options, const Campaign& campaign) {
   const Share share = share_of(options.split);
   const bool one_program = options.body.body != "identified";  // it flies one aircraft at a time
   const std::size_t jobs = options.jobs > 0 ? options.jobs
@@ -161,11 +209,12 @@ void run(const Options& options) {
       .writes("--json", options.json)
       .fills("--report", options.report, "campaign.html")
       .check();
-  const Json report = options.merge.empty() ? flown(options) : merged(options.merge);
+  const Campaign campaign = options.merge.empty() ? campaign_of(options) : Campaign{};
+  const Json report = options.merge.empty() ? flown(options, campaign) : merged(options.merge);
   print_table(std::cout, report);
   write_json(options.json, report);
   if (!options.report.empty()) {
-    write_page(options.report, report);
+    write_page(options.report, report, write_flights(options.report, campaign, report));
     std::cout << "wrote " << printable(options.report) << "/campaign.html\n";
   }
   if (!all_stayed(report)) {
@@ -210,7 +259,9 @@ void add_campaign(CLI::App& lab) {
     }
   }
   command->add_option("--json", options->json, "file for the numbers");
-  command->add_option("--report", options->report, "folder for the page with heat maps (campaign.html)");
+  command->add_option(
+      "--report", options->report,
+      "folder for the page with heat maps (campaign.html), and a page of the worst flight of each world");
   command->callback([options] { campaign::run(*options); });
 }
 

@@ -62,7 +62,7 @@ bool below_coast(const TracePoint& point) {
   return failsafe_state != FailsafeState::kNominal && failsafe_state != FailsafeState::kCoast;
 }
 
-/// For so long after a handover the motion is still judged as ours.
+/// For so long after control is handed to the pilot, the motion still counts as the controller's.
 constexpr double kAftermath_s = 2.0;
 
 void record_tick(const TracePoint& point, Outcome& out) {
@@ -147,6 +147,15 @@ Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, c
   // An oscillation noticed in flight was ended by the calm law, so the trace alone would look calm.
   out.oscillated = out.oscillated || flight.limit_cycle_detected_s >= 0.0;
   return out;
+}
+
+std::string log_of(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings,
+                   sim::BodyJob* body) {
+  FlightPlan plan = plan_of(world, task, seed, settings);
+  plan.body = body;
+  plan.keep_log = true;
+  const FlightResult flight = experiments::fly(plan);
+  return flight.flew ? std::string(flight.log.begin(), flight.log.end()) : std::string();
 }
 
 }  // namespace m100::lab::campaign

@@ -111,7 +111,8 @@ void print_table(std::ostream& out, const Json& report) {
   out << summary(report) << "\n";
 }
 
-void write_page(const std::string& folder, const Json& report) {
+void write_page(const std::string& folder, const Json& report,
+                const std::vector<std::pair<std::string, std::string>>& flights) {
   plot::Page page("Campaign");
   page.paragraph("Asked: does the flight program keep each task under control in each of these worlds?");
   page.paragraph("Every number here is simulated: the flight program over the emulated wire, autopilot and aircraft.");
@@ -156,6 +157,10 @@ void write_page(const std::string& folder, const Json& report) {
       }
     }
     page.table(rows);
+  }
+  if (!flights.empty()) {
+    page.heading("The worst flight of each world");
+    page.links(flights);
   }
   page.write(folder + "/campaign.html");
 }

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "firmware/companion/files/course_inside_fence.h"
-#include "firmware/companion/files/course_words.h"
+#include "firmware/companion/files/course/course_inside_fence.h"
+#include "firmware/companion/files/course/course_words.h"
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/course/picture.h"
 #include "host_tests/lab/input_error.h"

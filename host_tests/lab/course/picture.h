@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "firmware/companion/files/course_validation.h"
+#include "firmware/companion/files/course/course_validation.h"
 #include "firmware/companion/files/flight_file.h"
 
 namespace m100::lab::course {

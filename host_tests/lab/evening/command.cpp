@@ -227,7 +227,7 @@ class Evening {
     reject(step, why);
   }
 
-  /// Says why the evening cannot go on, notes it, and ends the program.
+  /// Says why the step failed, saves that in the evening's folder, and ends the program.
   [[noreturn]] void reject(const Step& step, const std::string& why) const {
     std::cout << step.name << ": NOT PASSED: " << why << "\n";
     folder_.save({{"step", step.name},
@@ -318,6 +318,13 @@ void take_given(const CLI::App& command, const evening::Settings& from, evening:
   take("--m100", &evening::Settings::m100);
 }
 
+void check_ports(const evening::Settings& settings) {
+  if (settings.port == settings.pose_port) {
+    throw InputError("--pose-port", 0, "",
+                     settings.pose_port + " is the autopilot's port, too: name the port of the poses");
+  }
+}
+
 void run(const CLI::App& command, const EveningOptions& options) {
   const bool is_new = !fs::exists(fs::path(options.folder) / "evening.json");
   if (is_new && options.list) {
@@ -327,6 +334,9 @@ void run(const CLI::App& command, const EveningOptions& options) {
     throw InputError(options.folder, 0, "",
                      "is a new folder: give the serial ports of the autopilot (--port) and of the pose (--pose-port), "
                      "as the board names them");
+  }
+  if (is_new) {
+    check_ports(options.settings);
   }
   if (options.list) {
     const bool is_busy = evening::FolderLock::is_held(options.folder);
@@ -342,6 +352,7 @@ void run(const CLI::App& command, const EveningOptions& options) {
   const evening::FolderLock lock(evening::made(options.folder));
   Folder folder(options.folder);
   take_given(command, options.settings, folder.settings());
+  check_ports(folder.settings());
   evening::write_initial_files(folder);
   Evening(folder, options.board).run();
 }

@@ -139,6 +139,8 @@ def without_flight(evening):
     expect(code == 2 and "--pose-port" in said and not evening.folder.exists(), "a new folder needs to be told its ports")
     code, said = evening.call("--list")
     expect(code == 2 and "no evening has begun" in said and not evening.folder.exists(), "--list makes nothing")
+    code, said = evening.call("--port", "/dev/ttyUSB0", "--pose-port", "/dev/ttyUSB0")
+    expect(code == 2 and "is the autopilot's port, too" in said and not evening.folder.exists(), "two ports are two")
     does_without_room(evening)
     code, said = evening.call(*evening.begin)
     expect(code == 0 and "next: probe" in said and f"m100 probe --port sim:{evening.world}" in said, "begins with probe")

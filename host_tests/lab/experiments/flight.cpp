@@ -9,7 +9,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "firmware/companion/files/course.h"
+#include "firmware/companion/files/course/course.h"
 #include "firmware/companion/replay/replay.h"
 #include "firmware/model/default_vehicle.h"
 #include "host_tests/lab/gains/write_tables.h"

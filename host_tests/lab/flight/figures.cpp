@@ -58,7 +58,7 @@ std::vector<plot::Span> state_spans(const Flights& flights) {
   return out;
 }
 
-/// Every n-th point of a path while the law flew; a recording whole.
+/// Every n-th point of a path while the control law flew; of a pilot's recording, of the whole path.
 plot::Curve path_curve(const Flights& flights, std::size_t f, const Axes& of, std::size_t across, std::size_t up) {
   const FlightSeries& flight = flights[f];
   plot::Curve out{.name = which(flights, f) + "flown", .x = {}, .y = {}, .color = color_of(flights, f)};

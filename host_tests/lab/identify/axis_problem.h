@@ -51,7 +51,7 @@ class AxisProblem final : public Problem {
  private:
   /// Adds reasons that make every name a guess, or the log unfit, and that no regression finds.
   void add_doubts(const Selection& selection, IdentifyResult& result) const;
-  /// Adds a note where the stick moved so much between the rows of the log that the response shows it.
+  /// Adds a note if the stick moved between two rows of the log, unseen by them, and the response shows that.
   void undersampled(const model::StickAxis& model, IdentifyResult& result) const;
   /// Whether the response follows the other stick. Precondition: the other stick was logged.
   bool follows_other_stick() const;

@@ -27,7 +27,7 @@ class TranslationPipeline {
   TranslationPipeline(const Request& request, SideFindings side_findings)
       : request_(request), side_findings_(std::move(side_findings)) {}
 
-  /// @param misread  the log's axes or signs are wrong, so every fitted effect would be caused by that
+  /// @param misread_attitude  the log's axes or signs are wrong, so every fitted effect would be caused by that
   IdentifyResult run(bool misread_attitude) {
     options_.minimum_cv_gain = kMinimumCvGain;
     options_.maximum_effects = misread_attitude ? 0 : options_.maximum_effects;

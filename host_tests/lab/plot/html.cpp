@@ -114,6 +114,14 @@ void Page::list(const std::vector<std::string>& items) {
   body_ += "</ul>\n";
 }
 
+void Page::links(const std::vector<std::pair<std::string, std::string>>& items) {
+  body_ += "<ul>\n";
+  for (const auto& [words, address] : items) {
+    body_ += "<li><a href=\"" + escape(address) + "\">" + escape(words) + "</a></li>\n";
+  }
+  body_ += "</ul>\n";
+}
+
 void Page::boxed(const std::string& html, const std::string& caption) {
   body_ += "<figure>\n" + html + "<figcaption>" + escape(caption) + "</figcaption></figure>\n";
 }

@@ -39,6 +39,8 @@ class Page {
   /// @param missed cells that miss their goal: marked by colour and by a sign.
   void table(const std::vector<std::vector<std::string>>& rows, const Cells& missed = {});
   void list(const std::vector<std::string>& items);
+  /// A list of links: the words and the address of each.
+  void links(const std::vector<std::pair<std::string, std::string>>& items);
   /// A figure with a caption: a wide drawing, one for narrow screens, and the data for the live one.
   void figure(const Figure& figure, const std::string& caption);
   void figure(const BarChart& chart, const std::string& caption);

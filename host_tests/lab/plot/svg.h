@@ -30,7 +30,7 @@ struct Curve {
 };
 /// The curve with increasing x and broken at its gaps: the parts of a log may come in any order.
 Curve in_order(const Curve& curve);
-/// At most about `count` points: the smallest and the largest y of each group of neighbours, in their order.
+/// About `count` points: the smallest and the largest y of each group of neighbours, in their order.
 Curve thinned(const Curve& curve, std::size_t count);
 
 /// A range of x, shaded behind the curves, e.g. the validation part.

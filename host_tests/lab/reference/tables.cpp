@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "firmware/companion/files/course.h"
+#include "firmware/companion/files/course/course.h"
 #include "firmware/companion/files/flight_file.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/files/vehicle_keys.h"

@@ -117,11 +117,12 @@ TEST(Campaign, WritesATableAndAPageWithHeatMaps) {
   EXPECT_NE(table.str().find("4 of 8 flights stayed"), std::string::npos) << table.str();
   EXPECT_NE(table.str().find("--seed 8"), std::string::npos);
   const std::string folder = ::testing::TempDir() + "campaign_page";
-  write_page(folder, report);
+  write_page(folder, report, {{"kind, hover, seed 1", "flight_kind_hover_1.html"}});
   std::ifstream file(folder + "/campaign.html");
   const std::string page(std::istreambuf_iterator<char>(file), {});
   EXPECT_NE(page.find("class=\"heat"), std::string::npos);
   EXPECT_NE(page.find("0 of 2"), std::string::npos);
+  EXPECT_NE(page.find("<a href=\"flight_kind_hover_1.html\">kind, hover, seed 1</a>"), std::string::npos);
 }
 
 }  // namespace

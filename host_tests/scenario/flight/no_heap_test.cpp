@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "firmware/app/flight_controller.h"
-#include "firmware/companion/files/course.h"
+#include "firmware/companion/files/course/course.h"
 #include "firmware/core/eigen.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/gains/gain_tables.h"

@@ -12,6 +12,8 @@
 #include "protocol/dji/frame_encoder.h"
 #include "protocol/dji/session.h"
 #include "protocol/dji/telemetry.h"
+#include "protocol/mavlink/frame.h"
+#include "protocol/mavlink/pose_messages.h"
 
 namespace m100::scenario {
 namespace {
@@ -62,6 +64,15 @@ void tell_telemetry(const FarEnd& line, std::uint16_t number, bool with_sticks) 
   line.say(*frame);
 }
 
+/// One pose from each of two senders: components 197 and 198 of system 1.
+void send_poses(const FarEnd& line, std::uint16_t number) {
+  for (const std::uint8_t component : {std::uint8_t{197}, std::uint8_t{198}}) {
+    const mavlink::AttPosMocap pose{.time_usec = 20000U * (number + 1U), .q = {1.F, 0.F, 0.F, 0.F}, .z = -1.F};
+    const mavlink::Frame frame = mavlink::encode(pose, {1, component}, static_cast<std::uint8_t>(number));
+    line.say(frame.bytes());
+  }
+}
+
 class Record : public ProgramTest {
  protected:
   /// Feeds telemetry until the program ends. @returns its exit code.
@@ -74,6 +85,9 @@ class Record : public ProgramTest {
     Process program(M100_PROGRAM, arguments, errors);
     for (std::uint16_t number = 0; number < 3000; ++number) {
       tell_telemetry(line, number, with_sticks);
+      if (sends_poses_) {
+        send_poses(pose_line, number);
+      }
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
       heard_ += line.heard() + pose_line.heard();
       if (const int code = program.wait(std::chrono::seconds(0)); code != -1) {
@@ -86,6 +100,7 @@ class Record : public ProgramTest {
     return -1;
   }
   std::size_t heard_ = 0;
+  bool sends_poses_ = false;
 };
 
 // Catches a program that requests rates, activates, or answers the pose source. The test waits for the size of the log,
@@ -112,6 +127,21 @@ TEST_F(Record, SaysWhatIsMissingForIdentification) {
   fs::remove(log);
   EXPECT_EQ(run({"record", "--port", pose_line.name(), "--log", log.string(), "--hold", "0.3"}), 1);
   EXPECT_NE(error().find("no telemetry came"), std::string::npos) << error();
+}
+
+TEST_F(Record, NamesTwoSendersOfPosesAndRecordsTheChosenOne) {
+  const FarEnd line, pose_line;
+  sends_poses_ = true;
+  EXPECT_EQ(record({"--hold", "0.5", "--pose-port", pose_line.name()}, line, pose_line), 1);
+  EXPECT_NE(error().find("system 1 component 197"), std::string::npos) << error();
+  EXPECT_NE(error().find("system 1 component 198"), std::string::npos) << error();
+  EXPECT_NE(error().find("choose with --pose-from"), std::string::npos) << error();
+  fs::remove(log);
+  EXPECT_EQ(record({"--hold", "0.5", "--pose-port", pose_line.name(), "--pose-from", "1:198"}, line, pose_line), 0)
+      << error();
+  const json said = json::parse(std::ifstream(result));
+  EXPECT_GT(said["pose"]["used"], 1);
+  EXPECT_EQ(said["pose"]["senders"].size(), 2U);
 }
 
 TEST_F(Record, RefusesWhatItCannotDo) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/companion/files/course.h"
+#include "firmware/companion/files/course/course.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <memory>
 #include <string>
 
-#include "firmware/companion/files/course_validation.h"
-#include "firmware/companion/files/course_words.h"
+#include "firmware/companion/files/course/course_validation.h"
+#include "firmware/companion/files/course/course_words.h"
 
 namespace m100::companion {
 namespace {

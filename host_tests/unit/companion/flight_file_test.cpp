@@ -7,7 +7,7 @@
 #include <memory>
 #include <sstream>
 
-#include "firmware/companion/files/course_inside_fence.h"
+#include "firmware/companion/files/course/course_inside_fence.h"
 #include "firmware/core/maths.h"
 
 namespace m100::companion {

@@ -115,7 +115,7 @@ class LmSearch {
     }
   }
 
-  /// Whether a parameter is at its bound and its gradient points outwards; such a parameter is not moved.
+  /// Whether a parameter is at its bound and descent points out of the box; such a parameter is not moved.
   bool is_stuck(Index i) const {
     const Box& box = box_[static_cast<std::size_t>(i)];
     return (from_(i) <= box.low && gradient_(i) > 0.0) || (from_(i) >= box.high && gradient_(i) < 0.0);

@@ -39,7 +39,7 @@ class Family {
   /// Without `warm` it tries several starts. With `warm` of the same structure it starts there and takes few
   /// iterations. With `warm` of another structure, common parameters start there and new ones from several starts.
   virtual Fit fit(const Structure& structure, std::span<const int> weights, const Fit* warm) const = 0;
-  /// Searches a better optimum of the same structure, from other starts and variants of single effects.
+  /// Searches a better optimum of the same structure, from other starts, and with each effect's parameters varied.
   virtual Fit polish(const Fit& fit, std::span<const int> weights) const {
     static_cast<void>(weights);
     return fit;

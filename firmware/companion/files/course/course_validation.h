@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "firmware/companion/files/course.h"
+#include "firmware/companion/files/course/course.h"
 #include "firmware/safety/limits.h"
 
 namespace m100::companion {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/companion/files/course_inside_fence.h"
+#include "firmware/companion/files/course/course_inside_fence.h"
 
 namespace m100::companion {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "firmware/companion/files/course.h"
+#include "firmware/companion/files/course/course.h"
 
 namespace m100::companion {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/companion/files/course.h"
+#include "firmware/companion/files/course/course.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <sstream>
 #include <vector>
 
-#include "firmware/companion/files/course_line.h"
+#include "firmware/companion/files/course/course_line.h"
 #include "firmware/companion/files/text/suggestion.h"
 #include "firmware/core/maths.h"
 #include "firmware/model/vehicle.h"

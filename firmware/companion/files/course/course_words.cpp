@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/companion/files/course_words.h"
+#include "firmware/companion/files/course/course_words.h"
 
 namespace m100::companion {
 

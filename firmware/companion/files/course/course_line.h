@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware/companion/files/course.h"
+#include "firmware/companion/files/course/course.h"
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/files/text/suggestion.h"
 

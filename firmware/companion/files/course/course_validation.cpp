@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/companion/files/course_validation.h"
+#include "firmware/companion/files/course/course_validation.h"
 
 #include <algorithm>
 #include <array>
