@@ -22,6 +22,7 @@ struct FlightConfig {
   /// An order to fly has no effect farther than this from where the course begins [m]: the law would fly there at once.
   double reach_m = 1e9;
   mpc::Law law = mpc::Law::kMpc;  ///< of the horizontal axes
+  bool plans_setpoints = true;    ///< set points are flown as motions of ctl::SetpointPlanner, not as jumps
   /// The horizontal programs are solved only in the ticks whose command is due; at 25 Hz three in four solutions are
   /// never sent. For slow processors; the granted command is held between two commands.
   bool solves_when_due = false;

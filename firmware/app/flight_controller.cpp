@@ -52,7 +52,8 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   prepare_start(now);  // a flight that begins in this tick begins here
   const bool solves = may_leave(now);
   const std::size_t points = solves ? ref::kHorizon + 1 : 1;
-  trajectory_.fill(reference_, now, law_.lead(), points);                         // -> reference
+  trajectory_.fill(reference_, now, law_.lead(), points);  // -> reference
+  plan(now, points);
   geofence_.limit(reference_, fault_isolation_.fence_motion(estimate_), points);  // inside, and where one can stop
   const ctl::Command<T> commanded =
       excite(design_.to_send(law_.update(estimate_, reference_, acting, elapsed, solves)), now);  // -> control
@@ -121,6 +122,14 @@ ctl::Command<T> FlightController<T, S>::brake_and_hold() const {
     motion.x.velocity_variance_m2_s2 = motion.y.velocity_variance_m2_s2 = kNotToBeUsed<T>;
   }
   return ctl::brake_and_hold(motion, geofence_.braking());
+}
+
+template <typename T, typename S>
+void FlightController<T, S>::plan(core::TimePoint now, std::size_t points) {
+  if (config_.plans_setpoints && flies() && !excitation_.moves()) {
+    geofence_.limit_goal(reference_);
+    law_.plan(reference_, estimate_, now, points);
+  }
 }
 
 template <typename T, typename S>

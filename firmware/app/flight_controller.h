@@ -93,6 +93,8 @@ class FlightController {
   /// Resets course and integral in every tick in which the law does not fly, because the failsafe steps up only after
   /// the law has computed the command that then leaves.
   void prepare_start(core::TimePoint now);
+  /// Replaces the jump to a set point by a motion, unless the configuration or an excitation forbids it.
+  void plan(core::TimePoint now, std::size_t points);
   /// Whether the programs are solved in this tick: in each, unless FlightConfig::solves_when_due is set.
   bool may_leave(core::TimePoint now) const;
   /// @returns the law's command, with the stick that the excitation's plan moves, where there is one.

@@ -32,7 +32,7 @@ LAYERS = {
     "firmware/est/": CORE_MODEL + ["firmware/ctl/command.h"],
     "firmware/ref/": CORE_MODEL,
     "firmware/mpc/": CORE_MODEL,
-    "firmware/ctl/": CORE_MODEL + ["firmware/est/estimate.h", "firmware/ref/window.h", "firmware/mpc/"],
+    "firmware/ctl/": CORE_MODEL + ["firmware/est/estimate.h", "firmware/ref/time_optimal.h", "firmware/ref/window.h", "firmware/mpc/"],
     "firmware/vrc/": CORE_MODEL + ["firmware/ctl/command.h"],
     "firmware/safety/": CORE_MODEL + ["firmware/ctl/command.h", "firmware/ctl/law/geofence_status.h",
                                       "firmware/ctl/monitor/control_authority_status.h",

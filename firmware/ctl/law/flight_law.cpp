@@ -56,7 +56,9 @@ template <typename T>
     : x_(make_axis(tables.x, model::flown_pitch(vehicle), options.horizontal)),
       y_(make_axis(tables.y, model::flown_roll(vehicle), options.horizontal)),
       height_(altitude_gains(vehicle)),
-      yaw_(vehicle.yaw) {
+      yaw_(vehicle.yaw),
+      combined_tangent_(core::tan(static_cast<T>(options.combined_tilt_limit_rad))),
+      planner_(braking_of(vehicle, static_cast<double>(slope_limit())), tables, combined_tangent_) {
   M100_ASSERT(options.combined_tilt_limit_rad > 0.0 && options.combined_tilt_limit_rad < 0.5 * core::kPi);
   const model::StickAxis& climb = vehicle.climb;
   climb_lag_s_ =
@@ -64,7 +66,6 @@ template <typename T>
                                                 : climb.natural_frequency_rad_s > 0.0
                                                     ? 2.0 * climb.damping_ratio / climb.natural_frequency_rad_s
                                                     : 0.0));
-  combined_tangent_ = core::tan(static_cast<T>(options.combined_tilt_limit_rad));
 }
 
 template <typename T>
@@ -190,6 +191,7 @@ void FlightLaw<T>::reset() {
   y_.fallback.reset();
   fallback_per_s_ = T(0);
   height_.reset();
+  planner_.reset();
 }
 
 template class FlightLaw<float>;

@@ -9,6 +9,7 @@
 #include "firmware/ctl/command.h"
 #include "firmware/ctl/law/altitude_pid.h"
 #include "firmware/ctl/law/fallback_law.h"
+#include "firmware/ctl/law/setpoint_planner.h"
 #include "firmware/ctl/law/yaw_p.h"
 #include "firmware/est/estimate.h"
 #include "firmware/model/vehicle.h"
@@ -76,6 +77,10 @@ class FlightLaw {
   /// Largest slope that is available to one axis whatever the other one wants: the smaller of the tables' boxes and the
   /// combined limit divided by the root of two.
   T slope_limit() const;
+  /// Replaces the jump to a set point by the fastest motion (setpoint_planner.h); not while the fallback flies.
+  void plan(ref::Window<T>& window, const est::Estimate<T>& estimate, core::TimePoint now, std::size_t points) {
+    fallback() ? planner_.reset() : planner_.update(window, estimate, now, lead(), points);
+  }
   /// From now on, until reset(), the calm law (fallback_law.h) flies the horizontal axes, with this rate [rad/s].
   void start_fallback(T rate_per_s) { fallback_per_s_ = rate_per_s; }
   bool fallback() const { return fallback_per_s_ > T(0); }
@@ -112,6 +117,7 @@ class FlightLaw {
   T climb_lag_s_{0};
   T fallback_per_s_{0};  ///< 0: the tables' law flies
   T combined_tangent_{0};
+  SetpointPlanner<T> planner_;
   core::Euler<T> attitude_{};  ///< roll and pitch as they were solved last
   mpc::Problem<T> problem_;
   mpc::Solution<T> solution_;

@@ -100,6 +100,16 @@ void GeofenceLimiter<T>::limit_axis(Axis window, const Side& side, const est::Ax
 }
 
 template <typename T>
+void GeofenceLimiter<T>::limit_goal(ref::Window<T>& window) const {
+  const T x_m = core::clamp(window.x[0].position_m, x_.goal_low_m, x_.goal_high_m);
+  const T y_m = core::clamp(window.y[0].position_m, y_.goal_low_m, y_.goal_high_m);
+  if (window.constant && (x_m != window.x[0].position_m || y_m != window.y[0].position_m)) {
+    window.x.fill({.position_m = x_m});
+    window.y.fill({.position_m = y_m});
+  }
+}
+
+template <typename T>
 void GeofenceLimiter<T>::limit(ref::Window<T>& window, const est::Estimate<T>& estimate, std::size_t points) {
   brakes_ = false;
   reserve_m_ = static_cast<T>(1e6);

@@ -32,6 +32,8 @@ class GeofenceLimiter {
  public:
   GeofenceLimiter(const core::Fence& fence, const Braking& braking);
 
+  /// Moves a set point that is beyond a side, or too near to it, inside: before a motion to it is planned.
+  void limit_goal(ref::Window<T>& window) const;
   /// @param points how many points of the window in x and y are checked, beginning with the first.
   void limit(ref::Window<T>& window, const est::Estimate<T>& estimate, std::size_t points = ref::kHorizon + 1);
   /// Of the last hold(): distance from the point where the aircraft can stop to the nearest side, without the three

@@ -10,7 +10,8 @@
 namespace m100::lab::experiments {
 namespace {
 
-constexpr double kRest_s = 2.0;  ///< end of a flight in which the aircraft is taken as at rest
+constexpr double kRest_s = 2.0;  ///< at rest: the end of a flight, and within kSettled_m for this time
+constexpr double kSettled_m = 0.02;
 constexpr double kFar_m = 100.0;
 
 FlightPlan plan_of(const FarTask& task, const SuiteOptions& options) {
@@ -35,8 +36,10 @@ FlightPlan plan_of(const FarTask& task, const SuiteOptions& options) {
   return plan;
 }
 
-FarScore mean_of_flights(FlightPlan plan, const FarTask& task, const SuiteOptions& options, mpc::Law law) {
+FarScore mean_of_flights(FlightPlan plan, const FarTask& task, const SuiteOptions& options, mpc::Law law,
+                         bool plans = false) {
   plan.law = law;
+  plan.plans_setpoints = plans;
   FarScore sum;
   for (int i = 0; i < options.seeds; ++i) {
     plan.seed = options.seed + static_cast<std::uint64_t>(i);
@@ -47,38 +50,48 @@ FarScore mean_of_flights(FlightPlan plan, const FarTask& task, const SuiteOption
     const FarScore one = far_score(flight.trace, task);
     sum.overshoot_m += one.overshoot_m;
     sum.iae_m_s += one.iae_m_s;
+    sum.settled_s += one.settled_s;
     sum.stayed += one.stayed;
     sum.flown += one.flown;
   }
   const double flown = std::max(1, sum.flown);
   sum.overshoot_m /= flown;
   sum.iae_m_s /= flown;
+  sum.settled_s /= flown;
   return sum;
 }
 
-bool both_flew(const FarResult& result) { return result.mpc.flown > 0 && result.lqr.flown > 0; }
+bool all_flew(const FarResult& result) {
+  return result.mpc.flown > 0 && result.lqr.flown > 0 && result.planned.flown > 0;
+}
 
 struct Sums {
-  double mpc = 0.0, lqr = 0.0;
+  double planned = 0.0, mpc = 0.0, lqr = 0.0;
   std::optional<double> gain() const { return lqr > 0.0 ? std::optional(1.0 - mpc / lqr) : std::nullopt; }
 };
 
 Sums sum_of(const std::vector<FarResult>& results, double FarScore::*member) {
   Sums sums;
   for (const FarResult& result : results) {
-    sums.mpc += both_flew(result) ? result.mpc.*member : 0.0;
-    sums.lqr += both_flew(result) ? result.lqr.*member : 0.0;
+    sums.planned += all_flew(result) ? result.planned.*member : 0.0;
+    sums.mpc += all_flew(result) ? result.mpc.*member : 0.0;
+    sums.lqr += all_flew(result) ? result.lqr.*member : 0.0;
   }
   return sums;
 }
 
 nlohmann::json or_null(const std::optional<double>& value) { return value ? nlohmann::json(*value) : nlohmann::json(); }
 
-std::string row(const std::string& name, double mpc_overshoot, double lqr_overshoot, double mpc_iae, double lqr_iae) {
-  char line[160];
-  std::snprintf(line, sizeof line, "%-28s %10.4f %10.4f %12.3f %12.3f\n", name.c_str(), mpc_overshoot, lqr_overshoot,
-                mpc_iae, lqr_iae);
+std::string row(const std::string& name, const Sums& overshoot, const Sums& iae, const Sums& settled) {
+  char line[200];
+  std::snprintf(line, sizeof line, "%-20s %8.3f %8.3f %8.3f %9.2f %8.2f %8.2f %8.2f %8.2f %8.2f\n", name.c_str(),
+                overshoot.planned, overshoot.mpc, overshoot.lqr, iae.planned, iae.mpc, iae.lqr, settled.planned,
+                settled.mpc, settled.lqr);
   return line;
+}
+
+Sums of(const FarResult& result, double FarScore::*member) {
+  return {.planned = result.planned.*member, .mpc = result.mpc.*member, .lqr = result.lqr.*member};
 }
 
 }  // namespace
@@ -154,6 +167,9 @@ FarScore far_score(const Trace& trace, const FarTask& task) {
       square_m2 += std::pow(at_m - std::min(point.reference_m[axis], asked.high[axis]), 2);
     }
     out.iae_m_s += std::sqrt(square_m2) * (point.t_s - before_s);
+    const double since_s = point.t_s - task.from_s;
+    const bool is_settled = since_s >= out.settled_s + kRest_s;
+    out.settled_s = !is_settled && square_m2 > kSettled_m * kSettled_m ? since_s : out.settled_s;
     before_s = point.t_s;
   }
   return out;
@@ -167,6 +183,7 @@ std::vector<FarResult> fly_far(const SuiteOptions& options) {
     }
     const FlightPlan plan = plan_of(task, options);
     results.push_back({.task = &task,
+                       .planned = mean_of_flights(plan, task, options, mpc::Law::kMpc, true),
                        .mpc = mean_of_flights(plan, task, options, mpc::Law::kMpc),
                        .lqr = mean_of_flights(plan, task, options, mpc::Law::kLqr),
                        .seeds = options.seeds});
@@ -180,32 +197,32 @@ std::vector<FarResult> fly_far(const SuiteOptions& options) {
 int not_flown(const std::vector<FarResult>& results) {
   int out = 0;
   for (const FarResult& result : results) {
-    out += 2 * result.seeds - result.mpc.flown - result.lqr.flown;
+    out += 3 * result.seeds - result.planned.flown - result.mpc.flown - result.lqr.flown;
   }
   return out;
 }
 
 void print_far(std::ostream& out, const std::vector<FarResult>& results) {
-  char head[160];
-  std::snprintf(head, sizeof head, "%-28s %10s %10s %12s %12s\n", "", "MPC", "LQR", "MPC", "LQR");
-  out << "task                          overshoot [m]            integral of |error| [m s]\n" << head;
+  out << "task                 overshoot [m]              integral of |error| [m s]  settled to 2 cm [s]\n"
+         "                      planned      MPC      LQR   planned      MPC      LQR  planned      MPC      LQR\n";
   for (const FarResult& result : results) {
-    if (both_flew(result)) {
-      out << row(result.task->name, result.mpc.overshoot_m, result.lqr.overshoot_m, result.mpc.iae_m_s,
-                 result.lqr.iae_m_s);
+    if (all_flew(result)) {
+      out << row(result.task->name, of(result, &FarScore::overshoot_m), of(result, &FarScore::iae_m_s),
+                 of(result, &FarScore::settled_s));
     } else {
-      out << result.task->name << ": not flown! Control was never obtained: MPC " << result.mpc.flown << ", LQR "
-          << result.lqr.flown << " of " << result.seeds << " flights flown\n";
+      out << result.task->name << ": not flown! Control was never obtained: planned " << result.planned.flown
+          << ", MPC " << result.mpc.flown << ", LQR " << result.lqr.flown << " of " << result.seeds
+          << " flights flown\n";
     }
-    if (result.mpc.stayed < result.seeds || result.lqr.stayed < result.seeds) {
-      out << "  flights that stayed nominal or coasting: MPC " << result.mpc.stayed << ", LQR " << result.lqr.stayed
-          << " of " << result.seeds << "\n";
+    if (std::min({result.planned.stayed, result.mpc.stayed, result.lqr.stayed}) < result.seeds) {
+      out << "  flights that stayed nominal or coasting: planned " << result.planned.stayed << ", MPC "
+          << result.mpc.stayed << ", LQR " << result.lqr.stayed << " of " << result.seeds << "\n";
     }
   }
   const Sums overshoot = sum_of(results, &FarScore::overshoot_m);
   const Sums iae = sum_of(results, &FarScore::iae_m_s);
-  if (std::any_of(results.begin(), results.end(), both_flew)) {
-    out << row("sum", overshoot.mpc, overshoot.lqr, iae.mpc, iae.lqr);
+  if (std::any_of(results.begin(), results.end(), all_flew)) {
+    out << row("sum", overshoot, iae, sum_of(results, &FarScore::settled_s));
   }
   if (overshoot.gain() && iae.gain()) {
     char gain[160];
@@ -218,13 +235,19 @@ void print_far(std::ostream& out, const std::vector<FarResult>& results) {
 nlohmann::json far_to_json(const std::vector<FarResult>& results) {
   const auto one = [](const FarScore& score) {
     const auto flown = [&](double value) { return score.flown > 0 ? nlohmann::json(value) : nlohmann::json(); };
-    return nlohmann::json{
-        {"overshoot_m", flown(score.overshoot_m)}, {"iae_m_s", flown(score.iae_m_s)}, {"stayed", score.stayed}};
+    return nlohmann::json{{"overshoot_m", flown(score.overshoot_m)},
+                          {"iae_m_s", flown(score.iae_m_s)},
+                          {"settled_s", flown(score.settled_s)},
+                          {"stayed", score.stayed}};
   };
   nlohmann::json tasks = nlohmann::json::array();
   for (const FarResult& result : results) {
-    nlohmann::json task{
-        {"name", result.task->name}, {"seeds", result.seeds}, {"mpc", one(result.mpc)}, {"lqr", one(result.lqr)}};
+    nlohmann::json task{{"name", result.task->name},
+                        {"seeds", result.seeds},
+                        {"planned", one(result.planned)},
+                        {"mpc", one(result.mpc)},
+                        {"lqr", one(result.lqr)}};
+    task["planned"]["not_flown"] = result.seeds - result.planned.flown;
     task["mpc"]["not_flown"] = result.seeds - result.mpc.flown;
     task["lqr"]["not_flown"] = result.seeds - result.lqr.flown;
     tasks.push_back(std::move(task));

@@ -28,10 +28,11 @@ const std::vector<FarTask>& far_tasks();
 /// The score of one law, mean of the flights that were flown.
 struct FarScore {
   double overshoot_m =
-      0.0;               ///< largest horizontal distance outside the box that the reference spans, in the worst axis
-  double iae_m_s = 0.0;  ///< integral of the absolute horizontal distance from the reference
-  int stayed = 0;        ///< flights that never went below coast
-  int flown = 0;         ///< flights that obtained control; 0: the errors above are invalid
+      0.0;                 ///< largest horizontal distance outside the box that the reference spans, in the worst axis
+  double settled_s = 0.0;  ///< from the start of the window until the distance from the reference is below 2 cm for 2 s
+  double iae_m_s = 0.0;    ///< integral of the absolute horizontal distance from the reference
+  int stayed = 0;          ///< flights that never went below coast
+  int flown = 0;           ///< flights that obtained control; 0: the errors above are invalid
 };
 
 /// The score of one flight. If a fence blocks the course, the reference ends where the aircraft came to rest.
@@ -39,19 +40,21 @@ FarScore far_score(const Trace& trace, const FarTask& task);
 
 struct FarResult {
   const FarTask* task = nullptr;
-  FarScore mpc, lqr;
+  FarScore planned, mpc, lqr;
   int seeds = 0;
 };
 
-/// Flies every task with the exact law and with the clipped LQR: same seeds, observer, predictor, reference and limits.
+/// Flies every task with the exact law behind the planner, with the exact law and with the clipped LQR: same seeds,
+/// observer, predictor, reference and limits.
 std::vector<FarResult> fly_far(const SuiteOptions& options);
 
-/// Flights of both laws that never obtained control.
+/// Flights of all three that never obtained control.
 int not_flown(const std::vector<FarResult>& results);
 
-/// Prints both laws side by side, and the sums.
+/// Prints all three side by side, and the sums.
 void print_far(std::ostream& out, const std::vector<FarResult>& results);
-/// {"tasks": [{"name": "...", "seeds": 0, "mpc": {"overshoot_m": 0, "iae_m_s": 0, "stayed": 0}, "lqr": {...}}],
+/// {"tasks": [{"name": "...", "seeds": 0, "mpc": {"overshoot_m": 0, "iae_m_s": 0, "settled_s": 0, "stayed": 0},
+///    "lqr": {...}, "planned": {...}}],
 ///  "gain_overshoot": 0, "gain_iae": 0}. A gain is the share by which the exact law's sum is below the other's,
 /// over the tasks that both flew. Null: not flown. "not_flown": flights of a law that never obtained control.
 nlohmann::json far_to_json(const std::vector<FarResult>& results);

@@ -30,6 +30,7 @@ app::FlightConfig config_of(const FlightPlan& plan, const ref::Waypoint<double>&
   config.link.app_id = 1;
   config.law = plan.law;
   config.responds_to_limit_cycles = plan.responds_to_limit_cycles;
+  config.plans_setpoints = plan.plans_setpoints;
   config.solves_when_due = plan.solves_when_due;
   config.link.baud = static_cast<std::uint32_t>(plan.plant.link.baud);
   if (plan.flight_file) {

@@ -30,6 +30,7 @@ struct FlightPlan {
   bool paper_100_hz = false;
   mpc::Law law = mpc::Law::kMpc;
   bool responds_to_limit_cycles = true;  ///< as app::FlightConfig; false: the law flies on even if it oscillates
+  bool plans_setpoints = true;           ///< as app::FlightConfig
   bool solves_when_due = false;          ///< as app::FlightConfig; true: as the firmware image flies
   bool keep_log = false;                 ///< ULog bytes in the result
   /// The pilot holds the aircraft in place until control is taken, and the course begins where it then is; otherwise

@@ -30,6 +30,28 @@ TEST(FarTasks, TheExactLawOvershootsFarLessThanTheClippedLqr) {
   }
 }
 
+// Catches a planner that never plans (the jump settles in 4.2 s), one that plans beyond the authority, and one that
+// does not see that the aircraft tilts less than its file says.
+TEST(FarTasks, ThePlannerSettlesSoonerAndLeavesTheAuthorityOfTheLowestGain) {
+  SuiteOptions options;
+  options.plant = sim::measured_plant();
+  options.vehicle = companion::as_file(mpc::generated::kVehicle);
+  options.only = "step_6m";
+  const FarResult near = fly_far(options).front();
+  EXPECT_EQ(near.planned.stayed, 1);
+  EXPECT_LE(near.planned.settled_s, 2.8);
+  EXPECT_LE(near.planned.overshoot_m, 0.6);
+  EXPECT_LT(near.planned.iae_m_s, near.mpc.iae_m_s);
+  options.only = "step_30m";
+  EXPECT_LE(fly_far(options).front().planned.overshoot_m, 0.6);
+  constexpr double kLowestGain = 0.8;
+  options.plant.roll.scale_per_count *= kLowestGain;
+  options.plant.pitch.scale_per_count *= kLowestGain;
+  const FarResult weak = fly_far(options).front();
+  EXPECT_EQ(weak.planned.stayed, 1);
+  EXPECT_LE(weak.planned.overshoot_m, 2.5);
+}
+
 // Catches an overshoot that is counted before the fence, and one that is counted from the ordered end of the reference.
 TEST(FarTasks, AScoreCountsFromWhereTheFlightCameToRest) {
   FarTask task{.name = "fence", .course = "", .from_s = 0.0, .to_s = 4.0, .fence_high_m = 1.0};
@@ -64,9 +86,9 @@ TEST(FarTasks, WhatNeverFlewHasNoErrorInsteadOfNone) {
   SuiteOptions options = blind();
   options.only = "step_6m";
   const std::vector<FarResult> results = fly_far(options);
-  EXPECT_EQ(not_flown(results), 2);
+  EXPECT_EQ(not_flown(results), 3);
   const nlohmann::json answer = far_to_json(results);
-  for (const char* const law : {"mpc", "lqr"}) {
+  for (const char* const law : {"planned", "mpc", "lqr"}) {
     const nlohmann::json& one = answer.at("tasks").at(0).at(law);
     EXPECT_TRUE(one.at("overshoot_m").is_null()) << one;
     EXPECT_TRUE(one.at("iae_m_s").is_null()) << one;

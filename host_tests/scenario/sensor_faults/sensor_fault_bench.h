@@ -16,7 +16,7 @@
 namespace m100::scenario {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-constexpr double kFaultAt_s = 10.0;  ///< two seconds after the tasks' first step
+constexpr double kFaultAt_s = 9.0;  ///< one second after the tasks' first step
 constexpr double kFromStart = -1.0;
 constexpr double kShort_s = 10.0;  ///< duration of a flight whose channel lies from the start
 

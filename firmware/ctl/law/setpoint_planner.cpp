@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/ctl/law/setpoint_planner.h"
+
+#include <span>
+
+#include "firmware/core/assert.h"
+#include "firmware/core/maths.h"
+
+namespace m100::ctl {
+namespace {
+
+constexpr double kMaxSpeed_m_s = 17.0;  ///< of the aircraft, by its maker
+constexpr double kMinGoal_m = 0.05;     ///< a nearer goal is within the tracking error: not planned
+constexpr double kMinShare = 0.25;      ///< of the slope for the axis that moves less, and of authority in a wind
+
+template <typename T>
+T magnitude(T value) {
+  return value < T(0) ? -value : value;
+}
+template <typename T>
+T max_of(T a, T b) {
+  return a > b ? a : b;
+}
+
+}  // namespace
+
+template <typename T>
+typename SetpointPlanner<T>::Axis SetpointPlanner<T>::make_axis(const mpc::GainTable<T>& table) {
+  const T up = table.input_gain * table.input_max_rad;
+  const T down = -table.input_gain * table.input_min_rad;
+  return {.max_slope = up < down ? up : down, .per_slope_m_s2 = table.tilt_sign * table.acceleration_per_tilt};
+}
+
+template <typename T>
+[[gnu::cold]] SetpointPlanner<T>::SetpointPlanner(const Braking& braking, const mpc::GainTables<T>& tables,
+                                                  T combined_slope)
+    : x_(make_axis(tables.x)),
+      y_(make_axis(tables.y)),
+      combined_slope_(combined_slope),
+      reaction_s_(static_cast<T>(braking.reaction_s)),
+      reversal_s_(static_cast<T>(braking.reaction_s - braking.acts_s)) {}
+
+template <typename T>
+T SetpointPlanner<T>::measured_m_s2(const Axis& axis, const est::AxisEstimate<T>& estimate) const {
+  return axis.per_slope_m_s2 * core::tan(estimate.tilt_rad) + estimate.disturbance_m_s2;
+}
+
+/// The state ahead, at the present acceleration.
+template <typename T>
+ref::AxisReference<T> SetpointPlanner<T>::measured(const Axis& axis, const est::AxisEstimate<T>& estimate,
+                                                   T ahead_s) const {
+  const T acceleration_m_s2 = measured_m_s2(axis, estimate);
+  const T faster_m_s = ahead_s * acceleration_m_s2;
+  return {.position_m = estimate.position_m + ahead_s * (estimate.velocity_m_s + T(0.5) * faster_m_s),
+          .velocity_m_s = estimate.velocity_m_s + faster_m_s,
+          .acceleration_m_s2 = acceleration_m_s2};
+}
+
+template <typename T>
+ref::AxisLimits<T> SetpointPlanner<T>::limits(const Axis& axis, const est::AxisEstimate<T>& estimate) const {
+  const T tilted_m_s2 = magnitude(axis.per_slope_m_s2) * axis.slope;
+  const T reached_m_s2 = axis.authority * tilted_m_s2;
+  const T least_m_s2 = static_cast<T>(kMinShare) * tilted_m_s2;
+  const T disturbance_m_s2 =
+      estimate.disturbance_m_s2 + static_cast<T>(1.0 / 3.0) * (axis.at_rest_m_s2 - estimate.disturbance_m_s2);
+  return {.speed_m_s = static_cast<T>(kMaxSpeed_m_s),
+          .up_m_s2 = max_of(reached_m_s2 + disturbance_m_s2, least_m_s2),
+          .down_m_s2 = max_of(reached_m_s2 - disturbance_m_s2, least_m_s2),
+          .braking_share = static_cast<T>(kBrakingShare),
+          .jerk_m_s3 = T(2) * tilted_m_s2 / reversal_s_,
+          .release_m_s3 = static_cast<T>(kRelease) * tilted_m_s2 / reaction_s_};
+}
+
+template <typename T>
+void SetpointPlanner<T>::set_goals(T x_m, T y_m, const est::Estimate<T>& estimate) {
+  if (follows_ && x_m == x_.goal_m && y_m == y_.goal_m) {
+    return;
+  }
+  const T away_x_m = magnitude(x_m - estimate.x.position_m);
+  const T away_y_m = magnitude(y_m - estimate.y.position_m);
+  const T away_m = max_of(core::sqrt(away_x_m * away_x_m + away_y_m * away_y_m), static_cast<T>(kMinGoal_m));
+  set_goal(x_, estimate.x, x_m, away_x_m / away_m);
+  set_goal(y_, estimate.y, y_m, away_y_m / away_m);
+  follows_ = true;
+}
+
+/// @param share of this axis in the direction to the goal
+template <typename T>
+void SetpointPlanner<T>::set_goal(Axis& axis, const est::AxisEstimate<T>& estimate, T goal_m, T share) {
+  if (follows_ && goal_m == axis.goal_m) {
+    return;
+  }
+  const T slope = max_of(share, static_cast<T>(kMinShare)) * combined_slope_;
+  axis.slope = slope < axis.max_slope ? slope : axis.max_slope;
+  axis.goal_m = goal_m;
+  axis.at_rest_m_s2 = estimate.disturbance_m_s2;
+  axis.authority = T(1);
+  axis.replans = 0;
+  const bool is_far = magnitude(goal_m - estimate.position_m) > static_cast<T>(kMinGoal_m) ||
+                      magnitude(estimate.velocity_m_s) > static_cast<T>(kMinGoal_m);
+  axis.is_due = is_far;
+  axis.is_off = !follows_;
+  if (!is_far) {
+    axis.motion.rest(goal_m);
+  }
+}
+
+/// The motion is planned again if the aircraft has left it. A motion acts only one reaction time after it was planned.
+template <typename T>
+void SetpointPlanner<T>::check(Axis& axis, const est::AxisEstimate<T>& estimate, T time_s, T lead_s) {
+  if (time_s < reaction_s_ || time_s > axis.motion.duration_s()) {
+    return;
+  }
+  const T error_m = estimate.position_m - axis.motion.at(time_s - lead_s).position_m;
+  axis.is_off = magnitude(error_m) > static_cast<T>(kMaxError_m);
+  const bool has_changed = magnitude(estimate.disturbance_m_s2 - axis.planned_m_s2) > static_cast<T>(kMaxChange_m_s2);
+  if ((!axis.is_off && !has_changed) || axis.is_due || axis.replans >= kMaxReplans) {
+    return;
+  }
+  ++axis.replans;
+  axis.is_due = true;
+  if (axis.is_off) {
+    learn_authority(axis, estimate, time_s - lead_s);
+  }
+}
+
+/// The aircraft was asked for one tilt for a reaction time: the share that it has of it is its gain.
+template <typename T>
+void SetpointPlanner<T>::learn_authority(Axis& axis, const est::AxisEstimate<T>& estimate, T time_s) const {
+  const T planned_m_s2 = axis.motion.at(time_s).acceleration_m_s2;
+  const T before_m_s2 = axis.motion.at(time_s - reaction_s_).acceleration_m_s2;
+  const T tilted_m_s2 = magnitude(axis.per_slope_m_s2) * axis.slope;
+  const T asked_m_s2 = planned_m_s2 - estimate.disturbance_m_s2;
+  if (planned_m_s2 != before_m_s2 || magnitude(asked_m_s2) < T(0.5) * tilted_m_s2) {
+    return;
+  }
+  const T share = (measured_m_s2(axis, estimate) - estimate.disturbance_m_s2) / asked_m_s2;
+  axis.authority = core::clamp(axis.authority * share, static_cast<T>(kMinAuthority), T(1));
+}
+
+template <typename T>
+bool SetpointPlanner<T>::plan_if_due(Axis& axis, const est::AxisEstimate<T>& estimate, core::TimePoint now, T lead_s) {
+  if (!axis.is_due) {
+    return false;
+  }
+  const ref::AxisReference<T> from =
+      axis.is_off ? measured(axis, estimate, lead_s) : axis.motion.at(core::seconds<T>(now - axis.begin));
+  axis.motion.plan(from, axis.goal_m, limits(axis, estimate));
+  axis.begin = now;
+  axis.planned_m_s2 = estimate.disturbance_m_s2;
+  axis.is_due = axis.is_off = false;
+  return true;
+}
+
+template <typename T>
+void SetpointPlanner<T>::update(ref::Window<T>& window, const est::Estimate<T>& estimate, core::TimePoint now,
+                                core::Duration lead, std::size_t points) {
+  M100_ASSERT(points >= 1 && points <= window.x.size());
+  if (!window.constant) {
+    reset();
+    return;
+  }
+  const T lead_s = core::seconds<T>(lead);
+  set_goals(window.x[0].position_m, window.y[0].position_m, estimate);
+  check(x_, estimate.x, core::seconds<T>(now - x_.begin), lead_s);
+  check(y_, estimate.y, core::seconds<T>(now - y_.begin), lead_s);
+  if (!plan_if_due(x_, estimate.x, now, lead_s)) {
+    plan_if_due(y_, estimate.y, now, lead_s);
+  }
+  const T x_s = core::seconds<T>(now - x_.begin);
+  const T y_s = core::seconds<T>(now - y_.begin);
+  window.constant = !y_.is_due && x_s >= x_.motion.duration_s() && y_s >= y_.motion.duration_s();
+  if (!window.constant) {
+    x_.motion.fill(std::span(window.x).first(points), x_s);
+    y_.motion.fill(std::span(window.y).first(points), y_s);
+  }
+}
+
+template class SetpointPlanner<float>;
+template class SetpointPlanner<double>;
+
+}  // namespace m100::ctl

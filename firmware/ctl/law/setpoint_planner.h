@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+
+#include "firmware/core/time.h"
+#include "firmware/ctl/law/braking.h"
+#include "firmware/est/estimate.h"
+#include "firmware/mpc/gain_table.h"
+#include "firmware/ref/time_optimal.h"
+#include "firmware/ref/window.h"
+
+namespace m100::ctl {
+
+/// Replaces the jump to a new set point by the fastest motion that the aircraft can make (ref/time_optimal.h), so that
+/// the law sees the braking beyond its horizon. Courses that are no set points stay as they are.
+///
+/// Limits per axis. Acceleration: the tilt of the gain table, both axes together within the law's limit and shared in
+/// the direction of the goal, plus or minus the estimated disturbance; braking uses kBrakingShare of it, the rest is
+/// left to the feedback. Jerk: the attitude is reversed in the time that its loop takes, Braking::reaction_s without
+/// what the lead covers; the final release is slower, see kRelease.
+///
+/// The motion is planned again from the measured state when the aircraft leaves it by more than kMaxError_m, at most
+/// kMaxReplans times for one goal. If the aircraft tilts less than the plan needs, the plan's authority is reduced by
+/// the same share, at most to the lowest gain for which the loop is designed. It is planned again, from its own state,
+/// when the disturbance has changed by more than kMaxChange_m_s2: a wind looks weaker the faster one flies with it. For
+/// the braking the disturbance is taken as if a third of that change came back (the mean over the braking distance).
+///
+/// One axis is planned a tick. After the end of the motion the window is the set point itself again. T is float or
+/// double.
+template <typename T>
+class SetpointPlanner {
+ public:
+  static constexpr double kBrakingShare = 0.95;
+  /// Of the tilt in Braking::reaction_s: in one reaction the feedback sees an error of the release, in another one it
+  /// corrects it.
+  static constexpr double kRelease = 0.5;
+  static constexpr double kMinAuthority = 0.8;  ///< of the gain: the box of the certificate
+  static constexpr double kMaxError_m = 0.3;    ///< twice what the shipped vehicle leaves a motion by (6 m: 0.15)
+  static constexpr double kMaxChange_m_s2 = 0.5;
+  static constexpr unsigned kMaxReplans = 10;
+
+  SetpointPlanner(const Braking& braking, const mpc::GainTables<T>& tables, T combined_slope);
+
+  /// Once per tick while the law flies. @param lead from now to the first point of the window. @param points of the
+  /// window to fill.
+  void update(ref::Window<T>& window, const est::Estimate<T>& estimate, core::TimePoint now, core::Duration lead,
+              std::size_t points);
+  /// Forgets the goal: the next set point is planned from the measured state.
+  void reset() { follows_ = false; }
+
+ private:
+  struct Axis {
+    ref::TimeOptimal<T> motion{};
+    core::TimePoint begin{};  ///< the motion's time 0 is one lead later
+    T goal_m{0};
+    T max_slope{0};       ///< of the table
+    T per_slope_m_s2{0};  ///< acceleration, with its sign
+    T slope{0};           ///< towards the present goal
+    T at_rest_m_s2{0};    ///< disturbance when the goal was set
+    T planned_m_s2{0};    ///< disturbance that the motion was planned with
+    T authority{1};       ///< share of the slope that the aircraft was seen to reach
+    unsigned replans = 0;
+    bool is_due = false;
+    bool is_off = false;  ///< the aircraft is not where the motion is: plan from the estimate
+  };
+  static Axis make_axis(const mpc::GainTable<T>& table);
+  T measured_m_s2(const Axis& axis, const est::AxisEstimate<T>& estimate) const;
+  ref::AxisReference<T> measured(const Axis& axis, const est::AxisEstimate<T>& estimate, T ahead_s) const;
+  ref::AxisLimits<T> limits(const Axis& axis, const est::AxisEstimate<T>& estimate) const;
+  void set_goals(T x_m, T y_m, const est::Estimate<T>& estimate);
+  void set_goal(Axis& axis, const est::AxisEstimate<T>& estimate, T goal_m, T share);
+  void check(Axis& axis, const est::AxisEstimate<T>& estimate, T time_s, T lead_s);
+  void learn_authority(Axis& axis, const est::AxisEstimate<T>& estimate, T time_s) const;
+  bool plan_if_due(Axis& axis, const est::AxisEstimate<T>& estimate, core::TimePoint now, T lead_s);
+
+  Axis x_, y_;
+  T combined_slope_;
+  T reaction_s_;
+  T reversal_s_;          ///< of the attitude, once the command acts
+  bool follows_ = false;  ///< the axes hold a goal
+};
+
+extern template class SetpointPlanner<float>;
+extern template class SetpointPlanner<double>;
+
+}  // namespace m100::ctl
