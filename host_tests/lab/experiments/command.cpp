@@ -22,7 +22,7 @@
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
-#include "host_tests/sim/world/base_plant.h"
+#include "host_tests/sim/body/body_plant.h"
 #include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab {
@@ -55,7 +55,7 @@ link::Channel channel_of(const ExperimentsOptions& options) {
 
 experiments::SuiteOptions suite_of(const ExperimentsOptions& options) {
   experiments::SuiteOptions suite;
-  suite.plant = sim::plant_of_options(options.plant, options.plant_from);
+  suite.plant = sim::plant_of_options(options.body, options.plant, options.plant_from);
   suite.vehicle = companion::in_mode(
       options.vehicle.empty() ? companion::as_file(mpc::generated::kVehicle) : companion::load_vehicle(options.vehicle),
       mode_of(options.mode));

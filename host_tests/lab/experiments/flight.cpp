@@ -89,6 +89,9 @@ class Flight {
                                    : nullptr),
         world_(plan.plant, world_of(plan, body_.get())),
         sink_(plan.keep_log) {
+    if (body_) {
+      body_->start_time();
+    }
     start_.position_w_m = world_.aircraft().state().position_w_m;
     companion::parse_course(plan.course, start_, trajectory_);
     if (plan.keep_log) {
