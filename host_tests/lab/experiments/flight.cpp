@@ -257,6 +257,7 @@ class Flight {
 
   FlightResult finish() {
     result_.start_w_m = start_.position_w_m;
+    result_.simulated_s = core::seconds<double>(world_.now().time_since_epoch());
     result_.descent = descent_text();
     result_.authority = safety::name(controller_->link().authority().reason);
     result_.pose_timing = controller_->pose_timing();
