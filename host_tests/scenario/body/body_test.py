@@ -42,7 +42,7 @@ class Bench:
         """The command of a physics program."""
         if manner:
             return f"exec /usr/bin/python3 '{self.rude}' {{port}} {manner} {first} '{self.guide}'"
-        return f"exec /usr/bin/python3 '{self.guide}/quadrotor.py' {{port}} --wind {{wind}} --seed {{seed}}"
+        return f"exec /usr/bin/python3 '{self.guide}/quadrotor.py' {{port}} --wind={{wind}} --seed {{seed}}"
 
     def run_lab(self, *words):
         done = subprocess.run([self.lab, *words], capture_output=True, text=True, check=False, cwd=self.work)

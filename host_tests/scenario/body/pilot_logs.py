@@ -37,7 +37,7 @@ class Aircraft:
             f"[link]\ncommand_delay_s = {self.delay_s:.4f}\n[air]\nwind_m_s = {self.wind}\n"
 
     def command(self, guide):
-        return (f"exec /usr/bin/python3 '{guide}/quadrotor.py' {{port}} --wind {{wind}} --seed {{seed}} "
+        return (f"exec /usr/bin/python3 '{guide}/quadrotor.py' {{port}} --wind={{wind}} --seed {{seed}} "
                 f"--drag {self.drag_per_s:.4f} --rotor-lag {self.lag_s:.4f}")
 
     def script(self):
@@ -97,6 +97,9 @@ def judge(aircraft, axis, answer):
 
 
 def main():
+    if subprocess.run(["/usr/bin/python3", "-c", "import numpy"], capture_output=True, check=False).returncode != 0:
+        print("skipped: /usr/bin/python3 has no numpy (python3-numpy)")
+        return 77
     m100, lab, source, *more = sys.argv[1:]
     flights, first = (int(word) for word in (more + ["40", "1"][len(more):])[:2])
     guide = pathlib.Path(source).resolve() / "firmware/companion/guide/worlds"

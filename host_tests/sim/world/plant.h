@@ -127,7 +127,7 @@ struct AutopilotNumbers {
   /// Of the attitude to the accelerometer. Small, because the accelerometer of a quadrotor does not see its tilt in
   /// accelerated flight: each 0.01 1/s looks like 0.01 1/s less drag. The steady Kalman gain of a gyro that walks by
   /// 2e-4 rad/s^0.5 beside motion of 1 m/s^2 that lasts a second: 2e-4 / (0.1 sqrt(2 s)) = 0.0014.
-  double accelerometer_gain_per_s = 0.002;
+  double accelerometer_gain_per_s = 0.0014;
   double barometer_s = 5.0;  ///< time constant of the climb filter; ArduPilot's default
 };
 
