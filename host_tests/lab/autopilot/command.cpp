@@ -23,8 +23,8 @@
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
 #include "host_tests/sim/autopilot/real_autopilot_file.h"
+#include "host_tests/sim/body/body_plant.h"
 #include "host_tests/sim/ports/world.h"
-#include "host_tests/sim/world/base_plant.h"
 #include "host_tests/sim/world/plant_file.h"
 #include "protocol/aes256.h"
 
@@ -95,7 +95,7 @@ void check_files(const Options& options) {
 void run(const Options& options) {
   expect_one_line(options);
   check_files(options);
-  const sim::Plant plant = sim::plant_of_options(options.plant, options.plant_from);
+  const sim::Plant plant = sim::plant_of_options(options.body, options.plant, options.plant_from);
   std::optional<protocol::Aes256> cipher;
   if (!options.key_file.empty()) {
     cipher.emplace(read_key(options.key_file));

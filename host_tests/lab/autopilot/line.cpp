@@ -139,6 +139,7 @@ class Aircraft final : public sim::VehiclePort {
         std::cout << sim::compare_response(*body_, place(options)) << "; learned hover thrust " << body_->hover_thrust()
                   << " of full" << std::endl;
       }
+      body_->start_time();
     }
   }
   void command(const sim::VehicleInput& input) override { flown().command(input); }

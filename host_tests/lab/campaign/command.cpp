@@ -28,7 +28,7 @@
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
-#include "host_tests/sim/world/base_plant.h"
+#include "host_tests/sim/body/body_plant.h"
 #include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab {
@@ -67,7 +67,7 @@ std::vector<World> read_worlds(const Options& options) {
     worlds.push_back({.name = std::filesystem::path(path).stem().string(),
                       .path = path,
                       .digest = std::string(digest.begin(), digest.end()),
-                      .plant = sim::parse_plant(text, path, sim::base_plant(options.plant_from))});
+                      .plant = sim::parse_plant(options.body, text, path, options.plant_from)});
     if (!names.insert(worlds.back().name).second) {
       throw InputError(path, 0, "", "two worlds have the name " + worlds.back().name);
     }

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab experiments: flies the paper's tasks with the whole program against the emulated autopilot.
+#include <sys/resource.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/suggestion.h"
@@ -22,7 +26,7 @@
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
-#include "host_tests/sim/world/base_plant.h"
+#include "host_tests/sim/body/body_plant.h"
 #include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab {
@@ -55,7 +59,7 @@ link::Channel channel_of(const ExperimentsOptions& options) {
 
 experiments::SuiteOptions suite_of(const ExperimentsOptions& options) {
   experiments::SuiteOptions suite;
-  suite.plant = sim::plant_of_options(options.plant, options.plant_from);
+  suite.plant = sim::plant_of_options(options.body, options.plant, options.plant_from);
   suite.vehicle = companion::in_mode(
       options.vehicle.empty() ? companion::as_file(mpc::generated::kVehicle) : companion::load_vehicle(options.vehicle),
       mode_of(options.mode));
@@ -97,7 +101,9 @@ std::string about(const ExperimentsOptions& options) {
          ", vehicle: " + (options.vehicle.empty() ? std::string("the project's default") : options.vehicle) +
          (options.rates ? "" : ", channel: " + options.channel) + ", law: " + options.law + ", mode: " + options.mode +
          ", seeds: " + std::to_string(options.seeds) + "." +
-         (options.body.is_identified() ? "" : " The physics is another program's, and so is the air: no fan blows.");
+         (options.body.is_identified()
+              ? ""
+              : " The physics is another program's, and so is the air: no fan, the plant's wind in the tasks in wind.");
 }
 
 /// The kind of run that the options select, one of four.
@@ -194,10 +200,35 @@ void run_far(const ExperimentsOptions& options) {
   exit_unless(experiments::not_flown(results) == 0);
 }
 
+/// Processor time of this program and of those that it started and that have ended.
+double processor_s() {
+  double out = 0.0;
+  for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
+    rusage used{};
+    ::getrusage(who, &used);
+    for (const timeval& time : {used.ru_utime, used.ru_stime}) {
+      out += static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+    }
+  }
+  return out;
+}
+
+void print_body(const std::vector<experiments::TaskResult>& results, double used_s) {
+  double simulated_s = 0.0;
+  for (const experiments::TaskResult& result : results) {
+    simulated_s += result.simulated_s;
+  }
+  std::cout << "The physics is another program's, and so is the air: no fan blew, but the plant's wind in the tasks in "
+               "wind.\n"
+            << std::lround(simulated_s) << " s flown in " << std::lround(used_s)
+            << " s of processor time (with --body-command both programs, taking off included): "
+            << std::lround(simulated_s / used_s) << " times real time\n";
+}
+
 void run(const ExperimentsOptions& options) {
   experiments::SuiteOptions suite = suite_of(options);
-  sim::BodyJob body(options.body);
-  suite.body = options.body.is_identified() ? nullptr : &body;
+  std::optional<sim::BodyJob> body(options.body);
+  suite.body = options.body.is_identified() ? nullptr : &*body;
   std::vector<std::string> pages;
   if (!options.report.empty()) {
     suite.keep_log = [&](const experiments::Task& task, std::string log) {
@@ -208,10 +239,12 @@ void run(const ExperimentsOptions& options) {
       flight::flight_page({flown}, "Flight: " + task.task + ", " + task.condition, about(options)).write(pages.back());
     };
   }
+  const double before_s = processor_s();
   const std::vector<experiments::TaskResult> results = experiments::fly_suite(suite);
+  body.reset();  // the time of a program counts when it has ended
   experiments::print_table(std::cout, results);
   if (suite.body != nullptr) {
-    std::cout << "The physics is another program's, and so is the air: no fan blew in the tasks in wind.\n";
+    print_body(results, processor_s() - before_s);
   }
   write_json(options.json, experiments::to_json(results), 2);
   if (!options.report.empty()) {

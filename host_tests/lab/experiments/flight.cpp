@@ -90,6 +90,9 @@ class Flight {
                                    : nullptr),
         world_(plan.plant, world_of(plan, body_.get())),
         sink_(plan.keep_log) {
+    if (body_) {
+      body_->start_time();
+    }
     start_.position_w_m = world_.aircraft().state().position_w_m;
     companion::parse_course(plan.course, start_, trajectory_);
     if (plan.keep_log) {
@@ -255,6 +258,7 @@ class Flight {
 
   FlightResult finish() {
     result_.start_w_m = start_.position_w_m;
+    result_.simulated_s = core::seconds<double>(world_.now().time_since_epoch());
     result_.descent = descent_text();
     result_.authority = safety::name(controller_->link().authority().reason);
     result_.pose_timing = controller_->pose_timing();

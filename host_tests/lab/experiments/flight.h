@@ -73,6 +73,7 @@ struct FlightResult {
   std::uint32_t dropped_log_messages = 0;
   app::TickStats ticks;
   double computer_time_s = 0.0;
+  double simulated_s = 0.0;  ///< the world's time at the end
   /// Estimated minus true age of the newest pose; mean of the last seconds in which poses were used.
   double pose_age_error_s = 0.0;
 };

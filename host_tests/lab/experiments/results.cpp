@@ -42,12 +42,13 @@ double paper_value(const TaskResult& result, const Row& row) {
 }
 
 /// The mean of the same flights with another law; empty: it never obtained control.
-std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOptions& options) {
+std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOptions& options, double& simulated_s) {
   std::vector<Cell> cells;
   for (int i = 0; i < options.seeds; ++i) {
     plan.seed = options.seed + static_cast<std::uint64_t>(i);
     plan.keep_log = i == 0 && options.keep_log;
     const FlightResult flight = fly(plan);
+    simulated_s += flight.simulated_s;
     if (flight.flew) {
       cells.push_back(score(flight.trace, task.from_s, task.to_s));
       if (plan.keep_log) {
@@ -58,13 +59,23 @@ std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOp
   return cells.empty() ? std::nullopt : std::optional(mean_of(cells));
 }
 
+/// A body has its own air, of which only the mean can be set: it blows in the tasks in wind.
+sim::Plant plant_of(const Task& task, const SuiteOptions& options) {
+  if (options.body == nullptr) {
+    return task.fan ? sim::with_fan(options.plant) : options.plant;
+  }
+  sim::Plant plant = options.plant;
+  plant.air.wind_m_s *= task.fan ? 1.0 : 0.0;
+  return plant;
+}
+
 TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   TaskResult result;
   result.task = &task;
   std::vector<Cell> cells;
   FlightPlan plan;
   plan.body = options.body;
-  plan.plant = task.fan && options.body == nullptr ? sim::with_fan(options.plant) : options.plant;
+  plan.plant = plant_of(task, options);
   plan.vehicle = options.vehicle;
   plan.course = task.course;
   plan.duration_s = task.to_s + 1.0;
@@ -75,6 +86,7 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   for (int i = 0; i < options.seeds; ++i) {
     plan.seed = options.seed + static_cast<std::uint64_t>(i);
     const FlightResult flight = fly(plan);
+    result.simulated_s += flight.simulated_s;
     result.seconds_per_flight += flight.computer_time_s / options.seeds;
     result.largest_tilt_deg = std::max(result.largest_tilt_deg, flight.largest_tilt_deg);
     result.touchdown_speed_m_s = std::max(result.touchdown_speed_m_s, flight.touchdown_speed_m_s);
@@ -92,8 +104,8 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   if (options.baseline) {
     FlightPlan other = plan;
     other.law = mpc::Law::kLqr;
-    result.baseline = baseline_of(other, task, options);
-    result.paper_law = baseline_of(in_paper_configuration(plan), task, options);
+    result.baseline = baseline_of(other, task, options, result.simulated_s);
+    result.paper_law = baseline_of(in_paper_configuration(plan), task, options, result.simulated_s);
   }
   result.seeds = options.seeds;
   result.mean = mean_of(cells);

@@ -27,6 +27,7 @@ struct TaskResult {
   double largest_tilt_deg = 0.0;
   double touchdown_speed_m_s = 0.0;
   double seconds_per_flight = 0.0;  ///< of computer time
+  double simulated_s = 0.0;         ///< of all flights, those with other laws too
   Trace trace;                      ///< of the first seed, every fifth tick
   std::optional<Cell> baseline;     ///< mean of the same flights with the clipped LQR
   std::optional<Cell> paper_law;    ///< mean of the same flights in the paper's configuration
@@ -45,7 +46,7 @@ struct SuiteOptions {
   mpc::Law law = mpc::Law::kMpc;
   bool baseline = false;  ///< flies each task with the clipped LQR and in the paper's configuration too
   bool literal_steps = true;
-  sim::BodyJob* body = nullptr;                      ///< as FlightPlan; the air is then the body's, and no fan blows
+  sim::BodyJob* body = nullptr;  ///< as FlightPlan; then no fan blows, and the plant's wind only in the tasks in wind
   std::function<void(const std::string&)> progress;  ///< called with one line per task; may be empty
   /// Called with the ULog bytes of each task's flight of the first seed; empty: no log is kept.
   std::function<void(const Task&, std::string)> keep_log;

@@ -26,6 +26,7 @@
 #include "host_tests/lab/identify/translation_pipeline.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
+#include "host_tests/lab/logs/alignment/capture_alignment.h"
 #include "host_tests/lab/logs/flight_log.h"
 #include "host_tests/lab/logs/join.h"
 #include "host_tests/lab/option_checks.h"
@@ -49,13 +50,18 @@ struct IdentifyOptions {
   std::size_t refits = 40;
 };
 
+logs::FlightLog load_one(const IdentifyOptions& options, const std::string& file, const std::string& columns) {
+  logs::FlightLog log = logs::load(file, columns);
+  return options.axis == "translation" ? logs::with_aligned_position(std::move(log)) : log;
+}
+
 logs::FlightLog load_all(const IdentifyOptions& options) {
   if (options.columns.size() != 1 && options.columns.size() != options.logs.size()) {
     throw InputError("--columns", 0, "", "give one map for all logs, or one per --log in the same order");
   }
   std::vector<logs::FlightLog> all;
   for (std::size_t i = 0; i < options.logs.size(); ++i) {
-    all.push_back(logs::load(options.logs[i], options.columns[options.columns.size() == 1 ? 0 : i]));
+    all.push_back(load_one(options, options.logs[i], options.columns[options.columns.size() == 1 ? 0 : i]));
   }
   return logs::joined(std::move(all));
 }
@@ -68,8 +74,8 @@ std::optional<logs::FlightLog> load_other(const IdentifyOptions& options) {
     }
     return std::nullopt;
   }
-  return logs::load(options.validation_log,
-                    options.validation_columns.empty() ? options.columns.front() : options.validation_columns);
+  return load_one(options, options.validation_log,
+                  options.validation_columns.empty() ? options.columns.front() : options.validation_columns);
 }
 
 /// Checks all files before the work: whether they can be read or written, and that no output overwrites an input.
@@ -147,8 +153,8 @@ nlohmann::json read_forecast(const IdentifyOptions& options) {
   return forecast;
 }
 
-/// Compares the forecast of the flight with its result; prints a sentence on stdout. Empty: there is no forecast, or it
-/// is for another axis.
+/// Compares the forecast of the flight with its result; prints a sentence on stdout. Empty: there is no forecast, or
+/// it is for another axis.
 nlohmann::ordered_json compared(const nlohmann::json& forecast, const identify::IdentifyResult& result) {
   if (forecast.is_null()) {
     return {};

@@ -92,7 +92,7 @@ Dialect own_recording() {
            {"force", three("force_x", "force.xyz[0]", "force_y", "force.xyz[1]", "force_z", "force.xyz[2]",
                            "scale = 9.80665")},  // "raw" in DJI's assistant is in units of g
            {"position", positions("pose.xyz[0]", "pose.xyz[1]", "pose.xyz[2]")}},
-          {{"battery", "status.battery_percent"}}};
+          {{"battery", "status.battery_percent"}, {"pose_yaw", "pose.yaw"}}};
 }
 
 Dialect px4() {

@@ -9,8 +9,8 @@
 
 #include "firmware/safety/failsafe.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/alignment/capture_alignment.h"
 #include "host_tests/lab/logs/formats/ulog.h"
-#include "host_tests/lab/loop/capture_alignment.h"
 #include "host_tests/sim/world/random.h"
 
 namespace m100::lab::loop {
@@ -124,16 +124,16 @@ FlownLog load_flown(const experiments::FlightResult& flight, const std::string& 
   out.in_control = in_control(log, taken(log, "state"));
   using logs::Signal;
   for (const Signal stick : {Signal::kStickRoll, Signal::kStickPitch, Signal::kStickThrottle, Signal::kStickYaw}) {
-    log.of(stick) = moved_later(log.of(stick), kUplink_s / log.period_s);
+    log.of(stick) = logs::moved_later(log.of(stick), kUplink_s / log.period_s);
   }
   for (const Signal signal : {Signal::kAttitudeRoll, Signal::kAttitudePitch, Signal::kAttitudeYaw, Signal::kRateX,
                               Signal::kRateY, Signal::kRateZ}) {
-    log.of(signal) = moved_later(log.of(signal), -kTelemetry_s / log.period_s);
+    log.of(signal) = logs::moved_later(log.of(signal), -kTelemetry_s / log.period_s);
   }
   turn_rates_into_heading(log);
   const double believed_age_s = mean(taken(log, "pose_age"));
-  const double lag_s = capture_lag_s(log, taken(log, "pose_yaw"), out.in_control, believed_age_s);
-  log = with_captured_velocity(std::move(log), lag_s);
+  const double lag_s = logs::capture_lag_s(log, taken(log, "pose_yaw"), out.in_control, believed_age_s);
+  log = logs::with_captured_velocity(std::move(log), lag_s);
   return out;
 }
 

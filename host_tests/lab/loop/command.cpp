@@ -22,7 +22,7 @@
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
-#include "host_tests/sim/world/base_plant.h"
+#include "host_tests/sim/body/body_plant.h"
 #include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab {
@@ -87,7 +87,7 @@ void run(const LoopOptions& options) {
     throw InputError("--plant", 0, "",
                      "is missing: give the plant file of the simulated world, or --plant-from, or a --body");
   }
-  loop.plant = sim::plant_of_options(options.plant, options.plant_from);
+  loop.plant = sim::plant_of_options(options.body, options.plant, options.plant_from);
   loop.vehicle =
       options.vehicle.empty() ? companion::as_file(mpc::generated::kVehicle) : companion::load_vehicle(options.vehicle);
   loop.seed = options.seed;

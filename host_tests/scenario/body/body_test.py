@@ -42,7 +42,7 @@ class Bench:
         """The command of a physics program."""
         if manner:
             return f"exec /usr/bin/python3 '{self.rude}' {{port}} {manner} {first} '{self.guide}'"
-        return f"exec /usr/bin/python3 '{self.guide}/quadrotor.py' {{port}} --wind {{wind}} --seed {{seed}}"
+        return f"exec /usr/bin/python3 '{self.guide}/quadrotor.py' {{port}} --wind={{wind}} --seed {{seed}}"
 
     def run_lab(self, *words):
         done = subprocess.run([self.lab, *words], capture_output=True, text=True, check=False, cwd=self.work)
@@ -87,6 +87,13 @@ def refuses(bench):
                    f"{manner} at {first}: exit code {done.returncode}, {done.stderr}")
     done = bench.run_lab("campaign", str(bench.work / "plant.toml"), "--body-command", "exit 3; {port}")
     expect(done.returncode == 2 and "ended with exit code 3" in done.stderr, f"one that does not start: {done.stderr}")
+    ignored = bench.work / "ignored.toml"
+    ignored.write_text("[axis.roll]\ntrim_counts = 9\n\n[air]\nlinear_drag_per_s = 0.3\n")
+    for words in (["campaign", str(ignored)], ["experiments", "--plant", str(ignored)],
+                  ["loop", "--out", "found.toml", "--plant", str(ignored)], ["autopilot", "--sim", "world", "--plant", str(ignored)]):
+        done = bench.run_lab(*words, "--body-command", bench.world())
+        expect(done.returncode == 2 and done.stderr.count("\n") == 1 and "ignored.toml:5: 'air.linear_drag_per_s'" in done.stderr,
+               f"{words}: what the body does not have is refused: {done.stderr}")
     for words in (["--body", "json:9002"], ["--body", "gazebo"], ["--body-command", "no port"],
                   ["--body", "json:127.0.0.1:9002", "--jobs", "2"]):
         done = bench.run_lab("campaign", str(bench.work / "plant.toml"), *words)

@@ -20,13 +20,6 @@ constexpr double kBarometerDrift_s = 30.0;  // as in the reported height
 constexpr double kSameTime_s = 1e-6;
 constexpr double kBatteryLife_s = 840.0;  // 14 minutes (paper, IV-A)
 
-/// The stick of an axis without its dynamics, which are the body's.
-model::StickAxis stick_only(model::StickAxis axis) {
-  axis.time_constant_s = axis.natural_frequency_rad_s = axis.damping_ratio = 0.0;
-  axis.transport_delay_s = axis.lead_zero_s = axis.rate_limit_per_s = axis.cross_axis = 0.0;
-  return axis;
-}
-
 Pulses pulses_of(const RotorNumbers& throttle) {
   Pulses pulses{};
   pulses.fill(1000);
@@ -40,17 +33,15 @@ Pulses pulses_of(const RotorNumbers& throttle) {
 
 Body::Body(const Plant& plant, std::uint64_t seed, const PhysicsAddress& address)
     : link_(address, static_cast<std::uint16_t>(std::lround(plant.autopilot.rate_hz))),
-      roll_(stick_only(plant.roll), plant.link.command_delay_s),
-      pitch_(stick_only(plant.pitch), plant.link.command_delay_s),
-      yaw_rate_(stick_only(plant.yaw_rate), plant.link.command_delay_s),
-      climb_(stick_only(plant.climb), plant.link.command_delay_s),
+      sticks_(plant),
       control_(plant.autopilot),
       attitude_(plant.autopilot.accelerometer_gain_per_s),
       climb_filter_(plant.autopilot.barometer_s),
       barometer_(plant.sensors.height_drift_m, kBarometerDrift_s),
       random_(seed, "body"),
       step_s_(1.0 / plant.autopilot.rate_hz),
-      battery_percent_(plant.battery.start_percent) {
+      start_percent_(plant.battery.start_percent),
+      battery_percent_(start_percent_) {
   wait_on_ground();
 }
 
@@ -82,24 +73,15 @@ void Body::wait_on_ground() {
   publish();
 }
 
-void Body::command(const VehicleInput& input) {
-  if (const auto* const sticks = std::get_if<StickInput>(&input)) {
-    roll_.set_stick(sticks->roll_vrc);
-    pitch_.set_stick(sticks->pitch_vrc);
-    climb_.set_stick(sticks->throttle_vrc);
-    yaw_rate_.set_stick(sticks->yaw_vrc);
-    return;
-  }
-  const auto& movement = std::get<MovementInput>(input);
-  roll_.set_direct(movement.roll_rad);
-  pitch_.set_direct(movement.pitch_rad);
-  climb_.set_direct(movement.climb_m_s);
-  yaw_rate_.set_direct(-movement.yaw_rate_rad_s);  // the yaw stick is positive to the right
+void Body::start_time() {
+  sticks_.start_time();
+  battery_percent_ = start_percent_;
 }
 
 void Body::advance(core::Duration step) {
-  own_time_s_ += core::seconds<double>(step);
-  battery_percent_ = std::max(0.0, battery_percent_ - 100.0 * core::seconds<double>(step) / kBatteryLife_s);
+  const double total_s = core::seconds<double>(step);
+  own_time_s_ += total_s;
+  battery_percent_ = std::max(0.0, battery_percent_ - 100.0 * total_s / kBatteryLife_s);
   while (now_.time_s < own_time_s_ - kSameTime_s) {
     step_physics();
   }
@@ -108,10 +90,7 @@ void Body::advance(core::Duration step) {
 
 void Body::step_physics() {
   const core::Euler<double> attitude = core::euler_of(attitude_.rotation_wb());
-  const RotorNumbers throttle = control_.update({.roll_rad = roll_.output(),
-                                                 .pitch_rad = pitch_.output(),
-                                                 .climb_m_s = climb_.output(),
-                                                 .yaw_rate_rad_s = -yaw_rate_.output()},
+  const RotorNumbers throttle = control_.update(sticks_.output(),
                                                 {.attitude = attitude,
                                                  .rate_b_rad_s = attitude_.rate_b_rad_s(),
                                                  .climb_m_s = climb_filter_.climb_m_s(),
@@ -120,9 +99,7 @@ void Body::step_physics() {
   const double before_s = now_.time_s;
   now_ = link_.exchange(pulses_of(state_.motors_on ? throttle : RotorNumbers{}));
   step_s_ = now_.time_s - before_s;
-  for (AxisMotion* const stick : {&roll_, &pitch_, &yaw_rate_, &climb_}) {
-    stick->advance(step_s_, 0.0);
-  }
+  sticks_.advance(step_s_);
   // A compass is not simulated: the heading that corrects the gyro's drift is the true one.
   attitude_.update(now_.rate_b_rad_s, now_.specific_force_b_m_s2, core::yaw_of(now_.rotation_wb), step_s_);
   const double barometer_m = now_.position_w_m.z() + barometer_.advance(step_s_, random_);

@@ -5,9 +5,9 @@
 
 #include "host_tests/sim/body/attitude_filter.h"
 #include "host_tests/sim/body/body_control.h"
+#include "host_tests/sim/body/body_sticks.h"
 #include "host_tests/sim/body/climb_filter.h"
 #include "host_tests/sim/body/physics_link.h"
-#include "host_tests/sim/world/axis_motion.h"
 #include "host_tests/sim/world/plant.h"
 #include "host_tests/sim/world/random.h"
 #include "host_tests/sim/world/vehicle_port.h"
@@ -16,10 +16,10 @@ namespace m100::sim {
 
 /// An aircraft whose physics another program computes (SIM_JSON), flown by the autopilot's own filters and loops.
 ///
-/// From the plant it takes the sticks (scale, dead zone, trim, curve of [axis.*]), their delay ([link]), [autopilot],
-/// and the barometer's drift. Dynamics, air, mass and payload are the physics program's. The state is the truth that it
-/// reports; estimated() has the attitude of the filter instead. Where its step is not ours, the state is carried to our
-/// time along its velocity (at most one step: 0.5 mm at 10 m/s^2 and 10 ms).
+/// From the plant it takes the sticks of [axis.*] and their change, their delay ([link]), [autopilot], the barometer's
+/// drift and the battery's charge (body_plant.h). Dynamics, air and mass are the physics program's. The state is the
+/// truth that it reports; estimated() has the attitude of the filter instead. Where its step is not ours, the state is
+/// carried to our time along its velocity (at most one step: 0.5 mm at 10 m/s^2 and 10 ms).
 ///
 /// Every call that advances time may throw PhysicsError.
 class Body final : public VehiclePort {
@@ -27,7 +27,9 @@ class Body final : public VehiclePort {
   /// Connects, resets the physics program, waits on the ground, and calibrates the sensors there.
   Body(const Plant& plant, std::uint64_t seed, const PhysicsAddress& address);
 
-  void command(const VehicleInput& input) override;
+  /// The world's time begins: [change] counts from here, and the battery has its start_percent.
+  void start_time();
+  void command(const VehicleInput& input) override { sticks_.command(input); }
   void set_motors(bool on) override { state_.motors_on = on; }
   void advance(core::Duration step) override;
   const VehicleState& state() const override { return state_; }
@@ -43,10 +45,7 @@ class Body final : public VehiclePort {
   bool falls(const PhysicsAnswer& now) const;
 
   PhysicsLink link_;
-  AxisMotion roll_;
-  AxisMotion pitch_;
-  AxisMotion yaw_rate_;
-  AxisMotion climb_;
+  BodySticks sticks_;
   BodyControl control_;
   AttitudeFilter attitude_;
   ClimbFilter climb_filter_;
@@ -56,6 +55,7 @@ class Body final : public VehiclePort {
   double step_s_;            ///< of the physics program, the last one
   double own_time_s_ = 0.0;  ///< on the clock of the physics program
   double ground_m_ = 0.0;    ///< height at which the body stands
+  double start_percent_;
   double battery_percent_;
   VehicleState state_;
   VehicleState estimated_;

@@ -17,6 +17,7 @@ struct BodyChoice {
   std::string command;
 
   bool is_identified() const { return command.empty() && body == "identified"; }
+  bool passes_wind() const { return command.find("{wind}") != std::string::npos; }
   /// @throws PhysicsError what is wrong with the words.
   void check() const;
 };

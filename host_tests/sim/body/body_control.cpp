@@ -39,7 +39,11 @@ Vector3 BodyControl::angular_acceleration(const BodyCommand& command, const Body
     integral_rad_s_.setZero();
   }
   const Vector3 gains(numbers_.rate_gain_per_s, numbers_.rate_gain_per_s, numbers_.yaw_rate_gain_per_s);
-  return gains.cwiseProduct(error + integral_rad_s_);
+  // The derivative below the cutoff is the cutoff times what the low-pass leaves out.
+  slow_rate_rad_s_ += (1.0 - std::exp(-kRateCutoff_rad_s * step_s)) * (motion.rate_b_rad_s - slow_rate_rad_s_);
+  const double derivative = numbers_.rate_derivative_s * kRateCutoff_rad_s;
+  const Vector3 damping = Vector3(derivative, derivative, 0.0).cwiseProduct(motion.rate_b_rad_s - slow_rate_rad_s_);
+  return gains.cwiseProduct(error + integral_rad_s_ - damping);
 }
 
 RotorNumbers BodyControl::update(const BodyCommand& command, const BodyMotion& motion, double step_s) {

@@ -13,7 +13,14 @@ class ClimbFilter {
     height_m_ = height_m;
     climb_m_s_ = bias_m_s2_ = 0.0;
   }
-  void update(double acceleration_m_s2, double barometer_m, double step_s);
+  void update(double acceleration_m_s2, double barometer_m, double step_s) {
+    const double error_m = barometer_m - height_m_;
+    const double pole = 1.0 / time_constant_s_;
+    const double acceleration = acceleration_m_s2 + bias_m_s2_ + 3.0 * pole * pole * error_m;
+    height_m_ += step_s * (climb_m_s_ + 0.5 * step_s * acceleration + 3.0 * pole * error_m);
+    climb_m_s_ += step_s * acceleration;
+    bias_m_s2_ += step_s * pole * pole * pole * error_m;
+  }
   double climb_m_s() const { return climb_m_s_; }
 
  private:

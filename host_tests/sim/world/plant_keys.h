@@ -105,6 +105,7 @@ inline constexpr std::array kAutopilotKeys{
     NumberKey<Autopilot>{"rate_gain_per_s", &Autopilot::rate_gain_per_s, 0.5, 100.0},
     NumberKey<Autopilot>{"yaw_rate_gain_per_s", &Autopilot::yaw_rate_gain_per_s, 0.1, 100.0},
     NumberKey<Autopilot>{"rate_integral_s", &Autopilot::rate_integral_s, 0.05, 1e6},
+    NumberKey<Autopilot>{"rate_derivative_s", &Autopilot::rate_derivative_s, 0.0, 0.2},
     NumberKey<Autopilot>{"climb_gain_per_s", &Autopilot::climb_gain_per_s, 0.1, 20.0},
     NumberKey<Autopilot>{"hover_learning_s", &Autopilot::hover_learning_s, 0.2, 100.0},
     NumberKey<Autopilot>{"roll_authority_rad_s2", &Autopilot::roll_authority_rad_s2, 1.0, 10000.0},

@@ -13,7 +13,7 @@
 #include "firmware/mpc/generated/gain_table.h"
 #include "firmware/sysid/axis_dynamics.h"
 #include "host_tests/lab/experiments/tasks.h"
-#include "host_tests/lab/loop/capture_alignment.h"
+#include "host_tests/lab/logs/alignment/capture_alignment.h"
 #include "host_tests/lab/loop/close_loop.h"
 #include "host_tests/lab/loop/log_folder.h"
 #include "host_tests/lab/loop/ordered_margin.h"
@@ -81,15 +81,39 @@ TEST(Captured, LagIsReadOffTheHeading) {
   for (const double lag_s : {-0.012, 0.0, 0.0235, 0.06}) {
     std::vector<double> captured_rad;
     const logs::FlightLog log = turning(lag_s, 0.4, captured_rad);
-    EXPECT_NEAR(capture_lag_s(log, captured_rad, {2.0, 58.0}, 1.0), lag_s, 1e-3);
+    EXPECT_NEAR(logs::capture_lag_s(log, captured_rad, {2.0, 58.0}, 1.0), lag_s, 1e-3);
   }
 }
 
 TEST(Captured, AHeadingThatHardlyTurnsTellsNothing) {
   std::vector<double> captured_rad;
   const logs::FlightLog log = turning(0.02, 0.01, captured_rad);
-  EXPECT_EQ(capture_lag_s(log, captured_rad, {2.0, 58.0}, 0.017), 0.017);
-  EXPECT_EQ(capture_lag_s(log, {}, {2.0, 58.0}, 0.017), 0.017);
+  EXPECT_EQ(logs::capture_lag_s(log, captured_rad, {2.0, 58.0}, 0.017), 0.017);
+  EXPECT_EQ(logs::capture_lag_s(log, {}, {2.0, 58.0}, 0.017), 0.017);
+}
+
+// A source that is only listened to is late by a constant that nobody knows.
+TEST(Captured, PositionIsMovedByTheLagOfItsHeading) {
+  std::vector<double> captured_rad;
+  logs::FlightLog log = turning(0.0235, 0.4, captured_rad);
+  for (std::size_t k = 0; k < log.size; ++k) {
+    for (int c = 0; c < 3; ++c) {
+      log.of(logs::offset(logs::Signal::kPositionX, c)).push_back(std::sin(log.time_s(k) - 0.0235));
+      log.of(logs::offset(logs::Signal::kVelocityX, c)).push_back(0.0);
+    }
+  }
+  const logs::FlightLog without = logs::with_aligned_position(log);
+  EXPECT_EQ(without.of(logs::Signal::kPositionX), log.of(logs::Signal::kPositionX));
+  EXPECT_TRUE(without.notes.empty());
+  log.extra["pose_yaw"] = captured_rad;
+  const logs::FlightLog aligned = logs::with_aligned_position(log);
+  EXPECT_NEAR(aligned.of(logs::Signal::kPositionX)[3000], std::sin(log.time_s(3000)), 1e-3);
+  EXPECT_FALSE(aligned.has(logs::Signal::kVelocityX));
+  log.extra["pose_yaw"].assign(log.size, 0.0);
+  log.of(logs::Signal::kAttitudeYaw).assign(log.size, 0.0);
+  const logs::FlightLog still = logs::with_aligned_position(log);
+  EXPECT_EQ(still.of(logs::Signal::kPositionX), log.of(logs::Signal::kPositionX));
+  EXPECT_NE(still.notes.at(0).find("unknown"), std::string::npos);
 }
 
 // A log may show a lead zero that cancels a pole; the loop must continue without it.

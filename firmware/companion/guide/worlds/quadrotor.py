@@ -78,7 +78,8 @@ class World:
         command = np.clip((np.array(pulses[:4]) - 1000.0) / 1000.0, 0.0, 1.0)
         self.rotors += (1.0 - np.exp(-dt / self.options.rotor_lag)) * (command - self.rotors)
         thrust = FULL_THRUST * self.rotors * self.rotors
-        to_world = rotation(self.attitude)
+        # Forces act in the middle of the step, or the motion would lag the attitude by half a step: 1 ms looks like drag.
+        to_world = rotation(self.turned(self.rate, 0.5 * dt))
         # Rotor drag: against the air's motion across the rotors, in proportion to their speed; K at hover.
         hover = np.sqrt(self.options.mass * GRAVITY / (4.0 * FULL_THRUST))
         through_air = to_world.T @ (self.velocity - self.air.step(dt))
@@ -86,21 +87,23 @@ class World:
         force = np.array([drag[0], drag[1], -float(thrust.sum()) / self.options.mass])
         torque = np.array([-(ROTOR_Y @ thrust), ROTOR_X @ thrust, TORQUE_PER_THRUST * (TURNS @ thrust)])
 
-        self.rate = self.rate + dt * (torque - cross(self.rate, INERTIA * self.rate)) / INERTIA
+        turned = 0.5 * dt * (torque - cross(self.rate, INERTIA * self.rate)) / INERTIA
+        self.attitude = self.turned(self.rate + turned, dt)
+        self.rate = self.rate + 2.0 * turned
         acceleration = to_world @ force
         acceleration[2] += GRAVITY
         before = self.position
         self.position = self.position + dt * self.velocity + 0.5 * dt * dt * acceleration
         self.velocity = self.velocity + dt * acceleration
-        self.attitude = self.turned(dt)
         self.time += dt
         self.force = force
         if self.position[2] >= 0.0:
             self.stand(before)
 
-    def turned(self, dt):
+    def turned(self, rate, dt):
+        """The attitude after a turn at this rate."""
         w, x, y, z = self.attitude.tolist()
-        p, q, r = (0.5 * dt * self.rate).tolist()
+        p, q, r = (0.5 * dt * rate).tolist()
         out = np.array([w - p * x - q * y - r * z, x + p * w + r * y - q * z,
                         y + q * w - r * x + p * z, z + r * w + q * x - p * y])
         return out / np.sqrt(out @ out)

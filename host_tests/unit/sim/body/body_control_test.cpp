@@ -129,6 +129,24 @@ INSTANTIATE_TEST_SUITE_P(Rotors, BodyControlOn,
                                            Rotors{"Weak", 0.03, 0.75, 2.0}),
                          [](const auto& one) { return one.param.name; });
 
+// Rotors three times as slow as those that the gains are for: the phase margin is 7 degrees, with the derivative 25.
+TEST(BodyControl, TheDerivativeDampsSlowRotors) {
+  const auto swing_rad = [](double derivative_s) {
+    AutopilotNumbers numbers;
+    numbers.rate_derivative_s = derivative_s;
+    BodyControl control(numbers);
+    RigidBody body(numbers, 0.08, 0.62, 2.0);
+    double largest = 0.0;
+    for (double t_s = 0.0; t_s < 13.5; t_s += kStep_s) {
+      const BodyCommand command{.roll_rad = t_s > 12.0 ? 0.2 : 0.0};
+      body.step(control.update(command, body.motion, kStep_s));
+      largest = t_s > 13.3 ? std::max(largest, std::abs(body.motion.attitude.roll_rad - 0.2)) : 0.0;
+    }
+    return largest;
+  };
+  EXPECT_LT(swing_rad(AutopilotNumbers{}.rate_derivative_s), 0.5 * swing_rad(0.0));
+}
+
 TEST(BodyControl, LearnsNothingOnTheGround) {
   BodyControl control{AutopilotNumbers{}};
   const double before = control.hover_thrust();

@@ -124,6 +124,20 @@ TEST(PhysicsLink, SaysThatNobodyAnswers) {
             std::string::npos);
 }
 
+TEST(Body, HasItsChargeAtTheStartOfTheWorldsTime) {
+  Peer peer([](int packet) -> std::vector<std::string> { return {answer_at(1.0 + 0.0025 * packet)}; });
+  Plant plant;
+  plant.battery.start_percent = 60.0;
+  Body body(plant, 1, peer.address());
+  for (int step = 0; step < 400; ++step) {
+    body.advance(milliseconds(10));
+  }
+  EXPECT_LT(body.state().battery_percent, 59.9);
+  body.start_time();
+  body.advance(milliseconds(10));
+  EXPECT_NEAR(body.state().battery_percent, 60.0, 0.01);
+}
+
 TEST(PhysicsProgram, EndsWithItsOwner) {
   pid_t process = -1;
   {

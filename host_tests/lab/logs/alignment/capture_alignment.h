@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "host_tests/lab/logs/flight_log.h"
 
-namespace m100::lab::loop {
+namespace m100::lab::logs {
 
 // Aligns motion capture with the autopilot's measurements.
 
@@ -16,14 +17,20 @@ namespace m100::lab::loop {
 /// may be wrong by 20 ms, and a climb that is seen 10 ms too early looks like backlash of the stick.
 /// @param captured_heading_rad  one value for each sample of the log
 /// @param otherwise_s           result where the heading hardly turned, or where the two disagree
-double capture_lag_s(const logs::FlightLog& log, std::vector<double> captured_heading_rad,
-                     std::pair<double, double> range_s, double otherwise_s);
+double capture_lag_s(const FlightLog& log, std::vector<double> captured_heading_rad, std::pair<double, double> range_s,
+                     double otherwise_s);
 
 /// The log with position shifted earlier by the lag, and with the velocity computed from it instead of the observer's:
 /// the slope over 0.1 s (upwards 0.04 s).
-logs::FlightLog with_captured_velocity(logs::FlightLog log, double lag_s);
+FlightLog with_captured_velocity(FlightLog log, double lag_s);
+
+/// Moves the position earlier by its lag behind the attitude, found in the heading of the same source (extra pose_yaw).
+/// A source that was only listened to stamps its poses late by an unknown constant, and a lag of T looks like a drag
+/// that is smaller by T w^2, w the frequency of the motion [rad/s]: 10 ms made 0.27 1/s of 0.30. The autopilot's own
+/// velocity is left out then: it may read zero, and its delay is another. Adds what it did to the notes.
+FlightLog with_aligned_position(FlightLog log);
 
 /// The series delayed by `samples` (negative: advanced), with linear interpolation; the end values are held.
 std::vector<double> moved_later(const std::vector<double>& values, double samples);
 
-}  // namespace m100::lab::loop
+}  // namespace m100::lab::logs

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/loop/capture_alignment.h"
+#include "host_tests/lab/logs/alignment/capture_alignment.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <limits>
 #include <numbers>
 
-namespace m100::lab::loop {
+namespace m100::lab::logs {
 namespace {
-
-using logs::Signal;
 
 void unwrap(std::vector<double>& angle_rad) {
   constexpr double kTurn = 2.0 * std::numbers::pi;
@@ -49,8 +50,8 @@ Shift shift_between(const std::vector<double>& captured, const std::vector<doubl
 
 }  // namespace
 
-double capture_lag_s(const logs::FlightLog& log, std::vector<double> captured_heading_rad,
-                     std::pair<double, double> range_s, double otherwise_s) {
+double capture_lag_s(const FlightLog& log, std::vector<double> captured_heading_rad, std::pair<double, double> range_s,
+                     double otherwise_s) {
   constexpr int kPasses = 6;
   constexpr double kMax_s = 0.2;
   constexpr double kMinTurn_rad_s = 0.05;  // root mean square; a slower turn shows no lag
@@ -73,15 +74,40 @@ double capture_lag_s(const logs::FlightLog& log, std::vector<double> captured_he
   return std::abs(lag_s) > kMax_s ? otherwise_s : lag_s;
 }
 
-logs::FlightLog with_captured_velocity(logs::FlightLog log, double lag_s) {
+FlightLog with_captured_velocity(FlightLog log, double lag_s) {
   constexpr std::size_t kHalf = 5;
   log.velocity_mean_s = 2.0 * static_cast<double>(kHalf) * log.period_s;
   for (int c = 0; c < 3; ++c) {
     const std::size_t half = c == 2 ? 2 : kHalf;  // climb is fitted to its velocity, so it needs the fast details
-    std::vector<double>& position = log.of(logs::offset(Signal::kPositionX, c));
+    std::vector<double>& position = log.of(offset(Signal::kPositionX, c));
     position = moved_later(position, -lag_s / log.period_s);
-    log.of(logs::offset(Signal::kVelocityX, c)) = slope(position, half, log.period_s);
+    log.of(offset(Signal::kVelocityX, c)) = slope(position, half, log.period_s);
   }
+  return log;
+}
+
+FlightLog with_aligned_position(FlightLog log) {
+  const auto heading = log.extra.find("pose_yaw");
+  if (heading == log.extra.end() || !log.has3(Signal::kPositionX) || !log.has(Signal::kAttitudeYaw)) {
+    return log;
+  }
+  const std::pair all{log.start_s, log.time_s(log.size)};
+  const double lag_s = capture_lag_s(log, heading->second, all, std::numeric_limits<double>::quiet_NaN());
+  if (std::isnan(lag_s)) {
+    log.notes.emplace_back(
+        "the position's lag behind the attitude is unknown, because the heading hardly turned: 10 ms would move a drag "
+        "by about 0.03 1/s");
+    return log;
+  }
+  for (int c = 0; c < 3; ++c) {
+    std::vector<double>& position = log.of(offset(Signal::kPositionX, c));
+    position = moved_later(position, -lag_s / log.period_s);
+    log.of(offset(Signal::kVelocityX, c)).clear();
+  }
+  std::array<char, 120> text{};
+  std::snprintf(text.data(), text.size(),
+                "the position lagged the attitude by %.1f ms, as the heading shows; corrected", 1e3 * lag_s);
+  log.notes.emplace_back(text.data());
   return log;
 }
 
@@ -97,4 +123,4 @@ std::vector<double> moved_later(const std::vector<double>& values, double sample
   return out;
 }
 
-}  // namespace m100::lab::loop
+}  // namespace m100::lab::logs
