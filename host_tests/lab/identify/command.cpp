@@ -56,6 +56,7 @@ logs::FlightLog load_all(const IdentifyOptions& options) {
   std::vector<logs::FlightLog> all;
   for (std::size_t i = 0; i < options.logs.size(); ++i) {
     all.push_back(logs::load(options.logs[i], options.columns[options.columns.size() == 1 ? 0 : i]));
+    logs::count_from_begin(all.back());
   }
   return logs::joined(std::move(all));
 }
@@ -68,8 +69,11 @@ std::optional<logs::FlightLog> load_other(const IdentifyOptions& options) {
     }
     return std::nullopt;
   }
-  return logs::load(options.validation_log,
-                    options.validation_columns.empty() ? options.columns.front() : options.validation_columns);
+  logs::FlightLog log =
+      logs::load(options.validation_log,
+                 options.validation_columns.empty() ? options.columns.front() : options.validation_columns);
+  logs::count_from_begin(log);
+  return log;
 }
 
 /// Checks all files before the work: whether they can be read or written, and that no output overwrites an input.
