@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab convert: writes any readable log as CSV in canonical units on a uniform clock.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -22,6 +23,17 @@ struct ConvertOptions {
   bool list = false;
 };
 
+/// All that the reader found; a note about several columns stands once.
+std::vector<std::string> notes_of(const logs::FlightLog& log) {
+  std::vector<std::string> all = log.notes;
+  for (const std::string& note : log.gap_notes) {
+    if (std::find(all.begin(), all.end(), note) == all.end()) {
+      all.push_back(note);
+    }
+  }
+  return all;
+}
+
 nlohmann::ordered_json to_json(const ConvertOptions& options, const logs::FlightLog& log) {
   nlohmann::ordered_json signals = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < logs::kSignals; ++i) {
@@ -37,7 +49,7 @@ nlohmann::ordered_json to_json(const ConvertOptions& options, const logs::Flight
           {"rate_hz", options.rate_hz},
           {"signals", std::move(signals)},
           {"alignment", {{"evidence", log.alignment.evidence}}},
-          {"notes", log.notes}};
+          {"notes", notes_of(log)}};
 }
 
 /// Lists only the columns.
@@ -71,7 +83,7 @@ void run(const ConvertOptions& options) {
   }
   std::cout << printable(options.out) << ": " << log.size << " samples from " << log.start_s << " to "
             << log.time_s(log.size - 1) << " s; streams aligned by " << log.alignment.evidence << "\n";
-  for (const std::string& note : log.notes) {
+  for (const std::string& note : notes_of(log)) {
     std::cout << "  note: " << printable(note) << "\n";
   }
   write_json(options.json, to_json(options, log));

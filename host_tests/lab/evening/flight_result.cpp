@@ -76,6 +76,24 @@ std::pair<double, double> nominal(const json& result) {
   return out;
 }
 
+std::pair<double, double> moved(const Folder& folder, const std::string& name, ctl::ExcitedStick stick) {
+  constexpr double kAfter_s = 1.0;
+  if (!folder.has(name + ".json") || !result_of(folder, name + ".json").contains("excitation")) {
+    return {};
+  }
+  const std::unique_ptr<logs::RawLog> log = logs::open_log(folder.file(name + ".ulg"));
+  const logs::RawColumn state = log->column("excitation.state", "");
+  const logs::RawColumn axis = log->column("excitation.axis", "");
+  std::pair<double, double> range;
+  for (std::size_t i = 0; i < std::min(state.values.size(), axis.values.size()); ++i) {
+    if (state.values[i] == static_cast<double>(ctl::Excitation<double>::State::kMoving) &&
+        axis.values[i] == static_cast<double>(stick)) {
+      range = {range.second > 0.0 ? range.first : state.time_s[i], state.time_s[i] + kAfter_s};
+    }
+  }
+  return range;
+}
+
 logs::FlightLog tracked(const Folder& folder, const std::string& log) {
   return logs::load(*logs::open_log(folder.file(log)),
                     logs::parse_column_map(kTrackingMap, "(reference, pose and tilt)"));

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "firmware/ctl/excitation.h"
 #include "host_tests/lab/evening/folder.h"
 #include "host_tests/lab/logs/flight_log.h"
 
@@ -19,6 +20,11 @@ nlohmann::json result_of(const Folder& folder, const std::string& result);
 
 /// Start and end, in seconds on the log's clock, of the time in which the law commanded.
 std::pair<double, double> nominal(const nlohmann::json& result);
+
+/// From the first movement of a stick in the excited flight NAME to a second after its last, in seconds on the log's
+/// clock; (0, 0): it was not flown yet. Outside of it the law alone moves the stick, against the air, so that stick and
+/// air are not independent.
+std::pair<double, double> moved(const Folder& folder, const std::string& name, ctl::ExcitedStick stick);
 
 /// Sticks, tilts and pose of a flight, with the reference (x, y, z, heading) and the pose's age as extra columns.
 logs::FlightLog tracked(const Folder& folder, const std::string& log);

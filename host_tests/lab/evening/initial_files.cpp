@@ -47,6 +47,7 @@ void write_initial_files(const Folder& folder) {
   put(folder, "course.txt", kCourse);
   put(folder, "columns_hand.toml", kHandMap);
   put(folder, "columns_flight.toml", kFlightMap);
+  put(folder, "columns_climb.toml", kClimbMap);
   put(folder, "first_vehicle.toml", companion::to_text(mpc::generated::kVehicle, {}));
 }
 

@@ -12,6 +12,7 @@ namespace m100::lab::evening {
 
 /// The shipped files that every new folder starts with.
 extern const std::string_view kFlightMap;
+extern const std::string_view kClimbMap;
 extern const std::string_view kHandMap;
 extern const std::string_view kFlightFile;
 

@@ -29,6 +29,7 @@ app::FlightConfig config_of(const FlightPlan& plan, const ref::Waypoint<double>&
   config.link.channel.paper_100_hz = plan.paper_100_hz;
   config.link.app_id = 1;
   config.law = plan.law;
+  config.excitation = plan.excitation;
   config.responds_to_limit_cycles = plan.responds_to_limit_cycles;
   config.plans_setpoints = plan.plans_setpoints;
   config.solves_when_due = plan.solves_when_due;

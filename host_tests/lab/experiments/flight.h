@@ -41,6 +41,7 @@ struct FlightPlan {
   sim::BodyJob* body =
       nullptr;  ///< makes the aircraft; null: the identified response. Its pilot always holds the place
   std::optional<companion::FlightFile> flight_file;  ///< limits of the flight; none: the program's defaults
+  ctl::ExcitationPlan excitation{};  ///< flown at the start of the course; what it views must outlive the flight
   /// Called once, before the first tick: faults that exist from the start.
   std::function<void(sim::World&)> prepare;
   /// Called before every tick of the course with its time: faults.

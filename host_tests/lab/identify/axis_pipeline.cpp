@@ -239,7 +239,9 @@ class AxisPipeline {
     std::optional<Regime<AxisProblem>> regime =
         select_regime<AxisProblem>(request_, first.change, {}, shift_s_, trims_);
     if (!regime) {
-      if (confirm_change_point(first, problem_->axis_family(), chosen_.final_model.fit)) {
+      const AxisFamily& family = problem_->axis_family();
+      if (!constant_explains(run, family, chosen_.final_model.fit, first) &&
+          confirm_change_point(first, family, chosen_.final_model.fit)) {
         accept_change(first.change);
       }
       return;
@@ -247,13 +249,44 @@ class AxisPipeline {
     const Fit& fit = regime->chosen.final_model.fit;
     ChangePoint change = change_point(run, regime->problem->axis_family(), fit);
     add_rival_change(first, run, change);
-    if (!change.found || !confirm_change_point(change, regime->problem->axis_family(), fit)) {
+    if (!change.found || constant_explains(run, regime->problem->axis_family(), fit, change) ||
+        !confirm_change_point(change, regime->problem->axis_family(), fit)) {
       return;
     }
     side_findings_.findings.push_back(regime_note(*regime->request));
     problem_ = std::move(regime->problem);
     chosen_ = std::move(regime->chosen);
     accept_change(change.change);
+  }
+
+  /// Whether an effect that never changes explains the log as well as the change. A date is free to be chosen, so a
+  /// change that is not there wins up to kChanceChange by chance alone: a missing lead zero looks like a delay that
+  /// changes where the hand becomes faster. A step of a trim is absorbed by the autoregression and cannot be compared.
+  bool constant_explains(const FreeRun& run, const AxisFamily& family, const Fit& fit, const ChangePoint& change) {
+    if (change.free_parameter.member == &model::StickAxis::trim_counts) {
+      return false;
+    }
+    const std::vector<int> all(family.block_count(), 1);
+    const double price = std::log(static_cast<double>(run.size()));
+    for (const Family::Edit& edit : family.edits(fit.structure)) {
+      if (edit.name == "gain_drift") {
+        continue;  // a change, too
+      }
+      const Fit constant = family.fit(edit.structure, all, &fit);
+      const double more = static_cast<double>(constant.free_parameters) - static_cast<double>(fit.free_parameters);
+      const double score = unchanged_score(run, family, constant) + std::max(0.0, more - 1.0) * price;
+      if (score < change.score) {
+        side_findings_.findings.push_back(note("a change of " + change.change.name + " would fit, but " + edit.name +
+                                               ", which never changes, explains the log better"));
+        return true;
+      }
+      if (score < change.score + kChanceChange) {
+        const std::string why = edit.name + ", which never changes, explains the log as well";
+        report_uncertain_change(change.change, why.c_str());
+        return true;
+      }
+    }
+    return false;
   }
 
   /// An effect found on one side together with another change may explain the log as well as the first change alone.

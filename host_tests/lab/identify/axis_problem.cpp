@@ -210,6 +210,9 @@ void AxisProblem::annotate(const Selection& selection, IdentifyResult& result) c
   for (EffectResult& effect : result.effects) {
     effect.shape = effect.name == "dead_zone" ? result.final_model.dead_zone_shape : "";
   }
+  if (training_.signals.stick_name.starts_with("command_")) {
+    result.stick_unit = request_.axis == "climb" ? "m_s" : request_.axis == "yaw_rate" ? "rad_s" : "rad";
+  }
   const logs::Alignment& found = request_.log->alignment;
   // An alignment by correlation used the rates and the attitude, so it is no evidence for the sticks.
   result.alignment = {static_cast<double>(found.stick_shift_samples),

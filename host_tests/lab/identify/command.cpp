@@ -52,7 +52,11 @@ struct IdentifyOptions {
 
 logs::FlightLog load_one(const IdentifyOptions& options, const std::string& file, const std::string& columns) {
   logs::FlightLog log = logs::load(file, columns);
-  return options.axis == "translation" ? logs::with_aligned_position(std::move(log)) : log;
+  if (options.axis == "translation") {
+    log = logs::with_aligned_position(std::move(log));
+  }
+  logs::count_from_begin(log);
+  return log;
 }
 
 logs::FlightLog load_all(const IdentifyOptions& options) {

@@ -350,8 +350,8 @@ class Loader {
                            " repeated time stamps; the first sample of each is kept");
     }
     if (untidy.spoilt > 0) {
-      log_.notes.push_back(name + ": " + std::to_string(untidy.spoilt) + " of " + std::to_string(stream.time_s.size()) +
-                           " samples cannot be used");
+      log_.gap_notes.push_back(name + ": " + std::to_string(untidy.spoilt) + " of " +
+                               std::to_string(stream.time_s.size()) + " samples cannot be used");
     }
     return out;
   }
@@ -364,8 +364,8 @@ class Loader {
       holes += log_.gap[k] != 0 && (k == 0 || log_.gap[k - 1] == 0) ? 1U : 0U;
     }
     if (holes > 0) {
-      log_.notes.push_back(std::to_string(holes) + " gaps, " + std::to_string(lost) + " samples of " +
-                           std::to_string(log_.size) + " are excluded");
+      log_.gap_notes.push_back(std::to_string(holes) + (holes == 1 ? " gap, " : " gaps, ") + std::to_string(lost) +
+                               " samples of " + std::to_string(log_.size) + " are excluded");
     }
   }
 

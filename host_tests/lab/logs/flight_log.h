@@ -28,6 +28,7 @@ struct Flight {
   std::string file;
   std::size_t begin = 0, end = 0;  ///< its samples [begin, end) of the joined log
   double start_s = 0.0;            ///< time on its own clock at `begin`
+  double epoch_s = 0.0;            ///< see FlightLog
   Alignment alignment;
 };
 
@@ -35,6 +36,7 @@ struct Flight {
 struct FlightLog {
   std::string file;
   double start_s = 0;
+  double epoch_s = 0;  ///< seconds that count_from_begin() subtracted from the log's own clock
   double period_s = 0.01;
   std::size_t size = 0;
   std::array<std::vector<double>, kSignals> signals;  ///< empty: the log does not have the signal; yaw is unwrapped
@@ -44,8 +46,9 @@ struct FlightLog {
   std::map<Signal, double> row_s;                          ///< interval of a signal's own rows, if it was resampled
   double velocity_mean_s = 0.0;  ///< the horizontal velocity is its mean over this time; 0: as measured
   Alignment alignment;
-  std::vector<std::string> notes;  ///< findings of the reader: repeated time stamps, dropouts, shifts
-  std::vector<Flight> flights;     ///< the parts of a joined log, two or more; otherwise empty
+  std::vector<std::string> notes;      ///< findings of the reader: repeated time stamps, shifts, what was left out
+  std::vector<std::string> gap_notes;  ///< about samples that are missing or cannot be used, which `gap` holds too
+  std::vector<Flight> flights;         ///< the parts of a joined log, two or more; otherwise empty
 
   bool has(Signal signal) const { return !of(signal).empty(); }
   bool has3(Signal first) const { return has(first) && has(offset(first, 1)) && has(offset(first, 2)); }

@@ -2,6 +2,7 @@
 #include "host_tests/lab/logs/join.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -55,6 +56,19 @@ void join_signals(const std::vector<FlightLog>& logs, std::size_t pause, FlightL
 
 }  // namespace
 
+void count_from_begin(FlightLog& log) {
+  constexpr double kOtherEpoch_s = 1e7;
+  if (log.start_s < kOtherEpoch_s) {
+    return;
+  }
+  log.epoch_s = std::floor(log.start_s);
+  log.start_s -= log.epoch_s;
+  std::array<char, 120> text{};
+  std::snprintf(text.data(), text.size(),
+                "times are counted from %.0f s of the log's clock; ranges may count either way", log.epoch_s);
+  log.notes.emplace_back(text.data());
+}
+
 FlightLog joined(std::vector<FlightLog> logs) {
   if (logs.size() == 1) {
     return std::move(logs.front());
@@ -69,11 +83,14 @@ FlightLog joined(std::vector<FlightLog> logs) {
     const std::string number = std::to_string(i + 1);
     const std::size_t begin = out.size + (i == 0 ? 0 : pause);
     out.file += (i == 0 ? "" : " + ") + log.file;
-    out.flights.push_back({log.file, begin, begin + log.size, log.start_s, log.alignment});
+    out.flights.push_back({log.file, begin, begin + log.size, log.start_s, log.epoch_s, log.alignment});
     out.size = begin + log.size;
     append_gap(out.gap, log.gap, log.size, pause);
     for (const std::string& note : log.notes) {
       out.notes.push_back("log " + number + ": " + note);
+    }
+    for (const std::string& note : log.gap_notes) {
+      out.gap_notes.push_back("log " + number + ": " + note);
     }
     if (log.alignment.stick_shift_samples != 0 && i > 0) {
       out.notes.push_back("log " + number + ": the sticks were moved by " +

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// identify_coverage [--logs N] [--seed S] [--json FILE] [--judge 1]: how often the 95 % intervals of identify contain
-// the true value, over simulated logs. With --judge, exit code 1: a parameter is not as coverage_limits.h states.
+// identify_coverage [--logs N] [--seed S] [--json FILE] [--judge 1] [--flights hand|excited] [--verbose 1]: how often
+// the 95 % intervals of identify contain the true value, over simulated logs of a hand, or over the excited flights of
+// simulated evenings. With --judge, exit code 1: a parameter is not as coverage_limits.h states.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -15,9 +16,11 @@
 #include "host_tests/lab/hidden/effect_sizes.h"
 #include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
+#include "host_tests/lab/identify/data/log_ranges.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/translation_pipeline.h"
 #include "host_tests/property/identify/coverage_limits.h"
+#include "host_tests/property/identify/excited_flight.h"
 #include "host_tests/property/identify/synthetic_axis.h"
 
 namespace {
@@ -72,6 +75,45 @@ Known translation(std::uint64_t seed) {
 
 using Counts = std::map<std::string, m100::host_tests::Coverage>;
 
+void print_answer(std::uint64_t seed, const m100::host_tests::ExcitedAxis& axis,
+                  const lab::identify::IdentifyResult& result) {
+  std::printf("%llu %s %s %.2f s:", static_cast<unsigned long long>(seed), axis.name.c_str(), result.verdict.c_str(),
+              result.elapsed_s);
+  for (const std::string& name : result.final_model.structure) {
+    std::printf(" %s", name.c_str());
+  }
+  for (const lab::identify::NamedInterval& one : result.final_intervals) {
+    const auto truth = axis.truth.find(one.name);
+    const bool known = truth != axis.truth.end();
+    const bool outside = known && (truth->second < one.interval.low || truth->second > one.interval.high);
+    std::printf("\n    %s%s %.5g [%.5g, %.5g] truly %.5g", outside ? "MISSED " : "", one.name.c_str(),
+                one.interval.value, one.interval.low, one.interval.high, known ? truth->second : 0.0);
+  }
+  for (const lab::identify::Change& change : result.changes) {
+    std::printf("\n    CHANGE %s at %.1f s, ratio %.1f", change.name.c_str(), change.at_s, change.likelihood_ratio);
+  }
+  for (const std::string& left : result.unexplained) {
+    std::printf("\n    unexplained: %s", left.c_str());
+  }
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+void count_intervals(const std::string& axis, const Truth& truth, const lab::identify::IdentifyResult& result,
+                     Counts& counts) {
+  for (const lab::identify::NamedInterval& one : result.final_intervals) {
+    const auto found = truth.find(one.name);
+    if (found == truth.end()) {
+      continue;
+    }
+    m100::host_tests::Coverage& count = counts[axis + " " + one.name];
+    ++count.answered;
+    count.covered += one.interval.low <= found->second && found->second <= one.interval.high ? 1 : 0;
+    count.relative_error += (one.interval.value - found->second) / std::abs(found->second);
+    count.relative_width += 0.5 * (one.interval.high - one.interval.low) / std::abs(found->second);
+  }
+}
+
 /// @returns false if the answer has another structure than the true one, and so intervals of other parameters.
 bool ask(const Known& known, Counts& counts) {
   for (const auto& [name, truth] : known.truth) {
@@ -89,18 +131,38 @@ bool ask(const Known& known, Counts& counts) {
   if (result.final_model.structure != known.declared || !result.changes.empty()) {
     return false;
   }
-  for (const lab::identify::NamedInterval& one : result.final_intervals) {
-    const auto found = known.truth.find(one.name);
-    if (found == known.truth.end()) {
-      continue;
-    }
-    m100::host_tests::Coverage& count = counts[known.axis + " " + one.name];
-    ++count.answered;
-    count.covered += one.interval.low <= found->second && found->second <= one.interval.high ? 1 : 0;
-    count.relative_error += (one.interval.value - found->second) / std::abs(found->second);
-    count.relative_width += 0.5 * (one.interval.high - one.interval.low) / std::abs(found->second);
-  }
+  count_intervals(known.axis, known.truth, result, counts);
   return true;
+}
+
+/// The axes of one excited flight, with what an evening declares and its split.
+/// @returns the number of axes that were answered with a change.
+int ask_excited(std::uint64_t seed, bool rates, bool verbose, Counts& counts) {
+  const m100::host_tests::ExcitedFlight flight = m100::host_tests::fly_excited(seed, rates);
+  if (!flight.is_over) {
+    std::printf("seed %llu: the movements were aborted\n", static_cast<unsigned long long>(seed));
+    return 0;
+  }
+  int changes = 0;
+  for (const m100::host_tests::ExcitedAxis& axis : m100::host_tests::axes_of(flight, rates)) {
+    lab::identify::Request request;
+    request.axis = axis.name;
+    request.declared = axis.declared;
+    request.log = request.validation_log = &flight.log;
+    lab::identify::split("alternate:6",
+                         std::to_string(axis.within_s.first) + ":" + std::to_string(axis.within_s.second), flight.log,
+                         request);
+    const lab::identify::IdentifyResult result = lab::identify::identify_axis(request);
+    for (const auto& [name, truth] : axis.truth) {
+      ++counts[axis.name + " " + name].asked;
+    }
+    count_intervals(axis.name, axis.truth, result, counts);
+    changes += result.changes.empty() ? 0 : 1;
+    if (verbose) {
+      print_answer(seed, axis, result);
+    }
+  }
+  return changes;
 }
 
 /// @returns 1 if a parameter is not as stated.
@@ -151,17 +213,30 @@ int main(int count, char** words) {  // NOLINT(bugprone-exception-escape): only 
   std::uint64_t seed = 1;
   std::string file;
   bool judge = false;
+  bool excited = false;
+  bool verbose = false;
   const std::vector<std::string> given(words + 1, words + count);
   for (std::size_t k = 0; k + 1 < given.size(); k += 2) {
     logs = given[k] == "--logs" ? std::atoi(given[k + 1].c_str()) : logs;
     seed = given[k] == "--seed" ? std::strtoull(given[k + 1].c_str(), nullptr, 10) : seed;
     file = given[k] == "--json" ? given[k + 1] : file;
     judge = judge || given[k] == "--judge";
+    excited = excited || (given[k] == "--flights" && given[k + 1] == "excited");
+    verbose = verbose || given[k] == "--verbose";
   }
   Counts counts;
   int others = 0;
+  int changes = 0;
   for (int k = 0; k < logs; ++k) {
-    others += others_of(seed + static_cast<std::uint64_t>(k), counts);
+    const std::uint64_t number = seed + static_cast<std::uint64_t>(k);
+    if (excited) {
+      changes += ask_excited(number, false, verbose, counts) + ask_excited(number, true, verbose, counts);
+    } else {
+      others += others_of(number, counts);
+    }
+  }
+  if (excited) {
+    std::printf("%d of %d axes were answered with a change that is not there\n", changes, 4 * logs);
   }
   const int outside = report(counts, others, file);
   return judge ? outside : 0;

@@ -129,6 +129,27 @@ TEST(Identify, IntervalsHoldTheTruth) {
   EXPECT_GE(inside, 17);
 }
 
+// A delay that is too short to be named is part of the frequency, by several per cent. Catches intervals that know only
+// the chosen structure.
+TEST(Identify, AnUnnamedDelayIsInTheIntervalOfTheFrequency) {
+  constexpr int kLogs = 20;
+  int named = 0;
+  int inside = 0;
+  for (std::uint64_t seed = 801; seed < 801 + kLogs; ++seed) {
+    SyntheticAxis vehicle = SyntheticAxis::random(seed);
+    vehicle.delay_s = 0.012;
+    const IdentifyResult result = identify(vehicle, {"second_order"}, 40);
+    named += result.effects.empty() ? 0 : 1;
+    for (const auto& parameter : result.final_intervals) {
+      const double truth = vehicle.natural_frequency_rad_s;
+      const bool holds = parameter.interval.low <= truth && truth <= parameter.interval.high;
+      inside += parameter.name == "natural_frequency_rad_s" && holds ? 1 : 0;
+    }
+  }
+  EXPECT_LE(named, 2) << "else this shows nothing";
+  EXPECT_GE(inside, 17) << "of 20";
+}
+
 // An aircraft of another size and order: catches an identification that presumes the M100.
 TEST(Identify, FindsASecondOrderOnASlowAircraft) {
   SyntheticAxis vehicle = SyntheticAxis::random(3);

@@ -76,7 +76,8 @@ TEST(FlightLog, MarksDropoutsAndKeepsTheFirstOfRepeatedStamps) {
   EXPECT_EQ(log.gap[101], 1);
   EXPECT_EQ(log.gap[138], 1);
   EXPECT_EQ(log.gap[141], 0);
-  EXPECT_EQ(log.notes.size(), 2U);
+  EXPECT_EQ(log.notes.size(), 1U);
+  EXPECT_EQ(log.gap_notes.size(), 1U);
 }
 
 TEST(FlightLog, RefusesAClockThatRunsBackwards) {

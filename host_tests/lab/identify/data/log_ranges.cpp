@@ -41,7 +41,11 @@ Range range_of(const std::string& option, const std::string& part, const logs::F
   if (ends.size() != 2) {
     throw InputError(option, 0, part, "a range is FROM:TO in seconds");
   }
-  const Range range{number(option, ends[0]), number(option, ends[1])};
+  Range range{number(option, ends[0]), number(option, ends[1])};
+  const double epoch_s = log.flights.empty() ? log.epoch_s : log.flights[flight].epoch_s;
+  if (epoch_s > 0.0 && range.first >= epoch_s) {  // as the log's own clock counts
+    range = {range.first - epoch_s, range.second - epoch_s};
+  }
   const Range there = own_times(log, flight);
   if (!(range.first < range.second)) {
     throw InputError(option, 0, part, "ends before it begins");
@@ -231,17 +235,39 @@ void date_findings(const Request& request, std::vector<Finding>& findings) {
 }
 
 void find_gaps(const logs::FlightLog& log, const std::vector<Range>& ranges, std::vector<Finding>& findings) {
+  struct Hole {
+    Gap gap;
+    std::vector<std::string> signals;
+  };
+  std::vector<Hole> all;  // signals that are missing in the same samples share a line
   for (const auto& [signal, missing] : log.signal_gap) {
     const Gap gap = gap_in(log, ranges, missing);
-    if (gap.samples > 0) {
-      Finding found{.what = "gap", .signal = std::string(logs::name_of(signal))};
-      found.from_s = gap.from_s;
-      found.to_s = gap.to_s;
-      found.text = found.signal + " is missing or spoilt in " + std::to_string(gap.holes) +
-                   " places of the ranges used, " + std::to_string(gap.samples) + " samples in all, first at " +
-                   logs::place_of(log, gap.from_s) + "; excluded";
-      findings.push_back(std::move(found));
+    if (gap.samples == 0) {
+      continue;
     }
+    const auto same = std::find_if(all.begin(), all.end(), [&](const Hole& one) {
+      return one.gap.samples == gap.samples && one.gap.holes == gap.holes && one.gap.from_s == gap.from_s &&
+             one.gap.to_s == gap.to_s;
+    });
+    const auto at = same == all.end() ? all.insert(all.end(), {gap, {}}) : same;
+    at->signals.emplace_back(logs::name_of(signal));
+  }
+  for (const Hole& one : all) {
+    constexpr std::size_t kShown = 2;
+    std::string names = one.signals.front();
+    for (std::size_t i = 1; i < std::min(kShown, one.signals.size()); ++i) {
+      names += ", " + one.signals[i];
+    }
+    const std::size_t more = one.signals.size() - std::min(kShown, one.signals.size());
+    names += more > 0 ? " and " + std::to_string(more) + " more signals" : "";
+    Finding found{.what = "gap", .signal = one.signals.front()};
+    found.from_s = one.gap.from_s;
+    found.to_s = one.gap.to_s;
+    found.text = names + (one.signals.size() > 1 ? " are" : " is") + " missing or spoilt in " +
+                 std::to_string(one.gap.holes) + (one.gap.holes == 1 ? " place" : " places") + " of the ranges used, " +
+                 std::to_string(one.gap.samples) + " samples in all, first at " + logs::place_of(log, one.gap.from_s) +
+                 "; excluded";
+    findings.push_back(std::move(found));
   }
 }
 

@@ -125,6 +125,7 @@ struct Figures {
 
 struct IdentifyResult {
   std::string axis;
+  std::string stick_unit = "counts";  ///< of the axis' input; the names in JSON end in "_counts" for every unit
   ModelResult declared;
   std::vector<EffectResult> effects;
   ModelResult final_model;  ///< JSON key "final"

@@ -112,6 +112,15 @@ const char* unit_of(const std::string& axis) {
   return axis == "climb" ? "m/s" : axis == "yaw_rate" ? "rad/s" : axis == "translation" ? "m/s^2" : "rad";
 }
 
+/// A parameter's name with the unit of the axis' input where that is a command: "width_rad" instead of "width_counts".
+std::string in_stick_unit(std::string name, const IdentifyResult& result) {
+  constexpr std::string_view kCounts = "counts";
+  if (name.ends_with(kCounts)) {
+    name.replace(name.size() - kCounts.size(), kCounts.size(), result.stick_unit);
+  }
+  return name;
+}
+
 std::string joined(const std::vector<std::string>& names, const char* between) {
   std::string out;
   for (const std::string& name : names) {
@@ -194,7 +203,7 @@ void change_lines(const IdentifyResult& result, Text& text) {
     text.line("  changed at %.1f s [%.1f, %.1f]: %s%s", change.at_s, change.low_s, change.high_s, change.name.c_str(),
               change.rivals.empty() ? "" : (" (or " + joined(change.rivals, ", ") + ")").c_str());
     for (const NamedValue& parameter : change.parameters) {
-      text.line("    %-24s %12.6g", parameter.name.c_str(), parameter.value);
+      text.line("    %-24s %12.6g", in_stick_unit(parameter.name, result).c_str(), parameter.value);
     }
   }
 }
@@ -219,8 +228,8 @@ std::string to_text(const IdentifyResult& result) {
   }
   effect_lines(result, text);
   for (const NamedInterval& parameter : result.final_intervals) {
-    text.line("  %-26s %12.6g   [%.6g, %.6g]", parameter.name.c_str(), parameter.interval.value, parameter.interval.low,
-              parameter.interval.high);
+    text.line("  %-26s %12.6g   [%.6g, %.6g]", in_stick_unit(parameter.name, result).c_str(), parameter.interval.value,
+              parameter.interval.low, parameter.interval.high);
   }
   text.line("  validation error over training error: %.2f", result.validation_over_training);
   for (std::size_t k = 0; k < result.final_model.horizon_rmse.size(); ++k) {

@@ -34,6 +34,11 @@ Selection ForwardSelection::run(const Structure& declared) {
       break;
     }
   }
+  for (const TriedEdit& one : last_tried_) {
+    if (!one.accepted) {
+      out_.alternatives.push_back(one.validated.fit);
+    }
+  }
   return std::move(out_);
 }
 

@@ -12,6 +12,7 @@
 #include "host_tests/lab/identify/data/log_ranges.h"
 #include "host_tests/lab/identify/residual_tests/residual_test.h"
 #include "host_tests/lab/identify/selection/jackknife.h"
+#include "host_tests/lab/identify/selection/structure_spread.h"
 #include "host_tests/lab/identify/selection/verdict.h"
 #include "host_tests/lab/input_error.h"
 
@@ -159,13 +160,34 @@ class Conclusion {
   }
 
   void intervals(const Fit& fit) {
-    const std::vector<Interval> spread = jackknife(
+    std::vector<Interval> spread = jackknife(
         family_, fit, [&](const Fit& one) { return problem_.coordinates(one); }, request_.refits);
+    if (request_.refits >= 2) {
+      add_structures(fit, spread);
+    }
     for (std::size_t k = 0; k < spread.size(); ++k) {
       const double a = problem_.reported(fit, k, spread[k].low);
       const double b = problem_.reported(fit, k, spread[k].high);
       const NamedValue& value = result_.final_model.parameters[k];
       result_.final_intervals.push_back({value.name, {value.value, std::min(a, b), std::max(a, b)}});
+    }
+  }
+
+  /// Widens intervals of coordinates by the spread over the structures that the log does not exclude.
+  void add_structures(const Fit& fit, std::vector<Interval>& spread) const {
+    constexpr double kNormal95 = 1.959964;
+    std::vector<Fit> alternatives = selection_.alternatives;
+    for (const SelectionStep& step : selection_.steps) {
+      std::transform(step.rivals.begin(), step.rivals.end(), std::back_inserter(alternatives),
+                     [](const SelectionStep::RivalFit& rival) { return rival.fit; });
+    }
+    const std::vector<Fit> variants = family_.variants(fit);
+    alternatives.insert(alternatives.end(), variants.begin(), variants.end());
+    const std::vector<double> of_structure = structure_spread(problem_, fit, alternatives);
+    for (std::size_t k = 0; k < spread.size(); ++k) {
+      const double half_width = std::hypot(0.5 * (spread[k].high - spread[k].low), kNormal95 * of_structure[k]);
+      spread[k].low = spread[k].value - half_width;
+      spread[k].high = spread[k].value + half_width;
     }
   }
 

@@ -75,6 +75,7 @@ struct Selection {
   std::vector<CandidateRow> table;
   std::vector<std::vector<std::string>> not_separable;  ///< groups of rivals; four names where pairs are rivals
   std::vector<std::string> notes;                       ///< sentences for the report
+  std::vector<Fit> alternatives;                        ///< the final model with each further edit, not accepted
 };
 
 /// Starts from `declared` and edits it as long as an edit is accepted. With fewer blocks than `folds` it uses fewer

@@ -306,6 +306,19 @@ std::vector<Fit> AxisFamily::starts_with_effect(const Edit& edit, const Fit& kno
   return out;
 }
 
+std::vector<Fit> AxisFamily::variants(const Fit& fit) const {
+  const std::vector<int> all(training_.size(), 1);
+  if (!has(fit.structure, "dead_zone")) {
+    return {};
+  }
+  if (!has_token(fit.shape, "jump")) {
+    return {with_jump(fit, all)};
+  }
+  Fit plain = fit;
+  plain.shape = without_token(fit.shape, "jump");
+  return {run(std::move(plain), all, 15)};
+}
+
 std::vector<double> AxisFamily::error(const Fit& fit, std::size_t block) const {
   std::vector<int> weights(training_.size(), 0);
   weights[block] = 1;

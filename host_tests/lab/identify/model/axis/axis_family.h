@@ -28,6 +28,8 @@ class AxisFamily final : public Family {
   Structure without(const Structure& structure, const std::string& name) const override;
   bool is_significant(const Fit& fit, const std::string& name) const override;
   bool is_at_bound(const Fit& fit) const override;
+  /// The dead zone with a jump at its edge, or without it.
+  std::vector<Fit> variants(const Fit& fit) const override;
 
   model::StickAxis model(const Fit& fit) const;
   /// Names of the free parameters in order, as the JSON spells them, each with the effect it belongs to ("" : base).

@@ -10,9 +10,9 @@
 namespace m100::lab::identify {
 
 /// Smallest likelihood ratio of a change over all readings of a log with slow rows (intersample_hypotheses.h), with
-/// weighed innovations; infinity where the rows are not slow. Below kChangeIsCertain the unknown moment of a step of
+/// weighed innovations; infinity where the rows are not slow. Below kCertainChange the unknown moment of a step of
 /// the stick may have caused it: then it has no name, and there is no clean bill either, unless it is below
-/// kChangeIsChance.
+/// kChanceChange.
 double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                  const Fit& fit, const ChangePoint& change);
 
