@@ -21,12 +21,13 @@ ALL = {"roll": "second_order,dead_zone,lead_zero", "pitch": "second_order,dead_z
        "climb": "second_order,gain_asymmetry,stick_curve", "yaw_rate": "first_order,stick_curve"}
 # Name -> what is declared instead of first order alone.
 PAPERS_WEIGHT = "first order, input weight 35"
+DESIGNED = "all effects, shipped `[design]`"  # what the others predict and estimate with is their own model
 MODELS = {PAPERS_WEIGHT: {}, "first order": {},
           "+ second order": {axis: "second_order" for axis in ("roll", "pitch", "climb")},
           "+ dead zone": {axis: "first_order,dead_zone" for axis in ("roll", "pitch")},
           "+ lead zero, delay": {axis: "first_order,lead_zero" for axis in ("roll", "pitch")},
           "+ stick curve, asymmetry": {"climb": "first_order,gain_asymmetry,stick_curve", "yaw_rate": "first_order,stick_curve"},
-          "all effects": ALL}
+          "all effects": ALL, DESIGNED: ALL}
 SCALE = {"roll": "scale_rad_per_count", "pitch": "scale_rad_per_count", "climb": "scale_m_s_per_count",
          "yaw_rate": "scale_rad_s_per_count"}
 KEYS = {"time_constant_s": "time_constant_s", "natural_frequency_rad_s": "natural_frequency_rad_s",
@@ -51,7 +52,8 @@ def section(workspace, axis, structure, part):
 
 def vehicle_file(workspace, folder, title, structures, part):
     """Writes the default vehicle file with other axes, of first order without a structure. -> (file, roll's error 1 s ahead)"""
-    rest = re.sub(r"\[axis\.\w+\]\n(?:.+\n)+\n?", "", (workspace.root / VEHICLE).read_text())
+    replaced = "axis" if title == DESIGNED else "axis|design|rival"
+    rest = re.sub(rf"\[+(?:{replaced})[\w.]*\]+\n(?:.+\n)+\n?", "", (workspace.root / VEHICLE).read_text())
     if title == PAPERS_WEIGHT:
         rest = re.sub(r"(?m)^input = .*$", "input = 35.0", rest)
     axes = {axis: section(workspace, axis, structures.get(axis, "first_order"), part) for axis in HALVES}
