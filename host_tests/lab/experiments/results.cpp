@@ -46,14 +46,10 @@ std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOp
   std::vector<Cell> cells;
   for (int i = 0; i < options.seeds; ++i) {
     plan.seed = options.seed + static_cast<std::uint64_t>(i);
-    plan.keep_log = i == 0 && options.keep_log;
     const FlightResult flight = fly(plan);
     simulated_s += flight.simulated_s;
     if (flight.flew) {
       cells.push_back(score(flight.trace, task.from_s, task.to_s));
-      if (plan.keep_log) {
-        options.keep_log(task, std::string(flight.log.begin(), flight.log.end()));
-      }
     }
   }
   return cells.empty() ? std::nullopt : std::optional(mean_of(cells));
@@ -85,6 +81,7 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   plan.law = options.law;
   for (int i = 0; i < options.seeds; ++i) {
     plan.seed = options.seed + static_cast<std::uint64_t>(i);
+    plan.keep_log = i == 0 && options.keep_log;
     const FlightResult flight = fly(plan);
     result.simulated_s += flight.simulated_s;
     result.seconds_per_flight += flight.computer_time_s / options.seeds;
@@ -95,6 +92,9 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
       continue;
     }
     cells.push_back(score(flight.trace, task.from_s, task.to_s));
+    if (plan.keep_log) {
+      options.keep_log(task, std::string(flight.log.begin(), flight.log.end()));
+    }
     if (i == 0) {
       for (std::size_t k = 0; k < flight.trace.size(); k += 5) {
         result.trace.push_back(flight.trace[k]);
@@ -102,6 +102,7 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
     }
   }
   if (options.baseline) {
+    plan.keep_log = false;
     FlightPlan other = plan;
     other.law = mpc::Law::kLqr;
     result.baseline = baseline_of(other, task, options, result.simulated_s);

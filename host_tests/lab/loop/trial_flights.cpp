@@ -49,7 +49,8 @@ std::string lost_cells(const Cells& cells) {
   std::string out;
   for (const experiments::TaskResult& cell : cells) {
     if (diverged(cell)) {
-      out += (out.empty() ? "" : ", ") + cell.task->task + " " + cell.task->condition;
+      out += (out.empty() ? "" : ", ") + cell.task->task + " " + cell.task->condition +
+             (cell.refused > 0 ? " (control was not obtained)" : "");
     }
   }
   return out;

@@ -117,9 +117,8 @@ model::Vehicle with_channel(const model::Vehicle& believed, const model::Vehicle
     return out;
   }
   out.*axis_of(channel) = found.*axis_of(channel);
-  for (model::Design* design : {&out.design, &out.robust}) {  // its axis was made for the numbers before
-    model::StickAxis none;
-    (channel == "pitch" ? design->pitch : channel == "roll" ? design->roll : none) = {};
+  if (channel == "roll" || channel == "pitch") {  // axes, weights and noises of a design were searched together
+    out.design = out.robust = {};
   }
   if (found.translation.tilt_limit_rad != believed.translation.tilt_limit_rad) {
     out.translation.tilt_limit_rad = found.translation.tilt_limit_rad;

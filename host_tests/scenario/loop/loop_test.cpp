@@ -40,7 +40,7 @@ TEST(ModelComparison, PredictsBestWithThePlantsOwnModel) {
   const companion::VehicleFile truth = companion::load_vehicle(M100_VEHICLE_FILE);
   model::Vehicle wrong = truth.vehicle;
   wrong.roll.natural_frequency_rad_s *= 0.5;
-  wrong.design.roll = {};  // as identify and loop leave it: it was made for the numbers before
+  wrong.design = {};  // as identify and loop leave it: it was searched with the numbers before
   const std::vector<ModelScore> scores =
       compare_models(options, {{"half", companion::as_file(wrong)}, {"true", truth}}, truth.vehicle);
   ASSERT_EQ(scores.size(), 2U);

@@ -8,8 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "host_tests/lab/identify/model/whitening.h"
-
 namespace m100::lab::identify {
 namespace {
 
@@ -88,48 +86,6 @@ TEST(Jackknife, WithoutRefitsIsTheValueAlone) {
   const Interval found = interval_of(Means({1, 2, 3}), 0);
   EXPECT_EQ(found.low, found.value);
   EXPECT_EQ(found.high, found.value);
-}
-
-/// Ratio of a number whose column is `step`, fitted to `error` beside an offset, over 20 stretches of 50 rows.
-double evidence_for(const Rows& step, const Rows& error) {
-  Columns slopes(error.size(), 2);
-  slopes << step, Rows::Ones(error.size());
-  const Rows fit = (slopes.transpose() * slopes).ldlt().solve(slopes.transpose() * error);
-  std::vector<std::size_t> stretches;
-  for (Eigen::Index row = 0; row < error.size(); ++row) {
-    stretches.push_back(static_cast<std::size_t>(row / 50));
-  }
-  return evidence_over_stretches(slopes, error - slopes * fit, stretches, fit(0));
-}
-
-// Catches a change that one stretch of the log shows alone, where the model is wrong: its likelihood ratio is the same.
-TEST(EvidenceOverStretches, OneStretchAloneIsNone) {
-  constexpr Eigen::Index kRows = 1000;
-  std::mt19937 random(3);
-  std::normal_distribution<double> normal;
-  const Rows noise = Rows::NullaryExpr(kRows, [&] { return normal(random); });
-  Rows step = Rows::Zero(kRows);
-  step.tail(kRows / 2).setOnes();
-  const Rows everywhere = noise + 0.5 * step;
-  Rows once = noise;
-  once.segment(600, 50).array() += 0.5 * 10.0;
-  EXPECT_GT(evidence_for(step, everywhere), 25.0);
-  EXPECT_LT(evidence_for(step, once), 9.0);
-}
-
-// The conversion from Student's t: with nothing there, the evidence is that of a squared normal number.
-TEST(EvidenceOverStretches, ChanceIsChance) {
-  constexpr Eigen::Index kRows = 1000;
-  std::mt19937 random(4);
-  std::normal_distribution<double> normal;
-  Rows step = Rows::Zero(kRows);
-  step.tail(kRows / 2).setOnes();
-  int beyond = 0;
-  constexpr int kLogs = 2000;
-  for (int log = 0; log < kLogs; ++log) {
-    beyond += evidence_for(step, Rows::NullaryExpr(kRows, [&] { return normal(random); })) > 3.841 ? 1 : 0;
-  }
-  EXPECT_NEAR(beyond / static_cast<double>(kLogs), 0.05, 0.015);
 }
 
 }  // namespace

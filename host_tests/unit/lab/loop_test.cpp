@@ -120,7 +120,7 @@ TEST(Captured, PositionIsMovedByTheLagOfItsHeading) {
 TEST(Uncontrollable, IsALeadZeroThatCancelsAPole) {
   model::Vehicle vehicle = mpc::generated::kVehicle;
   EXPECT_EQ(uncontrollable(vehicle), "");
-  vehicle.design.roll = {};  // the law takes the axis itself
+  vehicle.design = {};  // the law takes the axis itself
   vehicle.roll.damping_ratio = 1.0;
   vehicle.roll.natural_frequency_rad_s = 8.0;
   vehicle.roll.lead_zero_s = 1.0 / 8.0;

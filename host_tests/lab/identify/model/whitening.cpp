@@ -47,39 +47,4 @@ double whitened_score(const Rows& values, const std::vector<Segment>& segments) 
   return count > 0.0 ? count * std::log(std::max(1e-300, white.squaredNorm() / count)) : 0.0;
 }
 
-double evidence_over_stretches(const Columns& slopes, const Rows& error, const std::vector<std::size_t>& stretch,
-                               double value) {
-  const Rows scale = slopes.colwise().norm().array().max(1e-150).inverse().matrix().transpose();
-  const Columns scaled = slopes * scale.asDiagonal();  // the units of the numbers differ by many powers of ten
-  const Columns whole = scaled.transpose() * scaled;
-  const Eigen::Index number = slopes.cols() - 2;
-  double sum = 0.0;
-  double squares = 0.0;
-  double count = 0.0;
-  for (Eigen::Index begin = 0; begin < error.size();) {
-    Eigen::Index end = begin;
-    while (end < error.size() && stretch[static_cast<std::size_t>(end)] == stretch[static_cast<std::size_t>(begin)]) {
-      ++end;
-    }
-    const auto own = scaled.middleRows(begin, end - begin);
-    if (own.squaredNorm() > 0.0) {
-      Columns others = whole - own.transpose() * own;
-      others.diagonal().array() += 1e-9;
-      const Rows moved = others.ldlt().solve(own.transpose() * error.segment(begin, end - begin));
-      const double change = scale(number) * moved(number);
-      sum += change;
-      squares += change * change;
-      count += 1.0;
-    }
-    begin = end;
-  }
-  const double variance = (count - 1.0) / count * (squares - sum * sum / count);
-  if (!(count > 2.0) || !(variance > 0.0)) {
-    return 0.0;
-  }
-  const double degrees = count - 1.0;
-  const double wallace = (8.0 * degrees + 1.0) / (8.0 * degrees + 3.0);
-  return wallace * wallace * degrees * std::log1p(value * value / variance / degrees);
-}
-
 }  // namespace m100::lab::identify

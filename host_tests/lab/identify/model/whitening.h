@@ -38,14 +38,4 @@ double whitened_rows(const std::vector<Segment>& segments);
 /// same rows is a likelihood ratio. 0 where no row counts.
 double whitened_score(const Rows& values, const std::vector<Segment>& segments);
 
-/// How sure a number of a fit is not zero, as a likelihood ratio: the square of a standard normal number that is
-/// as rare as the number over its own spread is under Student's t. The spread is that of the jackknife over stretches
-/// of the log, so it also holds where the model is wrong in a way that depends on how the stick moves, or the air comes
-/// in gusts: what only one stretch shows is no evidence. (Cluster-robust inference: Cameron and Miller 2015, CR3; the
-/// conversion: Wallace 1959.)
-/// @param slopes  whitened derivatives of the error by each number; the last column but one is the number in question
-/// @param error  the whitened error of the fit. @param stretch  of each row, from 0, ascending
-double evidence_over_stretches(const Columns& slopes, const Rows& error, const std::vector<std::size_t>& stretch,
-                               double value);
-
 }  // namespace m100::lab::identify

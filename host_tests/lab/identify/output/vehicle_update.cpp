@@ -163,9 +163,8 @@ std::vector<std::string> put_axis(const IdentifyResult& result, model::Vehicle& 
   if (result.axis == "translation") {
     return put_translation(result, vehicle.translation);
   }
-  for (model::Design* design : {&vehicle.design, &vehicle.robust}) {  // made for the numbers before
-    model::StickAxis none;
-    (result.axis == "roll" ? design->roll : result.axis == "pitch" ? design->pitch : none) = {};
+  if (result.axis == "roll" || result.axis == "pitch") {  // axes, weights and noises were searched together
+    vehicle.design = vehicle.robust = {};
   }
   return result.axis == "roll"    ? put(result, AxisUnit::kTilt_rad, vehicle, vehicle.roll)
          : result.axis == "pitch" ? put(result, AxisUnit::kTilt_rad, vehicle, vehicle.pitch)

@@ -224,13 +224,6 @@ class GaussNewton {
     for (Eigen::Index k = 0; k < values_.size(); ++k) {
       out.sigmas.push_back(std::sqrt(std::max(0.0, variance * inverse(k, k))));
     }
-    if (change_ != nullptr) {
-      std::vector<std::size_t> stretches;
-      for (const double time_s : run_.time_s()) {
-        stretches.push_back(static_cast<std::size_t>((time_s - run_.time_s().front()) / FreeRun::kStretch_s));
-      }
-      out.evidence = evidence_over_stretches(slopes_, white_, stretches, values_(values_.size() - 1));
-    }
     return out;
   }
 

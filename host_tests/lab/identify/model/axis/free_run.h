@@ -18,8 +18,7 @@ namespace m100::lab::identify {
 class FreeRun {
  public:
   static constexpr double kMinMean_s = 0.05;
-  static constexpr double kStretch_s = 2.5;  ///< as long as a block: it is worth several memories of the air
-  static constexpr double kSettle_s = 1.0;   ///< a free run forgets its start within this time
+  static constexpr double kSettle_s = 1.0;  ///< a free run forgets its start within this time
 
   /// Ranges may overlap or touch: they are joined. The data must outlive the run.
   FreeRun(const AxisData& data, const std::vector<Range>& ranges);
@@ -85,7 +84,6 @@ struct WhitenedFit {
   double score = 0.0;          ///< n ln(mean square of the innovations)
   std::vector<double> values;  ///< of the knobs, then of the change if there is one
   std::vector<double> sigmas;  ///< their standard errors
-  double evidence = 0.0;       ///< of the change alone, over stretches of kStretch_s (evidence_over_stretches())
 };
 
 /// A change of the axis: `knob` jumps by a free amount at `at_s`.

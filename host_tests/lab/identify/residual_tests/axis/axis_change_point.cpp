@@ -360,9 +360,8 @@ ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit
   const double size = best->fit.after.*best->candidate->free_parameter.member -
                       best->fit.before.*best->candidate->free_parameter.member;
   const bool little = std::abs(size) < min_of(*best->candidate, best->fit, family.stick_row_s());
-  const bool chance = best->fit.evidence < kChanceChange;
-  if (ratio < kThreshold || little || chance) {
-    out.likely = ratio >= kLikelyChange && !chance &&
+  if (ratio < kThreshold || little) {
+    out.likely = ratio >= kLikelyChange &&
                  std::abs(size) >= min_doubted(*best->candidate, best->fit, run.data(), best->hit.at_s);
     take(*best, out);
     return out;

@@ -34,9 +34,7 @@ struct ChangePoint {
 /// its own best date and compares them: the best is the name, and who is within 6 of it is its rival. A change must be
 /// likelier than none by 30 (the theory of such a supremum says 16 for one false change in a hundred logs; estimating
 /// the autoregression again at every date and refitting take the rest) and large enough to mean something. The ratio is
-/// counted in the variance of the noisier side of the date. Both sides must agree with themselves: over stretches of
-/// the log the change must reach the 16 of the theory by itself (evidence_over_stretches()), otherwise it is a wrong
-/// model whose error depends on how the stick moves.
+/// counted in the variance of the noisier side of the date.
 /// Precondition: the fit is of `family`. Cost: one scan for each candidate, some 1000 simulations where one is found.
 ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit& fit);
 
