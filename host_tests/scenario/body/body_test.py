@@ -53,7 +53,7 @@ class Bench:
         """One hover of 30 s. -> its numbers, and what was said."""
         self.count += 1
         plant, result = self.work / "plant.toml", self.work / f"campaign{self.count}.json"
-        plant.write_text("[air]\nwind_m_s = [3, 2, 0]\n")
+        plant.write_text("# the rude world takes no wind\n" if manner else "[air]\nwind_m_s = [3, 2, 0]\n")
         done = self.run_lab("campaign", str(plant), "--tasks", "hover", "--flights", "1", "--jobs", "1", "--body-command",
                             self.world(manner, first), "--json", str(result))
         return done, json.loads(result.read_text())["worlds"]["plant"] if done.returncode < 2 else None
