@@ -14,8 +14,8 @@
 namespace m100::lab::identify {
 namespace {
 
-constexpr double kThreshold = 30.0;  // as for a change: the best of several tests
-constexpr std::array<double, 5> kEdges{0.0, 0.2, 0.4, 0.6, 0.8};
+constexpr double kThreshold = 16.0;  // the best of several tests, as for a change: one false alarm in a hundred logs
+constexpr int kEdges = 10;  // evenly over the distance: an edge that is touched rarely lies beyond the quantiles
 
 /// The distance flown: the integral of the response from the start of each flight.
 std::vector<double> distance_flown(const AxisData& data) {
@@ -66,9 +66,13 @@ struct ScoredEdge {
 ScoredEdge best_edge(const AxisData& data, const std::vector<Range>& ranges, const std::vector<double>& distance_m,
                      const std::vector<double>& flown, const model::StickAxis& pull, const ScoreTest& left) {
   ScoredEdge best{};
+  const double lowest_m = quantile(flown, 0.0);
+  const double highest_m = quantile(flown, 1.0);
   for (const bool above : {true, false}) {
-    for (const double share : kEdges) {
-      const Edge edge{quantile(flown, above ? share : 1.0 - share), above, quantile(flown, above ? 1.0 : 0.0)};
+    for (int k = 0; k < kEdges; ++k) {
+      const double farthest_m = above ? highest_m : lowest_m;
+      const double nearest_m = above ? lowest_m : highest_m;
+      const Edge edge{nearest_m + (farthest_m - nearest_m) * k / kEdges, above, farthest_m};
       const double one = left.statistic(FreeRun(with_tether(data, distance_m, edge), ranges).error(pull));
       best = one > best.likelihood_ratio ? ScoredEdge{edge, one} : best;
     }
