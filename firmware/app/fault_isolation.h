@@ -3,10 +3,10 @@
 
 #include "firmware/est/consistency/attitude_rate_consistency.h"
 #include "firmware/est/consistency/command_consistency.h"
-#include "firmware/est/consistency_status.h"
 #include "firmware/est/consistency/dead_reckoning.h"
 #include "firmware/est/consistency/height_consistency.h"
 #include "firmware/est/consistency/velocity_consistency.h"
+#include "firmware/est/consistency_status.h"
 #include "firmware/est/estimate.h"
 #include "firmware/est/measurement.h"
 #include "firmware/safety/failsafe.h"

@@ -86,7 +86,7 @@ def injected(workspace):
         structure = untouched(workspace, axis)["final"]["structure"]
         for effect, size in SIZES.items():
             taken = effect in structure or (effect == "transport_delay" and "lead_zero" in structure)
-            if taken or (effect == "cross_axis" and axis == "climb"):
+            if taken or (effect == "cross_axis" and axis not in ("roll", "pitch")):
                 continue
             found = with_effect(workspace, axis, structure, effect, size)
             named = [one["name"] for one in found["effects"]]

@@ -8,10 +8,12 @@
 #include <memory>
 #include <numbers>
 #include <sstream>
+#include <vector>
 
 #include "firmware/companion/files/course/course.h"
 #include "firmware/companion/replay/replay.h"
 #include "firmware/model/default_vehicle.h"
+#include "host_tests/lab/experiments/flight_file_text.h"
 #include "host_tests/lab/gains/write_tables.h"
 
 namespace m100::lab::experiments {
@@ -150,13 +152,17 @@ class Flight {
                                 (plan_.paper_100_hz ? " paper_100_hz" : "");
     const std::string place = start.str();
     const std::string link = companion::link_note(config_of(plan_, start_));
-    const std::array notes{log::Note{companion::kVehicleNote, vehicle_text_},
-                           log::Note{companion::kTablesNote,
-                                     std::string_view(reinterpret_cast<const char*>(tables.data()), tables.size())},
-                           log::Note{companion::kCourseNote, plan_.course},
-                           log::Note{companion::kStartNote, place},
-                           log::Note{companion::kChannelNote, channel},
-                           log::Note{companion::kLinkNote, link}};
+    const std::string limits = plan_.flight_file ? to_text(*plan_.flight_file) : std::string();
+    std::vector<log::Note> notes{
+        {companion::kVehicleNote, vehicle_text_},
+        {companion::kTablesNote, std::string_view(reinterpret_cast<const char*>(tables.data()), tables.size())},
+        {companion::kCourseNote, plan_.course},
+        {companion::kStartNote, place},
+        {companion::kChannelNote, channel},
+        {companion::kLinkNote, link}};
+    if (plan_.flight_file) {
+      notes.push_back({companion::kFlightNote, limits});
+    }
     M100_ASSERT(sink_.log().begin(core::TimePoint{}, notes) == core::Status::kOk);
   }
 

@@ -31,8 +31,8 @@ struct FlownLog {
 
 /// Writes the flight's ULog to a file, reads it back like any other log, and aligns it: sticks later by kUplink_s,
 /// attitude and rates earlier by kTelemetry_s, position and the captured velocity earlier by the lag of the captured
-/// heading (logs/alignment/capture_alignment.h). rate_z is the rate of the heading, which the yaw stick commands: at 30 degrees of
-/// tilt the gyro's z axis measures half of a pitch rate. Errors: InputError.
+/// heading (logs/alignment/capture_alignment.h). rate_z is the rate of the heading, which the yaw stick commands: at 30
+/// degrees of tilt the gyro's z axis measures half of a pitch rate. Errors: InputError.
 FlownLog load_flown(const experiments::FlightResult& flight, const std::string& path);
 
 }  // namespace m100::lab::loop

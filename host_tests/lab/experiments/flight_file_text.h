@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <sstream>
+#include <string>
+#include <string_view>
+
+#include "firmware/companion/files/flight_file.h"
+
+namespace m100::lab::experiments {
+
+/// A flight file (TOML) with the numbers and ranges that differ from the defaults, to the last bit: a replay reads it.
+inline std::string to_text(const companion::FlightFile& file) {
+  const companion::FlightFile defaults;
+  std::ostringstream out;
+  out.precision(17);
+  std::string_view section;
+  for (const companion::FlightKey& key : companion::flight_keys()) {
+    const bool is_number = key.number != nullptr && file.*key.number != defaults.*key.number;
+    if (!is_number && key.range == nullptr) {
+      continue;
+    }
+    if (key.section != section) {
+      out << "[" << key.section << "]\n";
+      section = key.section;
+    }
+    out << key.key << " = ";
+    if (is_number) {
+      out << std::showpoint << file.*key.number << "\n";
+    } else {
+      out << "[" << std::showpoint << (file.*key.range).low << ", " << (file.*key.range).high << "]\n";
+    }
+  }
+  return out.str();
+}
+
+}  // namespace m100::lab::experiments
