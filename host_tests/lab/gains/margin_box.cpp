@@ -65,6 +65,48 @@ Law law_of(const model::Vehicle& believed, Axis axis, const LoopTiming& timing,
 
 const char* word(Axis axis) { return axis == Axis::kX ? "x" : "y"; }
 
+/// The open loop of one law with the plants of a case, at the case's frequencies.
+class CaseLoop {
+ public:
+  /// @param stick gain of the plant's stick over the one that the law believes
+  CaseLoop(const std::vector<Eigen::RowVectorXcd>& law, double stick, std::size_t points)
+      : law_(law), stick_(stick), loop_(points) {}
+
+  void open(const std::vector<Complex>& plant_response) {
+    for (std::size_t k = 0; k < loop_.size(); ++k) {
+      const auto inputs = static_cast<std::size_t>(law_[k].size());
+      Complex sum = 0.0;
+      for (std::size_t i = 0; i < inputs; ++i) {
+        sum += law_[k](static_cast<Eigen::Index>(i)) * plant_response[k * inputs + i];
+      }
+      loop_[k] = -stick_ * sum;
+    }
+  }
+  /// Takes the open loop for the stable one: the others turn by the same phase or are unstable.
+  void set_stable() {
+    turned_ = turned(loop_, 1.0);
+    start_ = loop_.front();
+  }
+  bool is_stable(double gain) const {
+    const double begun = std::arg((1.0 + gain * loop_.front()) / (1.0 + start_));
+    return std::abs(begun + turned(loop_, gain) - turned_) < 0.5 * std::numbers::pi;
+  }
+  double peak_sensitivity(const Range& gain) const {
+    double least = 1e9;
+    for (const Complex value : loop_) {
+      least = std::min(least, nearest(value, gain.low, gain.high));
+    }
+    return 1.0 / least;
+  }
+
+ private:
+  const std::vector<Eigen::RowVectorXcd>& law_;
+  double stick_;
+  std::vector<Complex> loop_;
+  double turned_ = 0.0;
+  Complex start_;
+};
+
 }  // namespace
 
 AxisBox axis_box(const model::StickAxis& axis, const companion::Intervals& intervals) {
@@ -174,7 +216,19 @@ void MarginBox::add_plants(Case& one) {
   }
 }
 
-// Deviation: one pass over the cases, whose nested ranges share the laws and the worst case found so far.
+void MarginBox::add_peak(const Case& one, const Plant& plant, double peak, bool stable, WorstMargins& out) const {
+  if (peak > out.peak_sensitivity || (!stable && out.stable)) {
+    out.peak_sensitivity = std::max(out.peak_sensitivity, peak);
+    char text[200];
+    std::snprintf(text, sizeof text, "%s, %s, %s: frequency x %.2f, damping %.2f, delay %.0f ms, pose %d ms old",
+                  structures_[one.structure].name.c_str(), word(one.axis),
+                  one.timing.by_sticks ? "virtual_rc" : "movement", plant.frequency, plant.damping, 1e3 * plant.delay_s,
+                  10 * plant.pose_age_ticks);
+    out.where = text;
+  }
+  out.stable = out.stable && stable;
+}
+
 WorstMargins MarginBox::worst(const model::Vehicle& believed, Extent extent, const BoxSelection& only) const {
   WorstMargins out{.delay_margin_s = kDelayStep_s * kDelaySteps};
   std::array<std::optional<Law>, 4> laws;  // by axis and channel: the controller is the same on all structures
@@ -187,70 +241,29 @@ WorstMargins MarginBox::worst(const model::Vehicle& believed, Extent extent, con
     if (!known) {
       known.emplace(law_of(believed, one.axis, one.timing, one.frequencies_rad_s));
     }
-    const FlownController& controller = known->controller;
-    const std::vector<Eigen::RowVectorXcd>& law = known->response;
     const OpenStructure& structure = structures_[one.structure];
-    const AxisBox& box = structure.box[one.axis == Axis::kX ? 0 : 1];
-    const double scale = controller.scale_per_count;
-    const double stick =
-        one.timing.by_sticks && scale > 0.0 ? attitude_of(structure.vehicle, one.axis).scale_per_count / scale : 1.0;
-    const std::size_t points = one.frequencies_rad_s.size();
-    std::vector<Complex> loop(points);
-    const auto open = [&](const Plant& plant) {
-      for (std::size_t k = 0; k < points; ++k) {
-        Complex sum = 0.0;
-        for (Eigen::Index i = 0; i < law[k].size(); ++i) {
-          sum += law[k](i) * plant.response[k * static_cast<std::size_t>(law[k].size()) + static_cast<std::size_t>(i)];
-        }
-        loop[k] = -stick * sum;
-      }
-    };
-    // The nominal loop of the structure, by eigenvalues; the others turn by the same phase or are unstable.
-    if (!FlownLoop(controller, structure.vehicle, one.axis, one.timing).closed_is_stable()) {
+    if (!FlownLoop(known->controller, structure.vehicle, one.axis, one.timing).closed_is_stable()) {  // by eigenvalues
       return {.stable = false, .peak_sensitivity = 1e9, .where = structure.name + ", " + word(one.axis)};
     }
-    open(one.corners.front());
-    const double right = turned(loop, 1.0);
-    const Complex start = loop.front();
-    const auto stable = [&](double gain) {
-      const double begun = std::arg((1.0 + gain * loop.front()) / (1.0 + start));
-      return std::abs(begun + turned(loop, gain) - right) < 0.5 * std::numbers::pi;
-    };
-    const auto note_peak = [&](const Plant& plant, double low, double high) {
-      double least = 1e9;
-      for (const Complex value : loop) {
-        least = std::min(least, nearest(value, low, high));
-      }
-      const bool holds = stable(low) && stable(high);
-      if (1.0 / least > out.peak_sensitivity || (!holds && out.stable)) {
-        out.peak_sensitivity = std::max(out.peak_sensitivity, 1.0 / least);
-        char text[200];
-        std::snprintf(text, sizeof text, "%s, %s, %s: frequency x %.2f, damping %.2f, delay %.0f ms, pose %d ms old",
-                      structure.name.c_str(), word(one.axis), one.timing.by_sticks ? "virtual_rc" : "movement",
-                      plant.frequency, plant.damping, 1e3 * plant.delay_s, 10 * plant.pose_age_ticks);
-        out.where = text;
-      }
-      out.stable = out.stable && holds;
-    };
-    if (extent == Extent::kBox || extent == Extent::kCertified) {
-      for (const Plant& plant : one.box) {
-        if (extent == Extent::kCertified && plant.pose_age_ticks != static_cast<int>(one.timing.pose_age_ticks)) {
-          continue;
-        }
-        open(plant);
-        note_peak(plant, box.gain.low, box.gain.high);
-      }
-      continue;
-    }
-    for (const Plant& plant : one.corners) {
-      if (extent == Extent::kNominal && plant.frequency != 1.0) {
+    const double scale = known->controller.scale_per_count;
+    const double stick =
+        one.timing.by_sticks && scale > 0.0 ? attitude_of(structure.vehicle, one.axis).scale_per_count / scale : 1.0;
+    CaseLoop loop(known->response, stick, one.frequencies_rad_s.size());
+    loop.open(one.corners.front().response);
+    loop.set_stable();
+    const AxisBox& box = structure.box[one.axis == Axis::kX ? 0 : 1];
+    const bool is_box = extent == Extent::kBox || extent == Extent::kCertified;
+    const Range gain = extent == Extent::kNominal ? Range{1.0, 1.0} : box.gain;
+    for (const Plant& plant : is_box ? one.box : one.corners) {
+      const bool is_certified = plant.pose_age_ticks == static_cast<int>(one.timing.pose_age_ticks);
+      if ((extent == Extent::kCertified && !is_certified) || (extent == Extent::kNominal && plant.frequency != 1.0)) {
         continue;
       }
-      open(plant);
-      const Range gain = extent == Extent::kNominal ? Range{1.0, 1.0} : box.gain;
-      if (plant.extra_delay_s == 0.0) {
-        note_peak(plant, gain.low, gain.high);
-      } else if (!(stable(gain.low) && stable(1.0) && stable(gain.high))) {
+      loop.open(plant.response);
+      const bool stable = loop.is_stable(gain.low) && loop.is_stable(gain.high);
+      if (is_box || plant.extra_delay_s == 0.0) {
+        add_peak(one, plant, loop.peak_sensitivity(gain), stable, out);
+      } else if (!stable || !loop.is_stable(1.0)) {
         out.delay_margin_s = std::min(out.delay_margin_s, plant.extra_delay_s - kDelayStep_s);
       }
     }

@@ -97,6 +97,7 @@ class MarginBox {
     std::vector<Plant> corners{}, box{};
   };
   void add_plants(Case& one);
+  void add_peak(const Case& one, const Plant& plant, double peak, bool stable, WorstMargins& out) const;
   Plant plant(const Case& one, double frequency, double damping, double delay_s, int pose_age, double extra_s) const;
 
   std::vector<OpenStructure> structures_;

@@ -39,6 +39,19 @@ R decay_integral(const R& t, double c, int order) {
   return sum;
 }
 
+/// z^periods. @param inverse  1 / z
+template <typename R>
+ComplexNumber<R> power(const ComplexNumber<R>& z, const ComplexNumber<R>& inverse, int periods) {
+  ComplexNumber<R> out{R(1.0), R(0.0)};
+  for (int k = 0; k < periods; ++k) {
+    out = out * z;
+  }
+  for (int k = 0; k > periods; --k) {
+    out = out * inverse;
+  }
+  return out;
+}
+
 /// The response of position, tilt and rate, sampled as they arrive in the ticks of one command period, to commands z^k
 /// that each hold for one period: out[3 i + 0, 1, 2] for tick i. The position is multiplied by the returned (1 - 1/z)
 /// (1 - exp(-drag P)/z), so that nothing is divided by 0 at z = 1. Closed form, in exact arithmetic. In terms of the
@@ -88,16 +101,6 @@ ComplexNumber<R> plant_response(const PlantParameters<R>& plant, const ComplexNu
     period_index = since > 0 ? (since + ticks - 1) / ticks - 1 : -((-since) / ticks) - 1;
     return R(0.01 * (since - ticks * period_index)) - plant.rest_s;
   };
-  const auto shifted = [&](int periods) {
-    C factor = one;
-    for (int k = 0; k < periods; ++k) {
-      factor = factor * z;
-    }
-    for (int k = 0; k > periods; --k) {
-      factor = factor * inverse;
-    }
-    return factor;
-  };
   for (int tick = 0; tick < ticks; ++tick) {
     int index = 0;
     const R t = begun(pose_age_ticks, tick, index);
@@ -111,12 +114,12 @@ ComplexNumber<R> plant_response(const PlantParameters<R>& plant, const ComplexNu
         position_residue * exponential(t * pole) * fast + other_position_residue * exponential(t * other) * other_fast;
     const auto at = static_cast<std::size_t>(3 * tick);
     out[at] = R(plant.pull_m_s2) *
-              (shifted(index) * (rigid + late * once + later * decayed + slow * slow * slow_drag * modes));
+              (power(z, inverse, index) * (rigid + late * once + later * decayed + slow * slow * slow_drag * modes));
 
     const R turned = begun(static_cast<int>(timing.attitude_age_ticks), tick, index);
     const C mode = residue * exponential(turned * pole) * fast;
     const C other_mode = other_residue * exponential(turned * other) * other_fast;
-    const C factor = shifted(index);
+    const C factor = power(z, inverse, index);
     out[at + 1] = factor * (one + slow * (mode + other_mode));
     out[at + 2] = factor * (slow * (pole * mode + other * other_mode));
   }
