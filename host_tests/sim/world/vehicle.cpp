@@ -51,20 +51,7 @@ Vehicle::Vehicle(const Plant& plant, std::uint64_t seed, const core::Vector<doub
   publish(core::Vector<double, 3>::Zero());
 }
 
-void Vehicle::command(const VehicleInput& input) {
-  if (const auto* const sticks = std::get_if<StickInput>(&input)) {
-    roll_.set_stick(sticks->roll_vrc);
-    pitch_.set_stick(sticks->pitch_vrc);
-    climb_.set_stick(sticks->throttle_vrc);
-    yaw_rate_.set_stick(sticks->yaw_vrc);
-    return;
-  }
-  const auto& movement = std::get<MovementInput>(input);
-  roll_.set_direct(movement.roll_rad);
-  pitch_.set_direct(movement.pitch_rad);
-  climb_.set_direct(movement.climb_m_s);
-  yaw_rate_.set_direct(-movement.yaw_rate_rad_s);  // the yaw stick is positive to the right
-}
+void Vehicle::command(const VehicleInput& input) { set_command(input, roll_, pitch_, climb_, yaw_rate_); }
 
 void Vehicle::advance(core::Duration step) {
   const double total_s = core::seconds<double>(step);

@@ -42,6 +42,23 @@ struct MovementInput {
 
 using VehicleInput = std::variant<StickInput, MovementInput>;
 
+/// Hands a command to the motions of its axes.
+template <typename Attitude, typename Climb, typename YawRate>
+void set_command(const VehicleInput& input, Attitude& roll, Attitude& pitch, Climb& climb, YawRate& yaw_rate) {
+  if (const auto* const sticks = std::get_if<StickInput>(&input)) {
+    roll.set_stick(sticks->roll_vrc);
+    pitch.set_stick(sticks->pitch_vrc);
+    climb.set_stick(sticks->throttle_vrc);
+    yaw_rate.set_stick(sticks->yaw_vrc);
+    return;
+  }
+  const auto& movement = std::get<MovementInput>(input);
+  roll.set_direct(movement.roll_rad);
+  pitch.set_direct(movement.pitch_rad);
+  climb.set_direct(movement.climb_m_s);
+  yaw_rate.set_direct(-movement.yaw_rate_rad_s);  // the yaw stick is positive to the right
+}
+
 /// The aircraft that the emulated autopilot controls: attitude loops, airframe, wind. The autopilot selects the command
 /// (pilot, virtual sticks, movement commands, none) and passes it on; the vehicle flies it.
 class VehiclePort {
