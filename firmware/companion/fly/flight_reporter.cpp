@@ -136,4 +136,21 @@ void FlightReporter::report_excitation(core::TimePoint now) {
   }
 }
 
+void FlightReporter::report_end(core::TimePoint now, const link::AuthorityView& authority,
+                                std::optional<safety::FailsafeReason> denial, bool takes_off, std::string_view next) {
+  TextLine line;
+  line.add("the flight has ended: ");
+  if (authority.stage != safety::AuthorityStage::kReleasing && authority.reason != safety::AuthorityReason::kReleased) {
+    describe(line, authority);
+  } else if (denial) {
+    line.add(takes_off ? "the law has not flown; " : "control was not used; ");
+    describe(line, *denial, controller_.observed(), limits_);
+  } else {
+    const safety::FailsafeStep& step = controller_.supervisor().descent();
+    describe(line, step.reason, worst_since(step.seen), limits_);
+    line.add("; control goes back to the transmitter");
+  }
+  operator_log_.write(now, line.add("; ").add(next).text());
+}
+
 }  // namespace m100::companion

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "firmware/app/flight_controller.h"
 #include "firmware/companion/fly/monitor/tracking_error.h"
@@ -33,6 +34,10 @@ class FlightReporter {
   const std::optional<safety::Observation>& limit_cycle() const { return limit_cycle_; }
   std::span<const safety::FailsafeStep> steps() const { return std::span(steps_).first(step_count_); }
   const TrackingError& tracking() const { return tracking_; }
+  /// Says why the flight has ended, and what may follow.
+  /// @param denial why control was not used, if the law has not flown
+  void report_end(core::TimePoint now, const link::AuthorityView& authority,
+                  std::optional<safety::FailsafeReason> denial, bool takes_off, std::string_view next);
   /// Once per program, if the law has flown.
   void report_tracking(core::TimePoint now);
   /// The observation of a failsafe step with the worst of what may have ended the flight: as at the end, not as at the

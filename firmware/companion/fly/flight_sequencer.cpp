@@ -194,26 +194,14 @@ void FlightSequencer::end_or_continue(core::TimePoint now, const SequencerInput&
 }
 
 void FlightSequencer::report_end(core::TimePoint now, const View& view) {
-  TextLine line;
-  line.add("the flight has ended: ");
-  if (view.stage != safety::AuthorityStage::kReleasing && view.reason != safety::AuthorityReason::kReleased) {
-    describe(line, view);
-  } else if (engaged_) {
-    const safety::FailsafeStep& step = controller_.supervisor().descent();
-    describe(line, step.reason, reporter_.worst_since(step.seen), limits_);
-    line.add("; control goes back to the transmitter");
-  } else {
-    line.add(takes_off_ ? "the law has not flown; " : "control was not used; ");
-    describe(line, start_.denial(takes_off_), controller_.observed(), limits_);
-  }
-  report(now, line.add("; ").add(next_input(request_.once)).text());
+  const auto denial = engaged_ ? std::nullopt : std::optional(start_.denial(takes_off_));
+  reporter_.report_end(now, view, denial, takes_off_, next_input(request_.once));
 }
 
 bool FlightSequencer::may_land() const {
-  const safety::FailsafeState failsafe_state = controller_.supervisor().failsafe_state();
+  const safety::FailsafeState state = controller_.supervisor().failsafe_state();
   const bool is_ours = phase_ == Phase::kFlying || phase_ == Phase::kTask;
-  return is_ours && failsafe_state != safety::FailsafeState::kRelease &&
-         failsafe_state != safety::FailsafeState::kSilent;
+  return is_ours && state != safety::FailsafeState::kRelease && state != safety::FailsafeState::kSilent;
 }
 
 void FlightSequencer::begin_release(core::TimePoint now, bool by_operator, const SequencerInput& input) {

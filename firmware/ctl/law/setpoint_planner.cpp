@@ -130,11 +130,11 @@ void SetpointPlanner<T>::learn_authority(Axis& axis, const est::AxisEstimate<T>&
   const T planned_m_s2 = axis.motion.at(time_s).acceleration_m_s2;
   const T before_m_s2 = axis.motion.at(time_s - reaction_s_).acceleration_m_s2;
   const T tilted_m_s2 = magnitude(axis.per_slope_m_s2) * axis.slope;
-  const T asked_m_s2 = planned_m_s2 - estimate.disturbance_m_s2;
-  if (planned_m_s2 != before_m_s2 || magnitude(asked_m_s2) < T(0.5) * tilted_m_s2) {
+  const T commanded_m_s2 = planned_m_s2 - estimate.disturbance_m_s2;
+  if (planned_m_s2 != before_m_s2 || magnitude(commanded_m_s2) < T(0.5) * tilted_m_s2) {
     return;
   }
-  const T share = (measured_m_s2(axis, estimate) - estimate.disturbance_m_s2) / asked_m_s2;
+  const T share = (measured_m_s2(axis, estimate) - estimate.disturbance_m_s2) / commanded_m_s2;
   axis.authority = core::clamp(axis.authority * share, static_cast<T>(kMinAuthority), T(1));
 }
 

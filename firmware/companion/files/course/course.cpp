@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "firmware/companion/files/course/course_line.h"
+#include "firmware/companion/files/course/course_table.h"
 #include "firmware/companion/files/text/suggestion.h"
 #include "firmware/core/maths.h"
 #include "firmware/model/vehicle.h"
@@ -36,8 +37,8 @@ class CourseBuilder {
     }
     if (words[0].starts_with(kTable) && text.find(',') != std::string::npos) {
       end_run();
-      begin_table(split(text, ','), {name_, number, std::string(kTable)});
-    } else if (!columns_.empty() && text.find(',') != std::string::npos) {
+      table_.begin(split(text, ','), {name_, number, std::string(kTable)});
+    } else if (table_.is_open() && text.find(',') != std::string::npos) {
       row(split(text, ','), {name_, number, std::string(kTable)});
     } else {
       word(words, {name_, number, words[0]});
@@ -165,38 +166,9 @@ class CourseBuilder {
     return course_.append_polynomial(axes, seconds_of(duration_s, spot));
   }
 
-  void begin_table(const Words& names, const FilePosition& spot) {
-    constexpr std::array<std::string_view, 6> kKnown{"t_s", "x_m", "y_m", "z_m", "yaw_rad", "yaw_deg"};
-    columns_ = names;
-    for (const std::string& name : names) {
-      if (std::find(kKnown.begin(), kKnown.end(), name) == kKnown.end() ||
-          std::count(names.begin(), names.end(), name) > 1) {
-        spot.fail("'" + name +
-                  "' is not a column, or appears twice; the columns are t_s, x_m, y_m, z_m, yaw_rad or yaw_deg" +
-                  did_you_mean(name, kKnown));
-      }
-    }
-    for (const std::string_view needed : {"t_s", "x_m", "y_m", "z_m"}) {
-      if (std::find(names.begin(), names.end(), needed) == names.end()) {
-        spot.fail("the column " + std::string(needed) + " is missing");
-      }
-    }
-  }
-
   void row(const Words& values, const FilePosition& spot) {
-    if (values.size() != columns_.size()) {
-      spot.fail("the row has " + std::to_string(values.size()) + " values, the head " +
-                std::to_string(columns_.size()));
-    }
-    constexpr std::array<std::string_view, 4> kOrder{"x_m", "y_m", "z_m", "t_s"};  // the fifth is the heading
-    std::array<double, 5> n{};
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const double value = number(values[i], spot);
-      const auto at = static_cast<std::size_t>(std::find(kOrder.begin(), kOrder.end(), columns_[i]) - kOrder.begin());
-      n.at(at) = columns_[i] == "yaw_deg" ? value * kDegree_rad : value;
-    }
-    const double at_s = n[3];
-    const ref::Waypoint<T> there = place({n[0], n[1], n[2], n[4]});
+    const auto [position_m, yaw_rad, at_s] = table_.row(values, spot);
+    const ref::Waypoint<T> there = place({position_m[0], position_m[1], position_m[2], yaw_rad});
     if (at_s == 0.0 && timed_.empty()) {  // the row only repeats where the course is
       if ((there.position_w_m - course_.end().position_w_m).norm() > static_cast<T>(kSamePlace_m)) {
         spot.fail("the table does not begin where the course is; give its first row a time above 0");
@@ -217,7 +189,7 @@ class CourseBuilder {
       laid(course_.append_timed(std::span<const ref::TimedWaypoint<T>>(timed_)));
       timed_.clear();
     }
-    columns_.clear();
+    table_.end();
   }
 
   /// Lays the waypoints that were collected.
@@ -277,7 +249,7 @@ class CourseBuilder {
   ref::SpeedLimits named_ = kNoLimits;  ///< only those that 'limits' lines give
   std::vector<CoursePiece> pieces_;
   std::vector<ref::Waypoint<T>> through_;
-  Words columns_;  ///< of the table being read
+  CourseTable table_;  ///< being read
   std::vector<ref::TimedWaypoint<T>> timed_;
   std::vector<FilePosition> spots_;  ///< of the waypoints not yet laid
 };
