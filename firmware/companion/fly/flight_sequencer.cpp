@@ -49,12 +49,8 @@ bool FlightSequencer::wait(core::TimePoint now, const View& view, const Sequence
     begin_release(now, false, input);
     return true;
   }
-  // A take-off needs to know whether the aircraft is on the ground or in the air.
-  const bool is_known = !request_.take_off || LandedState(controller_.link(), now).known;
-  const bool is_clear = start_.denial(start_.on_ground(now)) == safety::FailsafeReason::kNone;
-  const bool all_ready =
-      view.stage == safety::AuthorityStage::kReady && is_known && is_clear && !start_.pose_blocks(now);
   // An operator who gives a command has looked at the aircraft; take_control acts in the first tick with all ready.
+  const bool all_ready = is_ready(now, view);
   if (request_.take_control && !order_given_ && all_ready && controller_.is_converged()) {
     order_given_ = true;
     try_to_engage(now, input.backed_up);
@@ -63,10 +59,24 @@ bool FlightSequencer::wait(core::TimePoint now, const View& view, const Sequence
   }
   start_.report_awaited(now, phase_ == Phase::kWaiting);
   waits_since_ = all_ready || phase_ != Phase::kWaiting ? now : waits_since_.value_or(now);
-  const bool is_looked_at = is_clear && controller_.is_converged();
+  const bool is_looked_at = is_clear(now) && controller_.is_converged();
   if (request_.take_control && !order_given_ && start_.pose_blocks(now) && (is_looked_at || start_.has_rival())) {
     order_given_ = start_.report_pose(now, false);
   }
+  return !ends_without_flight(now, view);
+}
+
+bool FlightSequencer::is_clear(core::TimePoint now) const {
+  return start_.denial(start_.on_ground(now)) == safety::FailsafeReason::kNone;
+}
+
+bool FlightSequencer::is_ready(core::TimePoint now, const View& view) const {
+  // A take-off needs to know whether the aircraft is on the ground or in the air.
+  const bool is_known = !request_.take_off || LandedState(controller_.link(), now).known;
+  return view.stage == safety::AuthorityStage::kReady && is_known && is_clear(now) && !start_.pose_blocks(now);
+}
+
+bool FlightSequencer::ends_without_flight(core::TimePoint now, const View& view) {
   // Control was refused before it was requested, for a reason that does not go away by itself or has not gone away.
   const bool has_waited = request_.take_control && now - *waits_since_ > kRequestTimeout;
   const bool stuck = view.stage == safety::AuthorityStage::kSilent ||
@@ -78,7 +88,7 @@ bool FlightSequencer::wait(core::TimePoint now, const View& view, const Sequence
     describe(line.add("control could not be asked for within 20 s: "), view);
     report(now, line.text());
   }
-  return !ends;
+  return ends;
 }
 
 void FlightSequencer::try_to_engage(core::TimePoint now, bool backed_up) {

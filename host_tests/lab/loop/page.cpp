@@ -229,20 +229,29 @@ std::string joined(const std::vector<std::string>& sentences) {
   return out;
 }
 
-/// Per channel the missing effects and the numbers that matter; channels without either in one word.
+/// How many of a channel's believed numbers are wrong by more than matters, in words; empty: none.
+std::string count_of_wrong(const LoopResult& result, const std::string& channel) {
+  const auto believed = result.believed_found.find(channel);
+  if (believed == result.believed_found.end()) {
+    return "";
+  }
+  const auto wrong = std::ranges::count_if(believed->second, &identify::Refitted::matters);
+  return wrong == 0 ? "" : std::to_string(wrong) + (wrong == 1 ? " wrong number" : " wrong numbers");
+}
+
+/// Per channel the missing effects and how many numbers are wrong (the table below has them); channels without either
+/// in one word.
 std::string missing_in_file(const LoopResult& result) {
   std::vector<std::string> out;
   std::string right;
   for (const auto& [channel, one] : result.identified) {
-    const auto believed = result.believed_found.find(channel);
-    const std::string numbers = believed == result.believed_found.end() ? "" : believed_wrongly(believed->second);
-    const bool has_wrong = !numbers.empty() && numbers != kNothingThatMatters;
+    const std::string wrong = count_of_wrong(result, channel);
     const std::string effects = missing(one);
-    if (effects == kNothing && !has_wrong) {
+    if (effects == kNothing && wrong.empty()) {
       right += (right.empty() ? "" : ", ") + channel;
     } else {
       out.push_back(channel + ": " + (effects == kNothing ? "no effect" : effects) +
-                    (has_wrong ? ", but these numbers are wrong: " + numbers : ""));
+                    (wrong.empty() ? "" : ", and " + wrong));
     }
   }
   if (!right.empty()) {
@@ -317,10 +326,13 @@ void answer(const LoopResult& result, plot::Page& page) {
       worse.insert({rows.size(), 4});
     }
     const auto believed = result.believed_found.find(quantity.channel);
-    rows.push_back({quantity.name, missing(found->second),
-                    believed == result.believed_found.end() ? "" : believed_wrongly(believed->second),
-                    plot::number(before), plot::number(after), change(before, after),
-                    result.taken_over.count(quantity.channel) > 0 ? "yes" : "no"});
+    const std::string effects = missing(found->second);
+    const std::string numbers = believed == result.believed_found.end() ? "" : believed_wrongly(believed->second);
+    const bool has_news = effects != kNothing || (!numbers.empty() && numbers != kNothingThatMatters);
+    rows.push_back({quantity.name, effects, numbers, plot::number(before), plot::number(after), change(before, after),
+                    result.taken_over.count(quantity.channel) > 0 ? "yes"
+                    : has_news                                    ? "no"
+                                                                  : "nothing to take over"});
   }
   page.table(rows, worse);
 }
