@@ -226,14 +226,17 @@ class StepBuilder {
   }
   Step plan() const {
     const double height = height_m(folder_);
-    return {.name = "plan",
-            .sentence = "Make stick movements that fit into the fence and tell the effects apart.",
-            .reads = {"vehicle.toml", "flight.toml"},
-            .makes = {"sticks.csv", "forecast.json", "sticks_rates.csv", "forecast_rates.json"},
-            .commands = {plan("roll,pitch", kShareOfFence * min_side_m(folder_), "sticks.csv", "forecast.json"),
-                         height > 0.0 ? plan("climb,yaw_rate", height, "sticks_rates.csv", "forecast_rates.json")
-                                      : plan("yaw_rate", kYawFence_rad, "sticks_rates.csv", "forecast_rates.json")},
-            .evaluate = [](Folder&) { return std::string(); }};
+    return {
+        .name = "plan",
+        .sentence = "Make stick movements that fit into the fence and tell the effects apart.",
+        .reads = {"vehicle.toml", "flight.toml"},
+        .makes = {"sticks.csv", "forecast.json", "sticks_rates.csv", "forecast_rates.json"},
+        // Even where no effect of climb or yaw rate would be found, the movement shows the channel's own numbers.
+        .commands = {plan("roll,pitch", kShareOfFence * min_side_m(folder_), "sticks.csv", "forecast.json"),
+                     Command{"try"} +
+                         (height > 0.0 ? plan("climb,yaw_rate", height, "sticks_rates.csv", "forecast_rates.json")
+                                       : plan("yaw_rate", kYawFence_rad, "sticks_rates.csv", "forecast_rates.json"))},
+        .evaluate = [](Folder&) { return std::string(); }};
   }
   Step excite() const {
     return {.name = "excite",
