@@ -115,8 +115,8 @@ void compare_laws(Folder& folder) {
 std::vector<std::string> law_verdicts(const Folder& folder) {
   std::vector<std::string> out;
   const std::map<std::string, double>& numbers = folder.numbers();
-  for (const auto& [key, words] :
-       {std::pair{"horizontal_m", "measured flights, horizontal"}, std::pair{"height_m", "measured flights, height"}}) {
+  for (const auto& [key, words] : {std::pair{"horizontal_m", "flights of the course, horizontal"},
+                                   std::pair{"height_m", "flights of the course, height"}}) {
     std::vector<double> before = repeated(folder, key, kBefore);
     std::vector<double> after = repeated(folder, key, kAfter);
     before.resize(std::min(before.size(), after.size()));
@@ -134,14 +134,17 @@ std::vector<std::string> law_verdicts(const Folder& folder) {
   out.push_back(
       margins_text(folder, "first_slowed_down", "first law, slowed down to the ordered margin where possible"));
   out.push_back(margins_text(folder, "corrected", "corrected law"));
+  // Without the sign of a zero.
+  const auto in_mm = [&](const std::string& key) { return std::round(1e4 * numbers.at(key)) / 10.0 + 0.0; };
   for (const char* const part : kParts) {
     const std::string name = std::string("paired.") + part;
     std::array<char, 240> text{};
-    std::snprintf(text.data(), text.size(),
-                  "%d simulated pairs on the corrected model, both laws at the ordered margin, %s: %.4f -> %.4f m, "
-                  "difference [%+.4f, %+.4f] m",
-                  kPairs, part, numbers.at(name + ".before_m"), numbers.at(name + ".after_m"),
-                  numbers.at(name + ".low_m"), numbers.at(name + ".high_m"));
+    std::snprintf(
+        text.data(), text.size(),
+        "%d simulated pairs on the corrected model, both laws at the ordered margin, %s: %.1f mm before, %.1f mm "
+        "after, difference [%+.1f, %+.1f] mm",
+        kPairs, part, in_mm(name + ".before_m"), in_mm(name + ".after_m"), in_mm(name + ".low_m"),
+        in_mm(name + ".high_m"));
     out.emplace_back(text.data());
   }
   out.emplace_back(

@@ -130,7 +130,8 @@ void outcome(const Folder& folder, plot::Page& page) {
        {"What it changed in flight" + data,
         flown ? "distance from the reference on the same course, root mean square: " + plot::number(before->second) +
                     " m before, " + plot::number(after->second) + " m after (" + plot::percent(change) +
-                    "), one flight each; the interval stands with the flights below."
+                    (folder.settings().flights > 1 ? "); the interval of all flights stands below."
+                                                   : "), one flight each, whose spread is not known.")
               : "the corrected flight was not flown yet."},
        {"What remains", not_reached(folder)}},
       !flown || std::abs(change) <= share ? "warn"
