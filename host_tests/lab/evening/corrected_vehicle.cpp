@@ -37,7 +37,7 @@ void write_corrected_vehicle(Folder& folder) {
     folder.set_number(name + ".before", loop::error_at_1s(believed, flight, axis.name));
     folder.set_number(name + ".after", loop::error_at_1s(corrected.vehicle, flight, axis.name));
   }
-  companion::save_vehicle(folder.file("corrected.toml"), corrected.vehicle, corrected.sources);
+  companion::save_vehicle(folder.file("corrected_model.toml"), corrected.vehicle, corrected.sources);
 }
 
 }  // namespace m100::lab::evening

@@ -186,7 +186,7 @@ void flights(const Folder& folder, plot::Page& page) {
     page.paragraph(
         std::string("The loop oscillated with the weights that were tuned on the log flown by hand. The input weight "
                     "was therefore tripled ") +
-        (folder.numbers().at(kWeightIncreases) > 1.5 ? "twice" : "once") + ", for the flights before and after alike.");
+        (folder.numbers().at(kWeightIncreases) > 1.5 ? "twice" : "once") + ", for the flight before.");
   }
   for (const std::string& name : fallback_law_flew(folder)) {
     page.paragraph("The flight " + name +
@@ -194,7 +194,7 @@ void flights(const Folder& folder, plot::Page& page) {
                    "the change is not the effect of the correction alone.");
   }
   if (folder.numbers().contains(kTrimmed)) {
-    page.paragraph("The flights before and after both used trims that were taken from the hover.");
+    page.paragraph("The flight before used trims that were taken from the hover.");
   }
 }
 
