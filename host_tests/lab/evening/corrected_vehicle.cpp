@@ -7,6 +7,29 @@
 #include "host_tests/lab/loop/vehicle_comparison.h"
 
 namespace m100::lab::evening {
+namespace {
+
+/// Takes the drag that was found in the excited flight, if nothing there is unexplained and it predicts the course
+/// better. Notes "found.translation", and the drag's interval where it was taken.
+void take_drag(Folder& folder, const loop::UnseenFlight& course, companion::VehicleFile& corrected) {
+  folder.set_number("found.translation", 0.0);
+  if (!folder.has("drag.toml") || !folder.has("flown_translation.json")) {
+    return;
+  }
+  const nlohmann::json answer = result_of(folder, "flown_translation.json");
+  const companion::VehicleFile found = companion::load_vehicle(folder.file("drag.toml"));
+  const model::Vehicle with_drag = loop::with_channel(corrected.vehicle, found.vehicle, "translation");
+  if (answer.at("verdict") == "unexplained" ||
+      !loop::predicts_better(corrected.vehicle, with_drag, course, "translation")) {
+    return;
+  }
+  corrected.vehicle = with_drag;
+  corrected.sources["translation"] = found.sources.at("translation");
+  folder.set_number("found.translation", 1.0);
+  folder.set_number("linear_drag_per_s", with_drag.translation.linear_drag_per_s);
+}
+
+}  // namespace
 
 void write_corrected_vehicle(Folder& folder) {
   const model::Vehicle believed = companion::load_vehicle(folder.file("vehicle.toml")).vehicle;
@@ -30,9 +53,14 @@ void write_corrected_vehicle(Folder& folder) {
     }
   }
   const auto in_control = nominal(result_of(folder, "course.json"));
+  const logs::FlightLog from_height = log_of("course", true), flown = log_of("course", false);
+  const auto course = [&](const char* channel) {
+    const bool is_climb = std::string_view(channel) == "climb";
+    return loop::UnseenFlight{is_climb ? &from_height : &flown, in_control.first + kSettled_s, in_control.second};
+  };
+  take_drag(folder, course("translation"), corrected);
   for (const VehicleAxis& axis : kVehicleAxes) {
-    const logs::FlightLog course = log_of("course", std::string_view(axis.name) == "climb");
-    const loop::UnseenFlight flight{&course, in_control.first + kSettled_s, in_control.second};
+    const loop::UnseenFlight flight = course(axis.name);
     const std::string name = std::string("ahead.") + axis.name;
     folder.set_number(name + ".before", loop::error_at_1s(believed, flight, axis.name));
     folder.set_number(name + ".after", loop::error_at_1s(corrected.vehicle, flight, axis.name));

@@ -269,12 +269,16 @@ class StepBuilder {
   }
   Step identify_again() const {
     return {.name = "identify_again",
-            .sentence = "Identify roll and pitch from the excited flight, to correct the first vehicle file.",
-            .reads = {"excite.ulg", "excite.json", "columns_flight.toml", "forecast.json", "vehicle.toml"},
+            .sentence = "Identify roll, pitch and drag from the excited flight, to correct the first vehicle file.",
+            .reads = {"excite.ulg", "excite.json", "columns_flight.toml", "columns_climb.toml", "forecast.json",
+                      "vehicle.toml"},
             .makes = {"tilts.toml", "flown_roll.json", "flown_pitch.json"},
             .commands = {{"copy", "vehicle.toml", "tilts.toml"},
                          again("roll", "excite", "forecast.json", "tilts.toml", kDeclared),
-                         again("pitch", "excite", "forecast.json", "tilts.toml", kDeclared)},
+                         again("pitch", "excite", "forecast.json", "tilts.toml", kDeclared),
+                         {"copy", "vehicle.toml", "drag.toml"},
+                         Command{"try"} + identify("translation", "excite.ulg", "columns_climb.toml", "drag.toml",
+                                                   "flown_translation", "rigid_body")},
             .evaluate = [](Folder& folder) {
               return check_identification(folder, {"flown_roll.json", "flown_pitch.json"}, "after");
             }};

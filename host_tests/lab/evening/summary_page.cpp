@@ -85,7 +85,9 @@ std::string found_in_short(const Folder& folder) {
            "; ";
   }
   const auto rate = [&](const char* channel) { return is_taken_over(folder, channel) ? "corrected" : "unchanged"; };
-  return out + "climb speed: " + rate("climb") + "; yaw rate: " + rate("yaw_rate") + ".";
+  const bool has_drag = is_taken_over(folder, "translation");
+  return out + "climb speed: " + rate("climb") + "; yaw rate: " + rate("yaw_rate") +
+         "; drag [1/s]: " + (has_drag ? number(folder, "linear_drag_per_s") : "unchanged") + ".";
 }
 
 /// One sentence: the errors of the predictions 1 s ahead by both files.
@@ -109,8 +111,8 @@ std::string not_reached(const Folder& folder) {
       out += one.words + " became worse (" + plot::number(one.before) + " to " + plot::number(one.after) + "); ";
     }
   }
-  return (out.empty() ? "no error became worse; " : out) +
-         "drag, wind and load are not identified and stay as in the first vehicle file.";
+  return (out.empty() ? "no error became worse; " : out) + (is_taken_over(folder, "translation") ? "" : "drag, ") +
+         "wind and load are not identified and stay as in the first vehicle file.";
 }
 
 /// What the flown difference leaves out: the margin that each law had, and how both fly with the same one. Empty: they
