@@ -236,10 +236,9 @@ std::string text_of(const Cell& cell) {
   } else if (cell.slowest_s == kNever_s) {
     (void)std::snprintf(words.data(), words.size(), " never%s |", mark);
   } else if (cell.last_byte_s > 0.0) {
-    (void)std::snprintf(words.data(), words.size(), " %.2f s, %.0f ms%s |", cell.slowest_s, 1e3 * cell.last_byte_s,
-                        mark);
+    (void)std::snprintf(words.data(), words.size(), " %.2f, %.0f ms%s |", cell.slowest_s, 1e3 * cell.last_byte_s, mark);
   } else {
-    (void)std::snprintf(words.data(), words.size(), " %.2f s%s |", cell.slowest_s, mark);
+    (void)std::snprintf(words.data(), words.size(), " %.2f%s |", cell.slowest_s, mark);
   }
   return words.data();
 }
@@ -258,7 +257,7 @@ std::string matrix(const std::vector<Result>& results) {
     cell.slowest_s = std::max(cell.slowest_s, result.verdict.returned_after_s);
     cell.last_byte_s = std::max(cell.last_byte_s, result.verdict.last_byte_after_loss_s);
   }
-  std::string text = "| fault |";
+  std::string text = "| fault: after [s] |";
   for (const std::string_view stage : kStageNames) {
     text += " " + std::string(stage) + " |";
   }

@@ -74,7 +74,7 @@ std::vector<Case> losses_battery() {
 
 std::string losses_table(const std::vector<Result>& results) {
   std::string text =
-      "| lost both ways | channel | stops | median | 95 % | 99 % | longest | within 1.0 s "
+      "| lost both ways | channel | stops | median [s] | 95 % | 99 % | longest | within 1.0 s "
       "|\n|---|---|---|---|---|---|---|---|\n";
   for_each_row(results, [&](const Loss& loss, bool movement, const std::vector<double>& times_s) {
     const auto quantile_s = [&](double share) {
@@ -82,7 +82,7 @@ std::string losses_table(const std::vector<Result>& results) {
                               static_cast<std::size_t>(share * static_cast<double>(times_s.size())))];
     };
     std::array<char, 160> line{};
-    (void)std::snprintf(line.data(), line.size(), "| %.*s | %s | %zu | %.2f s | %.2f s | %.2f s | %.2f s | %.1f %% |\n",
+    (void)std::snprintf(line.data(), line.size(), "| %.*s | %s | %zu | %.2f | %.2f | %.2f | %.2f | %.1f %% |\n",
                         static_cast<int>(loss.fault.name.find(" lost")), loss.fault.name.data(),
                         movement ? "movement" : "virtual RC", times_s.size(), quantile_s(0.5), quantile_s(0.95),
                         quantile_s(0.99), times_s.back(), 100.0 * share_in_time(times_s));
