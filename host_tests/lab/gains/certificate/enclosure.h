@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <cstddef>
 #include <limits>
 
@@ -12,8 +13,7 @@
 namespace m100::lab::gains {
 
 /// An interval that contains the exact result: every operation is rounded outwards by one unit in the last place, which
-/// is at least twice the rounding error of + - * / and sqrt (IEEE 754, round to nearest). exp, sin and cos of the C
-/// library are taken to be within 4 units.
+/// is at least twice the rounding error of + - and * (IEEE 754, round to nearest).
 struct Enclosure {
   double low = 0.0;
   double high = 0.0;
@@ -25,7 +25,6 @@ struct Enclosure {
 
   double middle() const { return 0.5 * (low + high); }
   double magnitude() const { return std::max(std::abs(low), std::abs(high)); }
-  bool contains(double value) const { return low <= value && value <= high; }
 
   static Enclosure outward(double low, double high, double units = 1.0) {
     constexpr double kUnit = std::numeric_limits<double>::epsilon();
@@ -39,139 +38,133 @@ struct Enclosure {
     const auto [least, most] = std::minmax_element(all.begin(), all.end());
     return outward(*least, *most);
   }
-  friend Enclosure operator/(const Enclosure& a, const Enclosure& b) {
-    if (b.contains(0.0)) {
-      constexpr double kAnything = std::numeric_limits<double>::infinity();
-      return {-kAnything, kAnything};
-    }
-    const std::array<double, 4> all{a.low / b.low, a.low / b.high, a.high / b.low, a.high / b.high};
-    const auto [least, most] = std::minmax_element(all.begin(), all.end());
-    return outward(*least, *most);
-  }
 };
 
-inline Enclosure square(const Enclosure& a) {
-  const double most = a.magnitude();
-  const double least = a.contains(0.0) ? 0.0 : std::min(std::abs(a.low), std::abs(a.high));
-  const Enclosure out = Enclosure::outward(least * least, most * most);
-  return {std::max(out.low, 0.0), out.high};
-}
-inline Enclosure sqrt(const Enclosure& a) {
-  const Enclosure out = Enclosure::outward(std::sqrt(std::max(a.low, 0.0)), std::sqrt(std::max(a.high, 0.0)));
-  return {std::max(out.low, 0.0), out.high};
-}
-inline Enclosure exp(const Enclosure& a) { return Enclosure::outward(std::exp(a.low), std::exp(a.high), 4.0); }
-
-/// @pre for more than [-1, 1]: the angle lies in [-1.5, 3.3], where the only extremes are at 0, pi/2 and pi.
-inline Enclosure angle_function(const Enclosure& a, double (*function)(double), double greatest_at, double least_at) {
-  if (!(a.low >= -1.5 && a.high <= 3.3)) {
-    return {-1.0, 1.0};
-  }
-  constexpr double kNear = 1e-12;
-  const auto [least, most] = std::minmax({function(a.low), function(a.high)});  // by value
-  Enclosure out = Enclosure::outward(least, most, 4.0);
-  const auto reaches = [&](double at) { return a.low <= at + kNear && at - kNear <= a.high; };
-  return {reaches(least_at) ? -1.0 : out.low, reaches(greatest_at) ? 1.0 : out.high};
-}
-inline Enclosure sin(const Enclosure& a) {
-  return angle_function(
-      a, [](double x) { return std::sin(x); }, 1.5707963267948966, 1e3);
-}
-inline Enclosure cos(const Enclosure& a) {
-  return angle_function(
-      a, [](double x) { return std::cos(x); }, 0.0, 3.141592653589793);
-}
-
-/// A function of kCount variables over a cell: its values, its value in the middle, and its derivatives over the cell
-/// by each variable in half widths of the cell. Every value is cut to what the mean value theorem allows, so that the
-/// excess of a long expression is of second order.
+/// A function of kCount variables t in [-1, 1], enclosed by its Taylor polynomial of second order and a bound of the
+/// rest: |f(t) - constant - linear t - t quadratic t| <= rest. Terms that cancel do so in the coefficients, so that the
+/// excess of a long expression is of third order. Rounding errors go to the rest (K. Makino, M. Berz, Taylor models and
+/// other validated functional inclusion methods, Int. J. Pure Appl. Math. 4(4), 2003).
 template <std::size_t kCount>
-struct EnclosedJet {
-  Enclosure value;
-  Enclosure middle;
-  std::array<Enclosure, kCount> by{};
+struct TaylorModel {
+  using Row = std::array<double, kCount>;
+  double constant = 0.0;
+  Row linear{};
+  std::array<Row, kCount> quadratic{};  ///< [i][j] of t_i t_j with i <= j; the others are 0
+  double rest = 0.0;
 
-  constexpr EnclosedJet() = default;
-  constexpr EnclosedJet(double exact) : value(exact), middle(exact) {}  // NOLINT(google-explicit-constructor): a number
-  constexpr EnclosedJet(const Enclosure& of)
-      : value(of), middle(of) {}  // NOLINT(google-explicit-constructor): a constant
-  EnclosedJet(const Enclosure& over, const Enclosure& in_the_middle, const std::array<Enclosure, kCount>& slopes)
-      : value(over), middle(in_the_middle), by(slopes) {
-    Enclosure reach = middle;
-    for (const Enclosure& slope : by) {
-      reach = reach + Enclosure(-slope.magnitude(), slope.magnitude());
-    }
-    value.low = reach.low > value.low ? reach.low : value.low;
-    value.high = reach.high < value.high ? reach.high : value.high;
-  }
+  constexpr TaylorModel() = default;
+  constexpr TaylorModel(double exact) : constant(exact) {}  // NOLINT(google-explicit-constructor): a number is one
+  TaylorModel(const Enclosure& of)                          // NOLINT(google-explicit-constructor): an unknown constant
+      : constant(of.middle()), rest(kAbove * std::max(of.high - of.middle(), of.middle() - of.low)) {}
 
-  static EnclosedJet variable(const Enclosure& of, std::size_t which) {
-    const double half = std::max(of.high - of.middle(), of.middle() - of.low);
-    EnclosedJet out(of);
-    out.middle = Enclosure(of.middle());
-    out.by[which] = half > 0.0 ? Enclosure::outward(half, half) : Enclosure(0.0);
+  static TaylorModel variable(const Enclosure& of, std::size_t which) {
+    TaylorModel out(of.middle());
+    out.linear[which] = kAbove * std::max(of.high - of.middle(), of.middle() - of.low);
     return out;
   }
-  /// f(value) with f(middle) and the derivative f'.
-  EnclosedJet chain(const Enclosure& over, const Enclosure& in_the_middle, const Enclosure& slope) const {
-    std::array<Enclosure, kCount> slopes;
-    for (std::size_t k = 0; k < kCount; ++k) {
-      slopes[k] = slope * by[k];
+  double linear_size() const {
+    double sum = 0.0;
+    for (const double number : linear) {
+      sum += std::abs(number);
     }
-    return {over, in_the_middle, slopes};
+    return sum;
   }
-  friend EnclosedJet operator+(const EnclosedJet& a, const EnclosedJet& b) {
-    std::array<Enclosure, kCount> slopes;
-    for (std::size_t k = 0; k < kCount; ++k) {
-      slopes[k] = a.by[k] + b.by[k];
+  double quadratic_size() const {
+    double sum = 0.0;
+    for (const Row& row : quadratic) {
+      for (const double number : row) {
+        sum += std::abs(number);
+      }
     }
-    return {a.value + b.value, a.middle + b.middle, slopes};
+    return sum;
   }
-  friend EnclosedJet operator-(const EnclosedJet& a, const EnclosedJet& b) {
-    std::array<Enclosure, kCount> slopes;
-    for (std::size_t k = 0; k < kCount; ++k) {
-      slopes[k] = a.by[k] - b.by[k];
-    }
-    return {a.value - b.value, a.middle - b.middle, slopes};
+  /// A bound of the magnitude of everything that varies.
+  double reach() const { return kAbove * (linear_size() + quadratic_size() + rest); }
+  Enclosure range() const { return Enclosure(constant) + Enclosure(-reach(), reach()); }
+
+  /// f(this), from f, f' and f''/2 at the constant, and a bound of the third derivative over 6 within reach().
+  TaylorModel chain(double value, double first, double second, double third) const {
+    TaylorModel varying = *this;
+    varying.constant = 0.0;
+    const double reached = reach();
+    TaylorModel out = TaylorModel(value) + varying * (TaylorModel(first) + TaylorModel(second) * varying);
+    out.rest += kAbove * (third * reached * reached * reached) +
+                kFunctionError * (std::abs(value) + reached * (std::abs(first) + reached * std::abs(second)));
+    return out;
   }
-  friend EnclosedJet operator*(const EnclosedJet& a, const EnclosedJet& b) {
-    std::array<Enclosure, kCount> slopes;
-    for (std::size_t k = 0; k < kCount; ++k) {
-      slopes[k] = a.by[k] * b.value + a.value * b.by[k];
+  friend TaylorModel operator+(const TaylorModel& a, const TaylorModel& b) { return a.plus(b, 1.0); }
+  friend TaylorModel operator-(const TaylorModel& a, const TaylorModel& b) { return a.plus(b, -1.0); }
+  friend TaylorModel operator*(const TaylorModel& a, const TaylorModel& b) {
+    TaylorModel out(a.constant * b.constant);
+    for (std::size_t i = 0; i < kCount; ++i) {
+      out.linear[i] = a.constant * b.linear[i] + b.constant * a.linear[i];
+      out.quadratic[i][i] = a.constant * b.quadratic[i][i] + b.constant * a.quadratic[i][i] + a.linear[i] * b.linear[i];
+      for (std::size_t j = i + 1; j < kCount; ++j) {
+        out.quadratic[i][j] = a.constant * b.quadratic[i][j] + b.constant * a.quadratic[i][j] +
+                              (a.linear[i] * b.linear[j] + a.linear[j] * b.linear[i]);
+      }
     }
-    return {a.value * b.value, a.middle * b.middle, slopes};
+    const double a1 = a.linear_size(), a2 = a.quadratic_size(), b1 = b.linear_size(), b2 = b.quadratic_size();
+    const double a_size = std::abs(a.constant) + a1 + a2, b_size = std::abs(b.constant) + b1 + b2;
+    out.rest = kAbove * (a1 * b2 + a2 * b1 + a2 * b2 + a.rest * (b_size + b.rest) + b.rest * a_size +
+                         kRoundingError * (a_size * b_size)) +
+               kTiny;
+    return out;
   }
-  friend EnclosedJet operator/(const EnclosedJet& a, const EnclosedJet& b) {
-    std::array<Enclosure, kCount> slopes;
-    const Enclosure quotient = a.value / b.value;
-    for (std::size_t k = 0; k < kCount; ++k) {
-      slopes[k] = (a.by[k] - quotient * b.by[k]) / b.value;
+
+ private:
+  static constexpr double kAbove = 1.0 + 1e-14;  ///< above the errors of up to 40 roundings of a bound
+  /// At least twice the rounding errors of four products, their sum, and two factors that were rounded themselves.
+  static constexpr double kRoundingError = 8.0 * std::numeric_limits<double>::epsilon();
+  static constexpr double kFunctionError = kRoundingError;  ///< of a function of the C library and its derivatives
+  static constexpr double kTiny = 1e-300;                   ///< above what is lost below the least normal number
+
+  TaylorModel plus(const TaylorModel& b, double sign) const {
+    TaylorModel out(constant + sign * b.constant);
+    for (std::size_t i = 0; i < kCount; ++i) {
+      out.linear[i] = linear[i] + sign * b.linear[i];
+      for (std::size_t j = i; j < kCount; ++j) {
+        out.quadratic[i][j] = quadratic[i][j] + sign * b.quadratic[i][j];
+      }
     }
-    return {quotient, a.middle / b.middle, slopes};
+    out.rest = kAbove * (rest + b.rest +
+                         kRoundingError * (std::abs(constant) + std::abs(b.constant) + linear_size() + b.linear_size() +
+                                           quadratic_size() + b.quadratic_size())) +
+               kTiny;
+    return out;
   }
 };
 
 template <std::size_t kCount>
-EnclosedJet<kCount> square(const EnclosedJet<kCount>& a) {
-  return a.chain(square(a.value), square(a.middle), Enclosure(2.0) * a.value);
+TaylorModel<kCount> square(const TaylorModel<kCount>& a) {
+  return a * a;
 }
 template <std::size_t kCount>
-EnclosedJet<kCount> sqrt(const EnclosedJet<kCount>& a) {
-  const Enclosure root = sqrt(a.value);
-  return a.chain(root, sqrt(a.middle), Enclosure(0.5) / root);
+TaylorModel<kCount> sin(const TaylorModel<kCount>& a) {
+  const double value = std::sin(a.constant);
+  return a.chain(value, std::cos(a.constant), -0.5 * value, 1.0 / 5.9);
 }
 template <std::size_t kCount>
-EnclosedJet<kCount> exp(const EnclosedJet<kCount>& a) {
-  const Enclosure value = exp(a.value);
-  return a.chain(value, exp(a.middle), value);
+TaylorModel<kCount> cos(const TaylorModel<kCount>& a) {
+  const double value = std::cos(a.constant);
+  return a.chain(value, -std::sin(a.constant), -0.5 * value, 1.0 / 5.9);
 }
+
+/// By the first terms of the geometric series about the constant, in one: the real and the imaginary part of the
+/// divisor would each vary twice as much in a quotient by its norm.
 template <std::size_t kCount>
-EnclosedJet<kCount> sin(const EnclosedJet<kCount>& a) {
-  return a.chain(sin(a.value), sin(a.middle), cos(a.value));
-}
-template <std::size_t kCount>
-EnclosedJet<kCount> cos(const EnclosedJet<kCount>& a) {
-  return a.chain(cos(a.value), cos(a.middle), Enclosure(0.0) - sin(a.value));
+ComplexNumber<TaylorModel<kCount>> reciprocal(const ComplexNumber<TaylorModel<kCount>>& a) {
+  using Complex = ComplexNumber<TaylorModel<kCount>>;
+  const std::complex<double> first = 1.0 / std::complex<double>(a.re.constant, a.im.constant);
+  const Complex scale{first.real(), first.imag()}, one{1.0, 0.0};
+  const Complex left = one - scale * a;  // 1/a = scale / (1 - left) = scale (1 + left + left^2 + left^3 / (1 - left))
+  const double size = (1.0 + 1e-14) * std::hypot(left.re.range().magnitude(), left.im.range().magnitude());
+  Complex sum = one + left + left * left;
+  const double rest = size < 1.0 ? (1.0 + 1e-14) * size * size * size / (1.0 - size)
+                                 : std::numeric_limits<double>::infinity();  // a divisor that may be 0
+  sum.re.rest += rest;
+  sum.im.rest += rest;
+  return scale * sum;
 }
 
 }  // namespace m100::lab::gains
