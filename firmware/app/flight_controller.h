@@ -123,7 +123,7 @@ class FlightController {
   CommandSender<T> sender_;
   FlightConfig config_;
 
-  est::Estimate<T> estimate_;
+  const est::Estimate<T>& estimate_ = observer_.estimate();
   ref::Window<T> reference_;  ///< beyond its first point only valid in a tick that solves
   safety::SupervisedCommand<T> supervised_;
 };

@@ -194,7 +194,9 @@ ctl::Command<T> Supervisor<T>::limited(const ctl::Command<T>& wanted, T step_s) 
 
 template <typename T>
 CommandSource Supervisor<T>::update_failsafe(const ctl::Command<T>& wanted, const Observation& seen) {
-  observed_ = seen;
+  if (&seen != &observed_) {
+    observed_ = seen;
+  }
   conditions_ = weigh(wanted, seen);
   const bool unsound = any(conditions_, FailsafeCondition::kCommandInvalid);
   stats_.invalid_commands += unsound ? 1U : 0U;
