@@ -12,6 +12,7 @@ constexpr double kMaxAllowed_m_s = 0.35;
 constexpr double kVelocityMemory_s = 2.0;
 constexpr double kFirstLook_m_s = 0.15;
 constexpr double kCalm_m_s = 0.1, kMoves_s = 0.08, kWind_s = 0.05, kSigmas = 3.0;
+constexpr double kLearns_s = 0.15;  // time in which the observer learns a push from poses (fuse_pose.cpp)
 constexpr double kMaxStartSigma_m_s = 10.0;
 
 }  // namespace
@@ -56,10 +57,17 @@ void ForceConsistency<T>::update_start_sigma(const Estimate<T>& estimate) {
 }
 
 template <typename T>
+void ForceConsistency<T>::update_learned_push(const SpecificForce<T>& force, T step_s) {
+  new_push_h_m_s2_ = force.acceleration_h_m_s2() - force.tilt_acceleration_h_m_s2() - learned_push_h_m_s2_;
+  learned_push_h_m_s2_ += new_push_h_m_s2_ * (step_s * static_cast<T>(1.0 / kLearns_s));
+}
+
+template <typename T>
 T ForceConsistency<T>::allowed_m_s(const SpecificForce<T>& force, const Vector2& wind_w_m_s2) const {
   const T wind_m_s2 = core::sqrt(wind_w_m_s2.squaredNorm());
-  const T allowed =
-      static_cast<T>(kCalm_m_s) + static_cast<T>(kMoves_s) * force.moved_m_s2() + static_cast<T>(kWind_s) * wind_m_s2;
+  const T allowed = static_cast<T>(kCalm_m_s) + static_cast<T>(kMoves_s) * force.moved_m_s2() +
+                    static_cast<T>(kWind_s) * wind_m_s2 +
+                    static_cast<T>(kLearns_s) * core::sqrt(new_push_h_m_s2_.squaredNorm());
   const T most = static_cast<T>(kMaxAllowed_m_s);
   const T unknown =
       core::clamp((static_cast<T>(kFirstLook_s) - force.learned_s()) * static_cast<T>(1.0 / (kFirstLook_s - kBegins_s)),
@@ -73,12 +81,15 @@ void ForceConsistency<T>::update(const Estimate<T>& estimate, SpecificForce<T>& 
                                  bool suspect, T step_s) {
   evidence_.residual = residual_m_s(estimate, force, suspect, step_s);
   update_start_sigma(estimate);
+  update_learned_push(force, step_s);
   evidence_.allowed = allowed_m_s(force, wind_w_m_s2);
 }
 
 template <typename T>
 [[gnu::cold]] void ForceConsistency<T>::reset() {
   residual_w_m_s_.setZero();
+  learned_push_h_m_s2_.setZero();
+  new_push_h_m_s2_.setZero();
   summed_s_ = T(0);
   velocity_known_ = false;
 }

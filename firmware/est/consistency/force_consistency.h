@@ -21,6 +21,7 @@ namespace m100::est {
 ///   moves  a time of capture that is wrong by 80 ms (the largest in the worlds that ship), times the acceleration of
 ///          the last second
 ///   wind   the observer learns a push in 0.15 s; gusts change the push of a wind by a third of it
+///   swing  the push that the force shows and the observer has not learned yet (a slung load), for as long as it learns
 /// and at most 0.35 m/s: the 80 ms at the largest acceleration of the law, 4.3 m/s^2 at 25 degrees of tilt.
 /// False alarms: an alarm needs twice the allowed value for half a second, six sigmas of the noise. Smallest fault seen
 /// in 3 s of calm hover: a false acceleration of 0.13 m/s^2.
@@ -57,6 +58,7 @@ class ForceConsistency {
  private:
   T residual_m_s(const Estimate<T>& estimate, SpecificForce<T>& force, bool suspect, T step_s);
   void update_start_sigma(const Estimate<T>& estimate);
+  void update_learned_push(const SpecificForce<T>& force, T step_s);
   T allowed_m_s(const SpecificForce<T>& force, const Vector2& wind_w_m_s2) const;
 
   bool velocity_known_ = false;
@@ -65,6 +67,9 @@ class ForceConsistency {
   T climb_m_s_{0};
   Vector2 residual_w_m_s_ = Vector2::Zero();
   T summed_s_{0};  ///< over how long residual_w_m_s_ is a sum
+  /// What the observer may know of the force beyond the tilt's, and the rest of it; forward and left.
+  Vector2 learned_push_h_m_s2_ = Vector2::Zero();
+  Vector2 new_push_h_m_s2_ = Vector2::Zero();
   CheckEvidence<T> evidence_;
 };
 

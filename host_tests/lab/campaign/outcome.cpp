@@ -48,8 +48,8 @@ std::string breached_limit(const TracePoint& point, const FlightResult& flight, 
                                  : std::string(axis) + " = " + two_digits(value) + " m is outside the fence [" +
                                        two_digits(range.low) + ", " + two_digits(range.high) + "]";
   };
-  std::string x = beyond("x", point.position_m[0] - flight.start_w_m.x(), file.fence_x_m);
-  std::string y = beyond("y", point.position_m[1] - flight.start_w_m.y(), file.fence_y_m);
+  std::string x = beyond("x", point.position_m[0] - flight.start.position_w_m.x(), file.fence_x_m);
+  std::string y = beyond("y", point.position_m[1] - flight.start.position_w_m.y(), file.fence_y_m);
   return !x.empty() ? x : !y.empty() ? y : beyond("z", point.position_m[2], file.fence_z_m);
 }
 
@@ -153,6 +153,7 @@ std::string log_of(const sim::Plant& world, const Task& task, std::uint64_t seed
                    sim::BodyJob* body) {
   FlightPlan plan = plan_of(world, task, seed, settings);
   plan.body = body;
+  plan.start = experiments::fly(plan).start;
   plan.keep_log = true;
   const FlightResult flight = experiments::fly(plan);
   return flight.flew ? std::string(flight.log.begin(), flight.log.end()) : std::string();

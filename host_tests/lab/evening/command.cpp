@@ -184,7 +184,7 @@ class Evening {
     }
     if (verb == "try") {
       if (const std::string why = run_one(step, Command(command.begin() + 1, command.end()), said); !why.empty()) {
-        std::cout << "  nothing was found: " << why << std::endl;
+        std::cout << "  the evening goes on: " << why << std::endl;
       }
       return "";
     }

@@ -18,13 +18,13 @@ inline constexpr std::array<VehicleAxis, 4> kVehicleAxes{{{"roll", "roll [rad]"}
                                                           {"climb", "climb speed [m/s]"},
                                                           {"yaw_rate", "yaw rate [rad/s]"}}};
 
-/// Writes corrected.toml, the vehicle file of the corrected flight. Roll and pitch come from tilts.toml. Climb and yaw
-/// rate come from rates.toml if it predicts the flight that moved throttle and yaw better than vehicle.toml
-/// (loop::predicts_better); otherwise they stay. The fit has used every other six seconds of that flight, but fitting
-/// its noise with so few parameters gains only a third of the required improvement. The course is not used as the
-/// judge, because it hardly moves the throttle. Notes "found.CHANNEL" (1: climb or yaw rate was taken over, 0: not),
-/// and "ahead.CHANNEL.before" and ".after": the errors 1 s ahead with vehicle.toml and corrected.toml on the first
-/// flight of the course, which no fit has used.
+/// Writes corrected_model.toml, the corrected vehicle file before its weights are tuned. Roll and pitch come from
+/// tilts.toml. Climb and yaw rate come from rates.toml if it predicts the flight that moved throttle and yaw better
+/// than vehicle.toml (loop::predicts_better); otherwise they stay. The fit has used every other six seconds of that
+/// flight, but fitting its noise with so few parameters gains only a third of the required improvement. The course is
+/// not used as the judge, because it hardly moves the throttle. Notes "found.CHANNEL" (1: climb or yaw rate was taken
+/// over, 0: not), and "ahead.CHANNEL.before" and ".after": the errors 1 s ahead with vehicle.toml and this file on the
+/// first flight of the course, which no fit has used.
 void write_corrected_vehicle(Folder& folder);
 
 }  // namespace m100::lab::evening

@@ -264,6 +264,7 @@ def notices_changes(evening):
     expect("identified.toml changed after it was used. Steps to do again: 'gains'" in said, "a change is reported")
     expect("done  identify" in said and "done  gains" not in said, "the steps that used it must be done again")
     flies_again(evening, state, sha)
+    plans_the_excitation(evening, state)
     evening.put("evening.json", state)
     evening.put("identified.toml", "# identified.toml\n")
     survives_its_end(evening)
@@ -291,6 +292,17 @@ def flies_again(evening, state, sha):
         evening.put(name, "of the tables of before")
     code, said = evening.call()
     expect(code == 1 and "hover: NOT PASSED" in said, "what is put there then is looked at")
+
+
+def plans_the_excitation(evening, state):
+    """In a low fence the forecast finds no effect of climb or yaw rate; their own numbers are still worth the movement."""
+    evening.put("vehicle.toml", (evening.folder / "first_vehicle.toml").read_text())
+    evening.put("flight.toml", FENCE)
+    evening.put("evening.json", state | {"done": [*state["done"], "check", "handshake", "hover", "course"], "files": {}})
+    code, said = evening.call()
+    expect("exit code 1" in said and code == 0 and "plan: done" in said, "the evening goes on to the excitation")
+    expect((evening.folder / "sticks_rates.csv").is_file(), "with the movements of throttle and yaw")
+    evening.put("vehicle.toml", "# vehicle.toml\n")
 
 
 def whole(evening):
@@ -344,8 +356,11 @@ def all_evenings(m100, lab, work):
         print(f"{name}: distance from the course, root mean square: {before:.4f} m before, {after:.4f} m after "
               f"({100 * (after / before - 1):.0f} %); horizontal {numbers['horizontal_m.course']:.4f} and "
               f"{numbers['horizontal_m.corrected']:.4f} m")
-        if after > 1.05 * before:
+        # A first law whose margin was below the default's limit was faster because its model is wrong.
+        if after > 1.05 * before and 0.0 < numbers["peak_sensitivity.first"] <= 2.2:
             wrong.append(f"{name}: the corrected flight is worse")
+        if numbers["paired.horizontal.after_m"] > 1.1 * numbers["paired.horizontal.before_m"]:
+            wrong.append(f"{name}: the corrected law is worse at the same margin")
     expect(not wrong, "; ".join(wrong))
 
 

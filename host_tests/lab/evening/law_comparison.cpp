@@ -15,6 +15,7 @@
 #include "host_tests/lab/loop/aligned_log.h"
 #include "host_tests/lab/loop/ordered_margin.h"
 #include "host_tests/lab/loop/paired_flights.h"
+#include "host_tests/lab/loop/vehicle_comparison.h"
 #include "host_tests/lab/whole_file.h"
 #include "host_tests/sim/world/base_plant.h"
 #include "host_tests/sim/world/plant_file.h"
@@ -81,8 +82,8 @@ void compare_laws(Folder& folder) {
   const model::Vehicle first = companion::load_vehicle(folder.file("vehicle.toml")).vehicle;
   companion::VehicleFile corrected = companion::load_vehicle(folder.file("corrected.toml"));
   const model::Vehicle truth = corrected.vehicle;
-  const loop::MarginOrder order = loop::order_of(first);
-  corrected.vehicle = loop::at_ordered_margin(truth, truth, order).vehicle;
+  const gains::TunedMargins kept = gains::margins_over(truth, {{"the corrected model", truth}});
+  const loop::MarginOrder order{.peak_sensitivity = kept.peak_sensitivity, .delay_margin_s = kept.delay_margin_s};
   const model::Vehicle slowed = loop::at_ordered_margin(first, truth, order).vehicle;
   const std::string course = whole_file(folder.file("course.txt"));
   sim::Plant plant = sim::plant_of(truth);
@@ -92,7 +93,7 @@ void compare_laws(Folder& folder) {
   }
   const Flown before = fly(slowed, plant, course);
   const Flown after = fly(corrected.vehicle, plant, course);
-  bool is_worse = false;
+  std::array<bool, kParts.size()> is_worse{};
   for (std::size_t i = 0; i < kParts.size(); ++i) {
     const loop::PairedErrors pairs = loop::compare_pairs(before[i], after[i]);
     const std::string name = std::string("paired.") + kParts.at(i);
@@ -100,23 +101,26 @@ void compare_laws(Folder& folder) {
     folder.set_number(name + ".after_m", pairs.after_m);
     folder.set_number(name + ".low_m", pairs.difference_m.low);
     folder.set_number(name + ".high_m", pairs.difference_m.high);
-    is_worse = is_worse || pairs.verdict == "worse";
+    is_worse.at(i) = pairs.verdict == "worse";
   }
   record_margins(folder, "first", first, truth);
   record_margins(folder, "first_slowed_down", slowed, truth);
   record_margins(folder, "corrected", corrected.vehicle, truth);
-  folder.set_number("kept.corrected", is_worse ? 0.0 : 1.0);
-  if (is_worse) {
-    corrected.vehicle = slowed;
+  folder.set_number("kept.corrected", is_worse[0] ? 0.0 : 1.0);
+  if (is_worse[1]) {
+    folder.set_number("found.climb", 0.0);
   }
+  folder.set_number("kept.corrected_climb", is_worse[1] ? 0.0 : 1.0);
+  const model::Vehicle climbs = is_worse[1] ? slowed : corrected.vehicle;
+  corrected.vehicle = loop::with_channel(is_worse[0] ? slowed : corrected.vehicle, climbs, "climb");
   companion::save_vehicle(folder.file("corrected.toml"), corrected.vehicle, corrected.sources);
 }
 
 std::vector<std::string> law_verdicts(const Folder& folder) {
   std::vector<std::string> out;
   const std::map<std::string, double>& numbers = folder.numbers();
-  for (const auto& [key, words] :
-       {std::pair{"horizontal_m", "measured flights, horizontal"}, std::pair{"height_m", "measured flights, height"}}) {
+  for (const auto& [key, words] : {std::pair{"horizontal_m", "flights of the course, horizontal"},
+                                   std::pair{"height_m", "flights of the course, height"}}) {
     std::vector<double> before = repeated(folder, key, kBefore);
     std::vector<double> after = repeated(folder, key, kAfter);
     before.resize(std::min(before.size(), after.size()));
@@ -131,23 +135,29 @@ std::vector<std::string> law_verdicts(const Folder& folder) {
     return out;
   }
   out.push_back(margins_text(folder, "first", "first law as flown"));
-  out.push_back(
-      margins_text(folder, "first_slowed_down", "first law, slowed down to the ordered margin where possible"));
+  out.push_back(margins_text(folder, "first_slowed_down",
+                             "first law, slowed down to the corrected law's margins where possible"));
   out.push_back(margins_text(folder, "corrected", "corrected law"));
+  // Without the sign of a zero.
+  const auto in_mm = [&](const std::string& key) { return std::round(1e4 * numbers.at(key)) / 10.0 + 0.0; };
   for (const char* const part : kParts) {
     const std::string name = std::string("paired.") + part;
     std::array<char, 240> text{};
-    std::snprintf(text.data(), text.size(),
-                  "%d simulated pairs on the corrected model, both laws at the ordered margin, %s: %.4f -> %.4f m, "
-                  "difference [%+.4f, %+.4f] m",
-                  kPairs, part, numbers.at(name + ".before_m"), numbers.at(name + ".after_m"),
-                  numbers.at(name + ".low_m"), numbers.at(name + ".high_m"));
+    std::snprintf(
+        text.data(), text.size(),
+        "%d simulated pairs on the corrected model, both laws at the same margins, %s: %.1f mm before, %.1f mm "
+        "after, difference [%+.1f, %+.1f] mm",
+        kPairs, part, in_mm(name + ".before_m"), in_mm(name + ".after_m"), in_mm(name + ".low_m"),
+        in_mm(name + ".high_m"));
     out.emplace_back(text.data());
   }
   out.emplace_back(
       numbers.at("kept.corrected") > 0.0
           ? "kept: the corrected model"
           : "kept: the FIRST model, slowed down, because the corrected one flies worse at the same margin");
+  if (const auto climb = numbers.find("kept.corrected_climb"); climb != numbers.end() && climb->second == 0.0) {
+    out.emplace_back("for the climb the FIRST model is kept, because the corrected one flies worse in height");
+  }
   return out;
 }
 

@@ -158,15 +158,18 @@ class StepBuilder {
             .commands = commands,
             .evaluate = [](Folder& folder) { return check_margins(folder, "vehicle_margins.json"); }};
   }
-  /// Keeps the weights of the first flight, so that before and after differ only by the correction.
+  /// Tunes the corrected law as the first one was, so that before and after differ only by the correction.
   static Step gains_again() {
-    return {.name = "gains_again",
-            .sentence = "Make the controller's tables from corrected.toml, with the weights that flew.",
-            .reads = {"corrected.toml"},
-            .makes = {"corrected.gains", "corrected_margins.json"},
-            .commands = {{"m100-lab", "gains", "--vehicle", "corrected.toml", "--table", "corrected.gains", "--json",
-                          "corrected_margins.json"}},
-            .evaluate = [](Folder& folder) { return check_margins(folder, "corrected_margins.json"); }};
+    return {
+        .name = "gains_again",
+        .sentence = "Choose the weights for the corrected model, compare both laws, and make the tables of the better.",
+        .reads = {"corrected_model.toml", "vehicle.toml", "course.txt"},
+        .makes = {"corrected.toml", "corrected.gains", "corrected_margins.json"},
+        .commands = {{"m100-lab", "gains", "--vehicle", "corrected_model.toml", "--tune", "corrected.toml"},
+                     {"compare_laws"},
+                     {"m100-lab", "gains", "--vehicle", "corrected.toml", "--table", "corrected.gains", "--json",
+                      "corrected_margins.json"}},
+        .evaluate = [](Folder& folder) { return check_margins(folder, "corrected_margins.json"); }};
   }
   static Step check(const std::string& name, const std::string& of) {
     return {.name = name,
@@ -226,14 +229,17 @@ class StepBuilder {
   }
   Step plan() const {
     const double height = height_m(folder_);
-    return {.name = "plan",
-            .sentence = "Make stick movements that fit into the fence and tell the effects apart.",
-            .reads = {"vehicle.toml", "flight.toml"},
-            .makes = {"sticks.csv", "forecast.json", "sticks_rates.csv", "forecast_rates.json"},
-            .commands = {plan("roll,pitch", kShareOfFence * min_side_m(folder_), "sticks.csv", "forecast.json"),
-                         height > 0.0 ? plan("climb,yaw_rate", height, "sticks_rates.csv", "forecast_rates.json")
-                                      : plan("yaw_rate", kYawFence_rad, "sticks_rates.csv", "forecast_rates.json")},
-            .evaluate = [](Folder&) { return std::string(); }};
+    return {
+        .name = "plan",
+        .sentence = "Make stick movements that fit into the fence and tell the effects apart.",
+        .reads = {"vehicle.toml", "flight.toml"},
+        .makes = {"sticks.csv", "forecast.json", "sticks_rates.csv", "forecast_rates.json"},
+        // Even where no effect of climb or yaw rate would be found, the movement shows the channel's own numbers.
+        .commands = {plan("roll,pitch", kShareOfFence * min_side_m(folder_), "sticks.csv", "forecast.json"),
+                     Command{"try"} +
+                         (height > 0.0 ? plan("climb,yaw_rate", height, "sticks_rates.csv", "forecast_rates.json")
+                                       : plan("yaw_rate", kYawFence_rad, "sticks_rates.csv", "forecast_rates.json"))},
+        .evaluate = [](Folder&) { return std::string(); }};
   }
   Step excite() const {
     return {.name = "excite",
@@ -285,14 +291,13 @@ class StepBuilder {
                          again("yaw_rate", "excite_rates", "forecast_rates.json", "rates.toml", kDeclaredYaw));
     }
     commands.push_back({"take_over"});
-    commands.push_back({"compare_laws"});
     return {.name = "identify_rates",
             .sentence =
                 "Identify climb and yaw rate, and keep a model that predicts the flight better than the first vehicle "
                 "file.",
             .reads = {"excite_rates.ulg", "excite_rates.json", "columns_flight.toml", "columns_climb.toml",
                       "forecast_rates.json", "vehicle.toml", "tilts.toml", "course.ulg", "course.json", "course.txt"},
-            .makes = {"rates.toml", "corrected.toml"},
+            .makes = {"rates.toml", "corrected_model.toml"},
             .commands = commands,
             .evaluate = [](Folder&) { return std::string(); }};
   }

@@ -113,6 +113,24 @@ std::string not_reached(const Folder& folder) {
          "drag, wind and load are not identified and stay as in the first vehicle file.";
 }
 
+/// What the flown difference leaves out: the margin that each law had, and how both fly with the same one. Empty: they
+/// were not compared.
+std::string at_equal_margin(const Folder& folder) {
+  const auto mm = [&](const char* key) {
+    return plot::number(1e3 * folder.numbers().at(std::string("paired.horizontal.") + key)) + " mm";
+  };
+  const auto margin = [&](const char* law) {
+    const auto found = folder.numbers().find(std::string("delay_margin_s.") + law);
+    return found->second > 0.0 ? plot::number(1e3 * found->second) + " ms" : std::string("none");
+  };
+  if (!folder.numbers().contains("kept.corrected")) {
+    return "";
+  }
+  return " The delay margin on the corrected model was " + margin("first") + ", now " + margin("corrected") +
+         "; with the same margin the laws fly " + mm("before_m") + " and " + mm("after_m") +
+         " off horizontally, in simulation.";
+}
+
 /// Writes the first screen: question, findings, what they explain and change, what remains, and both flights.
 void outcome(const Folder& folder, plot::Page& page) {
   const std::string data = folder.settings().port.starts_with("sim:") ? " (simulated)" : " (measured)";
@@ -130,7 +148,9 @@ void outcome(const Folder& folder, plot::Page& page) {
        {"What it changed in flight" + data,
         flown ? "distance from the reference on the same course, root mean square: " + plot::number(before->second) +
                     " m before, " + plot::number(after->second) + " m after (" + plot::percent(change) +
-                    "), one flight each; the interval stands with the flights below."
+                    (folder.settings().flights > 1 ? "); the interval of all flights stands below."
+                                                   : "), one flight each, whose spread is not known.") +
+                    at_equal_margin(folder)
               : "the corrected flight was not flown yet."},
        {"What remains", not_reached(folder)}},
       !flown || std::abs(change) <= share ? "warn"
@@ -166,7 +186,7 @@ void flights(const Folder& folder, plot::Page& page) {
     page.paragraph(
         std::string("The loop oscillated with the weights that were tuned on the log flown by hand. The input weight "
                     "was therefore tripled ") +
-        (folder.numbers().at(kWeightIncreases) > 1.5 ? "twice" : "once") + ", for the flights before and after alike.");
+        (folder.numbers().at(kWeightIncreases) > 1.5 ? "twice" : "once") + ", for the flight before.");
   }
   for (const std::string& name : fallback_law_flew(folder)) {
     page.paragraph("The flight " + name +
@@ -174,7 +194,7 @@ void flights(const Folder& folder, plot::Page& page) {
                    "the change is not the effect of the correction alone.");
   }
   if (folder.numbers().contains(kTrimmed)) {
-    page.paragraph("The flights before and after both used trims that were taken from the hover.");
+    page.paragraph("The flight before used trims that were taken from the hover.");
   }
 }
 

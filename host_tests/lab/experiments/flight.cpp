@@ -97,6 +97,7 @@ class Flight {
       body_->start_time();
     }
     start_.position_w_m = world_.aircraft().state().position_w_m;
+    start_ = plan.start.value_or(start_);
     companion::parse_course(plan.course, start_, trajectory_);
     if (plan.keep_log) {
       begin_log();
@@ -184,7 +185,7 @@ class Flight {
       const bool looked = !plan_.checks_poses_first || controller_->is_converged();
       const bool ready = looked && controller_->link().authority().stage == safety::AuthorityStage::kReady;
       if (ready && !ordered) {
-        if (plan_.pilot_holds_position) {
+        if (plan_.pilot_holds_position && !plan_.start) {
           start_.position_w_m = world_.aircraft().state().position_w_m;
           start_.yaw_rad = world_.aircraft().attitude().yaw_rad;
           companion::parse_course(plan_.course, start_, trajectory_);
@@ -264,7 +265,7 @@ class Flight {
   }
 
   FlightResult finish() {
-    result_.start_w_m = start_.position_w_m;
+    result_.start = start_;
     result_.simulated_s = core::seconds<double>(world_.now().time_since_epoch());
     result_.descent = descent_text();
     result_.authority = safety::name(controller_->link().authority().reason);

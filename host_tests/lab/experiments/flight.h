@@ -11,6 +11,7 @@
 #include "firmware/app/flight_controller.h"
 #include "firmware/companion/files/flight_file.h"
 #include "firmware/companion/files/vehicle_file.h"
+#include "firmware/ref/trajectory.h"
 #include "host_tests/lab/experiments/trace.h"
 #include "host_tests/sim/body/body_choice.h"
 #include "host_tests/sim/ports/world.h"
@@ -34,8 +35,11 @@ struct FlightPlan {
   bool solves_when_due = false;          ///< as app::FlightConfig; true: as the firmware image flies
   bool keep_log = false;                 ///< ULog bytes in the result
   /// The pilot holds the aircraft in place until control is taken, and the course begins where it then is; otherwise
-  /// his sticks rest and it drifts with the wind. Not with keep_log, whose notes are written before the flight.
+  /// his sticks rest and it drifts with the wind.
   bool pilot_holds_position = false;
+  /// Where the course begins, known beforehand from the same flight without a log (FlightResult::start): a log's notes
+  /// are written before the flight. None: see pilot_holds_position.
+  std::optional<ref::Waypoint<double>> start;
   bool checks_poses_first =
       false;  ///< as `m100 fly --take-control`: asks for control after the poses were checked against the force
   sim::BodyJob* body =
@@ -51,9 +55,9 @@ struct FlightPlan {
 };
 
 struct FlightResult {
-  bool flew = false;  ///< control was obtained and the course was started
-  core::Vector<double, 3> start_w_m = core::Vector<double, 3>::Zero();  ///< where the course begins
-  std::string descent;  ///< why the failsafe left the state nominal for good, in words
+  bool flew = false;            ///< control was obtained and the course was started
+  ref::Waypoint<double> start;  ///< where the course begins
+  std::string descent;          ///< why the failsafe left the state nominal for good, in words
   double limit_cycle_detected_s =
       -1.0;  ///< from the start of the course; negative: no oscillation (ctl::LimitCycleDetector)
   // Alarms while the course was flown.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "firmware/sysid/axis_dynamics.h"
+#include "host_tests/lab/identify/data/axis_signals.h"
 #include "host_tests/lab/identify/model/axis/axis_blocks.h"
 #include "host_tests/lab/identify/model/axis/free_run.h"
 #include "host_tests/lab/identify/model/whitening.h"
@@ -21,7 +22,8 @@ AxisData axis_data(const logs::FlightLog& log, Signal stick, Signal other, Signa
   data.period_s = log.period_s;
   data.stick = log.of(stick);
   data.other = log.of(other);
-  data.measured = log.of(measured);
+  const bool from_height = measured == Signal::kVelocityZ && !log.has(Signal::kVelocityZ);
+  data.measured = from_height ? identify::slope(log.of(Signal::kPositionZ), log.period_s) : log.of(measured);
   data.valid.assign(data.measured.size(), 1);
   return data;
 }

@@ -93,7 +93,10 @@ def judge(aircraft, axis, answer):
     drags = [value for key, value in intervals.items() if key in ("rate_per_s", "rate_x_per_s", "rate_y_per_s")]
     within = bool(drags) and all(inside(drag, aircraft.drag_per_s) for drag in drags)
     line += f", drag {aircraft.drag_per_s:.4f} in " + " ".join(f"[{drag['low']:.4f}, {drag['high']:.4f}]" for drag in drags)
-    return accepted and (not drags or not named <= AIR or bool(answer["changes"])), within if accepted and drags else None, line
+    # A name counts as right where the answer itself says that the data cannot tell it from one that the world has.
+    twins = [set(pair) for pair in answer["not_separable"]]
+    right = all(name in AIR or any(name in twin and twin & AIR for twin in twins) for name in named)
+    return accepted and (not drags or not right or bool(answer["changes"])), within if accepted and drags else None, line
 
 
 def main():

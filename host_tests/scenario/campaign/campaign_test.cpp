@@ -6,6 +6,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/files/recorded_flight.h"
+#include "firmware/companion/replay/replay.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/campaign/page.h"
 #include "host_tests/lab/campaign/report_json.h"
@@ -123,6 +125,16 @@ TEST(Campaign, WritesATableAndAPageWithHeatMaps) {
   EXPECT_NE(page.find("class=\"heat"), std::string::npos);
   EXPECT_NE(page.find("0 of 2"), std::string::npos);
   EXPECT_NE(page.find("<a href=\"flight_kind_hover_1.html\">kind, hover, seed 1</a>"), std::string::npos);
+}
+
+// The pilot's drift until control is taken moves the course's start, which the log notes before the flight.
+TEST(Campaign, TheLogOfAWorstFlightReplaysToTheSameBits) {
+  const Campaign campaign = small();
+  std::string bytes = log_of(campaign.worlds[0].plant, campaign.tasks[1], 7, campaign.settings);
+  const companion::RecordedFlight flight = companion::parse_flight_log(std::move(bytes), "worst");
+  const companion::ReplayResult result = companion::replay(flight, companion::Scalar::kDouble, nullptr);
+  EXPECT_GT(result.ticks, 100U);
+  EXPECT_EQ(result.different_ticks, 0U);
 }
 
 }  // namespace

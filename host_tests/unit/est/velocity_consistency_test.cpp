@@ -154,14 +154,15 @@ TEST_F(VelocityConsistencyTest, ReadsGAsWellAsMetresAndNothingWithoutGravity) {
   EXPECT_EQ(reported(), ConsistencyCheck::kNone) << "gravity is taken away: in which axes, nobody says";
 }
 
-// A mirrored pose while the force grows as it does in the closed loop: the check must object before the aircraft is
-// fast.
+// A mirrored pose while tilt and force grow as they do in the closed loop: the check must object before the aircraft
+// is fast.
 TEST_F(VelocityConsistencyTest, NamesAMirroredRunawayBeforeItIsFast) {
   RecordProperty("promise", "R14");
   fly(2.0);  // the check is still in its first seconds
   double speed_m_s = 0.0;
   for (double force_m_s2 = 0.2; reported() == ConsistencyCheck::kNone && speed_m_s < 3.0; force_m_s2 *= 1.04) {
-    felt_.force_b.x() = force_m_s2;
+    felt_.pitch_rad = std::atan2(force_m_s2, kGravity_m_s2);
+    felt_.force_b.z() = std::hypot(force_m_s2, kGravity_m_s2);
     speed_m_s += force_m_s2 * kTick_s;
     fly(kTick_s, -force_m_s2);
   }

@@ -212,6 +212,21 @@ TEST(ThrustSource, OfAClimbingVehicleIsFilteredOnce) {
   EXPECT_EQ(result.verdict, "nothing_missing") << said(result);
 }
 
+// Catches an accelerometer that reads 0.4 m/s^2 too much taken for thrust: a tilt gain of 0.96 was named.
+TEST(ThrustSource, TheAccelerometersErrorIsNoTiltGain) {
+  FlightLog log = climbing_turns();
+  for (std::size_t k = 0; k < log.size; ++k) {
+    const double up = 2.5 * std::sin(2.0 * std::numbers::pi * 1.3 * log.time_s(k));
+    const double upright = std::cos(log.of(Signal::kAttitudeRoll)[k]) * std::cos(log.of(Signal::kAttitudePitch)[k]);
+    log.of(Signal::kForceX).push_back(0.0);
+    log.of(Signal::kForceY).push_back(0.0);
+    log.of(Signal::kForceZ).push_back((kStandardGravity_m_s2 + up) / upright + 0.4);
+  }
+  const IdentifyResult result = ask(log);
+  EXPECT_LT(result.declared.validation_rmse, 0.012);
+  EXPECT_EQ(result.verdict, "nothing_missing") << said(result);
+}
+
 // Catches a velocity that was captured as a mean but is compared with an unaveraged prediction.
 TEST(CapturedVelocity, IsComparedWithTheSameMeanOfThePrediction) {
   FlightLog log = climbing_turns();
