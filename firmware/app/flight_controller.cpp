@@ -54,8 +54,7 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   const std::size_t points = solves ? ref::kHorizon + 1 : 1;
   trajectory_.fill(reference_, now, law_.lead(), points);  // -> reference
   plan(now, points);
-  const std::optional<est::Estimate<T>> other_motion = fault_isolation_.fence_motion(estimate_);
-  geofence_.limit(reference_, other_motion ? *other_motion : estimate_, points);  // inside, and where one can stop
+  hold_fence(points);  // inside, and where one can stop
   const ctl::Command<T> commanded =
       excite(design_.to_send(law_.update(estimate_, reference_, acting, elapsed, solves)), now);  // -> control
   monitors_.update(estimate_, reference_, flies(), excitation_.moves(), elapsed, law_);
@@ -131,6 +130,12 @@ void FlightController<T, S>::plan(core::TimePoint now, std::size_t points) {
     geofence_.limit_goal(reference_);
     law_.plan(reference_, estimate_, now, points);
   }
+}
+
+template <typename T, typename S>
+[[gnu::noinline]] void FlightController<T, S>::hold_fence(std::size_t points) {
+  const std::optional<est::Estimate<T>> other_motion = fault_isolation_.fence_motion(estimate_);
+  geofence_.limit(reference_, other_motion ? *other_motion : estimate_, points);
 }
 
 template <typename T, typename S>

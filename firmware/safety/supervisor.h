@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "firmware/core/assert.h"
@@ -112,6 +113,8 @@ class Supervisor {
   Limits limits_;
   EnvelopeIn<T> envelope_;
   FailsafeState failsafe_state_ = FailsafeState::kSilent;
+  std::size_t row_ = row_number(failsafe_state_, FailsafeCondition::kNone);  ///< of the last tick in the table
+  FailsafeState row_state_ = FailsafeState::kSilent;
   core::TimePoint entered_{};
   bool spent_ = false;  ///< kCoast: the error exceeded the reserve to the fence, and has not become small again
   core::TimePoint spent_since_{};

@@ -7,11 +7,6 @@ namespace m100::lab::gains {
 
 inline double square(double x) { return x * x; }
 
-template <typename R>
-struct ComplexNumber;
-template <typename R>
-ComplexNumber<R> reciprocal(const ComplexNumber<R>& a);
-
 /// A complex number over any real type R that has + - * / and exp, sin, cos: double, intervals, derivatives.
 template <typename R>
 struct ComplexNumber {

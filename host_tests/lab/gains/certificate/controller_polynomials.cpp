@@ -11,7 +11,8 @@ namespace m100::lab::gains {
 namespace {
 
 using Integers = std::vector<std::vector<mpz_class>>;
-using ComplexEnclosure = ComplexNumber<Enclosure>;
+using Ball = TaylorModel<1>;  ///< an unknown constant
+using ComplexBall = ComplexNumber<Ball>;
 using ComplexModel = ComplexNumber<LoopModel>;
 
 /// The least power of two whose product with every number is an integer.
@@ -41,12 +42,12 @@ mpz_class as_integer(double number, int shift) {
   return out;
 }
 
-/// number 2^-shift, rounded outwards.
-Enclosure to_enclosure(const mpz_class& number, long shift) {
+/// number 2^-shift, within its rounding.
+Ball to_ball(const mpz_class& number, long shift) {
   long exponent = 0;
   const double mantissa = mpz_get_d_2exp(&exponent, number.get_mpz_t());  // cuts off
   const double value = std::ldexp(mantissa, static_cast<int>(exponent - shift));
-  return number == 0 ? Enclosure(0.0) : Enclosure::outward(value, value, 2.0);
+  return {value, 2.0 * std::numeric_limits<double>::epsilon() * std::abs(value)};
 }
 
 /// Rows of a matrix of doubles, times 2^shift.
@@ -86,10 +87,10 @@ Integers columns_of(const Integers& left, const Integers& right) {
 }
 
 /// Coefficients about another point: p(from + d) by powers of d, by repeated division.
-std::vector<ComplexEnclosure> about(const std::vector<Enclosure>& polynomial, const ComplexEnclosure& from) {
-  std::vector<ComplexEnclosure> out;
+std::vector<ComplexBall> about(const std::vector<Ball>& polynomial, const ComplexBall& from) {
+  std::vector<ComplexBall> out;
   out.reserve(polynomial.size());
-  for (const Enclosure& coefficient : polynomial) {
+  for (const Ball& coefficient : polynomial) {
     out.push_back({coefficient, 0.0});
   }
   for (std::size_t k = 0; k + 1 < out.size(); ++k) {
@@ -100,20 +101,22 @@ std::vector<ComplexEnclosure> about(const std::vector<Enclosure>& polynomial, co
   return out;
 }
 
-ComplexModel value_at(const std::vector<ComplexEnclosure>& polynomial, const ComplexModel& d) {
-  ComplexModel value{polynomial.back().re, polynomial.back().im};
-  for (std::size_t i = polynomial.size() - 1; i-- > 0;) {
-    value = value * d + ComplexModel{polynomial[i].re, polynomial[i].im};
+ComplexModel value_at(const std::vector<ComplexBall>& polynomial, const ComplexModel& d) {
+  ComplexModel value;
+  for (std::size_t i = polynomial.size(); i-- > 0;) {
+    const auto& [re, im] = polynomial[i];
+    value = value * d + ComplexModel{{re.constant, re.rest}, {im.constant, im.rest}};
   }
   return value;
 }
 
-double size_of(const ComplexEnclosure& number) {
-  return (1.0 + 1e-15) * std::hypot(number.re.magnitude(), number.im.magnitude());
+template <std::size_t kCount>
+double size_of(const ComplexNumber<TaylorModel<kCount>>& number) {
+  return (1.0 + 1e-15) * std::hypot(number.re.size(), number.im.size());
 }
 
 /// A bound of the terms of a polynomial from the first power on, for |d| <= radius.
-double bound_of(const std::vector<ComplexEnclosure>& polynomial, double radius, std::size_t first) {
+double bound_of(const std::vector<ComplexBall>& polynomial, double radius, std::size_t first) {
   double sum = 0.0;
   for (std::size_t i = polynomial.size(); i-- > 0;) {
     sum = (1.0 + 1e-15) * (sum * radius + (i >= first ? size_of(polynomial[i]) : 0.0));
@@ -122,12 +125,12 @@ double bound_of(const std::vector<ComplexEnclosure>& polynomial, double radius, 
 }
 
 /// The first terms of numerator over denominator, approximately: any polynomial has a bound of its error.
-std::vector<ComplexEnclosure> quotient(const std::vector<ComplexEnclosure>& numerator,
-                                       const std::vector<ComplexEnclosure>& denominator) {
+std::vector<ComplexBall> quotient(const std::vector<ComplexBall>& numerator,
+                                  const std::vector<ComplexBall>& denominator) {
   constexpr std::size_t kTerms = 7;
-  const auto middle = [](const ComplexEnclosure& of) { return std::complex(of.re.middle(), of.im.middle()); };
+  const auto middle = [](const ComplexBall& of) { return std::complex(of.re.constant, of.im.constant); };
   std::vector<std::complex<double>> terms;
-  std::vector<ComplexEnclosure> out;
+  std::vector<ComplexBall> out;
   for (std::size_t j = 0; j < kTerms; ++j) {
     std::complex<double> rest = j < numerator.size() ? middle(numerator[j]) : 0.0;
     for (std::size_t i = 1; i <= j && i < denominator.size(); ++i) {
@@ -140,10 +143,10 @@ std::vector<ComplexEnclosure> quotient(const std::vector<ComplexEnclosure>& nume
 }
 
 /// numerator - denominator times quotient.
-std::vector<ComplexEnclosure> error_of(const std::vector<ComplexEnclosure>& numerator,
-                                       const std::vector<ComplexEnclosure>& denominator,
-                                       const std::vector<ComplexEnclosure>& quotient) {
-  std::vector<ComplexEnclosure> out = numerator;
+std::vector<ComplexBall> error_of(const std::vector<ComplexBall>& numerator,
+                                  const std::vector<ComplexBall>& denominator,
+                                  const std::vector<ComplexBall>& quotient) {
+  std::vector<ComplexBall> out = numerator;
   out.resize(std::max(numerator.size(), denominator.size() + quotient.size() - 1));
   for (std::size_t i = 0; i < denominator.size(); ++i) {
     for (std::size_t j = 0; j < quotient.size(); ++j) {
@@ -186,33 +189,31 @@ ControllerPolynomials::ControllerPolynomials(const LiftedController& controller)
   }
   for (std::size_t power = 0; power <= n; ++power) {
     const long back = static_cast<long>(shift) * static_cast<long>(n - power);
-    denominator_.push_back(to_enclosure(p[power], back));
+    denominator_.push_back(to_ball(p[power], back));
     for (std::size_t input = 0; input < b.size(); ++input) {
       const mpz_class sum = d[input] * p[power] + through[input][power];
-      numerators_[input].push_back(to_enclosure(sum, back + shift));
+      numerators_[input].push_back(to_ball(sum, back + shift));
     }
   }
 }
 
-ControllerPolynomials::OverArc ControllerPolynomials::over(const Enclosure& angle) const {
-  const ComplexEnclosure from{std::cos(angle.middle()), std::sin(angle.middle())};
-  const LoopModel turning = LoopModel::variable(angle, kAngleVariable);
-  const ComplexModel d{cos(turning) - from.re, sin(turning) - from.im};
-  const double radius = size_of(ComplexEnclosure{d.re.range(), d.im.range()});
-  const ComplexEnclosure start{from.re - Enclosure(1.0), from.im};
-  const std::vector<ComplexEnclosure> below = about(denominator_, start);
-  const auto point = [](const Enclosure& of) { return Enclosure(of.middle()); };
-  const ComplexEnclosure first{point(below[0].re), point(below[0].im)};
-  const double least =
-      (1.0 - 1e-14) * std::hypot(first.re.low, first.im.low) - size_of(below[0] - first) - bound_of(below, radius, 1);
+ControllerPolynomials::OverArc ControllerPolynomials::over(const Range& angle) const {
+  const LoopModel turning = LoopModel::variable(angle.low, angle.high, kAngleVariable);
+  const double re = std::cos(turning.constant), im = std::sin(turning.constant);
+  const ComplexModel d{cos(turning) - LoopModel(re), sin(turning) - LoopModel(im)};
+  const double radius = size_of(d);
+  const ComplexBall start{Ball(re) - Ball(1.0), im};
+  const std::vector<ComplexBall> below = about(denominator_, start);
+  const double least = (1.0 - 1e-14) * std::hypot(below[0].re.constant, below[0].im.constant) -
+                       std::hypot(below[0].re.rest, below[0].im.rest) - bound_of(below, radius, 1);
   OverArc out{.valid = least > 0.0, .response = {}, .numerators = {}, .denominator = value_at(below, d)};
-  for (const std::vector<Enclosure>& numerator : numerators_) {
-    const std::vector<ComplexEnclosure> above = about(numerator, start);
+  for (const std::vector<Ball>& numerator : numerators_) {
+    const std::vector<ComplexBall> above = about(numerator, start);
     out.numerators.push_back(value_at(above, d));
     if (!out.valid) {
       continue;
     }
-    const std::vector<ComplexEnclosure> terms = quotient(above, below);
+    const std::vector<ComplexBall> terms = quotient(above, below);
     const double rest = (1.0 + 1e-14) * bound_of(error_of(above, below, terms), radius, 0) / least;
     out.response.push_back(value_at(terms, d));
     out.response.back().re.rest += rest;

@@ -3,8 +3,9 @@
 
 #include <vector>
 
-#include "host_tests/lab/gains/certificate/enclosure.h"
+#include "host_tests/lab/gains/certificate/taylor_model.h"
 #include "host_tests/lab/gains/flown_loop.h"
+#include "host_tests/lab/gains/margin_box.h"
 
 namespace m100::lab::gains {
 
@@ -29,13 +30,13 @@ class ControllerPolynomials {
   };
   /// By Taylor polynomials about the arc's middle. That of the response is the quotient's first terms and a bound of
   /// the rest: for any polynomial p, N/D - p = (N - D p) / D. Angles in [0, pi]; the rest follows from symmetry.
-  OverArc over(const Enclosure& angle) const;
+  OverArc over(const Range& angle) const;
 
   std::size_t degree() const { return denominator_.size() - 1; }
 
  private:
-  std::vector<Enclosure> denominator_;              ///< by power of z - 1
-  std::vector<std::vector<Enclosure>> numerators_;  ///< by input, then power
+  std::vector<TaylorModel<1>> denominator_;              ///< by power of z - 1
+  std::vector<std::vector<TaylorModel<1>>> numerators_;  ///< by input, then power
 };
 
 }  // namespace m100::lab::gains

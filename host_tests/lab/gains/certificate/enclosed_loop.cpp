@@ -48,7 +48,7 @@ EnclosedLoop::EnclosedLoop(const model::Vehicle& believed, const OpenStructure& 
 const ComplexNumber<LoopModel>& EnclosedLoop::respond(const LoopCell& cell) {
   std::array<LoopModel, 4> at;
   for (std::size_t k = 0; k < 4; ++k) {
-    at[k] = LoopModel::variable({cell.range[k].low, cell.range[k].high}, k);
+    at[k] = LoopModel::variable(cell.range[k].low, cell.range[k].high, k);
   }
   const PlantParameters<LoopModel> plant{.frequency_rad_s = at[0],
                                          .damping = at[1],
@@ -110,8 +110,7 @@ EnclosedLoop::Parts EnclosedLoop::parts(const LoopCell& cell) {
 const ControllerPolynomials::OverArc& EnclosedLoop::controller_over(const Range& angle) {
   const std::pair key{angle.low, angle.high};
   const auto found = arcs_.find(key);
-  return found != arcs_.end() ? found->second
-                              : arcs_.emplace(key, polynomials_.over(Enclosure(angle.low, angle.high))).first->second;
+  return found != arcs_.end() ? found->second : arcs_.emplace(key, polynomials_.over(angle)).first->second;
 }
 
 }  // namespace m100::lab::gains

@@ -12,34 +12,6 @@
 
 namespace m100::lab::gains {
 
-/// An interval that contains the exact result: every operation is rounded outwards by one unit in the last place, which
-/// is at least twice the rounding error of + - and * (IEEE 754, round to nearest).
-struct Enclosure {
-  double low = 0.0;
-  double high = 0.0;
-
-  constexpr Enclosure() = default;
-  constexpr Enclosure(double exact)
-      : low(exact), high(exact) {}  // NOLINT(google-explicit-constructor): a number is one
-  constexpr Enclosure(double from, double to) : low(from), high(to) {}
-
-  double middle() const { return 0.5 * (low + high); }
-  double magnitude() const { return std::max(std::abs(low), std::abs(high)); }
-
-  static Enclosure outward(double low, double high, double units = 1.0) {
-    constexpr double kUnit = std::numeric_limits<double>::epsilon();
-    constexpr double kTiny = 1e-300;
-    return {low - (units * kUnit * std::abs(low) + kTiny), high + (units * kUnit * std::abs(high) + kTiny)};
-  }
-  friend Enclosure operator+(const Enclosure& a, const Enclosure& b) { return outward(a.low + b.low, a.high + b.high); }
-  friend Enclosure operator-(const Enclosure& a, const Enclosure& b) { return outward(a.low - b.high, a.high - b.low); }
-  friend Enclosure operator*(const Enclosure& a, const Enclosure& b) {
-    const std::array<double, 4> all{a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high};
-    const auto [least, most] = std::minmax_element(all.begin(), all.end());
-    return outward(*least, *most);
-  }
-};
-
 /// A function of kCount variables t in [-1, 1], enclosed by its Taylor polynomial of second order and a bound of the
 /// rest: |f(t) - constant - linear t - t quadratic t| <= rest. Terms that cancel do so in the coefficients, so that the
 /// excess of a long expression is of third order. Rounding errors go to the rest (K. Makino, M. Berz, Taylor models and
@@ -54,33 +26,25 @@ struct TaylorModel {
 
   constexpr TaylorModel() = default;
   constexpr TaylorModel(double exact) : constant(exact) {}  // NOLINT(google-explicit-constructor): a number is one
-  TaylorModel(const Enclosure& of)                          // NOLINT(google-explicit-constructor): an unknown constant
-      : constant(of.middle()), rest(kAbove * std::max(of.high - of.middle(), of.middle() - of.low)) {}
+  /// An unknown constant.
+  constexpr TaylorModel(double about, double error) : constant(about), rest(error) {}
 
-  static TaylorModel variable(const Enclosure& of, std::size_t which) {
-    TaylorModel out(of.middle());
-    out.linear[which] = kAbove * std::max(of.high - of.middle(), of.middle() - of.low);
+  static TaylorModel variable(double low, double high, std::size_t which) {
+    TaylorModel out(0.5 * (low + high));
+    out.linear[which] = kAbove * std::max(high - out.constant, out.constant - low);
     return out;
   }
-  double linear_size() const {
-    double sum = 0.0;
-    for (const double number : linear) {
-      sum += std::abs(number);
-    }
-    return sum;
-  }
+  double linear_size() const { return sum_of(linear); }
   double quadratic_size() const {
     double sum = 0.0;
     for (const Row& row : quadratic) {
-      for (const double number : row) {
-        sum += std::abs(number);
-      }
+      sum += sum_of(row);
     }
     return sum;
   }
   /// A bound of the magnitude of everything that varies.
   double reach() const { return kAbove * (linear_size() + quadratic_size() + rest); }
-  Enclosure range() const { return Enclosure(constant) + Enclosure(-reach(), reach()); }
+  double size() const { return kAbove * (std::abs(constant) + reach()); }
 
   /// f(this), from f, f' and f''/2 at the constant, and a bound of the third derivative over 6 within reach().
   TaylorModel chain(double value, double first, double second, double third) const {
@@ -119,6 +83,13 @@ struct TaylorModel {
   static constexpr double kFunctionError = kRoundingError;  ///< of a function of the C library and its derivatives
   static constexpr double kTiny = 1e-300;                   ///< above what is lost below the least normal number
 
+  static double sum_of(const Row& row) {
+    double sum = 0.0;
+    for (const double number : row) {
+      sum += std::abs(number);
+    }
+    return sum;
+  }
   TaylorModel plus(const TaylorModel& b, double sign) const {
     TaylorModel out(constant + sign * b.constant);
     for (std::size_t i = 0; i < kCount; ++i) {
@@ -158,7 +129,7 @@ ComplexNumber<TaylorModel<kCount>> reciprocal(const ComplexNumber<TaylorModel<kC
   const std::complex<double> first = 1.0 / std::complex<double>(a.re.constant, a.im.constant);
   const Complex scale{first.real(), first.imag()}, one{1.0, 0.0};
   const Complex left = one - scale * a;  // 1/a = scale / (1 - left) = scale (1 + left + left^2 + left^3 / (1 - left))
-  const double size = (1.0 + 1e-14) * std::hypot(left.re.range().magnitude(), left.im.range().magnitude());
+  const double size = (1.0 + 1e-14) * std::hypot(left.re.size(), left.im.size());
   Complex sum = one + left + left * left;
   const double rest = size < 1.0 ? (1.0 + 1e-14) * size * size * size / (1.0 - size)
                                  : std::numeric_limits<double>::infinity();  // a divisor that may be 0
