@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/app/fault_isolation.h"
 
-#include <optional>
-
 #include "firmware/core/maths.h"
 #include "firmware/core/tilt.h"
 #include "firmware/model/vehicle.h"
@@ -169,14 +167,17 @@ est::Estimate<T> FaultIsolation<T>::motion(const est::Estimate<T>& estimate) con
 }
 
 template <typename T>
-est::Estimate<T> FaultIsolation<T>::fence_motion(const est::Estimate<T>& estimate) const {
+std::optional<est::Estimate<T>> FaultIsolation<T>::fence_motion(const est::Estimate<T>& estimate) const {
   const bool suspect = velocity_consistency_.is_suspect() || estimate_faulted_;
+  const bool drifts = (disabled_checks_ & set_of(est::ConsistencyCheck::kHeight)) == 0;
+  const T drift_m = drifts ? height_consistency_.unexplained_drift_m() : T(0);
+  if (!suspect && drift_m == T(0)) {  // then nothing was flown unseen
+    return {};
+  }
   est::Estimate<T> known = suspect ? dead_reckoning_.replace_motion(estimate) : estimate;
   known.x.position_m += unseen_m_.x();
   known.y.position_m += unseen_m_.y();
-  if ((disabled_checks_ & set_of(est::ConsistencyCheck::kHeight)) == 0) {
-    known.height_m -= height_consistency_.unexplained_drift_m();
-  }
+  known.height_m -= drift_m;
   return known;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
+
 #include "firmware/est/consistency/attitude_rate_consistency.h"
 #include "firmware/est/consistency/command_consistency.h"
 #include "firmware/est/consistency/dead_reckoning.h"
@@ -52,7 +54,8 @@ class FaultIsolation {
   /// The motion by which the fence is held. While the force contradicts the poses, the velocity is that of dead
   /// reckoning, before the contradiction is certain: at 2.4 m/s that comes too late to stop. The height is without the
   /// drift on which the autopilot's height and climb speed agree, as far as no honest barometer explains it.
-  est::Estimate<T> fence_motion(const est::Estimate<T>& estimate) const;
+  /// None: the estimate's.
+  std::optional<est::Estimate<T>> fence_motion(const est::Estimate<T>& estimate) const;
   /// Horizontal. Zero if the prediction is useless, so that nothing waits for the aircraft to slow down.
   double speed_m_s(const est::Estimate<T>& estimate) const;
   /// The same after `later`, if tilt and push stay as they are; not less than now.

@@ -45,7 +45,7 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   const ctl::Command<T>& applied = sender_.update(link_.authority().in_control, telemetry);
   const ctl::Command<T> acting = design_.expected(applied);
   const est::Measurement<T> measured = adapt(telemetry, now);  // -> our units and frames, once
-  estimate_ = observer_.update(measured, acting, elapsed);     // -> state estimate
+  observer_.update(measured, acting, elapsed);                 // -> state estimate
   fault_isolation_.update(SensorAdapter::imu_sample<T>(telemetry, measured), measured, estimate_,
                           observer_.model_tilt_rad(), supervisor_.failsafe_state(), elapsed);  // sensors agree?
   monitors_.update_flight_state(link_, estimate_, observer_.model_tilt_rad(), fault_isolation_, elapsed);
@@ -54,7 +54,7 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   const std::size_t points = solves ? ref::kHorizon + 1 : 1;
   trajectory_.fill(reference_, now, law_.lead(), points);  // -> reference
   plan(now, points);
-  geofence_.limit(reference_, fault_isolation_.fence_motion(estimate_), points);  // inside, and where one can stop
+  hold_fence(points);  // inside, and where one can stop
   const ctl::Command<T> commanded =
       excite(design_.to_send(law_.update(estimate_, reference_, acting, elapsed, solves)), now);  // -> control
   monitors_.update(estimate_, reference_, flies(), excitation_.moves(), elapsed, law_);
@@ -133,6 +133,12 @@ void FlightController<T, S>::plan(core::TimePoint now, std::size_t points) {
 }
 
 template <typename T, typename S>
+[[gnu::noinline]] void FlightController<T, S>::hold_fence(std::size_t points) {
+  const std::optional<est::Estimate<T>> other_motion = fault_isolation_.fence_motion(estimate_);
+  geofence_.limit(reference_, other_motion ? *other_motion : estimate_, points);
+}
+
+template <typename T, typename S>
 void FlightController<T, S>::prepare_start(core::TimePoint now) {
   if (!flies()) {
     trajectory_.start(now);
@@ -147,18 +153,19 @@ template <typename T, typename S>
 safety::SupervisedCommand<T> FlightController<T, S>::supervise(const ctl::Command<T>& commanded, bool solved,
                                                                core::TimePoint now) {
   const safety::FailsafeState before = supervisor_.failsafe_state();
-  const safety::CommandSource source = supervisor_.update_failsafe(
-      commanded, {.now = now,
-                  .estimate = est::status_of(estimate_),
-                  .pose_latency = poses_.latency(),
-                  .consistency = fault_isolation_.status(estimate_, before, levels_limit_cycle(), config_.limits),
-                  .link = link_.status(),
-                  .orders = orders_.status(is_in_reach(), now),
-                  .fence = geofence_.status(),
-                  .wind = monitors_.wind(),
-                  .limit_cycle = monitors_.limit_cycle(),
-                  .flight = monitors_.flight_state(),
-                  .model = monitors_.model()});
+  safety::Observation& seen = supervisor_.observation();
+  seen.now = now;
+  seen.estimate = est::status_of(estimate_);
+  seen.pose_latency = poses_.latency();
+  seen.consistency = fault_isolation_.status(estimate_, before, levels_limit_cycle(), config_.limits);
+  seen.link = link_.status();
+  seen.orders = orders_.status(is_in_reach(), now);
+  seen.fence = geofence_.status();
+  seen.wind = monitors_.wind();
+  seen.limit_cycle = monitors_.limit_cycle();
+  seen.flight = monitors_.flight_state();
+  seen.model = monitors_.model();
+  const safety::CommandSource source = supervisor_.update_failsafe(commanded, seen);
   const bool brakes = source == safety::CommandSource::kBrakeAndHold;
   const safety::SupervisedCommand<T> supervised =
       source == safety::CommandSource::kLaw && !solved

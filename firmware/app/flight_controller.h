@@ -95,6 +95,8 @@ class FlightController {
   void prepare_start(core::TimePoint now);
   /// Replaces the jump to a set point by a motion, unless the configuration or an excitation forbids it.
   void plan(core::TimePoint now, std::size_t points);
+  /// With a frame of its own: another motion is not on the stack while the programs are solved.
+  void hold_fence(std::size_t points);
   /// Whether the programs are solved in this tick: in each, unless FlightConfig::solves_when_due is set.
   bool may_leave(core::TimePoint now) const;
   /// @returns the law's command, with the stick that the excitation's plan moves, where there is one.
@@ -123,7 +125,7 @@ class FlightController {
   CommandSender<T> sender_;
   FlightConfig config_;
 
-  est::Estimate<T> estimate_;
+  const est::Estimate<T>& estimate_ = observer_.estimate();
   ref::Window<T> reference_;  ///< beyond its first point only valid in a tick that solves
   safety::SupervisedCommand<T> supervised_;
 };

@@ -140,7 +140,11 @@ class StickLaw {
     }
     if (stick_exponent_ != Real(1)) {
       constexpr Real kTravel = static_cast<Real>(paper::kTravel_vrc);
-      size = kTravel * power(size / kTravel, stick_exponent_);
+      if (!(size == curved_from_)) {  // a stick rests between two commands, and a power costs half of the law
+        curved_from_ = size;
+        curved_to_ = kTravel * power(size / kTravel, stick_exponent_);
+      }
+      size = curved_to_;
     }
     return counts < Real(0) ? -size : size;
   }
@@ -159,6 +163,8 @@ class StickLaw {
   Real other_scale_per_count_;
   Real saturation_;
   Real slew_per_sample_;
+  mutable Real curved_from_ = Real(-1);
+  mutable Real curved_to_ = Real(0);
   Real play_counts_ = Real(0);
   Real slewed_ = Real(0);
   bool slewing_ = false;

@@ -194,14 +194,20 @@ ctl::Command<T> Supervisor<T>::limited(const ctl::Command<T>& wanted, T step_s) 
 
 template <typename T>
 CommandSource Supervisor<T>::update_failsafe(const ctl::Command<T>& wanted, const Observation& seen) {
-  observed_ = seen;
+  if (&seen != &observed_) {
+    observed_ = seen;
+  }
+  const FailsafeCondition conditions_before = conditions_;
   conditions_ = weigh(wanted, seen);
   const bool unsound = any(conditions_, FailsafeCondition::kCommandInvalid);
   stats_.invalid_commands += unsound ? 1U : 0U;
   const FailsafeState before = failsafe_state_;
-  const std::size_t row = row_number(failsafe_state_, conditions_);
-  if (row < kFailsafeTransitions.size()) {
-    enter(kFailsafeTransitions[row], seen);
+  if (before != row_state_ || conditions_ != conditions_before) {  // otherwise the table gives the same row again
+    row_ = row_number(before, conditions_);
+    row_state_ = before;
+  }
+  if (row_ < kFailsafeTransitions.size()) {
+    enter(kFailsafeTransitions[row_], seen);
   }
   ended_ = before != FailsafeState::kSilent && failsafe_state_ == FailsafeState::kSilent &&
            any(conditions_, FailsafeCondition::kCommandable);

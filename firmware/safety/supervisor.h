@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "firmware/core/assert.h"
@@ -65,6 +66,7 @@ class Supervisor {
   }
   /// The same in two halves, for callers that compute the settled command only when it is needed: first the failsafe,
   /// ...
+  /// @param seen may be observation() itself.
   CommandSource update_failsafe(const ctl::Command<T>& wanted, const Observation& seen);
   /// ... then the limits. @param command the one of the two that passes; not read if neither does.
   SupervisedCommand<T> limit_command(CommandSource passes, const ctl::Command<T>& command, T step_s);
@@ -83,6 +85,8 @@ class Supervisor {
   FailsafeState failsafe_state() const { return failsafe_state_; }
   /// The flight is ending: level, or neutral before the release.
   bool ends() const { return failsafe_state_ == FailsafeState::kLevel || failsafe_state_ == FailsafeState::kRelease; }
+  /// To be filled in place before update_failsafe(); a copy of it would cost a hundredth of a tick.
+  Observation& observation() { return observed_; }
   /// The observation of the last tick.
   const Observation& observed() const { return observed_; }
   /// The signs of the last tick.
@@ -109,6 +113,8 @@ class Supervisor {
   Limits limits_;
   EnvelopeIn<T> envelope_;
   FailsafeState failsafe_state_ = FailsafeState::kSilent;
+  std::size_t row_ = row_number(failsafe_state_, FailsafeCondition::kNone);  ///< of the last tick in the table
+  FailsafeState row_state_ = FailsafeState::kSilent;
   core::TimePoint entered_{};
   bool spent_ = false;  ///< kCoast: the error exceeded the reserve to the fence, and has not become small again
   core::TimePoint spent_since_{};

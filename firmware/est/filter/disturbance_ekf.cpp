@@ -68,8 +68,9 @@ template <typename S, typename Real>
                                           model::flown_noise(vehicle).pose_position_sigma_m)) {}
 
 template <typename S, typename Real>
-Estimate<Real> DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured,
-                                               const ctl::Command<Real>& applied_command, core::Duration elapsed) {
+const Estimate<Real>& DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured,
+                                                      const ctl::Command<Real>& applied_command,
+                                                      core::Duration elapsed) {
   M100_ASSERT(elapsed >= core::Duration(0));
   now_ = measured.now;
   for (int ticks = time_.take(elapsed, kMaxTicks); ticks > 0; --ticks) {
@@ -97,7 +98,8 @@ Estimate<Real> DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured
     restart();
   }
   (void)heading_.of(core::Arithmetic<S>::template real<Real>(yaw_.yaw()));  // once for all users of the estimate
-  return estimate();
+  update_estimate();
+  return estimate_;
 }
 
 template <typename S, typename Real>
@@ -182,10 +184,10 @@ void DisturbanceEkf<S, Real>::fuse_specific_force(const DisturbanceAcceleration<
 }
 
 template <typename S, typename Real>
-Estimate<Real> DisturbanceEkf<S, Real>::estimate() const {
+void DisturbanceEkf<S, Real>::update_estimate() {
   constexpr Real kPerUnit = static_cast<Real>(1.0 / kTimeUnit_s);
   const auto real = [](S value) { return core::Arithmetic<S>::template real<Real>(value); };
-  Estimate<Real> e;
+  Estimate<Real>& e = estimate_;
   e.x = estimate_of(x_, inflation_x_);
   e.y = estimate_of(y_, inflation_y_);
   e.height_m = real(height_.state(HeightFilter<S>::kZ));
@@ -201,7 +203,6 @@ Estimate<Real> DisturbanceEkf<S, Real>::estimate() const {
   e.prediction_valid = started_ && since_start_ >= kSettling &&
                        attitude_.age <= (attitude_.is_refused ? kAttitudeDoubted : kAttitudeSilent);
   e.healthy = e.prediction_valid && pose_.since_use <= kPoseLost;
-  return e;
 }
 
 template <typename S, typename Real>

@@ -70,8 +70,10 @@ class DisturbanceEkf {
   explicit DisturbanceEkf(const model::Vehicle& vehicle);
 
   /// One tick, `elapsed` after the last call. Predicts whole ticks (core::TickCount), 0 to kMaxTicks.
-  Estimate<Real> update(const Measurement<Real>& measured, const ctl::Command<Real>& applied_command,
-                        core::Duration elapsed);
+  const Estimate<Real>& update(const Measurement<Real>& measured, const ctl::Command<Real>& applied_command,
+                               core::Duration elapsed);
+  /// Of the last tick.
+  const Estimate<Real>& estimate() const { return estimate_; }
 
   EkfCounters counters() const;
   /// The tilt about both axes of the yaw-free frame that the model predicts from the commands alone; rad.
@@ -102,7 +104,7 @@ class DisturbanceEkf {
   std::uint32_t ceilings_met() const { return x_.health().ceilings + y_.health().ceilings; }
   void recover(ResetReason reason);
   void restart();
-  Estimate<Real> estimate() const;
+  void update_estimate();
   AxisEstimate<Real> estimate_of(const AxisFilter<S>& filter, const CovarianceInflation<Real>& lag) const;
   /// Corrects one axis by a pose that passed the gate.
   void correct(AxisFilter<S>& filter, CovarianceInflation<Real>& lag,
@@ -142,6 +144,7 @@ class DisturbanceEkf {
   } pose_;
   PoseAgreement<Real> agreement_;  ///< of poses that do not agree with the state
   EkfCounters counters_;
+  Estimate<Real> estimate_;
 };
 
 using DoubleEkf = DisturbanceEkf<double, double>;

@@ -1,19 +1,29 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/link/telemetry/telemetry_receiver.h"
 
+#include <algorithm>
+#include <bit>
+
 #include "firmware/link/telemetry/telemetry_check.h"
 
 namespace m100::link {
+namespace {
+
+core::Status decode(protocol::TelemetryLayout layout, std::span<const std::byte> package, protocol::Telemetry& out) {
+  if (layout != protocol::TelemetryLayout::kFamily) {
+    return protocol::decode_telemetry(package, out);
+  }
+  protocol::FamilyItems more;
+  return protocol::decode_family_telemetry(package, out, more);
+}
+
+}  // namespace
 
 TelemetryReceiver::Reception TelemetryReceiver::take(std::span<const std::byte> package, bool waited,
                                                      core::TimePoint last, core::TimePoint now, LinkMeter& meter) {
   const protocol::Telemetry former = telemetry_;
   Reception reception;
-  protocol::FamilyItems more;
-  const core::Status decoded = layout_ == protocol::TelemetryLayout::kFamily
-                                   ? protocol::decode_family_telemetry(package, telemetry_, more)
-                                   : protocol::decode_telemetry(package, telemetry_);
-  if (decoded != core::Status::kOk) {
+  if (decode(layout_, package, telemetry_) != core::Status::kOk) {
     ++meter.counters().bad_packages;
     return reception;
   }
@@ -54,11 +64,8 @@ void TelemetryReceiver::reset() {
 }
 
 core::TimePoint TelemetryReceiver::received_at(protocol::TelemetryItem item) const {
-  std::size_t index = 0;
-  while (index + 1 < item_times_.size() && ((std::uint32_t{static_cast<std::uint16_t>(item)} >> index) & 1U) == 0) {
-    ++index;
-  }
-  return item_times_[index];
+  const auto index = static_cast<std::size_t>(std::countr_zero(static_cast<std::uint16_t>(item)));
+  return item_times_[std::min(index, item_times_.size() - 1)];
 }
 
 }  // namespace m100::link

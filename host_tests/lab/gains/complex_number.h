@@ -19,22 +19,13 @@ struct ComplexNumber {
     return {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
   }
   friend ComplexNumber operator*(const R& a, const ComplexNumber& b) { return {a * b.re, a * b.im}; }
-  friend ComplexNumber operator/(const ComplexNumber& a, const ComplexNumber& b) {
-    const R norm = square(b.re) + square(b.im);
-    return {(a.re * b.re + a.im * b.im) / norm, (a.im * b.re - a.re * b.im) / norm};
-  }
+  friend ComplexNumber operator/(const ComplexNumber& a, const ComplexNumber& b) { return a * reciprocal(b); }
 };
 
 template <typename R>
-ComplexNumber<R> conjugate(const ComplexNumber<R>& a) {
-  return {a.re, R{} - a.im};
-}
-
-template <typename R>
-ComplexNumber<R> exponential(const ComplexNumber<R>& a) {
-  using std::cos, std::exp, std::sin;
-  const R size = exp(a.re);
-  return {size * cos(a.im), size * sin(a.im)};
+ComplexNumber<R> reciprocal(const ComplexNumber<R>& a) {
+  const R norm = square(a.re) + square(a.im);
+  return {a.re / norm, (R{} - a.im) / norm};
 }
 
 }  // namespace m100::lab::gains

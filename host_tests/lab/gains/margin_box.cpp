@@ -177,8 +177,7 @@ MarginBox::Plant MarginBox::plant(const Case& one, double frequency, double damp
       .lead_s = axis.lead_zero_s,
       .drag_per_s = vehicle.translation.linear_drag_per_s,
       .pull_m_s2 = (one.axis == Axis::kX ? 1.0 : -1.0) * model::kGravity_m_s2 * vehicle.translation.tilt_gain,
-      .delay_ticks = ticks,
-      .overdamped = damping > 1.0};
+      .delay_ticks = ticks};
   Plant out{.frequency = frequency,
             .damping = damping,
             .delay_s = delay_s,

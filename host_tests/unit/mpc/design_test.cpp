@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <complex>
 #include <random>
 
+#include "firmware/companion/files/mode.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/lab/gains/certificate/certify.h"
 #include "host_tests/lab/gains/certificate/enclosed_loop.h"
-#include "host_tests/lab/gains/certificate/enclosure.h"
+#include "host_tests/lab/gains/certificate/taylor_model.h"
 #include "host_tests/lab/gains/flown_loop.h"
 #include "host_tests/lab/gains/gain_tables.h"
 #include "host_tests/lab/gains/margin_box.h"
@@ -99,48 +102,41 @@ TEST(PlantResponse, TimesTheControllerIsTheLoopAsFlown) {
   }
 }
 
-TEST(Enclosure, ContainsExactResultsAndTheirDerivatives) {
+/// Whether the model's polynomial, at t, is as near to the value as it says.
+template <std::size_t kCount>
+bool contains(const TaylorModel<kCount>& model, const std::array<double, kCount>& t, double value) {
+  double sum = model.constant;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    sum += model.linear[i] * t[i];
+    for (std::size_t j = i; j < kCount; ++j) {
+      sum += model.quadratic[i][j] * t[i] * t[j];
+    }
+  }
+  return std::abs(sum - value) <= model.rest;
+}
+
+TEST(TaylorModel, ContainsExactResultsWithARemainderOfThirdOrder) {
   std::mt19937 dice(3);
   const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(dice); };
   for (int i = 0; i < 2000; ++i) {
-    const double low = between(0.1, 1.3), width = between(0.0, 0.1), at = low + width * between(0.0, 1.0);
-    const auto x = EnclosedJet<1>::variable({low, low + width}, 0);
-    const EnclosedJet<1> out = sin(x) * exp(x) / sqrt(x) - square(cos(x));
-    const double value = std::sin(at) * std::exp(at) / std::sqrt(at) - std::cos(at) * std::cos(at);
-    EXPECT_TRUE(out.value.contains(value)) << at;
-    const double slope =
-        std::exp(at) * ((std::cos(at) + std::sin(at)) / std::sqrt(at) - 0.5 * std::sin(at) / (at * std::sqrt(at))) +
-        2.0 * std::sin(at) * std::cos(at);
-    EXPECT_TRUE(out.by[0].contains(0.5 * width * slope)) << at;
+    const double at = between(0.1, 0.9), half = between(1e-6, 0.05), other_half = between(1e-6, 0.05);
+    const auto x = TaylorModel<2>::variable(at - half, at + half, 0);
+    const auto y = TaylorModel<2>::variable(1.0 - other_half, 1.0 + other_half, 1);
+    const ComplexNumber<TaylorModel<2>> out =
+        ComplexNumber<TaylorModel<2>>{x * y, square(y)} / ComplexNumber<TaylorModel<2>>{cos(x), y - sin(x)};
+    const std::array<double, 2> t{between(-1.0, 1.0), between(-1.0, 1.0)};
+    const double a = at + half * t[0], b = 1.0 + other_half * t[1];
+    const std::complex<double> value =
+        std::complex<double>(a * b, b * b) / std::complex<double>(std::cos(a), b - std::sin(a));
+    EXPECT_TRUE(contains(out.re, t, value.real())) << a << " " << b;
+    EXPECT_TRUE(contains(out.im, t, value.imag())) << a << " " << b;
+    EXPECT_LT(out.re.rest, 200.0 * std::pow(half + other_half, 3) + 1e-12) << a;
   }
+  const auto any = TaylorModel<1>::variable(-0.1, 0.2, 0);
+  EXPECT_FALSE(std::isfinite(reciprocal(ComplexNumber<TaylorModel<1>>{any, 0.0}).re.rest)) << "may be 0";
 }
 
-TEST(ControllerPolynomials, ContainTheResponseOverAnArc) {
-  for (const LoopTiming& timing : {kVirtualRcTiming, kMovementTiming}) {
-    const LiftedController lifted(FlownController(robust_design(), Axis::kX, timing), timing);
-    const ControllerPolynomials polynomials(lifted);
-    for (const double low : {0.004, 0.05, 0.4, 2.0, 3.0}) {
-      const double width = 0.02 * low;
-      const ControllerPolynomials::OverArc arc = polynomials.over({low, low + width});
-      ASSERT_TRUE(arc.valid);
-      const Eigen::RowVectorXcd from = lifted.response(std::polar(1.0, low));
-      const Eigen::RowVectorXcd to = lifted.response(std::polar(1.0, low + width));
-      for (Eigen::Index k = 0; k < from.size(); ++k) {
-        const ComplexNumber<LoopJet>& law = arc.response[static_cast<std::size_t>(k)];
-        const std::complex<double> slope = 0.5 * (to(k) - from(k));  // a mean of the derivatives of each part
-        const double slack = 1e-7 * (std::abs(from(k)) + std::abs(slope));
-        EXPECT_NEAR(std::clamp(from(k).real(), law.re.value.low, law.re.value.high), from(k).real(), slack);
-        EXPECT_NEAR(std::clamp(to(k).imag(), law.im.value.low, law.im.value.high), to(k).imag(), slack);
-        const Enclosure &re = law.re.by[kAngleVariable], &im = law.im.by[kAngleVariable];
-        EXPECT_NEAR(std::clamp(slope.real(), re.low, re.high), slope.real(), slack) << low << " " << k;
-        EXPECT_NEAR(std::clamp(slope.imag(), im.low, im.high), slope.imag(), slack) << low << " " << k;
-        EXPECT_LT(law.re.value.high - law.re.value.low, 0.5 * std::abs(from(k)) + 1e-3) << "tight enough to be of use";
-      }
-    }
-  }
-}
-
-// Everywhere in a cell the loop that is stepped from tick to tick lies within the linear form and its remainder.
+// Everywhere in a cell the loop that is stepped from tick to tick lies within the expansion and its remainder.
 TEST(EnclosedLoop, ContainsTheLoopAsFlown) {
   const OpenStructure structure = both_structures().front();
   std::mt19937 dice(5);
@@ -148,17 +144,18 @@ TEST(EnclosedLoop, ContainsTheLoopAsFlown) {
     const FlownController controller(robust_design(), Axis::kX, timing);
     EnclosedLoop enclosed(robust_design(), structure, Axis::kX, timing);
     const double period_s = 0.01 * static_cast<double>(timing.command_ticks);
-    for (const double w : {1.0, 6.0, 15.0}) {
-      const LoopCell cell{{Range{6.0, 6.01}, {0.70, 0.701}, {0.0045, 0.0046}, {w * period_s, 1.001 * w * period_s}}};
-      const EnclosedLoop::Linear loop = enclosed.over(cell, 5);
+    for (const double w : {0.4, 1.0, 6.0, 15.0, 60.0}) {
+      const LoopCell cell{{Range{6.0, 6.01}, {0.70, 0.701}, {0.0045, 0.0046}, {w * period_s, 1.001 * w * period_s}}, 5};
+      const EnclosedLoop::Expansion loop = enclosed.over(cell);
       ASSERT_TRUE(loop.valid);
-      EXPECT_LT(loop.rest, 0.1 * std::hypot(loop.middle.re.middle(), loop.middle.im.middle()));
+      EXPECT_LT(loop.rest, 1e-4 * std::abs(loop.middle));
       for (int i = 0; i < 10; ++i) {
         std::array<double, 4> at{};
-        std::complex<double> expected(loop.middle.re.middle(), loop.middle.im.middle());
+        std::complex<double> expected = loop.middle;
         for (std::size_t k = 0; k < 4; ++k) {
           at[k] = std::uniform_real_distribution<double>(cell.range[k].low, cell.range[k].high)(dice);
-          expected += loop.slope[k] * (at[k] - cell.middle(k)) / cell.half(k);
+          const double t = (at[k] - cell.middle(k)) / cell.half(k);
+          expected += (loop.slope[k] + loop.curvature[k] * t) * t;
         }
         model::Vehicle truth = structure.vehicle;
         truth.pitch.natural_frequency_rad_s = at[0];
@@ -172,26 +169,28 @@ TEST(EnclosedLoop, ContainsTheLoopAsFlown) {
   }
 }
 
-TEST(Certify, ProvesASmallBoxAndRefusesAnUnstableLoop) {
-  std::vector<OpenStructure> structures = both_structures();
-  structures.resize(1);
-  for (AxisBox& box : structures[0].box) {
-    const double delay_s = 0.055, damping = 0.72;
-    box = {.gain = {0.97, 1.03},
-           .frequency = {0.9995, 1.0005},
-           .damping = {damping, damping + 0.001},
-           .delay_s = {delay_s, delay_s + 0.0001}};
-  }
-  for (const CertifiedLoop& one : certify(robust_design(), structures, 1.13, [](const CertifiedLoop&) {})) {
+TEST(Certify, ProvesTheWholeBoxAndRefusesAnUnstableLoop) {
+  std::vector<OpenStructure> structures = open_structures(companion::load_vehicle(kVehicle));
+  const model::Vehicle design = companion::in_mode(companion::load_vehicle(kVehicle).vehicle, companion::Mode::kField);
+  const std::vector<CertifiedLoop> all = certify(design, structures, 1.02, [](const CertifiedLoop&) {});
+  EXPECT_EQ(all.size(), 8U) << "two structures, axes and channels";
+  for (const CertifiedLoop& one : all) {
     EXPECT_TRUE(one.holds) << one.why_not;
-    EXPECT_GE(one.bound, 1.0);
-    EXPECT_LE(one.bound, 1.15 * one.sampled);
+    EXPECT_LE(one.box.gain.low, 0.8);
+    EXPECT_GE(one.box.frequency.high, 1.2);
+    EXPECT_GE(one.box.damping.high - one.box.damping.low, 0.2 - 1e-12);
+    EXPECT_GE(one.box.delay_s.high - one.box.delay_s.low, 0.01);
+    EXPECT_GE(one.peak.bound, 1.0);
+    EXPECT_LE(one.peak.bound, 1.021 * one.peak.sampled);
+    EXPECT_LE(one.at_any_age.bound, 1.021 * one.at_any_age.sampled);
     EXPECT_LT(one.low_bound, 0.5);
+    EXPECT_LT(one.cells, 100'000U);
   }
+  structures.resize(1);
   for (AxisBox& box : structures[0].box) {
     box.delay_s = {0.4, 0.402};
   }
-  const std::vector<CertifiedLoop> late = certify(robust_design(), structures, 1.13, [](const CertifiedLoop&) {});
+  const std::vector<CertifiedLoop> late = certify(design, structures, 1.02, [](const CertifiedLoop&) {});
   EXPECT_FALSE(late[0].holds);
   EXPECT_NE(late[0].why_not.find("unstable"), std::string::npos) << late[0].why_not;
 }

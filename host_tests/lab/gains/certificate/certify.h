@@ -16,25 +16,31 @@ struct CertifiedLoop {
   bool by_sticks = true;
   AxisBox box;
   bool holds = false;
-  double bound = 0.0;      ///< of the peak sensitivity, in the whole box
-  double sampled = 0.0;    ///< the largest that was evaluated
+  /// Of the sensitivity in the whole box.
+  struct Peak {
+    double bound = 0.0;
+    double sampled = 0.0;  ///< the largest that was evaluated
+  };
+  Peak peak;               ///< with the pose as old as assumed
+  Peak at_any_age;         ///< with the pose 0 ms to twice as old as assumed, in whole ticks of 10 ms
   double low_rad_s = 0.0;  ///< below it the loop gain alone bounds the sensitivity, down to z = 1
   double low_bound = 0.0;  ///< of the sensitivity there
   std::size_t cells = 0;
   std::string why_not;
 };
 
-/// Proves, in interval arithmetic with outward rounding, that the loop as flown is stable and its peak sensitivity
-/// bounded on every aircraft of the boxes of gain, frequency, damping and delay. The loop is L = gain N(z) Y(z;
-/// frequency, damping, delay) / D(z): the controller as exact polynomials, the vehicle in closed form.
+/// Proves, by Taylor models with outward rounding, that the loop as flown is stable and its peak sensitivity bounded on
+/// every aircraft of the boxes of gain, frequency, damping and delay, for each age of the pose. The loop is L = gain
+/// N(z) Y(z; frequency, damping, delay) / D(z): the controller as exact polynomials, the vehicle stepped from tick to
+/// tick by power series, so that no step of its evaluation is a difference of near numbers.
 ///  1. In each tick of delay, D (1 - 1/z) (1 - exp(-drag P)/z) (1 + L) of one aircraft has as many turns round 0 on the
 ///     unit circle as its degree: all its zeros lie inside.
-///  2. Each cell of (frequency, damping, rest of the delay, angle of z) is enclosed by L(middle) + slopes (x - middle)
-///     + a remainder of second order. One direction in which the distance from -1 is positive for all gains shows that
-///     no zero crosses the circle, and bounds the sensitivity; otherwise the cell is halved where its remainder comes
+///  2. Each cell of (frequency, damping, rest of the delay, angle of z) is enclosed by a polynomial of second order and
+///     a remainder of third order. One direction in which the distance from -1 is positive for all gains shows that no
+///     zero crosses the circle, and bounds the sensitivity; otherwise the cell is halved where its remainder comes
 ///     from.
 ///  3. Below 0.3 rad/s, z = 1 included: |1/L| <= h gives S <= h / (1 - h), without a division by the integrators.
-/// @param margin the bound is at most this times the largest sampled peak
+/// @param margin a bound is at most this times the largest sampled peak of all loops at such ages of the pose
 std::vector<CertifiedLoop> certify(const model::Vehicle& believed, const std::vector<OpenStructure>& structures,
                                    double margin, const std::function<void(const CertifiedLoop&)>& progress);
 

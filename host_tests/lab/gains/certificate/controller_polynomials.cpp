@@ -11,7 +11,9 @@ namespace m100::lab::gains {
 namespace {
 
 using Integers = std::vector<std::vector<mpz_class>>;
-using ComplexEnclosure = ComplexNumber<Enclosure>;
+using Ball = TaylorModel<1>;  ///< an unknown constant
+using ComplexBall = ComplexNumber<Ball>;
+using ComplexModel = ComplexNumber<LoopModel>;
 
 /// The least power of two whose product with every number is an integer.
 template <typename Dense>
@@ -40,12 +42,29 @@ mpz_class as_integer(double number, int shift) {
   return out;
 }
 
-/// number 2^-shift, rounded outwards.
-Enclosure to_enclosure(const mpz_class& number, long shift) {
+/// number 2^-shift, within its rounding.
+Ball to_ball(const mpz_class& number, long shift) {
   long exponent = 0;
   const double mantissa = mpz_get_d_2exp(&exponent, number.get_mpz_t());  // cuts off
   const double value = std::ldexp(mantissa, static_cast<int>(exponent - shift));
-  return number == 0 ? Enclosure(0.0) : Enclosure::outward(value, value, 2.0);
+  return {value, 2.0 * std::numeric_limits<double>::epsilon() * std::abs(value)};
+}
+
+/// Rows of a matrix of doubles, times 2^shift.
+Integers rows_of(const Eigen::MatrixXd& matrix, int shift) {
+  Integers out(static_cast<std::size_t>(matrix.rows()));
+  for (std::size_t row = 0; row < out.size(); ++row) {
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
+      out[row].push_back(as_integer(matrix(static_cast<Eigen::Index>(row), column), shift));
+    }
+  }
+  return out;
+}
+
+void add_to_diagonal(Integers& matrix, const mpz_class& number) {
+  for (std::size_t i = 0; i < matrix.size(); ++i) {
+    matrix[i][i] += number;
+  }
 }
 
 mpz_class dot(const std::vector<mpz_class>& a, const std::vector<mpz_class>& b) {
@@ -68,9 +87,10 @@ Integers columns_of(const Integers& left, const Integers& right) {
 }
 
 /// Coefficients about another point: p(from + d) by powers of d, by repeated division.
-std::vector<ComplexEnclosure> about(const std::vector<Enclosure>& polynomial, const ComplexEnclosure& from) {
-  std::vector<ComplexEnclosure> out;
-  for (const Enclosure& coefficient : polynomial) {
+std::vector<ComplexBall> about(const std::vector<Ball>& polynomial, const ComplexBall& from) {
+  std::vector<ComplexBall> out;
+  out.reserve(polynomial.size());
+  for (const Ball& coefficient : polynomial) {
     out.push_back({coefficient, 0.0});
   }
   for (std::size_t k = 0; k + 1 < out.size(); ++k) {
@@ -81,54 +101,52 @@ std::vector<ComplexEnclosure> about(const std::vector<Enclosure>& polynomial, co
   return out;
 }
 
-ComplexEnclosure value_at(const std::vector<ComplexEnclosure>& polynomial, const ComplexEnclosure& d) {
-  ComplexEnclosure value = polynomial.back();
-  for (std::size_t i = polynomial.size() - 1; i-- > 0;) {
-    value = value * d + polynomial[i];
+ComplexModel value_at(const std::vector<ComplexBall>& polynomial, const ComplexModel& d) {
+  ComplexModel value;
+  for (std::size_t i = polynomial.size(); i-- > 0;) {
+    const auto& [re, im] = polynomial[i];
+    value = value * d + ComplexModel{{re.constant, re.rest}, {im.constant, im.rest}};
   }
   return value;
 }
 
-double size_of(const ComplexEnclosure& number) {
-  return (1.0 + 1e-15) * std::hypot(number.re.magnitude(), number.im.magnitude());
+template <std::size_t kCount>
+double size_of(const ComplexNumber<TaylorModel<kCount>>& number) {
+  return (1.0 + 1e-15) * std::hypot(number.re.size(), number.im.size());
 }
 
-/// Bounds of a polynomial and its derivative for |d| <= radius. @param first the first power that counts
-struct PolynomialBound {
-  PolynomialBound(const std::vector<ComplexEnclosure>& polynomial, double radius, std::size_t first) {
-    for (std::size_t i = polynomial.size(); i-- > first;) {
-      slope = (1.0 + 1e-15) * (slope * radius + static_cast<double>(i) * (i > 0 ? size_of(polynomial[i]) : 0.0));
-    }
-    double power = std::pow(radius, static_cast<double>(first)) * (1.0 + 1e-14);
-    slope = first > 1 ? slope * std::pow(radius, static_cast<double>(first - 1)) * (1.0 + 1e-14) : slope;
-    for (std::size_t i = first; i < polynomial.size(); ++i, power *= radius * (1.0 + 1e-15)) {
-      value += (1.0 + 1e-15) * size_of(polynomial[i]) * power;
-    }
+/// A bound of the terms of a polynomial from the first power on, for |d| <= radius.
+double bound_of(const std::vector<ComplexBall>& polynomial, double radius, std::size_t first) {
+  double sum = 0.0;
+  for (std::size_t i = polynomial.size(); i-- > 0;) {
+    sum = (1.0 + 1e-15) * (sum * radius + (i >= first ? size_of(polynomial[i]) : 0.0));
   }
-  double value = 0.0, slope = 0.0;
-};
+  return sum;
+}
 
-/// The first terms of numerator over denominator, as plain numbers.
-std::vector<ComplexEnclosure> quotient(const std::vector<ComplexEnclosure>& numerator,
-                                       const std::vector<ComplexEnclosure>& denominator) {
+/// The first terms of numerator over denominator, approximately: any polynomial has a bound of its error.
+std::vector<ComplexBall> quotient(const std::vector<ComplexBall>& numerator,
+                                  const std::vector<ComplexBall>& denominator) {
   constexpr std::size_t kTerms = 7;
-  std::vector<ComplexEnclosure> out;
+  const auto middle = [](const ComplexBall& of) { return std::complex(of.re.constant, of.im.constant); };
+  std::vector<std::complex<double>> terms;
+  std::vector<ComplexBall> out;
   for (std::size_t j = 0; j < kTerms; ++j) {
-    ComplexEnclosure rest = j < numerator.size() ? numerator[j] : ComplexEnclosure{};
+    std::complex<double> rest = j < numerator.size() ? middle(numerator[j]) : 0.0;
     for (std::size_t i = 1; i <= j && i < denominator.size(); ++i) {
-      rest = rest - denominator[i] * out[j - i];
+      rest -= middle(denominator[i]) * terms[j - i];
     }
-    const ComplexEnclosure term = rest / denominator[0];
-    out.push_back({Enclosure(term.re.middle()), Enclosure(term.im.middle())});
+    terms.push_back(rest / middle(denominator[0]));
+    out.push_back({terms[j].real(), terms[j].imag()});
   }
   return out;
 }
 
 /// numerator - denominator times quotient.
-std::vector<ComplexEnclosure> error_of(const std::vector<ComplexEnclosure>& numerator,
-                                       const std::vector<ComplexEnclosure>& denominator,
-                                       const std::vector<ComplexEnclosure>& quotient) {
-  std::vector<ComplexEnclosure> out = numerator;
+std::vector<ComplexBall> error_of(const std::vector<ComplexBall>& numerator,
+                                  const std::vector<ComplexBall>& denominator,
+                                  const std::vector<ComplexBall>& quotient) {
+  std::vector<ComplexBall> out = numerator;
   out.resize(std::max(numerator.size(), denominator.size() + quotient.size() - 1));
   for (std::size_t i = 0; i < denominator.size(); ++i) {
     for (std::size_t j = 0; j < quotient.size(); ++j) {
@@ -138,111 +156,68 @@ std::vector<ComplexEnclosure> error_of(const std::vector<ComplexEnclosure>& nume
   return out;
 }
 
-std::vector<ComplexEnclosure> derivative(const std::vector<ComplexEnclosure>& polynomial) {
-  std::vector<ComplexEnclosure> out;
-  for (std::size_t i = 1; i < polynomial.size(); ++i) {
-    out.push_back(Enclosure(static_cast<double>(i)) * polynomial[i]);
-  }
-  return out;
-}
-
-ComplexEnclosure widened(const ComplexEnclosure& number, double by) {
-  const Enclosure both(-by, by);
-  return {number.re + both, number.im + both};
-}
-
 }  // namespace
 
-ComplexNumber<LoopJet> point_at(const Enclosure& angle) {
-  const LoopJet at = LoopJet::variable(angle, kAngleVariable);
-  return {cos(at), sin(at)};
-}
-
-ControllerPolynomials::ControllerPolynomials(const LiftedController& controller) {
+ControllerPolynomials::ControllerPolynomials(const LiftedController& controller)
+    : numerators_(static_cast<std::size_t>(controller.b.cols())) {
   const auto n = static_cast<std::size_t>(controller.a.rows());
-  const auto inputs = static_cast<std::size_t>(controller.b.cols());
   const int shift = std::max({integer_shift(controller.a), integer_shift(controller.b), integer_shift(controller.c),
                               integer_shift(controller.d)});
-  const auto at = [](std::size_t k) { return static_cast<Eigen::Index>(k); };
-  Integers a(n, std::vector<mpz_class>(n)), b(inputs, std::vector<mpz_class>(n));
-  std::vector<mpz_class> c(n);
-  for (std::size_t row = 0; row < n; ++row) {
-    for (std::size_t column = 0; column < n; ++column) {
-      a[row][column] =
-          as_integer(controller.a(at(row), at(column)), shift) - (row == column ? as_integer(1.0, shift) : 0);
-    }
-    for (std::size_t input = 0; input < inputs; ++input) {
-      b[input][row] = as_integer(controller.b(at(row), at(input)), shift);
-    }
-    c[row] = as_integer(controller.c(at(row)), shift);
-  }
+  Integers a = rows_of(controller.a, shift);
+  add_to_diagonal(a, -as_integer(1.0, shift));
+  const Integers b = rows_of(controller.b.transpose(), shift);
+  const std::vector<mpz_class> c = rows_of(controller.c.transpose(), shift)[0];
+  const std::vector<mpz_class> d = rows_of(controller.d.transpose(), shift)[0];
   // det(s - A) = sum of p_i s^i and its adjugate, sum of M_k s^(n - k), in integers; s = 2^shift (z - 1).
   std::vector<mpz_class> p(n + 1);
   p[n] = 1;
-  std::vector<std::vector<mpz_class>> through(n, std::vector<mpz_class>(inputs));  // c M b, by power
+  Integers through(b.size(), std::vector<mpz_class>(n + 1));  // c M b, by input and power
   Integers m(n, std::vector<mpz_class>(n));
   for (std::size_t k = 1; k <= n; ++k) {
-    m = k == 1 ? m : columns_of(a, m);
-    for (std::size_t i = 0; i < n; ++i) {
-      m[i][i] += p[n - k + 1];
-    }
+    m = columns_of(a, m);
+    add_to_diagonal(m, p[n - k + 1]);
     mpz_class trace = 0;
+    std::vector<mpz_class> row;  // c M
     for (std::size_t i = 0; i < n; ++i) {
       trace += dot(a[i], m[i]);
+      row.push_back(dot(c, m[i]));
     }
     p[n - k] = -trace / mpz_class(static_cast<unsigned long>(k));
-    std::vector<mpz_class> row(n);
-    for (std::size_t column = 0; column < n; ++column) {
-      row[column] = dot(c, m[column]);
-    }
-    for (std::size_t input = 0; input < inputs; ++input) {
-      through[n - k][input] = dot(row, b[input]);
+    for (std::size_t input = 0; input < b.size(); ++input) {
+      through[input][n - k] = dot(row, b[input]);
     }
   }
-  const auto back = [&](std::size_t power) { return static_cast<long>(shift) * static_cast<long>(n - power); };
-  numerators_.resize(inputs);
   for (std::size_t power = 0; power <= n; ++power) {
-    denominator_.push_back(to_enclosure(p[power], back(power)));
-    for (std::size_t input = 0; input < inputs; ++input) {
-      mpz_class sum = as_integer(controller.d(at(input)), shift) * p[power];
-      sum += power < n ? through[power][input] : mpz_class(0);
-      numerators_[input].push_back(to_enclosure(sum, back(power) + shift));
+    const long back = static_cast<long>(shift) * static_cast<long>(n - power);
+    denominator_.push_back(to_ball(p[power], back));
+    for (std::size_t input = 0; input < b.size(); ++input) {
+      const mpz_class sum = d[input] * p[power] + through[input][power];
+      numerators_[input].push_back(to_ball(sum, back + shift));
     }
   }
 }
 
-ControllerPolynomials::OverArc ControllerPolynomials::over(const Enclosure& angle) const {
-  const ComplexNumber<LoopJet> arc = point_at(angle);
-  const auto point = [](const Enclosure& of) { return Enclosure(of.middle()); };
-  const ComplexEnclosure from{point(arc.re.middle), point(arc.im.middle)};
-  const ComplexEnclosure d{arc.re.value - from.re, arc.im.value - from.im};
-  const ComplexEnclosure no_d{arc.re.middle - from.re, arc.im.middle - from.im};
-  const ComplexEnclosure turn{arc.re.by[kAngleVariable], arc.im.by[kAngleVariable]};
-  const ComplexEnclosure start{from.re - Enclosure(1.0), from.im};
-  const std::vector<ComplexEnclosure> below = about(denominator_, start);
-  const PolynomialBound varying(below, size_of(d), 1);
-  const ComplexEnclosure first{point(below[0].re), point(below[0].im)};
-  const double least =
-      (1.0 - 1e-14) * std::hypot(first.re.low, first.im.low) - size_of(below[0] - first) - varying.value;
+ControllerPolynomials::OverArc ControllerPolynomials::over(const Range& angle) const {
+  const LoopModel turning = LoopModel::variable(angle.low, angle.high, kAngleVariable);
+  const double re = std::cos(turning.constant), im = std::sin(turning.constant);
+  const ComplexModel d{cos(turning) - LoopModel(re), sin(turning) - LoopModel(im)};
+  const double radius = size_of(d);
+  const ComplexBall start{Ball(re) - Ball(1.0), im};
+  const std::vector<ComplexBall> below = about(denominator_, start);
+  const double least = (1.0 - 1e-14) * std::hypot(below[0].re.constant, below[0].im.constant) -
+                       std::hypot(below[0].re.rest, below[0].im.rest) - bound_of(below, radius, 1);
   OverArc out{.valid = least > 0.0, .response = {}, .numerators = {}, .denominator = value_at(below, d)};
-  for (const std::vector<Enclosure>& numerator : numerators_) {
-    const std::vector<ComplexEnclosure> above = about(numerator, start);
+  for (const std::vector<Ball>& numerator : numerators_) {
+    const std::vector<ComplexBall> above = about(numerator, start);
     out.numerators.push_back(value_at(above, d));
     if (!out.valid) {
       continue;
     }
-    const std::vector<ComplexEnclosure> terms = quotient(above, below);
-    const std::vector<ComplexEnclosure> error = error_of(above, below, terms);
-    const PolynomialBound over(error, size_of(d), 0), there(error, size_of(no_d), 0);
-    constexpr double kAbove = 1.0 + 1e-14;
-    const double slope_by = kAbove * (over.slope / least + over.value * varying.slope / (least * least));
-    const ComplexEnclosure value = widened(value_at(terms, d), kAbove * over.value / least);
-    const ComplexEnclosure middle = widened(value_at(terms, no_d), kAbove * there.value / least);
-    const ComplexEnclosure slope = widened(value_at(derivative(terms), d), slope_by) * turn;
-    std::array<Enclosure, 4> re{}, im{};
-    re[kAngleVariable] = slope.re;
-    im[kAngleVariable] = slope.im;
-    out.response.push_back({LoopJet(value.re, middle.re, re), LoopJet(value.im, middle.im, im)});
+    const std::vector<ComplexBall> terms = quotient(above, below);
+    const double rest = (1.0 + 1e-14) * bound_of(error_of(above, below, terms), radius, 0) / least;
+    out.response.push_back(value_at(terms, d));
+    out.response.back().re.rest += rest;
+    out.response.back().im.rest += rest;
   }
   return out;
 }

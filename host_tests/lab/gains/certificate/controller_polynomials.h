@@ -3,17 +3,15 @@
 
 #include <vector>
 
-#include "host_tests/lab/gains/certificate/enclosure.h"
+#include "host_tests/lab/gains/certificate/taylor_model.h"
 #include "host_tests/lab/gains/flown_loop.h"
+#include "host_tests/lab/gains/margin_box.h"
 
 namespace m100::lab::gains {
 
 /// Variables of the loop: frequency, damping and rest of the delay of the vehicle, and the angle of z.
-using LoopJet = EnclosedJet<4>;
+using LoopModel = TaylorModel<4>;
 inline constexpr std::size_t kAngleVariable = 3;
-
-/// z = exp(i angle). Angles in [0, pi]; the rest follows from symmetry.
-ComplexNumber<LoopJet> point_at(const Enclosure& angle);
 
 /// The controller's response c (z - a)^-1 b + d as polynomials in z - 1: one numerator for each input over one
 /// denominator. The coefficients are computed in integers (Faddeev and LeVerrier) from the doubles of the lifted
@@ -26,19 +24,19 @@ class ControllerPolynomials {
   /// Over an arc of angles.
   struct OverArc {
     bool valid = false;  ///< false: no response, the arc is too long for its distance to a pole
-    std::vector<ComplexNumber<LoopJet>> response;  ///< numerator over denominator
-    std::vector<ComplexNumber<Enclosure>> numerators;
-    ComplexNumber<Enclosure> denominator;
+    std::vector<ComplexNumber<LoopModel>> response;  ///< numerator over denominator
+    std::vector<ComplexNumber<LoopModel>> numerators;
+    ComplexNumber<LoopModel> denominator;
   };
   /// By Taylor polynomials about the arc's middle. That of the response is the quotient's first terms and a bound of
-  /// the rest: for any polynomial p, N/D - p = (N - D p) / D.
-  OverArc over(const Enclosure& angle) const;
+  /// the rest: for any polynomial p, N/D - p = (N - D p) / D. Angles in [0, pi]; the rest follows from symmetry.
+  OverArc over(const Range& angle) const;
 
   std::size_t degree() const { return denominator_.size() - 1; }
 
  private:
-  std::vector<Enclosure> denominator_;              ///< by power of z - 1
-  std::vector<std::vector<Enclosure>> numerators_;  ///< by input, then power
+  std::vector<TaylorModel<1>> denominator_;              ///< by power of z - 1
+  std::vector<std::vector<TaylorModel<1>>> numerators_;  ///< by input, then power
 };
 
 }  // namespace m100::lab::gains

@@ -14,16 +14,14 @@ LiftedController lifted_controller(const FlownController& controller, const Loop
   return {controller, timing};
 }
 
-double radius_of(const Enclosure& of) { return 0.5 * (of.high - of.low) * (1.0 + kSlack); }
-
-/// sum of numerators times vehicle: the position's terms carry the integrators already.
-template <typename R, typename Numerators>
-ComplexNumber<R> loop_numerator(const Numerators& numerators, const std::vector<ComplexNumber<R>>& vehicle,
-                                const ComplexNumber<R>& integrators) {
-  ComplexNumber<R> positions, tilts;
+/// sum of the law's responses, or numerators, times the vehicle's: the position's terms carry the integrators already.
+ComplexNumber<LoopModel> loop_numerator(const std::vector<ComplexNumber<LoopModel>>& law,
+                                        const std::vector<ComplexNumber<LoopModel>>& vehicle,
+                                        const ComplexNumber<LoopModel>& integrators) {
+  ComplexNumber<LoopModel> positions, tilts;
   for (std::size_t k = 0; k < vehicle.size(); ++k) {
-    ComplexNumber<R>& sum = k % 3 == 0 ? positions : tilts;
-    sum = sum + numerators(k) * vehicle[k];
+    ComplexNumber<LoopModel>& sum = k % 3 == 0 ? positions : tilts;
+    sum = sum + law[k] * vehicle[k];
   }
   return positions + integrators * tilts;
 }
@@ -47,43 +45,53 @@ EnclosedLoop::EnclosedLoop(const model::Vehicle& believed, const OpenStructure& 
   pull_m_s2_ = (axis == Axis::kX ? 1.0 : -1.0) * model::kGravity_m_s2 * structure.vehicle.translation.tilt_gain;
 }
 
-template <typename R>
-ComplexNumber<R> EnclosedLoop::respond(const std::array<R, 4>& at, bool overdamped, int delay_ticks,
-                                       std::vector<ComplexNumber<R>>& out) const {
-  const PlantParameters<R> plant{.frequency_rad_s = at[0],
-                                 .damping = at[1],
-                                 .rest_s = at[2],
-                                 .lead_s = lead_s_,
-                                 .drag_per_s = drag_per_s_,
-                                 .pull_m_s2 = pull_m_s2_,
-                                 .delay_ticks = delay_ticks,
-                                 .overdamped = overdamped};
-  return plant_response<R>(plant, {cos(at[kAngleVariable]), sin(at[kAngleVariable])}, timing_,
-                           static_cast<int>(timing_.pose_age_ticks), out);
+const ComplexNumber<LoopModel>& EnclosedLoop::respond(const LoopCell& cell) {
+  std::array<LoopModel, 4> at;
+  for (std::size_t k = 0; k < 4; ++k) {
+    at[k] = LoopModel::variable(cell.range[k].low, cell.range[k].high, k);
+  }
+  const PlantParameters<LoopModel> plant{.frequency_rad_s = at[0],
+                                         .damping = at[1],
+                                         .rest_s = at[2],
+                                         .lead_s = lead_s_,
+                                         .drag_per_s = drag_per_s_,
+                                         .pull_m_s2 = pull_m_s2_,
+                                         .delay_ticks = cell.delay_ticks};
+  integrators_ = plant_response<LoopModel>(plant, {cos(at[kAngleVariable]), sin(at[kAngleVariable])}, timing_,
+                                           cell.pose_age_ticks, response_);
+  return integrators_;
 }
 
-EnclosedLoop::Linear EnclosedLoop::over(const LoopCell& cell, int delay_ticks) {
-  Linear out;
+EnclosedLoop::Expansion EnclosedLoop::over(const LoopCell& cell) {
+  Expansion out;
   const ControllerPolynomials::OverArc& law = controller_over(cell.range[kAngleVariable]);
   if (!law.valid) {
     out.share[kAngleVariable] = 1.0;
     return out;
   }
-  std::array<LoopJet, 4> at;
-  for (std::size_t k = 0; k < 4; ++k) {
-    at[k] = LoopJet::variable({cell.range[k].low, cell.range[k].high}, k);
+  const ComplexNumber<LoopModel>& integrators = respond(cell);
+  const ComplexNumber<LoopModel> loop =
+      LoopModel(-stick_) * (loop_numerator(law.response, response_, integrators) / integrators);
+  out.middle = {loop.re.constant, loop.im.constant};
+  out.rest = (1.0 + kSlack) * std::hypot(loop.re.rest, loop.im.rest);
+  double all = 0.0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    out.slope[i] = {loop.re.linear[i], loop.im.linear[i]};
+    out.curvature[i] = {loop.re.quadratic[i][i], loop.im.quadratic[i][i]};
+    all += std::abs(out.slope[i]);
   }
-  const ComplexNumber<LoopJet> integrators = respond(at, cell.range[1].low > 1.0, delay_ticks, jets_);
-  const auto response = [&](std::size_t k) -> const ComplexNumber<LoopJet>& { return law.response[k]; };
-  const ComplexNumber<LoopJet> loop = LoopJet(-stick_) * (loop_numerator(response, jets_, integrators) / integrators);
-  out.middle = {loop.re.middle, loop.im.middle};
-  for (std::size_t k = 0; k < 4; ++k) {
-    const Enclosure &re = loop.re.by[k], &im = loop.im.by[k];
-    out.slope[k] = {re.middle(), im.middle()};
-    out.share[k] = (1.0 + kSlack) * std::hypot(radius_of(re), radius_of(im)) + kSlack * std::abs(out.slope[k]);
-    out.rest += out.share[k];
+  for (std::size_t i = 0; i < 4; ++i) {
+    out.share[i] = std::abs(out.curvature[i]) + out.rest * std::abs(out.slope[i]) / all;
   }
-  out.rest = (1.0 + kSlack) * (out.rest + std::hypot(radius_of(out.middle.re), radius_of(out.middle.im)));
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t j = i + 1; j < 4; ++j) {
+      const double mixed = (1.0 + kSlack) * std::hypot(loop.re.quadratic[i][j], loop.im.quadratic[i][j]);
+      out.rest += mixed;
+      out.share[i] += 0.5 * mixed;
+      out.share[j] += 0.5 * mixed;
+    }
+  }
+  out.rest *= 1.0 + kSlack;
   out.valid = std::isfinite(out.rest);
   if (!out.valid) {  // a quotient by a range that contains 0
     out.share = {cell.half(0) / cell.middle(0), cell.half(1) / cell.middle(1), 0.0,
@@ -92,23 +100,17 @@ EnclosedLoop::Linear EnclosedLoop::over(const LoopCell& cell, int delay_ticks) {
   return out;
 }
 
-EnclosedLoop::Parts EnclosedLoop::parts(const LoopCell& cell, int delay_ticks) {
-  std::array<Enclosure, 4> at;
-  for (std::size_t k = 0; k < 4; ++k) {
-    at[k] = Enclosure(cell.range[k].low, cell.range[k].high);
-  }
+EnclosedLoop::Parts EnclosedLoop::parts(const LoopCell& cell) {
   const ControllerPolynomials::OverArc& law = controller_over(cell.range[kAngleVariable]);
-  const ComplexNumber<Enclosure> integrators = respond(at, cell.range[1].low > 1.0, delay_ticks, values_);
-  const auto numerator = [&](std::size_t k) -> const ComplexNumber<Enclosure>& { return law.numerators[k]; };
+  const ComplexNumber<LoopModel>& integrators = respond(cell);
   return {.open = integrators * law.denominator,
-          .driven = Enclosure(-stick_) * loop_numerator(numerator, values_, integrators)};
+          .driven = LoopModel(-stick_) * loop_numerator(law.numerators, response_, integrators)};
 }
 
 const ControllerPolynomials::OverArc& EnclosedLoop::controller_over(const Range& angle) {
   const std::pair key{angle.low, angle.high};
   const auto found = arcs_.find(key);
-  return found != arcs_.end() ? found->second
-                              : arcs_.emplace(key, polynomials_.over(Enclosure(angle.low, angle.high))).first->second;
+  return found != arcs_.end() ? found->second : arcs_.emplace(key, polynomials_.over(angle)).first->second;
 }
 
 }  // namespace m100::lab::gains

@@ -13,9 +13,11 @@
 
 namespace m100::lab::gains {
 
-/// Ranges of the variables of LoopJet: frequency [rad/s], damping, rest of the delay within its tick [s], angle of z.
+/// Ranges of the variables of LoopModel: frequency [rad/s], damping, rest of the delay within its tick [s], angle of z.
 struct LoopCell {
   std::array<Range, 4> range;
+  int delay_ticks = 0;
+  int pose_age_ticks = 2;  ///< true age of the position
   double middle(std::size_t k) const { return 0.5 * (range[k].low + range[k].high); }
   /// At least the distance from the middle to either end.
   double half(std::size_t k) const { return 0.5 * (range[k].high - range[k].low) * (1.0 + 1e-12) + 1e-300; }
@@ -27,36 +29,36 @@ class EnclosedLoop {
  public:
   EnclosedLoop(const model::Vehicle& believed, const OpenStructure& structure, Axis axis, const LoopTiming& timing);
 
-  /// L = middle + sum of slope_k t_k + r with |r| <= rest, t_k = (x_k - middle_k) / half_k, in the cell.
-  struct Linear {
+  /// L = middle + sum of slope_k t_k + curvature_k t_k^2 + r with |r| <= rest, t_k = (x_k - middle_k) / half_k, in the
+  /// cell.
+  struct Expansion {
     bool valid = false;
-    ComplexNumber<Enclosure> middle;
-    std::array<std::complex<double>, 4> slope{};
+    std::complex<double> middle;
+    std::array<std::complex<double>, 4> slope{}, curvature{};
     double rest = 0.0;
     std::array<double, 4> share{};  ///< of the rest, by variable; if it is not valid, where to halve
   };
-  Linear over(const LoopCell& cell, int delay_ticks);
+  Expansion over(const LoopCell& cell);
 
   /// The two parts of D (1 - 1/z) (1 - exp(-drag P)/z) (1 + g L) = open + g driven.
   struct Parts {
-    ComplexNumber<Enclosure> open, driven;
+    ComplexNumber<LoopModel> open, driven;
   };
-  Parts parts(const LoopCell& cell, int delay_ticks);
+  Parts parts(const LoopCell& cell);
 
   std::size_t controller_degree() const { return polynomials_.degree(); }
 
  private:
-  template <typename R>
-  ComplexNumber<R> respond(const std::array<R, 4>& at, bool overdamped, int delay_ticks,
-                           std::vector<ComplexNumber<R>>& out) const;
+  /// Fills response_ and returns its integrators.
+  const ComplexNumber<LoopModel>& respond(const LoopCell& cell);
   const ControllerPolynomials::OverArc& controller_over(const Range& angle);
 
   LoopTiming timing_;
   ControllerPolynomials polynomials_;
   double stick_ = 1.0;
   double lead_s_ = 0.0, drag_per_s_ = 0.0, pull_m_s2_ = 0.0;
-  std::vector<ComplexNumber<LoopJet>> jets_;
-  std::vector<ComplexNumber<Enclosure>> values_;
+  std::vector<ComplexNumber<LoopModel>> response_;
+  ComplexNumber<LoopModel> integrators_;
   std::map<std::pair<double, double>, ControllerPolynomials::OverArc> arcs_;
 };
 
