@@ -87,7 +87,7 @@ class AxisPipeline {
   bool detect_stick_freeze() {
     const AxisFamily& family = problem_->axis_family();
     const Fit& fit = chosen_.final_model.fit;
-    const Fit beside = family.fit(fit.structure, weights_beside_holds(problem_->training()), &fit);
+    const Fit beside = family.fit(fit.structure, weights_beside_suspect(problem_->training(), family.model(fit)), &fit);
     const std::vector<Finding> found =
         stick_freeze({&problem_->training(), &problem_->validation()}, family.model(beside));
     side_findings_.findings.insert(side_findings_.findings.end(), found.begin(), found.end());

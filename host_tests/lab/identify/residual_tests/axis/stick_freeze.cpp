@@ -112,19 +112,21 @@ void add(const AxisDataSet& part, const model::StickAxis& model, std::vector<Hel
 
 }  // namespace
 
-std::vector<int> weights_beside_holds(const AxisDataSet& training) {
-  constexpr std::size_t kMinBlocks = 4;
+std::vector<int> weights_beside_suspect(const AxisDataSet& training, const model::StickAxis& model) {
   const auto after = static_cast<std::size_t>(std::lround(kAfter_s / training.signals.data.period_s));
-  const std::vector<Hold> holds = unique_holds(training.signals.data);
   std::vector<int> weights(training.blocks.size(), 1);
-  for (std::size_t block = 0; block < weights.size(); ++block) {
-    const auto overlaps = [&](const Hold& hold) {
-      return hold.begin < training.blocks[block].end && training.blocks[block].begin < hold.end + after;
-    };
-    weights[block] = std::any_of(holds.begin(), holds.end(), overlaps) ? 0 : 1;
+  std::vector<HeldPower> held;
+  Power outside;
+  add(training, model, held, outside);
+  const auto suspect = std::max_element(
+      held.begin(), held.end(), [](const HeldPower& a, const HeldPower& b) { return a.power.sum < b.power.sum; });
+  for (std::size_t block = 0; block < weights.size() && suspect != held.end(); ++block) {
+    const bool overlaps =
+        suspect->hold.begin < training.blocks[block].end && training.blocks[block].begin < suspect->hold.end + after;
+    weights[block] = overlaps ? 0 : 1;
   }
   const auto kept = static_cast<std::size_t>(std::count(weights.begin(), weights.end(), 1));
-  return kept < std::max(kMinBlocks, weights.size() / 2) ? std::vector<int>(weights.size(), 1) : weights;
+  return 2 * kept < weights.size() ? std::vector<int>(weights.size(), 1) : weights;
 }
 
 std::vector<Finding> stick_freeze(const std::vector<const AxisDataSet*>& parts, const model::StickAxis& model) {
