@@ -85,8 +85,11 @@ class AxisPipeline {
 
   /// Tested first: a column that freezes while the hand moves on looks like a change, or like a clock shift.
   bool detect_stick_freeze() {
-    const std::vector<Finding> found = stick_freeze({&problem_->training(), &problem_->validation()},
-                                                    problem_->axis_family().model(chosen_.final_model.fit));
+    const AxisFamily& family = problem_->axis_family();
+    const Fit& fit = chosen_.final_model.fit;
+    const Fit beside = family.fit(fit.structure, weights_beside_suspect(problem_->training(), family.model(fit)), &fit);
+    const std::vector<Finding> found =
+        stick_freeze({&problem_->training(), &problem_->validation()}, family.model(beside));
     side_findings_.findings.insert(side_findings_.findings.end(), found.begin(), found.end());
     return !found.empty();
   }
@@ -141,8 +144,7 @@ class AxisPipeline {
     std::array<char, 200> text{};
     std::snprintf(
         text.data(), text.size(),
-        "an effect like %s is certain (likelihood ratio %.0f above its penalty), but it explains too little of "
-        "the residual to be named",
+        "an effect like %s is certain (likelihood ratio %.0f), but it explains too little of the residual to be named",
         trace->name.c_str(), trace->likelihood_ratio);
     side_findings_.unexplained.emplace_back(text.data());
   }

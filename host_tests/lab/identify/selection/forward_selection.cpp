@@ -23,7 +23,8 @@ ForwardSelection::ForwardSelection(const Family& family, const SelectionOptions&
     : family_(family), options_(options), samples_(static_cast<double>(sample_count(family))) {}
 
 Selection ForwardSelection::run(const Structure& declared) {
-  out_.declared = cross_validated_fit(family_, declared, nullptr, options_.folds);
+  // Without this the first edit would be credited with what the declared model had not yet found itself.
+  out_.declared = polished(cross_validated_fit(family_, declared, nullptr, options_.folds));
   out_.final_model = out_.declared;
   // After a swap another addition may be accepted; the bound only prevents an endless cycle.
   for (int pass = 0; pass < 4; ++pass) {
@@ -111,6 +112,16 @@ const ForwardSelection::TriedEdit* ForwardSelection::winner_of(const std::vector
   return winner;
 }
 
+// A better optimum of the same structure, where there is one that also predicts better.
+CrossValidatedFit ForwardSelection::polished(CrossValidatedFit validated) const {
+  const Fit fit = family_.polish(validated.fit, std::vector<int>(family_.block_count(), 1));
+  if (fit.sum_of_squares < 0.995 * validated.fit.sum_of_squares) {
+    CrossValidatedFit better = cross_validated_fit(family_, fit.structure, &fit, options_.folds);
+    return better.cv < validated.cv ? better : validated;
+  }
+  return validated;
+}
+
 void ForwardSelection::accept_edit(const TriedEdit& winner) {
   SelectionStep step;
   step.name = winner.edit.name;
@@ -118,14 +129,7 @@ void ForwardSelection::accept_edit(const TriedEdit& winner) {
   step.delta_bic = winner.comparison.delta_bic;
   step.paired_t = winner.comparison.t;
   out_.steps.push_back(std::move(step));
-  out_.final_model = winner.validated;
-  const Fit polished = family_.polish(winner.validated.fit, std::vector<int>(family_.block_count(), 1));
-  if (polished.sum_of_squares < 0.995 * winner.validated.fit.sum_of_squares) {
-    const CrossValidatedFit validated = cross_validated_fit(family_, polished.structure, &polished, options_.folds);
-    if (validated.cv < out_.final_model.cv) {
-      out_.final_model = validated;
-    }
-  }
+  out_.final_model = polished(winner.validated);
   if (options_.progress) {
     options_.progress("found " + winner.edit.name);
   }
@@ -196,8 +200,9 @@ std::optional<ForwardSelection::Pair> ForwardSelection::try_pair(const CrossVali
 // significant size there. Its gain alone is no evidence: it may be near zero, and may not have been cross-validated.
 // `tried` are the single edits of `from`, best first.
 std::vector<ForwardSelection::Pair> ForwardSelection::pairs(const CrossValidatedFit& from,
-                                                            const std::vector<TriedEdit>& tried, double worth) const {
-  const auto few = std::span(tried).first(std::min(options_.pair_candidates, tried.size()));
+                                                            const std::vector<TriedEdit>& tried, double worth,
+                                                            std::size_t candidates) const {
+  const auto few = std::span(tried).first(std::min(candidates, tried.size()));
   std::vector<CrossValidatedFit> alone;
   for (const TriedEdit& one : few) {
     alone.push_back(one.validated);
@@ -223,7 +228,7 @@ std::vector<ForwardSelection::Pair> ForwardSelection::pairs(const CrossValidated
 
 std::optional<ForwardSelection::Pair> ForwardSelection::best_pair(const CrossValidatedFit& from,
                                                                   const std::vector<TriedEdit>& tried) const {
-  std::vector<Pair> all = pairs(from, tried);
+  std::vector<Pair> all = pairs(from, tried, kAny, options_.pair_candidates);
   return all.empty() ? std::nullopt : std::optional<Pair>(std::move(all.front()));
 }
 

@@ -57,14 +57,16 @@ class ForwardSelection {
   /// Fits the best few edits again from default values, because the present fit ended at an edge.
   void restart_from_defaults(const CrossValidatedFit& from, std::vector<TriedEdit>& tried) const;
   const TriedEdit* winner_of(const std::vector<TriedEdit>& tried) const;
+  CrossValidatedFit polished(CrossValidatedFit validated) const;
   void accept_edit(const TriedEdit& winner);
   bool add_one();
   std::optional<Pair> pair_of(const CrossValidatedFit& from, const TriedEdit& first,
                               const CrossValidatedFit& other_alone, const TriedEdit& second) const;
   std::optional<Pair> try_pair(const CrossValidatedFit& from, const TriedEdit& first, const Family::Edit& second,
                                CrossValidatedFit& alone, CrossValidatedFit& other_alone, double worth) const;
-  std::vector<Pair> pairs(const CrossValidatedFit& from, const std::vector<TriedEdit>& tried,
-                          double worth = kAny) const;
+  /// @param candidates  so many of the best of `tried` are paired
+  std::vector<Pair> pairs(const CrossValidatedFit& from, const std::vector<TriedEdit>& tried, double worth,
+                          std::size_t candidates) const;
   std::optional<Pair> best_pair(const CrossValidatedFit& from, const std::vector<TriedEdit>& tried) const;
   void accept_pair(const Pair& pair);
   bool add_two();

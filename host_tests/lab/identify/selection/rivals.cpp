@@ -39,7 +39,7 @@ bool ForwardSelection::exchange_or_record_rivals() {
               [](const TriedEdit& a, const TriedEdit& b) { return a.validated.cv < b.validated.cv; });
     all.push_back(std::move(one));
     if (out_.steps.size() <= options_.pairs_up_to) {
-      all.back().pairs = pairs(all.back().without, all.back().singles, max_rival_ratio());
+      all.back().pairs = pairs(all.back().without, all.back().singles, max_rival_ratio(), options_.pair_candidates);
     }
   }
   if (split(all) || swap(all)) {
@@ -170,7 +170,9 @@ bool ForwardSelection::join_or_record(const StepPair& two) {
     accept_edit(*one);
     return true;
   }
-  const std::vector<Pair> others = pairs(without, tried, max_rival_ratio());
+  // Two effects that hide each other are among the worst single ones, so two named effects are compared with all pairs.
+  const std::size_t candidates = out_.steps.size() == 2 ? tried.size() : options_.pair_candidates;
+  const std::vector<Pair> others = pairs(without, tried, max_rival_ratio(), candidates);
   return std::any_of(others.begin(), others.end(), [&](const Pair& pair) { return exchange_or_record(two, pair); });
 }
 

@@ -15,7 +15,6 @@ using model::StickAxis;
 
 namespace {
 
-constexpr double kThreshold = kCertainChange;
 constexpr double kWorthRefitting =
     14.0;  // a step of a dead zone is not linear: the scan sees less of it than the refit
 /// A smaller change of a delay is no effect, whatever its statistics: the lag of motors and what a loop feeds back
@@ -153,6 +152,7 @@ struct TriedChange {
   const Candidate* candidate;
   ScanHit hit;
   WhitenedFit fit;
+  bool dated = false;         ///< by the simulated switch
   bool turned_round = false;  ///< the scan's date is that of dynamics which mean nothing: every date is asked again
 };
 
@@ -244,10 +244,7 @@ void take_date(const PowerAt& powers, double rows, double step_s, ScanHit& hit) 
 
 /// The scan dates the response, which follows the vehicle by delay and dynamics; the simulated switch dates the
 /// vehicle. Both vehicles are held while the date moves, so the interval is that of the date alone.
-/// What changes at the stick may change before the delay, as simulated, or behind it: the interval holds both.
-/// @param row_s  of the stick: when in between it changed is not known
-void date_again(const FreeRun& run, const std::vector<FreeParameter>& free_parameters, double row_s,
-                TriedChange& tried) {
+void date_again(const FreeRun& run, const std::vector<FreeParameter>& free_parameters, TriedChange& tried) {
   constexpr double kBefore_s = 2.0;
   constexpr double kAfter_s = 0.5;
   constexpr double kStep_s = 0.1;
@@ -271,11 +268,7 @@ void date_again(const FreeRun& run, const std::vector<FreeParameter>& free_param
       tried.fit = std::move(again);
     }
   }
-  tried.hit.low_s -= 0.5 * row_s;
-  tried.hit.high_s += 0.5 * row_s;
-  if (tried.candidate->change->at_the_stick) {  // on which side of the delay it changed, no response can tell
-    tried.hit.high_s += tried.fit.after.transport_delay_s;
-  }
+  tried.dated = true;
 }
 
 /// Of the whole log's innovations over those of its noisier side, at most one. Air that grows makes every break look
@@ -316,6 +309,34 @@ void take(const TriedChange& tried, ChangePoint& out) {
   out.after = tried.fit.after;
 }
 
+/// The changes of the candidates that the scan shows, each refitted at its date. @param steady  the fit without a
+/// change
+std::vector<TriedChange> try_changes(const FreeRun& run, const WhitenedFit& steady,
+                                     const std::vector<FreeParameter>& free_parameters,
+                                     std::vector<Candidate>& candidates) {
+  const StickAxis& axis = steady.before;
+  const Rows error = run.error(axis);
+  ScanRows rows{run.time_s(), run.segments(), -error, {}, run.weights()};
+  const Columns own = slopes(run, axis, error, free_parameters);
+  rows.base.resize(own.rows(), own.cols() + 1);
+  rows.base << own, Columns::Ones(own.rows(), 1);
+
+  std::vector<TriedChange> tried;
+  for (Candidate& candidate : candidates) {
+    ScanHit hit = scan_change(rows, slopes(run, axis, error, {candidate.free_parameter}));
+    if (hit.likelihood_ratio < kWorthRefitting) {
+      continue;
+    }
+    hit.at_s -= candidate.change->at_the_stick ? axis.transport_delay_s : 0.0;
+    tried.push_back(fit_with_break(run, axis, free_parameters, candidate, hit));
+    // The scan switches the response, later than the stick by the dynamics: so late, a step of a trim fits badly.
+    if (steady.score - tried.back().fit.score < hit.likelihood_ratio) {
+      date_again(run, free_parameters, tried.back());
+    }
+  }
+  return tried;
+}
+
 }  // namespace
 
 double unchanged_score(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
@@ -333,23 +354,7 @@ ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit
   std::vector<Candidate> candidates = candidates_of(family, fit);
   // The structure fits the whole run as well as it can before anything is said to change.
   const WhitenedFit steady = fit_whitened(run, family.model(fit), free_parameters);
-  const StickAxis& axis = steady.before;
-  ScanRows rows{run.time_s(), run.segments(), {}, {}, run.weights()};
-  const Rows error = run.error(axis);
-  rows.residual = -error;
-  const Columns own = slopes(run, axis, error, free_parameters);
-  rows.base.resize(own.rows(), own.cols() + 1);
-  rows.base << own, Columns::Ones(own.rows(), 1);
-
-  std::vector<TriedChange> tried;
-  for (Candidate& candidate : candidates) {
-    ScanHit hit = scan_change(rows, slopes(run, axis, error, {candidate.free_parameter}));
-    if (hit.likelihood_ratio < kWorthRefitting) {
-      continue;
-    }
-    hit.at_s -= candidate.change->at_the_stick ? axis.transport_delay_s : 0.0;
-    tried.push_back(fit_with_break(run, axis, free_parameters, candidate, hit));
-  }
+  std::vector<TriedChange> tried = try_changes(run, steady, free_parameters, candidates);
   const auto best = std::min_element(
       tried.begin(), tried.end(), [](const TriedChange& a, const TriedChange& b) { return a.fit.score < b.fit.score; });
   if (best == tried.end()) {
@@ -360,7 +365,7 @@ ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit
   const double size = best->fit.after.*best->candidate->free_parameter.member -
                       best->fit.before.*best->candidate->free_parameter.member;
   const bool little = std::abs(size) < min_of(*best->candidate, best->fit, family.stick_row_s());
-  if (ratio < kThreshold || little) {
+  if (ratio < kCertainChange || little) {
     out.likely = ratio >= kLikelyChange &&
                  std::abs(size) >= min_doubted(*best->candidate, best->fit, run.data(), best->hit.at_s);
     take(*best, out);
@@ -372,7 +377,14 @@ ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit
       rivals.push_back(other.candidate->free_parameter.name);
     }
   }
-  date_again(run, free_parameters, std::max(family.period_s(), family.stick_row_s()), *best);
+  if (!best->dated) {
+    date_again(run, free_parameters, *best);
+  }
+  // When within a row of the stick it changed is not known, and at the stick not on which side of the delay.
+  const double half_row_s = 0.5 * std::max(family.period_s(), family.stick_row_s());
+  const double delay_s = best->candidate->change->at_the_stick ? best->fit.after.transport_delay_s : 0.0;
+  best->hit.low_s -= half_row_s;
+  best->hit.high_s += half_row_s + delay_s;
   out.found = true;
   take(*best, out);
   out.change.rivals = rivals;

@@ -20,7 +20,6 @@ constexpr double kMinPower = 0.4;
 constexpr double kMinTime = 0.5;    // outside of all holds
 constexpr double kMinHolds = 0.25;  // of all held time: a few errors of a hand that often rests are no freeze
 constexpr double kGrain = 1e-6;     // of its large values; a smaller difference is rounding
-constexpr double kQuick = 0.95;     // quantile of the steps that are not zero
 
 struct Hold {
   std::size_t begin;
@@ -31,8 +30,8 @@ std::size_t row_of(const AxisData& data) {
   return std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s)));
 }
 
-/// A step from one row to the next that a moving stick rarely exceeds.
-double quick_step(const AxisData& data) {
+/// The median step of a moving stick from one row to the next.
+double usual_step(const AxisData& data) {
   std::vector<double> steps;
   const std::size_t row = row_of(data);
   for (std::size_t i = row; i < data.stick.size(); i += row) {
@@ -41,7 +40,7 @@ double quick_step(const AxisData& data) {
       steps.push_back(step);
     }
   }
-  return steps.empty() ? 0.0 : quantile(std::move(steps), kQuick);
+  return steps.empty() ? 0.0 : quantile(std::move(steps), 0.5);
 }
 
 /// Holds of a value that occurs in no other hold and that end in a jump, in time order.
@@ -63,11 +62,11 @@ std::vector<Hold> unique_holds(const AxisData& data) {
     }
     begin = end;
   }
-  const double quick = quick_step(data);
+  const double usual = usual_step(data);
   std::erase_if(holds, [&](const Hold& hold) {
     const std::size_t next = hold.end + row_of(data) - 1;
     return times[grains(hold.begin)] > 1 || hold.begin == 0 || next >= data.stick.size() ||
-           std::abs(data.stick[next] - data.stick[hold.begin]) < quick;
+           std::abs(data.stick[next] - data.stick[hold.begin]) < usual;
   });
   return holds;
 }
@@ -112,6 +111,23 @@ void add(const AxisDataSet& part, const model::StickAxis& model, std::vector<Hel
 }
 
 }  // namespace
+
+std::vector<int> weights_beside_suspect(const AxisDataSet& training, const model::StickAxis& model) {
+  const auto after = static_cast<std::size_t>(std::lround(kAfter_s / training.signals.data.period_s));
+  std::vector<int> weights(training.blocks.size(), 1);
+  std::vector<HeldPower> held;
+  Power outside;
+  add(training, model, held, outside);
+  const auto suspect = std::max_element(
+      held.begin(), held.end(), [](const HeldPower& a, const HeldPower& b) { return a.power.sum < b.power.sum; });
+  for (std::size_t block = 0; block < weights.size() && suspect != held.end(); ++block) {
+    const bool overlaps =
+        suspect->hold.begin < training.blocks[block].end && training.blocks[block].begin < suspect->hold.end + after;
+    weights[block] = overlaps ? 0 : 1;
+  }
+  const auto kept = static_cast<std::size_t>(std::count(weights.begin(), weights.end(), 1));
+  return 2 * kept < weights.size() ? std::vector<int>(weights.size(), 1) : weights;
+}
 
 std::vector<Finding> stick_freeze(const std::vector<const AxisDataSet*>& parts, const model::StickAxis& model) {
   std::vector<HeldPower> held;

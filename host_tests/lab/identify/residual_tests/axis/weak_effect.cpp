@@ -81,7 +81,7 @@ class WeakEffectSearch {
         }
       }
     }
-    chance_ = 2.0 * std::log(std::max(1.0, asked));
+    chance_ = 2.0 * std::log(std::max(1.0, asked) / kFalseAlarm);
     for (const StartingPoint& one : promising) {
       consider(one.name, *one.shape, one.start);
     }
@@ -89,9 +89,8 @@ class WeakEffectSearch {
   }
 
  private:
-  // The selection's threshold for the same criterion; over 240 logs with nothing hidden none passed 7.1 (README).
-  static constexpr double kCertain = 15.0;
-  static constexpr double kPromising = 8.0;  // of one linear step; the fit that starts there gains more
+  static constexpr double kFalseAlarm = 0.01;  // the probability that any test of one log exceeds chance_
+  static constexpr double kPromising = 8.0;    // of one linear step; the fit that starts there gains more
 
   struct StartingPoint {
     std::string name;
@@ -104,14 +103,13 @@ class WeakEffectSearch {
     const Fitted with = fitted(log, family_, start);
     const double more =
         static_cast<double>(with.fit.parameters.size()) - static_cast<double>(shape.fit.parameters.size());
-    const double price = chance_ + std::max(0.0, more) * std::log(static_cast<double>(log.size()));
-    const double minimum = kCertain + price;
+    const double price = std::max(0.0, more) * std::log(static_cast<double>(log.size()));  // among effects
     double ratio = shapes_.front().white.score - with.white.score;
     for (const Fitted& other : shapes_) {
       ratio = std::min(ratio, other.white.score - with.white.score);
     }
-    if (ratio < minimum || (out_ && ratio < out_->likelihood_ratio + price) ||
-        !family_.is_significant(with.fit, name) || sharpens_the_rows(with.fit)) {
+    if (ratio < chance_ || (out_ && ratio - price < worth_) || !family_.is_significant(with.fit, name) ||
+        sharpens_the_rows(with.fit)) {
       return;
     }
     // The other parameters of this fit improve the fits without the effect, too: a fit that has not yet converged is no
@@ -121,12 +119,13 @@ class WeakEffectSearch {
     for (const Fitted& other : shapes_) {
       without.push_back(other.fit);
     }
-    for (std::size_t k = 1; k < hypotheses_.size() && ratio > minimum; ++k) {
+    for (std::size_t k = 1; k < hypotheses_.size() && ratio > chance_; ++k) {
       ratio =
           std::min(ratio, score_of(hypotheses_[k], family_, without) - score_of(hypotheses_[k], family_, {with.fit}));
     }
-    if (ratio > minimum && (!out_ || ratio > out_->likelihood_ratio + price)) {
-      out_ = WeakEffect{name, ratio - price};
+    if (ratio > chance_ && (!out_ || ratio - price > worth_)) {
+      out_ = WeakEffect{name, ratio};
+      worth_ = ratio - price;
     }
   }
 
@@ -141,7 +140,10 @@ class WeakEffectSearch {
   std::span<const FreeRun> hypotheses_;
   const AxisFamily& family_;
   std::vector<Fitted> shapes_;
-  double chance_ = 0.0;  ///< ratio that the best of all tests reaches by chance
+  /// Ratio that the best of all tests exceeds by chance in one log of a hundred: the union of the tails of chi-square
+  /// with two degrees of freedom, exp(-ratio / 2). No effect has more than two parameters.
+  double chance_ = 0.0;
+  double worth_ = 0.0;  ///< of out_: its ratio less the Schwarz penalty of its parameters
   std::optional<WeakEffect> out_;
 };
 

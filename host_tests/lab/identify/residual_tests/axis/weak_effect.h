@@ -13,9 +13,7 @@ namespace m100::lab::identify {
 /// An effect that is certain but explains too little to be named.
 struct WeakEffect {
   std::string name;
-  /// Twice the logarithm, minus the Schwarz penalty of its parameters and minus twice the logarithm of the number of
-  /// starting points tried.
-  double likelihood_ratio = 0.0;
+  double likelihood_ratio = 0.0;  ///< twice the logarithm
 };
 
 /// Finds the likeliest effect that a model lacks, each fitted to whitened free runs together with all parameters of the
@@ -26,7 +24,7 @@ struct WeakEffect {
 /// @param readings  of the log: first as logged, then the other readings of the stick between slow rows. An effect is
 ///   certain only if each of them confirms it; rows after a stick that moved count less. Precondition: at least one
 /// @param data  of the first reading
-/// @returns nothing where no effect is both certain and of significant size.
+/// @returns nothing where no effect of significant size exceeds the ratio that chance exceeds in one log of a hundred.
 std::optional<WeakEffect> weak_effect(std::vector<FreeRun> hypotheses, const AxisData& data, const AxisFamily& family,
                                       const Fit& fit);
 
