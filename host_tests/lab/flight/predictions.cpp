@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/flight/predictions.h"
 
-#include <string_view>
-
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/replay/replay.h"
 #include "host_tests/lab/logs/raw_log.h"
+#include "host_tests/lab/loop/aligned_log.h"
 #include "host_tests/lab/loop/prediction.h"
 
 namespace m100::lab::flight {
@@ -13,23 +12,6 @@ namespace {
 
 constexpr double kSettled_s = 1.0;
 constexpr double kShortest_s = 5.0;  ///< two starts of the longest prediction, and what it needs before them
-
-constexpr std::string_view kMap = R"(time = "tick.timestamp"
-[signals]
-stick_roll = { column = "tick.sticks[0]", offset = -1024 }
-stick_pitch = { column = "tick.sticks[1]", offset = -1024 }
-stick_throttle = { column = "tick.sticks[2]", offset = -1024 }
-stick_yaw = { column = "tick.sticks[3]", offset = -1024 }
-attitude_roll = "tick.imu_attitude[0]"
-attitude_pitch = "tick.imu_attitude[1]"
-attitude_yaw = "tick.imu_attitude[2]"
-rate_x = "tick.imu_rate[0]"
-rate_y = "tick.imu_rate[1]"
-rate_z = "tick.imu_rate[2]"
-velocity_x = "tick.velocity[0]"
-velocity_y = "tick.velocity[1]"
-velocity_z = "tick.velocity[2]"
-)";
 
 }  // namespace
 
@@ -44,8 +26,8 @@ void add_predictions(const std::string& file, FlightSeries& flight) {
     }
     const model::Vehicle vehicle =
         companion::parse_vehicle(log.notes.at(companion::kVehicleNote), companion::kVehicleNote).vehicle;
-    const logs::FlightLog signals =
-        logs::load(*logs::open_log(file), logs::parse_column_map(kMap, "(sticks, attitude and velocity)"));
+    const logs::FlightLog signals = logs::load(
+        *logs::open_log(file), logs::parse_column_map(loop::kMotionColumns, "(sticks, attitude and velocity)"));
     const double start_s = 1e-6 * static_cast<double>(log.ticks.front().record.timestamp);
     const loop::Prediction found =
         loop::predict(vehicle, signals, start_s + flight.control_s + kSettled_s, start_s + flight.end_s);
