@@ -105,6 +105,19 @@ inline void refuse_odd_numbers(CLI::App& app) {
   }
 }
 
+/// The message about a word that is an option its subcommand does not have; empty: it has it.
+inline std::string unknown_option(const CLI::App& command, const std::string& word) {
+  const std::string name = word.substr(0, word.find('='));
+  if (command.get_option_no_throw(name) != nullptr) {
+    return "";
+  }
+  std::vector<std::string> known;
+  for (const CLI::Option* const option : command.get_options()) {
+    known.push_back("--" + (option->get_lnames().empty() ? "" : option->get_lnames().front()));
+  }
+  return word + ": no such option" + did_you_mean(name, known);
+}
+
 /// The first word of a command line that is an unknown option of its subcommand, or stands where a subcommand must,
 /// with the known word that is nearest; empty: there is none. CLI11 reports a missing option before an unknown one,
 /// which may be the same option, misspelt.
@@ -117,20 +130,11 @@ inline std::string unknown_word(const CLI::App& app, std::span<char* const> word
     if (named != commands.end()) {
       at = *named;
     } else if (word.starts_with("--") && word.size() > 2) {
-      const std::string name = word.substr(0, word.find('='));
-      if (at->get_option_no_throw(name) == nullptr) {
-        std::vector<std::string> known;
-        for (const CLI::Option* const option : at->get_options()) {
-          known.push_back("--" + (option->get_lnames().empty() ? "" : option->get_lnames().front()));
-        }
-        return word + ": no such option" + did_you_mean(name, known);
+      if (std::string wrong = unknown_option(*at, word); !wrong.empty()) {
+        return wrong;
       }
     } else if (!commands.empty() && !word.starts_with('-')) {
-      std::vector<std::string> known;
-      for (const CLI::App* const command : commands) {
-        known.push_back(command->get_name());
-      }
-      return "no subcommand '" + printable(word, 60) + "'" + did_you_mean(word, known);
+      return "no subcommand '" + printable(word, 60) + "'" + did_you_mean(word, commands, &CLI::App::get_name);
     }
   }
   return "";

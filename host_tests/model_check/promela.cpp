@@ -2,6 +2,7 @@
 // Writes both safety tables as Promela for Spin, from the constexpr arrays that fly: authority.pml includes the result.
 // Usage: promela [--plant NAME]   (with a wrong row in a table, which the check has to find; --list prints the names)
 //        promela --every-row      changes each number of each row, one after the other: the model has to change, too
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <iostream>
@@ -21,25 +22,22 @@ using namespace m100::safety;
 auto failsafe = kFailsafeTransitions;  // copies, which a planted row changes
 auto authority = kAuthorityTable;
 
-/// The first row of the authority table that satisfies the predicate; the planted defects change it.
+/// The first row of the table that satisfies the predicate; the planted defects change it.
+template <typename Table, typename Is>
+auto& first_row(Table& table, const Is& is) {
+  const auto row = std::find_if(table.begin(), table.end(), is);
+  if (row == table.end()) {
+    std::cerr << "A planted row is no longer in the table.\n";
+    std::exit(2);
+  }
+  return *row;
+}
 template <typename Is>
 AuthorityTransition& authority_row(const Is& is) {
-  for (AuthorityTransition& row : authority) {
-    if (is(row)) {
-      return row;
-    }
-  }
-  std::cerr << "A planted row is no longer in the table.\n";
-  std::exit(2);
+  return first_row(authority, is);
 }
 FailsafeTransition& failsafe_transition(FailsafeState from, FailsafeReason why) {
-  for (FailsafeTransition& row : failsafe) {
-    if (row.from == from && row.why == why) {
-      return row;
-    }
-  }
-  std::cerr << "A planted row is no longer in the table.\n";
-  std::exit(2);
+  return first_row(failsafe, [=](const FailsafeTransition& row) { return row.from == from && row.why == why; });
 }
 AuthorityTransition& row_because(AuthorityReason reason) {
   return authority_row([reason](const AuthorityTransition& row) { return row.reason == reason; });

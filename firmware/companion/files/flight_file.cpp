@@ -127,10 +127,10 @@ bool is_section(std::string_view word) {
 
 /// The end of the message about an unknown key: what is meant, at the top of the file a section or a key.
 std::string key_meant(std::string_view section, std::string_view word) {
-  std::vector<std::string_view> known;
-  for (const FlightKey& key : kKeys) {
-    known.push_back(key.section == section ? key.key : section.empty() ? key.section : "");
-  }
+  std::array<std::string_view, kKeys.size()> known;
+  std::transform(kKeys.begin(), kKeys.end(), known.begin(), [section](const FlightKey& key) {
+    return key.section == section ? key.key : section.empty() ? key.section : "";
+  });
   return section.empty() ? section_meant(word, known) : did_you_mean(word, known);
 }
 

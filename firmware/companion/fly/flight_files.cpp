@@ -84,6 +84,24 @@ std::vector<CoursePiece> lay(const FlightFiles& files, const ref::Waypoint<doubl
   return pieces;
 }
 
+/// Why the poses that came within kPosePatience do not show where the aircraft stands.
+std::string why_no_start(const StartPosition& place, const link::PoseLink& link, const PosePort& port,
+                         const ExchangedPorts& exchanged) {
+  if (place.disagrees()) {
+    return "its poses do not agree on where the aircraft stands: of nine in a row, more than half lie 0.3 m or farther "
+           "from their median; hold it still, and check the source of pose";
+  }
+  const std::string patience = " within " + std::to_string(kPosePatience.count() / 1000000) + " s; ";
+  if (place.poses() == 0) {
+    return "no pose" + patience + why_no_pose(link, port, exchanged);
+  }
+  const std::string refusals = describe_refusals(link.stats());
+  return "only " + std::to_string(place.poses()) + " poses" + patience +
+         (refusals.empty() ? std::to_string(StartPosition::kPoses) +
+                                 " are needed to know where the aircraft stands: check the rate of the source of pose"
+                           : "refused: " + refusals);
+}
+
 }  // namespace
 
 FlightFiles::FlightFiles(const FlyOptions& options) : flight_name(options.flight), course_name(options.course) {
@@ -132,22 +150,7 @@ ref::Waypoint<double> find_start_position(PosePort& port, link::SenderChoice cho
   if (stop_requested()) {
     throw CLI::RuntimeError(kAnswerIsNo);
   }
-  if (place.disagrees()) {
-    throw UsageError(port.name() +
-                     ": its poses do not agree on where the aircraft stands: of nine in a row, more than half lie " +
-                     "0.3 m or farther from their median; hold it still, and check the source of pose");
-  }
-  if (const std::string refusals = describe_refusals(link.stats()); place.poses() > 0 && !refusals.empty()) {
-    throw UsageError(port.name() + ": only " + std::to_string(place.poses()) + " poses within " +
-                     std::to_string(kPosePatience.count() / 1000000) + " s; refused: " + refusals);
-  }
-  if (place.poses() > 0) {
-    throw UsageError(port.name() + ": only " + std::to_string(place.poses()) + " poses within " +
-                     std::to_string(kPosePatience.count() / 1000000) + " s; " + std::to_string(StartPosition::kPoses) +
-                     " are needed to know where the aircraft stands: check the rate of the " + "source of pose");
-  }
-  throw UsageError(port.name() + ": no pose within " + std::to_string(kPosePatience.count() / 1000000) + " s; " +
-                   why_no_pose(link, port, exchanged));
+  throw UsageError(port.name() + ": " + why_no_start(place, link, port, exchanged));
 }
 
 ref::Waypoint<double> takeoff_end(ref::Waypoint<double> place) {

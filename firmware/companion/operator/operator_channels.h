@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "firmware/companion/fly/fly.h"
 #include "firmware/companion/ground_station/telemetry_stream.h"
 #include "firmware/companion/operator/operator_log.h"
-#include "firmware/companion/operator/terminal.h"
+#include "firmware/companion/operator/text_line.h"
 #include "firmware/log/flight_log.h"
 
 namespace m100::companion {

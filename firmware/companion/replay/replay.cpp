@@ -31,34 +31,42 @@ const std::string& note(const RecordedFlight& flight, const char* key) {
   return found->second;
 }
 
+[[noreturn]] void refuse_link_note() { throw FlightLogError(std::string("'") + kLinkNote + "' is of another version"); }
+
+/// Reads what the note holds only if it was chosen: another law than the MPC, a sender of poses, a disabled check.
+void read_choice(const std::string& key, const std::string& word, app::FlightConfig& config) {
+  const std::optional<mpc::Law> law = key == "law" ? mpc::law_of(word) : std::nullopt;
+  const std::optional<est::ConsistencyCheck> off = key == "override" ? est::check_of(word) : std::nullopt;
+  if (key == "pose_from") {
+    config.pose_from = sender_of(word, kLinkNote);
+  } else if (law) {
+    config.law = *law;
+  } else if (off) {
+    config.disabled_checks = static_cast<est::CheckSet>(config.disabled_checks | set_of(*off));
+  } else {
+    refuse_link_note();
+  }
+}
+
 void read_link_note(const std::string& text, app::FlightConfig& config, bool& encrypted) {
   std::istringstream words(text);
   std::string app_id, rate, pose_baud, crypt;
   words >> app_id >> config.link.app_id >> rate >> config.link.channel.rate_hz >> pose_baud >> config.pose_baud >>
       crypt >> encrypted;
   if (!words || app_id != "app_id" || rate != "rate_hz" || pose_baud != "pose_baud" || crypt != "encrypted") {
-    throw FlightLogError(std::string("'") + kLinkNote + "' is of another version");
+    refuse_link_note();
   }
   if (std::string baud; words >> baud) {  // dates bytes that arrive in bunches; older logs lack it
     words >> config.link.baud;
     if (!words || baud != "baud") {
-      throw FlightLogError(std::string("'") + kLinkNote + "' is of another version");
+      refuse_link_note();
     }
   }
-  for (std::string key, word; words >> key;) {  // present only for another law than the MPC, and for overrides
-    words >> word;
-    const std::optional<mpc::Law> law = key == "law" ? mpc::law_of(word) : std::nullopt;
-    const std::optional<est::ConsistencyCheck> off = key == "override" ? est::check_of(word) : std::nullopt;
-    const bool chooses = key == "pose_from";
-    if (chooses) {
-      config.pose_from = sender_of(word, kLinkNote);
+  for (std::string key, word; words >> key;) {
+    if (!(words >> word)) {
+      refuse_link_note();
     }
-    if (!words || (!law && !off && !chooses)) {
-      throw FlightLogError(std::string("'") + kLinkNote + "' is of another version");
-    }
-    config.law = law.value_or(config.law);
-    config.disabled_checks =
-        static_cast<est::CheckSet>(config.disabled_checks | set_of(off.value_or(est::ConsistencyCheck::kNone)));
+    read_choice(key, word, config);
   }
 }
 

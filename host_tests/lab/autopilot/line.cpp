@@ -167,6 +167,12 @@ class Aircraft final : public sim::VehiclePort {
   bool stands_still_ = false;
 };
 
+/// When the autopilot or the sender of poses next has something to do.
+core::TimePoint next_event(core::TimePoint now, const sim::PoseSender* pose) {
+  const core::TimePoint tick = now + sim::N1Autopilot::kTick;
+  return pose != nullptr && pose->next_event() > now ? std::min(tick, pose->next_event()) : tick;
+}
+
 /// Runs until the duration is over or a signal arrives. If the physics program fails, the pilot takes the sticks, the
 /// client has a second to see it, and the error goes on.
 void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopilot, Aircraft& vehicle,
@@ -200,9 +206,7 @@ void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopi
     if (events != nullptr) {
       events->write_truth(now, vehicle.state());
     }
-    const core::TimePoint tick = now + sim::N1Autopilot::kTick;
-    const core::TimePoint event = pose != nullptr && pose->next_event() > now ? pose->next_event() : tick;
-    clock.sleep_until(std::min(tick, event));
+    clock.sleep_until(next_event(now, pose));
   }
   if (events != nullptr) {
     events->summarise(clock.now(), autopilot, longest_lag);

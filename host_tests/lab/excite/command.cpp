@@ -162,15 +162,9 @@ excite::InputDesign wish_for(const std::string& axis, excite::InputDesign design
   return design;
 }
 
-const model::StickAxis& axis_of(const model::Vehicle& vehicle, const std::string& axis) {
-  return axis == "roll"    ? vehicle.roll
-         : axis == "pitch" ? vehicle.pitch
-         : axis == "climb" ? vehicle.climb
-                           : vehicle.yaw_rate;
-}
-
 Made design_manoeuvre(const std::string& axis, const ExciteOptions& options, const model::Vehicle& vehicle) {
-  Made out{.design = wish_for(axis, options.design), .axis = axis_of(vehicle, axis), .manoeuvre = {}, .table = {}};
+  Made out{
+      .design = wish_for(axis, options.design), .axis = excite::axis_of(vehicle, axis), .manoeuvre = {}, .table = {}};
   if (out.axis.dead_zone_counts > 0.0 && out.design.amplitude_counts <= out.axis.dead_zone_counts) {
     std::ostringstream why;
     why << out.design.amplitude_counts << " counts are inside the dead zone of " << axis << ", "

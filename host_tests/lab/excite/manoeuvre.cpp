@@ -215,6 +215,13 @@ std::string enough_fence(InputDesign design, const model::StickAxis& axis) {
 
 }  // namespace
 
+const model::StickAxis& axis_of(const model::Vehicle& vehicle, const std::string& name) {
+  return name == "roll"    ? vehicle.roll
+         : name == "pitch" ? vehicle.pitch
+         : name == "climb" ? vehicle.climb
+                           : vehicle.yaw_rate;
+}
+
 bool must_abort(double position_m, double speed_m_s, const InputDesign& design) {
   const double outwards = position_m >= 0.0 ? std::max(0.0, speed_m_s) : std::max(0.0, -speed_m_s);
   return std::abs(position_m) + outwards * outwards / (2.0 * design.brake_m_s2) > design.fence_m;

@@ -44,6 +44,9 @@ struct Manoeuvre {
   std::size_t returns = 0;              ///< number of times that the pilot flies back to the middle
 };
 
+/// The axis of this name: "roll", "pitch", "climb" or "yaw_rate".
+const model::StickAxis& axis_of(const model::Vehicle& vehicle, const std::string& name);
+
 /// Whether the manoeuvre must be aborted, because the aircraft would stop beyond the fence: |x| + v^2 / (2 a) > fence,
 /// with the outward speed v.
 bool must_abort(double position_m, double speed_m_s, const InputDesign& design);

@@ -65,6 +65,13 @@ sim::Plant plant_of(const Task& task, const SuiteOptions& options) {
   return plant;
 }
 
+/// Beside the flown error of steps: the error of the fastest motion that the tilt limit allows.
+void compare_with_time_optimal(const Task& task, double tilt_limit_rad, TaskResult& result) {
+  result.time_optimal_m = time_optimal_rms_m(task.steps_m, tilt_limit_rad, task.to_s - task.from_s);
+  const double ours = std::hypot(result.mean.x_m, result.mean.y_m);
+  result.time_optimal_share = ours > 0.0 ? result.time_optimal_m / ours : 0.0;
+}
+
 TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   TaskResult result;
   result.task = &task;
@@ -113,10 +120,7 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   result.spread = spread_of(cells);
   result.flights = cells;
   if (!task.steps_m.empty() && result.flown()) {
-    result.time_optimal_m =
-        time_optimal_rms_m(task.steps_m, options.vehicle.vehicle.translation.tilt_limit_rad, task.to_s - task.from_s);
-    const double ours = std::hypot(result.mean.x_m, result.mean.y_m);
-    result.time_optimal_share = ours > 0.0 ? result.time_optimal_m / ours : 0.0;
+    compare_with_time_optimal(task, options.vehicle.vehicle.translation.tilt_limit_rad, result);
   }
   return result;
 }

@@ -31,28 +31,35 @@ std::string color_of_state(safety::FailsafeState state) {
   }
 }
 
+/// The state of the failsafe in the ticks [begin, end) of flight f; empty: nominal, or not shown beside other flights.
+std::optional<plot::Span> state_span(const Flights& flights, std::size_t f, std::size_t begin, std::size_t end) {
+  const FlightSeries& flight = flights[f];
+  const auto state = static_cast<safety::FailsafeState>(flight.state[begin]);
+  const double from_s = flight.t_s[begin];
+  const double to_s = end < flight.t_s.size() ? flight.t_s[end] : flight.t_s.back();
+  const bool outside = flights.size() > 1 && (to_s <= flight.control_s || from_s >= flight.end_s);
+  if (state == safety::FailsafeState::kNominal || outside) {
+    return std::nullopt;
+  }
+  std::string label = which(flights, f) + std::string(safety::name(state));
+  for (const FailsafeChange& step : flight.changes) {
+    label += step.t_s == from_s && !step.reason.empty() ? ": " + step.reason : "";
+  }
+  return plot::Span{shown_s(flights, f, from_s), shown_s(flights, f, to_s), label, color_of_state(state)};
+}
+
 /// Every stretch in which the failsafe is not at nominal, of all flights.
 std::vector<plot::Span> state_spans(const Flights& flights) {
   std::vector<plot::Span> out;
   for (std::size_t f = 0; f < flights.size(); ++f) {
-    const FlightSeries& flight = flights[f];
-    for (std::size_t k = 0; k < flight.state.size();) {
-      const auto state = static_cast<safety::FailsafeState>(flight.state[k]);
-      const std::size_t begin = k;
-      while (k < flight.state.size() && flight.state[k] == flight.state[begin]) {
-        ++k;
+    const std::vector<std::uint8_t>& state = flights[f].state;
+    for (std::size_t begin = 0, end = 0; begin < state.size(); begin = end) {
+      while (end < state.size() && state[end] == state[begin]) {
+        ++end;
       }
-      const double from_s = flight.t_s[begin];
-      const double to_s = k < flight.t_s.size() ? flight.t_s[k] : flight.t_s.back();
-      const bool outside = flights.size() > 1 && (to_s <= flight.control_s || from_s >= flight.end_s);
-      if (state == safety::FailsafeState::kNominal || outside) {
-        continue;
+      if (const std::optional<plot::Span> span = state_span(flights, f, begin, end)) {
+        out.push_back(*span);
       }
-      std::string label = which(flights, f) + std::string(safety::name(state));
-      for (const FailsafeChange& step : flight.changes) {
-        label += step.t_s == from_s && !step.reason.empty() ? ": " + step.reason : "";
-      }
-      out.push_back({shown_s(flights, f, from_s), shown_s(flights, f, to_s), label, color_of_state(state)});
     }
   }
   return out;

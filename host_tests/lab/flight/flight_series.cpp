@@ -106,6 +106,14 @@ void find_states(FlightSeries& out) {
   }
 }
 
+/// Adds the percentage when it changes, and at the end.
+void add_battery(std::uint8_t percent, double t_s, bool is_last, Timed& battery) {
+  if (percent > 0 && (battery.values.empty() || battery.values.back() != percent || is_last)) {
+    battery.t_s.push_back(t_s);
+    battery.values.push_back(percent);
+  }
+}
+
 /// What only the replayed flight code knows.
 void add_replay(const RecordedFlight& flight, const protocol::Cipher* cipher, FlightSeries& out) {
   std::uint32_t steps = 0;
@@ -116,14 +124,10 @@ void add_replay(const RecordedFlight& flight, const protocol::Cipher* cipher, Fl
       steps = controller.supervisor().stats().steps;
       reasons.emplace_back(safety::name(controller.supervisor().last_step().reason));
     }
-    if (const std::uint8_t percent = controller.link().telemetry().battery_percent; percent > 0) {
-      if (out.battery_percent.values.empty() || out.battery_percent.values.back() != percent ||
-          tick + 1 == flight.ticks.size()) {
-        out.battery_percent.t_s.push_back(out.t_s[tick]);
-        out.battery_percent.values.push_back(percent);
-      }
-    }
-    if (++tick == flight.ticks.size()) {
+    const double t_s = out.t_s[tick];
+    const bool is_last = ++tick == flight.ticks.size();
+    add_battery(controller.link().telemetry().battery_percent, t_s, is_last, out.battery_percent);
+    if (is_last) {
       const link::PoseLinkStats& stats = controller.pose_link().stats();
       const double received = static_cast<double>(stats.poses) + stats.refused + stats.refused_order;
       out.lost_share = received > 0.0 ? stats.lost_frames / (received + stats.lost_frames) : -1.0;
@@ -147,11 +151,40 @@ void add_replay(const RecordedFlight& flight, const protocol::Cipher* cipher, Fl
   }
 }
 
-/// Second derivative of a parabola fitted to the poses around each tick, minus what tilt and drag explain. Half a
-/// second to each side: shorter windows show the noise of the poses, longer ones no gust.
-void add_found_disturbance(const RecordedFlight& flight, const model::Vehicle& vehicle, FlightSeries& out) {
-  constexpr double kHalf_s = 0.5;
+/// Half a second to each side of a tick: shorter windows show the noise of the poses, longer ones no gust.
+constexpr double kHalf_s = 0.5;
+
+/// Place, velocity and acceleration along one axis: a parabola fitted to the poses in the window around now_s, of which
+/// `first` is the first. Empty: too few poses.
+std::optional<Eigen::Vector3d> fit_motion(const std::vector<Pose>& poses, std::size_t first, double now_s,
+                                          std::size_t axis) {
   constexpr std::size_t kMinPoses = 10;
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  std::size_t count = 0;
+  for (std::size_t i = first; i < poses.size() && poses[i].captured_s <= now_s + kHalf_s; ++i, ++count) {
+    const double s = poses[i].captured_s - now_s;
+    const Eigen::Vector3d row(1.0, s, 0.5 * s * s);
+    normal += row * row.transpose();
+    right += row * poses[i].position_m[axis];
+  }
+  return count < kMinPoses ? std::nullopt : std::optional<Eigen::Vector3d>(normal.ldlt().solve(right));
+}
+
+/// The mean acceleration along one axis by the tilt in the window around now_s, of which `begin` is the first tick.
+double tilt_acceleration(const RecordedFlight& flight, const FlightSeries& out, std::size_t begin, double now_s,
+                         std::size_t axis, double tilt_gain) {
+  double slope = 0.0;
+  double ticks = 0.0;
+  for (std::size_t i = begin; i < out.t_s.size() && out.t_s[i] <= now_s + kHalf_s; ++i, ticks += 1.0) {
+    const std::array<double, 3>& tilt = flight.ticks[i].record.attitude;
+    slope += axis == 0 ? std::tan(tilt[1]) : -std::tan(tilt[0]);
+  }
+  return tilt_gain * model::kGravity_m_s2 * slope / ticks;
+}
+
+/// The acceleration that the poses around each tick show, minus what tilt and drag explain.
+void add_found_disturbance(const RecordedFlight& flight, const model::Vehicle& vehicle, FlightSeries& out) {
   std::size_t first = 0;
   std::size_t begin = 0;
   for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -165,31 +198,17 @@ void add_found_disturbance(const RecordedFlight& flight, const model::Vehicle& v
     while (out.t_s[begin] < now - kHalf_s) {
       ++begin;
     }
+    if (now < kHalf_s || now + kHalf_s > out.t_s.back()) {
+      continue;
+    }
     for (std::size_t axis = 0; axis < 2; ++axis) {
-      Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-      Eigen::Vector3d right = Eigen::Vector3d::Zero();
-      std::size_t count = 0;
-      for (std::size_t i = first; i < out.poses.size() && out.poses[i].captured_s <= now + kHalf_s; ++i, ++count) {
-        const double s = out.poses[i].captured_s - now;
-        const Eigen::Vector3d row(1.0, s, 0.5 * s * s);
-        normal += row * row.transpose();
-        right += row * out.poses[i].position_m[axis];
+      if (const std::optional<Eigen::Vector3d> motion = fit_motion(out.poses, first, now, axis)) {
+        model::Moment moment;
+        moment.air_velocity_w_m_s[axis] = (*motion)(1);
+        out.found_disturbance_m_s2[axis][k] =
+            (*motion)(2) - tilt_acceleration(flight, out, begin, now, axis, vehicle.translation.tilt_gain) -
+            model::outer_acceleration(vehicle.translation, moment, 1.0)[axis];
       }
-      double explained = 0.0;
-      double ticks = 0.0;
-      for (std::size_t i = begin; i < out.t_s.size() && out.t_s[i] <= now + kHalf_s; ++i, ticks += 1.0) {
-        const std::array<double, 3>& tilt = flight.ticks[i].record.attitude;
-        explained += axis == 0 ? std::tan(tilt[1]) : -std::tan(tilt[0]);
-      }
-      if (count < kMinPoses || now < kHalf_s || now + kHalf_s > out.t_s.back()) {
-        continue;
-      }
-      const Eigen::Vector3d fit = normal.ldlt().solve(right);
-      model::Moment moment;
-      moment.air_velocity_w_m_s[axis] = fit(1);
-      out.found_disturbance_m_s2[axis][k] = fit(2) -
-                                            vehicle.translation.tilt_gain * model::kGravity_m_s2 * explained / ticks -
-                                            model::outer_acceleration(vehicle.translation, moment, 1.0)[axis];
     }
   }
 }

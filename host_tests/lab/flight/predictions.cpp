@@ -26,8 +26,8 @@ void add_predictions(const std::string& file, FlightSeries& flight) {
     }
     const model::Vehicle vehicle =
         companion::parse_vehicle(log.notes.at(companion::kVehicleNote), companion::kVehicleNote).vehicle;
-    const logs::FlightLog signals =
-        logs::load(*logs::open_log(file), logs::parse_column_map(loop::own_columns(), "(own columns)"));
+    const logs::FlightLog signals = logs::load(
+        *logs::open_log(file), logs::parse_column_map(loop::kMotionColumns, "(sticks, attitude and velocity)"));
     const double start_s = 1e-6 * static_cast<double>(log.ticks.front().record.timestamp);
     const loop::Prediction found =
         loop::predict(vehicle, signals, start_s + flight.control_s + kSettled_s, start_s + flight.end_s);

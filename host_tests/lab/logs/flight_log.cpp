@@ -23,6 +23,13 @@ namespace {
 constexpr std::size_t kFewestSamples = 16;
 constexpr double kSlowestSample_s = 1.0;  // slower: not a flight log, or its clock counts milliseconds
 
+/// From the column's unit to the canonical one.
+void convert(const ColumnRef& ref, std::vector<double>& values) {
+  for (double& value : values) {
+    value = ref.scale * (value + ref.offset);
+  }
+}
+
 /// Removes the wraps of a 16-bit counter.
 std::vector<double> unwrapped(std::vector<double> counter) {
   double turns = 0;
@@ -234,16 +241,12 @@ class Loader {
   /// Times and scaled values of one column. @param shift receives, if not null, the shift in samples from its counter.
   Stream stream_of(const ColumnRef& ref, const std::string& key, int* shift) {
     RawColumn column = this->column(ref, ref.column, key);
-    for (double& value : column.values) {
-      value = ref.scale * (value + ref.offset);
-    }
+    convert(ref, column.values);
     if (!ref.time.empty()) {
       RawColumn clock = this->column(ref, ref.time, key + ".time");
       column.time_s = std::move(clock.values);
       column.sequence = clock.sequence.empty() ? std::move(column.sequence) : std::move(clock.sequence);
-      for (double& t : column.time_s) {
-        t = map_.time.scale * (t + map_.time.offset);
-      }
+      convert(map_.time, column.time_s);
     }
     if (!ref.sequence.empty()) {
       column.sequence = this->column(ref, ref.sequence, key + ".sequence").values;

@@ -377,14 +377,13 @@ class Proposer {
         }
       }
     }
-    bool first = true;
+    std::ostringstream extra;
     for (const MapEntry& line : dialect.extra) {
       if (readable(line)) {
-        out << (first ? "[extra]\n" : "");
-        first = false;
-        write(line, out);
+        write(line, extra);
       }
     }
+    out << (extra.str().empty() ? "" : "[extra]\n" + extra.str());
     return given.empty() ? std::nullopt : std::optional(Proposal{dialect.name, out.str()});
   }
 

@@ -24,7 +24,7 @@ struct StreamDefects {
 /// The samples in order of time. A single time stamp that jumps ahead or back between ordered ones is a spoilt sample.
 /// @param backwards receives the index of the sample at which time really runs backwards, or the size of the stream if
 ///   it does not. Later samples are left out.
-Stream tidied(const Stream& stream, StreamDefects& untidy, std::size_t& backwards);
+Stream without_defects(const Stream& stream, StreamDefects& untidy, std::size_t& backwards);
 
 /// Resamples the stream onto a grid of `size` times: linear interpolation, held beyond the ends.
 /// @param gap receives 1 where nothing was sampled: inside a hole longer than 50 ms or 3.5 of the stream's own

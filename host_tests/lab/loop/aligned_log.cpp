@@ -69,24 +69,9 @@ double mean(const std::vector<double>& values) {
 }  // namespace
 
 const std::string& own_columns() {
-  static const std::string text = R"(time = { column = "tick.timestamp", scale = 1.0 }
-[signals]
-stick_roll = { column = "tick.sticks[0]", offset = -1024 }
-stick_pitch = { column = "tick.sticks[1]", offset = -1024 }
-stick_throttle = { column = "tick.sticks[2]", offset = -1024 }
-stick_yaw = { column = "tick.sticks[3]", offset = -1024 }
-attitude_roll = "tick.imu_attitude[0]"
-attitude_pitch = "tick.imu_attitude[1]"
-attitude_yaw = "tick.imu_attitude[2]"
-rate_x = "tick.imu_rate[0]"
-rate_y = "tick.imu_rate[1]"
-rate_z = "tick.imu_rate[2]"
-position_x = "tick.pose_position[0]"
+  static const std::string text = std::string(kMotionColumns) + R"(position_x = "tick.pose_position[0]"
 position_y = "tick.pose_position[1]"
 position_z = "tick.pose_position[2]"
-velocity_x = "tick.velocity[0]"
-velocity_y = "tick.velocity[1]"
-velocity_z = "tick.velocity[2]"
 [extra]
 pose_age = "tick.pose_age"
 )";

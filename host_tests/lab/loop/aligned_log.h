@@ -2,12 +2,31 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "host_tests/lab/experiments/flight.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/logs/flight_log.h"
 
 namespace m100::lab::loop {
+
+/// Column map of our own flight logs: sticks, attitude, rates and velocity.
+inline constexpr std::string_view kMotionColumns = R"(time = { column = "tick.timestamp", scale = 1.0 }
+[signals]
+stick_roll = { column = "tick.sticks[0]", offset = -1024 }
+stick_pitch = { column = "tick.sticks[1]", offset = -1024 }
+stick_throttle = { column = "tick.sticks[2]", offset = -1024 }
+stick_yaw = { column = "tick.sticks[3]", offset = -1024 }
+attitude_roll = "tick.imu_attitude[0]"
+attitude_pitch = "tick.imu_attitude[1]"
+attitude_yaw = "tick.imu_attitude[2]"
+rate_x = "tick.imu_rate[0]"
+rate_y = "tick.imu_rate[1]"
+rate_z = "tick.imu_rate[2]"
+velocity_x = "tick.velocity[0]"
+velocity_y = "tick.velocity[1]"
+velocity_z = "tick.velocity[2]"
+)";
 
 /// Column map of our own flight logs: what `m100-lab identify --columns` needs for them.
 const std::string& own_columns();

@@ -206,24 +206,22 @@ int others_of(std::uint64_t number, Counts& counts) {
   return others;
 }
 
+/// The value of an option, or what counts without it.
+std::string value_of(const std::vector<std::string>& given, const std::string& option, const std::string& otherwise) {
+  const auto at = std::find(given.begin(), given.end(), option);
+  return given.end() - at < 2 ? otherwise : at[1];
+}
+
 }  // namespace
 
 int main(int count, char** words) {  // NOLINT(bugprone-exception-escape): only out of memory, which ends it as well
-  int logs = 500;
-  std::uint64_t seed = 1;
-  std::string file;
-  bool judge = false;
-  bool excited = false;
-  bool verbose = false;
   const std::vector<std::string> given(words + 1, words + count);
-  for (std::size_t k = 0; k + 1 < given.size(); k += 2) {
-    logs = given[k] == "--logs" ? std::atoi(given[k + 1].c_str()) : logs;
-    seed = given[k] == "--seed" ? std::strtoull(given[k + 1].c_str(), nullptr, 10) : seed;
-    file = given[k] == "--json" ? given[k + 1] : file;
-    judge = judge || given[k] == "--judge";
-    excited = excited || (given[k] == "--flights" && given[k + 1] == "excited");
-    verbose = verbose || given[k] == "--verbose";
-  }
+  const int logs = std::atoi(value_of(given, "--logs", "500").c_str());
+  const std::uint64_t seed = std::strtoull(value_of(given, "--seed", "1").c_str(), nullptr, 10);
+  const std::string file = value_of(given, "--json", "");
+  const bool judge = !value_of(given, "--judge", "").empty();
+  const bool excited = value_of(given, "--flights", "") == "excited";
+  const bool verbose = !value_of(given, "--verbose", "").empty();
   Counts counts;
   int others = 0;
   int changes = 0;

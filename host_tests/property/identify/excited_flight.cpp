@@ -93,11 +93,7 @@ companion::ExcitationFile movements(const std::array<std::string, 2>& axes, cons
   std::array<Manoeuvre, 2> made;
   for (std::size_t k = 0; k < 2; ++k) {
     const InputDesign design = design_of(axes[k]);
-    const model::StickAxis& axis = axes[k] == "roll"    ? vehicle.roll
-                                   : axes[k] == "pitch" ? vehicle.pitch
-                                   : axes[k] == "climb" ? vehicle.climb
-                                                        : vehicle.yaw_rate;
-    made[k] = lab::excite::design_manoeuvre(design, axis);
+    made[k] = lab::excite::design_manoeuvre(design, lab::excite::axis_of(vehicle, axes[k]));
     out << "# limits " << stick_of(axes[k]) << " distance " << design.fence_m << " braking " << design.brake_m_s2
         << " speed 6 tilt 0.5\n";
   }

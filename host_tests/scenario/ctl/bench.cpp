@@ -5,9 +5,11 @@
 #include <cmath>
 #include <deque>
 #include <random>
+#include <stdexcept>
 
 #include "firmware/core/tilt.h"
 #include "firmware/ctl/law/flight_law.h"
+#include "firmware/ref/trajectory.h"
 #include "host_tests/lab/gains/gain_tables.h"
 
 namespace m100::scenario {
@@ -336,5 +338,36 @@ Result fly(const World& first_world, const model::Vehicle& vehicle, const Flight
 template Result fly<double, double>(const World&, const model::Vehicle&, const Flight&);
 template Result fly<float, float>(const World&, const model::Vehicle&, const Flight&);
 template Result fly<core::Fixed, float>(const World&, const model::Vehicle&, const Flight&);
+
+Flight hover(double duration_s) {
+  Flight flight;
+  flight.duration_s = duration_s;
+  flight.reference = [](double, double) { return hover_at(0.0, 0.0, 1.0); };
+  return flight;
+}
+
+Result fly_waypoints(const World& world, const model::Vehicle& vehicle) {
+  ref::Trajectory<double> course;
+  ref::Waypoint<double> place;
+  place.position_w_m = {0.0, 0.0, 1.0};
+  course.hold(place);
+  const double way[][2] = {{1.5, 0.0}, {1.5, 1.0}, {0.0, 1.5}, {-1.0, 0.5}, {0.5, -1.0}, {2.0, 0.0}, {0.0, 0.0}};
+  for (int round = 0; round < 2; ++round) {
+    for (const auto& [x, y] : way) {
+      place.position_w_m = {x, y, 1.0};
+      if (course.append_quintic(place, std::chrono::milliseconds(2500)) != core::Status::kOk) {
+        throw std::logic_error("a waypoint does not fit");
+      }
+    }
+  }
+  Flight flight;
+  flight.settle_s = 5.0;
+  flight.duration_s = 40.0;
+  flight.reference = [&](double now_s, double lead_s) {
+    const auto micro = [](double s) { return core::Duration(static_cast<core::Duration::rep>(s * 1e6 + 0.5)); };
+    return course.window(core::TimePoint(micro(now_s)) - std::chrono::seconds(5), micro(lead_s));
+  };
+  return fly<double, double>(world, vehicle, flight);
+}
 
 }  // namespace m100::scenario

@@ -64,6 +64,10 @@ struct Result {
 template <typename S, typename T>
 Result fly(const World& world, const model::Vehicle& vehicle, const Flight& flight);
 
+Flight hover(double duration_s);  ///< 1 m above the origin
+/// Quintics between waypoints, 2.5 s each.
+Result fly_waypoints(const World& world, const model::Vehicle& vehicle);
+
 /// References.
 ref::Window<double> hover_at(double x_m, double y_m, double z_m);
 ref::Window<double> sinusoid(double amplitude_m, double rate_rad_s, double now_s, double lead_s);

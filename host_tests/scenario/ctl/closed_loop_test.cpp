@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "firmware/ref/trajectory.h"
 #include "host_tests/lab/gains/margins.h"
 #include "host_tests/scenario/ctl/bench.h"
 
@@ -26,12 +25,6 @@ struct Plant {
 
 class ClosedLoop : public ::testing::TestWithParam<Plant> {
  protected:
-  static Flight hover(double duration_s) {
-    Flight flight;
-    flight.duration_s = duration_s;
-    flight.reference = [](double, double) { return hover_at(0.0, 0.0, 1.0); };
-    return flight;
-  }
   static void report(const char* what, const Result& r) {
     std::printf("%-22s x %.4f y %.4f z %.4f m rms, mean %.4f %.4f m, peak %.3f m, tilt %.3f deg, input step %.4f deg\n",
                 what, r.x_rms_m, r.y_rms_m, r.z_rms_m, r.x_mean_m, r.y_mean_m, r.position_peak_m, r.tilt_rms_deg,
@@ -165,25 +158,7 @@ TEST_P(ClosedLoop, FollowsASinusoid) {
 }
 
 TEST_P(ClosedLoop, FollowsQuinticWaypoints) {
-  ref::Trajectory<double> course;
-  ref::Waypoint<double> place;
-  place.position_w_m = {0.0, 0.0, 1.0};
-  course.hold(place);
-  const double way[][2] = {{1.5, 0.0}, {1.5, 1.0}, {0.0, 1.5}, {-1.0, 0.5}, {0.5, -1.0}, {2.0, 0.0}, {0.0, 0.0}};
-  for (int round = 0; round < 2; ++round) {
-    for (const auto& [x, y] : way) {
-      place.position_w_m = {x, y, 1.0};
-      ASSERT_EQ(course.append_quintic(place, std::chrono::milliseconds(2500)), core::Status::kOk);
-    }
-  }
-  Flight flight;
-  flight.settle_s = 5.0;
-  flight.duration_s = 40.0;
-  flight.reference = [&](double now_s, double lead_s) {
-    const auto micro = [](double s) { return core::Duration(static_cast<core::Duration::rep>(s * 1e6 + 0.5)); };
-    return course.window(core::TimePoint(micro(now_s)) - std::chrono::seconds(5), micro(lead_s));
-  };
-  const Result r = fly<double, double>(GetParam().world, vehicle_of(GetParam().world), flight);
+  const Result r = fly_waypoints(GetParam().world, vehicle_of(GetParam().world));
   report("waypoints every 2.5 s", r);
   EXPECT_LE(r.x_rms_m, kMargin * GetParam().measured.waypoints_m);
   EXPECT_LE(r.y_rms_m, kMargin * GetParam().measured.waypoints_m);

@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "firmware/ref/trajectory.h"
 #include "host_tests/lab/gains/margins.h"
 #include "host_tests/scenario/ctl/bench.h"
 
@@ -30,46 +29,14 @@ model::Vehicle blind_of(const World& world) {
   return blind;
 }
 
-model::Vehicle truth_of(const World& world) { return vehicle_of(world); }
-
 struct Cells {
   double peak_sensitivity, delay_margin_ms, gusts_m, sinusoid_m, waypoints_m, calm_tilt_deg, input_step_deg, offset_mm,
       dropout_m;
 };
 
-Flight hover(double duration_s) {
-  Flight flight;
-  flight.duration_s = duration_s;
-  flight.reference = [](double, double) { return hover_at(0.0, 0.0, 1.0); };
-  return flight;
-}
-
-double waypoints(const World& world, const model::Vehicle& vehicle) {
-  ref::Trajectory<double> course;
-  ref::Waypoint<double> place;
-  place.position_w_m = {0.0, 0.0, 1.0};
-  course.hold(place);
-  const double way[][2] = {{1.5, 0.0}, {1.5, 1.0}, {0.0, 1.5}, {-1.0, 0.5}, {0.5, -1.0}, {2.0, 0.0}, {0.0, 0.0}};
-  for (int round = 0; round < 2; ++round) {
-    for (const auto& [x, y] : way) {
-      place.position_w_m = {x, y, 1.0};
-      EXPECT_EQ(course.append_quintic(place, std::chrono::milliseconds(2500)), core::Status::kOk);
-    }
-  }
-  Flight flight;
-  flight.settle_s = 5.0;
-  flight.duration_s = 40.0;
-  flight.reference = [&](double now_s, double lead_s) {
-    const auto micro = [](double s) { return core::Duration(static_cast<core::Duration::rep>(s * 1e6 + 0.5)); };
-    return course.window(core::TimePoint(micro(now_s)) - std::chrono::seconds(5), micro(lead_s));
-  };
-  const Result r = fly<double, double>(world, vehicle, flight);
-  return std::max(r.x_rms_m, r.y_rms_m);
-}
-
 Cells measure(const World& plant, const model::Vehicle& vehicle) {
   Cells out{};
-  const lab::gains::Margins margins = lab::gains::margins_of(vehicle, truth_of(plant), lab::gains::Axis::kX);
+  const lab::gains::Margins margins = lab::gains::margins_of(vehicle, vehicle_of(plant), lab::gains::Axis::kX);
   out.peak_sensitivity = margins.stable ? margins.peak_sensitivity : HUGE_VAL;
   out.delay_margin_ms = margins.stable ? 1e3 * margins.delay_margin_s : 0.0;
   World world = plant;
@@ -86,7 +53,8 @@ Cells measure(const World& plant, const model::Vehicle& vehicle) {
   sine.duration_s = 40.0;
   sine.reference = [](double now_s, double lead_s) { return sinusoid(2.0, 0.9, now_s, lead_s); };
   out.sinusoid_m = fly<double, double>(plant, vehicle, sine).x_rms_m;
-  out.waypoints_m = waypoints(plant, vehicle);
+  const Result waypoints = fly_waypoints(plant, vehicle);
+  out.waypoints_m = std::max(waypoints.x_rms_m, waypoints.y_rms_m);
   const Result calm = fly<double, double>(plant, vehicle, hover(40.0));
   out.calm_tilt_deg = calm.tilt_rms_deg;
   out.input_step_deg = calm.input_variation_deg;

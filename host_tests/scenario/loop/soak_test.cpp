@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "firmware/model/axis_effects.h"
+#include "host_tests/lab/logs/stream.h"
 #include "host_tests/lab/loop/results.h"
 #include "host_tests/sim/world/base_plant.h"
 
@@ -153,12 +154,6 @@ std::string row_of(const Hidden& hidden, const PlantResult& plant) {
   return row + " |\n";
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 std::string in_words(double change) {
   return std::to_string(std::lround(100.0 * std::abs(change))) + (change > 0.0 ? " % larger" : " % smaller");
 }
@@ -182,18 +177,18 @@ TEST(Loop, FindsWhatTwelveHiddenPlantsHave) {
     for (const auto& [channel, change] : plant.predictions) {
       here.push_back(change);
     }
-    EXPECT_LT(median(here), -0.1) << hidden.name << ": the prediction did not improve";
+    EXPECT_LT(logs::median(here), -0.1) << hidden.name << ": the prediction did not improve";
     foretold.insert(foretold.end(), here.begin(), here.end());
     worst_other = std::max(worst_other, plant.worst_other);
     wrong_names += plant.wrong_names;
   }
   RecordProperty("figure.loop.plants", table);
-  RecordProperty("figure.loop.median", in_words(median(flown)));
+  RecordProperty("figure.loop.median", in_words(logs::median(flown)));
   RecordProperty("figure.loop.worst", in_words(*std::max_element(flown.begin(), flown.end())));
-  RecordProperty("figure.loop.foretold", in_words(median(foretold)));
+  RecordProperty("figure.loop.foretold", in_words(logs::median(foretold)));
   RecordProperty("figure.loop.others", in_words(worst_other));
-  EXPECT_LE(median(flown), -0.2);
-  EXPECT_LE(median(foretold), -0.4);
+  EXPECT_LE(logs::median(flown), -0.2);
+  EXPECT_LE(logs::median(foretold), -0.4);
   EXPECT_EQ(wrong_names, "");
 }
 

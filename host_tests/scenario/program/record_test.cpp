@@ -67,7 +67,8 @@ void tell_telemetry(const FarEnd& line, std::uint16_t number, bool with_sticks) 
 /// One pose from each of two senders: components 197 and 198 of system 1.
 void send_poses(const FarEnd& line, std::uint16_t number) {
   for (const std::uint8_t component : {std::uint8_t{197}, std::uint8_t{198}}) {
-    const mavlink::AttPosMocap pose{.time_usec = 20000U * (number + 1U), .q = {1.F, 0.F, 0.F, 0.F}, .z = -1.F};
+    const mavlink::AttPosMocap pose{
+        .time_usec = std::uint64_t{20000} * (number + 1U), .q = {1.F, 0.F, 0.F, 0.F}, .z = -1.F};
     const mavlink::Frame frame = mavlink::encode(pose, {1, component}, static_cast<std::uint8_t>(number));
     line.say(frame.bytes());
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "protocol/dji/frame_encoder.h"
+#include "protocol/dji/session.h"
 
 namespace m100::sim {
 namespace {

@@ -25,6 +25,15 @@ bool is_dynamics(std::string_view name) {
   });
 }
 
+/// What the physics program has instead of this key.
+const char* own_part(std::string_view name) {
+  return name == "air.wind_m_s"                 ? "air; {wind} in --body-command hands this key on"
+         : name.ends_with(".transport_delay_s") ? "dynamics; link.command_delay_s delays the commands"
+         : name.starts_with("axis.")            ? "dynamics"
+         : name.starts_with("air.")             ? "air"
+                                                : "mass and motors";
+}
+
 /// Why the aircraft that flies does not have this key; empty: it has it. @param name the full name, without "change."
 std::string why_ignored(const BodyChoice& body, std::string_view name) {
   if (body.is_identified()) {
@@ -33,17 +42,12 @@ std::string why_ignored(const BodyChoice& body, std::string_view name) {
   if (name == "air.wind_m_s" && body.passes_wind()) {
     return "";
   }
-  const bool is_axis = name.starts_with("axis.");
   const bool is_world = name.starts_with("air.") || name.starts_with("payload.") || name.starts_with("vehicle.");
-  if (!is_world && name != "battery.sag" && !(is_axis && is_dynamics(name))) {
+  if (!is_world && name != "battery.sag" && !(name.starts_with("axis.") && is_dynamics(name))) {
     return "";
   }
   return std::string("has no effect on a body (--body, --body-command): its physics program has its own ") +
-         (name == "air.wind_m_s"                 ? "air; {wind} in --body-command hands this key on"
-          : name.ends_with(".transport_delay_s") ? "dynamics; link.command_delay_s delays the commands"
-          : is_axis                              ? "dynamics"
-          : name.starts_with("air.")             ? "air"
-                                                 : "mass and motors");
+         own_part(name);
 }
 
 void refuse_ignored(const BodyChoice& body, const toml::table& table, const std::string& prefix,
@@ -79,7 +83,7 @@ Plant base_of(const BodyChoice& body, const std::string& vehicle_path) {
 
 Plant parse_plant(const BodyChoice& body, std::string_view text, const std::string& name,
                   const std::string& vehicle_path) {
-  const Plant plant = parse_plant(text, name, base_of(body, vehicle_path));
+  Plant plant = parse_plant(text, name, base_of(body, vehicle_path));
   refuse_ignored(body, companion::parse_toml(text), "", name);
   return plant;
 }

@@ -61,31 +61,33 @@ double double_s_duration(double way, double v, double a, double j) {
   return t + std::sqrt(t * t + 4.0 * way / a);
 }
 
-/// The shortest time from rest to rest by brute force: the acceleration rises for as long as a bisection says, and a
-/// numerical integration then stops as fast as the limits allow.
-double integrated_duration(double way, const Limits& limits) {
+/// Raises the acceleration from rest until the switch and then stops as fast as the limits allow, integrated
+/// numerically. @returns the duration.
+double integrate_motion(double switch_s, const Limits& limits, double& end_m) {
   constexpr double kStep_s = 5e-4;
-  const auto flight = [&](double switch_s, double& end_m) {
-    double t = 0.0, p = 0.0, v = 0.0, a = 0.0;
-    while (t < switch_s || v > 0.0) {
-      const double left = v - 0.5 * a * a / limits.jerk_m_s3;  // after raising the acceleration to zero at once
-      const double target = t < switch_s ? limits.up_m_s2 : a < 0.0 && left <= 0.0 ? 0.0 : -limits.down_m_s2;
-      a += std::clamp(target - a, -limits.jerk_m_s3 * kStep_s, limits.jerk_m_s3 * kStep_s);
-      v += a * kStep_s;
-      p += v * kStep_s;
-      t += kStep_s;
-      if (a >= 0.0 && t > switch_s && left <= 0.0) {
-        break;
-      }
+  double t = 0.0, v = 0.0, a = 0.0;
+  end_m = 0.0;
+  while (t < switch_s || v > 0.0) {
+    const double left = v - 0.5 * a * a / limits.jerk_m_s3;  // after raising the acceleration to zero at once
+    const double target = t < switch_s ? limits.up_m_s2 : a < 0.0 && left <= 0.0 ? 0.0 : -limits.down_m_s2;
+    a += std::clamp(target - a, -limits.jerk_m_s3 * kStep_s, limits.jerk_m_s3 * kStep_s);
+    v += a * kStep_s;
+    end_m += v * kStep_s;
+    t += kStep_s;
+    if (a >= 0.0 && t > switch_s && left <= 0.0) {
+      break;
     }
-    end_m = p;
-    return t;
-  };
+  }
+  return t;
+}
+
+/// The shortest time from rest to rest by brute force: a bisection of the time at which the motion begins to stop.
+double integrated_duration(double way, const Limits& limits) {
   double low = 0.0, high = 60.0, t = 0.0;
   for (int i = 0; i < 40; ++i) {
     double end_m = 0.0;
     const double middle = 0.5 * (low + high);
-    t = flight(middle, end_m);
+    t = integrate_motion(middle, limits, end_m);
     (end_m < way ? low : high) = middle;
   }
   return t;

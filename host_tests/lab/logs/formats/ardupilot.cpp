@@ -5,13 +5,13 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <optional>
 #include <string_view>
 
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/formats/read_number.h"
 #include "host_tests/lab/whole_file.h"
 
 // ArduPilot's binary log: records {A3 95 type body}, little endian and packed. FMT (type 128) defines the length and
@@ -24,13 +24,6 @@ namespace {
 constexpr std::size_t kHeadBytes = 3;
 constexpr unsigned kFmt = 128;
 constexpr std::size_t kFmtBytes = 89;
-
-template <typename T>
-double read_as(const char* bytes) {
-  T value;
-  std::memcpy(&value, bytes, sizeof value);
-  return static_cast<double>(value);
-}
 
 /// How the field letters are read; `read` null: text.
 struct Letter {
@@ -62,8 +55,7 @@ constexpr std::array<Letter, 20> kLetters{{{'b', 1, &read_as<std::int8_t>, 1},
 
 /// IEEE 754 half precision.
 double read_half(const char* bytes) {
-  std::uint16_t bits = 0;
-  std::memcpy(&bits, bytes, sizeof bits);
+  const auto bits = read_number<std::uint16_t>(bytes);
   const int exponent = (bits >> 10U) & 31;
   const double mantissa = bits & 1023U;
   const double size = exponent == 0    ? std::ldexp(mantissa, -24)

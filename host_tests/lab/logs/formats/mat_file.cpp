@@ -4,11 +4,11 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <cstring>
 #include <optional>
 
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/formats/mat_hdf5.h"
+#include "host_tests/lab/logs/formats/read_number.h"
 #include "host_tests/lab/whole_file.h"
 
 // MATLAB 5: a head of 128 bytes, then elements {uint32 type, uint32 bytes, data to the next multiple of 8}; the tag
@@ -30,11 +30,7 @@ constexpr std::uint32_t kFirstNumeric = 6;
 constexpr std::uint32_t kLastNumeric = 15;
 constexpr std::uint32_t kComplex = 0x800;
 
-std::uint32_t word(std::string_view bytes, std::size_t at) {
-  std::uint32_t value = 0;
-  std::memcpy(&value, bytes.data() + at, sizeof value);
-  return value;
-}
+std::uint32_t word(std::string_view bytes, std::size_t at) { return read_number<std::uint32_t>(bytes.data() + at); }
 
 struct Element {
   std::uint32_t type = 0;
@@ -69,13 +65,6 @@ std::optional<Element> next(std::string_view& bytes) {
 std::size_t bytes_each(std::uint32_t storage) {
   constexpr std::array<std::size_t, 14> kBytes{0, 1, 1, 2, 2, 4, 4, 4, 0, 8, 0, 0, 8, 8};
   return storage < kBytes.size() ? kBytes[storage] : 0;
-}
-
-template <typename T>
-double read_as(const char* bytes) {
-  T value;
-  std::memcpy(&value, bytes, sizeof value);
-  return static_cast<double>(value);
 }
 
 double number(std::uint32_t storage, const char* at) {

@@ -2,13 +2,13 @@
 #include "host_tests/lab/logs/formats/mat_hdf5.h"
 
 #include <cstdint>
-#include <cstring>
 
 #ifdef M100_MATIO
 #include <matio.h>
 #endif
 
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/formats/read_number.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -17,11 +17,7 @@ constexpr std::size_t kHdf5At = 512;
 constexpr std::string_view kSignature = "\x89HDF\r\n\x1a\n";
 
 std::uint64_t word(std::string_view bytes, std::size_t at) {
-  std::uint64_t value = 0;
-  if (at + sizeof value <= bytes.size()) {
-    std::memcpy(&value, bytes.data() + at, sizeof value);
-  }
-  return value;
+  return at + sizeof(std::uint64_t) <= bytes.size() ? read_number<std::uint64_t>(bytes.data() + at) : 0;
 }
 
 /// Where the superblock says that the file ends, counted from the file's begin; 0: there is no superblock that can be

@@ -5,9 +5,10 @@
 #include <array>
 #include <charconv>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <sstream>
+
+#include "host_tests/lab/logs/formats/read_number.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -16,14 +17,7 @@ constexpr std::size_t kLongestArray = 64;  // longer ones (images, scans) are sk
 constexpr int kDeepest = 12;
 constexpr std::size_t kCdrHeadBytes = 4;
 
-template <typename T>
-double number(const char* bytes) {
-  T value;
-  std::memcpy(&value, bytes, sizeof value);
-  return static_cast<double>(value);
-}
-
-double stamp(const char* bytes) { return number<std::uint32_t>(bytes) + 1e-9 * number<std::uint32_t>(bytes + 4); }
+double stamp(const char* bytes) { return read_as<std::uint32_t>(bytes) + 1e-9 * read_as<std::uint32_t>(bytes + 4); }
 
 struct Basic {
   std::size_t bytes;
@@ -32,19 +26,19 @@ struct Basic {
 };
 
 const Basic* basic(std::string_view type) {
-  static const std::map<std::string, Basic, std::less<>> types{{"bool", {1, 1, &number<std::uint8_t>}},
-                                                               {"byte", {1, 1, &number<std::uint8_t>}},
-                                                               {"char", {1, 1, &number<std::uint8_t>}},
-                                                               {"int8", {1, 1, &number<std::int8_t>}},
-                                                               {"uint8", {1, 1, &number<std::uint8_t>}},
-                                                               {"int16", {2, 2, &number<std::int16_t>}},
-                                                               {"uint16", {2, 2, &number<std::uint16_t>}},
-                                                               {"int32", {4, 4, &number<std::int32_t>}},
-                                                               {"uint32", {4, 4, &number<std::uint32_t>}},
-                                                               {"int64", {8, 8, &number<std::int64_t>}},
-                                                               {"uint64", {8, 8, &number<std::uint64_t>}},
-                                                               {"float32", {4, 4, &number<float>}},
-                                                               {"float64", {8, 8, &number<double>}},
+  static const std::map<std::string, Basic, std::less<>> types{{"bool", {1, 1, &read_as<std::uint8_t>}},
+                                                               {"byte", {1, 1, &read_as<std::uint8_t>}},
+                                                               {"char", {1, 1, &read_as<std::uint8_t>}},
+                                                               {"int8", {1, 1, &read_as<std::int8_t>}},
+                                                               {"uint8", {1, 1, &read_as<std::uint8_t>}},
+                                                               {"int16", {2, 2, &read_as<std::int16_t>}},
+                                                               {"uint16", {2, 2, &read_as<std::uint16_t>}},
+                                                               {"int32", {4, 4, &read_as<std::int32_t>}},
+                                                               {"uint32", {4, 4, &read_as<std::uint32_t>}},
+                                                               {"int64", {8, 8, &read_as<std::int64_t>}},
+                                                               {"uint64", {8, 8, &read_as<std::uint64_t>}},
+                                                               {"float32", {4, 4, &read_as<float>}},
+                                                               {"float64", {8, 8, &read_as<double>}},
                                                                {"time", {8, 4, &stamp}},
                                                                {"duration", {8, 4, &stamp}}};
   const auto found = types.find(type);
@@ -215,7 +209,7 @@ class RosType::Walker {
 
   bool length(std::size_t& count) {
     const char* const bytes = take(4, 4);
-    count = bytes == nullptr ? 0 : static_cast<std::size_t>(number<std::uint32_t>(bytes));
+    count = bytes == nullptr ? 0 : static_cast<std::size_t>(read_as<std::uint32_t>(bytes));
     return bytes != nullptr;
   }
 

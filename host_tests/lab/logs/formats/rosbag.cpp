@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <map>
 #include <string_view>
 
@@ -12,6 +11,7 @@
 #endif
 
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/formats/read_number.h"
 #include "host_tests/lab/logs/formats/ros_types.h"
 #include "host_tests/lab/whole_file.h"
 
@@ -26,14 +26,9 @@ constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
 constexpr std::size_t kExpansion = 100;  // of bz2: telemetry shrinks to a fifth, noise not at all
 constexpr std::size_t kSmall = std::size_t{64} << 20U;
 
-template <typename T>
-T number(const char* bytes) {
-  T value;
-  std::memcpy(&value, bytes, sizeof value);
-  return value;
+double stamp(const char* bytes) {
+  return read_number<std::uint32_t>(bytes) + 1e-9 * read_number<std::uint32_t>(bytes + 4);
 }
-
-double stamp(const char* bytes) { return number<std::uint32_t>(bytes) + 1e-9 * number<std::uint32_t>(bytes + 4); }
 
 class Bag final : public RosLog {
  public:
@@ -54,7 +49,7 @@ class Bag final : public RosLog {
     if (bytes.size() < 4) {
       fail("ends in the middle of a record");
     }
-    const auto length = static_cast<std::size_t>(number<std::uint32_t>(bytes.data()));
+    const auto length = static_cast<std::size_t>(read_number<std::uint32_t>(bytes.data()));
     if (bytes.size() - 4 < length) {
       fail("ends in the middle of a record");
     }
@@ -103,7 +98,7 @@ class Bag final : public RosLog {
       } else if (op == 7) {
         connection(header, data);
       } else if (op == 2) {
-        const auto number_of = connections_.find(number<std::uint32_t>(need(header, "conn", 4).data()));
+        const auto number_of = connections_.find(read_number<std::uint32_t>(need(header, "conn", 4).data()));
         if (number_of == connections_.end()) {
           fail("has a message of an unknown connection");
         }
@@ -115,10 +110,10 @@ class Bag final : public RosLog {
   /// Whether header and data both lie inside the bytes.
   static bool whole_record(std::string_view bytes) {
     for (int part = 0; part < 2; ++part) {
-      if (bytes.size() < 4 || bytes.size() - 4 < number<std::uint32_t>(bytes.data())) {
+      if (bytes.size() < 4 || bytes.size() - 4 < read_number<std::uint32_t>(bytes.data())) {
         return false;
       }
-      bytes.remove_prefix(4 + static_cast<std::size_t>(number<std::uint32_t>(bytes.data())));
+      bytes.remove_prefix(4 + static_cast<std::size_t>(read_number<std::uint32_t>(bytes.data())));
     }
     return true;
   }
@@ -131,7 +126,7 @@ class Bag final : public RosLog {
     }
 #ifdef M100_BZIP2
     if (how == "bz2") {
-      const auto size = static_cast<std::size_t>(number<std::uint32_t>(need(header, "size", 4).data()));
+      const auto size = static_cast<std::size_t>(read_number<std::uint32_t>(need(header, "size", 4).data()));
       if (size > bytes_left_) {
         fail("claims more data than a file of this size can hold");
       }
@@ -154,7 +149,7 @@ class Bag final : public RosLog {
   void connection(const std::map<std::string, std::string_view>& header, std::string_view data) {
     const auto inner = fields(data);
     const std::string name(need(header, "topic", 1));
-    connections_[number<std::uint32_t>(need(header, "conn", 4).data())] = name;
+    connections_[read_number<std::uint32_t>(need(header, "conn", 4).data())] = name;
     const std::string type(need(inner, "type", 1));
     const std::string text(need(inner, "message_definition", 0));
     RosTopic& topic = topics_[name];

@@ -5,13 +5,13 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <string_view>
 #include <unordered_map>
 #include <utility>
 
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/formats/read_number.h"
 #include "host_tests/lab/logs/formats/ulog_format.h"
 #include "host_tests/lab/whole_file.h"
 
@@ -30,13 +30,6 @@ constexpr std::size_t kFlagBytes = 40;
 constexpr auto kSync = "\x08\x00S\x2f\x73\x13\x20\x25\x0c\xbb\x12"sv;  // a complete message, to resynchronise
 constexpr auto kKnownTypes = "BFIMPQADLCSOR"sv;
 constexpr unsigned kAppended = 1;  // the only incompatible flag that is defined
-
-template <typename T>
-T number(const char* bytes) {
-  T value;
-  std::memcpy(&value, bytes, sizeof value);
-  return value;
-}
 
 struct Message {
   std::size_t at;    ///< of its data in the file, after the message's number
@@ -164,7 +157,8 @@ class ULog final : public RawLog {
   std::vector<std::size_t> section_begins() const {
     std::vector<std::size_t> begins{kHeaderBytes};
     const char* const first = bytes_.data() + kHeaderBytes;
-    if (bytes_.size() < kHeaderBytes + 3 + kFlagBytes || first[2] != 'B' || number<std::uint16_t>(first) < kFlagBytes) {
+    if (bytes_.size() < kHeaderBytes + 3 + kFlagBytes || first[2] != 'B' ||
+        read_number<std::uint16_t>(first) < kFlagBytes) {
       return begins;
     }
     const char* const flags = first + 3;
@@ -175,7 +169,7 @@ class ULog final : public RawLog {
       }
     }
     for (std::size_t i = 16; (static_cast<unsigned char>(flags[8]) & kAppended) != 0 && i < kFlagBytes; i += 8) {
-      const auto offset = number<std::uint64_t>(flags + i);
+      const auto offset = read_number<std::uint64_t>(flags + i);
       if (offset > begins.back() && offset < bytes_.size()) {
         begins.push_back(static_cast<std::size_t>(offset));
       }
@@ -193,7 +187,7 @@ class ULog final : public RawLog {
 
   void read_messages(std::size_t at, std::size_t end) {
     while (at + 3 <= end) {
-      const auto size = static_cast<std::size_t>(number<std::uint16_t>(bytes_.data() + at));
+      const auto size = static_cast<std::size_t>(read_number<std::uint16_t>(bytes_.data() + at));
       const char type = bytes_[at + 2];
       const std::size_t begin = at + 3;
       if (kKnownTypes.find(type) == std::string_view::npos || begin + size > end) {
@@ -217,9 +211,9 @@ class ULog final : public RawLog {
       const std::string name(payload.substr(3));
       Topic& topic = topics_[{name, instance}];
       topic.format = name;
-      by_id_[number<std::uint16_t>(payload.data() + 1)] = &topic;
+      by_id_[read_number<std::uint16_t>(payload.data() + 1)] = &topic;
     } else if (type == 'D' && size >= 2) {
-      const auto found = by_id_.find(number<std::uint16_t>(payload.data()));
+      const auto found = by_id_.find(read_number<std::uint16_t>(payload.data()));
       if (found == by_id_.end()) {
         ++foreign_;
       } else {
@@ -227,7 +221,7 @@ class ULog final : public RawLog {
       }
     } else if (type == 'O' && size >= 2) {
       ++dropouts_;
-      dropout_ms_ += number<std::uint16_t>(payload.data());
+      dropout_ms_ += read_number<std::uint16_t>(payload.data());
     }
   }
 

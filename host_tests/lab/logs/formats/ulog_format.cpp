@@ -4,17 +4,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
-#include <cstring>
+
+#include "host_tests/lab/logs/formats/read_number.h"
 
 namespace m100::lab::logs {
 namespace {
-
-template <typename T>
-double read_as(const char* bytes) {
-  T value;
-  std::memcpy(&value, bytes, sizeof value);
-  return static_cast<double>(value);
-}
 
 struct Basic {
   std::size_t bytes;

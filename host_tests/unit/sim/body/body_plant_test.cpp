@@ -38,9 +38,9 @@ TEST(BodyPlant, RefusesWhatThePhysicsProgramHasItself) {
 
 TEST(BodyPlant, TakesWhatIsTheSticksTheSensorsAndTheLinks) {
   for (const char* const text :
-       {"[axis.roll]\ntrim_counts = 20\nscale_rad_per_count = 9e-4\ndead_zone_counts = 5\ndead_zone_shape = \"jump\"\n"
-        "stick_exponent = 1.2\nbacklash_counts = 3\ncross_axis = 0.1\ngain_asymmetry = 1.1\nsaturation_rad = 0.3\n"
-        "gain_drift_per_minute = 0.1\nsource = \"a guess\"",
+       {("[axis.roll]\ntrim_counts = 20\nscale_rad_per_count = 9e-4\ndead_zone_counts = 5\ndead_zone_shape = \"jump\"\n"
+         "stick_exponent = 1.2\nbacklash_counts = 3\ncross_axis = 0.1\ngain_asymmetry = 1.1\nsaturation_rad = 0.3\n"
+         "gain_drift_per_minute = 0.1\nsource = \"a guess\""),
         "[pose]\nrate_hz = 50\nphase = \"locked\"", "[sensors]\nimu_offset_m_s2 = 0.1\npose_noise_m = 0.002",
         "[link]\ncommand_delay_s = 0.03", "[autopilot]\nrate_gain_per_s = 15", "[battery]\nstart_percent = 50",
         "[change]\nat_s = 9\n\"axis.roll.trim_counts\" = 5"}) {
