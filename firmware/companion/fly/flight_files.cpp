@@ -229,17 +229,13 @@ void write_notes(log::FlightLogWriter& log, const FlyOptions& options, const Fli
   const std::string link = link_note(config);
   const std::string program = version();
   const std::string mode(files.flight ? name(files.flight->mode) : "");
-  const std::string_view tables = model.table_bytes();
   std::vector notes{log::Note{kVehicleNote, model.vehicle_text()},
-                    log::Note{kTablesNote, tables.substr(0, log::kLongestNote_bytes)},
                     log::Note{kCourseNote, files.course_text},
                     log::Note{kStartNote, where},
                     log::Note{kChannelNote, channel},
                     log::Note{kLinkNote, link},
                     log::Note{kVersionNote, program}};
-  if (tables.size() > log::kLongestNote_bytes) {
-    notes.push_back({kMoreTablesNote, tables.substr(log::kLongestNote_bytes)});
-  }
+  const bool holds_tables = add_table_notes(model.table_bytes(), notes);
   if (files.flight) {
     notes.push_back({kFlightNote, files.flight_text});
     notes.push_back({kModeNote, mode});
@@ -260,7 +256,7 @@ void write_notes(log::FlightLogWriter& log, const FlyOptions& options, const Fli
   if (options.dry_run) {
     notes.push_back({kDryRunNote, "nothing was sent"});
   }
-  if (log.begin(now, notes) != core::Status::kOk) {
+  if (!holds_tables || log.begin(now, notes) != core::Status::kOk) {
     throw UsageError(options.log + ": vehicle, gain tables, course and flight file are together too large for a log");
   }
 }

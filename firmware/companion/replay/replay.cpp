@@ -204,8 +204,7 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher,
                  const std::function<void(const app::FlightController<T, S>&)>& observe = {}) {
   const VehicleFile vehicle = parse_vehicle(note(flight, kVehicleNote), kVehicleNote);
   const auto tables = std::make_unique<mpc::TableStorage<T>>();
-  const std::string table_bytes =
-      note(flight, kTablesNote) + (flight.notes.contains(kMoreTablesNote) ? note(flight, kMoreTablesNote) : "");
+  const std::string table_bytes = tables_of(flight);
   if (tables->load(std::as_bytes(std::span(table_bytes.data(), table_bytes.size())), vehicle.digest) !=
       core::Status::kOk) {
     throw FlightLogError("the log's gain tables are damaged or belong to another vehicle");
@@ -259,6 +258,24 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher,
 }
 
 }  // namespace
+
+bool add_table_notes(std::string_view tables, std::vector<log::Note>& notes) {
+  for (const char* const key : kTablesNotes) {
+    if (!tables.empty()) {
+      notes.push_back({key, tables.substr(0, log::kLongestNote_bytes)});
+      tables.remove_prefix(notes.back().text.size());
+    }
+  }
+  return tables.empty();
+}
+
+std::string tables_of(const RecordedFlight& flight) {
+  std::string out = note(flight, kTablesNotes.front());
+  for (const char* const more : std::span(kTablesNotes).subspan(1)) {
+    out += flight.notes.contains(more) ? note(flight, more) : "";
+  }
+  return out;
+}
 
 std::string link_note(const app::FlightConfig& config) {
   std::ostringstream text;

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "firmware/app/config.h"
 #include "firmware/companion/files/recorded_flight.h"
 #include "firmware/core/sha256.h"
+#include "firmware/log/ulog_writer.h"
 #include "protocol/cipher.h"
 
 namespace m100::app {
@@ -35,10 +38,11 @@ struct ReplayResult {
 // The notes of a log that a replay needs beside the records.
 
 inline constexpr const char* kVehicleNote = "m100_vehicle";  ///< the vehicle file's text
-inline constexpr const char* kTablesNote = "m100_tables";    ///< the gain table file's bytes, as many as a note holds
-inline constexpr const char* kMoreTablesNote = "m100_tables_more";  ///< the rest of them; may be missing
-inline constexpr const char* kVersionNote = "m100_version";         ///< of the program; a replay ignores it
-inline constexpr const char* kCourseNote = "m100_course";           ///< parse_course
+/// The gain table file's bytes, in as many notes as it needs.
+inline constexpr std::array kTablesNotes{"m100_tables", "m100_tables_more", "m100_tables_more_2", "m100_tables_more_3",
+                                         "m100_tables_more_4"};
+inline constexpr const char* kVersionNote = "m100_version";  ///< of the program; a replay ignores it
+inline constexpr const char* kCourseNote = "m100_course";    ///< parse_course
 inline constexpr const char* kFlightNote =
     "m100_flight";                                     ///< the flight file's text; without: safety::Limits' defaults
 inline constexpr const char* kModeNote = "m100_mode";  ///< the tuning that flew
@@ -63,5 +67,11 @@ ReplayResult replay(const RecordedFlight& flight, Scalar scalar, const protocol:
 /// @param observe called after every tick with the controller, for values that the log does not hold.
 ReplayResult replay(const RecordedFlight& flight, const protocol::Cipher* cipher,
                     const std::function<void(const app::FlightController<double, double>&)>& observe);
+
+/// Adds the notes that hold a gain table file. @returns false: it needs more notes than there are.
+bool add_table_notes(std::string_view tables, std::vector<log::Note>& notes);
+
+/// The gain table file that a log holds. @throws FlightLogError it holds none.
+std::string tables_of(const RecordedFlight& flight);
 
 }  // namespace m100::companion

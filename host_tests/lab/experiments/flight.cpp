@@ -154,16 +154,15 @@ class Flight {
     const std::string place = start.str();
     const std::string link = companion::link_note(config_of(plan_, start_));
     const std::string limits = plan_.flight_file ? to_text(*plan_.flight_file) : std::string();
-    std::vector<log::Note> notes{
-        {companion::kVehicleNote, vehicle_text_},
-        {companion::kTablesNote, std::string_view(reinterpret_cast<const char*>(tables.data()), tables.size())},
-        {companion::kCourseNote, plan_.course},
-        {companion::kStartNote, place},
-        {companion::kChannelNote, channel},
-        {companion::kLinkNote, link}};
+    std::vector<log::Note> notes{{companion::kVehicleNote, vehicle_text_},
+                                 {companion::kCourseNote, plan_.course},
+                                 {companion::kStartNote, place},
+                                 {companion::kChannelNote, channel},
+                                 {companion::kLinkNote, link}};
     if (plan_.flight_file) {
       notes.push_back({companion::kFlightNote, limits});
     }
+    M100_ASSERT(companion::add_table_notes({reinterpret_cast<const char*>(tables.data()), tables.size()}, notes));
     M100_ASSERT(sink_.log().begin(core::TimePoint{}, notes) == core::Status::kOk);
   }
 

@@ -137,5 +137,23 @@ TEST(Campaign, TheLogOfAWorstFlightReplaysToTheSameBits) {
   EXPECT_EQ(result.different_ticks, 0U);
 }
 
+// The tables of a tuned file with a long delay had 130 000 bytes, two notes of a log hold 120 000, and fly refused.
+TEST(LogNotes, HoldGainTablesOfAnySizeThatOccurs) {
+  for (const std::size_t size : {1U, 60000U, 60001U, 130000U, 300000U}) {
+    std::string tables(size, 'a');
+    tables.back() = 'z';
+    std::vector<log::Note> notes;
+    ASSERT_TRUE(companion::add_table_notes(tables, notes)) << size;
+    companion::RecordedFlight flight;
+    for (const log::Note& note : notes) {
+      EXPECT_LE(note.text.size(), log::kLongestNote_bytes);
+      flight.notes.emplace(note.key, note.text);
+    }
+    EXPECT_EQ(companion::tables_of(flight), tables);
+  }
+  std::vector<log::Note> notes;
+  EXPECT_FALSE(companion::add_table_notes(std::string(300001, 'a'), notes));
+}
+
 }  // namespace
 }  // namespace m100::lab::campaign
