@@ -24,10 +24,11 @@ constexpr double kCorrelation = 0.5;
 constexpr double kHoverRms_deg = 2.0;
 constexpr double kHoverFactor = 2.0;
 
-std::vector<double> thinned_deg(const experiments::Trace& trace, double experiments::TracePoint::*tilt_rad) {
+std::vector<double> thinned_deg(const experiments::Trace& trace, const experiments::Trace& less,
+                                double experiments::TracePoint::*tilt_rad) {
   std::vector<double> out;
   for (std::size_t i = 0; i < trace.size(); i += kThin) {
-    out.push_back(trace[i].*tilt_rad * kDegrees);
+    out.push_back((trace[i].*tilt_rad - (i < less.size() ? less[i].*tilt_rad : 0.0)) * kDegrees);
   }
   return out;
 }
@@ -109,9 +110,9 @@ bool exceeds_reference(double flown_deg, double reference_deg) {
 
 }  // namespace
 
-TiltOscillation measure_oscillation(const experiments::Trace& trace) {
-  const std::vector<double> roll = thinned_deg(trace, &experiments::TracePoint::roll_rad);
-  const std::vector<double> pitch = thinned_deg(trace, &experiments::TracePoint::pitch_rad);
+TiltOscillation measure_oscillation(const experiments::Trace& trace, const experiments::Trace& less) {
+  const std::vector<double> roll = thinned_deg(trace, less, &experiments::TracePoint::roll_rad);
+  const std::vector<double> pitch = thinned_deg(trace, less, &experiments::TracePoint::pitch_rad);
   return {.periodic = is_periodic(roll) || is_periodic(pitch),
           .roll_deviation_deg = deviation_deg(roll),
           .pitch_deviation_deg = deviation_deg(pitch)};

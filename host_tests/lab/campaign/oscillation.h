@@ -16,8 +16,8 @@ struct TiltOscillation {
   double pitch_deviation_deg = 0.0;
 };
 
-/// @param trace one point every 10 ms.
-TiltOscillation measure_oscillation(const experiments::Trace& trace);
+/// @param trace one point every 10 ms. @param less a flight of the same course, whose tilt is subtracted
+TiltOscillation measure_oscillation(const experiments::Trace& trace, const experiments::Trace& less = {});
 
 /// Whether a flight oscillates, compared with a flight of the same task in a kind world.
 /// @param hovers the task demands no tilt: then a deviation of more than 2 degrees about the mean and more than twice

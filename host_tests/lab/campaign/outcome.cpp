@@ -139,10 +139,14 @@ Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, c
   out.pose_rms_m = cell.pose_m;
   out.tilt_rms_deg = cell.tilt_deg;
   out.command_deg_s = cell.input_variation_deg_s;
-  const TiltOscillation flown = measure_oscillation(until(flight.trace, until_s));
+  const experiments::Trace trace = until(flight.trace, until_s);
+  TiltOscillation flown = measure_oscillation(trace);
   if (!is_surely_steady(flown, task.hovers)) {
     const FlightResult reference = experiments::fly(plan_of(nominal_world(world), task, seed, settings));
-    out.oscillated = oscillates(flown, measure_oscillation(until(reference.trace, until_s)), task.hovers);
+    const experiments::Trace kind = until(reference.trace, until_s);
+    // A course that repeats (the squares, at 0.33 Hz) gives the tilt its period, which is no oscillation of the loop.
+    flown.periodic = flown.periodic && (task.hovers || measure_oscillation(trace, kind).periodic);
+    out.oscillated = oscillates(flown, measure_oscillation(kind), task.hovers);
   }
   // An oscillation noticed in flight was ended by the calm law, so the trace alone would look calm.
   out.oscillated = out.oscillated || flight.limit_cycle_detected_s >= 0.0;

@@ -11,14 +11,18 @@ namespace {
 
 constexpr double kRadians = std::numbers::pi / 180.0;
 
-/// Thirty seconds with the given roll in degrees.
-TiltOscillation roll_of(const std::function<double(double t_s)>& roll_deg) {
+experiments::Trace trace_of(const std::function<double(double t_s)>& roll_deg) {
   experiments::Trace trace(3000);
   for (std::size_t i = 0; i < trace.size(); ++i) {
     trace[i].t_s = 0.01 * static_cast<double>(i);
     trace[i].roll_rad = kRadians * roll_deg(trace[i].t_s);
   }
-  return measure_oscillation(trace);
+  return trace;
+}
+
+/// Thirty seconds with the given roll in degrees.
+TiltOscillation roll_of(const std::function<double(double t_s)>& roll_deg) {
+  return measure_oscillation(trace_of(roll_deg));
 }
 
 TiltOscillation sine(double frequency_hz, double amplitude_deg, double from_s = 0.0, double to_s = 30.0) {
@@ -41,6 +45,16 @@ TEST(Oscillation, IsSeenWhereItLastsFiveSeconds) { EXPECT_TRUE(sine(1.0, 10.0, 1
 TEST(Oscillation, IsNoLeanAndNoChangeOfLean) {
   EXPECT_FALSE(roll_of([](double) { return 20.0; }).periodic);
   EXPECT_FALSE(roll_of([](double t_s) { return t_s < 15.0 ? 0.0 : 15.0; }).periodic);
+}
+
+TEST(Oscillation, IsNoCourseThatRepeatsAndIsFlownLate) {
+  const auto course = [](double t_s) { return 6.0 * std::sin(2.0 * std::numbers::pi * 0.33 * t_s); };
+  const auto kind = trace_of(course);
+  const auto late = [&](double t_s) { return course(t_s - 0.1); };
+  EXPECT_TRUE(roll_of(late).periodic);
+  EXPECT_FALSE(measure_oscillation(trace_of(late), kind).periodic);
+  const auto swings = [&](double t_s) { return late(t_s) + 6.0 * std::sin(2.0 * std::numbers::pi * t_s); };
+  EXPECT_TRUE(measure_oscillation(trace_of(swings), kind).periodic);
 }
 
 TEST(Oscillation, IsComparedWithTheNominalWorld) {
