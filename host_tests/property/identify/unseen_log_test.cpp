@@ -55,7 +55,9 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"DeadZoneThatGrowsInSlowRows", "dead zone grows 10 to 25 counts", 18001},
         Case{"DeadZoneThatGrowsInClimb", "dead zone grows 10 to 25 counts", 16008},
         Case{"DoubletsInSlowRows", "healthy, sharp sticks", 17006},
-        Case{"DoubletsOfAnyHand", "healthy, any hand", 17006}, Case{"FreezeThatBendsTheFit", "frozen stick", 51015}),
+        Case{"DoubletsOfAnyHand", "healthy, any hand", 17006}, Case{"FreezeThatBendsTheFit", "frozen stick", 51015},
+        Case{"FreezeInSlowRows", "frozen stick", 51002}, Case{"TrimStepInClimb", "trim changes 20 to 80 counts", 51010},
+        Case{"CertainZeroInAir", "lacks: lead zero", 51001}),
     [](const auto& one) { return one.param.name; });
 
 // Catches a judge that excuses false clean bills: a large hidden effect must count as visible, an absent one not.

@@ -89,8 +89,8 @@ class WeakEffectSearch {
   }
 
  private:
-  static constexpr double kFalseAlarm = 0.01;  // the probability that any test of one log exceeds chance_
-  static constexpr double kPromising = 8.0;    // of one linear step; the fit that starts there gains more
+  static constexpr double kFalseAlarm = 0.001;  // the probability that any test of one log exceeds chance_
+  static constexpr double kPromising = 8.0;     // of one linear step; the fit that starts there gains more
 
   struct StartingPoint {
     std::string name;
@@ -140,7 +140,7 @@ class WeakEffectSearch {
   std::span<const FreeRun> hypotheses_;
   const AxisFamily& family_;
   std::vector<Fitted> shapes_;
-  /// Ratio that the best of all tests exceeds by chance in one log of a hundred: the union of the tails of chi-square
+  /// Ratio that the best of all tests exceeds by chance in one log of a thousand: the union of the tails of chi-square
   /// with two degrees of freedom, exp(-ratio / 2). No effect has more than two parameters.
   double chance_ = 0.0;
   double worth_ = 0.0;  ///< of out_: its ratio less the Schwarz penalty of its parameters

@@ -24,7 +24,7 @@ struct WeakEffect {
 /// @param readings  of the log: first as logged, then the other readings of the stick between slow rows. An effect is
 ///   certain only if each of them confirms it; rows after a stick that moved count less. Precondition: at least one
 /// @param data  of the first reading
-/// @returns nothing where no effect of significant size exceeds the ratio that chance exceeds in one log of a hundred.
+/// @returns nothing where no effect of significant size exceeds the ratio that chance exceeds in one log of a thousand.
 std::optional<WeakEffect> weak_effect(std::vector<FreeRun> hypotheses, const AxisData& data, const AxisFamily& family,
                                       const Fit& fit);
 
