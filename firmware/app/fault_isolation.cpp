@@ -2,7 +2,6 @@
 #include "firmware/app/fault_isolation.h"
 
 #include "firmware/core/maths.h"
-#include "firmware/core/tilt.h"
 #include "firmware/model/vehicle.h"
 
 namespace m100::app {
@@ -17,11 +16,7 @@ constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4;
 /// speed the largest error of the time of capture that PathConsistency allows, and another 5 cm for noise and the lag
 /// after a gust (1008 healthy flights: README of est). The mean is over a few poses.
 constexpr double kMaxLate_s = 0.12, kLag_m = 0.05, kPosesMean = 0.25;
-constexpr double kSane = 1e6;  ///< resets the velocity if it is NaN, which would otherwise stay
-
-/// Memory of the velocity from the commands: a trim error of half a degree is then 0.2 m/s. The shorter memory is for
-/// the time while the pilot flies, who hovers when he is about to hand over.
-constexpr double kModelMemory_s = 2.0, kHoverMemory_s = 0.5, kMax_m_s = 20.0;
+constexpr double kSane = 1e6;  ///< resets an offset that is NaN, which would otherwise stay
 
 }  // namespace
 
@@ -91,28 +86,28 @@ void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurem
       core::Vector<T, 2>(estimate.x.velocity_m_s, estimate.y.velocity_m_s) - dead_reckoning_.velocity_w_m_s();
   const bool settles =
       failsafe_state == safety::FailsafeState::kLevel || failsafe_state == safety::FailsafeState::kRelease;
-  const bool refused = settles && estimate.refused_poses > 0 && apart.squaredNorm() > kFar_m_s * kFar_m_s;
-  estimate_faulted_ = contradicted || refused || (estimate_faulted_ && settles);
-  const bool lay = attitude_fault_;
-  attitude_fault_ = rates_contradict() || contradicts_command() || (attitude_fault_ && settles);
+  // Also when the gate takes them again: poses of the past come to be where the aircraft is, with another velocity.
+  poses_refused_ =
+      estimate.refused_poses > 0 || (poses_refused_ && (settles || failsafe_state == safety::FailsafeState::kCoast));
+  const bool refused = settles && poses_refused_ && apart.squaredNorm() > kFar_m_s * kFar_m_s;
+  model_tilt_rad_ = model_tilt_rad + dead_reckoning_.offset_rad();
+  predict_from_commands(measured, core::seconds<T>(elapsed));
+  const bool attitude_lost = settles && !estimate.attitude_is_known && model_velocity_.is_known();
+  estimate_faulted_ = contradicted || refused || attitude_lost || (estimate_faulted_ && settles);
+  attitude_fault_ = rates_contradict() || contradicts_command() || attitude_lost || (attitude_fault_ && settles);
   const T speed_m_s = core::sqrt(dead_reckoning_.velocity_w_m_s().squaredNorm());
   if (!estimate_faulted_) {
     max_speed_m_s_ =
         speed_m_s + static_cast<T>(kTurnsRound_s) * velocity_consistency_.moved_m_s2() + static_cast<T>(kGust_m_s);
   }
-  diverges_ = settles && (speed_m_s > max_speed_m_s_ || diverges_);
+  const bool is_measured = attitude_fault_ && model_velocity_.is_known();
+  diverges_ = settles && !is_measured && (speed_m_s > max_speed_m_s_ || diverges_);
   const bool trusted = !estimate_faulted_ && !velocity_consistency_.is_suspect() && estimate.refused_poses == 0;
-  const bool pilots = failsafe_state == safety::FailsafeState::kSilent;
-  model_tilt_rad_ = model_tilt_rad + dead_reckoning_.offset_rad();
-  predict_from_commands(estimate, trusted && !command_consistency_.contradicts_command(), pilots,
-                        core::seconds<T>(elapsed));
-  if (attitude_fault_ && !lay) {
-    dead_reckoning_.set_velocity(model_velocity_m_s_);
-  }
   if (attitude_fault_) {
-    dead_reckoning_.update(with_model_tilt(imu, estimate.yaw_rad), estimate, std::nullopt, trusted, pilots, elapsed);
+    dead_reckoning_.set_velocity(model_velocity_.velocity_w_m_s());
   } else {
-    dead_reckoning_.update(imu, estimate, velocity_consistency_.measured_h_m_s2(), trusted, pilots, elapsed);
+    dead_reckoning_.update(imu, estimate, velocity_consistency_.measured_h_m_s2(), trusted,
+                           failsafe_state == safety::FailsafeState::kSilent, elapsed);
   }
   if (velocity_consistency_.is_suspect() || estimate_faulted_) {
     unseen_m_ -= apart * core::seconds<T>(elapsed);
@@ -121,35 +116,17 @@ void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurem
   }
 }
 
-/// Computes the velocity from the commands, in addition to the reckoned velocity, whose attitude may have been false
-/// for a while before this is noticed.
+/// The reckoned velocity may have used a false attitude for a while before that is noticed; this one never does.
 template <typename T>
-void FaultIsolation<T>::predict_from_commands(const est::Estimate<T>& estimate, bool trusted, bool pilots, T step_s) {
+void FaultIsolation<T>::predict_from_commands(const est::Measurement<T>& measured, T step_s) {
   constexpr T kGravity_m_s2 = static_cast<T>(model::kGravity_m_s2);
   const core::Vector<T, 2> tilted_m_s2(kGravity_m_s2 * core::tan(model_tilt_rad_.x()),
                                        -kGravity_m_s2 * core::tan(model_tilt_rad_.y()));
-  if (!(model_velocity_m_s_.squaredNorm() < static_cast<T>(kSane))) {
-    model_velocity_m_s_.setZero();
+  model_velocity_.predict(tilted_m_s2 + dead_reckoning_.disturbance_acceleration_w_m_s2(), step_s);
+  if (measured.pose.is_new) {
+    model_velocity_.fuse(measured.pose.position_w_m.template head<2>(),
+                         core::seconds<T>(measured.pose.age(measured.now)));
   }
-  model_velocity_m_s_ += (tilted_m_s2 + dead_reckoning_.disturbance_acceleration_w_m_s2()) * step_s;
-  model_velocity_m_s_ = model_velocity_m_s_.cwiseMax(T(-kMax_m_s)).cwiseMin(T(kMax_m_s));
-  if (pilots) {
-    model_velocity_m_s_ -= model_velocity_m_s_ * (step_s * static_cast<T>(1.0 / kHoverMemory_s));
-  } else if (trusted) {
-    const core::Vector<T, 2> seen_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
-    model_velocity_m_s_ += (seen_m_s - model_velocity_m_s_) * (step_s * static_cast<T>(1.0 / kModelMemory_s));
-  }
-}
-
-/// Replaces the false tilt by the tilt that the model predicts from the commands.
-template <typename T>
-est::ImuSample<T> FaultIsolation<T>::with_model_tilt(const est::ImuSample<T>& imu, T yaw_rad) const {
-  const core::Euler<T> asked = core::attitude_of(core::Tilt<T>{model_tilt_rad_.x(), model_tilt_rad_.y()}, yaw_rad);
-  est::ImuSample<T> believed = imu;
-  believed.attitude_is_new = true;
-  believed.roll_rad = asked.roll_rad;
-  believed.pitch_rad = asked.pitch_rad;
-  return believed;
 }
 
 template <typename T>
@@ -157,6 +134,7 @@ est::Estimate<T> FaultIsolation<T>::motion(const est::Estimate<T>& estimate) con
   constexpr T kNotToBeUsed_m2_s2 = T(1e6);
   est::Estimate<T> known = estimate_faulted_ ? dead_reckoning_.replace_motion(estimate) : estimate;
   if (attitude_fault_) {
+    known.prediction_valid = known.prediction_valid || model_velocity_.is_known();
     known.x.tilt_rad = model_tilt_rad_.x();
     known.y.tilt_rad = model_tilt_rad_.y();
   }
@@ -188,7 +166,7 @@ double FaultIsolation<T>::speed_m_s(const est::Estimate<T>& estimate) const {
   const est::AxisEstimate<T>& y = estimate.y;
   const bool learned = estimate_faulted_ ||
                        (x.velocity_variance_m2_s2 < kWorthless_m2_s2 && y.velocity_variance_m2_s2 < kWorthless_m2_s2);
-  if (!estimate.prediction_valid || diverges_ || !learned) {
+  if (!(estimate.prediction_valid || attitude_fault_) || diverges_ || !learned) {
     return 0.0;
   }
   const core::Vector<T, 2> velocity_m_s =

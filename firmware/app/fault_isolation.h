@@ -7,6 +7,7 @@
 #include "firmware/est/consistency/command_consistency.h"
 #include "firmware/est/consistency/dead_reckoning.h"
 #include "firmware/est/consistency/height_consistency.h"
+#include "firmware/est/consistency/model_velocity.h"
 #include "firmware/est/consistency/velocity_consistency.h"
 #include "firmware/est/consistency_status.h"
 #include "firmware/est/estimate.h"
@@ -21,12 +22,12 @@ namespace m100::app {
 ///
 /// Contradicted poses have given the observer a false motion. Poses that the gate refuses may have done so if the
 /// observer's motion is far from the one that is computed without them. The observer's motion then counts as false
-/// until the failsafe has ended. If the autopilot's attitude and rates contradict each other, or the attitude does not
-/// follow our commands while pose and force disagree, the attitude is false, and the motion is computed from the tilt
-/// predicted by the commands. If the computed speed grows although the aircraft brakes, it is useless: the aircraft is
-/// levelled by trim and wind, without waiting for it to slow down.
+/// until the failsafe has ended. If the autopilot's attitude and rates contradict each other, the attitude does not
+/// follow our commands while pose and force disagree, or no usable attitude comes while the failsafe ends the flight,
+/// the motion is computed from the poses and the tilt predicted by the commands. If the computed speed grows although
+/// the aircraft brakes, it is useless: the aircraft is levelled by trim and wind, without waiting for it to slow down.
 ///
-/// No heap. Cost: that of its four parts. T is float or double.
+/// No heap. Cost: that of its parts. T is float or double.
 template <typename T>
 class FaultIsolation {
  public:
@@ -69,8 +70,7 @@ class FaultIsolation {
   bool contradicts_command() const;
   void update_pose_offset(const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
                           const core::Vector<T, 2>& model_tilt_rad);
-  void predict_from_commands(const est::Estimate<T>& estimate, bool trusted, bool pilots, T step_s);
-  est::ImuSample<T> with_model_tilt(const est::ImuSample<T>& imu, T yaw_rad) const;
+  void predict_from_commands(const est::Measurement<T>& measured, T step_s);
   bool height_contradicts() const {
     return (disabled_checks_ & set_of(est::ConsistencyCheck::kHeight)) == 0 && height_consistency_.contradicts();
   }
@@ -84,16 +84,17 @@ class FaultIsolation {
   est::CommandConsistency<T> command_consistency_;
   est::HeightConsistency<T> height_consistency_;
   est::DeadReckoning<T> dead_reckoning_;
+  bool poses_refused_ = false;     ///< since the failsafe left the state nominal
   bool estimate_faulted_ = false;  ///< the observer's motion was learned from poses that are contradicted
   core::Vector<T, 2> unseen_m_ =
       core::Vector<T, 2>::Zero();  ///< flown since the force contradicts the poses, beyond them
   T max_speed_m_s_{0};             ///< limit of the reckoned speed under braking
-  bool attitude_fault_ = false;    ///< the attitude is contradicted: by its rates, or by our own commands
+  bool attitude_fault_ = false;    ///< the attitude is contradicted, by its rates or by our own commands, or missing
   bool diverges_ = false;          ///< the reckoned motion is useless
   bool poses_confirm_commands_ =
       false;  ///< the poses are where the commands lead, and far from where the attitude does
   core::Vector<T, 2> pose_offset_m_ = core::Vector<T, 2>::Zero();  ///< from the observer's place to the poses, mean
-  core::Vector<T, 2> model_velocity_m_s_ = core::Vector<T, 2>::Zero();  ///< velocity from this tilt, without the poses
+  est::ModelVelocity<T> model_velocity_;
   core::Vector<T, 2> model_tilt_rad_ = core::Vector<T, 2>::Zero();  ///< tilt predicted from the commands, with the trim
 };
 

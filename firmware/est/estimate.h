@@ -53,8 +53,9 @@ struct Estimate {
   std::uint32_t refused_poses = 0;  ///< by the innovation gate, in a row
   core::Duration refused_for{0};    ///< from the first to the last of the refused poses that agree with each other
   Refusal<T> refusal;
-  bool prediction_valid = false;  ///< started, settled and the attitude is known: the model's prediction is valid
-  bool healthy = false;           ///< predicts, and a pose was used in the last second
+  bool prediction_valid = false;   ///< started, settled and the attitude is known: the model's prediction is valid
+  bool healthy = false;            ///< predicts, and a pose was used in the last second
+  bool attitude_is_known = false;  ///< a usable one came lately
   mutable core::CachedSinCos<T> heading_sin_cos{};
 
   /// Sine and cosine of the yaw, computed once for all callers.

@@ -8,6 +8,8 @@ namespace {
 
 /// A slew is a row of small steps; after this time without one, it is over.
 constexpr core::Duration kStepOver = std::chrono::milliseconds(500);
+/// Poses that come later by this much are soon older than a flight may use (60 ms).
+constexpr core::Duration kLater = std::chrono::milliseconds(50);
 
 }  // namespace
 
@@ -21,6 +23,15 @@ void ClockStepRecorder::update(core::TimePoint now, const est::PoseTimingReport<
     times_set_ = timing.times_set;
     set_by_ = timing.set_by;
   }
+  if (timing.unexplained > kLater && !later_said_) {
+    TextLine line;
+    line.add("poses come ").add(core::seconds<double>(timing.unexplained), 2);
+    line.add(
+        " s later than before: the source's clock was set back, or their way takes longer; its stamps are too "
+        "irregular to tell");
+    log.write(now, line.text());
+  }
+  later_said_ = timing.unexplained > kLater;
   if (!step_is_open_ || now - stepped_at_ < kStepOver) {
     return;
   }

@@ -18,7 +18,8 @@ struct ClockStep {
   core::Duration lasted{0};
 };
 
-/// Reports when the clock of the source of pose was set. A slew, which is a row of small steps, is one step. No heap.
+/// Reports when the clock of the source of pose was set, or where that cannot be told from a longer way. A slew, which
+/// is a row of small steps, is one step. No heap.
 class ClockStepRecorder {
  public:
   static constexpr std::size_t kMaxSteps = 32;  ///< that are kept
@@ -32,6 +33,7 @@ class ClockStepRecorder {
   std::uint32_t times_set_ = 0;
   ClockStep step_;
   bool step_is_open_ = false;
+  bool later_said_ = false;
   core::TimePoint stepped_at_{};
   std::array<ClockStep, kMaxSteps> steps_{};
   std::size_t step_count_ = 0;

@@ -200,8 +200,8 @@ void DisturbanceEkf<S, Real>::update_estimate() {
   e.refused_poses = pose_.refused_in_a_row;
   e.refused_for = pose_.refused_in_a_row > 0 ? agreement_.lasted() : core::Duration{0};
   e.refusal = pose_.refusal;
-  e.prediction_valid = started_ && since_start_ >= kSettling &&
-                       attitude_.age <= (attitude_.is_refused ? kAttitudeDoubted : kAttitudeSilent);
+  e.attitude_is_known = attitude_.age <= (attitude_.is_refused ? kAttitudeDoubted : kAttitudeSilent);
+  e.prediction_valid = started_ && since_start_ >= kSettling && e.attitude_is_known;
   e.healthy = e.prediction_valid && pose_.since_use <= kPoseLost;
 }
 

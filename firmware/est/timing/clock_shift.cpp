@@ -84,6 +84,7 @@ float ClockShift::judge(float spread_s) {
   }
   const float share_s = kShareOfSpread * spread_s;
   const float seen_s = share_s > kMinShift_s ? share_s : kMinShift_s;
+  unexplained_s_ = shift_s > seen_s && !is_regular() ? shift_s : 0.F;
   if (size(shift_s) > seen_s) {
     if (is_regular() && size(shift_s - deficit_s) < 0.5F * size(shift_s)) {
       shift_s_ -= deficit_s;

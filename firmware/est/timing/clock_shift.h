@@ -13,7 +13,7 @@ namespace m100::est {
 ///   shift   = least (arrival - stamp) of the window, relative to before
 ///   deficit = captures x their spacing - advance of the stamps
 /// and the clock is the cause where the deficit explains more than half of the shift. A source that stamps or captures
-/// irregularly does not show the difference; nothing is reported then.
+/// irregularly does not show the difference; then the shift is only reported as unexplained_s().
 ///
 /// Cost: five products and a division a pose.
 class ClockShift {
@@ -30,6 +30,8 @@ class ClockShift {
   /// Deviation of the stamps from a whole number of captures in the time between two arrivals.
   float uneven_s(float stamps_s, float arrivals_s) const { return stamps_s - captures(arrivals_s) * spacing_s_; }
   float spacing_s() const { return spacing_s_; }
+  /// How much later the poses came in the last window, where the irregular source hides whether the clock is the cause.
+  float unexplained_s() const { return unexplained_s_; }
   /// Whether the source is known, and captures and stamps regularly.
   bool is_regular() const;
 
@@ -45,6 +47,7 @@ class ClockShift {
   float uneven_s2_ = 0.F;  ///< mean square of a step's deviation from whole spacings
   float shift_s_ = 0.F;
   float deficit_s_ = 0.F;
+  float unexplained_s_ = 0.F;
   float least_shift_s_ = 0.F;       ///< of the window
   float deficit_at_least_s_ = 0.F;  ///< at the same pose
   float stamps_s_ = 0.F;            ///< sum of the steps of the window

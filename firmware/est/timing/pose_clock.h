@@ -69,6 +69,8 @@ class PoseClock {
   /// How far the sender's clock was set or slewed since the beginning, all together; how often.
   core::Duration set_by() const { return set_by_; }
   std::uint32_t times_set() const { return times_set_; }
+  /// How much later poses come, for a reason that is not known: the clock was set back, or their way takes longer.
+  core::Duration unexplained() const { return duration_of(shift_.unexplained_s()); }
   /// Both sides have compared their clocks, and the sender's has lost so much: poses that look late by it are not.
   void lose(core::Duration lost);
   /// Whether note() removes jitter.

@@ -108,6 +108,7 @@ void PoseTiming<T>::update(Measurement<T>& measured, T yaw_rad) {
   offset_is_old_ = offset_is_old_ || clock_.times_set() != report_.times_set;
   report_.times_set = clock_.times_set();
   report_.set_by = clock_.set_by();
+  report_.unexplained = clock_.unexplained();
   if (!offset_is_old_) {
     set_prior(pose, regular);
   }

@@ -20,6 +20,7 @@ struct PoseTimingReport {
   float drift = 0.F;              ///< of our clock against the sender's, as a ratio
   core::Duration set_by{0};       ///< how far the sender's clock was set or slewed since the beginning
   std::uint32_t times_set = 0;
+  core::Duration unexplained{0};  ///< PoseClock
 };
 
 /// Determines when poses were captured, on our clock, from their times of arrival, their sender's time stamps and the

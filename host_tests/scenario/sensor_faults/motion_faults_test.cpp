@@ -102,6 +102,14 @@ const MotionFaultCase kCases[] = {
     {"low_pass_before_movement", &kLowPass, 0.2, -1.2, kMovement},
     {"low_pass_in_it", &kLowPass, 0.2, 0.3, kRc},
     {"mirror_before", sim::find_sensor_fault("mirror"), 0.0, 4.8, kRc},
+    // The autopilot's attitude: the poses are right, and with our commands they show the speed.
+    {"rates_swapped_at_rest", sim::find_sensor_fault("rates_swapped"), 0.0, -0.1, kRc},
+    {"attitude_stutters_at_rest", sim::find_sensor_fault("attitude_stutters"), 0.4, -0.4, kMovement},
+    {"tilt_rates_swapped_in_it", sim::find_sensor_fault("tilt_rates_swapped"), 0.0, 0.05, kRc},
+    {"rates_not_numbers_in_it", sim::find_sensor_fault("rates_nan"), 0.0, 0.2, kRc},
+    {"attitude_too_long_in_it", sim::find_sensor_fault("attitude_length"), 1.7, 0.9, kRc},
+    // Poses of a second ago, which the gate takes again while the aircraft brakes.
+    {"past_in_it", sim::find_sensor_fault("past"), 0.9, 0.8, kRc},
 };
 
 class MotionFault : public ::testing::TestWithParam<MotionFaultCase> {};

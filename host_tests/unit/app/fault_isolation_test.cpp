@@ -77,6 +77,31 @@ TEST(FaultIsolation, TheMotionForBrakingHasTheTiltOfTheCommands) {
   EXPECT_EQ(innocent.motion(estimate).y.tilt_rad, -0.4);
 }
 
+// Without an attitude the poses and our commands still show the motion, so the aircraft is braked and not only
+// levelled.
+TEST(FaultIsolation, WithoutAnAttitudeTheVelocityIsThatOfThePoses) {
+  RecordProperty("promise", "R14");
+  FaultIsolation<double> trust({});
+  est::Estimate<double> estimate;  // no prediction is valid
+  const auto fly_until = [&](int last, int first, int every) {
+    for (int tick = first; tick <= last; ++tick) {
+      est::Measurement<double> measured;
+      measured.now = core::TimePoint(core::kTickPeriod * tick);
+      measured.pose.is_new = tick % every == 0;
+      measured.pose.set_captured_at(measured.now - std::chrono::milliseconds(30));
+      measured.pose.position_w_m.head<2>() = Vector2(1.0, -0.5) * (0.01 * tick - 0.03);
+      trust.update({}, measured, estimate, {0.0, 0.01}, safety::FailsafeState::kLevel, core::kTickPeriod);
+    }
+  };
+  fly_until(100, 1, 3);
+  EXPECT_TRUE(trust.motion(estimate).prediction_valid);
+  EXPECT_NEAR(trust.motion(estimate).x.velocity_m_s, 1.0, 0.03);
+  EXPECT_NEAR(trust.motion(estimate).y.velocity_m_s, -0.5, 0.03) << "our commands push by 0.1 m/s^2";
+  EXPECT_NEAR(trust.speed_m_s(estimate), std::hypot(1.0, 0.5), 0.03);
+  fly_until(400, 101, 1000);
+  EXPECT_FALSE(trust.motion(estimate).prediction_valid) << "no pose for two seconds";
+}
+
 /// Moves, leans and is pushed differently along each axis.
 est::Estimate<double> moving(double along) {
   est::Estimate<double> estimate;

@@ -143,6 +143,26 @@ TEST(PoseClock, EstimatesTheOffsetAnewWhereTheSendersClockWasSet) {
   }
 }
 
+// A source that captures irregularly hides whether its clock lost time or the way takes longer: that is said, and once
+// poses are on time again it is not.
+TEST(PoseClock, SaysWhereASetClockCannotBeToldFromALongerWay) {
+  for (const bool irregular : {true, false}) {
+    PoseClock clock;
+    const auto send = [&](int n, double late_s) {
+      const double captured_s = 0.01 * n + (irregular ? 0.008 * (n * n % 7) / 7.0 : 0.0);
+      clock.update(stamp(captured_s), at(captured_s + late_s));
+    };
+    for (int n = 0; n < 500; ++n) {
+      send(n, 0.0);
+    }
+    EXPECT_EQ(clock.unexplained(), core::Duration{0});
+    for (int n = 500; n < 516; ++n) {
+      send(n, 0.10);
+    }
+    EXPECT_NEAR(core::seconds<double>(clock.unexplained()), irregular ? 0.10 : 0.0, 0.02) << irregular;
+  }
+}
+
 /// An aircraft that oscillates, its attitude, and poses that are late.
 template <typename T>
 class Swing {
