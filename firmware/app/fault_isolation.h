@@ -84,7 +84,6 @@ class FaultIsolation {
   est::CommandConsistency<T> command_consistency_;
   est::HeightConsistency<T> height_consistency_;
   est::DeadReckoning<T> dead_reckoning_;
-  bool poses_refused_ = false;     ///< since the failsafe left the state nominal
   bool estimate_faulted_ = false;  ///< the observer's motion was learned from poses that are contradicted
   core::Vector<T, 2> unseen_m_ =
       core::Vector<T, 2>::Zero();  ///< flown since the force contradicts the poses, beyond them

@@ -34,9 +34,7 @@ template <typename T>
 void DeadReckoning<T>::update(const ImuSample<T>& imu, const Estimate<T>& estimate,
                               const std::optional<Vector2>& measured_h_m_s2, bool trusted, bool pilots,
                               core::Duration elapsed) {
-  // An observer that begins anew in our flight, from poses that moved, is no reason to take its velocity.
-  const bool continues = !pilots && seen_s_ > T(0) && estimate.attitude_is_known;
-  if (!estimate.prediction_valid && !continues) {
+  if (!estimate.prediction_valid) {
     seen_s_ = T(0);
     return;
   }

@@ -108,8 +108,6 @@ const MotionFaultCase kCases[] = {
     {"tilt_rates_swapped_in_it", sim::find_sensor_fault("tilt_rates_swapped"), 0.0, 0.05, kRc},
     {"rates_not_numbers_in_it", sim::find_sensor_fault("rates_nan"), 0.0, 0.2, kRc},
     {"attitude_too_long_in_it", sim::find_sensor_fault("attitude_length"), 1.7, 0.9, kRc},
-    // Poses of a second ago, which the gate takes again while the aircraft brakes.
-    {"past_in_it", sim::find_sensor_fault("past"), 0.9, 0.8, kRc},
 };
 
 class MotionFault : public ::testing::TestWithParam<MotionFaultCase> {};
