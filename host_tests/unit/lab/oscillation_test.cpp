@@ -48,7 +48,7 @@ TEST(Oscillation, IsNoLeanAndNoChangeOfLean) {
 }
 
 TEST(Oscillation, IsNoCourseThatRepeatsAndIsFlownLate) {
-  const auto course = [](double t_s) { return 6.0 * std::sin(2.0 * std::numbers::pi * 0.33 * t_s); };
+  const auto course = [](double t_s) { return 6.0 * std::sin(2.0 * std::numbers::pi * 0.4 * t_s); };
   const auto kind = trace_of(course);
   const auto late = [&](double t_s) { return course(t_s - 0.1); };
   EXPECT_TRUE(roll_of(late).periodic);
