@@ -67,12 +67,12 @@ std::vector<std::pair<int, Range>> delays_of(const AxisBox& box) {
   return out;
 }
 
-double size_of(const ComplexNumber<LoopModel>& middle) { return std::hypot(middle.re.constant, middle.im.constant); }
+double middle_size(const ComplexNumber<LoopModel>& middle) { return std::hypot(middle.re.constant, middle.im.constant); }
 double reach_of(const ComplexNumber<LoopModel>& of) {
   return (1.0 + kRounding) * std::hypot(of.re.reach(), of.im.reach());
 }
-double least_size(const ComplexNumber<LoopModel>& of) { return (1.0 - kRounding) * size_of(of) - reach_of(of); }
-double greatest_size(const ComplexNumber<LoopModel>& of) { return (1.0 + kRounding) * size_of(of) + reach_of(of); }
+double least_size(const ComplexNumber<LoopModel>& of) { return (1.0 - kRounding) * middle_size(of) - reach_of(of); }
+double greatest_size(const ComplexNumber<LoopModel>& of) { return (1.0 + kRounding) * middle_size(of) + reach_of(of); }
 
 /// The proof of one loop. Every step returns false, with `why_not`, if it finds none.
 class Proof {

@@ -111,7 +111,7 @@ ComplexModel value_at(const std::vector<ComplexBall>& polynomial, const ComplexM
 }
 
 template <std::size_t kCount>
-double size_of(const ComplexNumber<TaylorModel<kCount>>& number) {
+double bound_of_size(const ComplexNumber<TaylorModel<kCount>>& number) {
   return (1.0 + 1e-15) * std::hypot(number.re.size(), number.im.size());
 }
 
@@ -119,7 +119,7 @@ double size_of(const ComplexNumber<TaylorModel<kCount>>& number) {
 double bound_of(const std::vector<ComplexBall>& polynomial, double radius, std::size_t first) {
   double sum = 0.0;
   for (std::size_t i = polynomial.size(); i-- > 0;) {
-    sum = (1.0 + 1e-15) * (sum * radius + (i >= first ? size_of(polynomial[i]) : 0.0));
+    sum = (1.0 + 1e-15) * (sum * radius + (i >= first ? bound_of_size(polynomial[i]) : 0.0));
   }
   return sum;
 }
@@ -201,7 +201,7 @@ ControllerPolynomials::OverArc ControllerPolynomials::over(const Range& angle) c
   const LoopModel turning = LoopModel::variable(angle.low, angle.high, kAngleVariable);
   const double re = std::cos(turning.constant), im = std::sin(turning.constant);
   const ComplexModel d{cos(turning) - LoopModel(re), sin(turning) - LoopModel(im)};
-  const double radius = size_of(d);
+  const double radius = bound_of_size(d);
   const ComplexBall start{Ball(re) - Ball(1.0), im};
   const std::vector<ComplexBall> below = about(denominator_, start);
   const double least = (1.0 - 1e-14) * std::hypot(below[0].re.constant, below[0].im.constant) -
