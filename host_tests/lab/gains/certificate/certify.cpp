@@ -67,7 +67,9 @@ std::vector<std::pair<int, Range>> delays_of(const AxisBox& box) {
   return out;
 }
 
-double middle_size(const ComplexNumber<LoopModel>& middle) { return std::hypot(middle.re.constant, middle.im.constant); }
+double middle_size(const ComplexNumber<LoopModel>& middle) {
+  return std::hypot(middle.re.constant, middle.im.constant);
+}
 double reach_of(const ComplexNumber<LoopModel>& of) {
   return (1.0 + kRounding) * std::hypot(of.re.reach(), of.im.reach());
 }
