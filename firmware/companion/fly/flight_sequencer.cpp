@@ -50,7 +50,7 @@ bool FlightSequencer::wait(core::TimePoint now, const View& view, const Sequence
     return true;
   }
   // An operator who gives a command has looked at the aircraft; take_control acts in the first tick with all ready.
-  const bool all_ready = is_ready(now, view);
+  const bool all_ready = start_.is_ready(now);
   if (request_.take_control && !order_given_ && all_ready && controller_.is_converged()) {
     order_given_ = true;
     try_to_engage(now, input.backed_up);
@@ -59,21 +59,11 @@ bool FlightSequencer::wait(core::TimePoint now, const View& view, const Sequence
   }
   start_.report_awaited(now, phase_ == Phase::kWaiting);
   waits_since_ = all_ready || phase_ != Phase::kWaiting ? now : waits_since_.value_or(now);
-  const bool is_looked_at = is_clear(now) && controller_.is_converged();
+  const bool is_looked_at = start_.is_clear(now) && controller_.is_converged();
   if (request_.take_control && !order_given_ && start_.pose_blocks(now) && (is_looked_at || start_.has_rival())) {
     order_given_ = start_.report_pose(now, false);
   }
   return !ends_without_flight(now, view);
-}
-
-bool FlightSequencer::is_clear(core::TimePoint now) const {
-  return start_.denial(start_.on_ground(now)) == safety::FailsafeReason::kNone;
-}
-
-bool FlightSequencer::is_ready(core::TimePoint now, const View& view) const {
-  // A take-off needs to know whether the aircraft is on the ground or in the air.
-  const bool is_known = !request_.take_off || LandedState(controller_.link(), now).known;
-  return view.stage == safety::AuthorityStage::kReady && is_known && is_clear(now) && !start_.pose_blocks(now);
 }
 
 bool FlightSequencer::ends_without_flight(core::TimePoint now, const View& view) {

@@ -93,10 +93,6 @@ class FlightSequencer {
   };
 
   bool wait(core::TimePoint now, const View& view, const SequencerInput& input);
-  /// No reason of the failsafe would deny control.
-  bool is_clear(core::TimePoint now) const;
-  /// Control can be requested: the autopilot would grant it, and nothing here speaks against it.
-  bool is_ready(core::TimePoint now, const View& view) const;
   /// With --once: control was refused, or did not become possible in time. Reports which.
   bool ends_without_flight(core::TimePoint now, const View& view);
   bool request_control(core::TimePoint now, const View& view, const SequencerInput& input);

@@ -33,6 +33,13 @@ bool StartConditions::is_outside(bool takes_off) const {
 
 /// Before the first telemetry package its age is meaningless, and the lost estimate would be blamed on the pose. The
 /// floor of the fence and the ground do not prevent a take-off.
+bool StartConditions::is_ready(core::TimePoint now) const {
+  // A take-off needs to know whether the aircraft is on the ground or in the air.
+  const bool is_known = !request_.take_off || LandedState(controller_.link(), now).known;
+  return controller_.link().authority().stage == safety::AuthorityStage::kReady && is_known && is_clear(now) &&
+         !pose_blocks(now);
+}
+
 safety::FailsafeReason StartConditions::denial(bool takes_off) const {
   if (controller_.link().health().packages == 0) {
     return safety::FailsafeReason::kTelemetryOld;

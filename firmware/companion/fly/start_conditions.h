@@ -32,6 +32,10 @@ class StartConditions {
   /// A command would take off: the aircraft stands on the ground.
   bool on_ground(core::TimePoint now) const;
   safety::FailsafeReason denial(bool takes_off) const;
+  /// No reason of the failsafe would deny control.
+  bool is_clear(core::TimePoint now) const { return denial(on_ground(now)) == safety::FailsafeReason::kNone; }
+  /// Control can be requested: the autopilot awaits it, and nothing here speaks against it.
+  bool is_ready(core::TimePoint now) const;
   /// The law must not take over here: farther from the beginning of the course than its reach, or outside the fence.
   bool is_out_of_bounds(bool takes_off) const { return is_outside(takes_off) || is_out_of_reach(takes_off); }
   /// The source of pose stands against control.

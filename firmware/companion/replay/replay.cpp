@@ -23,56 +23,9 @@
 namespace m100::companion {
 namespace {
 
-const std::string& note(const RecordedFlight& flight, const char* key) {
-  const auto found = flight.notes.find(key);
-  if (found == flight.notes.end()) {
-    throw FlightLogError(std::string("the log does not hold '") + key + "': it cannot be replayed");
-  }
-  return found->second;
-}
-
-[[noreturn]] void refuse_link_note() { throw FlightLogError(std::string("'") + kLinkNote + "' is of another version"); }
-
-/// Reads what the note holds only if it was chosen: another law than the MPC, a sender of poses, a disabled check.
-void read_choice(const std::string& key, const std::string& word, app::FlightConfig& config) {
-  const std::optional<mpc::Law> law = key == "law" ? mpc::law_of(word) : std::nullopt;
-  const std::optional<est::ConsistencyCheck> off = key == "override" ? est::check_of(word) : std::nullopt;
-  if (key == "pose_from") {
-    config.pose_from = sender_of(word, kLinkNote);
-  } else if (law) {
-    config.law = *law;
-  } else if (off) {
-    config.disabled_checks = static_cast<est::CheckSet>(config.disabled_checks | set_of(*off));
-  } else {
-    refuse_link_note();
-  }
-}
-
-void read_link_note(const std::string& text, app::FlightConfig& config, bool& encrypted) {
-  std::istringstream words(text);
-  std::string app_id, rate, pose_baud, crypt;
-  words >> app_id >> config.link.app_id >> rate >> config.link.channel.rate_hz >> pose_baud >> config.pose_baud >>
-      crypt >> encrypted;
-  if (!words || app_id != "app_id" || rate != "rate_hz" || pose_baud != "pose_baud" || crypt != "encrypted") {
-    refuse_link_note();
-  }
-  if (std::string baud; words >> baud) {  // dates bytes that arrive in bunches; older logs lack it
-    words >> config.link.baud;
-    if (!words || baud != "baud") {
-      refuse_link_note();
-    }
-  }
-  for (std::string key, word; words >> key;) {
-    if (!(words >> word)) {
-      refuse_link_note();
-    }
-    read_choice(key, word, config);
-  }
-}
-
 template <typename T>
 ref::Waypoint<T> start_of(const RecordedFlight& flight) {
-  std::istringstream words(note(flight, kStartNote));
+  std::istringstream words(note_of(flight, kStartNote));
   std::array<double, 4> n{};
   for (double& value : n) {
     words >> value;
@@ -88,14 +41,14 @@ ref::Waypoint<T> start_of(const RecordedFlight& flight) {
 
 app::FlightConfig config_of(const RecordedFlight& flight, const protocol::Cipher* cipher) {
   app::FlightConfig config = app::kDefaultFlight;
-  const std::string& channel = note(flight, kChannelNote);
+  const std::string& channel = note_of(flight, kChannelNote);
   config.link.app_id = 1;
   bool encrypted = false;
   if (flight.notes.contains(kLinkNote)) {
-    read_link_note(note(flight, kLinkNote), config, encrypted);
+    encrypted = read_link_note(note_of(flight, kLinkNote), config);
   }
   if (flight.notes.contains(kFlightNote)) {
-    const FlightFile file = parse_flight(note(flight, kFlightNote), kFlightNote);
+    const FlightFile file = parse_flight(note_of(flight, kFlightNote), kFlightNote);
     config.limits = limits_of(file);
     config.fence = fence_of(file, start_of<double>(flight));
   }
@@ -119,7 +72,7 @@ std::unique_ptr<GuidedMode<T>> guided_mode_of(const RecordedFlight& flight, cons
   if (!flight.notes.contains(kGoalsNote)) {
     return {};
   }
-  const std::optional<ref::SpeedLimits> limits = limits_of_note(note(flight, kGoalsNote));
+  const std::optional<ref::SpeedLimits> limits = limits_of_note(note_of(flight, kGoalsNote));
   if (!limits) {
     throw FlightLogError(std::string("'") + kGoalsNote + "' is of another version");
   }
@@ -130,7 +83,7 @@ std::unique_ptr<GuidedMode<T>> guided_mode_of(const RecordedFlight& flight, cons
 template <typename T>
 ReturnToStart<T> home_of(const RecordedFlight& flight, const app::FlightConfig& config, ref::Trajectory<T>& course) {
   const std::optional<ReturnSettings> settings =
-      flight.notes.contains(kHomeNote) ? home_of_note(note(flight, kHomeNote)) : ReturnSettings{};
+      flight.notes.contains(kHomeNote) ? home_of_note(note_of(flight, kHomeNote)) : ReturnSettings{};
   if (!settings) {
     throw FlightLogError(std::string("'") + kHomeNote + "' is of another version");
   }
@@ -202,7 +155,7 @@ bool earlier(const RecordedFlight::Tick& a, const RecordedFlight::Tick& b) { ret
 template <typename T, typename S>
 ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher,
                  const std::function<void(const app::FlightController<T, S>&)>& observe = {}) {
-  const VehicleFile vehicle = parse_vehicle(note(flight, kVehicleNote), kVehicleNote);
+  const VehicleFile vehicle = parse_vehicle(note_of(flight, kVehicleNote), kVehicleNote);
   const auto tables = std::make_unique<mpc::TableStorage<T>>();
   const std::string table_bytes = tables_of(flight);
   if (tables->load(std::as_bytes(std::span(table_bytes.data(), table_bytes.size())), vehicle.digest) !=
@@ -210,11 +163,11 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher,
     throw FlightLogError("the log's gain tables are damaged or belong to another vehicle");
   }
   ref::Trajectory<T> course;
-  parse_course(note(flight, kCourseNote), start_of<T>(flight), course);
+  parse_course(note_of(flight, kCourseNote), start_of<T>(flight), course);
   std::optional<ExcitationFile> excitation;
   app::FlightConfig config = config_of(flight, cipher);
   if (flight.notes.contains(kExcitationNote)) {
-    excitation = excitation_of_note(note(flight, kExcitationNote));
+    excitation = excitation_of_note(note_of(flight, kExcitationNote));
     config.excitation = excitation->plan();
   }
   RecordedUart autopilot(flight.notes.contains(kDryRunNote));
@@ -258,46 +211,6 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher,
 }
 
 }  // namespace
-
-bool add_table_notes(std::string_view tables, std::vector<log::Note>& notes) {
-  for (const char* const key : kTablesNotes) {
-    if (!tables.empty()) {
-      notes.push_back({key, tables.substr(0, log::kLongestNote_bytes)});
-      tables.remove_prefix(notes.back().text.size());
-    }
-  }
-  return tables.empty();
-}
-
-std::string tables_of(const RecordedFlight& flight) {
-  std::string out = note(flight, kTablesNotes.front());
-  for (const char* const more : std::span(kTablesNotes).subspan(1)) {
-    out += flight.notes.contains(more) ? note(flight, more) : "";
-  }
-  return out;
-}
-
-std::string link_note(const app::FlightConfig& config) {
-  std::ostringstream text;
-  text.precision(17);
-  text << "app_id " << config.link.app_id << " rate_hz " << config.link.channel.rate_hz << " pose_baud "
-       << config.pose_baud << " encrypted " << (config.link.encrypt_commands ? 1 : 0) << " baud " << config.link.baud;
-  if (config.law != mpc::Law::kMpc) {
-    text << " law " << mpc::name(config.law);
-  }
-  if (config.pose_from.is_made()) {
-    text << " pose_from " << +config.pose_from.system;
-    if (config.pose_from.component != 0) {
-      text << ":" << +config.pose_from.component;
-    }
-  }
-  for (std::size_t check = 1; check < est::kCheckCount; ++check) {
-    if ((config.disabled_checks & est::set_of(static_cast<est::ConsistencyCheck>(check))) != 0) {
-      text << " override " << est::name(static_cast<est::ConsistencyCheck>(check));
-    }
-  }
-  return text.str();
-}
 
 ReplayResult replay(const RecordedFlight& flight, Scalar scalar, const protocol::Cipher* cipher) {
   switch (scalar) {

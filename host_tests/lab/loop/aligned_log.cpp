@@ -19,7 +19,7 @@ namespace {
 using identify::Range;
 
 /// Signals that only the loop needs from its own log; they are not used for identification.
-constexpr const char* kBeside = "pose_yaw = \"tick.pose_yaw\"\nstate = \"tick.state\"\n";
+constexpr const char* kHeadingAndState = "pose_yaw = \"tick.pose_yaw\"\nstate = \"tick.state\"\n";
 
 /// The longest stretch in which the failsafe kept control: its rungs from nominal to level.
 Range in_control(const logs::FlightLog& log, const std::vector<double>& failsafe_state) {
@@ -104,7 +104,8 @@ FlownLog load_flown(const experiments::FlightResult& flight, const std::string& 
   }
   FlownLog out;
   out.descent = flight.descent;
-  out.log = logs::load(*logs::open_ulog(path), logs::parse_column_map(own_columns() + kBeside, "(own columns)"));
+  out.log =
+      logs::load(*logs::open_ulog(path), logs::parse_column_map(own_columns() + kHeadingAndState, "(own columns)"));
   logs::FlightLog& log = out.log;
   out.in_control = in_control(log, taken(log, "state"));
   using logs::Signal;
