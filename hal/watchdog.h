@@ -8,8 +8,8 @@ namespace m100::hal {
 /// Ends a program that hangs. It counts independently of the processor, and the program cannot stop it.
 ///
 /// It acts in two stages. After one patience without a feed() the machine interrupts all running code, interrupt
-/// handlers included, and the program sends its last words. After a second patience the machine resets. The restarted
-/// program does not take control by itself.
+/// handlers included, and the program sends its release sequence. After a second patience the machine resets. The
+/// restarted program does not take control by itself.
 class Watchdog {
  public:
   Watchdog(const Watchdog&) = delete;

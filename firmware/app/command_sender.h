@@ -11,8 +11,8 @@
 
 namespace m100::app {
 
-/// Granted commands to the sticks or movement commands that leave, and back: the command that the aircraft obeys.
-/// T is float or double.
+/// Converts supervised commands to the sticks or the movement commands that are sent, and what was sent back to the
+/// command that the aircraft obeys. T is float or double.
 template <typename T>
 class CommandSender {
  public:
@@ -23,8 +23,8 @@ class CommandSender {
   ///   after rounding to stick counts, or the pilot's if he is in control.
   const ctl::Command<T>& update(bool in_control, const protocol::Telemetry& telemetry);
 
-  /// Sends what the supervisor granted, if the link may carry a command now. @param commanded the command before the
-  ///   supervisor. @returns as SerialLink::send; kRefused: silent by the failsafe.
+  /// Sends the supervised command, if the link may carry one now. @param commanded the command before the
+  ///   supervisor. @returns as SerialLink::send; kRefused: the failsafe sends nothing.
   core::Status send(const safety::SupervisedCommand<T>& supervised, const ctl::Command<T>& commanded,
                     const ctl::Excitation<T>& excitation, link::SerialLink& link, core::TimePoint now);
 

@@ -26,7 +26,8 @@ struct FlightConfig {
   /// The horizontal programs are solved only in the ticks whose command is due; at 25 Hz three in four solutions are
   /// never sent. For slow processors; the granted command is held between two commands.
   bool solves_when_due = false;
-  bool responds_to_limit_cycles = true;  ///< false: no reaction to a swing, and no report (tests of the law alone)
+  bool responds_to_limit_cycles =
+      true;                           ///< false: no reaction to a limit cycle, and no report (tests of the law alone)
   est::CheckSet disabled_checks = 0;  ///< checks of pose against autopilot that the operator has switched off by name
   ctl::ExcitationPlan excitation{};   ///< empty: none. Virtual RC only; what it views must outlive the flight
   /// Age of the attitude in a telemetry package when a tick reads it. Its parts, none of which the autopilot states:

@@ -34,8 +34,8 @@ class FaultIsolation {
   /// @param off checks that the operator has switched off.
   explicit FaultIsolation(est::CheckSet off) : disabled_checks_(off), velocity_consistency_(off) {}
 
-  /// Once per tick, after the observer. @param measured its pose. @param asked_rad the tilt that the model predicts
-  /// from the commands. @param state of the failsafe before this tick's review.
+  /// Once per tick, after the observer. @param measured its pose. @param model_tilt_rad the tilt that the model
+  /// predicts from the commands. @param failsafe_state before this tick's review.
   void update(const est::ImuSample<T>& imu, const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
               const core::Vector<T, 2>& model_tilt_rad, safety::FailsafeState failsafe_state, core::Duration elapsed);
 
@@ -46,23 +46,23 @@ class FaultIsolation {
   bool attitude_is_contradicted() const { return attitude_fault_; }
   /// The present contradiction. A false attitude is reported first, because it makes the poses look false, too.
   est::Contradiction<T> contradiction() const;
-  /// The push that the specific force shows and the tilt does not explain, for the observer.
+  /// The disturbance acceleration that the specific force shows and the tilt does not explain, for the observer.
   const est::DisturbanceAcceleration<T>& disturbance_acceleration() const {
     return velocity_consistency_.disturbance_acceleration();
   }
   /// The motion for braking: a contradicted estimate would follow the false poses.
   est::Estimate<T> motion(const est::Estimate<T>& estimate) const;
   /// The motion by which the fence is held. While the force contradicts the poses, the velocity is that of dead
-  /// reckoning, before the contradiction is certain: at 2.4 m/s that comes too late to stop. The height is without the
-  /// drift on which the autopilot's height and climb speed agree, as far as no honest barometer explains it.
-  /// None: the estimate's.
+  /// reckoning even before the contradiction is certain: an aircraft that flies at 2.4 m/s could then no longer stop in
+  /// time. The height is without the drift on which the autopilot's height and climb speed agree, as far as a healthy
+  /// barometer cannot explain it. nullopt: the estimate's motion.
   std::optional<est::Estimate<T>> fence_motion(const est::Estimate<T>& estimate) const;
   /// Horizontal. Zero if the prediction is useless, so that nothing waits for the aircraft to slow down.
   double speed_m_s(const est::Estimate<T>& estimate) const;
-  /// The same after `later`, if tilt and push stay as they are; not less than now.
+  /// The same after `later`, if tilt and disturbance stay as they are; not less than now.
   double speed_then_m_s(const est::Estimate<T>& estimate, core::Duration later) const;
-  /// Refused and contradicted poses, a contradicted one counting as refused for long, and the speed for the hand-over.
-  /// @param levels_limit_cycle nothing reduces the speed, so nothing waits for it.
+  /// For how long poses have been refused (a contradicted pose counts as refused for long), and the speed for which the
+  /// hand-over waits. @param levels_limit_cycle nothing reduces the speed, so the hand-over does not wait for that.
   est::ConsistencyStatus status(const est::Estimate<T>& estimate, safety::FailsafeState failsafe_state,
                                 bool levels_limit_cycle, const safety::Limits& limits) const;
 

@@ -68,8 +68,8 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   return sent;
 }
 
-/// The dating of poses and the observer use what the tick before found: its heading, and the acceleration that its
-/// specific force showed beside the tilt.
+/// Pose timing and observer use two results of the previous tick: its heading, and the acceleration that its specific
+/// force shows and its tilt does not explain.
 template <typename T, typename S>
 est::Measurement<T> FlightController<T, S>::adapt(const protocol::Telemetry& telemetry, core::TimePoint now) {
   const core::Pose<double> pose = poses_.receive(timer_.is_stall(), now);
@@ -103,8 +103,8 @@ ctl::Command<T> FlightController<T, S>::excite(ctl::Command<T> commanded, core::
   return commanded;
 }
 
-/// Braking by feedback might keep the aircraft swinging. Then only trim and wind are compensated, and the hand-over
-/// does not wait for the speed, which nothing reduces.
+/// Braking by feedback might sustain a limit cycle. While one persists, only trim and wind are compensated, and the
+/// hand-over does not wait for the speed, which nothing reduces.
 template <typename T, typename S>
 bool FlightController<T, S>::levels_limit_cycle() const {
   return monitors_.limit_cycle_persists() ||

@@ -40,7 +40,7 @@ class FlightController {
                    hal::Uart& autopilot, hal::Uart& pose, ref::Trajectory<T>& trajectory, log::FlightLogWriter* log);
 
   /// One period of 10 ms; `now` is never before that of the last one. @returns the result of the command: see
-  ///   SerialLink::send; kRefused: silent by the failsafe.
+  ///   SerialLink::send; kRefused: the failsafe sends nothing.
   core::Status tick(core::TimePoint now);
 
   /// The operator's two orders. engage(): control is requested as the protocol requires, and the failsafe may step up;
@@ -77,7 +77,7 @@ class FlightController {
   const ctl::Excitation<T>& excitation() const { return excitation_; }
   /// Whether the aircraft still answers its sticks as the vehicle file says; Virtual RC only.
   const sysid::ResidualMonitor<T>& residual() const { return monitors_.residual(); }
-  /// How far the balancing points have moved from the vehicle file's; Virtual RC only.
+  /// How far the trims have moved from the vehicle file's; Virtual RC only.
   const est::TrimReport<T>& trim() const { return monitors_.trim().report(); }
   /// Whether the autopilot's telemetry contradicts the poses.
   est::Contradiction<T> contradiction() const { return fault_isolation_.contradiction(); }
@@ -89,9 +89,9 @@ class FlightController {
   bool flies() const { return safety::passes_law(supervisor_.failsafe_state()); }
   bool is_in_reach() const;
   est::Measurement<T> adapt(const protocol::Telemetry& telemetry, core::TimePoint now);
-  /// Keeps pieces of the course from beginning while no fresh pose comes.
-  /// Resets course and integral in every tick in which the law does not fly, because the failsafe steps up only after
-  /// the law has computed the command that then leaves.
+  /// Prevents pieces of the course from beginning while no fresh pose comes. Resets course and integral in every tick
+  /// in which the law does not fly: the failsafe hands over to the law only after the law has computed the command that
+  /// is then sent.
   void prepare_start(core::TimePoint now);
   /// Replaces the jump to a set point by a motion, unless the configuration or an excitation forbids it.
   void plan(core::TimePoint now, std::size_t points);

@@ -24,8 +24,8 @@ class OperatorOrders {
 
   /// Once per tick, before the link receives. @param in_reach the aircraft is where the course begins.
   void update(bool in_reach, safety::FailsafeState failsafe_state, link::SerialLink& link, core::TimePoint now);
-  /// Once per tick, after the supervisor: gives control back that nothing uses, because no pose arrives. It blocks the
-  /// pilot's sticks.
+  /// Once per tick, after the supervisor: gives control back if the law does not use it because no pose arrives: unused
+  /// control blocks the pilot's sticks.
   void release_unused(safety::FailsafeState failsafe_state, link::SerialLink& link, core::TimePoint now);
   /// The law flies: the order is served.
   void serve(core::TimePoint now) { until_ = served_ = now; }

@@ -6,9 +6,10 @@
 
 namespace m100::ctl {
 
-/// Converts commands between the stick map's scale, which is the identified one, and the design's. A design that
-/// expects 5 % more tilt per count reckons with 5 % more than the command that leaves, and commands as much less.
-/// Without a scale in [design], and on a channel without sticks, the factors are 1 and no bit changes.
+/// Converts commands between the stick map's scale, which is the identified one, and the design's. If the design's
+/// scale is 5 % larger, the law takes the sticks that are sent for 5 % more tilt than the stick map does, and its
+/// commands become 5 % smaller sticks. Without a scale in [design], and on a channel without sticks, the factors are 1
+/// and no bit changes.
 template <typename T>
 class DesignScale {
  public:

@@ -43,12 +43,12 @@ struct ExcitationPiece {
 /// Stick movements for identification, computed before the flight; the caller owns the viewed data. Empty: none.
 struct ExcitationPlan {
   core::Duration period = std::chrono::milliseconds(20);
-  std::span<const std::int16_t> counts{};  ///< from the balancing point: right, forward, up, right
+  std::span<const std::int16_t> counts{};  ///< from the trim: right, forward, up, right
   std::span<const ExcitationPiece> pieces{};
   std::array<ExcitationLimits, kStickAxes> limits{};
 };
 
-/// The tilt sticks that hold the position now, in counts from their balancing points.
+/// The tilt sticks that hold the position now, in counts from their trims.
 template <typename T>
 struct HoldingSticks {
   T roll_counts{0};
@@ -81,13 +81,13 @@ class Excitation {
   /// Starts with the first piece, if there is one: the failsafe reached its top.
   void start(core::TimePoint now);
 
-  /// Once per tick, before update(): the roll and pitch sticks, in counts from the balancing point, that would hold the
+  /// Once per tick, before update(): the roll and pitch sticks, in counts from their trims, that would hold the
   /// position now, by the observer's wind and trim. The next piece begins at their mean over the time at rest: without
-  /// this a constant push would carry the aircraft away for as long as the piece lasts.
+  /// this a constant disturbance would carry the aircraft away for as long as the piece lasts.
   void rest_at(const HoldingSticks<T>& holding);
   /// Once per tick, before a command is chosen.
-  /// @param may the failsafe is at its top. @param brakes the geofence limiter brakes: the stopping distance reaches a
-  /// side.
+  /// @param may the failsafe is in kNominal. @param brakes the geofence limiter brakes: the stopping distance reaches a
+  ///   side.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& reference, bool may, bool brakes,
               core::TimePoint now);
 
@@ -99,7 +99,7 @@ class Excitation {
   bool returns() const { return state_ == State::kReturning; }
   /// Added to counts() on the stick of axis(): holds the position against the present wind and trim.
   int holding_counts() const;
-  /// Of the stick of axis(), from its balancing point; 0 while it does not move.
+  /// Of the stick of axis(), from its trim; 0 while it does not move.
   int counts() const { return moves() ? plan_.counts[plan_.pieces[piece_].begin + sample_] : 0; }
   std::size_t piece() const { return piece_; }
   std::size_t sample() const { return sample_; }

@@ -14,8 +14,8 @@ struct TrimCounts {
   T pitch{0};
 };
 
-/// Deviation of the sticks' balancing points from the vehicle file's, in counts (paper, III-A: 1080 and 998 where
-/// neutral is 1024; they drift with the aircraft's own levelling).
+/// Deviation of the sticks' trims from the vehicle file's, in counts (paper, III-A: 1080 and 998 where neutral is 1024;
+/// they drift with the aircraft's own levelling).
 template <typename T>
 struct TrimReport {
   T roll_counts{0};
@@ -58,8 +58,8 @@ class TrimMonitor {
   }
 
   const TrimReport<T>& report() const { return report_; }
-  /// Sticks that hold the position, in counts from the vehicle file's balancing points: they cancel the input offset
-  /// and lean against the disturbance (a = g u + d, so u = -d / g). Without the dead zone.
+  /// Sticks that hold the position, in counts from the vehicle file's trims: they cancel the input offset and tilt the
+  /// aircraft against the disturbance (a = g u + d, so u = -d / g). Without the dead zone.
   TrimCounts<T> holding(const Estimate<T>& estimate) const {
     constexpr T kPerGravity = static_cast<T>(1.0 / model::kGravity_m_s2);
     return counts(estimate, estimate.x.input_offset_rad + kPerGravity * estimate.x.disturbance_m_s2,

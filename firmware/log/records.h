@@ -76,7 +76,7 @@ struct ExcitationRecord {
   std::uint64_t timestamp = 0;  ///< us
   float distance = 0.0F;
   float speed = 0.0F;
-  std::int16_t counts = 0;   ///< from the balancing point, as planned; 0 while the law has the stick
+  std::int16_t counts = 0;   ///< from the trim, as planned; 0 while the law has the stick
   std::uint16_t sample = 0;  ///< of the piece
   std::uint8_t piece = 0;
   std::uint8_t axis = 0;   ///< 0 roll, 1 pitch, 2 throttle, 3 yaw

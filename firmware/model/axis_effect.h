@@ -53,7 +53,7 @@ constexpr FileEntry everywhere(std::string_view key, Bounds range, int place = F
   return {{key, key, key}, {range, range, range}, place, place_of_rates};
 }
 
-/// How identification looks for a number that takes another value in mid-flight.
+/// How identification looks for a number that changes in flight.
 struct MidFlight {
   /// The unit of `step`, `low`, `high` and `least`.
   enum class Of : std::uint8_t {

@@ -48,7 +48,7 @@ inline constexpr SecondOrder kYawRateSecond{.gain = 1.079, .damping_ratio = 1.89
 inline constexpr FirstOrder kClimbFirst{.gain = 3.342 / 2.99, .time_constant_s = 1.0 / 2.99};
 inline constexpr SecondOrder kClimbSecond{.gain = 1.024, .damping_ratio = 0.718, .natural_frequency_rad_s = 4.985};
 
-// III-B.3, balancing point of the sticks; III-B.5, dead zones (half widths); III-B.3, stick travel.
+// III-B.3, trims of the sticks; III-B.5, dead zones (half widths); III-B.3, stick travel.
 inline constexpr double kNeutral_vrc = 1024.0;
 inline constexpr double kTravel_vrc = 660.0;
 inline constexpr double kRollBalance_vrc = 1080.0;

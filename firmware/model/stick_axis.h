@@ -36,7 +36,7 @@ struct StickAxis {
   double rate_limit_per_s = 0.0;       ///< |y'| limit
   double command_slew_per_s = 0.0;     ///< |a'| limit: alternative place of a rate limit
   double gain_asymmetry = 1.0;         ///< gain for positive over gain for negative sticks; their mean is the scale
-  double trim_counts = 0.0;            ///< balancing point minus 1024; subtracted from the stick before the dead zone
+  double trim_counts = 0.0;            ///< trimmed neutral minus 1024; subtracted from the stick before the dead zone
   double stick_exponent = 1.0;         ///< f(u) = sign(u) 660 (|u| / 660)^exponent
   double backlash_counts = 0.0;        ///< half width of the stick's backlash
   double gain_drift_per_minute = 0.0;

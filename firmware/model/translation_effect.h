@@ -69,7 +69,7 @@ struct SearchedParameter {
   std::size_t value_count = 0;
 };
 
-/// How identification looks for an effect that begins, ends or takes another size in mid-flight.
+/// How identification looks for an effect that begins, ends or changes its size in flight.
 struct MidFlightForce {
   std::string_view name = {};  ///< in the answer; empty: no change of this effect is looked for
   std::string_view unit = {};  ///< of the reported change, as the JSON spells it

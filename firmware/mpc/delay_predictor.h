@@ -34,7 +34,7 @@ class DelayPredictor {
  public:
   static constexpr std::size_t kCapacity = 32;
 
-  /// The model must outlive the predictor, and its delay must fit into the pipe: ticks + 1 < kCapacity.
+  /// The model must outlive the predictor, and its delay must fit into the delay line: ticks + 1 < kCapacity.
   explicit DelayPredictor(const DelayModel<T>& model) : model_(&model) {
     M100_ASSERT(model.ticks + 1 < kCapacity && model.delay_s >= T(0));
   }

@@ -38,8 +38,8 @@
 #else
 #define M100_UNROLL(times) M100_PRAGMA(GCC unroll times)
 #endif
-/// With one number per register, the work of a change of the active set is one function: inlining it at every change
-/// would cost five kilobytes of flash.
+/// With one number per register, the work for one change of the active set is a function of its own: inlining it at
+/// every place that changes the set would cost five kilobytes of flash.
 #ifdef M100_LANES_SCALAR
 #define M100_INLINE_PACKS __attribute__((noinline))
 #else

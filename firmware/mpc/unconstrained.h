@@ -110,8 +110,8 @@ M100_INLINE void filter_references(const GainTable<T>& table, const Problem<T>& 
   filtered[0] = table.rate_weight * (problem.previous_input_rad + problem.input_offset_rad) + filtered[0];
 }
 
-/// Inputs of an optimum without limits. Each has a function of its own, because in one body the compilers share work
-/// between the branches and spill registers.
+/// Which inputs of the optimum without limits vary over the horizon. Each case has a function of its own: in one common
+/// body the compilers share work between the cases and spill registers.
 enum class Shape : std::uint8_t {
   kMovingTargets,      ///< everything varies over the horizon
   kConstantTargets,    ///< tilt and input target are constant

@@ -32,8 +32,8 @@ AxisReference<T> after(const AxisReference<T>& state, T time_s, T jerk_m_s3) {
 
 }  // namespace
 
-/// The search for the peak, in coordinates that count from the goal and are mirrored so that the end of a mere stop is
-/// below it.
+/// The search for the peak, in coordinates that count from the goal and are mirrored so that a mere stop would end
+/// below the goal.
 template <typename T>
 class TimeOptimal<T>::Search {
  public:

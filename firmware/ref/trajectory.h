@@ -85,9 +85,9 @@ class Trajectory {
   core::Status append_square(T side_m, core::Duration per_side, core::Duration pause);
   /// Time zero of the first piece.
   void start(core::TimePoint begin) { begin_ = begin; }
-  /// Lets no piece from rest begin between now - elapsed and now: the rest of the course moves on by what would have
-  /// passed of the piece. For ticks in which no fresh pose shows where the aircraft is. A piece that continues a motion
-  /// is not kept from it.
+  /// For ticks in which no fresh pose shows where the aircraft is: a piece from rest that would have begun between now
+  /// - elapsed and now begins after now instead, and the rest of the course is delayed by as much. A piece that
+  ///   continues a motion is not delayed.
   void postpone(core::TimePoint now, core::Duration elapsed);
   core::Duration duration() const { return duration_; }
   const Waypoint<T>& end() const { return end_; }  ///< the present end

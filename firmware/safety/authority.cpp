@@ -64,8 +64,8 @@ void note(AuthorityAction action, AuthorityState& state) {
   }
 }
 
-/// An ask ends when it is served, when it is refused, when control is lost on the way, and when a port came back: it
-/// was not meant for the autopilot that answers there now.
+/// The operator's request for control ends when it is served or refused, when control is lost meanwhile, and when a
+/// port came back: it was not meant for the autopilot that answers there now.
 constexpr bool ends_ask(const AuthorityTransition& row) {
   const bool refused_at_ready = row.from.has(AuthorityStage::kReady) && row.to == AuthorityStage::kReady;
   return refused_at_ready || row.to == AuthorityStage::kObtaining || row.to == AuthorityStage::kReleasing ||

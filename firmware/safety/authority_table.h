@@ -10,7 +10,7 @@
 
 namespace m100::safety {
 
-/// A set of stages, so that one row can speak for several.
+/// A set of stages, so that one row can stand for several.
 struct StageSet {
   std::uint32_t bits = 0;
   constexpr StageSet() = default;
@@ -247,7 +247,7 @@ constexpr bool requests_are_spaced() {
 }
 static_assert(requests_are_spaced());
 
-/// Only the operator leads out of silence, with one exception: after a port came back, start-up begins anew. It ends at
+/// Only the operator ends a silence, with one exception: after a port came back, start-up begins anew. It ends at
 /// kReady, which again waits for the operator.
 constexpr bool silence_ends_by_asking() {
   for (const AuthorityTransition& row : kAuthorityTable) {

@@ -5,8 +5,8 @@
 
 namespace m100::safety {
 
-/// A sign is one condition that a table tests; a value of the enumeration is a set of them, one bit each. The failsafe
-/// and the authority table each have their own enumeration and share these functions.
+/// Each enumerator is one condition that a table tests; a value of the enumeration is a set of them, one bit each. The
+/// failsafe and the authority table each have their own enumeration and share these functions.
 template <typename S>
 inline constexpr bool kIsCondition = false;
 template <typename S>
@@ -32,7 +32,7 @@ template <ConditionSet S>
 constexpr S& operator|=(S& a, S b) {
   return a = a | b;
 }
-/// The sign if the condition is true, otherwise none.
+/// The condition if it holds, otherwise the empty set.
 template <ConditionSet S>
 constexpr S when(bool condition, S sign) {
   return condition ? sign : S::kNone;

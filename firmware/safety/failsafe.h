@@ -11,7 +11,7 @@
 
 namespace m100::safety {
 
-/// The failsafe failsafe, from the top down, with the command that each state lets through:
+/// The states of the failsafe, from the top down, with the command that each state lets through:
 ///   kNominal  the law's command
 ///   kCoast    the law's command, computed from the model's prediction, for a limited time; the command of kLevel once
 ///             the predicted error reaches the fence
@@ -47,15 +47,16 @@ enum class FailsafeCondition : std::uint32_t {
   kAuthorityExceeded = 1U << 18U,  ///< for 3 s the wind has been stronger than the aircraft
   kTaskFlies = 1U << 19U,          ///< the autopilot takes off or lands by its own task, by the operator's order
   kLimitCycle =
-      1U << 20U,  ///< reported only: the tilt swung by itself, and the calm law flies (ctl::LimitCycleDetector)
-  kLimitCyclePersists = 1U << 21U,  ///< acted upon: the swing continues under the calm law
+      1U << 20U,  ///< reported only: a limit cycle was detected, and the fallback law flies (ctl::LimitCycleDetector)
+  kLimitCyclePersists = 1U << 21U,  ///< acted upon: the limit cycle persists under the fallback law
   kOnGround = 1U << 22U,            ///< in flight the autopilot has said "on the ground" for 500 ms
   kFlightFailure = 1U << 23U,       ///< tilt beyond 45 degrees, tumbling, free fall or a crash (FailureDetector)
 };
 template <>
 inline constexpr bool kIsCondition<FailsafeCondition> = true;
 
-/// Why a step was made. A row names its cause; if a sign has several causes, the supervisor determines which one it is.
+/// Why a step was made. A row names its reason; if a condition has several causes, the supervisor determines which one
+/// it is.
 enum class FailsafeReason : std::uint8_t {
   kNone,
   kControlGone,      ///< authority or mode F: the link says which
@@ -75,7 +76,7 @@ enum class FailsafeReason : std::uint8_t {
   kFenceLeft,
   kAuthorityExceeded,  ///< the wind is stronger than the aircraft
   kTask,               ///< the autopilot takes off or lands, by the operator's order
-  kLimitCycle,         ///< the tilt swings by itself, even under the calm law
+  kLimitCycle,         ///< a limit cycle persists even under the fallback law
   kOnGround,           ///< the autopilot's flight status says "on the ground"
   kFlightFailure,      ///< FailureDetector: the observation says which failure
 };

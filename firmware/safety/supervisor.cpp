@@ -63,8 +63,8 @@ void Supervisor<T>::update_known(const Observation& seen, bool fresh) {
   }
 }
 
-/// Once the reserve is spent the aircraft brakes as in kLevel, and this time counts as kLevel; but if poses come back
-/// after a gap of usual length, the law flies on.
+/// Once the predicted error in kCoast has used up the reserve (the distance to the fence), the aircraft brakes as in
+/// kLevel, and this time counts as kLevel; but if poses come back after a gap of usual length, the law flies on.
 template <typename T>
 void Supervisor<T>::update_reserve(const Observation& seen) {
   if (failsafe_state_ != FailsafeState::kCoast || known_ == seen.now) {

@@ -42,8 +42,8 @@ struct SupervisorStats {
   std::uint32_t releases = 0;
 };
 
-/// Checks every command between the law and the wire; it may only take away: the failsafe of failsafe.h, then range and
-/// slew limits (R5).
+/// Checks every command between the law and the wire; it never adds authority: first the failsafe of failsafe.h, then
+/// range and slew limits (R5).
 ///
 /// Cost: one pass over some 20 table rows, about 60 comparisons. Its only state is the failsafe's, its clock and the
 /// last command. T is float or double.
@@ -57,18 +57,18 @@ class Supervisor {
   }
 
   /// Once per tick. @param step_s the time since the last one, for the slew limits.
-  /// @param settled the command that leaves in kLevel, and in kRelease if LEVEL led there with a fresh pose. Otherwise,
-  ///   and if it is unsound, the command is level and trimmed.
+  /// @param brake_and_hold the command for kLevel, and for kRelease if that followed kLevel with a fresh pose. In the
+  ///   other states, and if the law's command is invalid, the command is level and trimmed.
   SupervisedCommand<T> review(const ctl::Command<T>& wanted, const ctl::Command<T>& brake_and_hold,
                               const Observation& seen, T step_s) {
     const CommandSource passes = update_failsafe(wanted, seen);
     return limit_command(passes, passes == CommandSource::kLaw ? wanted : brake_and_hold, step_s);
   }
-  /// The same in two halves, for callers that compute the settled command only when it is needed: first the failsafe,
-  /// ...
+  /// The same in two halves, for callers that compute brake_and_hold only when it is needed: first the failsafe, ...
   /// @param seen may be observation() itself.
   CommandSource update_failsafe(const ctl::Command<T>& wanted, const Observation& seen);
-  /// ... then the limits. @param command the one of the two that passes; not read if neither does.
+  /// ... then the limits. @param command the law's or brake_and_hold, as update_failsafe() chose; not read for
+  /// kNeutral.
   SupervisedCommand<T> limit_command(CommandSource passes, const ctl::Command<T>& command, T step_s);
   /// Instead of the limits, for a caller whose next command cannot leave yet: the last command stays, and the slew
   /// limit of the next one covers `elapsed`, too.

@@ -28,7 +28,7 @@ class ResidualMonitor {
   ///        reads it: the delay that the vehicle file's (autopilot's stick to attitude) does not include.
   ResidualMonitor(const model::Vehicle& vehicle, const Expected& expected, Real sample_period_s, Real line_s);
 
-  /// Sticks as sent, in counts from their balancing point: neutral plus the trim, as far as it is known.
+  /// Sticks as sent, in counts from their trims: neutral plus the trim, as far as it is known.
   struct Sample {
     std::array<Real, kMonitoredAxes> stick_counts{};
     std::array<Real, kMonitoredAxes> measured{};

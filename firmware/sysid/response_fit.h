@@ -20,10 +20,10 @@ struct ResponseError {
 /// Estimates gain and delay of a response relative to its prediction, over the last three blocks: the error (prediction
 /// less measurement) is regressed on the prediction and its slope, each about its mean in the block, so that an offset
 /// has no influence. Unlike the size of the error, the fit is not masked by a wander that no stick causes: it shows an
-/// error of a third of the gain even at swings where that error is smaller than the wander.
+/// error of a third of the gain even for movements so small that the error is smaller than the wander.
 ///
 /// Blind where the loop reacts to the wander itself (hover): there the prediction follows from the error, not the other
-/// way round. A fit with little swing must not be believed; the caller decides how much is enough.
+/// way round. A fit to small movements is not reliable; the caller decides how much is enough.
 ///
 /// Memory: 28 numbers. Cost: some 12 flops a sample, 40 at a block's end. Errors: none; `Real` is float or double.
 template <typename Real>

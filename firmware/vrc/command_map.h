@@ -28,7 +28,7 @@ class CommandMap {
   core::Expected<Sticks> to_sticks(const ctl::Command<float>& command);
   /// The command that is in force with these sticks: pass it to the observer and to the law.
   ctl::Command<float> to_command(const Sticks& sticks) const;
-  /// All sticks at their balancing points: level, no climb, no turn.
+  /// All sticks at their trims: level, no climb, no turn.
   Sticks neutral() const;
   /// Forgets the remainders.
   void reset() { remainder_ = {}; }

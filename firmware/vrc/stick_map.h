@@ -13,7 +13,7 @@ namespace m100::vrc {
 /// In SI of the axis: rad (roll, pitch), m/s (throttle), rad/s (yaw).
 struct StickMap {
   float scale_si_per_vrc = 1.F;
-  float neutral_vrc = 1024.F;  ///< balancing point (paper, III-B.3)
+  float neutral_vrc = 1024.F;  ///< the stick's trim (paper, III-B.3)
   float dead_zone_vrc = 0.F;   ///< half width
   model::DeadZoneShape shape = model::DeadZoneShape::kJump;
   float exponent = 1.F;

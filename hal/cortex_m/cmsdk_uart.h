@@ -41,8 +41,8 @@ class CmsdkUart final : public Uart {
   /// Only overruns, of the data register and of the ring: this device detects neither a wrong stop bit nor a break.
   core::Expected<LineErrors> line_errors() const override;
 
-  /// Sends the waiting bytes, then `source`, without interrupts (which must be off): for last words. Gives up if the
-  /// line accepts nothing for about a second.
+  /// Sends the waiting bytes, then `source`, without interrupts (which must be off): for a release sequence. Gives up
+  /// if the line accepts nothing for about a second.
   void write_without_interrupts(std::span<const std::byte> source);
 
   /// Interrupt handlers.

@@ -9,7 +9,7 @@ inline constexpr int kExitOfFault = 70;
 inline constexpr int kExitOfAssertion = 71;
 /// After abort() or a pure virtual call.
 inline constexpr int kExitOfAbort = 72;
-/// After the watchdog's interrupt, when the program has sent its last words.
+/// After the watchdog's interrupt, when the program has sent its release sequence.
 inline constexpr int kExitOfWatchdog = 73;
 
 /// For core::set_assertion_handler: prints which assertion failed and ends the emulation.

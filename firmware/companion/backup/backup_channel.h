@@ -12,7 +12,7 @@ namespace m100::companion {
 /// The memory that the two processes share.
 struct BackupSharedState {
   static constexpr std::uint32_t kReleased = 1U << 31U;
-  /// Heartbeats so far, and kSpoken from when the backup process decides to speak until the program has noticed it.
+  /// Heartbeats so far, and kSpoken from when the backup process decides to send until the program has noticed it.
   std::atomic<std::uint32_t> heartbeats{0};
   std::atomic<std::uint32_t> in_control{0};
   std::atomic<std::uint32_t> polls{0};  ///< of the backup process so far: they show that it runs
@@ -25,7 +25,7 @@ inline constexpr char kRelease = 's';  ///< speak, then end
 inline constexpr char kPort = 'p';     ///< comes with a descriptor
 inline constexpr char kNoPort = 'n';   ///< the port is closed
 
-/// The backup process's one message: it runs, and would speak if the program died now.
+/// The backup process's one message: it runs, and would send if the program died now.
 inline constexpr char kReady = 'k';
 
 /// Never waits. @returns false: the other side takes nothing now, or has ended.

@@ -16,16 +16,16 @@ struct BackupSharedState;
 
 /// The second process of a flight (promise R15). It holds the port and a ready-made release sequence, and sends the
 /// release sequence when the flying program has died without giving control back (SIGKILL, SIGSEGV, out of memory, an
-/// assertion) or has sent no heartbeat for kHang (a hang, SIGSTOP). It allocates nothing and reads nothing from the
-/// port.
+/// assertion) or has sent no heartbeat for kHeartbeatTimeout (a hang, SIGSTOP). It allocates nothing and reads nothing
+/// from the port.
 ///
 /// It is forked early, before there are threads, and while it is too small for the out-of-memory killer to choose. It
 /// has a session of its own and ignores every signal that can be ignored, so Ctrl-C, a closed terminal and `kill 0` do
 /// not reach it. On request it ends at once. After the death of the program it ends with its last round, and the lock
 /// on the port ends with it.
 ///
-/// The backup process's speaking and the program's heartbeats share one atomic word: after the backup process has
-/// decided to speak, the next beat() fails, and a beat() that succeeded is valid for kHang. So the two never send at
+/// The backup process's decision to send and the program's heartbeats share one atomic word: after that decision the
+/// next heartbeat() fails, and a heartbeat() that succeeded is valid for kHeartbeatTimeout. So the two never send at
 /// the same time.
 class BackupProcess {
  public:
@@ -44,7 +44,7 @@ class BackupProcess {
   /// @param port whose clock is used; a simulated port has its own.
   BackupProcess(const link::ChannelCommand& neutral, const protocol::Cipher* cipher, const std::string& port = "");
   /// Before the first heartbeat it dismisses the backup process. After it, an exception is the cause, and the backup
-  /// process speaks.
+  /// process sends its release sequence.
   ~BackupProcess();
   BackupProcess(const BackupProcess&) = delete;
   BackupProcess& operator=(const BackupProcess&) = delete;
@@ -56,16 +56,16 @@ class BackupProcess {
   void set_port(int descriptor, std::uint32_t openings);
 
   /// The heartbeat, each tick, before anything is sent. @param in_control commands may be in force.
-  /// @returns false, once: the backup process has spoken since the last heartbeat; control is given back and must not
-  /// be used.
+  /// @returns false, once: the backup process has sent since the last heartbeat; control is given back and must not be
+  ///   used.
   bool heartbeat(bool in_control);
 
   /// False: the backup process was killed, so nobody would give control back. Reaps it.
   bool alive();
 
   enum class State : std::uint8_t { kReady, kStalled, kDead };
-  /// Each tick: whether the backup process would speak if this program died now. A backup process that was stopped, or
-  /// gets no processor time, has not looked for kHang. Costs a system call only in that case.
+  /// Each tick: whether the backup process would send if this program died now. A backup process that was stopped, or
+  /// gets no processor time, has not looked for kHeartbeatTimeout. Costs a system call only in that case.
   State state(core::TimePoint now);
 
   /// The flight is over and control is back: the backup process ends. Waits for its end.

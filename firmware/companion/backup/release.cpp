@@ -14,7 +14,7 @@
 namespace m100::companion {
 namespace {
 
-/// The second process speaks after kHeartbeatTimeout without a heartbeat and needs its rounds; one period more for a
+/// The second process sends after kHeartbeatTimeout without a heartbeat and needs its rounds; one period more for a
 /// loaded board.
 constexpr core::Duration kBackupDone =
     BackupProcess::kHeartbeatTimeout + (static_cast<int>(BackupProcess::kRounds) + 1) * BackupProcess::kRoundInterval;

@@ -87,8 +87,8 @@ safety::Limits limits_of(const FlightFile& flight);
 
 /// The limits of a course.
 CourseLimits course_limits_of(const FlightFile& flight);
-/// The limits of the ways to goals: the smaller of the defaults for goals and the limits of a course. An acceleration a
-/// in any direction, including down, needs a tilt of at most asin(a / g).
+/// The speed limits on the way to a goal: the smaller of the defaults for goals and the limits of a course. An
+/// acceleration a in any direction, including down, needs a tilt of at most asin(a / g).
 ref::SpeedLimits goal_limits_of(const FlightFile& flight);
 
 }  // namespace m100::companion

@@ -119,7 +119,7 @@ void ask_for_real_time() {
 }
 
 /// Prepares the thread that flies for its first tick.
-/// @returns the speaker to the room; null: there is none.
+/// @returns the stream to the ground station; null: there is none.
 TelemetryStream* prepare_the_thread(PosePort& pose_port, LiveDisplay& live) {
   TelemetryStream* const telemetry_stream =
       pose_port.start_telemetry_stream();  // before the steps whose effects the threads must not inherit
@@ -167,7 +167,7 @@ void wait_for_log(const FlyOptions& options, const std::optional<LogFile>& log, 
   }
 }
 
-/// The commands of the operator and of the room.
+/// The commands of the operator and of the ground station.
 SequencerInput received(const PosePort& port, GroundStationCommands& ground_station, const Controller& controller,
                         const FlightSequencer& sequencer, core::TimePoint now) {
   const OperatorInput input = read_operator_input();

@@ -53,8 +53,8 @@ void expect_height_for(const FlightFiles& files, const ref::Waypoint<double>& st
   }
 }
 
-/// An excitation may go its distance from the place in any direction, whatever the heading: with a distance beyond the
-/// fence it would be aborted in flight.
+/// An excitation may move its whole distance from its starting point in any direction, whatever the heading: if that
+/// leaves the fence, it would be aborted in flight.
 void expect_room_for(const FlightFiles& files) {
   if (!files.flight) {
     return;

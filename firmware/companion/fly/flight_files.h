@@ -47,8 +47,8 @@ void parse_and_validate(const FlightFiles& files, const ref::Waypoint<double>& s
 /// @returns the start heights, in the world of the pose, for which it does [m]; all heights without a flight file.
 Range check_offsets(const FlightFiles& files);
 
-/// The speed limits of the ways to goals; nothing: this flight takes no goals, because there is no key, or no flight
-/// file, or because an excitation flies.
+/// The speed limits on the way to a goal; nullopt: this flight takes no goals, because there is no key or no flight
+/// file, or because it flies an excitation.
 std::optional<ref::SpeedLimits> goal_limits(const FlyOptions& options, const FlightFiles& files);
 
 /// What the flight does on a low battery.

@@ -40,8 +40,8 @@ class FlightReporter {
                   std::optional<safety::FailsafeReason> denial, bool takes_off, std::string_view next);
   /// Once per program, if the law has flown.
   void report_tracking(core::TimePoint now);
-  /// The observation of a failsafe step with the worst of what may have ended the flight: as at the end, not as at the
-  /// first crossing of a limit.
+  /// The observation of a failsafe step in which each value that may have ended the flight is the worst one until now:
+  /// the report shows how far a limit was exceeded at last, not when it was first crossed.
   safety::Observation worst_since(const safety::Observation& step) const;
 
  private:

@@ -75,7 +75,7 @@ class FlightSequencer {
   bool landed() const { return outcome_.landed; }
   /// Control was ours, the operator ended it, and the transmitter has the aircraft.
   bool given_back() const { return outcome_.given_back; }
-  /// The observation when the first swing was noticed (safety::Observation::swings); empty: none was.
+  /// The observation when the first limit cycle was detected; nullopt: none was.
   const std::optional<safety::Observation>& limit_cycle() const { return reporter_.limit_cycle(); }
   std::span<const ClockStep> clock_steps() const { return start_.clock_steps(); }
   const TrackingError& tracking() const { return reporter_.tracking(); }

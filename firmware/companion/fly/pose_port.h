@@ -35,11 +35,11 @@ struct PoseOptions {
 void add_pose_options(CLI::App& app, PoseOptions& options);
 
 /// Refuses invalid combinations: a network without a key, an invalid UDP port, a simulated port beside a real one, a
-/// key without a port. @param autopilot its port. Errors: UsageError.
+/// key without a port. @param autopilot name of the autopilot's port. Errors: UsageError.
 void check(const PoseOptions& options, const std::string& autopilot);
 
 /// The files that the two ports use: a key is read, and the file of its accepted signatures beside it is written. The
-/// command adds the other files that it reads and writes. @param autopilot its port
+/// caller adds the other files of its command. @param autopilot name of the autopilot's port
 FileUse files_of(const PoseOptions& options, const std::string& autopilot);
 
 /// The port of the pose: a wire, on which frames may be unsigned, or a network, on which they may not. With a key, only
@@ -56,7 +56,7 @@ class PosePort {
   /// time stamps to the file that outlives the program.
   void tick();
   hal::Uart& line() { return *line_; }
-  /// Starts sending to the room. @returns null: the port is a wire, or there is no key.
+  /// Starts sending to the ground station. @returns null: the port is a wire, or there is no key.
   TelemetryStream* start_telemetry_stream();
   /// After start_telemetry_stream(): call it after each tick.
   void publish(const app::FlightController<double>& controller, core::TimePoint now) {

@@ -18,7 +18,7 @@ class StartConditions {
       : request_(request), limits_(limits), controller_(controller), operator_log_(operator_log) {}
 
   /// Call it once per tick. @param waits control is not ours and was not requested.
-  /// @param goal_led goals have led the flight: the next one begins where the aircraft is, not at its course.
+  /// @param goal_led the last flight flew to goals: the next one begins where the aircraft is, not at its course.
   void update(core::TimePoint now, bool waits, bool goal_led) {
     pose_.tick(now, controller_, waits, operator_log_);
     goal_led_ = goal_led;
@@ -38,13 +38,14 @@ class StartConditions {
   bool is_ready(core::TimePoint now) const;
   /// The law must not take over here: farther from the beginning of the course than its reach, or outside the fence.
   bool is_out_of_bounds(bool takes_off) const { return is_outside(takes_off) || is_out_of_reach(takes_off); }
-  /// The source of pose stands against control.
+  /// The source of pose prevents control.
   bool pose_blocks(core::TimePoint now) const { return pose_.blocks(now); }
   bool has_rival() const { return pose_.has_rival(); }
   std::span<const ClockStep> clock_steps() const { return pose_.clock_steps(); }
 
-  /// Says once why the source of pose stands against control. @param again also if it was said before.
-  /// @returns the order is used up: by a second sender or a wrong attitude, not by a check that is on trial.
+  /// Reports once why the source of pose prevents control. @param again reports it even if it was reported before.
+  /// @returns whether the operator's order is withdrawn: for a second sender or a wrong attitude, not for a check that
+  /// has failed and may soon hold again.
   bool report_pose(core::TimePoint now, bool again);
   /// @param program_ends the program ends after this line.
   void report_position(core::TimePoint now, bool takes_off, bool program_ends) const;

@@ -45,7 +45,7 @@ class GoalPlanner {
   GoalPlanner(ref::Trajectory<T>& trajectory, const core::Fence& fence, const ref::SpeedLimits& limits)
       : trajectory_(trajectory), fence_(fence), limits_(limits) {}
 
-  /// Call it after each tick. If goals have led the flight, the next flight begins where the aircraft is.
+  /// Call it after each tick. After a flight to goals the next flight begins where the aircraft is.
   /// @param by_law the law flies. @param started when the trajectory's time last began. @param estimate of this tick.
   void update(core::TimePoint now, bool by_law, core::TimePoint started, const est::Estimate<T>& estimate);
   /// Takes a goal. @param flies the failsafe passes commands of the law.

@@ -17,17 +17,17 @@ struct SequencerStatus {
   bool may_land = false;
   bool takes_off = false;  ///< the autopilot takes off
   bool lands = false;
-  bool returns_to_start = false;  ///< the battery is low: the room cannot change the course
+  bool returns_to_start = false;  ///< the battery is low: the ground station cannot change the course
 };
 SequencerStatus sequencer_status(const FlightSequencer& sequencer, core::TimePoint now);
 
-/// Handles goals, missions and orders from the room: goals and missions change the course, an order to engage or
-/// release has the effect of the operator's command, and each order is answered. An unknown order is refused by its
+/// Handles goals, missions and orders from the ground station: goals and missions change the course, an order to engage
+/// or release has the effect of the operator's command, and each order is answered. An unknown order is refused by its
 /// number. No heap.
 class GroundStationCommands {
  public:
-  /// @param limits nothing: the flight takes no goals (an excitation flies). @param speaker null: nothing is answered,
-  /// and so no mission can be transferred.
+  /// @param limits nothing: the flight takes no goals (an excitation flies). @param telemetry_stream null: nothing is
+  ///   answered, and so no mission can be transferred.
   GroundStationCommands(const std::optional<ref::SpeedLimits>& limits, const model::Vehicle& vehicle,
                         const app::FlightConfig& config, ref::Trajectory<double>& trajectory, GroundStationTap& line,
                         TelemetryStream* telemetry_stream, OperatorLog& operator_log)
@@ -40,7 +40,8 @@ class GroundStationCommands {
     }
   }
 
-  /// Call it after each tick of the controller. @returns the commands that the room gave in the operator's place.
+  /// Call it after each tick of the controller. @returns the commands that the ground station gave in the operator's
+  /// place.
   OperatorInput tick(core::TimePoint now, const app::FlightController<double>& controller,
                      const SequencerStatus& status);
   /// Goals have led the flight.

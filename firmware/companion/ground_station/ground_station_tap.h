@@ -16,7 +16,7 @@
 
 namespace m100::companion {
 
-/// Counts of messages from the room.
+/// Counts of messages from the ground station.
 struct GroundStationStats {
   std::uint32_t goals = 0;
   std::uint32_t orders = 0;
@@ -28,9 +28,9 @@ struct GroundStationStats {
 inline constexpr std::uint16_t kGuidedEnable = 92;    ///< MAV_CMD_NAV_GUIDED_ENABLE: param1 1 engage, 0 release
 inline constexpr std::uint16_t kPauseContinue = 193;  ///< MAV_CMD_DO_PAUSE_CONTINUE: param1 0 hold, 1 go on
 
-/// A line that passes all bytes on, and keeps the newest goal, the first kMaxCommands orders and the first
-/// kMaxRequests requests that passed. Orders are taken one per tick; an order to release, or to hold, always finds
-/// room. Reading from a signed line, it hears only authorised senders. No heap.
+/// A line that passes all bytes on, and keeps the newest goal, the first kMaxCommands orders and the first kMaxRequests
+/// requests that passed. Orders are taken one per tick; there is always space for an order to release or to hold. On a
+/// signed line it receives authorised senders only. No heap.
 class GroundStationTap final : public MavlinkTap {
  public:
   /// An order and who gave it.

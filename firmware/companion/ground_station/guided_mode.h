@@ -34,7 +34,7 @@ constexpr bool is_resume_command(const mavlink::CommandLong& order) {
   return order.command == kPauseContinue && order.param1 >= 0.5F;
 }
 
-/// The goals that the room sends: one at a time, or several as a mission.
+/// The goals that the ground station sends: one at a time, or several as a mission.
 template <typename T>
 class GuidedMode {
  public:

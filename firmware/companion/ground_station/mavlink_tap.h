@@ -8,7 +8,7 @@
 
 namespace m100::companion {
 
-/// A line that passes all bytes on, and calls hear() with each intact MAVLink frame. Costs one more parser. No heap.
+/// A line that passes all bytes on, and calls receive() with each intact MAVLink frame. Costs one more parser. No heap.
 class MavlinkTap : public hal::Uart {
  public:
   explicit MavlinkTap(hal::Uart& line) : line_(line) {}

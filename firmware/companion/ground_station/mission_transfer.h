@@ -49,7 +49,7 @@ class MissionTransfer {
   /// @param is_flown the items are being flown: they can be read, but neither replaced nor cleared, and a transfer that
   /// began before ends at its next item.
   void receive(const Request& request, bool is_flown, core::TimePoint now, Replies& replies);
-  /// Call it in every tick, after hear().
+  /// Call it in every tick, after receive().
   void tick(core::TimePoint now, Replies& replies);
 
   /// The newest complete list.

@@ -24,7 +24,7 @@ struct Request {
   mavlink::Address from;
 };
 
-/// Messages to the room: answers and notifications.
+/// Messages to the ground station: answers and notifications.
 using Reply =
     std::variant<mavlink::CommandAck, mavlink::MissionCount, mavlink::MissionItemInt, mavlink::MissionRequestInt,
                  mavlink::MissionAck, mavlink::MissionCurrent, mavlink::MissionItemReached, mavlink::ParamValue>;

@@ -18,8 +18,8 @@ struct ClockStep {
   core::Duration lasted{0};
 };
 
-/// Reports when the clock of the source of pose was set, or where that cannot be told from a longer way. A slew, which
-/// is a row of small steps, is one step. No heap.
+/// Reports when the clock of the source of pose was set, or when its poses come later and it is unknown whether the
+/// clock or the transport changed. A slew, which is a series of small steps, counts as one step. No heap.
 class ClockStepRecorder {
  public:
   static constexpr std::size_t kMaxSteps = 32;  ///< that are kept

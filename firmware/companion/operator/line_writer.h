@@ -13,8 +13,8 @@
 
 namespace m100::companion {
 
-/// Writes lines to the standard output from a thread of its own, because a disk or a terminal that stands still stops
-/// whoever writes to it. push() neither waits nor allocates. A line that finds no room is lost.
+/// Writes lines to the standard output from a thread of its own, because a disk or a terminal that accepts nothing
+/// blocks whoever writes to it. push() neither waits nor allocates. A line that finds no room is lost.
 class LineWriter {
  public:
   static constexpr std::size_t kLines = 32;  ///< that wait for the output
@@ -24,8 +24,8 @@ class LineWriter {
 
   using Write = void (*)(int descriptor, std::string_view text);
 
-  /// Starts the thread. @param write writes a line to a descriptor, and may stand still.
-  /// @param patience of finish() with an output that stands still.
+  /// Starts the thread. @param write writes a line to a descriptor; it may block. @param patience how long finish()
+  /// waits for a blocked output.
   explicit LineWriter(Write write = &write_nonblocking, std::chrono::milliseconds patience = kTerminalTimeout);
   /// As finish().
   ~LineWriter() { finish(); }
@@ -35,8 +35,8 @@ class LineWriter {
   /// By one thread. Text beyond the length of a TextLine is cut off.
   void push(std::string_view line);
 
-  /// Writes what waits and ends the thread. If the output stands still for longer, the thread is left behind with its
-  /// lines.
+  /// Writes the waiting lines and ends the thread. If the output blocks for longer than `patience`, thread and lines
+  /// are abandoned.
   void finish();
 
  private:

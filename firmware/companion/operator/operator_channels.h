@@ -9,10 +9,10 @@
 
 namespace m100::companion {
 
-/// Sends lines to the terminal, the log and the room.
+/// Sends lines to the terminal, the log and the ground station.
 class OperatorChannels final : public OperatorLog {
  public:
-  /// @param speaker to the room; may be null.
+  /// @param telemetry_stream to the ground station; may be null.
   OperatorChannels(log::FlightLogWriter* log, TelemetryStream* telemetry_stream)
       : log_(log), telemetry_stream_(telemetry_stream) {}
   void write(core::TimePoint now, std::string_view line) override {

@@ -83,7 +83,7 @@ void add_fence(TextLine& line, FailsafeReason reason, const safety::Observation&
   line.add(" m, and the fence leaves ").add(seen.fence.reserve_m, 2).add(" m");
 }
 
-/// The swing in degrees peak to peak, as an onlooker sees it.
+/// The oscillation in degrees peak to peak, as an onlooker sees it.
 void add_limit_cycle(TextLine& line, const safety::Observation& seen) {
   line.add("the aircraft swings by itself, by ")
       .add(seen.limit_cycle.height_rad * 180.0 / core::kPi, 0)

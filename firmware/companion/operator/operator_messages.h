@@ -19,7 +19,7 @@ void describe(TextLine& line, const link::AuthorityView& authority);
 void describe(TextLine& line, safety::FailsafeReason cause, const safety::Observation& seen,
               const safety::Limits& limits);
 
-/// A detected swing (Observation::swings), the program's reaction, and the remedy.
+/// A detected limit cycle, the program's reaction, and the remedy.
 void describe_limit_cycle(TextLine& line, const safety::Observation& seen);
 
 /// The state of an excitation; if it was aborted, why, with numbers. Nothing if there is none.

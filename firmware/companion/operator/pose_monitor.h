@@ -10,11 +10,12 @@
 
 namespace m100::companion {
 
-/// What the operator must know of the source of pose, and what stands against control before it is asked for: a second
-/// sender, an attitude that the autopilot's contradicts, and a check that has failed and has not yet held again.
+/// What the operator must know of the source of pose, and what prevents control before it is requested: a second
+/// sender, an attitude that the autopilot's contradicts, and a check that has failed and not yet passed for long
+/// enough.
 ///
-/// A check that failed once fails again when the aircraft moves in the same way again, which in a hover takes as long
-/// as its slow wander: the check must hold for kHold, or four times as long as it took to fail. No heap.
+/// A check that failed once would fail again when the aircraft repeats the motion, and the slow wander of a hover takes
+/// time to repeat: the check must pass for kHold, or four times as long as it took to fail. No heap.
 class PoseMonitor {
  public:
   static constexpr core::Duration kHold = std::chrono::seconds(30);

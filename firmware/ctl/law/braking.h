@@ -9,7 +9,7 @@ namespace m100::ctl {
 struct Braking {
   /// On each horizontal axis, in still air, while the other axis brakes too.
   double acceleration_m_s2 = 0.0;
-  /// The steady push against which it holds its place: at most 4 m/s^2.
+  /// The steady disturbance against which it can hold its position: at most 4 m/s^2.
   double max_disturbance_m_s2 = 0.0;
   /// From the decision to stop until the attitude is reversed.
   double reaction_s = 0.0;
@@ -18,7 +18,7 @@ struct Braking {
   /// Drag that the aircraft may have in addition to that of the vehicle file. The wind that is estimated at a speed
   /// includes this drag, which disappears as the aircraft slows down.
   double unknown_drag_per_s = 0.0;
-  /// The drag by which wind and gusts push.
+  /// The drag by which wind and gusts accelerate the aircraft.
   double drag_per_s = 0.0;
 };
 

@@ -9,7 +9,8 @@
 
 namespace m100::ctl {
 
-/// Rate of the calm law: w [rad/s] below. Computed from the same vehicle file as the tables, through its braking:
+/// Bandwidth of the fallback law: w [rad/s] below. Computed from the same vehicle file as the tables, through its
+/// braking:
 ///   w = 0.463 / (t + 0.2 s),   t = Braking::reaction_s, the whole delay from a command to the attitude.
 /// With half more gain than assumed, the loop (2 w s + w^2) / s^2 has its crossover at 3.04 w and a phase margin of
 /// 80.7 degrees there, which is a delay of 0.463 / w: t, and 0.2 s that the vehicle file does not know. With the
@@ -19,8 +20,8 @@ T fallback_rate_per_s(const Braking& braking) {
   return static_cast<T>(0.463 / (braking.reaction_s + 0.2));
 }
 
-/// The law of one horizontal axis after its loop was seen to swing: slow, without prediction, and with slow use of the
-/// observer's wind and trim.
+/// The law of one horizontal axis after a limit cycle was detected: slow, without prediction, and with a slow
+/// compensation of the observer's wind and trim.
 ///   a = a_ref + 2 w (v_ref + clamp(w/2 (p_ref - p), 1 m/s) - v),   slope = +-(a + c v_ref) / g + held
 /// held follows the compensation of wind and trim (-d and -m) with the time constant 1 / w, and begins at their
 /// estimates. The reference's acceleration costs no margin, so a course continues with a larger tracking error. T is

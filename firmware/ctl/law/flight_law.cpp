@@ -149,7 +149,7 @@ Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Win
   const core::SinCos<T>& heading = estimate.heading();
   const core::Slope<T> commanded = commanded_slope_.at(applied_command.roll_rad, applied_command.pitch_rad, heading);
   const core::Slope<T> applied_slope{.x = seen(commanded.x), .y = seen(commanded.y)};
-  // The pipes hold tangents of the commands to the attitude loop, without the offset, which may still change.
+  // The delay lines hold tangents of the commands to the attitude loop, without the offset, which may still change.
   for (int ticks = time_.take(elapsed, static_cast<int>(mpc::DelayPredictor<T>::kCapacity)); ticks > 0; --ticks) {
     x_.predictor.sent(applied_slope.x);
     y_.predictor.sent(applied_slope.y);

@@ -42,14 +42,14 @@ struct LawReport {
   mpc::Path path_y = mpc::Path::kTable;
   unsigned changes = 0;       ///< of the active sets of both axes
   bool tilt_limited = false;  ///< by the combined limit
-  bool fallback = false;      ///< by the calm law
+  bool fallback = false;      ///< by the fallback law
 };
 
 /// The control law: MPC (or its baseline) in x and y, PID in height, P in yaw.
 ///
-/// Horizontal, per axis of the yaw-free world frame (paper, III-E.1):
-///  1. The command in force goes into the pipe of the DelayPredictor; the state is predicted to now + delay.
-///  2. Targets. Tilts are taken as tangents, t = tan(tilt), which makes v' = +-g t - c v + d linear at any tilt:
+/// Horizontal, per axis of the yaw-free world frame (paper, III-E.1): 1. The command in force enters the delay line of
+/// the DelayPredictor; the state is predicted to now + delay. 2. Targets. Tilts are taken as tangents, t = tan(tilt),
+/// which makes v' = +-g t - c v + d linear at any tilt:
 ///       t_ref = +-(a_ref + c v_ref - d) / g,   input target s = t_ref + T1 t_ref' + T2 t_ref''
 ///     (inverse_lags(): the input that makes the attitude loop follow t_ref).
 ///  3. The program is solved for the input as the attitude loop sees it, u + m; the command is that minus m. So neither
@@ -66,8 +66,8 @@ class FlightLaw {
   /// Once per tick. @param applied_command the command sent to the autopilot since the last tick, after supervisor and
   /// stick
   ///   rounding; it goes into the prediction through the delay.
-  /// @param solves false: the last solved tilts are kept, because no command can leave in this tick. The pipes, height
-  ///   and yaw are updated; the window's points in x and y are not read.
+  /// @param solves false: the last solved tilts are kept, because no command can leave in this tick. The delay lines,
+  ///   height and yaw are updated; the window's points in x and y are not read.
   Command<T> update(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
                     const Command<T>& applied_command, core::Duration elapsed, bool solves = true);
 
@@ -81,11 +81,12 @@ class FlightLaw {
   void plan(ref::Window<T>& window, const est::Estimate<T>& estimate, core::TimePoint now, std::size_t points) {
     fallback() ? planner_.reset() : planner_.update(window, estimate, now, lead(), points);
   }
-  /// From now on, until reset(), the calm law (fallback_law.h) flies the horizontal axes, with this rate [rad/s].
+  /// From now on, until reset(), the fallback law (fallback_law.h) flies the horizontal axes, with this bandwidth
+  /// [rad/s].
   void start_fallback(T rate_per_s) { fallback_per_s_ = rate_per_s; }
   bool fallback() const { return fallback_per_s_ > T(0); }
-  /// For a start in the air: clears the integral, the active sets and the calm law. The pipes keep the commands that
-  /// were sent.
+  /// For a start in the air: clears the integral, the active sets and the fallback law. The delay lines keep the
+  /// commands that were sent.
   void reset();
 
  private:
@@ -104,7 +105,7 @@ class FlightLaw {
   static Axis make_axis(const mpc::GainTable<T>& table, const model::StickAxis& axis, mpc::Law law);
   T solve(Axis& axis, const est::AxisEstimate<T>& estimate, const References& reference, bool constant, T lead_gap_s,
           T applied_slope);
-  /// Both programs, or the calm law; both axes together within the combined limit.
+  /// Both programs, or the fallback law; both axes together within the combined limit.
   core::Slope<T> slopes(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
                         const core::Slope<T>& applied_command, T step_s);
 
@@ -113,7 +114,7 @@ class FlightLaw {
   AltitudePid<T> height_;
   YawP<T> yaw_;
   core::CachedTilt<T> commanded_slope_;
-  core::TickCount time_;  ///< of the pipes
+  core::TickCount time_;  ///< of the delay lines
   T climb_lag_s_{0};
   T fallback_per_s_{0};  ///< 0: the tables' law flies
   T combined_tangent_{0};

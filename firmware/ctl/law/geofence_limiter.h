@@ -19,14 +19,13 @@ namespace m100::ctl {
 /// where t is the reaction time until the attitude is reversed, s < t the time until it passes level, a0 >= 0 the
 /// acceleration by tilt, wind and gusts of the wind class until then, and
 ///   a = braking - gusts - offset - the wind that blows towards the side.
-/// The offset is that of the specific force (est::kForceOffset_m_s2), which alone shows changes of the push while no
-/// pose arrives.
-/// That wind is the present estimate plus a third of the drag that the speed may hide in it: braking removes the drag
-/// and leaves the wind, at most one of the class. Over the braking distance a push that grows by c (v - v') costs as
-/// much as a constant third of c v.
-/// A state is admitted if position plus stopping distance plus three sigmas of position end before the side. If not,
-/// the reference is moved gradually to a place behind the aircraft, so that the law brakes with all its tilt. The
-/// estimate continues when the pose is lost, so the same applies while coasting. T is float or double.
+/// The offset is that of the specific force (est::kForceOffset_m_s2), which alone shows changes of the wind while no
+/// pose arrives. That wind is the present estimate plus a third of the drag that the speed may hide in it: braking
+/// removes the drag and leaves the wind, at most one of the class. Over the braking distance a disturbance that grows
+/// by c (v - v') costs as much as a constant third of c v. A state is admitted if position plus stopping distance plus
+/// three sigmas of position end before the side. If not, the reference is moved gradually to a place behind the
+/// aircraft, so that the law brakes with all its tilt. The estimate continues when the pose is lost, so the same
+/// applies while coasting. T is float or double.
 template <typename T>
 class GeofenceLimiter {
  public:
@@ -65,7 +64,7 @@ class GeofenceLimiter {
   Side x_, y_, z_;
   T braking_m_s2_, reaction_s_, unknown_drag_per_s_;
   T wind_m_s2_;    ///< of the class
-  T unseen_m_s2_;  ///< its gusts, and the error of the estimated push while no pose arrives
+  T unseen_m_s2_;  ///< its gusts, and the error of the estimated wind while no pose arrives
   T reserve_m_{0};
   T outside_m_{0};
   bool brakes_ = false;

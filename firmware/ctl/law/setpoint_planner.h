@@ -32,8 +32,8 @@ template <typename T>
 class SetpointPlanner {
  public:
   static constexpr double kBrakingShare = 0.95;
-  /// Of the tilt in Braking::reaction_s: in one reaction the feedback sees an error of the release, in another one it
-  /// corrects it.
+  /// Share of the tilt that the final release removes in Braking::reaction_s: the feedback needs one reaction time to
+  /// see an error of the release, and another one to correct it.
   static constexpr double kRelease = 0.5;
   static constexpr double kMinAuthority = 0.8;  ///< of the gain: the box of the certificate
   static constexpr double kMaxError_m = 0.3;    ///< twice what the shipped vehicle leaves a motion by (6 m: 0.15)

@@ -16,10 +16,10 @@ T predicted_slope(const est::AxisEstimate<T>& axis, T slope, T ahead_s) {
 /// The largest slope that may be commanded while both axes are about to have these slopes: `limit`, minus twice the
 /// amount by which they exceed it together, but at least half of it.
 ///
-/// The flown tilt differs from the commanded one. A balancing point that is wrong by 56 counts adds 3 degrees of tilt
-/// to the command, in any direction; so does an attitude loop that tilts more than commanded, or overshoots. The
-/// observer's estimate of this (input_offset_rad) takes seconds, and is along the axes of the world, so that a change
-/// of heading makes it wrong. The tilt itself is measured. An error of e at the limit leaves e / 3 beyond the limit.
+/// The flown tilt differs from the commanded one. A trim that is wrong by 56 counts adds 3 degrees of tilt to the
+/// command, in any direction; so does an attitude loop that tilts more than commanded, or overshoots. The observer's
+/// estimate of this (input_offset_rad) takes seconds, and is along the axes of the world, so that a change of heading
+/// makes it wrong. The tilt itself is measured. An error of e at the limit leaves e / 3 beyond the limit.
 template <typename T>
 T max_slope(T soon_x, T soon_y, T limit) {
   constexpr T kTakenBack = T(2);

@@ -12,7 +12,7 @@ namespace m100::ctl {
 
 /// Detects a wind in which the aircraft cannot hold its position. Both conditions must be true on one horizontal axis,
 /// without interruption:
-///   - the estimated push, averaged over 2 s, exceeds the push that the aircraft can resist
+///   - the estimated disturbance, averaged over 2 s, exceeds the one that the aircraft can resist
 ///   (Braking::max_disturbance_m_s2);
 ///   - the aircraft is more than half a metre downwind of its reference and returns at less than 0.2 m/s.
 /// Either one alone is normal: a gust is over in a second, and a far goal upwind takes time. T is float or double.
@@ -27,7 +27,7 @@ class ControlAuthorityMonitor {
 
   /// How long the position has not been held, on the worse axis.
   T exceeded_s() const { return x_.exceeded_s > y_.exceeded_s ? x_.exceeded_s : y_.exceeded_s; }
-  /// The averaged push, on the axis that is worse.
+  /// The averaged disturbance, on the axis that is worse.
   T disturbance_acceleration_m_s2() const;
 
   ControlAuthorityStatus status() const {

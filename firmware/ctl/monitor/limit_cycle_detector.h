@@ -8,7 +8,7 @@
 
 namespace m100::ctl {
 
-/// A swing as reported to the operator.
+/// A limit cycle as reported to the operator.
 template <typename T>
 struct LimitCycleReport {
   bool detected = false;
@@ -19,34 +19,34 @@ struct LimitCycleReport {
 /// Detects a limit cycle: a repeated oscillation of the tilt that neither the course nor the air causes. On each
 /// horizontal axis the estimated tilt, minus the tilt for the reference's acceleration, is divided into half-waves,
 /// from one turning point to the next. (A turning point is confirmed when the tilt has come back from it by a quarter
-/// of the half-wave before, so that ripple does not divide a wave.) The loop swings if kHalfWaves consecutive
+/// of the half-wave before, so that ripple does not divide a wave.) The loop oscillates if kHalfWaves consecutive
 /// half-waves meet all of these conditions:
 ///   - higher than kMinHeight_rad: ten times the sigma of the tilt in a healthy hover, noise included, which is half a
 ///     degree;
-///   - kTimes as high as the push on the aircraft meanwhile (below), and higher than the reference's own swing by more
-///     than that;
+///   - kTimes as high as the disturbance of the aircraft meanwhile explains (below), and higher than the reference's
+///   own oscillation by more than that;
 ///   - between kShortest_s and kLongest_s long, which is 0.3 to 3 Hz: a third and three times the crossover (1.1 Hz) of
 ///     a loop for such an aircraft. Outside this band the loop has not enough gain, or not enough lag, to oscillate;
 ///   - at least kKept times as high as the highest of the row, and as long as the one before within a factor kRegular.
 /// The response to a step dies out; and when the reference jumps, counting begins anew. Turbulence excites the same
 /// band, and tilts the aircraft as far. The two are distinguished by cause and effect. With x'' = g t + d, the equation
 ///   s^2 / (s + a)^2 x  -  g / (s + a)^2 t  =  1 / (s + a)^2 d      (a = kFrom_per_s, near the crossover)
-/// is true for any motion; its left side needs position and tilt only. A loop answers a push with a tilt that is |T|
-/// times as large, T its complementary sensitivity, and |T| is at most the peak sensitivity plus one. So a repeated
-/// swing of more than kTimes the size that this push explains is the loop's own: its peak sensitivity would have to be
-/// 4, while 1.6 is the design value and 3.4 the worst published corner of a mode. The disturbance that the observer
-/// estimates has to meet the same condition.
+/// is true for any motion; its left side needs position and tilt only. A loop answers a disturbance with a tilt that is
+/// |T| times as large, T its complementary sensitivity, and |T| is at most the peak sensitivity plus one. So a repeated
+/// oscillation of more than kTimes the size that this disturbance explains is the loop's own: its peak sensitivity
+/// would have to be 4, while 1.6 is the design value and 3.4 the worst published corner of a mode. The disturbance that
+/// the observer estimates has to meet the same condition.
 ///
-/// At f Hz detection takes (kHalfWaves + 0.5) / 2 f after the swing has become that high: 2.8 s at 1 Hz, 2.1 s at
-/// 1.3 Hz. Errors of poses and tilts count as a push, too, so that a swing below 0.2 rad may take longer. Not noticed:
-/// a smaller swing, a swing in a wind that moves the aircraft more than a fifth as far, and a swing under a reference
-/// that jumps more often than that. Cost: some 60 operations per axis and tick, no library function, no heap. T is
-/// float or double.
+/// At f Hz detection takes (kHalfWaves + 0.5) / 2 f after the oscillation has become that high: 2.8 s at 1 Hz, 2.1 s at
+/// 1.3 Hz. Errors of poses and tilts count as a disturbance, too, so that an oscillation below 0.2 rad may take longer.
+/// Not detected: a smaller oscillation, one in a wind that moves the aircraft more than a fifth as far, and one under a
+/// reference that jumps more often than that. Cost: some 60 operations per axis and tick, no library function, no heap.
+/// T is float or double.
 template <typename T>
 class LimitCycleDetector {
  public:
   static constexpr std::uint32_t kHalfWaves = 5;
-  static constexpr std::uint32_t kHalfWavesAgain = 3;  ///< after pause(): one swing has been noticed already
+  static constexpr std::uint32_t kHalfWavesAgain = 3;  ///< after pause(): one limit cycle has been detected already
   static constexpr double kMinHeight_rad = 0.1;
   static constexpr double kMinRatio = 5.0;
   static constexpr double kFrom_per_s = 6.0;
@@ -61,11 +61,11 @@ class LimitCycleDetector {
 
   /// Once per tick. @param flies the law flies, and nothing else moves the sticks; if false, nothing is watched.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& window, bool flies, T step_s);
-  /// Forgets all half-waves and pauses for this time, in which the noticed swing has to fade. Afterwards, and for as
-  /// long as the law flies, kHalfWavesAgain in a row are enough.
+  /// Forgets all half-waves and pauses for this time, in which the detected oscillation has to fade. Afterwards, and
+  /// for as long as the law flies, kHalfWavesAgain in a row are enough.
   void pause(T time_s);
 
-  /// The axis that swings; if both do, the one with the higher swing.
+  /// The axis that oscillates; if both do, the one with the larger oscillation.
   LimitCycleReport<T> report() const;
 
  private:

@@ -7,14 +7,14 @@
 
 namespace m100::ctl {
 
-/// Reacts to a swing: the calm law flies from the tick in which the swing is noticed until the law stops flying. If the
-/// swing still goes on after kFades_s, the failsafe is told. T is float or double.
+/// Reacts to a limit cycle: the fallback law flies from the tick in which it is detected until the law stops flying. If
+/// the oscillation persists after kFades_s, the failsafe is informed. T is float or double.
 template <typename T>
 class LimitCycleResponse {
  public:
   static constexpr double kFades_s = 2.0;
 
-  /// @param braking of the vehicle; gives the calm law's rate. @param answers false: no reaction (for tests).
+  /// @param braking of the vehicle; gives the fallback law's bandwidth. @param enabled false: no reaction (for tests).
   LimitCycleResponse(const Braking& braking, bool enabled)
       : rate_per_s_(fallback_rate_per_s<T>(braking)), enabled_(enabled) {}
 
@@ -32,9 +32,9 @@ class LimitCycleResponse {
     fallback_ = law.fallback();
   }
 
-  /// The last swing that was noticed in this flight.
+  /// The last limit cycle that was detected in this flight.
   const LimitCycleReport<T>& seen() const { return seen_; }
-  /// The aircraft swings in this tick although the calm law flies.
+  /// The aircraft oscillates in this tick although the fallback law flies.
   bool persists() const { return goes_on_; }
   LimitCycleStatus status() const {
     return {.height_rad = static_cast<double>(seen_.height_rad),

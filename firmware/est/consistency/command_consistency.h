@@ -29,7 +29,7 @@ class CommandConsistency {
   using Vector2 = core::Vector<T, 2>;
 
   /// Once per tick, after the observer.
-  /// @param asked_rad tilt about both axes of the yaw-free frame, from commands and model
+  /// @param model_tilt_rad tilt about both axes of the yaw-free frame, from commands and model
   /// @param ours the commands in force are ours
   void update(const Estimate<T>& estimate, const Vector2& model_tilt_rad, bool ours, T step_s);
 
@@ -42,8 +42,8 @@ class CommandConsistency {
   /// Residuals expected in roll and pitch (sysid::ResidualMonitor): twice those of the measured flights' models.
   static constexpr double kModelError_rad2 = 0.008 * 0.008 + 0.006 * 0.006;
 
-  /// A response may be 80 ms later than its model predicts, the most in the worlds that ship. When a command begins, it
-  /// takes twice that time until the response outweighs the part of it that was missing.
+  /// A response may be 80 ms later than its model predicts, the most in the simulator's worlds. When a command begins,
+  /// it takes twice that time until the response outweighs the part of it that was missing.
   static constexpr double kAlarm_s = 0.2;
 
   T allowed_rad2() const { return reported_rad2_ + static_cast<T>(kModelError_rad2); }

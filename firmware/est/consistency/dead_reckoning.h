@@ -10,21 +10,21 @@
 
 namespace m100::est {
 
-/// Horizontal motion estimated without the poses; the aircraft brakes by it where the poses are a sensor fault. The
-/// observer cannot serve for that: within half a second it has learned a false wind and a false speed from the sensor
-/// fault.
+/// Horizontal motion estimated without the poses; the aircraft brakes by it when the poses are faulty. The observer
+/// cannot serve for that: within half a second it has learned a false wind and a false speed from faulty poses.
 ///
 ///   v' = g tan(tilt) + p + (v_pose - v) / 4 s     tilt: the autopilot's attitude; v_pose: the observer's velocity
 ///   p  = median(d, f - g tan(tilt), q)            d: the observer's disturbance; f: the measured force
-///   q' = (p - q) / 10 s                           the mean push of the flight until now
+///   q' = (p - q) / 10 s                           the mean of p in the flight until now
 ///
-/// Three sources estimate the push of the wind, and the middle value is used: a pose that lies is outvoted by the force
-/// and the past, a force that lies (a hand, a tether, a new offset) by the pose and the past, and pose and force both
-/// show a wind that changes. A false velocity enters by a quarter of itself per second, and not at all once it is
-/// contradicted or refused; after that an error of the push of 0.1 m/s^2 adds 0.1 m/s per second.
+/// Three sources estimate the acceleration p by the wind, and the middle value is used. A faulty pose is outvoted by
+/// the force and the mean of the last seconds; a specific force that is wrong (a hand, a tether, a new bias) is
+/// outvoted by the pose and that mean. A wind that changes shows in pose and force. A false velocity enters by a
+/// quarter of itself per second, and not at all once it is contradicted or refused; after that an error of p of 0.1
+/// m/s^2 adds 0.1 m/s per second.
 ///
-/// While the pilot flies, the velocity decays to zero: if a pose lies before control is taken, nothing contradicts its
-/// speed, and a pilot who is about to hand over hovers. A pose faster than 1 m/s is believed: the pilot then does not
+/// While the pilot flies, the velocity decays to zero: nothing contradicts the speed of a faulty pose before control is
+/// taken, and a pilot who is about to hand over hovers. Poses faster than 1 m/s are used: the pilot then does not
 /// hover.
 ///
 /// Ten numbers; no heap. Cost: about 40 products a tick. T is float or double.
@@ -53,7 +53,7 @@ class DeadReckoning {
   const Vector2& offset_rad() const { return offset_rad_; }
 
  private:
-  T seen_s_{0};  ///< how long the push has been averaged; at most its memory
+  T seen_s_{0};  ///< how long p has been averaged; at most its memory
   Vector2 velocity_w_m_s_ = Vector2::Zero();
   Vector2 disturbance_acceleration_w_m_s2_ = Vector2::Zero();
   Vector2 offset_rad_ = Vector2::Zero();                ///< mean, of the input

@@ -12,7 +12,7 @@ constexpr double kMaxAllowed_m_s = 0.35;
 constexpr double kVelocityMemory_s = 2.0;
 constexpr double kFirstLook_m_s = 0.15;
 constexpr double kCalm_m_s = 0.1, kMoves_s = 0.08, kWind_s = 0.05, kSigmas = 3.0;
-constexpr double kLearns_s = 0.15;  // time in which the observer learns a push from poses (fuse_pose.cpp)
+constexpr double kLearns_s = 0.15;  // time in which the observer learns a disturbance from poses (fuse_pose.cpp)
 constexpr double kMaxStartSigma_m_s = 10.0;
 
 }  // namespace

@@ -29,8 +29,8 @@ constexpr double kAssumed_m2_s3 = 1.5e-4;
 /// White noise of the poses leaves in each axis of a path 1.4 times the correction that it makes to the observer per
 /// tick. The scales already include poses that scatter by 1 mm, which correct the height by 0.5 mm.
 constexpr double kPositionNoiseGain2 = 2.0, kAssumed_m2 = 2.5e-7;
-/// The offset is fixed to the body, and it is learned at the mean tilt: an aircraft that leans turns another part of it
-/// into the horizontal. The largest recent acceleration bounds that part.
+/// The offset is fixed to the body, and it is learned at the mean tilt: at another tilt another part of it is
+/// horizontal. The largest recent acceleration bounds that part.
 constexpr double kTiltMemory_s = 2.0;
 /// Transients of the start or of a gap have faded after this many times 1 / a.
 constexpr double kSettles = 4.0;
@@ -43,7 +43,7 @@ constexpr double kShare = 0.07;
 /// In addition attitude, force and pose may be a tick and two pose intervals apart.
 constexpr double kTime_s = 0.03;
 /// Prior of the error of an unknown time of capture: 50 ms (one sigma). It is found from the motion itself, with a
-/// memory of 5 s; the largest in the worlds that ship is 80 ms.
+/// memory of 5 s; the largest in the simulator's worlds is 80 ms.
 constexpr double kLateMemory_s = 5.0, kLate_s = 0.05, kMaxLate_s = 0.12;
 /// An error within the observer's uncertainty is corrected by its next poses and by the time of capture that is found:
 /// it comes and goes within a second or two.

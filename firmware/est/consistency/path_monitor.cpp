@@ -16,9 +16,9 @@ constexpr double kMaxSigma_m = 0.5;
 /// The height filter reports no variance. A jolt of 1 m/s makes at most 0.23 / a of a path, 0.15 m of the slower one,
 /// and lasts twice as long as the memory of the uncertainty; the force's own noise in a message is no jolt.
 constexpr double kHeightSigma_m = 0.0005, kJolt_s = 0.3, kNoJolt_m_s = 0.01;
-/// Once poses come again after a gap they correct the observer within this time, and the correction is no motion;
-/// refused poses are no such gap. The force bridges a path for at most a second: an error of 0.05 m/s^2 then makes
-/// 0.05 / 2 = 2.5 cm, the uncertainty of a new start.
+/// The first poses after a gap correct the observer within this time. The correction must not be counted as motion.
+/// Refused poses do not count as a gap. The force bridges a path for at most a second: an error of 0.05 m/s^2 then
+/// makes 0.05 / 2 = 2.5 cm, the uncertainty of a new start.
 constexpr double kGapRecovery_s = 0.3;
 constexpr core::Duration kBridged = std::chrono::seconds(1);
 constexpr double kTiltMean_s = 1.0;  // the high-pass of a path forgets a longer lean

@@ -62,7 +62,7 @@ class VelocityConsistency {
   }
   /// The largest recent acceleration, without the rotors' vibration.
   T moved_m_s2() const { return specific_force_.moved_m_s2(); }
-  /// The push; not known where the force does not come or the operator has switched its check off.
+  /// The disturbance acceleration; not known where the force does not come or the operator has switched its check off.
   const DisturbanceAcceleration<T>& disturbance_acceleration() const { return disturbance_acceleration_; }
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Notes the correction of the state by a pose, and computes the variances that the observer reports
+// Records the correction of the state by a pose, and computes the variances that the observer reports
 // (CovarianceInflation).
 #include "firmware/core/maths.h"
 #include "firmware/est/filter/disturbance_ekf.h"

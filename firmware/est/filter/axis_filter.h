@@ -55,12 +55,12 @@ class AxisFilter {
   void start(S position, S velocity, S tilt);
   /// Advances one tick; commands in rad.
   void predict(const ActingInputs<S>& input);
-  /// How a measured push is used.
+  /// How a measured disturbance is used.
   enum class DisturbanceUse : std::uint8_t { kStored, kHeld, kTracked };
-  /// Uses the push that the force shows (m per unit squared). kNoted: at a pose; the push is stored as the one that
-  /// corresponds to the present d. kKept: the stored push stays. kFollowed: no pose comes, and d changes as the push
-  /// does, less the drag that this filter models itself, and stays within the force's offset (kForceOffset_m_s2) of it:
-  /// in motion d lags.
+  /// Uses the disturbance that the specific force shows (m per unit squared). kStored: at a pose; it is stored as the
+  /// one that corresponds to the present d. kHeld: the stored one stays. kTracked: no pose comes, and d changes as the
+  /// measured disturbance does, less the drag that this filter models itself; in motion d lags, so it is also kept
+  /// within the force's offset (kForceOffset_m_s2) of the measured one.
   void fuse_specific_force(S disturbance, DisturbanceUse use);
   /// Tilt (rad) and tilt rate (rad per unit) of `age` ago.
   FusionResult fuse_attitude(S tilt, S rate, const MeasurementAge<S>& age);
@@ -109,7 +109,7 @@ class AxisFilter {
   void apply(const typename ScaledCovariance<S, kStates>::Column& gain, S innovation, int measured);
 
   std::array<S, kStates> x_{};
-  S stored_disturbance_{};  ///< push of the air as last stored, less the model's drag
+  S stored_disturbance_{};  ///< measured disturbance as last stored, less the model's drag
   S tangent_{};             ///< of the tilt estimate
   S secant_squared_{};      ///< 1 + tangent^2
   S angular_acceleration_{};

@@ -7,10 +7,11 @@
 namespace m100::est {
 namespace {
 
-constexpr double kSmooths_s = 0.05;  // shorter than the observer's response to a push (0.15 s): its lag stays visible
-constexpr double kMaxShare = 0.5;    // weight of a single pose in these means
-constexpr double kMemory_s = 3.0;    // a gust or two
-constexpr double kMin_s = 0.005;     // half a tick: poses are used once per tick
+constexpr double kSmooths_s =
+    0.05;  // shorter than the observer's response to a disturbance (0.15 s): its lag stays visible
+constexpr double kMaxShare = 0.5;  // weight of a single pose in these means
+constexpr double kMemory_s = 3.0;  // a gust or two
+constexpr double kMin_s = 0.005;   // half a tick: poses are used once per tick
 constexpr double kFresh_s = 0.1;
 constexpr double kGrows_s = 1.0;   // a gust has reversed by then, and no estimate is healthy any more
 constexpr double kMinKept = 0.25;  // half a sigma

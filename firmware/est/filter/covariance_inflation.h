@@ -28,7 +28,7 @@ class CovarianceInflation {
   };
 
   /// Takes a pose that was used.
-  /// @param pushed_m, pushed_m_s the corrections that it made to position and velocity
+  /// @param correction_m, correction_m_s the corrections that it made to position and velocity
   /// @param nis square of the innovation over its variance
   /// @param interval_s since the last pose that was used
   void update(T innovation_m, T correction_m, T correction_m_s, T nis, T interval_s);
@@ -37,7 +37,8 @@ class CovarianceInflation {
   /// @param own covariance of the filter
   /// @param age_s of the newest pose that was used
   /// @param since_s since it was used
-  /// @param felt the force measures the push meanwhile: the error of the acceleration is then the force's offset
+  /// @param force_known the force measures the disturbance meanwhile: the error of the acceleration is then the force's
+  ///   offset
   Covariance inflated(const Covariance& own, T age_s, T since_s, bool force_known = false) const;
 
  private:

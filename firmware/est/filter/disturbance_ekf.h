@@ -53,13 +53,13 @@ struct EkfCounters {
 ///
 /// Gate: a pose beyond 6 sigmas in x, y or z, or 0.35 rad in yaw, is refused; the sigmas include the distance flown
 /// during the uncertainty of the time of capture. After a dropout of t < 0.5 s the gate also passes what wind can have
-/// caused meanwhile (1.5 m/s^2 t^2). After 0.1 s without a pose the disturbance follows the force (Measurement::push):
-/// the drag of the speed, which braking removes, and gusts.
-/// Recovery: refused poses that agree with each other for 0.5 s (at most once in 2 s), or 3 of them after a dropout of
-/// more than 0.5 s, set the position and, by their difference over at least 0.1 s, the velocity; disturbance and offset
-/// stay. The reason is in the counters.
-/// S: double, float or core::Fixed; inputs and outputs are of type Real. Cost: firmware/README.md; after a stall one
-/// call catches up at most kMaxTicks ticks, and no pose is used until the state has reached the present.
+/// caused meanwhile (1.5 m/s^2 t^2). After 0.1 s without a pose the disturbance follows the force
+/// (Measurement::disturbance_acceleration): the drag of the speed, which braking removes, and gusts. Recovery: refused
+/// poses that agree with each other for 0.5 s (at most once in 2 s), or 3 of them after a dropout of more than 0.5 s,
+/// set the position and, by their difference over at least 0.1 s, the velocity; disturbance and offset stay. The reason
+/// is in the counters. S: double, float or core::Fixed; inputs and outputs are of type Real. Cost: firmware/README.md;
+/// after a stall one call catches up at most kMaxTicks ticks, and no pose is used until the state has reached the
+/// present.
 template <typename S, typename Real>
 class DisturbanceEkf {
  public:

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kYawGate_rad = 0.35;
 constexpr double kUnseenAcceleration_m_s2 = 3.0;  // largest change of the wind while no pose comes
-constexpr double kDisturbanceLag_s = 0.15;        // time constant with which the observer learns a push from poses
+constexpr double kDisturbanceLag_s = 0.15;  // time constant with which the observer learns a disturbance from poses
 /// Most of the pose error by speed times an unknown latency that the filter counts. With more, the filter's own sigma
 /// of position would meet its ceiling: ten times its scale, 39 mm. A covariance that has lost its correlations
 /// distributes innovations with the wrong sign, and the velocity diverges although poses come. By the Riccati equation
@@ -20,8 +20,8 @@ constexpr double kDisturbanceLag_s = 0.15;        // time constant with which th
 /// 21 mm (at 30 Hz, 0.14 s old).
 constexpr double kMaxTimingError_m = 0.03;
 
-/// Six sigmas of what the disturbance lags behind, as the last poses revealed it: in a wind or under a slung load that
-/// changes faster than poses of 30 Hz can follow, the filter's own sigmas refuse true poses.
+/// Six sigmas of the position error by the disturbance's lag, as the last poses revealed it: in a wind or under a slung
+/// load that changes faster than poses of 30 Hz can follow, the filter's own sigmas refuse true poses.
 template <typename Real>
 Real lag_m(const CovarianceInflation<Real>& inflation, Real since_s) {
   const Real variance_m2 = inflation.inflated({}, since_s, since_s).pp_m2;

@@ -52,8 +52,8 @@ class PoseClock {
     bool clock_was_set = false;  ///< by the order of the stamps, which also doubled poses disturb
     std::uint32_t poses = 1;     ///< that came since the call before
   };
-  /// @param captured not later than that of the call before: the sender's clock was set
-  /// @returns our time of capture plus the constant latency: when the pose would have come without jitter. `arrived`
+  /// @param captured if it is not later than in the previous call, the sender's clock was set
+  /// @returns our time of capture plus the constant latency: when the pose would have arrived without jitter. `arrived`
   ///   itself until 30 poses have come, or where the sender's time stamps do not follow the arrivals.
   core::TimePoint update(core::SenderTime captured, core::TimePoint arrived, const Context& context);
   core::TimePoint update(core::SenderTime captured, core::TimePoint arrived) {

@@ -13,8 +13,8 @@ constexpr double kMemoryPerWindow = 0.98347145382161749;  // exp(-1/60)
 constexpr std::uint32_t kFewest = 12;                     // poses in a useful window
 constexpr double kMinResidual_m = 5e-4;                   // no pose is better than this
 /// Errors of the model are correlated over some ten poses (gusts, the attitude loop), so ten poses count as one sample.
-/// An unobserved push, integrated twice, is correlated for longer (a window is worth 1.3 to 2.6 samples, simulated);
-/// but with so few samples the uncertainty of the time would excuse a slow drift of the pose.
+/// An unobserved disturbance, integrated twice, is correlated for longer (a window is worth 1.3 to 2.6 samples,
+/// simulated); but with so few samples the uncertainty of the time would excuse a slow drift of the pose.
 constexpr double kPosesPerSample = 10.0;
 /// Range of the latency without the jitter: no pose comes before its capture.
 constexpr double kEarliest_s = 0.0, kLatest_s = 0.25;

@@ -32,8 +32,8 @@ template <typename T>
 class PoseTiming {
  public:
   /// Before the observer, once per tick. Sets the time of capture of a new pose and its uncertainty. The part of the
-  /// force that the tilt does not explain (Measurement::push) counts as acceleration, where it is known: without it a
-  /// tilt that only balances a gust or drag looks like a motion 10 to 30 ms earlier or later.
+  /// force that the tilt does not explain (Measurement::disturbance_acceleration) counts as acceleration, where it is
+  /// known: without it a tilt that only balances a gust or drag looks like a motion 10 to 30 ms earlier or later.
   /// @param yaw_rad as estimated in the tick before
   void update(Measurement<T>& measured, T yaw_rad);
   const PoseTimingReport<T>& report() const { return report_; }

@@ -118,8 +118,8 @@ in_addr address_of(const std::string& text) {
   return address;
 }
 
-/// The socket for the room's packets. They are not signed, so a sender on this machine is heard only on the loopback
-/// interface, which no other machine reaches.
+/// The socket for the source's packets. They are not signed, so packets from this machine are accepted only on the
+/// loopback interface, which no other machine reaches.
 Descriptor listening_socket(const std::string& name, in_addr from) {
   const std::optional<std::uint16_t> port = hal::udp_port_of(name);
   if (!port) {

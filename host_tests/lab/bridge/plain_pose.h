@@ -13,8 +13,8 @@
 
 namespace m100::lab::bridge {
 
-/// A pose as rooms send it by plain UDP: eight numbers, `t x y z qw qx qy qz`. t [s] on any clock of the sender,
-/// position [m], quaternion from body to world.
+/// A pose as motion-capture systems send it by plain UDP: eight numbers, `t x y z qw qx qy qz`. t [s] on any clock of
+/// the sender, position [m], quaternion from body to world.
 struct PlainPose {
   double t_s = 0.0;
   core::Vector<double, 3> position_m = core::Vector<double, 3>::Zero();
@@ -34,7 +34,7 @@ std::optional<Axes> axes_of(std::string_view word);
 bool is_plausible(const PlainPose& pose);
 
 /// Reads a packet: eight numbers as text separated by spaces or commas, or as 64 bytes of doubles, little endian.
-/// @returns nothing if there are fewer or more numbers, or if the pose is not is_believable().
+/// @returns nothing if there are fewer or more numbers, or if the pose is not is_plausible().
 std::optional<PlainPose> parse_packet(std::span<const std::byte> packet);
 /// Why parse_packet() returns nothing; kNone: it is not eight numbers.
 link::PoseFault fault_of(std::span<const std::byte> packet);

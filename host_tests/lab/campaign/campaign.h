@@ -43,8 +43,8 @@ struct Flown {
 };
 
 /// Flies the share on `jobs` threads. The result does not depend on their number.
-/// @param progress called after each flight, by one thread at a time, with the number of flights done and of flights
-///   that did not stay.
+/// @param progress called after each flight, by one thread at a time, with the numbers of flights done and of flights
+///   that did not stay in control and inside the fence (Outcome::stayed).
 std::vector<Flown> fly(const Campaign& campaign, const Share& share, std::size_t jobs,
                        const std::function<void(std::size_t done, std::size_t failed)>& progress);
 

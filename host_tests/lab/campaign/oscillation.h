@@ -19,7 +19,7 @@ struct TiltOscillation {
 /// @param trace one point every 10 ms. @param less a flight of the same course, whose tilt is subtracted
 TiltOscillation measure_oscillation(const experiments::Trace& trace, const experiments::Trace& less = {});
 
-/// Whether a flight oscillates, compared with a flight of the same task in a kind world.
+/// Whether a flight oscillates, compared with a flight of the same task in the nominal world (outcome.h).
 /// @param hovers the task demands no tilt: then a deviation of more than 2 degrees about the mean and more than twice
 ///   the reference's is an oscillation too.
 bool oscillates(const TiltOscillation& flown, const TiltOscillation& reference, bool hovers);

@@ -56,8 +56,8 @@ Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, c
 std::string log_of(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings,
                    sim::BodyJob* body = nullptr);
 
-/// The kind world for the reference flight of the oscillation check: the measured axes in this world's air, with its
-/// payload and change; source of pose, sensors and link have their defaults.
+/// The world of the reference flight of the oscillation check: the measured axes in this world's air, with its payload
+/// and change; source of pose, sensors and link have their defaults.
 sim::Plant nominal_world(const sim::Plant& world);
 
 }  // namespace m100::lab::campaign

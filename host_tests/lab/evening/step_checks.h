@@ -18,18 +18,19 @@ std::string check_identification(Folder& folder, const std::vector<std::string>&
 std::string check_margins(const Folder& folder, const std::string& result);
 std::string check_handshake(const Folder& folder, const std::string& result);
 std::string check_flight(const Folder& folder, const std::string& result);
-/// Checks a flight (NAME.json and NAME.ulg) and refuses a loop that oscillates (campaign::Swing, or noticed in flight).
-/// In that case kCalmer counts up and `gains` must be done again, with calmer weights; after two times the weights are
-/// not changed further.
+/// Checks a flight (NAME.json and NAME.ulg) and refuses a loop that oscillates (campaign::TiltOscillation, or detected
+/// in flight). Then `gains` must be done again with a larger input weight (kWeightIncreases), so a slower loop; after
+/// two times the weight does not grow further.
 std::string check_hover(Folder& folder, const std::string& name);
-/// Checks a flight (NAME.json and NAME.ulg) and notes its errors (note_errors()).
+/// Checks a flight (NAME.json and NAME.ulg) and notes its errors (record_errors()).
 /// @param vehicle the vehicle file of the flight.
 std::string check_course(Folder& folder, const std::string& name, const std::string& vehicle);
-/// An excitation that did not come to rest makes the weights calmer, as a hover that oscillates does; one that exceeded
-/// its distance, tilt or speed sets kBalanced. In both cases `gains` and the flights made with it must be done again.
+/// After an excitation that did not come to rest the input weight grows, as after a hover that oscillates; after one
+/// that exceeded its distance, tilt or speed, the mean sticks of the hover become the trims (kTrimmed). In both cases
+/// `gains` and the flights made with it must be done again.
 std::string check_excitation(Folder& folder, const std::string& result);
 /// Checks the movements of throttle and yaw: a first flight that does not reach their end must be flown again; a second
-/// one passes, and kRatesLeft notes it.
+/// one passes, and kRatesNotFlown records it.
 std::string check_rates_excitation(Folder& folder, const std::string& result);
 
 }  // namespace m100::lab::evening

@@ -29,7 +29,7 @@ inline constexpr const char* kRatesNotFlown = "rates_left";
 inline constexpr const char* kBefore = "course";    ///< the flight of the course with the first vehicle file
 inline constexpr const char* kAfter = "corrected";  ///< with the corrected one
 inline constexpr const char* kFallbackLaw =
-    "fallback_law.";  ///< prefix of a flight's name: whether it oscillated and the calm law took over
+    "fallback_law.";  ///< prefix of a flight's name: whether it oscillated and the fallback law took over
 
 /// One step of the evening.
 struct Step {

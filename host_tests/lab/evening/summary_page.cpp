@@ -57,7 +57,7 @@ std::string number(const Folder& folder, const std::string& name) {
   return found == folder.numbers().end() ? "-" : plot::number(found->second);
 }
 
-/// The flights of the course ("before", "after") that oscillated, so that the calm law took over.
+/// The flights of the course ("before", "after") that oscillated, so that the fallback law took over.
 std::vector<std::string> fallback_law_flew(const Folder& folder) {
   std::vector<std::string> out;
   for (const auto& [flight, words] : {std::pair{kBefore, "before"}, std::pair{kAfter, "after"}}) {

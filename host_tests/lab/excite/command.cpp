@@ -143,7 +143,7 @@ void print(const excite::Manoeuvre& manoeuvre, const std::vector<excite::Forecas
   }
 }
 
-/// The wish for one axis, with the air, the push and the default fence of this axis.
+/// The design for one axis, with the air noise, the disturbance and the default fence of this axis.
 excite::InputDesign wish_for(const std::string& axis, excite::InputDesign design) {
   design.axis = axis;
   double room_m = 8.0;

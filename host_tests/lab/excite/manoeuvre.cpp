@@ -51,8 +51,8 @@ struct Part {
   double amplitude_counts = 0.0;
 };
 
-/// Whether the part stays inside the fence when the axis responds more than in the vehicle file and an unforeseen push
-/// acts to either side all the time.
+/// Whether the part stays inside the fence when the axis responds more than in the vehicle file and the unforeseen
+/// disturbance acts to either side all the time.
 bool fits(const Part& part, const InputDesign& design, const model::StickAxis& axis) {
   StickFlight flight(flyable(axis), design.rate);
   for (double t = 0.0; t < part.to_s - part.from_s; t += kPeriod_s) {

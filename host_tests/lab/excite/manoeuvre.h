@@ -52,8 +52,9 @@ const model::StickAxis& axis_of(const model::Vehicle& vehicle, const std::string
 bool must_abort(double position_m, double speed_m_s, const InputDesign& design);
 
 /// Makes a sequence of movements, each from rest at the start. A movement fits if it stays inside the fence, including
-/// the stopping distance, when Wish::push acts to either side, the movement begins 0.2 m off the start, and the axis
-/// responds a fifth more than in the vehicle file. A movement that does not fit is split, made smaller, or left out.
+/// the stopping distance, when InputDesign::disturbance acts to either side, the movement begins 0.2 m off the start,
+/// and the axis responds a fifth more than in the vehicle file. A movement that does not fit is split, made smaller, or
+/// left out.
 /// @throws std::invalid_argument naming the invalid field, and the smallest sufficient fence.
 Manoeuvre design_manoeuvre(const InputDesign& design, const model::StickAxis& axis);
 

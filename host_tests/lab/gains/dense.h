@@ -16,8 +16,8 @@ Matrix solve(const Matrix& a, const Matrix& b);
 /// A^-1, A n x n. Throws as solve() does.
 inline Matrix inverse(const Matrix& a) { return solve(a, Matrix::Identity(a.rows(), a.rows())); }
 
-/// Stabilising solution of P = Q + A'PA - A'PB (R + B'PB)^-1 B'PA for one input, by iteration to the digits of Real.
-/// A and Q n x n, Q symmetric and not negative, B n numbers, R > 0. Throws std::domain_error when it does not settle.
+/// Stabilising solution of P = Q + A'PA - A'PB (R + B'PB)^-1 B'PA for one input, by iteration to the digits of Real. A
+/// and Q n x n, Q symmetric and not negative, B n numbers, R > 0. Throws std::domain_error when it does not converge.
 Matrix riccati(const Matrix& a, const Vector& b, const Matrix& q, Real r);
 
 }  // namespace m100::lab::gains

@@ -5,8 +5,8 @@
 
 namespace m100::lab::hidden {
 
-/// The size of an effect that can_hide() accepts: 0 small, 1 medium, 2 large. The sign, where there is one, varies with
-/// the seed.
+/// The size of an effect that this vehicle can have: 0 small, 1 medium, 2 large. The sign, where there is one, varies
+/// with the seed.
 double size_of(const std::string& effect, int size, std::uint64_t seed);
 /// Whether this vehicle can have the effect.
 bool supports_effect(const std::string& effect);

@@ -65,7 +65,7 @@ class AxisPipeline {
     return family.fit(request_.declared, std::vector<int>(family.block_count(), 1), nullptr);
   }
 
-  /// Gives each flight of a joined log its own trim where the trims differ. @returns whether this made a new study.
+  /// Gives each flight of a joined log its own trim where the trims differ. @returns whether this made a new problem.
   bool subtract_flight_trims(const Fit& fit) {
     std::vector<FlightTrim> more = flight_trims(*problem_, fit);
     if (!(flight_trims_.empty() ? are_distinct(*problem_, more) : moved(*problem_, more))) {
@@ -94,8 +94,8 @@ class AxisPipeline {
     return !found.empty();
   }
 
-  /// Neutral points that differ are an effect like any other. If it was neither declared nor named, it forbids a clean
-  /// bill, although the trims were subtracted from the sticks.
+  /// Neutral points that differ are an effect like any other. If the difference was neither declared nor named, the
+  /// verdict cannot be "nothing missing", although the trims were subtracted from the sticks.
   void check_flight_trims() {
     constexpr const char* kTrim = "trim_offset";
     const auto is_trim = [](const SelectionStep& step) { return step.name == kTrim; };
@@ -106,8 +106,8 @@ class AxisPipeline {
     }
   }
 
-  /// A named effect must be certain for every reading of the stick between slow rows, by the selection's threshold for
-  /// whitened residuals. Otherwise it loses its name and is reported as unexplained.
+  /// A named effect must be certain under every hypothesis about an undersampled stick, by the selection's threshold
+  /// for whitened residuals. Otherwise it loses its name and is reported as unexplained.
   void withdraw_unconfirmed_effects() {
     const double minimum = SelectionOptions{}.min_delta_white;
     const AxisFamily& family = problem_->axis_family();
@@ -126,7 +126,7 @@ class AxisPipeline {
     }
   }
 
-  /// Tested last, where the result would otherwise be a clean bill.
+  /// Tested last, where the verdict would otherwise be "nothing missing".
   void detect_weak_effect() {
     const bool clean =
         chosen_.steps.empty() && side_findings_.changes.empty() && side_findings_.unexplained.empty() &&
@@ -234,7 +234,7 @@ class AxisPipeline {
           min_ratio_over_hypotheses(problem_->training().signals.data, problem_->free_ranges(), problem_->axis_family(),
                                     chosen_.final_model.fit, first) >= kChanceChange) {
         report_uncertain_change(first.change,
-                                "the change is too uncertain to be named and too likely for a clean bill");
+                                "the change is too uncertain to be named and too likely for \"nothing missing\"");
       }
       return;
     }
@@ -301,8 +301,8 @@ class AxisPipeline {
     }
   }
 
-  /// @returns false for a change that slow rows of the stick make uncertain, which is reported, or may have caused. A
-  /// temporary change is reported beside the change.
+  /// @returns false for a change that an undersampled stick may have caused (not reported), or that it makes uncertain
+  ///   (reported). A temporary change is reported beside the change.
   bool confirm_change_point(const ChangePoint& change, const AxisFamily& family, const Fit& fit) {
     const AxisData& data = problem_->training().signals.data;
     const std::vector<Range> ranges = problem_->free_ranges();

@@ -23,7 +23,7 @@ struct Request {
   std::vector<Range> validate;
   const logs::FlightLog* log = nullptr;             ///< the training ranges lie in it
   const logs::FlightLog* validation_log = nullptr;  ///< the validation ranges lie in it; may be the same
-  std::vector<Range> requested{};  ///< in a study of one part of `log`: all ranges of the user's request; see asked_of
+  std::vector<Range> requested{};  ///< for a problem of one part of `log`: all ranges of the user's request
   double noise_floor = 0.0;        ///< declared; 0: none
   double wind_from_first_s = 0.0;  ///< translation: each flight's wind comes from its first seconds; 0: it is fitted
   std::size_t refits = 40;         ///< at most so many, for the intervals; 0: no intervals

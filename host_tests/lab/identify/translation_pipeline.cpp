@@ -45,8 +45,8 @@ class TranslationPipeline {
   }
 
  private:
-  /// Flights may have different winds. Winds that differ are an effect like any other: if it was neither declared nor
-  /// named, it forbids a clean bill, although the winds were fitted.
+  /// Flights may have different winds. Winds that differ are an effect like any other: if the difference was neither
+  /// declared nor named, the verdict cannot be "nothing missing", although the winds were fitted.
   void fit_flight_winds() {
     if (request_.log->flights.empty() || request_.wind_from_first_s > 0.0 ||
         !are_distinct(problem_->winds(chosen_.final_model.fit))) {

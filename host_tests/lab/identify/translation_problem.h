@@ -35,7 +35,7 @@ class TranslationProblem final : public Problem {
   /// A force that grows with the distance from a place (translation_change_point.h).
   std::vector<Finding> tether(const Fit& fit) const;
 
-  /// Changes in mid-flight, over both parts where they are of one log.
+  /// Changes in flight, over both parts where they are of one log.
   std::vector<Change> changes(const Fit& fit) const;
   void examine(const Selection& selection, IdentifyResult& result) const override;
   bool are_side_effects(const Selection& selection, const IdentifyResult& result) const override;

@@ -7,11 +7,11 @@
 
 namespace m100::lab::loop {
 
-// A law whose model has too short a delay is faster than ordered, and its error in flight may be smaller for that
-// alone. Two laws are therefore compared at the same margin on the same aircraft.
+// A law whose model has too short a delay is faster than its margins allow, and its error in flight may be smaller for
+// that reason alone. Two laws are therefore compared at the same margin on the same aircraft.
 
-/// The margins that a law must keep: those of the project, or those that the first vehicle file has on its own model,
-/// whichever asks for less. A file that was tuned below the project's margins is not slowed down for that.
+/// The margins that a law must keep: the project's, or those that the law of the first vehicle file has on its own
+/// model, if they are smaller. So a file that was tuned with smaller margins is not made slower.
 struct MarginOrder {
   double peak_sensitivity = gains::kLargestPeakSensitivity;
   double delay_margin_s = gains::kFieldDelayMargin_s;
@@ -24,8 +24,8 @@ struct OrderedLaw {
   bool keeps = false;  ///< false: no input weight keeps them; the one with the least peak sensitivity
 };
 
-/// `believed` with the smallest input weight, from its own upwards, whose law keeps the order on an aircraft that
-/// really is `truth`. Everything else stays.
+/// `believed` with the smallest input weight, from its own upwards, whose law keeps the ordered margins on the aircraft
+/// `truth`. Everything else stays.
 OrderedLaw at_ordered_margin(const model::Vehicle& believed, const model::Vehicle& truth, const MarginOrder& order);
 
 /// Whether the law of `believed` keeps the order on `truth`.

@@ -239,8 +239,8 @@ std::string count_of_wrong(const LoopResult& result, const std::string& channel)
   return wrong == 0 ? "" : std::to_string(wrong) + (wrong == 1 ? " wrong number" : " wrong numbers");
 }
 
-/// Per channel the missing effects and how many numbers are wrong (the table below has them); channels without either
-/// in one word.
+/// For each channel the missing effects and how many numbers are wrong (the table below has them); channels without
+/// either are only named.
 std::string missing_in_file(const LoopResult& result) {
   std::vector<std::string> out;
   std::string right;

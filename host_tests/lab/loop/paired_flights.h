@@ -20,8 +20,8 @@ struct PairedErrors {
   double before_m = 0.0;
   double after_m = 0.0;
   identify::Interval difference_m;  ///< after minus before: mean of the pairs, 95 % by Student's t
-  /// By the pairs' ratios after / before, whose logarithms have a mean and a 95 % interval: one flight that swings
-  /// widely would hide every difference. "better": the interval lies below 1. "worse": it lies above 1 and reaches
+  /// By the pairs' ratios after / before, whose logarithms have a mean and a 95 % interval: one flight with a very
+  /// large error would hide every difference. "better": the interval lies below 1. "worse": it lies above 1 and reaches
   /// beyond the margin. Otherwise "no difference".
   std::string verdict = "no difference";
   bool within_margin = false;  ///< the interval of the ratio excludes an increase beyond the margin

@@ -36,13 +36,13 @@ struct AdversarialLog {
 
 /// The kinds, in the order of the published table.
 const std::vector<std::string>& adversarial_log_kinds();
-/// @param kind  one of adversary_kinds()
+/// @param kind  one of adversarial_log_kinds()
 AdversarialLog adversarial_log(const std::string& kind, std::uint64_t seed);
 
 enum class Classification { kRight, kUndecided, kWrongName, kFalseAcceptance, kFalseRejection };
 
 /// Classifies the answer to an adversary.
-///   right         only the change, the effect or the finding is named; healthy log: a clean bill
+///   right         only the change, the effect or the finding is named; healthy log: nothing missing
 ///   undecided     "unexplained", and the hidden effect is not named for certain
 ///   wrong name    "explained" by an effect that is not there
 ///   false clean   "nothing_missing" although an effect is there

@@ -31,7 +31,7 @@ struct Tally {
   std::array<int, 5> answers{};
   int logs = 0;
   int stopped = 0;             // ended with an error, without a statement
-  int hidden = 0;              // false clean bills for effects that the log cannot show
+  int hidden = 0;              // false acceptances of effects that the log cannot show
   int unhealthy = 0;           // healthy logs refused although the declared model visibly differs from the vehicle
   int changes = 0, dated = 0;  // correctly named changes, and those whose interval contains the true time
   std::vector<double> cost_s;  // processor time per minute of log

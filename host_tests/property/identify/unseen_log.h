@@ -16,7 +16,7 @@ namespace m100::host_tests {
 
 /// The kinds, in the order of the published table; names of healthy kinds begin with "healthy".
 const std::vector<std::string>& unseen_log_kinds();
-/// @param kind  one of stranger_kinds()
+/// @param kind  one of unseen_log_kinds()
 AdversarialLog unseen_log(const std::string& kind, std::uint64_t seed);
 
 }  // namespace m100::host_tests

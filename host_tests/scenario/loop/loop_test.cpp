@@ -57,7 +57,7 @@ TEST(ModelComparison, PredictsBestWithThePlantsOwnModel) {
 
 TEST(Loop, FindsNothingWhereTheVehicleFileIsThePlant) { expect_nothing_found(1); }
 
-// Regression test: seed 4 got no clean bill for roll and pitch. The nightly run flies all twenty seeds.
+// Regression test: seed 4 was not "nothing missing" for roll and pitch. The nightly run flies all twenty seeds.
 TEST(Loop, FindsNothingMissingAfterwards) { EXPECT_EQ(without_a_clean_bill(4, M100_IDENTIFIED_VEHICLE), ""); }
 
 }  // namespace

@@ -25,9 +25,9 @@ TEST(Loop, FindsNothingWhereTheVehicleFileIsThePlantInTwentySeeds) {
   }
 }
 
-// Regression test: six of twenty-three seeds got no clean bill, mostly because blocks of the second flight began just
-// after a jump of the stick; the lead zero of this file enlarges the error of such a start. The goal is twenty of
-// twenty.
+// Regression test: six of twenty-three seeds were not "nothing missing", mostly because blocks of the second flight
+// began just after a jump of the stick; the lead zero of this file enlarges the error of such a start. The goal is
+// twenty of twenty.
 TEST(Loop, FindsNothingMissingInTwentySeeds) {
   constexpr int kMaxRefused = 2;  // of twenty seeds
   int refused = 0;

@@ -82,11 +82,11 @@ class N1Autopilot {
   /// Since when the transmitter has control; the latest possible time while it has not.
   core::TimePoint transmitter_since() const { return controls_.transmitter().since(); }
   const protocol::ParserStats& parser_stats() const { return parser_.stats(); }
-  /// Whether the script lets the room send poses, which are not part of an autopilot.
+  /// Whether the script lets the source send poses, which are not part of an autopilot.
   bool pose_on() const { return pose_on_; }
-  /// The active sensor fault, which the sender of the room's poses has to apply to them; null: none.
+  /// The active sensor fault, which the sender of the poses has to apply to them; null: none.
   SensorFaultInjector* fault_injector() { return telemetry_.fault_injector(); }
-  /// Starts a lie in telemetry and in the room's poses; replaces the function set by on_telemetry().
+  /// Starts a sensor fault in telemetry and in the poses; replaces the one before.
   void start_sensor_fault(const SensorFault& fault, double size) { telemetry_.start_fault(fault, size); }
 
  private:

@@ -40,7 +40,7 @@ struct N1StickMove {
 /// does nothing else; afterwards he flies back to his place.
 class N1Pilot {
  public:
-  /// @param resting position of his sticks while he does not fly: the aircraft's balancing point.
+  /// @param resting position of his sticks while he does not fly: the aircraft's trim.
   void set_resting(const StickInput& resting) { resting_ = resting; }
   const StickInput& resting() const { return resting_; }
 

@@ -32,9 +32,9 @@ enum class N1EventKind : std::uint8_t {
   kEndVirtualRc,  ///< Virtual RC ends without a reason given
   kTasks,    ///< take-off and landing, from now on: 0 refused; 2 accepted, not begun; 3 begun, never ended; 1 normal
   kEndTask,  ///< the autopilot aborts its take-off or landing
-  kPose,     ///< 0: the room sends no poses from now on; 1: it sends them again
+  kPose,     ///< 0: the source sends no poses from now on; 1: it sends them again
   kStick,    ///< the pilot moves a stick
-  kSensorFault,  ///< telemetry, or the room's poses, are false from now on
+  kSensorFault,  ///< telemetry, or the poses, are false from now on
 };
 
 /// Commands whose acknowledgements can be lost by name.

@@ -27,7 +27,7 @@ N1SensorNoise noise_of(const Sensors& sensors);
 /// Everything outside the companion computer: aircraft, wind, the autopilot on one cable, motion capture on the other,
 /// and their common clock. The program under test has the two near ends.
 ///
-/// A pilot holds the aircraft at the balancing point of its sticks until the program takes over, as before the paper's
+/// A pilot holds the aircraft at the trim of its sticks until the program takes over, as before the paper's
 /// experiments. The same plant, options and calls give the same flight, bit for bit.
 class World {
  public:

@@ -12,7 +12,7 @@ Plant measured_plant() {
   Plant plant;
   // pitch_roll.csv, 12..55.5 s: second order, delay, dead zone and trim fitted by the simulation error of 2.5 s blocks
   // (residual 0.0071 rad roll, 0.0059 rad pitch). The autopilot of that flight had re-centred its trims, so the paper's
-  // balancing points are used instead.
+  // trims are used instead.
   plant.roll = {.scale_per_count = 9.23e-4,
                 .natural_frequency_rad_s = 9.26,
                 .damping_ratio = 0.703,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Only a model that was tested gets a clean bill: logs with either kind of input, validation parts that test nothing,
-// spectral lines that are spread over pieces of the log.
+// Only a model that was tested gets the verdict "nothing missing": logs with either kind of input, validation parts
+// that test nothing, spectral lines that are spread over pieces of the log.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -127,7 +127,8 @@ TEST(Units, OneOutlierDoesNotMakeDegrees) {
   EXPECT_EQ(angle, before);
 }
 
-// Catches a clean bill from a validation part in which the stick rests: there the model only predicts rest.
+// Catches the verdict "nothing missing" from a validation part in which the stick rests: there the model only predicts
+// rest.
 TEST(ValidationPart, ThatNeverMovesTheStickTestsNothing) {
   const FlightLog flown = SyntheticAxis{}.fly();
   FlightLog rested = flown;

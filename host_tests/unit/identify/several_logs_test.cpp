@@ -165,8 +165,8 @@ TEST_F(SeveralLogs, HaveTrimsOfTheirOwn) {
   EXPECT_NEAR(std::stod(trims.substr(trims.find("log 1 +") + 7)), 30.0, 5.0) << trims;
 }
 
-// The mean of both trims is zero, so no common trim is found. Catches a clean bill for a model that neither flight
-// alone would get one for.
+// The mean of both trims is zero, so no common trim is found. Catches the verdict "nothing missing" for a model that
+// neither flight alone would get one for.
 TEST_F(SeveralLogs, DistinctTrimsMustBeDeclared) {
   write_two_trims(30.0);
   const std::vector<std::string> two{"--log", path("a.csv"), "--log", path("b.csv"), "--split", "alternate:5"};

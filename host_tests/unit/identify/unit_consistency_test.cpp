@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A log that holds the same motion twice in different units must not get a clean bill, on any axis and in either
-// direction. A log whose two signals agree within sensor errors must not be accused.
+// A log that holds the same motion twice in different units must not get the verdict "nothing missing", on any axis and
+// in either direction. A log whose two signals agree within sensor errors must not be accused.
 #include <gtest/gtest.h>
 
 #include <cmath>

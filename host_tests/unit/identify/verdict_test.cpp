@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The only place where a clean bill is given or refused.
+// The only place that decides on the verdict "nothing missing".
 #include "host_tests/lab/identify/selection/verdict.h"
 
 #include <gtest/gtest.h>

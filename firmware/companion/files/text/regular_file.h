@@ -35,8 +35,8 @@ struct FileContent {
   std::string why_not;  ///< empty: `bytes` is the whole file
 };
 
-/// Reads a regular file of at most `most` bytes into memory, or gives the reason why not. Both programs read files only
-/// through this function.
+/// Reads a regular file of at most `max_bytes` bytes into memory, or gives the reason why not. Both programs read files
+/// only through this function.
 inline FileContent read_regular(const std::string& path, std::uintmax_t max_bytes = kMaxFileBytes) {
   if (std::string why = why_not_read(path); !why.empty()) {
     return {.bytes = "", .why_not = std::move(why)};

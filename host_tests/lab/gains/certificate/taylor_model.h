@@ -121,8 +121,8 @@ TaylorModel<kCount> cos(const TaylorModel<kCount>& a) {
   return a.chain(value, -std::sin(a.constant), -0.5 * value, 1.0 / 5.9);
 }
 
-/// By the first terms of the geometric series about the constant, in one: the real and the imaginary part of the
-/// divisor would each vary twice as much in a quotient by its norm.
+/// By the first terms of the geometric series about the constant, for the complex divisor as a whole: in the quotient
+/// conj(a) / |a|^2 its real and imaginary part would each vary twice as much.
 template <std::size_t kCount>
 ComplexNumber<TaylorModel<kCount>> reciprocal(const ComplexNumber<TaylorModel<kCount>>& a) {
   using Complex = ComplexNumber<TaylorModel<kCount>>;

@@ -67,8 +67,8 @@ class Polytope {
 
   // Each of these costs one linear program of the allowance, and throws ComputeBudget::Exhausted if that is spent.
 
-  /// The largest value of a's, with a as in add(), and its place; -infinity if the polytope is empty. If the value is
-  /// within 1e-8 of `decision`, the program is solved again in rational arithmetic.
+  /// The maximum of the scalar product a's over the polytope (a as in add()), and where it is; -infinity if the
+  /// polytope is empty. If the value is within 1e-8 of `decision`, the program is solved again in rational arithmetic.
   double maximise(const Eigen::VectorXd& a, double decision, Eigen::VectorXd* where = nullptr);
   /// Radius of the largest inscribed ball (negative: empty) and its centre; with `on`, of the ball on that facet.
   double radius(Eigen::VectorXd* centre = nullptr, std::size_t on = SIZE_MAX);

@@ -177,8 +177,8 @@ class Splitting {
     return std::max(below, above);
   }
 
-  /// For regions without a common facet in the cell, finds the facet of one of them that leaves the fewest on its
-  /// fuller side. @returns false: no facet separates them.
+  /// Chooses the plane that splits a cell in which no facet is common to all regions: the facet of one of them for
+  /// which the side with more regions has the fewest. @returns false: no facet separates the regions.
   bool parting_plane(const Cell& cell, const Numbers& regions, HalfSpace& best) const {
     std::size_t fewest = regions.size();
     for (const std::size_t owner : regions) {

@@ -21,7 +21,7 @@ struct AxisSignals {
 
 /// Takes the stick (or command in SI units), the other axis' stick and the measured response of `axis` from a log. A
 /// climb speed or yaw rate that was not logged is computed as the slope of height or yaw.
-/// @param asked  ranges outside of which spoilt samples do not matter; empty: none
+/// @param requested  ranges outside of which spoilt samples do not matter; empty: none
 /// @param stick_earlier_s  by which both sticks are shifted, at least 0: for clocks that disagree
 /// @throws InputError naming file and signal.
 AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, const std::vector<Range>& requested,

@@ -243,7 +243,7 @@ double sigma_of(const std::vector<double>& values, const std::vector<char>& used
 }
 
 /// @param row  samples between the rows in which the signal was logged
-/// @param least  by which a value must jump away from its neighbours in both directions
+/// @param minimum  by which a value must jump away from its neighbours in both directions
 /// @param back  whether the neighbours must agree with each other, to a quarter of the jump
 Found replace_outliers(std::vector<double>& values, const std::vector<char>& used, std::size_t row, double minimum,
                        bool back) {

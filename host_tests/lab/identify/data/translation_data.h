@@ -39,12 +39,12 @@ enum class ForceProjection {
 /// filter, the slope of a least-squares line through 0.2 s of its integral (a parabolic weight on acceleration). So
 /// measured and predicted accelerations lose the same detail, and velocity noise is not differentiated twice.
 struct TranslationData {
-  /// @throws InputError naming file and signal where the log has no attitude, or no signal of the motion.
-  /// Precondition: with Thrust::kSetPoint the log has thrust_ratio, with kTangents roll and pitch.
+  /// @throws InputError naming file and signal where the log has no attitude, or no signal of the motion. Precondition:
+  ///   with ThrustSource::kSetPoint the log has thrust_ratio, with kTangents roll and pitch.
   TranslationData(const logs::FlightLog& log, ThrustSource thrust_from);
 
-  /// The filtered value of an acceleration at sample i: one value per sample of the log, and margin <= i, i + margin
-  /// inside of the log.
+  /// The filtered value of an acceleration at sample i. Preconditions: `acceleration` has one value per sample of the
+  /// log; i and the `margin` samples on either side of it are inside the log.
   double filtered(const std::vector<double>& acceleration, std::size_t i) const;
   double time_s(std::size_t i) const { return start_s + period_s * static_cast<double>(i); }
   /// Number of the flight in which a sample lies.

@@ -11,7 +11,7 @@ namespace m100::lab::identify::translation {
 
 /// The log with repaired samples: degrees converted to radians, outliers replaced, frozen samples of attitude, velocity
 /// and position marked as gaps. Adds a finding for each repair.
-/// @param asked  ranges outside of which spoilt samples do not matter; empty: none
+/// @param requested  ranges outside of which spoilt samples do not matter; empty: none
 logs::FlightLog repaired(const logs::FlightLog& log, const std::vector<Range>& requested,
                          std::vector<Finding>& findings);
 

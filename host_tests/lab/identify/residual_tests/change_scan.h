@@ -9,8 +9,8 @@ namespace m100::lab::identify {
 
 // Finds the date at which a parameter takes another value. Shared by the stick axes and by translation.
 
-/// Residual of a model with its sensitivities, in rows of 50 ms. Several directions of motion follow one another, each
-/// with its own segments.
+/// Residual of a model and its derivatives by the parameters, as means over 50 ms. Of translation, the rows of x, y and
+/// z stand one after the other, each axis with its own segments.
 struct ScanRows {
   std::vector<double> time_s;  ///< of each row; ascending within a segment
   std::vector<Segment> segments;

@@ -24,8 +24,8 @@ SpectralPeak strongest_peak(const std::vector<TimeSeries>& series);
 /// Share of the variance about a straight line that a line at this frequency holds.
 double share_at(const TimeSeries& series, double frequency_hz);
 
-/// Input of judge_own_motion(). A periodic force may only be claimed where the vehicle itself does not move with that
-/// period, because on a periodic path every measured signal has that line.
+/// Input of check_vehicle_motion(). A periodic force may only be claimed where the vehicle itself does not move with
+/// that period, because on a periodic path every measured signal has that line.
 struct VehicleMotion {
   double frequency_hz;
   std::array<std::array<double, 2>, 2> force;  ///< cosine and sine amplitude on x and y [m/s^2]

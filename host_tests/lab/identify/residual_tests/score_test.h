@@ -11,7 +11,7 @@ namespace m100::lab::identify {
 /// other models whether fitting them is worth the time.
 class ScoreTest {
  public:
-  /// @param fit, knobs  a fit of the run and its free parameters. The run must outlive this object.
+  /// @param fit, free_parameters  a fit of the run and its free parameters. The run must outlive this object.
   ScoreTest(const FreeRun& run, const WhitenedFit& fit, std::span<const FreeParameter> free_parameters);
 
   /// Likelihood ratio of a step of free size toward another model, together with steps of all own parameters: the gain

@@ -76,9 +76,8 @@ class Problem {
   virtual Traces traces(const Fit& declared, const Fit& final_fit) const = 0;
 };
 
-/// Selects effects and withdraws those that the validation part does not confirm.
-/// Preconditions: the request's declared structure is one of the study's family (see check_declared); options as for
-/// select(). Cost: of select().
+/// Selects effects and withdraws those that the validation part does not confirm. Preconditions: the request's declared
+/// structure is one of the problem's family (see check_declared); options as for select(). Cost: of select().
 Selection select_effects(const Problem& problem, const Request& request, SelectionOptions options);
 
 /// Results about a log that do not come from the selection.
@@ -89,14 +88,14 @@ struct SideFindings {
 };
 
 /// Tests the residual, computes the intervals and the verdict (verdict.h). Precondition: the selection is of this
-/// study. Cost: one warm fit for each group of blocks left out, and the residual test.
+/// problem. Cost: one warm fit for each group of blocks left out, and the residual test.
 IdentifyResult conclude(const Problem& problem, const Request& request, Selection selection,
                         SideFindings side_findings);
 
 /// The end of a message about an unknown effect, of an axis or of translation. See companion::did_you_mean().
 std::string effect_meant(std::string_view word);
 
-/// @throws InputError unless the first declared name is one of `bases` and every other one is an effect that `knows`
+/// @throws InputError unless the first declared name is one of `bases` and every other one is an effect that `supports`
 ///   accepts; `what` names the kind of motion in the message.
 void check_declared(const std::vector<std::string>& declared, std::span<const std::string_view> bases,
                     bool (*supports)(const std::string& name), const char* what);

@@ -7,7 +7,7 @@
 
 namespace m100::lab::identify {
 
-// Decides whether a clean bill ("nothing_missing") may be given: one rule for the stick axes and for translation.
+// Decides whether the verdict may be "nothing missing": one rule for the stick axes and for translation.
 
 /// Comparison of the prediction errors on validation and training part.
 struct ValidationComparison {
@@ -37,12 +37,12 @@ ValidationComparison compare_validation(const std::vector<std::vector<double>>& 
 /// Upper tail of the F distribution, P(F > ratio), for degrees of freedom above zero.
 double f_tail(double ratio, double numerator_degrees, double denominator_degrees);
 
-/// Limits of guard().
+/// Limits of check_completeness().
 struct CompletenessLimits {
   double min_probability = 0.003;  ///< of the F test, nominal; used only where nothing was named
   double min_ratio = 1.1;          ///< of root mean squares; a smaller ratio is no other vehicle, however certain
-  double max_ratio = 1.5;  ///< of root mean squares; a larger one forbids a clean bill whatever the F test says, and a
-                           ///< name only if it is larger without the starts of the blocks, too
+  double max_ratio = 1.5;  ///< of root mean squares; a larger one rules out "nothing missing" whatever the F test says,
+                           ///< and a name only if it is larger without the starts of the blocks, too
   double min_fit_percent = 50.0;  ///< a model that explains less than half of the motion is incomplete,
   double floor_factor = 2.0;      ///< unless the residual is within this factor of the declared or measured floor
 };
@@ -52,7 +52,7 @@ struct CompletenessLimits {
 /// Preconditions: final_model, noise_floor and changes of the result are there.
 void check_completeness(const ValidationComparison& parts, const CompletenessLimits& limits, IdentifyResult& result);
 
-/// Whether a finding forbids a clean bill: all do except notes, gaps and time on the ground.
+/// Whether a finding rules out the verdict "nothing missing": all do except notes, gaps and time on the ground.
 bool forbids_nothing_missing(const Finding& finding);
 
 /// "nothing_missing", "explained" or "unexplained", from the rest of the result.

@@ -21,7 +21,7 @@ double capture_lag_s(const FlightLog& log, std::vector<double> captured_heading_
                      double otherwise_s);
 
 /// The log with position shifted earlier by the lag, and with the velocity computed from it instead of the observer's:
-/// the slope over 0.1 s (upwards 0.04 s).
+/// the slope over 0.1 s (of the vertical velocity over 0.04 s).
 FlightLog with_captured_velocity(FlightLog log, double lag_s);
 
 /// Moves the position earlier by its lag behind the attitude, found in the heading of the same source (extra pose_yaw).

@@ -36,8 +36,8 @@ struct AxisData {
 };
 
 /// Part of a log, divided into consecutive blocks. Each block starts from the measured state: value and slope of a
-/// quadratic fitted to eleven samples. A block ends before a gap and another begins after it; a piece shorter than half
-/// of 2.5 s is left out.
+/// quadratic fitted to eleven samples. A block ends before a gap and another begins after it; a piece shorter than 1.25
+/// s is left out.
 class AxisBlocks {
  public:
   struct Block {

@@ -178,7 +178,7 @@ double FreeRun::score(const Rows& error) const {
 
 namespace {
 
-/// The fit of fit_whitened(), step by step. Parameters: the knobs, the size of the break, the offset.
+/// The fit of fit_whitened(), step by step. Parameters: the free ones, the size of the change, the offset.
 class GaussNewton {
  public:
   GaussNewton(const FreeRun& run, const model::StickAxis& start, std::span<const FreeParameter> free_parameters,

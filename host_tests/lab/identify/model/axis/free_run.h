@@ -82,19 +82,19 @@ struct WhitenedFit {
   model::StickAxis after;
   double offset = 0.0;         ///< of the simulated response
   double score = 0.0;          ///< n ln(mean square of the innovations)
-  std::vector<double> values;  ///< of the knobs, then of the change if there is one
+  std::vector<double> values;  ///< of the free parameters, then of the change if there is one
   std::vector<double> sigmas;  ///< their standard errors
 };
 
-/// A change of the axis: `knob` jumps by a free amount at `at_s`.
+/// A change of the axis: `free_parameter` jumps by a free amount at `at_s`.
 struct ParameterJump {
   FreeParameter free_parameter;
   double at_s = 0.0;
   double size = 0.0;  ///< to start from
 };
 
-/// Gauss-Newton from `start`; the knobs and a constant offset of the response are free. Cost: some ten iterations, each
-/// with one simulation per knob.
+/// Gauss-Newton from `start`; the parameters given and a constant offset of the response are free. Cost: some ten
+/// iterations, each with one simulation per free parameter.
 WhitenedFit fit_whitened(const FreeRun& run, const model::StickAxis& start,
                          std::span<const FreeParameter> free_parameters, const ParameterJump* change = nullptr);
 

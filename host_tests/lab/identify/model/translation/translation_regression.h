@@ -77,7 +77,7 @@ struct MomentSeries {
 class ColumnCache {
  public:
   /// What determines a column: its effect (empty: the thrust itself), which of the effect's columns it is, the effect's
-  /// own searched value, and what reshapes thrust and air velocity.
+  /// own searched value, and the effects and searched values that reshape thrust and air velocity.
   struct Key {
     std::string_view effect;
     std::size_t which = 0;

@@ -21,11 +21,11 @@ constexpr double kWorthRefitting =
 /// shift the delay of healthy logs by up to 12 ms, likelier by 50 and more.
 constexpr double kMinDelayChange_s = 0.015;
 
-/// A number that may change in mid-flight (model::MidFlight), in the units of this log and fit.
+/// A number that may change in flight (model::MidFlight), in the units of this log and fit.
 struct Candidate {
   const model::MidFlight* change;
   FreeParameter free_parameter;
-  double min_relevant = 0.0;  ///< in the knob's unit
+  double min_relevant = 0.0;  ///< in the parameter's unit
 };
 
 double positive(double value, double otherwise) { return std::abs(value) > 0.0 ? std::abs(value) : otherwise; }
@@ -94,7 +94,7 @@ std::vector<Candidate> candidates_of(const AxisFamily& family, const Fit& fit) {
   return out;
 }
 
-/// Response of the run to each knob, per unit of the knob.
+/// Derivative of the run's response by each free parameter.
 Columns slopes(const FreeRun& run, const StickAxis& axis, const Rows& error,
                const std::vector<FreeParameter>& free_parameters) {
   Columns out(error.size(), static_cast<Eigen::Index>(free_parameters.size()));
@@ -109,17 +109,18 @@ Columns slopes(const FreeRun& run, const StickAxis& axis, const Rows& error,
   return out;
 }
 
-/// From which size on a change has a name. A delay that only seems to change has the beat of two clocks in it, up
-/// to half a row of the stick, and what the fit adds by chance: two standard errors.
+/// Smallest size of a change that is named. Two clocks that drift against each other make a delay seem to change by up
+/// to half a row of the stick, and the fit adds two standard errors by chance.
 double min_of(const Candidate& candidate, const WhitenedFit& fit, double stick_row_s) {
   const bool delay = candidate.free_parameter.member == &StickAxis::transport_delay_s;
   return delay ? std::max({candidate.min_relevant, kMinDelayChange_s, 0.5 * stick_row_s + 2.0 * fit.sigmas.back()})
                : candidate.min_relevant;
 }
 
-/// Standard error of a difference of delays before and after a date where every way of a stick with slow rows was made
-/// at one moment of its row, all moments alike: a row over the root of twelve, by the effective number of ways on
-/// either side. A few jumps of a stick leave more open than a hand that moves all the time.
+/// Standard error of the difference of the delays before and after a date, for an undersampled stick whose every
+/// movement between two rows was a step at a uniformly distributed moment: a row over the root of twelve, divided by
+/// the root of the effective number of movements on either side. So a few steps leave a larger error than a stick that
+/// moves all the time.
 double step_time_error_s(const AxisData& data, double date_s) {
   if (!is_stick_undersampled(data)) {
     return 0.0;
@@ -140,7 +141,7 @@ double step_time_error_s(const AxisData& data, double date_s) {
   return data.stick_row_s * std::sqrt(variance / 12.0);
 }
 
-/// From which size on a change is doubted though it has no name.
+/// Smallest size of a change that is reported as possible, without a name.
 double min_doubted(const Candidate& candidate, const WhitenedFit& fit, const AxisData& data, double date_s) {
   constexpr double kErrors = 2.0;
   const bool delay = candidate.free_parameter.member == &StickAxis::transport_delay_s;
@@ -156,8 +157,9 @@ struct TriedChange {
   bool turned_round = false;  ///< the scan's date is that of dynamics which mean nothing: every date is asked again
 };
 
-/// A response that turns round leaves the fit of the whole run hardly any gain, and so dynamics that mean nothing. The
-/// fits start from half of the change on either side instead, at the speeds that an aircraft may have.
+/// If the sign of the response reverses in flight, the fit over the whole log averages to a gain near zero, and its
+/// dynamics are meaningless. The fits then start from half of the change on either side instead, with natural
+/// frequencies that an aircraft may have.
 WhitenedFit fit_turned_round(const FreeRun& run, const StickAxis& axis,
                              const std::vector<FreeParameter>& free_parameters, const ParameterJump& change) {
   constexpr std::array<double, 3> kSpeeds_rad_s{3.0, 7.0, 14.0};
@@ -271,8 +273,9 @@ void date_again(const FreeRun& run, const std::vector<FreeParameter>& free_param
   tried.dated = true;
 }
 
-/// Of the whole log's innovations over those of its noisier side, at most one. Air that grows makes every break look
-/// likelier than it is: a likelihood ratio counts in the variance of the side that is least known.
+/// Mean square of the innovations of the whole log over that of its noisier side, at most one. If turbulence grows
+/// during the log, every change looks likelier than it is; therefore the likelihood ratio is scaled to the variance of
+/// the noisier side.
 double quiet_share(const FreeRun& run, const TriedChange& tried) {
   Rows white = run.error(tried.fit.before, tried.fit.after, tried.hit.at_s).array() - tried.fit.offset;
   run.whiten_rows(autoregression(white, run.segments()), white);

@@ -14,12 +14,13 @@ std::vector<FreeParameter> free_parameters_of(const AxisFamily& family, const Fi
 
 /// Likelihood ratio from which on a change is named,
 inline constexpr double kCertainChange = 30.0;
-/// from which on it is no clean bill (24 left no false change in 480 healthy logs of another trial), and
+/// from which on the verdict is not "nothing missing" (24 left no false change in 480 healthy logs of another trial),
+/// and
 inline constexpr double kLikelyChange = 24.0;
 /// below which it is chance: the supremum over dates of five parameters exceeds it in one healthy log of a hundred.
 inline constexpr double kChanceChange = 16.0;
 
-/// What became another in mid-flight: gain, frequency, damping, transport_delay, dead_zone or trim_offset.
+/// The parameter that changed in flight: gain, frequency, damping, transport_delay, dead_zone or trim_offset.
 struct ChangePoint {
   bool found = false;
   bool likely = false;  ///< not found, because it is less certain or smaller; all else is there, its date is the scan's
@@ -31,10 +32,10 @@ struct ChangePoint {
 };
 
 /// Scans the free run of a fit for a parameter that takes another value (change_scan.h), then refits every candidate at
-/// its own best date and compares them: the best is the name, and who is within 6 of it is its rival. A change must be
-/// likelier than none by 30 (the theory of such a supremum says 16 for one false change in a hundred logs; estimating
-/// the autoregression again at every date and refitting take the rest) and large enough to mean something. The ratio is
-/// counted in the variance of the noisier side of the date.
+/// its own best date and compares them: the best names the change, and candidates within kNameMargin of it are its
+/// rivals. The likelihood ratio against no change must be at least 30, and the change large enough to matter. (Theory
+/// gives 16 for such a supremum and one false change in a hundred logs; estimating the autoregression anew at every
+/// date, and refitting, raise this.) The ratio is counted in the variance of the noisier side of the date.
 /// Precondition: the fit is of `family`. Cost: one scan for each candidate, some 1000 simulations where one is found.
 ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit& fit);
 

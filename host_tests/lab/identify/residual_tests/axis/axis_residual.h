@@ -15,7 +15,7 @@ AxisSignals without_trims(AxisSignals signals, const std::vector<double>& trims)
 
 /// One log with its axis, its ranges and its blocks.
 struct AxisDataSet {
-  /// The log must outlive the part. @param asked  as for axis_signals
+  /// The log must outlive the part. @param requested  as for axis_signals
   /// @param stick_earlier_s  by which the sticks are shifted first
   /// @param trims  of each flight of a joined log, subtracted from its stick; empty: none
   /// @throws InputError as axis_signals does.
@@ -47,8 +47,8 @@ std::vector<std::string> residual_findings(const Request& request, const AxisDat
 double noise_floor_at_rest(const AxisDataSet& part, const model::StickAxis& model, double minimum_counts);
 
 /// Error of the response that the unknown stick between its rows may cause, for each sample of the ranges' blocks, one
-/// after the other: the larger difference to the responses to the two sticks of held_between_rows(). Zero where the
-/// stick is known.
+/// after the other: the larger difference to the responses to the two other sticks of intersample_hypotheses(). Zero
+/// where the stick is known.
 std::vector<double> intersample_error(const AxisData& data, const std::vector<Range>& ranges,
                                       const model::StickAxis& model, double block_s = AxisBlocks::kBlock_s);
 

@@ -70,7 +70,7 @@ TimeOffset time_offset(const FreeRun& run, const AxisFamily& family, const Fit& 
   const std::array<double, 5> starts{net_s, -0.03, -0.07, -0.11, -0.16};
   const double from_s =
       *std::min_element(starts.begin(), starts.end(), [&](double a, double b) { return power_at(a) < power_at(b); });
-  constexpr std::size_t kDelay = 3;  // of the knobs
+  constexpr std::size_t kDelay = 3;  // of the free parameters
   const WhitenedFit early = with(from_s, 0.0, kEarliest_s, false);
   const bool waits = early.values[kDelay] > -0.25 * period_s;  // no early response, with or without a zero
   if (waits && !(has_zero && early.values[kDelay] < 0.0)) {

@@ -18,12 +18,12 @@ struct WeakEffect {
 
 /// Finds the likeliest effect that a model lacks, each fitted to whitened free runs together with all parameters of the
 /// model. The selection requires a better prediction of blocks, in which strong slow air hides effects that a
-/// likelihood ratio shows; such an effect forbids a clean bill. Each effect starts at several sizes, and is fitted
-/// where a step toward it promises a gain; where the model jumps at its dead zone's edge, also beside the zone without
-/// the jump. Cost: a simulation for each starting point, a few fits.
-/// @param readings  of the log: first as logged, then the other readings of the stick between slow rows. An effect is
-///   certain only if each of them confirms it; rows after a stick that moved count less. Precondition: at least one
-/// @param data  of the first reading
+/// likelihood ratio shows; such an effect rules out the verdict "nothing missing". Each effect starts at several sizes,
+/// and is fitted where a step toward it promises a gain; where the model jumps at its dead zone's edge, also beside the
+/// zone without the jump. Cost: a simulation for each starting point, a few fits.
+/// @param hypotheses  about the stick between its rows, at least one: first as logged, then the others. An effect is
+///   certain only if each of them confirms it; rows after a step of an undersampled stick count less.
+/// @param data  of the first hypothesis
 /// @returns nothing where no effect of significant size exceeds the ratio that chance exceeds in one log of a thousand.
 std::optional<WeakEffect> weak_effect(std::vector<FreeRun> hypotheses, const AxisData& data, const AxisFamily& family,
                                       const Fit& fit);

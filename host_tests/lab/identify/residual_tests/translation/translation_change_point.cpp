@@ -113,8 +113,8 @@ ScanRows rows_of(const ScanLayout& layout, const std::vector<const TranslationDa
   return out;
 }
 
-/// Whether a change of the effect would show in this log. Without a heading two twins are one and the same: the first
-/// stands for both.
+/// Whether a change of the effect would show in this log. Without a heading an effect and its equivalent (wind and body
+/// bias) cannot be distinguished: only the first of the two is tested.
 bool is_observable(const TranslationDataSet& part, const TranslationEffect& effect) {
   const TranslationData& data = part.data;
   const TranslationEffect* equivalent = model::translation_effect(effect.equivalent);

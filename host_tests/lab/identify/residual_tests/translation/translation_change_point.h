@@ -9,15 +9,16 @@
 
 namespace m100::lab::identify::translation {
 
-/// What became another in mid-flight: steady_wind, body_bias, tilt_gain, linear_drag or mass (change_scan.h), at most
-/// one. It must be likelier than none by 30 and large enough to mean something (0.15 m/s^2 of wind).
-/// Preconditions: the fit is of the training part; both parts are of one log, or `validation` is null.
+/// The parameter that changed in flight, at most one: steady_wind, body_bias, tilt_gain, linear_drag or mass
+/// (change_scan.h). The likelihood ratio against no change must be at least 30, and the change large enough to matter
+/// (0.15 m/s^2 of wind). Preconditions: the fit is of the training part; both parts are of one log, or `validation` is
+/// null.
 std::vector<Change> change_points(const TranslationDataSet& training, const TranslationDataSet* validation,
                                   const Fit& fit);
 
-/// A force that grows with the distance from a place: a tether, a wall, a ground. Asked of what the fit leaves of the
-/// training part: a pull likelier than none by 60 (tethers give thousands, free flights at most 20) and of more than
-/// 0.1 m/s^2. @returns at most one finding; nothing where the position was not logged.
+/// A force that grows with the distance from a place: a tether, a wall, a ground. It is looked for in the residual of
+/// the training part: its likelihood ratio must be at least 60 (tethers give thousands, free flights at most 20) and
+/// its largest pull above 0.1 m/s^2. @returns at most one finding; nothing where the position was not logged.
 std::vector<Finding> position_force(const TranslationDataSet& training, const Fit& fit);
 
 }  // namespace m100::lab::identify::translation
