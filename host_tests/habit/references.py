@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Checks that comments and pages refer only to existing promises, sections (protocol), decisions, files, links, tests.
+"""Checks that comments and pages refer only to existing promises, sections (protocol), decisions, files, links, tests,
+and that a comment names only functions that exist, and documents only parameters of the function below it.
 
 Usage: references.py [--self-test] ROOT. Prints one line per offence (file: what) and exits with 1 if there is any.
 """
@@ -27,6 +28,9 @@ TEST = re.compile(r"`(?:unit|property|golden|scenario|soak)\.\w+((?:[./]+|\.\.\.
 ASKED_FOR = re.compile(r"(?:-R|--gtest_filter=) ?'?([^'`\s]+)")
 TEST_NAME = re.compile(r"^(?:TYPED_)?(?:TEST|RC_GTEST_\w+)(?:_[FP])?\(\s*(\w+),\s*(\w+)|"
                        r"^INSTANTIATE_\w+\(\s*(\w+),\s*(\w+)", re.MULTILINE)
+COMMENT = re.compile(r"(?:^ *//.*\n)+", re.MULTILINE)
+PARAMETER = re.compile(r"@param (\w+)(?:, (\w+) )?")
+FUNCTION = re.compile(r"\b([a-z]\w+)\(\)")
 DOCSTRING = re.compile(r'"""(.*?)"""', re.DOTALL)
 
 
@@ -60,6 +64,9 @@ class Project:
         tests = [text for name, text in texts.items() if name.endswith(".cpp") and name.startswith("host_tests/")]
         self.tests = " ".join(" ".join(filter(None, names)) for text in tests for names in TEST_NAME.findall(text))
 
+        code = (re.sub(r"//.*", "", text) for name, text in texts.items() if name.endswith((".h", ".cpp")))
+        self.called = {name for text in code for name in re.findall(r"\b(\w+)(?:<[^;()]*>)?\(", text)}
+
     def sections(self, page):
         return set(re.findall(r"^#+ (\d+(?:\.\d+)*)\.? ", self.texts.get(page, ""), re.MULTILINE))
 
@@ -89,8 +96,18 @@ class Project:
         for path in sorted(set(PATH.findall(words))):
             if not FILE.fullmatch(path) and not self.path_exists(path):
                 yield f"{path} does not exist"
+        if name.endswith((".h", ".cpp")):
+            yield from self.of_parameters(text)
+            yield from (f"function {one}() does not exist" for one in sorted(set(FUNCTION.findall(words)) - self.called))
         if name.endswith(".md"):
             yield from self.of_page(name, text)
+
+    def of_parameters(self, text):
+        for comment in COMMENT.finditer(text):
+            below = " ".join(text[comment.end():].split("\n", 13)[:13])
+            for name in filter(None, sum(PARAMETER.findall(re.sub(r"\n *//+", "", comment[0])), ())):
+                if not re.search(rf"\b{name}\b", below):
+                    yield f"@param {name}: the declaration below has no such parameter"
 
     def of_sections(self, name, words):
         for found in SECTION.finditer(words):
@@ -143,12 +160,13 @@ def self_test():
         "a.h": ["// promise R3", "// (protocol, 7)", "// protocol, sections 4 to 6", "// the protocol's\n// section 9",
                 "// see style.md", "// firmware/est/README.md, decision 2", "// decision 1", "// decision 2 of `firmware/est`",
                 "// as section 3 has it", "// firmware/old/x.cpp",
-                "// in firmware/old"],
+                "// in firmware/old", "// as in gone()", "// @param gone is\nvoid f(int here);", "// @param here,\n// gone are\nvoid f(int here);"],
         "a_test.cpp": ['  RecordProperty("promise", "R9");'],
         "page.md": ["[page](missing.md)", "`unit.a.Suite.IsWrong`", "`gone.h` is", "`hal/{a,b}.h`",
                     "`ctest -R 'unit.a.(Suite|Other)'`", "`unit_a --gtest_filter=Gone.*`"]}
     sound = {"b.h": ["// promise R2; protocol, sections 4 to 5 and 4.1; firmware/est",
-                     "// firmware/est/README.md, decision 1; decision 1 of `firmware/est`"],
+                     "// firmware/est/README.md, decision 1; decision 1 of `firmware/est`",
+                     "// @param here, there are\nvoid fly(int here, int there);  // as in fly()"],
              "page2.md": ["[page](firmware/est/README.md) `unit.a.Suite.IsRight` `ctest -R 'Suite|unit.a'` `b.h` section\n"]}
     missed = [(name, line) for name, lines in planted.items() for line in lines
               if not list(Project(base | {name: line}).offences(name))]

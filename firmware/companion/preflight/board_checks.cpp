@@ -31,7 +31,7 @@ std::string first_line(const fs::path& path) {
   return line;
 }
 
-/// Reads the group from the file, because getgrgid() would pull shared libraries into the static binary.
+/// Reads the group from the file, because the C library would pull shared libraries into the static binary.
 std::string owner_group(const std::string& port) {
   struct stat status {};
   if (stat(port.c_str(), &status) == 0) {

@@ -27,7 +27,7 @@ class PathConsistencyTest : public ::testing::Test {
   static Seen truly(const Vector2& position_m, const Vector2& speed_m_s, double) { return {position_m, speed_m_s}; }
 
   /// Continues the flight.
-  /// @param push acceleration in m/s^2 at a time.
+  /// @param disturbance_acceleration acceleration in m/s^2 at a time.
   /// @returns after how many seconds the check objects, or the time flown.
   double fly(double seconds, const std::function<Vector2(double t_s)>& disturbance_acceleration, const Tell& tell) {
     for (double t_s = 0.0; t_s < seconds - 1e-9; t_s += kTick_s) {
