@@ -17,7 +17,7 @@ namespace m100::link {
 
 /// Bytes of a UART to frames, each with the time at which it arrived.
 ///
-/// A frame is dated by the line time of the bytes that follow it in the same read, not by the time of the read.
+/// The arrival of a frame is the time of the read, minus the line time of the bytes that follow it in the same read.
 /// Cost per tick: the bytes that came through the parser, at most kBatchesPerTick batches. No heap.
 class FrameReceiver {
  public:

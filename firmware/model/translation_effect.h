@@ -12,11 +12,11 @@
 
 namespace m100::model {
 
-// The interface of a translation effect: something beside thrust and gravity that moves the vehicle, or that makes its
+// The interface of a translation effect: something besides thrust and gravity that moves the vehicle, or that makes its
 // thrust look different. Each effect is one file in firmware/model/translation. The vehicle file, the simulated
 // aircraft, identification, the report and the confusion matrix read what the file declares; a new effect needs no
-// other. (Identification still names some effects where it asks what a periodic line could hide.)
-// The target uses only the numbers of the vehicle; functions that it does not call take no room there.
+// other. (Identification still names some effects where it decides what a periodic force could hide.) The target uses
+// only the numbers of the vehicle; functions that it does not call take no room there.
 
 /// World frame, z up.
 using Acceleration = std::array<double, 3>;
@@ -52,7 +52,7 @@ struct EffectParameter {
 /// How the search begins for a parameter in which the prediction is not linear.
 enum class Start : std::uint8_t {
   kGrid,           ///< from each of the given values
-  kStrongestPeak,  ///< from the strongest spectral line of what the other effects leave
+  kStrongestPeak,  ///< from the strongest spectral peak of what the other effects leave
   kWindSpeed,      ///< from the steady acceleration; searched only beside a drag that grows faster than the speed
 };
 

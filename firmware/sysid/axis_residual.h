@@ -30,9 +30,9 @@ struct ResidualReport {
 /// Memory: fixed, about 1.6 kB for Real = double.
 /// Cost: per sample one static law and one step, some 80 flops; 100 more at a block's start and end.
 ///
-/// Expected of a right model at a block's end: the floor of the identified axis, the prediction's slope times kTiming_s
-/// (of a line with clocks of its own) and its swing times kGain (half of an identified interval). est::TrimMonitor
-/// handles offsets: here squares are taken about their mean in the block.
+/// The error that a right model is expected to have at a block's end: the floor of the identified axis, the
+/// prediction's slope times kTiming_s (of a line with clocks of its own) and its swing times kGain (half of an
+/// identified interval). est::TrimMonitor handles offsets: here squares are taken about their mean in the block.
 template <typename Real>
 class AxisResidual {
  public:

@@ -10,8 +10,8 @@
 
 namespace m100::app {
 
-/// The fence of a board without files, in the world of the pose, around the courses below, with its wind class; the
-/// example flight file has the same.
+/// The fence of a board without files, in the world frame of the poses, around the courses below, and its wind class:
+/// the same as in the example flight file.
 inline constexpr core::Fence kBoardFence{
     .side = {core::Fence::Side{-5.0, 5.0}, core::Fence::Side{-5.0, 5.0}, core::Fence::Side{0.5, 4.0}}, .wind_m_s = 5.0};
 

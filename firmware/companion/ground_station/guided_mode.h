@@ -12,7 +12,7 @@
 
 namespace m100::companion {
 
-// Commands of MAVLink's common message set that are obeyed here, beside those of the overheard line.
+// Commands of MAVLink's common message set that are obeyed here, in addition to those of GroundStationTap.
 inline constexpr std::uint16_t kMissionStart = 300;  ///< MAV_CMD_MISSION_START: param1 first item, param2 last
 inline constexpr std::uint16_t kLand = 21;           ///< MAV_CMD_NAV_LAND: the autopilot lands, where it is
 inline constexpr std::uint16_t kTakeOff = 22;        ///< MAV_CMD_NAV_TAKEOFF: the autopilot takes off

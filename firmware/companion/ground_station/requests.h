@@ -12,7 +12,7 @@
 
 namespace m100::companion {
 
-/// Requests that a room may send beside goals and orders.
+/// Requests that a ground station may send in addition to goals and orders.
 using RequestMessage =
     std::variant<mavlink::MissionCount, mavlink::MissionItem, mavlink::MissionItemInt, mavlink::MissionRequestList,
                  mavlink::MissionRequest, mavlink::MissionRequestInt, mavlink::MissionAck, mavlink::MissionClearAll,

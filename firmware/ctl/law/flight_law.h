@@ -47,9 +47,9 @@ struct LawReport {
 
 /// The control law: MPC (or its baseline) in x and y, PID in height, P in yaw.
 ///
-/// Horizontal, per axis of the yaw-free world frame (paper, III-E.1): 1. The command in force enters the delay line of
-/// the DelayPredictor; the state is predicted to now + delay. 2. Targets. Tilts are taken as tangents, t = tan(tilt),
-/// which makes v' = +-g t - c v + d linear at any tilt:
+/// Horizontal, per axis of the yaw-free world frame (paper, III-E.1):
+///  1. The command in force enters the delay line of the DelayPredictor; the state is predicted to now + delay.
+///  2. Targets. Tilts are taken as tangents, t = tan(tilt), which makes v' = +-g t - c v + d linear at any tilt:
 ///       t_ref = +-(a_ref + c v_ref - d) / g,   input target s = t_ref + T1 t_ref' + T2 t_ref''
 ///     (inverse_lags(): the input that makes the attitude loop follow t_ref).
 ///  3. The program is solved for the input as the attitude loop sees it, u + m; the command is that minus m. So neither
@@ -64,8 +64,7 @@ class FlightLaw {
   FlightLaw(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables, const FlightLawOptions& options = {});
 
   /// Once per tick. @param applied_command the command sent to the autopilot since the last tick, after supervisor and
-  /// stick
-  ///   rounding; it goes into the prediction through the delay.
+  /// stick rounding; it enters the prediction through the delay.
   /// @param solves false: the last solved tilts are kept, because no command can leave in this tick. The delay lines,
   ///   height and yaw are updated; the window's points in x and y are not read.
   Command<T> update(const est::Estimate<T>& estimate, const ref::Window<T>& reference,

@@ -13,7 +13,7 @@ namespace m100::ctl {
 /// Detects a wind in which the aircraft cannot hold its position. Both conditions must be true on one horizontal axis,
 /// without interruption:
 ///   - the estimated disturbance, averaged over 2 s, exceeds the one that the aircraft can resist
-///   (Braking::max_disturbance_m_s2);
+///     (Braking::max_disturbance_m_s2);
 ///   - the aircraft is more than half a metre downwind of its reference and returns at less than 0.2 m/s.
 /// Either one alone is normal: a gust is over in a second, and a far goal upwind takes time. T is float or double.
 template <typename T>

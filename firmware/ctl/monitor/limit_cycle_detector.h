@@ -24,7 +24,7 @@ struct LimitCycleReport {
 ///   - higher than kMinHeight_rad: ten times the sigma of the tilt in a healthy hover, noise included, which is half a
 ///     degree;
 ///   - kTimes as high as the disturbance of the aircraft meanwhile explains (below), and higher than the reference's
-///   own oscillation by more than that;
+///     own oscillation by more than that;
 ///   - between kShortest_s and kLongest_s long, which is 0.3 to 3 Hz: a third and three times the crossover (1.1 Hz) of
 ///     a loop for such an aircraft. Outside this band the loop has not enough gain, or not enough lag, to oscillate;
 ///   - at least kKept times as high as the highest of the row, and as long as the one before within a factor kRegular.

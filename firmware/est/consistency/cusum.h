@@ -29,8 +29,8 @@ class Cusum {
   T sum_s_{0};
 };
 
-/// One check: what disagrees in the newest tick, how much of it a healthy flight may show for an unlimited time (same
-/// unit), and the evidence of all ticks.
+/// The values of one check: the disagreement in the newest tick, the largest one that a healthy flight may show for an
+/// unlimited time (same unit), and the sum over all ticks.
 template <typename T>
 struct CheckEvidence {
   T residual{0};

@@ -34,7 +34,7 @@ class DeadReckoning {
   using Vector2 = core::Vector<T, 2>;
 
   /// Once per tick.
-  /// @param measured_h_m_s2 from VelocityConsistency; without it the past counts twice
+  /// @param measured_h_m_s2 from VelocityConsistency; without it q takes its place
   /// @param trusted nothing contradicts the poses
   /// @param pilots the pilot flies
   void update(const ImuSample<T>& imu, const Estimate<T>& estimate, const std::optional<Vector2>& measured_h_m_s2,

@@ -16,14 +16,13 @@ namespace m100::est {
 ///   g' = v_pose' - (f + o) - g / 2 s      f + o: SpecificForce
 /// Allowed, for an unlimited time, as a sum of
 ///   calm   0.1 m/s: three sigmas of the observer's velocity in calm air, 0.03 m/s, and beyond them what a start in
-///   wind
-///          left; the rotors' 0.1 m/s^2 at 100 Hz add 0.1 sqrt(0.01 s x 2 s / 2) = 0.01 m/s
+///          wind left; the rotors' 0.1 m/s^2 at 100 Hz add 0.1 sqrt(0.01 s x 2 s / 2) = 0.01 m/s
 ///   moves  a time of capture that is wrong by 80 ms (the largest in the simulator's worlds), times the acceleration of
 ///          the last second
 ///   wind   the observer learns a disturbance in 0.15 s; gusts change that of a wind by a third
 ///   swing  the disturbance that the force shows and the observer has not learned yet (a slung load), for as long as it
-///   learns
-/// and at most 0.35 m/s: the 80 ms at the largest acceleration of the law, 4.3 m/s^2 at 25 degrees of tilt.
+///          learns, at most 0.35 m/s: the 80 ms at the largest acceleration of the law, 4.3 m/s^2 at 25 degrees of
+///          tilt.
 /// False alarms: an alarm needs twice the allowed value for half a second, six sigmas of the noise. Smallest fault seen
 /// in 3 s of calm hover: a false acceleration of 0.13 m/s^2.
 ///

@@ -95,8 +95,8 @@ constexpr Real power_of_two(int exponent) {
 }
 
 /// Measurement variance of a position: the larger of the vehicle file's and the one that the sender of the pose claims.
-/// Fixed point uses at most 90 scaled units of it, 37 mm on a horizontal axis; a square has to fit beside the
-/// variances.
+/// Fixed point uses at most 90 scaled units of it, 37 mm on a horizontal axis; a square of that size fits into the
+/// range of the variances.
 /// @param scaled the vehicle file's, scaled
 /// @param sender_variance_m2 at most 1 m^2 is used; 0 or NaN: none claimed
 /// @param scale the unit of the position is 2^scale m

@@ -47,7 +47,7 @@ class Quantile {
 /// differences, taken in whole microseconds, never times of a whole flight.
 class PoseClock {
  public:
-  /// What is known of a pose beside its times.
+  /// What is known of a pose besides its times.
   struct Context {
     bool clock_was_set = false;  ///< by the order of the stamps, which also doubled poses disturb
     std::uint32_t poses = 1;     ///< that came since the call before

@@ -32,10 +32,11 @@ struct SignedLineStats {
 /// the key.
 ///
 /// It works in the thread that flies. There a frame is accepted or refused at a time that the flight knows, and a
-/// simulated flight gives the same result each time; a separate thread would date poses by its schedule. The cost of a
-/// tick is therefore bounded: at most kReadsPerTick reads of kChunk bytes and kVerificationsPerTick signatures (at most
-/// six blocks of SHA-256 each). Further bytes wait, and the kernel discards bytes that wait too long. A late tick may
-/// do kLateFactor times as much, because the age of the bytes that waited is unknown and their reader drops them.
+/// simulated flight gives the same result each time; with a separate thread the times of arrival would depend on its
+/// schedule. The cost of a tick is therefore bounded: at most kReadsPerTick reads of kChunk bytes and
+/// kVerificationsPerTick signatures (at most six blocks of SHA-256 each). Further bytes wait, and the kernel discards
+/// bytes that wait too long. A late tick may do kLateFactor times as much, because the age of the bytes that waited is
+/// unknown and their reader drops them.
 class SignedLine final : public hal::Uart {
  public:
   static constexpr std::size_t kChunk = 256;

@@ -8,9 +8,9 @@
 
 namespace m100::link {
 
-/// Detects time stamps that are not microseconds, by how fast they run beside the arrivals. Two windows in a row
-/// decide, because one may hold a step of the sender's clock. Nanoseconds run 1000 times too fast, milliseconds 1000
-/// times too slowly; a factor of 30 lies half-way.
+/// Detects time stamps that are not microseconds, by how fast they advance compared with the arrivals. Two successive
+/// windows decide, because one may hold a step of the sender's clock. Nanoseconds run 1000 times too fast, milliseconds
+/// 1000 times too slowly; a factor of 30 lies half-way.
 class StampUnit {
  public:
   static constexpr core::Duration kWindow = std::chrono::milliseconds(300);  ///< nine poses of 30 Hz

@@ -65,7 +65,7 @@ sim::Plant plant_of(const Task& task, const SuiteOptions& options) {
   return plant;
 }
 
-/// Beside the flown error of steps: the error of the fastest motion that the tilt limit allows.
+/// For comparison with the flown error of steps: the error of the fastest motion that the tilt limit allows.
 void compare_with_time_optimal(const Task& task, double tilt_limit_rad, TaskResult& result) {
   result.time_optimal_m = time_optimal_rms_m(task.steps_m, tilt_limit_rad, task.to_s - task.from_s);
   const double ours = std::hypot(result.mean.x_m, result.mean.y_m);

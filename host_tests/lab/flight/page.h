@@ -11,7 +11,7 @@ namespace m100::lab::flight {
 
 /// The page of one flight, or of two on the same axes, before and after. First, on one screen: error with its interval,
 /// failsafe, path with the fence, pose, commands, battery. Then the details: error by axis, attitude, disturbance as
-/// believed and as found, prediction, residual.
+/// estimated in flight and as found from the log, prediction, residual.
 /// @param note a sentence about the origin of the flights; may be empty.
 plot::Page flight_page(const std::vector<FlightSeries>& flights, const std::string& title, const std::string& note);
 

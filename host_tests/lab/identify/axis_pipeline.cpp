@@ -191,8 +191,9 @@ class AxisPipeline {
     }
   }
 
-  /// Tests for a climb speed that falls with the height flown, before a change, which it imitates. It is tested under
-  /// the selected and under the declared model, because beside it the declared model may be complete.
+  /// Tests for a climb speed that falls with the height flown. The test comes before that for a change, which such an
+  /// effect imitates. It is made with the selected and with the declared model, because the declared model together
+  /// with this effect may be complete.
   bool detect_tether() {
     if (request_.axis != "climb" || !problem_->training().signals.data.other.empty()) {
       return false;
@@ -261,9 +262,9 @@ class AxisPipeline {
     accept_change(change.change);
   }
 
-  /// Whether an effect that never changes explains the log as well as the change. A date is free to be chosen, so a
-  /// change that is not there wins up to kChanceChange by chance alone: a missing lead zero looks like a delay that
-  /// changes where the hand becomes faster. A step of a trim is absorbed by the autoregression and cannot be compared.
+  /// Whether an effect that never changes explains the log as well as the change. The date of a change is free, so its
+  /// likelihood ratio reaches up to kChanceChange by chance alone: a missing lead zero looks like a delay that changes
+  /// where the hand becomes faster. A step of a trim is absorbed by the autoregression and cannot be compared.
   bool constant_explains(const FreeRun& run, const AxisFamily& family, const Fit& fit, const ChangePoint& change) {
     if (change.free_parameter.member == &model::StickAxis::trim_counts) {
       return false;
@@ -302,7 +303,7 @@ class AxisPipeline {
   }
 
   /// @returns false for a change that an undersampled stick may have caused (not reported), or that it makes uncertain
-  ///   (reported). A temporary change is reported beside the change.
+  ///   (reported). A temporary change is reported in addition to the change.
   bool confirm_change_point(const ChangePoint& change, const AxisFamily& family, const Fit& fit) {
     const AxisData& data = problem_->training().signals.data;
     const std::vector<Range> ranges = problem_->free_ranges();

@@ -45,10 +45,11 @@ class TranslationProblem final : public Problem {
  private:
   void check_heads() const;
 
-  /// Whether the effects explain little of the error: beside an unexplained residual they may be its side effects.
+  /// Whether the effects explain little of the error: if there is an unexplained residual, they may be its side
+  /// effects.
   static bool weak(const Selection& selection);
 
-  /// Whether a line was named although the residual still oscillates: then it was no line.
+  /// Whether a periodic force was named although the residual still oscillates: then it was none.
   static bool still_oscillates(const std::vector<SelectionStep>& steps, const IdentifyResult& result);
 
   /// Adds a note where a periodic force was rejected because the vehicle itself moves with that period.

@@ -36,7 +36,7 @@ const std::string& own_columns();
 /// fence of +-3 m about the start and +-0.8 m in height. The same seed gives the same course.
 std::string excitation(std::uint64_t seed, double duration_s);
 
-/// Delays in our own log beside the delay that a vehicle file states (autopilot's stick to attitude). They were
+/// Delays in our own log in addition to the delay that a vehicle file states (autopilot's stick to attitude). They were
 /// measured by flying the vehicle file as its own plant (--plant-from): the attitude of a tick is 12.5 ms older than
 /// the captured velocity, and with 18 ms in all the file predicts its own roll and pitch best.
 inline constexpr double kTelemetry_s = 0.0125;  ///< from the autopilot's attitude to the tick that logs it

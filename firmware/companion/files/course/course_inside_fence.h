@@ -10,7 +10,7 @@ namespace m100::companion {
 
 /// Refuses a course that leaves the fence, or a start outside it. Errors: FlightFileError that names the line of the
 /// course, the side of the fence, the time and the place.
-/// @param course as laid, by `pieces`. @param course_name for messages.
+/// @param course made of `pieces`. @param course_name for messages.
 void validate_inside_fence(const FlightFile& flight, const ref::Waypoint<double>& start,
                            const ref::Trajectory<double>& course, std::span<const CoursePiece> pieces,
                            const std::string& course_name);

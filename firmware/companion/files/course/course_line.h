@@ -85,8 +85,8 @@ inline std::vector<double> numbers(const std::vector<std::string>& words, std::s
   return out;
 }
 
-/// Reads a line with limits: pairs of a limit and its number.
-/// @param limits that shape the course. @param named only those that such lines give.
+/// Reads a line with limits: pairs of a name and a number. @param limits receives them: the limits that shape the
+/// course. @param named receives them too; it holds only limits that a line has named.
 inline void read_limits(const std::vector<std::string>& words, const FilePosition& spot, ref::SpeedLimits& limits,
                         ref::SpeedLimits& named) {
   constexpr double kDegree_rad = std::numbers::pi / 180.0;

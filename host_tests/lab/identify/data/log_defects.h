@@ -43,10 +43,10 @@ std::vector<Finding> repair_units(std::vector<double>& angle_rad, const std::vec
 std::vector<char> mask_ranges(const logs::FlightLog& log, const std::vector<std::pair<double, double>>& ranges,
                               double margin_s);
 
-/// Repairs samples of a response that are not measurements. Frozen: at least five equal rows, although the signal
-/// usually changes more often (at most a tenth of its runs may be as long as a quarter of this one), and a jump at the
-/// end; these samples are removed from `used`. Outliers: more than 12 sigma from the median of five, sigma from second
-/// differences, and more than 5 % of the amplitude; the median replaces them.
+/// Repairs samples of a response that are not measurements. Frozen: at least five equal rows, four times as long as
+/// nine tenths of the signal's runs of equal rows, and a jump at the end; or ten times as long as nearly all of its
+/// runs, and an abrupt beginning. These samples are removed from `used`. Outliers: more than 12 sigma from the median
+/// of five, sigma from second differences, and more than 5 % of the amplitude; the median replaces them.
 /// @returns at most one finding for each kind, over the times of all its samples.
 std::vector<Finding> repair_samples(std::vector<double>& values, std::vector<char>& used, const SampleGrid& clock,
                                     const std::string& signal);

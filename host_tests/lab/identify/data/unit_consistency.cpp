@@ -45,7 +45,7 @@ constexpr std::array kSignalPairs{SignalPair{"roll", Signal::kAttitudeRoll, Sign
 /// Change of the value over each window, and the change that its derivative gives.
 struct Windows {
   std::vector<double> changed;
-  std::vector<double> sentence;
+  std::vector<double> from_slope;
 };
 
 Windows windows_of(const FlightLog& log, const std::vector<char>& wanted, const std::vector<std::uint8_t>& gap,
@@ -60,7 +60,7 @@ Windows windows_of(const FlightLog& log, const std::vector<char>& wanted, const 
     count = usable ? count + 1 : 0;
     if (count == length) {
       out.changed.push_back(value[i + 1] - value[i + 1 - length]);
-      out.sentence.push_back(sum);
+      out.from_slope.push_back(sum);
       sum = 0.0;
       count = 0;
     }
@@ -68,7 +68,7 @@ Windows windows_of(const FlightLog& log, const std::vector<char>& wanted, const 
   return out;
 }
 
-/// Logarithms of the two regressions that bound the factor from `said` to `changed`.
+/// Logarithms of the two regressions that bound the factor from `from_slope` to `changed`.
 struct Factor {
   double low = 0.0;
   double high = 0.0;
@@ -83,7 +83,7 @@ std::optional<Factor> factor_of(const Windows& windows, std::size_t left_out) {
     if (k * kGroups / size == left_out) {
       continue;
     }
-    const double x = windows.sentence[k];
+    const double x = windows.from_slope[k];
     const double y = windows.changed[k];
     const std::array<double, 6> more{1.0, x, y, x * x, y * y, x * y};
     std::transform(sums.begin(), sums.end(), more.begin(), sums.begin(), std::plus<>());
@@ -98,7 +98,7 @@ std::optional<Factor> factor_of(const Windows& windows, std::size_t left_out) {
   return Factor{std::log(both / own), std::log(other / both), both * both / (own * other)};
 }
 
-/// The factor from `said` to `changed`, if it is certainly not 1.
+/// The factor from `from_slope` to `changed`, if it is certainly not 1.
 std::optional<double> contradiction(const Windows& windows) {
   if (windows.changed.size() < kMinWindows) {
     return std::nullopt;

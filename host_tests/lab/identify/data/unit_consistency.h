@@ -16,9 +16,9 @@ namespace m100::lab::identify {
 /// log).
 ///
 /// Both signals have errors, so the factor between them is only known to lie between the two regressions (Frisch). That
-/// whole interval, widened by three standard errors over groups of windows, must lie beyond the half of the smallest
-/// factor between two units of one quantity in use (a knot is 0.514 m/s). Signals that share less than half of their
-/// variance give no evidence.
+/// whole interval, widened by three standard errors over groups of windows, must lie further from one than half of the
+/// smallest factor between two units of one quantity in use (a knot is 0.514 m/s), on a logarithmic scale. Signals that
+/// share less than half of their variance give no evidence.
 /// @returns one wrong_unit for each contradiction. Cost: linear in the log.
 std::vector<Finding> unit_contradictions(const logs::FlightLog& log, const std::string& axis,
                                          const std::vector<Range>& requested);

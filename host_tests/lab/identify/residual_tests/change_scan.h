@@ -28,10 +28,9 @@ struct ScanHit {
   Rows size;  ///< of the change, one for each column, in the column's unit
 };
 
-/// Supremum over the middle 80 % of the time of LR(tau) = -N ln(1 - share of the whitened residual that
-/// columns 1[t > tau] explain beside the base columns). The autoregression is estimated from the residual with the
-/// change in it: without the change it would absorb a step entirely. Every row is scanned, because the profile is
-/// jagged.
+/// Supremum over the middle 80 % of the time of LR(tau) = -N ln(1 - share of the whitened residual that columns 1[t >
+/// tau] explain in addition to the base columns). The autoregression is estimated from the residual with the change in
+/// it: without the change it would absorb a step entirely. Every row is scanned, because the profile is jagged.
 /// @param columns  residual rows x 1 or 2: sensitivity of the parameter over the whole log
 /// Preconditions: at least 40 rows; shapes agree. Cost: 48 whitenings of all columns and a pass over the rows for each.
 ScanHit scan_change(const ScanRows& rows, const Columns& columns);

@@ -27,7 +27,7 @@ Thinned thin(const ResidualInput& input, std::size_t samples);
 /// One value for each mean. `values` has one value for each sample; if it is already thinned, it is returned unchanged.
 Eigen::VectorXd mean_of(const std::vector<double>& values, const Thinned& thinned);
 
-/// For each group: the largest share of the variance of any target that it predicts, cross-validated. Beside it the
+/// For each group: the largest share of the variance of any target that it predicts, cross-validated. With it the
 /// largest share that any group reaches on any of `shifts` circular shifts of a target, as an estimate of what chance
 /// reaches: one threshold for all groups, so that more groups do not raise the rate of false alarms. Largest share
 /// first. Shapes: a target has one value for each mean, a group's column one for each sample.

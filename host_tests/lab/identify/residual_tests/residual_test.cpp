@@ -25,9 +25,9 @@ struct ResidualPeak {
 };
 
 constexpr double kMaxPiece_s = 120.0;    // longer pieces would need too many frequencies
-constexpr double kLongestHole_s = 10.0;  // across a longer gap a line would appear with many side lines
+constexpr double kLongestHole_s = 10.0;  // across a longer gap a peak would appear with many side peaks
 constexpr double kHighest_hz = 4.0;      // of means at 10 Hz
-constexpr double kPerBin = 2.0;          // frequencies per independent one: a line between two keeps its power
+constexpr double kPerBin = 2.0;          // frequencies per independent one: a peak between two keeps its power
 
 /// One mean of the residual with its time.
 struct Moment {
@@ -58,7 +58,7 @@ std::vector<Moment> moments_of(const Vector& target, const ResidualInput& input,
   return out;
 }
 
-/// Pieces in which a line keeps its phase; a piece longer than 120 s is divided into equal ones.
+/// Pieces in which an oscillation keeps its phase; a piece longer than 120 s is divided into equal ones.
 std::vector<Piece> pieces_of(const std::vector<Moment>& moments) {
   std::vector<Piece> out;
   std::size_t first = 0;
@@ -95,9 +95,9 @@ double power_at(const std::vector<Moment>& moments, const Piece& piece, double h
   return 2.0 * (c * c + s * s) / static_cast<double>(piece.last - piece.first);
 }
 
-/// Ratio of a line to the mean power on both sides of it; 0 where there is no power.
+/// Ratio of a spectral peak to the mean power on both sides of it; 0 where there is no power.
 double peak(const std::vector<double>& power, std::size_t bin) {
-  constexpr std::size_t kAround = 32;  // frequencies on both sides, without the line's own
+  constexpr std::size_t kAround = 32;  // frequencies on both sides, without the peak's own
   constexpr std::size_t kOwn = 7;
   double around = 0.0;
   double count = 0.0;
@@ -111,8 +111,8 @@ double peak(const std::vector<double>& power, std::size_t bin) {
   return around > 0.0 ? power[bin] * count / around : 0.0;
 }
 
-// Periodogram of the thinned residual by direct sums: a thousand frequencies, a few hundred samples per minute. A line
-// keeps its phase within a piece, and its power from piece to piece.
+// Periodogram of the thinned residual by direct sums: a thousand frequencies, a few hundred samples per minute. A
+// periodic force keeps its phase within a piece, and its power from piece to piece.
 ResidualPeak strongest_peak(const Vector& target, const ResidualInput& input, const Thinned& thinned) {
   const std::vector<Moment> moments = moments_of(target, input, thinned);
   const std::vector<Piece> pieces = pieces_of(moments);
@@ -194,7 +194,7 @@ Vector subtract_uncertainty(const Vector& sizes, const Vector& input_uncertainty
   return sizes - std::clamp(slope, 0.0, 1.0) * input_uncertainty;
 }
 
-// Reports at most one line of the residuals, and one drift.
+// Reports at most one spectral peak of the residuals, and one drift.
 void report_peaks(const ResidualInput& input, const std::vector<Vector>& targets, const Thinned& thinned,
                   const ResidualOptions& options, ResidualFinding& finding) {
   const auto say = [&](const char* format, double a, double b = 0.0) {

@@ -37,7 +37,7 @@ struct ResidualOptions {
   double shift_factor = 1.5;     ///< times this factor
   double shift_margin = 0.03;    ///< plus this share of the variance
   double minimum_share = 0.12;   ///< least cross-validated share of the variance that counts
-  double periodic_share = 0.25;  ///< one spectral line with more than this share of the power is periodic
+  double periodic_share = 0.25;  ///< one spectral peak with more than this share of the power is periodic
   double periodic_peak = 20.0;   ///< and this many times its neighbourhood
   double drift_share = 0.2;      ///< a straight line over time is a drift with more than this share of the power
   double drift_t = 6.0;          ///< and more than this t, over means of blocks
@@ -54,17 +54,16 @@ struct ResidualFinding {
     double shifted = 0.0;    ///< the best that any group reached on any shifted residual
   };
   std::vector<Share> shares;  ///< all groups, largest first
-  double peak_hz = 0.0;       ///< strongest spectral line
+  double peak_hz = 0.0;       ///< strongest spectral peak
   double peak_share = 0.0;
   double rms = 0.0;
 };
 
 /// Tests the residual by ridge regression on each group, cross-validated over blocks and compared with circular shifts
-/// of the residual; the same for its size; by its strongest spectral line; against the declared floor. Fewer than five
-/// blocks cannot be tested, and the finding says so.
-/// Preconditions: at least one residual, all of the same length; time_s and flight (unless empty) have that length; a
-/// column has that length or the number of thinned rows; block_begin is not empty. Cost: linear in samples, quadratic
-/// in the columns of a group.
+/// of the residual; the same for its size; by its strongest spectral peak; against the declared floor. Fewer than five
+/// blocks cannot be tested, and the finding says so. Preconditions: at least one residual, all of the same length;
+/// time_s and flight (unless empty) have that length; a column has that length or the number of thinned rows;
+/// block_begin is not empty. Cost: linear in samples, quadratic in the columns of a group.
 ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions& options);
 
 /// Appends the samples of another stretch to the groups of the same source and number of columns; an empty `into`

@@ -66,7 +66,7 @@ VibrationPeak vibration_peak(const std::vector<double>& residual, double period_
   }
   const auto strongest = static_cast<std::size_t>(
       std::max_element(power.begin() + static_cast<std::ptrdiff_t>(first), power.end()) - power.begin());
-  // The power of a line between two bins is spread over its neighbours.
+  // The power of a peak between two bins is spread over its neighbours.
   double held = 0.0;
   for (std::size_t bin = std::max(first, strongest - 1); bin <= std::min(last, strongest + 1); ++bin) {
     held += power[bin];

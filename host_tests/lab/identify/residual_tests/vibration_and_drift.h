@@ -6,7 +6,8 @@
 
 namespace m100::lab::identify {
 
-// Two patterns that a regression on causes does not show: a fast line (vibration) and a slow drift.
+// Two patterns that a regression on causes does not show: a spectral peak at a high frequency (vibration) and a slow
+// drift.
 
 struct VibrationPeak {
   double hz = 0.0;
@@ -14,10 +15,10 @@ struct VibrationPeak {
   double peak = 0.0;   ///< over the mean of its neighbourhood
 };
 
-/// Strongest line between 4 Hz and 0.45 of the sample rate, from averaged periodograms of 5 s pieces. In the thinned
-/// residual such a line would appear under a false frequency. Cost: linear in samples.
-/// @param row_s  between the log's own rows, where it was resampled from slower ones: lines above 0.45 of that rate are
-///   made by the resampling
+/// Strongest spectral peak between 4 Hz and 0.45 of the sample rate, from averaged periodograms of 5 s pieces. In the
+/// thinned residual such a peak would appear at a false frequency. Cost: linear in samples.
+/// @param row_s  between the log's own rows, where it was resampled from slower ones: peaks above 0.45 of that rate are
+///   caused by the resampling
 VibrationPeak vibration_peak(const std::vector<double>& residual, double period_s, double row_s = 0.0);
 
 struct Drift {

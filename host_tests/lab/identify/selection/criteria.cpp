@@ -65,8 +65,9 @@ bool convincing(const Comparison& comparison, const SelectionOptions& options) {
   if (comparison.t > least_t && comparison.delta_white > options.minimum_delta_white) {
     return true;
   }
-  // In coloured air the first criterion is not an efficient test, and in a closed loop it is biased: a stick that
-  // counteracts the air moves nothing, which looks like backlash. The whitened criterion must not contradict it.
+  // The criterion on the effective sample size (delta_bic) is inefficient in coloured air, and biased in a closed loop:
+  // a stick that counteracts the air causes no motion, which looks like backlash. So the whitened criterion must not
+  // contradict it.
   return comparison.delta_white >= options.min_delta_white && comparison.delta_bic > options.minimum_delta_bic &&
          (comparison.t > options.minimum_t ||
           (comparison.delta_bic > options.strong_delta_bic && comparison.t > options.minimum_t_strong));

@@ -35,8 +35,8 @@ struct Comparison {
   double delta_white = 0.0;
   double t = 0.0;
   /// Share of the fit's error that the edit removes after the starts of the blocks. A block that begins while the stick
-  /// jumps starts from a wrong state; an edit that only corrects this (a rate limit, beside a lead zero) is no effect
-  /// of the vehicle.
+  /// jumps starts from a wrong state; an edit that only corrects this (such as a rate limit together with a lead zero)
+  /// is no effect of the vehicle.
   double gain_beyond_starts = 0.0;
 };
 

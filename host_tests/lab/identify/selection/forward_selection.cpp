@@ -162,8 +162,8 @@ bool ForwardSelection::add_one() {
   return true;
 }
 
-// `second` was accepted beside `first`. The two are a pair if `first` is also accepted beside `second`, and both are
-// accepted together.
+// `second` was accepted in addition to `first`. The two are a pair if `first` is also accepted in addition to `second`,
+// and both are accepted together.
 std::optional<ForwardSelection::Pair> ForwardSelection::pair_of(const CrossValidatedFit& from, const TriedEdit& first,
                                                                 const CrossValidatedFit& other_alone,
                                                                 const TriedEdit& second) const {
@@ -196,8 +196,8 @@ std::optional<ForwardSelection::Pair> ForwardSelection::try_pair(const CrossVali
   return beside.accepted ? pair_of(from, first, validated(other_alone), beside) : std::nullopt;
 }
 
-// Two effects may hide each other (a dead zone and a trim), so each must be accepted beside the other and have a
-// significant size there. Its gain alone is no evidence: it may be near zero, and may not have been cross-validated.
+// Two effects may hide each other (a dead zone and a trim), so each must be accepted in addition to the other and have
+// a significant size there. Its gain alone is no evidence: it may be near zero, and may not have been cross-validated.
 // `tried` are the single edits of `from`, best first.
 std::vector<ForwardSelection::Pair> ForwardSelection::pairs(const CrossValidatedFit& from,
                                                             const std::vector<TriedEdit>& tried, double worth,
@@ -259,7 +259,7 @@ bool ForwardSelection::add_two() {
   return pair.has_value();
 }
 
-// Drops earlier effects whose gain beside the later ones is too small.
+// Drops earlier effects whose gain in addition to the later ones is too small.
 void ForwardSelection::retest() {
   for (std::size_t at = 0; at + 1 < out_.steps.size();) {
     const std::string name = out_.steps[at].name;

@@ -11,7 +11,7 @@ namespace m100::lab::identify {
 /// Problem::coordinates(). Each alternative is weighed by exp(criterion / 2) against the fit, on whitened residuals
 /// with the penalty of its parameters; the spread is the weighed root mean square of how far it moves the coordinate.
 /// (Model averaging: Burnham and Anderson, Model Selection and Multimodel Inference, 2002, 4.3.) A delay that is too
-/// short to be named moves a frequency by several per cent: no interval within one structure knows that.
+/// short to be named moves a frequency by several per cent, which an interval within one structure does not include.
 /// @param alternatives  fits of other structures to the same blocks. Cost: one simulation for each.
 std::vector<double> structure_spread(const Problem& problem, const Fit& fit, const std::vector<Fit>& alternatives);
 

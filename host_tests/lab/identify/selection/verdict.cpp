@@ -204,7 +204,7 @@ bool forbids_nothing_missing(const Finding& finding) {
 }
 
 std::string verdict_of(const IdentifyResult& result) {
-  // A finding about the log is no effect of the vehicle: an effect named beside it may be its side effect.
+  // A finding about the log is no effect of the vehicle: an effect that is named with it may be its side effect.
   if (!result.unexplained.empty() ||
       std::any_of(result.findings.begin(), result.findings.end(), forbids_nothing_missing)) {
     return "unexplained";

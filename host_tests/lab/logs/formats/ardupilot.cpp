@@ -348,8 +348,8 @@ class ArduPilotLog final : public RawLog {
     return out;
   }
 
-  /// The clock of a message. In logs up to 2015, TimeMS beside a GPS week is the time of that week; the autopilot's own
-  /// time then stands in T, or nowhere.
+  /// The clock of a message. In logs up to 2015, TimeMS in a message with a GPS week is the time of that week; the
+  /// autopilot's own time then stands in T, or nowhere.
   std::vector<double> times(const Type& type, unsigned instance) const {
     const auto labelled = [&](const char* label) {
       return std::find_if(type.fields.begin(), type.fields.end(),

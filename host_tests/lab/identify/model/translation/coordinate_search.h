@@ -65,7 +65,7 @@ Vector residual_of(const TranslationBlocks& part, const Vector& measured, const 
 TimeSeries axis_series(const TranslationBlocks& part, const Vector& residual, std::size_t axis,
                        std::span<const int> weights);
 
-/// Frequency of the strongest line in the horizontal axes of a residual.
+/// Frequency of the strongest spectral peak in the horizontal axes of a residual.
 double strongest_peak_hz(const TranslationBlocks& part, const Vector& residual, std::span<const int> weights);
 
 }  // namespace m100::lab::identify::translation

@@ -49,8 +49,9 @@ class TranslationFamily final : public Family {
   /// Whether the log has the signals that can show the effect. Precondition: knows(name).
   bool is_observable(const std::string& name) const;
 
-  /// How much a log without thrust set point prefers the rigid body of `other` to that of `present` (the same samples):
-  /// the coefficient of their difference beside all linear effects and the strongest line. About 0 or 1.
+  /// Whether a log without thrust set point supports the rigid body of `other` (about 1) or that of `present` (about 0;
+  /// the same samples): the coefficient of their difference in a regression with all linear effects and the strongest
+  /// spectral peak.
   static double preference(const TranslationBlocks& present, const TranslationBlocks& other);
 
  private:

@@ -42,8 +42,8 @@ const std::array<Slot, kSearched>& slots();
 /// Index into slots() of an effect's first searched parameter, which it must have.
 std::size_t slot_of(const model::TranslationEffect& effect);
 
-/// One value for each slot, 0 where the structure does not have the effect. A fit's parameters begin with these values;
-/// the linear parameters follow in the order of the structure.
+/// One value for each parameter that any effect declares as searched, 0 if the structure lacks the effect. A fit's
+/// parameters begin with these values; the linear parameters follow in the order of the structure.
 using SearchPoint = std::array<double, kSearched>;
 /// The searched parameters of a fit. Precondition: it has at least kSearched parameters.
 SearchPoint searched_of(const Fit& fit);

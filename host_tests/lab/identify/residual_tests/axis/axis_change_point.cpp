@@ -244,8 +244,9 @@ void take_date(const PowerAt& powers, double rows, double step_s, ScanHit& hit) 
   }
 }
 
-/// The scan dates the response, which follows the vehicle by delay and dynamics; the simulated switch dates the
-/// vehicle. Both vehicles are held while the date moves, so the interval is that of the date alone.
+/// Finds the date of the change more exactly. The scan finds when the response changes, which is later than the change
+/// of the vehicle by its delay and dynamics. Here the vehicle is simulated with a change at each possible date. The
+/// parameters before and after are kept meanwhile, so the interval is that of the date alone.
 void date_again(const FreeRun& run, const std::vector<FreeParameter>& free_parameters, TriedChange& tried) {
   constexpr double kBefore_s = 2.0;
   constexpr double kAfter_s = 0.5;

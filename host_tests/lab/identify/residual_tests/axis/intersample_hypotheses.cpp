@@ -71,7 +71,7 @@ Rows step_time_variance(const FreeRun& run, const AxisData& data, const model::S
   return out;
 }
 
-/// The share of that variance beside the variance of the air, by maximum likelihood. If the stick moves smoothly,
+/// The share of that variance relative to the variance of the air, by maximum likelihood. If the stick moves smoothly,
 /// sampling it slowly loses nothing: the samples determine it, and the share is zero. The upper limit 3 is a step at
 /// either end of the row, which has three times the variance of a uniformly distributed step.
 double step_time_share(const Rows& white, const Rows& moments, double power) {

@@ -25,7 +25,7 @@ IntersampleHypotheses intersample_hypotheses(const AxisData& data, const std::ve
 
 /// Weighs the innovations of all hypotheses by the uncertainty that an undersampled stick causes. Each step between two
 /// rows may have happened at any moment of the row, which adds a variance to the rows after it; the share of this
-/// variance beside that of the air is estimated by maximum likelihood. Does nothing where the stick is not
+/// variance relative to that of the air is estimated by maximum likelihood. Does nothing where the stick is not
 /// undersampled. Precondition: the first hypothesis is of `data`.
 void weight_by_input_uncertainty(std::span<FreeRun> hypotheses, const AxisData& data, const model::StickAxis& model);
 

@@ -129,9 +129,9 @@ class WeakEffectSearch {
     }
   }
 
-  /// Whether a lead zero only corrects the reading of the log. A straight line between two rows, and a stick held over
-  /// one row, smooth the hand's motion by (w T)^2 / 12 and / 24; a lead zero restores (w t)^2 / 2, so up to half a row
-  /// it may be such a correction.
+  /// Whether a lead zero only compensates for the sampling of the stick. A straight line between two rows, and a stick
+  /// held over one row, smooth the hand's motion by (w T)^2 / 12 and / 24; a lead zero restores (w t)^2 / 2, so up to
+  /// half a row it may be such a correction.
   bool sharpens_the_rows(const Fit& fit) const {
     const double zero_s = family_.model(fit).lead_zero_s;
     return hypotheses_.size() > 1 && zero_s > 0.0 && zero_s < 0.5 * family_.stick_row_s();

@@ -19,8 +19,8 @@ struct WeakEffect {
 /// Finds the likeliest effect that a model lacks, each fitted to whitened free runs together with all parameters of the
 /// model. The selection requires a better prediction of blocks, in which strong slow air hides effects that a
 /// likelihood ratio shows; such an effect rules out the verdict "nothing missing". Each effect starts at several sizes,
-/// and is fitted where a step toward it promises a gain; where the model jumps at its dead zone's edge, also beside the
-/// zone without the jump. Cost: a simulation for each starting point, a few fits.
+/// and is fitted where a step toward it promises a gain; where the model jumps at its dead zone's edge, also together
+/// with a dead zone without the jump. Cost: a simulation for each starting point, a few fits.
 /// @param hypotheses  about the stick between its rows, at least one: first as logged, then the others. An effect is
 ///   certain only if each of them confirms it; rows after a step of an undersampled stick count less.
 /// @param data  of the first hypothesis
