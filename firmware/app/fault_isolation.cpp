@@ -8,13 +8,13 @@ namespace m100::app {
 
 namespace {
 
-/// The speed still grows for a quarter of a second, until the tilt is reversed; a gust adds this much until the
-/// aircraft answers it.
+/// After braking begins the speed may still grow for a quarter of a second, until the tilt is reversed, and by this
+/// much in a gust, until the aircraft reacts.
 constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4;
 
-/// Distance between the poses and the observer's prediction from the reported attitude that has an innocent cause: per
-/// speed the largest error of the time of capture that PathConsistency allows, and another 5 cm for noise and the lag
-/// after a gust (1008 healthy flights: README of est). The mean is over a few poses.
+/// Largest distance of healthy poses from the observer's prediction by the reported attitude: the speed times the
+/// largest error of the time of capture that PathConsistency allows, and another 5 cm for noise and the lag after a
+/// gust (1008 healthy flights: README of est). The mean is over a few poses.
 constexpr double kMaxLate_s = 0.12, kLag_m = 0.05, kPosesMean = 0.25;
 constexpr double kSane = 1e6;  ///< resets an offset that is NaN, which would otherwise stay
 

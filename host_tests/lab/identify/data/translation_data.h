@@ -32,7 +32,7 @@ enum class ForceProjection {
 /// The signals of a log for translation, at the log's own rate. World frame, z up.
 ///
 /// Rigid body: a = T b3 - g e3, where b3 is the body's z axis and T the thrust over mass. T is the logged thrust set
-/// point times g; without one, see Thrust. The vertical axis tests the model only with a set point: otherwise
+/// point times g; without one, see ThrustSource. The vertical axis tests the model only with a set point: otherwise
 /// thrust is not predicted but measured.
 ///
 /// a comes from velocity; without it from position; without both from the accelerometer. Every series passes the same
@@ -49,7 +49,7 @@ struct TranslationData {
   double time_s(std::size_t i) const { return start_s + period_s * static_cast<double>(i); }
   /// Number of the flight in which a sample lies.
   std::size_t flight_of(std::size_t i) const;
-  /// Whether the log has the signals that an effect with these needs shows in.
+  /// Whether the log has the signals in which an effect with these needs shows.
   bool has_signals_for(const model::Needs& needs) const {
     return (!needs.velocity || has_velocity) && (!needs.thrust_set_point || has_thrust) &&
            (!needs.tilt_in_thrust || source != "force");

@@ -52,15 +52,15 @@ constexpr std::array<AttitudeHypothesis, 15> kReadings{{
     {"swapped_axes", "position", "x and y of the world exchanged", false, -1.0, 1.0, -1.0, kQuarter},
 }};
 
-/// How well a reading fits.
+/// How well an interpretation of the attitude fits.
 struct ReadingFit {
-  double gain = 0.0;           ///< of the acceleration on the tilt; 1 where the reading is right
+  double gain = 0.0;           ///< of the acceleration on the tilt; 1 where the interpretation is right
   double rms = 0.0;            ///< of the residual
   std::vector<double> blocks;  ///< sum of the squared residual in each block
 };
 
-/// The residual of the horizontal acceleration under a reading, after removing the means of both axes and one common
-/// gain.
+/// The residual of the horizontal acceleration under one interpretation of the attitude, after removing the means of
+/// both axes and one common gain.
 ReadingFit fit_of(const AttitudeHypothesis& hypothesis, const FlightLog& log, const TranslationData& data,
                   const TranslationBlocks& blocks, const std::vector<std::size_t>& samples) {
   std::array<std::vector<double>, 2> tilt;
@@ -117,10 +117,10 @@ ReadingFit fit_of(const AttitudeHypothesis& hypothesis, const FlightLog& log, co
   return out;
 }
 
-/// Whether one reading fits better than another beyond chance, over blocks of 2.5 s. Four standard errors of the paired
-/// difference leave one false answer in a thousand for fourteen readings and ten blocks. A gust that the pilot
-/// counteracts makes tilt and acceleration unlike, but gives no gain near one: the wrong reading must have the gain of
-/// a right one.
+/// Whether one interpretation fits significantly better than another, over blocks of 2.5 s. Four standard errors of the
+/// paired difference leave one false answer in a thousand for fourteen interpretations and ten blocks. A gust that the
+/// pilot counteracts makes tilt and acceleration differ, but then the gain is not near one: the better interpretation
+/// must also have the gain of a right one.
 bool clearly_better(const ReadingFit& one, const ReadingFit& other) {
   constexpr std::size_t kMinBlocks = 8;
   constexpr double kErrors = 4.0;

@@ -15,11 +15,11 @@ namespace m100::lab::identify::translation {
 logs::FlightLog repaired(const logs::FlightLog& log, const std::vector<Range>& requested,
                          std::vector<Finding>& findings);
 
-/// Tests whether another reading of the attitude predicts the measured acceleration much better than that of the column
-/// map: signs of roll and pitch, both exchanged, a heading of the other sign, quarter and half turns. The correct
-/// reading leaves a twentieth of the error; the threshold is half of it. The sign of the heading cannot be found where
-/// the heading hardly changes: readings that fit equally well are listed in the text.
-/// @returns nothing where the map's reading is the best, or no attitude is logged.
+/// Tests whether another interpretation of the attitude predicts the measured acceleration much better than the column
+/// map's: signs of roll and pitch, both exchanged, a heading of the other sign, quarter and half turns. The correct one
+/// leaves a twentieth of the error; the threshold is half of the error. The sign of the heading cannot be found where
+/// the heading hardly changes: interpretations that fit equally well are listed in the text.
+/// @returns nothing where the map's interpretation is the best, or no attitude is logged.
 std::vector<Finding> misread_attitude(const logs::FlightLog& log, const std::vector<Range>& ranges);
 
 }  // namespace m100::lab::identify::translation
