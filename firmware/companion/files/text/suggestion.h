@@ -39,7 +39,7 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 /// The end of a message about an unknown word: "; did you mean `damping_ratio`?". Empty: no known word is near, because
 /// more than a third of its letters differ, or the word itself is known, but has no place here.
-/// @param known rows that outlive the call. @param name of a row: its word.
+/// @param known rows that outlive the call. @param name gives the word of a row.
 template <typename Rows, typename Name = std::identity>
 std::string did_you_mean(std::string_view word, const Rows& known, Name name = {}) {
   std::string_view nearest;

@@ -31,7 +31,8 @@ class FlightWinds {
   explicit FlightWinds(const TranslationBlocks& part);
 
   bool active() const { return own_ || head_; }
-  /// The winds in values of the part's rows. @param head  the same in the rows of the part's head, where there is one.
+  /// Estimates the winds from a series. @param rows  its values in the rows of the part. @param head  its values in the
+  /// rows of the part's head, where there is one.
   /// @param weights  one for each block; empty: all count once. A flight without a block gets the mean.
   Winds of(const Vector& rows, const Vector& head, std::span<const int> weights) const;
   /// Subtracts winds from rows.
