@@ -226,19 +226,23 @@ TEST(MarginBox, FindsTheRobustDesignInsideAndTheFastOneOutside) {
 
 }  // namespace
 
-// Every design uses the whole tilt in the step of 6 m, so the flown tilts differ in their last digits only. Catches a
-// search that takes such a digit for a tilt beyond the file's, and reports that no design keeps the limits.
-TEST(DesignSearch, KeepsTheTiltOfTheFileToAStickCount) {
-  const FlownScore before{.hover_m = 0.02, .motion_deg_s = 20.0, .tilt_deg = 28.8562, .stayed = true};
-  const FlownLimits limits = field_limits(companion::load_vehicle(kVehicle).vehicle, before);
+// A step of 6 m uses the whole tilt. Catches a search that allows no design more of it than the vehicle file flies:
+// with the default file it found no design, because each learns the trim more slowly and flew 29.3 to 29.6 degrees.
+TEST(DesignSearch, AllowsTheTiltThatTheSupervisorPasses) {
+  const model::Vehicle vehicle = companion::load_vehicle(kVehicle).vehicle;
+  const FlownScore before{.hover_m = 0.02, .motion_deg_s = 20.0, .tilt_deg = 28.856, .stayed = true};
   FlownScore flown = before;
-  flown.tilt_deg += 0.0002;
-  EXPECT_EQ(limits.excess(flown), 0.0);
-  flown.tilt_deg += 0.5;
-  EXPECT_GT(limits.excess(flown), 0.01);
+  flown.tilt_deg = 29.56;
+  EXPECT_EQ(field_limits(vehicle, before).excess(flown), 0.0);
+  flown.tilt_deg = 30.6;
+  EXPECT_NEAR(field_limits(vehicle, before).excess(flown), 0.02, 1e-6);
+  // A file that itself exceeds the limit allows as much, and sticks are whole counts.
+  FlownScore beyond = before;
+  beyond.tilt_deg = 30.59;
+  EXPECT_EQ(field_limits(vehicle, beyond).excess(flown), 0.0);
   flown = before;
   flown.hover_m *= 1.01 * kMaxHoverPrice;
-  EXPECT_NEAR(limits.excess(flown), 0.01, 1e-9);
+  EXPECT_NEAR(field_limits(vehicle, before).excess(flown), 0.01, 1e-9);
 }
 
 }  // namespace m100::lab::gains

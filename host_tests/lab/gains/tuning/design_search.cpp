@@ -7,6 +7,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "firmware/safety/limits.h"
+
 namespace m100::lab::gains {
 namespace {
 
@@ -186,8 +188,10 @@ double FlownLimits::excess(const FlownScore& flown) const {
 }
 
 FlownLimits field_limits(const model::Vehicle& vehicle, const FlownScore& before) {
-  const double count_rad = std::max(vehicle.roll.scale_per_count, vehicle.pitch.scale_per_count);
-  return {.tilt_deg = before.tilt_deg + count_rad * 57.29577951, .hover_m = kMaxHoverPrice * before.hover_m};
+  constexpr double kDegrees = 57.29577951;
+  const double count_deg = std::max(vehicle.roll.scale_per_count, vehicle.pitch.scale_per_count) * kDegrees;
+  return {.tilt_deg = std::max(before.tilt_deg + count_deg, safety::Envelope{}.tilt_rad * kDegrees),
+          .hover_m = kMaxHoverPrice * before.hover_m};
 }
 
 DesignSearchResult search_designs(const model::Vehicle& vehicle, const MarginBox& box, const FlyDesign& fly,

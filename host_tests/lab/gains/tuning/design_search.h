@@ -57,8 +57,9 @@ struct FlownLimits {
   /// Sum of the shares by which a design exceeds the limits.
   double excess(const FlownScore& flown) const;
 };
-/// Those of mode field, from what the vehicle file flies. The tilt may be larger by a stick count: every design uses
-/// the whole tilt in the step, and sticks are whole counts.
+/// Those of mode field, from what the vehicle file flies. The step needs the whole tilt, and a design that learns the
+/// trim more slowly tilts further (0.6 degrees): allowed is the supervisor's limit, or that of the file and a stick
+/// count.
 FlownLimits field_limits(const model::Vehicle& vehicle, const FlownScore& before);
 
 /// Chooses weights, noises and the numbers that the controller predicts with, so that the mean error of the reference
