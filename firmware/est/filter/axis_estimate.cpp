@@ -42,7 +42,7 @@ AxisEstimate<Real> DisturbanceEkf<S, Real>::estimate_of(const AxisFilter<S>& f,
       lag.inflated({.pp_m2 = own_m2,
                     .pv_m2_s = covariance(Filter::kV, Filter::kP) * kPerUnit,
                     .vv_m2_s2 = covariance(Filter::kV, Filter::kV) * kPerUnitSquared},
-                   core::seconds<Real>(pose_.age), core::seconds<Real>(pose_.since_use), acceleration_stored_);
+                   core::seconds<Real>(pose_.age), core::seconds<Real>(pose_.since_use), pose_.acceleration_stored);
   return {.position_m = real(f.state(Filter::kP)),
           .velocity_m_s = velocity_m_s,
           .tilt_rad = tilt_rad,

@@ -165,11 +165,11 @@ template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::fuse_specific_force(const DisturbanceAcceleration<Real>& disturbance_acceleration) {
   using DisturbanceUse = typename AxisFilter<S>::DisturbanceUse;
   if (!disturbance_acceleration.is_known) {
-    acceleration_stored_ = false;
+    pose_.acceleration_stored = false;
     return;
   }
   const bool missed = pose_.since_use > kPoseMissed;
-  const bool notes = !acceleration_stored_ || pose_.since_use == core::Duration(0);
+  const bool notes = !pose_.acceleration_stored || pose_.since_use == core::Duration(0);
   const DisturbanceUse use = notes    ? DisturbanceUse::kStored
                              : missed ? DisturbanceUse::kTracked
                                       : DisturbanceUse::kHeld;
@@ -180,7 +180,7 @@ void DisturbanceEkf<S, Real>::fuse_specific_force(const DisturbanceAcceleration<
   };
   x_.fuse_specific_force(number(disturbance_acceleration.mean_w_m_s2.x()), use);
   y_.fuse_specific_force(number(disturbance_acceleration.mean_w_m_s2.y()), use);
-  acceleration_stored_ = true;
+  pose_.acceleration_stored = true;
 }
 
 template <typename S, typename Real>

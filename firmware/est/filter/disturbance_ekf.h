@@ -118,7 +118,6 @@ class DisturbanceEkf {
   CommandHistory<S, Real> commands_;
   core::CachedSinCos<Real> heading_;
   Real pose_variance_m2_;             ///< the vehicle file's
-  bool acceleration_stored_ = false;  ///< at the newest used pose, or since then
   bool started_ = false;
   core::Duration since_start_{0};
   core::Duration since_recovery_ = std::chrono::seconds(2);
@@ -138,7 +137,8 @@ class DisturbanceEkf {
     core::Duration since_use{0};
     core::Duration age{0};
     Real time_sigma_s{0};
-    std::uint32_t ceilings = 0;  ///< ceilings_met() when it was used
+    bool acceleration_stored = false;  ///< at that pose, or since then
+    std::uint32_t ceilings = 0;        ///< ceilings_met() when it was used
     std::uint32_t refused_in_a_row = 0;
     Refusal<Real> refusal;
   } pose_;

@@ -29,8 +29,6 @@
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
-#include "host_tests/sim/world/base_plant.h"
-#include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab {
 namespace {
@@ -216,12 +214,41 @@ void say_stage(const char* stage) {
   }
 }
 
+/// The table file of all modes of the vehicle file, one after the other (companion::FlightModel), field first.
+std::string table_of_modes(const gains::TableSet& field, const companion::VehicleFile& file,
+                           const gains::SetpointBox& box) {
+  std::string out;
+  const auto append = [&out](const gains::TableSet& set) {
+    for (const std::byte byte : gains::to_file(set)) {
+      out.push_back(static_cast<char>(byte));
+    }
+  };
+  append(field);
+  for (const companion::Mode mode : companion::kModes) {
+    if (mode != companion::Mode::kField && companion::has_mode(file, mode)) {
+      append(gains::make_table_set(companion::in_mode(file, mode), box, progress_line()));
+    }
+  }
+  return out;
+}
+
+/// @returns false: with --check, a file differs; or there is no proof for a certificate
+bool write_tables(const companion::VehicleFile& file, const std::vector<gains::OpenStructure>& structures,
+                  const gains::TableSet& set, const std::string& table, const GainsOptions& options) {
+  bool same = options.header.empty() || put(options.header, gains::to_header(set, file.vehicle), options.check);
+  if (!options.certificate.empty() && !certify(file, structures, table, options)) {
+    std::fprintf(stderr, "m100-lab: %s: no certificate was written\n", options.vehicle.c_str());
+    same = false;
+  }
+  return (options.table.empty() || put(options.table, table, options.check)) && same;
+}
+
 void run(const GainsOptions& options) {
   check_files(options);
   std::signal(SIGINT, stop);
   companion::VehicleFile file = companion::load_vehicle(options.vehicle);
   gains::TableSet set{};
-  std::vector<std::byte> bytes;  // of the table file: both modes in sequence, see companion::FlightModel
+  std::string table;
   std::vector<gains::OpenStructure> structures;
   try {
     structures = structures_of(file, options);
@@ -242,33 +269,14 @@ void run(const GainsOptions& options) {
       report_setpoint_law("x", set.x);
       report_setpoint_law("y", set.y);
     }
-    bytes = gains::to_file(set);
     if (!options.table.empty() || !options.certificate.empty()) {
-      for (const companion::Mode mode : companion::kModes) {
-        if (mode != companion::Mode::kField && companion::has_mode(file, mode)) {
-          const companion::VehicleFile other = companion::in_mode(file, mode);
-          const std::vector<std::byte> more = gains::to_file(gains::make_table_set(other, box, progress_line()));
-          bytes.insert(bytes.end(), more.begin(), more.end());
-        }
-      }
+      table = table_of_modes(set, file, box);
     }
   } catch (const std::domain_error& wrong) {
     throw InputError(options.vehicle, 0, "axis", wrong.what());
   }
   std::signal(SIGINT, SIG_IGN);  // from here on the files are written
-  bool same = true;
-  if (!options.header.empty()) {
-    same = put(options.header, gains::to_header(set, file.vehicle), options.check) && same;
-  }
-  if (!options.certificate.empty() &&
-      !certify(file, structures, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, options)) {
-    std::fprintf(stderr, "m100-lab: %s: no certificate was written\n", options.vehicle.c_str());
-    same = false;
-  }
-  if (!options.table.empty()) {
-    same = put(options.table, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, options.check) && same;
-  }
-  if (!same) {
+  if (!write_tables(file, structures, set, table, options)) {
     throw CLI::RuntimeError(kAnswerIsNo);
   }
 }

@@ -48,21 +48,6 @@ double turned(const std::vector<Complex>& loop, double gain) {
   return sum;
 }
 
-struct Law {
-  FlownController controller;
-  std::vector<Eigen::RowVectorXcd> response;  ///< by frequency
-};
-
-Law law_of(const model::Vehicle& believed, Axis axis, const LoopTiming& timing,
-           const std::vector<double>& frequencies_rad_s) {
-  Law out{.controller = FlownController(believed, axis, timing), .response = {}};
-  const LiftedController lifted(out.controller, timing);
-  for (const double w : frequencies_rad_s) {
-    out.response.push_back(lifted.response(std::polar(1.0, w * 0.01 * static_cast<double>(timing.command_ticks))));
-  }
-  return out;
-}
-
 const char* word(Axis axis) { return axis == Axis::kX ? "x" : "y"; }
 
 /// The open loop of one law with the plants of a case, at the case's frequencies.
@@ -228,44 +213,58 @@ void MarginBox::add_peak(const Case& one, const Plant& plant, double peak, bool 
   out.stable = out.stable && stable;
 }
 
+const MarginBox::Law& MarginBox::law_of(const Case& one, const model::Vehicle& believed, Laws& known) {
+  std::optional<Law>& law = known[(one.axis == Axis::kX ? 0U : 1U) + (one.timing.by_sticks ? 2U : 0U)];
+  if (!law) {
+    law.emplace(Law{.controller = FlownController(believed, one.axis, one.timing), .response = {}});
+    const LiftedController lifted(law->controller, one.timing);
+    for (const double w : one.frequencies_rad_s) {
+      const double angle = w * 0.01 * static_cast<double>(one.timing.command_ticks);
+      law->response.push_back(lifted.response(std::polar(1.0, angle)));
+    }
+  }
+  return *law;
+}
+
+void MarginBox::add_case(const Case& one, const Law& law, Extent extent, WorstMargins& out) const {
+  const OpenStructure& structure = structures_[one.structure];
+  const double scale = law.controller.scale_per_count;
+  const double stick =
+      one.timing.by_sticks && scale > 0.0 ? attitude_of(structure.vehicle, one.axis).scale_per_count / scale : 1.0;
+  CaseLoop loop(law.response, stick, one.frequencies_rad_s.size());
+  loop.open(one.corners.front().response);
+  loop.set_stable();
+  const bool is_box = extent == Extent::kBox || extent == Extent::kCertified;
+  const Range gain = extent == Extent::kNominal ? Range{1.0, 1.0} : structure.box[one.axis == Axis::kX ? 0 : 1].gain;
+  for (const Plant& plant : is_box ? one.box : one.corners) {
+    const bool is_certified = plant.pose_age_ticks == static_cast<int>(one.timing.pose_age_ticks);
+    if ((extent == Extent::kCertified && !is_certified) || (extent == Extent::kNominal && plant.frequency != 1.0)) {
+      continue;
+    }
+    loop.open(plant.response);
+    const bool stable = loop.is_stable(gain.low) && loop.is_stable(gain.high);
+    if (is_box || plant.extra_delay_s == 0.0) {
+      add_peak(one, plant, loop.peak_sensitivity(gain), stable, out);
+    } else if (!stable || !loop.is_stable(1.0)) {
+      out.delay_margin_s = std::min(out.delay_margin_s, plant.extra_delay_s - kDelayStep_s);
+    }
+  }
+}
+
 WorstMargins MarginBox::worst(const model::Vehicle& believed, Extent extent, const BoxSelection& only) const {
   WorstMargins out{.delay_margin_s = kDelayStep_s * kDelaySteps};
-  std::array<std::optional<Law>, 4> laws;  // by axis and channel: the controller is the same on all structures
+  Laws laws;
   for (const Case& one : cases_) {
     if (only.structure.value_or(one.structure) != one.structure || only.axis.value_or(one.axis) != one.axis ||
         only.by_sticks.value_or(one.timing.by_sticks) != one.timing.by_sticks) {
       continue;
     }
-    std::optional<Law>& known = laws[(one.axis == Axis::kX ? 0U : 1U) + (one.timing.by_sticks ? 2U : 0U)];
-    if (!known) {
-      known.emplace(law_of(believed, one.axis, one.timing, one.frequencies_rad_s));
-    }
+    const Law& law = law_of(one, believed, laws);
     const OpenStructure& structure = structures_[one.structure];
-    if (!FlownLoop(known->controller, structure.vehicle, one.axis, one.timing).closed_is_stable()) {  // by eigenvalues
+    if (!FlownLoop(law.controller, structure.vehicle, one.axis, one.timing).closed_is_stable()) {  // by eigenvalues
       return {.stable = false, .peak_sensitivity = 1e9, .where = structure.name + ", " + word(one.axis)};
     }
-    const double scale = known->controller.scale_per_count;
-    const double stick =
-        one.timing.by_sticks && scale > 0.0 ? attitude_of(structure.vehicle, one.axis).scale_per_count / scale : 1.0;
-    CaseLoop loop(known->response, stick, one.frequencies_rad_s.size());
-    loop.open(one.corners.front().response);
-    loop.set_stable();
-    const AxisBox& box = structure.box[one.axis == Axis::kX ? 0 : 1];
-    const bool is_box = extent == Extent::kBox || extent == Extent::kCertified;
-    const Range gain = extent == Extent::kNominal ? Range{1.0, 1.0} : box.gain;
-    for (const Plant& plant : is_box ? one.box : one.corners) {
-      const bool is_certified = plant.pose_age_ticks == static_cast<int>(one.timing.pose_age_ticks);
-      if ((extent == Extent::kCertified && !is_certified) || (extent == Extent::kNominal && plant.frequency != 1.0)) {
-        continue;
-      }
-      loop.open(plant.response);
-      const bool stable = loop.is_stable(gain.low) && loop.is_stable(gain.high);
-      if (is_box || plant.extra_delay_s == 0.0) {
-        add_peak(one, plant, loop.peak_sensitivity(gain), stable, out);
-      } else if (!stable || !loop.is_stable(1.0)) {
-        out.delay_margin_s = std::min(out.delay_margin_s, plant.extra_delay_s - kDelayStep_s);
-      }
-    }
+    add_case(one, law, extent, out);
   }
   return out;
 }

@@ -96,7 +96,16 @@ class MarginBox {
     std::vector<double> frequencies_rad_s{};
     std::vector<Plant> corners{}, box{};
   };
+  struct Law {
+    FlownController controller;
+    std::vector<Eigen::RowVectorXcd> response;  ///< by frequency
+  };
+  using Laws = std::array<std::optional<Law>, 4>;  ///< by axis and channel: the same on all structures
+
   void add_plants(Case& one);
+  static const Law& law_of(const Case& one, const model::Vehicle& believed, Laws& known);
+  /// Adds the worst of one case, whose closed loop is stable on the structure itself.
+  void add_case(const Case& one, const Law& law, Extent extent, WorstMargins& out) const;
   void add_peak(const Case& one, const Plant& plant, double peak, bool stable, WorstMargins& out) const;
   Plant plant(const Case& one, double frequency, double damping, double delay_s, int pose_age, double extra_s) const;
 

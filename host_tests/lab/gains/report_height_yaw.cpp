@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 #include "firmware/ctl/law/altitude_pid.h"
 #include "host_tests/lab/gains/margins.h"
@@ -48,26 +49,38 @@ Margins margins_at(const Loop& loop, const model::StickAxis& axis, double gain, 
   return out;
 }
 
-Margins worst_corner(const Loop& loop, const model::StickAxis& axis, const LoopTiming& timing) {
-  Margins worst{.stable = true, .gain_margin = 1e9, .phase_margin_rad = std::numbers::pi, .delay_margin_s = 1e9};
+/// The axis with these factors of gain and frequency, and these differences of damping and delay.
+struct Corner {
+  double gain, frequency, damping, delay_s;
+};
+
+std::vector<Corner> corners() {
+  std::vector<Corner> out;
   for (const double gain : {0.8, 1.0, 1.2}) {
     for (const double frequency : {0.8, 1.0, 1.2}) {
       for (const double damping : {-0.1, 0.1}) {
-        for (const double delay_s : {-0.01, 0.01}) {
-          model::StickAxis one = axis;
-          one.natural_frequency_rad_s *= frequency;
-          one.time_constant_s /= frequency;
-          one.damping_ratio += one.is_first_order() ? 0.0 : damping;
-          one.transport_delay_s = std::max(0.0, one.transport_delay_s + delay_s);
-          const Margins margins = margins_at(loop, one, gain, timing);
-          worst.stable = worst.stable && margins.stable;
-          worst.peak_sensitivity = std::max(worst.peak_sensitivity, margins.peak_sensitivity);
-          worst.gain_margin = std::min(worst.gain_margin, margins.gain_margin);
-          worst.phase_margin_rad = std::min(worst.phase_margin_rad, margins.phase_margin_rad);
-          worst.delay_margin_s = std::min(worst.delay_margin_s, margins.delay_margin_s);
-        }
+        out.push_back({gain, frequency, damping, -0.01});
+        out.push_back({gain, frequency, damping, 0.01});
       }
     }
+  }
+  return out;
+}
+
+Margins worst_corner(const Loop& loop, const model::StickAxis& axis, const LoopTiming& timing) {
+  Margins worst{.stable = true, .gain_margin = 1e9, .phase_margin_rad = std::numbers::pi, .delay_margin_s = 1e9};
+  for (const Corner& corner : corners()) {
+    model::StickAxis one = axis;
+    one.natural_frequency_rad_s *= corner.frequency;
+    one.time_constant_s /= corner.frequency;
+    one.damping_ratio += one.is_first_order() ? 0.0 : corner.damping;
+    one.transport_delay_s = std::max(0.0, one.transport_delay_s + corner.delay_s);
+    const Margins margins = margins_at(loop, one, corner.gain, timing);
+    worst.stable = worst.stable && margins.stable;
+    worst.peak_sensitivity = std::max(worst.peak_sensitivity, margins.peak_sensitivity);
+    worst.gain_margin = std::min(worst.gain_margin, margins.gain_margin);
+    worst.phase_margin_rad = std::min(worst.phase_margin_rad, margins.phase_margin_rad);
+    worst.delay_margin_s = std::min(worst.delay_margin_s, margins.delay_margin_s);
   }
   return worst;
 }

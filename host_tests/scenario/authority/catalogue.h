@@ -35,7 +35,7 @@ enum class FaultReach : std::uint8_t {
 /// One fault of the battery.
 struct Fault {
   std::string_view name;
-  Group group;
+  Group group{};  ///< set by of_group()
   void (*strike)(Bench& bench);
   std::uint8_t stages = kAnyStage;
   /// Limit from the strike until the transmitter has control; 0: the flight may continue.
@@ -59,12 +59,22 @@ inline constexpr double kSilentLink_s =
 inline constexpr double kChange_s = 1.0;  // R15: stop, authority or Virtual RC changing without us
 inline constexpr double kDeath_s = 1.5;   // R15: death or hang
 
+/// The rows of one group, which need not repeat it.
+template <std::size_t kCount>
+constexpr std::array<Fault, kCount> of_group(Group group, std::array<Fault, kCount> rows) {
+  for (Fault& fault : rows) {
+    fault.group = group;
+  }
+  return rows;
+}
+
 /// All faults of the battery; each row is one fault at all its stages.
 std::span<const Fault> catalogue();
 
 // Parts of the catalogue.
 std::span<const Fault> line_faults();
-std::span<const Fault> authority_faults();  ///< faults of authority and of the port
+std::span<const Fault> authority_faults();
+std::span<const Fault> port_faults();
 std::span<const Fault> process_faults();
 std::span<const Fault> pose_faults();
 

@@ -42,18 +42,15 @@ void slow_down(Bench& bench) {
 
 constexpr std::array kFaults{
     Fault{.name = "pose lost",
-          .group = Group::kPose,
           .strike = [](Bench& b) { b.poses.plan.cut = true; },
           .stages = kWithPose,
           .within_s = kFailsafe_s},
     Fault{.name = "pose lost for 0.3 s",
-          .group = Group::kPose,
           .strike = [](Bench& b) { b.poses.plan.cut = true; },
           .stages = kWithPose,
           .heals_after_s = 0.3,
           .heal = [](Bench& b) { b.poses.plan.cut = false; }},
     Fault{.name = "pose lost, --once",  // a script must not wait for ever: it ends after 20 s without a pose
-          .group = Group::kPose,
           .strike = [](Bench& b) { b.poses.plan.cut = true; },
           .stages = bit(Stage::kStarting),
           .heals_after_s = 18.0,  // the case is watched for 5 s more
@@ -61,13 +58,11 @@ constexpr std::array kFaults{
           .prepare = [](Setup& s) { s.more_words.emplace_back("--once"); },
           .ends_alone = true},
     Fault{.name = "pose port unplugged",
-          .group = Group::kPose,
           .strike = [](Bench& b) { b.cable().unplug(End::kClientPose); },
           .stages = kWithPose,
           .within_s = kFailsafe_s},
-    Fault{.name = "pose frozen", .group = Group::kPose, .strike = freeze_pose, .stages = kWithPose},
+    Fault{.name = "pose frozen", .strike = freeze_pose, .stages = kWithPose},
     Fault{.name = "pose jumps 1 m",
-          .group = Group::kPose,
           .strike =
               [](Bench& b) {
                 b.pose_messages.set_change([](mavlink::AttPosMocap& message, core::TimePoint) {
@@ -78,7 +73,6 @@ constexpr std::array kFaults{
           .stages = bit(Stage::kFlying),
           .within_s = kFailsafe_s},
     Fault{.name = "pose turned by half a turn",
-          .group = Group::kPose,
           .strike =
               [](Bench& b) {
                 b.pose_messages.set_change([](mavlink::AttPosMocap& message, core::TimePoint) {
@@ -89,7 +83,6 @@ constexpr std::array kFaults{
           .stages = bit(Stage::kFlying),
           .within_s = kFailsafe_s},
     Fault{.name = "pose not a number",
-          .group = Group::kPose,
           .strike =
               [](Bench& b) {
                 b.pose_messages.set_change([](mavlink::AttPosMocap& message, core::TimePoint) {
@@ -100,33 +93,24 @@ constexpr std::array kFaults{
           .stages = kWithPose,
           .within_s = kFailsafe_s},
     Fault{.name = "pose 0.4 s late",
-          .group = Group::kPose,
           .strike = [](Bench& b) { b.poses.plan.delay = milliseconds(400); },  // the stamps show the capture time
           .stages = kWithPose,
           .within_s = kFailsafe_s},
     Fault{.name = "pose scrambled",
-          .group = Group::kPose,
           .strike = [](Bench& b) { b.poses.plan.flip_per_bit = 0.03; },
           .stages = kWithPose,
           .within_s = kFailsafe_s},
     // A source that becomes worse: the flight must continue as with a source that was so from the start.
-    Fault{.name = "pose slows to 33 Hz",
-          .group = Group::kPose,
-          .strike = slow_down,
-          .stages = bit(Stage::kFlying),
-          .flies_on = true},
+    Fault{.name = "pose slows to 33 Hz", .strike = slow_down, .stages = bit(Stage::kFlying), .flies_on = true},
     Fault{.name = "pose in bunches of 50 ms",
-          .group = Group::kPose,
           .strike = [](Bench& b) { b.poses.plan.bunch = milliseconds(50); },
           .stages = bit(Stage::kFlying),
           .flies_on = true},
     Fault{.name = "pose in bunches of 80 ms",
-          .group = Group::kPose,
           .strike = [](Bench& b) { b.poses.plan.bunch = milliseconds(80); },
           .stages = bit(Stage::kFlying),
           .flies_on = true},
     Fault{.name = "pose later by 100 to 140 ms",
-          .group = Group::kPose,
           .strike =
               [](Bench& b) {
                 b.poses.plan.delay = milliseconds(100);
@@ -138,6 +122,9 @@ constexpr std::array kFaults{
 
 }  // namespace
 
-std::span<const Fault> pose_faults() { return kFaults; }
+std::span<const Fault> pose_faults() {
+  static constexpr std::array kAll = of_group(Group::kPose, kFaults);
+  return kAll;
+}
 
 }  // namespace m100::authority

@@ -7,6 +7,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "firmware/safety/limits.h"
+
 namespace m100::lab::gains {
 namespace {
 
@@ -75,12 +77,6 @@ double margin_excess(const DesignTrial& trial, const MarginLimits& limits) {
          under(trial.nominal.delay_margin_s, limits.nominal_delay_s);
 }
 
-/// What a mode allows in flight.
-struct FlownLimits {
-  double tilt_deg = 90.0;
-  double hover_share = std::numeric_limits<double>::infinity();  ///< of the horizontal error of the vehicle file
-};
-
 class Search {
  public:
   Search(const model::Vehicle& vehicle, const MarginBox& box, const FlyDesign& fly, DesignSearchResult& result,
@@ -93,38 +89,40 @@ class Search {
     flown_limits_ = flown;
     best_ = {};
     best_.excess = std::numeric_limits<double>::infinity();
-    Factors at = start;
-    int left = kTrials;
-    best_ = trial(at);
-    --left;
-    for (double step = 1.6; step > 1.06 && left > 0;) {
+    found_ = start;
+    left_ = kTrials;
+    best_ = trial(found_);
+    for (double step = 1.6; step > 1.06 && left_ > 0;) {
       bool better = false;
-      for (std::size_t k = 0; k < changes && left > 0; ++k) {
-        const double size = k < kWeights ? step : 1.0 + 0.25 * (step - 1.0);  // the model's numbers are known better
-        for (const double factor : {size, 1.0 / size}) {
-          Factors next = at;
-          next[k] *= factor;
-          --left;
-          const DesignTrial one = trial(next);
-          if (is_better(one)) {
-            best_ = one;
-            at = next;
-            better = true;
-            break;
-          }
-        }
+      for (std::size_t k = 0; k < changes && left_ > 0; ++k) {
+        better = improve(k, step) || better;
       }
       step = better ? step : std::sqrt(step);
     }
-    for (; left > 0; --left) {
+    for (; left_ > 0; --left_) {
       tried_();
     }
-    found_ = at;
     return best_;
   }
   const Factors& found() const { return found_; }
 
  private:
+  /// Tries one factor larger, then smaller. @returns whether one of them is better, and now the best
+  bool improve(std::size_t k, double step) {
+    const double size = k < kWeights ? step : 1.0 + 0.25 * (step - 1.0);  // the model's numbers are known better
+    for (const double factor : {size, 1.0 / size}) {
+      Factors next = found_;
+      next[k] *= factor;
+      const DesignTrial one = trial(next);
+      if (is_better(one)) {
+        best_ = one;
+        found_ = next;
+        return true;
+      }
+    }
+    return false;
+  }
+
   bool is_better(const DesignTrial& one) const {
     return one.excess > 0.0 || best_.excess > 0.0 ? one.excess < best_.excess * (1.0 - 1e-9)
                                                   : one.error < best_.error * (1.0 - 1e-4);
@@ -133,6 +131,7 @@ class Search {
   DesignTrial trial(const Factors& factors) {
     DesignTrial out;
     tried_();
+    --left_;
     model::Vehicle believed = vehicle_;
     believed.design = out.design = apply(vehicle_, factors);
     believed.robust = {};
@@ -152,8 +151,7 @@ class Search {
     const FlownScore& before = result_.before;
     out.error = 0.25 * (out.flown.hover_m / before.hover_m + out.flown.wind_m / before.wind_m +
                         out.flown.square_m / before.square_m + out.flown.step_m_s / before.step_m_s);
-    out.excess += over(out.flown.motion_deg_s, kMaxMotion_deg_s) + over(out.flown.tilt_deg, flown_limits_.tilt_deg) +
-                  over(out.flown.hover_m / before.hover_m, flown_limits_.hover_share) + (out.flown.stayed ? 0.0 : 10.0);
+    out.excess += flown_limits_.excess(out.flown);
     result_.trials.push_back(out);
     return out;
   }
@@ -165,8 +163,9 @@ class Search {
   const std::function<void()>& tried_;
   const MarginLimits* limits_ = nullptr;
   FlownLimits flown_limits_;
+  int left_ = 0;  ///< trials
   DesignTrial best_;
-  Factors found_{};
+  Factors found_{};  ///< of the best
 };
 
 std::optional<DesignTrial> least(const std::vector<DesignTrial>& trials,
@@ -182,6 +181,18 @@ std::optional<DesignTrial> least(const std::vector<DesignTrial>& trials,
 }
 
 }  // namespace
+
+double FlownLimits::excess(const FlownScore& flown) const {
+  return over(flown.motion_deg_s, kMaxMotion_deg_s) + over(flown.tilt_deg, tilt_deg) + over(flown.hover_m, hover_m) +
+         (flown.stayed ? 0.0 : 10.0);
+}
+
+FlownLimits field_limits(const model::Vehicle& vehicle, const FlownScore& before) {
+  constexpr double kDegrees = 57.29577951;
+  const double count_deg = std::max(vehicle.roll.scale_per_count, vehicle.pitch.scale_per_count) * kDegrees;
+  return {.tilt_deg = std::max(before.tilt_deg + count_deg, safety::Envelope{}.tilt_rad * kDegrees),
+          .hover_m = kMaxHoverPrice * before.hover_m};
+}
 
 DesignSearchResult search_designs(const model::Vehicle& vehicle, const MarginBox& box, const FlyDesign& fly,
                                   const std::function<void(double share, const std::string& what)>& progress) {
@@ -203,7 +214,7 @@ DesignSearchResult search_designs(const model::Vehicle& vehicle, const MarginBox
     }
     into.kept = into.best.excess == 0.0 && into.best.was_flown;
   };
-  const FlownLimits field{.tilt_deg = result.before.tilt_deg, .hover_share = kMaxHoverPrice};
+  const FlownLimits field = field_limits(vehicle, result.before);
   what = "field, weights and noises";
   pick(result.field, search.run(kStarts[0], kFieldLimits, field, kWeights), 1.0);
   pick(result.field, search.run(kStarts[1], kFieldLimits, field, kWeights), 1.0);

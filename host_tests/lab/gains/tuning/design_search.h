@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -48,13 +49,25 @@ struct DesignSearchResult {
 inline constexpr double kMaxMotion_deg_s = 40.0;
 inline constexpr double kMaxHoverPrice = 1.6;  ///< of mode field: horizontal error in hover, as a share of the file's
 
+/// What a mode allows in flight.
+struct FlownLimits {
+  double tilt_deg = 90.0;                                    ///< worst of the step
+  double hover_m = std::numeric_limits<double>::infinity();  ///< horizontal error
+
+  /// Sum of the shares by which a design exceeds the limits.
+  double excess(const FlownScore& flown) const;
+};
+/// Those of mode field, from what the vehicle file flies. The step uses the whole tilt, and a design that learns the
+/// trim more slowly tilts up to 0.6 degrees further. So the limit is the supervisor's, or the file's tilt plus a stick
+/// count if that is larger.
+FlownLimits field_limits(const model::Vehicle& vehicle, const FlownScore& before);
+
 /// Chooses weights, noises and the numbers that the controller predicts with, so that the mean error of the reference
 /// tasks is least and the limits of the mode are kept: peak sensitivity and delay margin of every structure that the
 /// log leaves possible, nominal and in the worst corner, on both channels; command motion in hover; in the mode field
-/// the error in hover and the worst tilt of the step too, as shares of those of the vehicle file. Pattern search on
-/// logarithms from several starts, first weights and noises alone, then the model too, which must be 1 % better; a
-/// fixed number of trials, so the result is the same everywhere. Throws std::domain_error if no start is stable in
-/// every corner.
+/// the error in hover and the worst tilt of the step (field_limits()). It is a pattern search on logarithms from
+/// several starts, first weights and noises alone, then the model too, which must be 1 % better; a fixed number of
+/// trials, so the result is the same everywhere. Throws std::domain_error if no start is stable in every corner.
 /// @param progress receives the share of the work that is done, and what is searched
 DesignSearchResult search_designs(const model::Vehicle& vehicle, const MarginBox& box, const FlyDesign& fly,
                                   const std::function<void(double share, const std::string& what)>& progress);

@@ -16,7 +16,7 @@
 #include "host_tests/lab/experiments/score.h"
 #include "host_tests/lab/gains/tuning/design_search.h"
 #include "host_tests/lab/gains/tuning/tune.h"
-#include "host_tests/sim/world/plant_file.h"
+#include "host_tests/sim/world/base_plant.h"
 
 namespace m100::lab::gains {
 namespace {

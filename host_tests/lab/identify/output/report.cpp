@@ -68,30 +68,31 @@ std::vector<plot::Span> validation_spans(const Figures& figures) {
 }
 
 /// The effects that the declared model lacks, with their parameters, and the numbers that are wrong.
+std::string described(const EffectResult& effect) {
+  std::vector<std::string> numbers;
+  for (const NamedInterval& p : effect.parameters) {
+    numbers.push_back(p.name + " " + number(p.interval.value));
+  }
+  return effect.name + (numbers.empty() ? "" : " (" + joined(numbers, ", ") + ")");
+}
+
 std::string missing(const IdentifyResult& r) {
   std::vector<std::string> parts;
   for (const EffectResult& effect : r.effects) {
-    std::string numbers;
-    for (const NamedInterval& p : effect.parameters) {
-      numbers += (numbers.empty() ? "" : ", ") + p.name + " " + number(p.interval.value);
-    }
-    parts.push_back(effect.name + (numbers.empty() ? "" : " (" + numbers + ")"));
+    parts.push_back(described(effect));
   }
   for (const Change& change : r.changes) {
     parts.push_back("a change of " + change.name + " at " + number(change.at_s) + " s");
   }
-  std::string out = parts.empty() ? "no effect that these data show" : joined(parts, ", ");
-  std::string wrong;
+  std::vector<std::string> wrong;
   for (const Refitted& one : r.refitted) {
-    wrong += one.matters ? (wrong.empty() ? "" : ", ") + one.parameter + " " + number(one.believed) + " → " +
-                               number(one.found.value)
-                         : "";
+    if (one.matters) {
+      wrong.push_back(one.parameter + " " + number(one.believed) + " → " + number(one.found.value));
+    }
   }
-  return out +
-         (wrong.empty()   ? ""
-          : parts.empty() ? "; but numbers are wrong: " + wrong
-                          : "; wrong numbers: " + wrong) +
-         ".";
+  const char* const joint = parts.empty() ? "; but numbers are wrong: " : "; wrong numbers: ";
+  return (parts.empty() ? "no effect that these data show" : joined(parts, ", ")) +
+         (wrong.empty() ? "" : joint + joined(wrong, ", ")) + ".";
 }
 
 std::string explained(const IdentifyResult& r) {
