@@ -41,8 +41,7 @@ struct VehicleMotion {
 
 /// Decides whether the vehicle itself moves at the frequency of the peak. @returns empty if no channel has more than 15
 /// % of its power there, or if hovering shows the force (the oscillation, fitted while moving, predicts more than 30 %
-/// of the residual while hovering); otherwise a sentence with the
-///   channel and its share.
+/// of the residual while hovering); otherwise a sentence with the channel and its share.
 std::string check_vehicle_motion(const VehicleMotion& motion);
 
 }  // namespace m100::lab::identify
