@@ -48,12 +48,17 @@ double turned(const std::vector<Complex>& loop, double gain) {
   return sum;
 }
 
+/// Gain of the plant's stick over the one that the law believes.
+double stick_gain(const LoopTiming& timing, double truth_per_count, double believed_per_count) {
+  return timing.by_sticks && believed_per_count > 0.0 ? truth_per_count / believed_per_count : 1.0;
+}
+
 const char* word(Axis axis) { return axis == Axis::kX ? "x" : "y"; }
 
 /// The open loop of one law with the plants of a case, at the case's frequencies.
 class CaseLoop {
  public:
-  /// @param stick gain of the plant's stick over the one that the law believes
+  /// @param stick stick_gain() of the plant
   CaseLoop(const std::vector<Eigen::RowVectorXcd>& law, double stick, std::size_t points)
       : law_(law), stick_(stick), loop_(points) {}
 
@@ -226,19 +231,22 @@ const MarginBox::Law& MarginBox::law_of(const Case& one, const model::Vehicle& b
   return *law;
 }
 
+bool MarginBox::is_within(Extent extent, const Case& one, const Plant& plant) {
+  const bool is_certified = plant.pose_age_ticks == static_cast<int>(one.timing.pose_age_ticks);
+  return (extent != Extent::kCertified || is_certified) && (extent != Extent::kNominal || plant.frequency == 1.0);
+}
+
 void MarginBox::add_case(const Case& one, const Law& law, Extent extent, WorstMargins& out) const {
   const OpenStructure& structure = structures_[one.structure];
-  const double scale = law.controller.scale_per_count;
-  const double stick =
-      one.timing.by_sticks && scale > 0.0 ? attitude_of(structure.vehicle, one.axis).scale_per_count / scale : 1.0;
-  CaseLoop loop(law.response, stick, one.frequencies_rad_s.size());
+  const double scale_per_count = attitude_of(structure.vehicle, one.axis).scale_per_count;
+  CaseLoop loop(law.response, stick_gain(one.timing, scale_per_count, law.controller.scale_per_count),
+                one.frequencies_rad_s.size());
   loop.open(one.corners.front().response);
   loop.set_stable();
   const bool is_box = extent == Extent::kBox || extent == Extent::kCertified;
   const Range gain = extent == Extent::kNominal ? Range{1.0, 1.0} : structure.box[one.axis == Axis::kX ? 0 : 1].gain;
   for (const Plant& plant : is_box ? one.box : one.corners) {
-    const bool is_certified = plant.pose_age_ticks == static_cast<int>(one.timing.pose_age_ticks);
-    if ((extent == Extent::kCertified && !is_certified) || (extent == Extent::kNominal && plant.frequency != 1.0)) {
+    if (!is_within(extent, one, plant)) {
       continue;
     }
     loop.open(plant.response);

@@ -103,6 +103,7 @@ class MarginBox {
   using Laws = std::array<std::optional<Law>, 4>;  ///< by axis and channel: the same on all structures
 
   void add_plants(Case& one);
+  static bool is_within(Extent extent, const Case& one, const Plant& plant);
   static const Law& law_of(const Case& one, const model::Vehicle& believed, Laws& known);
   /// Adds the worst of one case, whose closed loop is stable on the structure itself.
   void add_case(const Case& one, const Law& law, Extent extent, WorstMargins& out) const;

@@ -138,10 +138,10 @@ void print_manoeuvres(const model::Vehicle& vehicle, const std::vector<OpenStruc
 }
 
 void tune_input_weight(companion::VehicleFile& file, const std::vector<OpenStructure>& open, const sim::Plant& plant) {
-  std::vector<Structure> structures;
-  for (const OpenStructure& one : open) {
-    structures.push_back({one.name, one.vehicle});
-  }
+  std::vector<Structure> structures(open.size());
+  std::transform(open.begin(), open.end(), structures.begin(), [](const OpenStructure& one) {
+    return Structure{one.name, one.vehicle};
+  });
   const Tuned tuned = tune(file.vehicle, structures, [&](const model::Vehicle& believed) {
     return hover_motion(companion::as_file(believed), plant);
   });
