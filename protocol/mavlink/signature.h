@@ -65,8 +65,8 @@ class ReplayGuard {
     M100_ASSERT(memory.count <= kStreams);
   }
 
-  /// The first frame of a stream may lie behind the newest known time by any time, on the operator's word: a signer
-  /// without a clock counts on from where it was set. A stream that is known must still rise.
+  /// Accepts the first frame of a stream however old its time is, if the operator allows it: a signer without a clock
+  /// of its own continues from an old time. In a known stream the times must still rise.
   void accept_any_clock(bool accepts) { accepts_any_clock_ = accepts; }
 
   /// @param now the time of our own signatures; it advances the newest known time.

@@ -28,8 +28,9 @@ class ControllerPolynomials {
     std::vector<ComplexNumber<LoopModel>> numerators;
     ComplexNumber<LoopModel> denominator;
   };
-  /// By Taylor polynomials about the arc's middle. That of the response is the quotient's first terms and a bound of
-  /// the rest: for any polynomial p, N/D - p = (N - D p) / D. Angles in [0, pi]; the rest follows from symmetry.
+  /// The response over an arc of the unit circle, as a Taylor polynomial about the arc's middle: the first terms p of
+  /// the quotient N/D, and a bound of the rest, which is (N - D p) / D. Angles in [0, pi]; the other half of the circle
+  /// follows from symmetry.
   OverArc over(const Range& angle) const;
 
   std::size_t degree() const { return denominator_.size() - 1; }

@@ -185,8 +185,8 @@ void report_best(const std::vector<ResidualFinding::Share>& shares, const Residu
   }
 }
 
-// Sizes of a residual minus the part that an input which is unknown between its rows explains, by least squares. The
-// factor is limited to 1, so that never more than the possible error is subtracted, and nothing for a known input.
+// The sizes of a residual less the part that an undersampled input may explain, by least squares. The factor is limited
+// to 1, so that never more than the possible error is subtracted, and nothing for a known input.
 Vector subtract_uncertainty(const Vector& sizes, const Vector& input_uncertainty) {
   const Vector about = input_uncertainty.array() - input_uncertainty.mean();
   const double power = about.squaredNorm();

@@ -45,8 +45,8 @@ class Problem {
   virtual double validation_rmse(const Fit& fit) const = 0;
   /// The same error, block by block and sample by sample, for the comparison with the training part.
   virtual std::vector<std::vector<double>> validation_errors(const Fit& fit) const = 0;
-  /// Reduces the errors of training and validation part, both block by block, by the part that an input which is
-  /// unknown between the rows of its log may have caused. Signs stay; no error is reduced beyond zero.
+  /// Reduces the errors of training and validation part, both block by block, by the part that an undersampled input
+  /// may have caused. Signs stay; no error is reduced beyond zero.
   virtual void subtract_input_uncertainty(const Fit&, std::vector<std::vector<double>>&,
                                           std::vector<std::vector<double>>&) const {}
   /// Samples at the start of a block that depend on its initial state; none where a model has no memory.

@@ -75,8 +75,8 @@ class AxisBlocks {
     std::size_t begin;
     std::size_t end;
   };
-  /// Cache of the last commands of the stick, by the parameters that determine them: a step of frequency, delay or zero
-  /// does not change them.
+  /// Cache of the commands of the stick that were computed last, by the parameters that determine them. A step of the
+  /// search that changes only frequency, delay or lead zero uses them again.
   struct CommandCache {
     model::StickAxis axis;
     std::vector<std::vector<double>> commands;  ///< by stretch

@@ -112,8 +112,8 @@ class WeakEffectSearch {
         sharpens_the_rows(with.fit)) {
       return;
     }
-    // The other parameters of this fit improve the fits without the effect, too: a fit that has not yet converged is no
-    // evidence.
+    // The fits without the effect start from this fit's other parameters, too. Otherwise one that has not converged
+    // would count as evidence for the effect.
     std::vector<Fit> without{family_.with_parameters_of(shape.fit, with.white.before)};
     ratio = std::min(ratio, score_of(log, family_, without) - with.white.score);
     for (const Fitted& other : shapes_) {
