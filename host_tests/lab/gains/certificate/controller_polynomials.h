@@ -15,8 +15,8 @@ inline constexpr std::size_t kAngleVariable = 3;
 
 /// The controller's response c (z - a)^-1 b + d as polynomials in z - 1: one numerator for each input over one
 /// denominator. The coefficients are computed in integers (Faddeev and LeVerrier) from the doubles of the lifted
-/// controller and rounded outwards once, so they have no error of condition. In powers of z - 1 the sums near z = 1,
-/// where all slow poles lie, hardly cancel.
+/// controller and rounded outwards once, so an ill-conditioned matrix costs no accuracy. In powers of z - 1 the sums
+/// near z = 1, where all slow poles lie, hardly cancel.
 class ControllerPolynomials {
  public:
   explicit ControllerPolynomials(const LiftedController& controller);
