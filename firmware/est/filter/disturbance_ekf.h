@@ -117,7 +117,7 @@ class DisturbanceEkf {
   YawFilter<S> yaw_;
   CommandHistory<S, Real> commands_;
   core::CachedSinCos<Real> heading_;
-  Real pose_variance_m2_;             ///< the vehicle file's
+  Real pose_variance_m2_;  ///< the vehicle file's
   bool started_ = false;
   core::Duration since_start_{0};
   core::Duration since_recovery_ = std::chrono::seconds(2);
