@@ -96,9 +96,10 @@ class Project:
         for path in sorted(set(PATH.findall(words))):
             if not FILE.fullmatch(path) and not self.path_exists(path):
                 yield f"{path} does not exist"
+        if name.endswith((".h", ".cpp", ".md")):
+            yield from (f"function {one}() does not exist" for one in sorted(set(FUNCTION.findall(words)) - self.called))
         if name.endswith((".h", ".cpp")):
             yield from self.of_parameters(text)
-            yield from (f"function {one}() does not exist" for one in sorted(set(FUNCTION.findall(words)) - self.called))
         if name.endswith(".md"):
             yield from self.of_page(name, text)
 
@@ -163,7 +164,7 @@ def self_test():
                 "// in firmware/old", "// as in gone()", "// @param gone is\nvoid f(int here);", "// @param here,\n// gone are\nvoid f(int here);"],
         "a_test.cpp": ['  RecordProperty("promise", "R9");'],
         "page.md": ["[page](missing.md)", "`unit.a.Suite.IsWrong`", "`gone.h` is", "`hal/{a,b}.h`",
-                    "`ctest -R 'unit.a.(Suite|Other)'`", "`unit_a --gtest_filter=Gone.*`"]}
+                    "as in `gone()`", "`ctest -R 'unit.a.(Suite|Other)'`", "`unit_a --gtest_filter=Gone.*`"]}
     sound = {"b.h": ["// promise R2; protocol, sections 4 to 5 and 4.1; firmware/est",
                      "// firmware/est/README.md, decision 1; decision 1 of `firmware/est`",
                      "// @param here, there are\nvoid fly(int here, int there);  // as in fly()"],
