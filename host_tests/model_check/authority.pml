@@ -25,7 +25,7 @@ byte silent; bit seen_f = 1; bit seen_ours; bit seen_virtual_rc;
 bit alive = 1;
 byte stage = stage_ready; bit asked; byte requests; byte switches; bit owed; bit must_release;
 byte since_entry; byte since_request = SPACING; byte since_switch = SPACING;
-byte rung = rung_silent; byte rung_age; bit order; bit release_next; byte unused; bit pose = 1; bit fast;
+byte failsafe_state = failsafe_silent; byte failsafe_age; bit order; bit release_next; byte unused; bit pose = 1; bit fast;
 bit task;  /* AutopilotTask: the autopilot takes off or lands on the operator's order */
 mtype = { no_answer_yet, is_done, is_again, is_refused };
 mtype answer = no_answer_yet;
@@ -36,8 +36,8 @@ byte event;  /* the event of this step */
 bit lost; byte since_obtain = SPACING; byte obtains; byte held; byte blind; byte dead_held;
 
 /* Values of one step only. */
-hidden int signs; hidden byte row; hidden byte to; hidden byte action; hidden byte ends_ask; hidden byte push;
-hidden byte wants; hidden byte hears; hidden byte shows; hidden byte leaves; hidden byte before; hidden int ladder_signs;
+hidden int conditions; hidden byte row; hidden byte to; hidden byte action; hidden byte ends_ask; hidden byte push;
+hidden byte wants; hidden byte hears; hidden byte shows; hidden byte leaves; hidden byte before; hidden int failsafe_conditions;
 
 inline lose() { push = ours; ours = 0; virtual_rc = 0; asked_once = 0; release_once = 0 }
 
@@ -57,11 +57,11 @@ inline program_step() {
   hears = silent <= HEARD_FOR;
   owed = shows || (owed && !(hears && !must_release && since_request >= GRANT_TIME && since_switch >= GRANT_TIME));
   if
-  :: (signs & A_ASKED) && !hbit(ACQUIRING_STAGES | HOLDING_STAGES, stage) -> asked = 1; requests = 0; switches = 0
+  :: (conditions & A_ASKED) && !hbit(ACQUIRING_STAGES | HOLDING_STAGES, stage) -> asked = 1; requests = 0; switches = 0
   :: else
   fi;
-  asked = asked && !(signs & A_RELEASE_ASKED);
-  signs = (signs & ~A_ASKED) | (asked -> A_ASKED : 0) | (hears -> A_HEARD | A_ITEMS_FRESH : 0) |
+  asked = asked && !(conditions & A_RELEASE_ASKED);
+  conditions = (conditions & ~A_ASKED) | (asked -> A_ASKED : 0) | (hears -> A_HEARD | A_ITEMS_FRESH : 0) |
     (seen_f -> A_MODE_F : 0) | (seen_ours -> A_DEVICE_OURS : 0) | (seen_virtual_rc -> A_VIRTUAL_RC_ON : 0) |
     (VIRTUAL_RC -> A_NEEDS_VIRTUAL_RC : 0) | (since_request >= SPACING -> A_SPACED : 0) |
     (requests < REQUESTS_PER_ACTION -> A_TRIES_LEFT : 0) | (since_switch >= SPACING -> A_SWITCH_SPACED : 0) |
@@ -121,32 +121,32 @@ inline program_step() {
 }
 
 inline ladder_step() {
-  ladder_signs = ladder_signs | (stage == stage_in_control && seen_f -> L_COMMANDABLE : 0) |
+  failsafe_conditions = failsafe_conditions | (stage == stage_in_control && seen_f -> L_COMMANDABLE : 0) |
     (silent > HEARD_FOR -> L_TELEMETRY_DEAD : 0) | (pose && silent == 0 -> L_FRESH | L_RECOVERED : 0) |
-    (rung == rung_coast && rung_age >= COAST_TIME -> L_COAST_OVER : 0) |
-    (rung == rung_level && rung_age >= LEVEL_TIME && (!fast || (rung_age >= LEVEL_MOVING_TIME && !pose)) -> L_LEVEL_OVER : 0) |
-    (rung == rung_release && rung_age >= NEUTRAL_TIME -> L_NEUTRAL_OVER : 0) | (order -> L_OPERATOR_ENGAGES : 0) | (task -> L_TASK_FLIES : 0);
-  rung_age = (rung == rung_level && task -> 0 : rung_age);  /* the time of LEVEL begins after the task */
-  signs = ladder_signs;
-  before = rung;
-  match_ladder();
+    (failsafe_state == failsafe_coast && failsafe_age >= COAST_TIME -> L_COAST_OVER : 0) |
+    (failsafe_state == failsafe_level && failsafe_age >= LEVEL_TIME && (!fast || (failsafe_age >= LEVEL_MOVING_TIME && !pose)) -> L_LEVEL_OVER : 0) |
+    (failsafe_state == failsafe_release && failsafe_age >= NEUTRAL_TIME -> L_NEUTRAL_OVER : 0) | (order -> L_OPERATOR_ENGAGES : 0) | (task -> L_TASK_FLIES : 0);
+  failsafe_age = (failsafe_state == failsafe_level && task -> 0 : failsafe_age);  /* the time of LEVEL begins after the task */
+  conditions = failsafe_conditions;
+  before = failsafe_state;
+  match_failsafe();
   if
-  :: row != 255 -> rung = to; rung_age = 0
+  :: row != 255 -> failsafe_state = to; failsafe_age = 0
   :: else
   fi;
-  assert(!((ladder_signs & L_FAILURE) && rung != rung_silent));  /* R18: an aircraft out of control is the pilot's at once */
-  assert(!((ladder_signs & L_ON_GROUND) && !task && rung != rung_silent && rung != rung_release));  /* R18: and on the ground */
-  rung_age = (rung == rung_silent || rung == rung_nominal -> 0 : (rung_age < LEVEL_MOVING_TIME -> rung_age + 1 : LEVEL_MOVING_TIME));
-  fast = fast && rung == rung_level;
-  order = order && rung != rung_nominal;
-  release_next = before != rung_silent && rung == rung_silent && (ladder_signs & L_COMMANDABLE);
-  unused = (stage == stage_in_control && rung == rung_silent -> (unused < UNUSED_TIME -> unused + 1 : UNUSED_TIME) : 0);
+  assert(!((failsafe_conditions & L_FAILURE) && failsafe_state != failsafe_silent));  /* R18: an aircraft out of control is the pilot's at once */
+  assert(!((failsafe_conditions & L_ON_GROUND) && !task && failsafe_state != failsafe_silent && failsafe_state != failsafe_release));  /* R18: and on the ground */
+  failsafe_age = (failsafe_state == failsafe_silent || failsafe_state == failsafe_nominal -> 0 : (failsafe_age < LEVEL_MOVING_TIME -> failsafe_age + 1 : LEVEL_MOVING_TIME));
+  fast = fast && failsafe_state == failsafe_level;
+  order = order && failsafe_state != failsafe_nominal;
+  release_next = before != failsafe_silent && failsafe_state == failsafe_silent && (failsafe_conditions & L_COMMANDABLE);
+  unused = (stage == stage_in_control && failsafe_state == failsafe_silent -> (unused < UNUSED_TIME -> unused + 1 : UNUSED_TIME) : 0);
   release_next = release_next || unused == UNUSED_TIME;
   task = task && (hbit(ACQUIRING_STAGES, stage) || stage == stage_in_control)  /* FlightSequencer notices the loss of control */
 }
 
 inline examine() {
-  leaves = alive && stage == stage_in_control && rung != rung_silent;
+  leaves = alive && stage == stage_in_control && failsafe_state != failsafe_silent;
   assert(!(leaves && lost));                     /* R4: no control byte after loss */
   held = (alive && ours && !wants && WELL && !push -> held + 1 : 0);
   assert(held <= RELEASED_WITHIN);               /* R15: control that the program does not want is given back */
@@ -158,7 +158,7 @@ inline examine() {
 
 inline begin_program() {
   alive = 1; stage = stage_listening; asked = 0; requests = 0; switches = 0; owed = 0; must_release = 0;
-  since_entry = 0; since_request = SPACING; since_switch = SPACING; rung = rung_silent; rung_age = 0; fast = 0; order = 0;
+  since_entry = 0; since_request = SPACING; since_switch = SPACING; failsafe_state = failsafe_silent; failsafe_age = 0; fast = 0; order = 0;
   release_next = 0; unused = 0; answer = no_answer_yet; silent = HEARD_FOR + 1; seen_ours = 0; seen_virtual_rc = 0;
   lost = 0; since_obtain = SPACING; obtains = 0; dead_for = 0; rounds = 0; dead_held = 0
 }
@@ -179,8 +179,8 @@ active proctype world() {
      :: alive -> event = 8
      :: alive && stage != stage_ready && (hbit(ACQUIRING_STAGES | HOLDING_STAGES, stage) || asked) -> event = 9
      :: alive && stage == stage_in_control -> event = 10
-     :: alive && (rung == rung_nominal || rung == rung_coast) -> event = 11
-     :: alive && (rung == rung_nominal || rung == rung_coast) -> event = 12
+     :: alive && (failsafe_state == failsafe_nominal || failsafe_state == failsafe_coast) -> event = 11
+     :: alive && (failsafe_state == failsafe_nominal || failsafe_state == failsafe_coast) -> event = 12
      :: event = 13
      :: alive -> event = 14
      :: alive -> event = 15
@@ -189,19 +189,19 @@ active proctype world() {
      :: alive && stage == stage_in_control -> event = 18
      :: alive && stage == stage_obtaining -> event = 19
      :: alive && order -> event = 20
-     :: alive && rung == rung_level -> event = 22
-     :: alive && (rung == rung_nominal || rung == rung_coast) -> event = 23
-     :: alive && rung == rung_nominal -> event = 24
+     :: alive && failsafe_state == failsafe_level -> event = 22
+     :: alive && (failsafe_state == failsafe_nominal || failsafe_state == failsafe_coast) -> event = 23
+     :: alive && failsafe_state == failsafe_nominal -> event = 24
      :: alive && !task && (hbit(ACQUIRING_STAGES, stage) || stage == stage_in_control) -> event = 25
      :: task -> event = 26
      :: task -> event = 27
-     :: alive && rung == rung_nominal -> event = 28
-     :: alive && rung != rung_silent -> event = 29
-     :: alive && rung != rung_silent -> event = 30
+     :: alive && failsafe_state == failsafe_nominal -> event = 28
+     :: alive && failsafe_state != failsafe_silent -> event = 29
+     :: alive && failsafe_state != failsafe_silent -> event = 30
      fi;
      d_step {
      since_obtain = (since_obtain < SPACING -> since_obtain + 1 : SPACING);
-     signs = 0; ladder_signs = 0; push = 0; action = ACT_NONE; wants = 0;
+     conditions = 0; failsafe_conditions = 0; push = 0; action = ACT_NONE; wants = 0;
      if
      :: event == 1 -> f = 0; lose()               /* the pilot turns the mode switch */
      :: event == 21 -> f = 0                      /* the same, but the autopilot keeps the program in control */
@@ -211,28 +211,28 @@ active proctype world() {
      :: event == 5 -> virtual_rc = 0              /* the autopilot ends Virtual RC by itself */
      :: event == 6 -> line_in = !line_in
      :: event == 7 -> line_out = !line_out
-     :: event == 8 -> signs = A_ASKED; order = 1; lost = 0; obtains = (hbit(ACQUIRING_STAGES | HOLDING_STAGES, stage) -> obtains : 0)
-     :: event == 9 -> order = 0; task = 0; ladder_signs = L_OPERATOR_RELEASES; release_next = release_next || rung == rung_silent
+     :: event == 8 -> conditions = A_ASKED; order = 1; lost = 0; obtains = (hbit(ACQUIRING_STAGES | HOLDING_STAGES, stage) -> obtains : 0)
+     :: event == 9 -> order = 0; task = 0; failsafe_conditions = L_OPERATOR_RELEASES; release_next = release_next || failsafe_state == failsafe_silent
      :: event == 10 -> pose = !pose
-     :: event == 11 -> ladder_signs = L_ESTIMATE_LOST
-     :: event == 12 -> ladder_signs = L_UNSOUND
-     :: event == 13 -> lose(); push = 0; signs = A_RESTARTED    /* the autopilot restarts without a message */
-     :: event == 14 -> signs = A_PORT_BACK
-     :: event == 15 -> signs = A_OWN_STALL
-     :: event == 16 -> alive = 0; dead_for = 0; rounds = ROUNDS; rung = rung_silent; fast = 0; stage = stage_silent; answer = no_answer_yet; lost = 0; order = 0; task = 0; release_next = 0; held = 0; blind = 0
+     :: event == 11 -> failsafe_conditions = L_ESTIMATE_LOST
+     :: event == 12 -> failsafe_conditions = L_UNSOUND
+     :: event == 13 -> lose(); push = 0; conditions = A_RESTARTED    /* the autopilot restarts without a message */
+     :: event == 14 -> conditions = A_PORT_BACK
+     :: event == 15 -> conditions = A_OWN_STALL
+     :: event == 16 -> alive = 0; dead_for = 0; rounds = ROUNDS; failsafe_state = failsafe_silent; fast = 0; stage = stage_silent; answer = no_answer_yet; lost = 0; order = 0; task = 0; release_next = 0; held = 0; blind = 0
      :: event == 17 -> begin_program()
-     :: event == 18 -> signs = A_NO_ANSWER
+     :: event == 18 -> conditions = A_NO_ANSWER
      :: event == 19 -> answer = no_answer_yet     /* the answer to the request is lost */
      :: event == 20 -> order = 0                  /* the order to fly expires */
      :: event == 22 -> fast = !fast               /* the aircraft becomes too fast for a handover, or slow enough again */
-     :: event == 23 -> ladder_signs = L_OUTSIDE
-     :: event == 24 -> ladder_signs = L_PLACE_LOST
+     :: event == 23 -> failsafe_conditions = L_OUTSIDE
+     :: event == 24 -> failsafe_conditions = L_PLACE_LOST
      :: event == 25 -> task = 1                   /* the operator orders a take-off, or a landing */
      :: event == 26 -> task = 0; release_next = 1 /* the task has failed, or the aircraft has landed */
      :: event == 27 -> task = 0                   /* the aircraft has taken off: the course begins */
-     :: event == 28 -> ladder_signs = L_SWINGS_ON
-     :: event == 29 -> ladder_signs = L_ON_GROUND
-     :: event == 30 -> ladder_signs = L_FAILURE
+     :: event == 28 -> failsafe_conditions = L_SWINGS_ON
+     :: event == 29 -> failsafe_conditions = L_ON_GROUND
+     :: event == 30 -> failsafe_conditions = L_FAILURE
      :: else
      fi;
      if
@@ -240,19 +240,19 @@ active proctype world() {
         if
         :: line_in ->
            silent = 0; seen_f = f; seen_ours = ours; seen_virtual_rc = virtual_rc;
-           signs = signs | (push -> A_LOST_PUSH : 0)
-        :: else -> silent = (silent <= HEARD_FOR -> silent + 1 : silent); signs = signs & ~A_RESTARTED
+           conditions = conditions | (push -> A_LOST_PUSH : 0)
+        :: else -> silent = (silent <= HEARD_FOR -> silent + 1 : silent); conditions = conditions & ~A_RESTARTED
         fi;
         lost = lost || (stage == stage_in_control && (silent > HEARD_FOR || !seen_f || !seen_ours || (VIRTUAL_RC && !seen_virtual_rc) ||
-               (signs & (A_LOST_PUSH | A_OWN_STALL | A_RESTARTED | A_PORT_BACK))));
-        signs = signs | (release_next -> A_RELEASE_ASKED : 0);
+               (conditions & (A_LOST_PUSH | A_OWN_STALL | A_RESTARTED | A_PORT_BACK))));
+        conditions = conditions | (release_next -> A_RELEASE_ASKED : 0);
         if
         :: stage == stage_asking_version || stage == stage_activating || stage == stage_setting_rates ->
-           signs = signs | (WELL -> A_DONE : A_NO_ANSWER)
-        :: stage == stage_obtaining && answer == is_done -> signs = signs | A_DONE
-        :: stage == stage_obtaining && answer == is_again -> signs = signs | A_AGAIN
-        :: stage == stage_obtaining && answer == is_refused -> signs = signs | A_REFUSED
-        :: stage == stage_obtaining && answer == no_answer_yet -> signs = signs | A_NO_ANSWER
+           conditions = conditions | (WELL -> A_DONE : A_NO_ANSWER)
+        :: stage == stage_obtaining && answer == is_done -> conditions = conditions | A_DONE
+        :: stage == stage_obtaining && answer == is_again -> conditions = conditions | A_AGAIN
+        :: stage == stage_obtaining && answer == is_refused -> conditions = conditions | A_REFUSED
+        :: stage == stage_obtaining && answer == no_answer_yet -> conditions = conditions | A_NO_ANSWER
         :: else
         fi;
         answer = no_answer_yet;

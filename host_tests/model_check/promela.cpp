@@ -121,7 +121,7 @@ void define(std::string_view name, Number number) {
   std::cout << "#define " << name << " " << number << "\n";
 }
 
-void ladder_signs() {
+void failsafe_conditions() {
   constexpr std::array kFailsafeConditions{std::pair{"COMMANDABLE", FailsafeCondition::kCommandable},
                                            std::pair{"OPERATOR_RELEASES", FailsafeCondition::kOperatorReleases},
                                            std::pair{"TELEMETRY_DEAD", FailsafeCondition::kTelemetryDead},
@@ -139,8 +139,8 @@ void ladder_signs() {
                                            std::pair{"SWINGS_ON", FailsafeCondition::kLimitCyclePersists},
                                            std::pair{"ON_GROUND", FailsafeCondition::kOnGround},
                                            std::pair{"FAILURE", FailsafeCondition::kFlightFailure}};
-  for (const auto& [name, sign] : kFailsafeConditions) {
-    define("L_" + std::string(name), bits_of(sign));
+  for (const auto& [name, condition] : kFailsafeConditions) {
+    define("L_" + std::string(name), bits_of(condition));
   }
 }
 
@@ -148,7 +148,7 @@ void constants() {
   using enum AuthorityCondition;
   struct Named {
     std::string_view name;
-    AuthorityCondition sign;
+    AuthorityCondition condition;
   };
   constexpr std::array kSigns{Named{"ASKED", kControlRequested},
                               Named{"RELEASE_ASKED", kReleaseRequested},
@@ -173,14 +173,14 @@ void constants() {
                               Named{"OWN_STALL", kOwnStall},
                               Named{"PORT_BACK", kPortBack}};
   for (const Named& named : kSigns) {
-    define("A_" + std::string(named.name), bits_of(named.sign));
+    define("A_" + std::string(named.name), bits_of(named.condition));
   }
   for (std::size_t stage = 0; stage < kStageCount; ++stage) {
     define("stage_" + std::string(name(static_cast<AuthorityStage>(stage))), stage);
   }
   for (const FailsafeState failsafe_state : {FailsafeState::kSilent, FailsafeState::kNominal, FailsafeState::kCoast,
                                              FailsafeState::kLevel, FailsafeState::kRelease}) {
-    define("rung_" + std::string(name(failsafe_state)), static_cast<int>(failsafe_state));
+    define("failsafe_" + std::string(name(failsafe_state)), static_cast<int>(failsafe_state));
   }
   define("ACQUIRING_STAGES", kAcquiring.bits);
   define("HOLDING_STAGES", kHolding.bits);
@@ -211,24 +211,24 @@ void tables() {
     const AuthorityTransition& row = authority[i];
     const bool ready = row.from.has(AuthorityStage::kReady) && row.to == AuthorityStage::kReady;
     const bool port = all(row.with, AuthorityCondition::kPortBack);
-    std::cout << "  if :: row == 255 && ((" << row.from.bits << " >> stage) & 1) && (signs & " << bits_of(row.with)
-              << ") == " << bits_of(row.with) << " && !(signs & " << bits_of(row.without) << ") -> row = " << i
+    std::cout << "  if :: row == 255 && ((" << row.from.bits << " >> stage) & 1) && (conditions & " << bits_of(row.with)
+              << ") == " << bits_of(row.with) << " && !(conditions & " << bits_of(row.without) << ") -> row = " << i
               << "; to = " << static_cast<int>(row.to) << "; action = " << static_cast<int>(row.action)
               << "; ends_ask = " << (ready || port ? 1 : 0) << " :: else fi;\n";
   }
-  std::cout << "}\n\ninline match_ladder() {\n  row = 255; to = rung;\n";
+  std::cout << "}\n\ninline match_failsafe() {\n  row = 255; to = failsafe_state;\n";
   for (std::size_t i = 0; i < failsafe.size(); ++i) {
     const FailsafeTransition& row = failsafe[i];
-    std::cout << "  if :: row == 255 && rung == " << static_cast<int>(row.from) << " && (signs & " << bits_of(row.needs)
-              << ") == " << bits_of(row.needs) << " && !(signs & " << bits_of(row.excludes) << ") -> row = " << i
-              << "; to = " << static_cast<int>(row.to) << " :: else fi;\n";
+    std::cout << "  if :: row == 255 && failsafe_state == " << static_cast<int>(row.from) << " && (conditions & "
+              << bits_of(row.needs) << ") == " << bits_of(row.needs) << " && !(conditions & " << bits_of(row.excludes)
+              << ") -> row = " << i << "; to = " << static_cast<int>(row.to) << " :: else fi;\n";
   }
   std::cout << "}\n";
 }
 
 void model() {
   std::cout << "/* Written by promela.cpp from firmware/safety/failsafe.h and authority_table.h. */\n";
-  ladder_signs();
+  failsafe_conditions();
   constants();
   times();
   tables();

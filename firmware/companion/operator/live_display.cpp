@@ -39,10 +39,9 @@ void add_live_options(CLI::App& app, LiveOptions& options) {
   app.add_option("--live", options.to,
                  "send the state of the flight as JSON over UDP, 50 times a second, unsigned, to HOST:PORT; HOST is an "
                  "IPv4 address; default: off. Example, for PlotJuggler on this machine: --live 127.0.0.1:9870");
-  app.add_option(
-         "--status", options.status,
-         "show a line on the terminal with rung, position, error, pose and link; auto: if the standard output is a "
-         "terminal. Example: --status never")
+  app.add_option("--status", options.status,
+                 "show a line on the terminal with failsafe state, position, error, pose and link; auto: if the "
+                 "standard output is a terminal. Example: --status never")
       ->check(CLI::IsMember({"auto", "always", "never"}));
 }
 

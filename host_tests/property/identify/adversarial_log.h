@@ -41,7 +41,7 @@ AdversarialLog adversarial_log(const std::string& kind, std::uint64_t seed);
 
 enum class Classification { kRight, kUndecided, kWrongName, kFalseAcceptance, kFalseRejection };
 
-/// Classifies the answer to an adversary.
+/// Classifies the answer to an adversarial log.
 ///   right         only the change, the effect or the finding is named; healthy log: nothing missing
 ///   undecided     "unexplained", and the hidden effect is not named for certain
 ///   wrong name    "explained" by an effect that is not there
@@ -49,7 +49,7 @@ enum class Classification { kRight, kUndecided, kWrongName, kFalseAcceptance, kF
 ///   refused       a healthy log that gets no clean bill
 Classification classify(const AdversarialLog& truth, const lab::identify::IdentifyResult& result);
 
-/// Runs identify with the adversary's declaration and ranges.
+/// Runs identify with the log's declaration and ranges.
 lab::identify::IdentifyResult identify_log(const AdversarialLog& truth, std::size_t refits = 0);
 
 }  // namespace m100::host_tests

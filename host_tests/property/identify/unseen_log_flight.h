@@ -11,7 +11,7 @@
 
 namespace m100::host_tests {
 
-/// All random numbers of a stranger's flight.
+/// All random numbers of an unseen log's flight.
 struct UnseenLogFlight {
   std::string axis = "roll";
   UnseenLogParameters before, after;

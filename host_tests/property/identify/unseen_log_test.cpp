@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A sample of the strangers' logs; soak.identify_unseen_logs covers all kinds and the shares.
+// A sample of the unseen logs; soak.identify_unseen_logs covers all kinds and the shares.
 #include "host_tests/property/identify/unseen_log.h"
 
 #include <gtest/gtest.h>

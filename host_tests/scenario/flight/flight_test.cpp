@@ -102,7 +102,7 @@ TEST(Flight, SurvivesPoseDropoutsOfAFifthOfASecond) {
 struct Fault {
   const char* name;
   void (*apply)(sim::World&);
-  int failsafe_state;  ///< rung of the failsafe five seconds later
+  int failsafe_state;  ///< state of the failsafe five seconds later
   double farthest_m;   ///< measured distance from the hover point while the program commands; 1 cm in a normal hover
 };
 constexpr double kTwiceAsFar = 2.0;  ///< common margin

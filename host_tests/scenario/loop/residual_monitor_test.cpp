@@ -21,7 +21,7 @@ constexpr auto kNominal = static_cast<double>(safety::FailsafeState::kNominal);
 struct Seen {
   double share = 0.0;    ///< of the flown ticks in which the sign was set
   double largest = 0.0;  ///< largest ratio of residual to expected residual, any channel
-  double flown_s = 0.0;  ///< time in the nominal rung
+  double flown_s = 0.0;  ///< time in the nominal state
 };
 
 Seen fly_with(const sim::Plant& plant, const std::string& course, safety::FailsafeCondition sign,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a vehicle can brake, by the formulas of the header, with numbers worked out by hand. The fence, the LEVEL rung
+// How a vehicle can brake, by the formulas of the header, with numbers worked out by hand. The fence, the LEVEL state
 // and the speed limit use them.
 #include "firmware/ctl/law/braking.h"
 

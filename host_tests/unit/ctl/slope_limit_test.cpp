@@ -52,7 +52,7 @@ TEST(SlopeLimit, KeepsTheTiltOfAnAircraftThatDoesNotDoAsItIsTold) {
   EXPECT_NEAR(std::atan(slope) / kDegree, 31.5, 0.5) << "at rest a third of the error is left";
 }
 
-// Catches a LEVEL rung that commands its full tilt although the aircraft already tilts further.
+// Catches a LEVEL state that commands its full tilt although the aircraft already tilts further.
 TEST(SlopeLimit, IsKeptByTheCommandThatBrakes) {
   const Braking braking = ctl::braking_of(mpc::generated::kVehicle, 0.408);
   est::Estimate<double> fast;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Logs as strangers bring them: clocks, lengths, names and forces that differ from what the map says.
+// Logs as users bring them: clocks, lengths, names and forces that differ from what the map says.
 #include <matio.h>
 #include <cmath>
 #include <map>
