@@ -78,7 +78,7 @@ TEST_P(SupervisorObservations, NeverGrantWhatTheyMustNot) {
 INSTANTIATE_TEST_SUITE_P(Seeds, SupervisorObservations, ::testing::Range(1, 9));
 
 // Every state and all 2^11 sets of signs: without permission to command, the failsafe is silent in the next tick.
-TEST(Ladder, LeaveEveryStateWhenAuthorityGoes) {
+TEST(FailsafeStates, LeaveEveryStateWhenAuthorityGoes) {
   for (int bits = 0; bits < (1 << 11); ++bits) {
     const FailsafeCondition conditions = static_cast<FailsafeCondition>(bits);
     for (const FailsafeState state : {FailsafeState::kSilent, FailsafeState::kNominal, FailsafeState::kCoast,

@@ -13,7 +13,7 @@
 namespace m100::scenario {
 namespace {
 
-class PilotageTest : public ::testing::TestWithParam<link::Channel> {
+class FlightSequencerTest : public ::testing::TestWithParam<link::Channel> {
  protected:
   void begin(const companion::FlightRequest& wishes, const core::Fence& fence = {}) {
     bench_.emplace(GetParam(), 0, fence);
@@ -56,10 +56,11 @@ class PilotageTest : public ::testing::TestWithParam<link::Channel> {
   companion::SequencerInput input_;
   bool ended_ = false;
 };
-INSTANTIATE_TEST_SUITE_P(Faults, PilotageTest, ::testing::Values(link::Channel::kVirtualRc, link::Channel::kMovement));
+INSTANTIATE_TEST_SUITE_P(Faults, FlightSequencerTest,
+                         ::testing::Values(link::Channel::kVirtualRc, link::Channel::kMovement));
 
 // Catches a program that ends and keeps control: it sends one release, gets the answer "again", and exits.
-TEST_P(PilotageTest, AfterTheLaddersReleaseTheTransmitterHasItAndTheProgramStays) {
+TEST_P(FlightSequencerTest, AfterTheFailsafesReleaseTheTransmitterHasItAndTheProgramStays) {
   RecordProperty("promise", "R15");
   begin({.take_control = true, .hold_s = 1000.0});
   ASSERT_TRUE(fly_for(seconds(3))) << heard_.all();
@@ -80,7 +81,7 @@ TEST_P(PilotageTest, AfterTheLaddersReleaseTheTransmitterHasItAndTheProgramStays
 }
 
 // Catches a program that was started on the ground or at another place, and flies back there on the order to fly.
-TEST_P(PilotageTest, FarFromTheCoursesBeginningControlIsNotTakenAndItSaysWhy) {
+TEST_P(FlightSequencerTest, FarFromTheCoursesBeginningControlIsNotTakenAndItSaysWhy) {
   for (const bool once : {false, true}) {
     ended_ = false;
     begin({.take_control = true,
@@ -97,7 +98,7 @@ TEST_P(PilotageTest, FarFromTheCoursesBeginningControlIsNotTakenAndItSaysWhy) {
 }
 
 // Catches a script that waits for ever for a dead source of poses.
-TEST_P(PilotageTest, AScriptWithoutAPoseEndsAfterTwentySecondsAndSaysWhy) {
+TEST_P(FlightSequencerTest, AScriptWithoutAPoseEndsAfterTwentySecondsAndSaysWhy) {
   begin({.take_control = true, .hold_s = 1000.0, .once = true});
   bench_->world().pose_source().set_faults({.silent = true});
   const core::TimePoint from = bench_->world().now();
@@ -112,7 +113,7 @@ TEST_P(PilotageTest, AScriptWithoutAPoseEndsAfterTwentySecondsAndSaysWhy) {
 
 // Without the backup process nobody would give control back after a death of the program. Then control is not taken,
 // and a request in progress is given back.
-TEST_P(PilotageTest, WithoutTheSecondProcessControlIsNotAskedFor) {
+TEST_P(FlightSequencerTest, WithoutTheSecondProcessControlIsNotAskedFor) {
   RecordProperty("promise", "R15");
   begin({.take_control = true, .hold_s = 1000.0});
   input_.backed_up = false;
@@ -136,7 +137,7 @@ core::Fence fence_beyond(const core::Vector<double, 3>& place, double metres) {
 }
 
 // Catches a program that asks for control outside the fence, where it may not command: the pilot would lose the sticks.
-TEST_P(PilotageTest, OutsideTheFenceControlIsNotAskedForAndItSaysWhy) {
+TEST_P(FlightSequencerTest, OutsideTheFenceControlIsNotAskedForAndItSaysWhy) {
   RecordProperty("promise", "R16");
   for (const double begins_m : {0.0, -4.0}) {  // within reach of the course's beginning, and beyond
     begin(
@@ -169,7 +170,7 @@ struct Leaving {
 
 // Catches a check of the place that is not made outside the fence, or not after control is granted: the failsafe then
 // goes to nominal as soon as it can, and the law flies the whole distance at once.
-TEST_P(PilotageTest, WhoLeavesWhileControlIsAskedForIsNotFlown) {
+TEST_P(FlightSequencerTest, WhoLeavesWhileControlIsAskedForIsNotFlown) {
   RecordProperty("promise", "R16");
   for (const Leaving& way : {Leaving{"fence", 5.0, 1e9, false, "m outside its fence: bring the aircraft inside"},
                              Leaving{"reach", 1e3, 5.0, false, "the course begins at"},
@@ -204,7 +205,7 @@ TEST_P(PilotageTest, WhoLeavesWhileControlIsAskedForIsNotFlown) {
   }
 }
 
-TEST_P(PilotageTest, AScriptsFlightEndsAfterTheReleaseAndNotBefore) {
+TEST_P(FlightSequencerTest, AScriptsFlightEndsAfterTheReleaseAndNotBefore) {
   RecordProperty("promise", "R15");
   begin({.take_control = true, .hold_s = 1000.0, .once = true});
   ASSERT_TRUE(fly_for(seconds(3)));
@@ -216,7 +217,7 @@ TEST_P(PilotageTest, AScriptsFlightEndsAfterTheReleaseAndNotBefore) {
 }
 
 // Catches a script that waits for ever for an autopilot that is off, or without telemetry.
-TEST_P(PilotageTest, AScriptEndsWhereTheAutopilotDoesNotBecomeReady) {
+TEST_P(FlightSequencerTest, AScriptEndsWhereTheAutopilotDoesNotBecomeReady) {
   begin({.take_control = true, .hold_s = 1.0, .once = true});
   bench_->world().autopilot_line().set_plugged(false);
   const auto ended = until([&] { return ended_; }, seconds(30));
@@ -227,7 +228,7 @@ TEST_P(PilotageTest, AScriptEndsWhereTheAutopilotDoesNotBecomeReady) {
 }
 
 // Catches a message that blames the source of poses while telemetry is missing.
-TEST_P(PilotageTest, BeforeTelemetryAWordWaitsForStartUp) {
+TEST_P(FlightSequencerTest, BeforeTelemetryAWordWaitsForStartUp) {
   begin({.course_start_w_m = bench_start(), .max_start_distance_m = 1.5});
   ASSERT_TRUE(tick());
   ASSERT_EQ(bench_->controller().link().health().packages, 0U);
@@ -237,7 +238,7 @@ TEST_P(PilotageTest, BeforeTelemetryAWordWaitsForStartUp) {
   EXPECT_TRUE(fly_for(seconds(1))) << "the order must stay valid for 20 s\n" << heard_.all();
 }
 
-TEST_P(PilotageTest, TheOperatorsStopTheWordAndTheEndOfTheHoldEndInASecond) {
+TEST_P(FlightSequencerTest, TheOperatorsStopTheWordAndTheEndOfTheHoldEndInASecond) {
   RecordProperty("promise", "R15");
   for (const int way : {0, 1, 2}) {
     SCOPED_TRACE(way);
@@ -259,7 +260,7 @@ TEST_P(PilotageTest, TheOperatorsStopTheWordAndTheEndOfTheHoldEndInASecond) {
 }
 
 // Catches a task that waits for ever when its request cannot be sent, or that requests without control.
-TEST_P(PilotageTest, ATaskWithoutControlIsNotAskedForAndFails) {
+TEST_P(FlightSequencerTest, ATaskWithoutControlIsNotAskedForAndFails) {
   begin({});
   ASSERT_TRUE(bench_->reach(FailsafeState::kSilent));
   companion::AutopilotTask task;
@@ -277,7 +278,7 @@ TEST_P(PilotageTest, ATaskWithoutControlIsNotAskedForAndFails) {
   EXPECT_EQ(line.text(), "landing: the request could not be sent");
 }
 
-TEST_P(PilotageTest, ARefusalIsSaidAndTheWordIsTakenAgain) {
+TEST_P(FlightSequencerTest, ARefusalIsSaidAndTheWordIsTakenAgain) {
   begin({.take_control = true, .hold_s = 1000.0});
   bench_->world().autopilot().set_mode(sim::N1Mode::kP);
   ASSERT_TRUE(until([&] { return heard_.has("not_mode_f"); }, seconds(20))) << heard_.all();
@@ -290,7 +291,7 @@ TEST_P(PilotageTest, ARefusalIsSaidAndTheWordIsTakenAgain) {
   EXPECT_TRUE(fly_for(seconds(1))) << heard_.all();
 }
 
-TEST_P(PilotageTest, TheWordWorksAfterTheAutopilotRestarted) {
+TEST_P(FlightSequencerTest, TheWordWorksAfterTheAutopilotRestarted) {
   begin({.take_control = true, .hold_s = 1000.0});
   ASSERT_TRUE(fly_for(seconds(1)));
   bench_->world().autopilot().happen(sim::N1EventKind::kRestart);
@@ -301,7 +302,7 @@ TEST_P(PilotageTest, TheWordWorksAfterTheAutopilotRestarted) {
   EXPECT_TRUE(fly_for(seconds(1))) << heard_.all();
 }
 
-TEST_P(PilotageTest, ARefusedPoseIsToldInMetres) {
+TEST_P(FlightSequencerTest, ARefusedPoseIsToldInMetres) {
   RecordProperty("promise", "R14");
   begin({.take_control = true, .hold_s = 1000.0});
   ASSERT_TRUE(fly_for(seconds(3)));
@@ -311,7 +312,7 @@ TEST_P(PilotageTest, ARefusedPoseIsToldInMetres) {
   EXPECT_TRUE(heard_.has(" m from the prediction, allowed 0.1")) << heard_.all();
 }
 
-TEST_P(PilotageTest, WhereNothingArrivesTheOperatorReadsWhatToDo) {
+TEST_P(FlightSequencerTest, WhereNothingArrivesTheOperatorReadsWhatToDo) {
   RecordProperty("promise", "R15");
   begin({.take_control = true, .hold_s = 1000.0});
   ASSERT_TRUE(fly_for(seconds(1)));

@@ -18,9 +18,9 @@ namespace {
 constexpr mavlink::Address kStation{.system = 255, .component = 190};
 constexpr std::uint16_t kOnlyPosition = 0b110111111000;
 
-class RoomTest : public ::testing::Test {
+class GroundStationTest : public ::testing::Test {
  protected:
-  RoomTest()
+  GroundStationTest()
       : commands_(ref::SpeedLimits{}, mpc::generated::kVehicle, app::kDefaultFlight, bench_.course(), line_, nullptr,
                   heard_),
         sequencer_({.course_start_w_m = bench_.place(), .max_start_distance_m = 1.5}, app::kDefaultFlight,
@@ -115,7 +115,7 @@ class RoomTest : public ::testing::Test {
 
 // Catches a flight that is refused at the place where goals led it, or that flies back from there to its first
 // beginning; and one whose first tick still follows the path to the last goal.
-TEST_F(RoomTest, AFlightThatGoalsHaveLedBeginsAgainWhereTheAircraftIs) {
+TEST_F(GroundStationTest, AFlightThatGoalsHaveLedBeginsAgainWhereTheAircraftIs) {
   RecordProperty("promise", "R16");
   ASSERT_TRUE(get_ready_and_engage()) << heard_.all();
   goal(3.F, 0.F);
@@ -134,7 +134,7 @@ TEST_F(RoomTest, AFlightThatGoalsHaveLedBeginsAgainWhereTheAircraftIs) {
   EXPECT_NEAR(at().x(), here_m, 1.5) << "tolerance: the distance to stop";
 }
 
-TEST_F(RoomTest, AnOrderToFlyWhileControlGoesBackIsRefused) {
+TEST_F(GroundStationTest, AnOrderToFlyWhileControlGoesBackIsRefused) {
   ASSERT_TRUE(get_ready_and_engage()) << heard_.all();
   order(companion::kGuidedEnable, 0.F);
   pass(milliseconds(50));
@@ -146,7 +146,7 @@ TEST_F(RoomTest, AnOrderToFlyWhileControlGoesBackIsRefused) {
 }
 
 // Catches a mission that accepts the order to start at another item, but continues as before.
-TEST_F(RoomTest, AMissionThatFliesIsStartedAnewAtAnotherItemAndNotAtTheSame) {
+TEST_F(GroundStationTest, AMissionThatFliesIsStartedAnewAtAnotherItemAndNotAtTheSame) {
   carry_over({2.F, 0.F, -2.F});
   ASSERT_TRUE(get_ready_and_engage()) << heard_.all();
   order(companion::kMissionStart, 0.F);
@@ -160,7 +160,7 @@ TEST_F(RoomTest, AMissionThatFliesIsStartedAnewAtAnotherItemAndNotAtTheSame) {
 }
 
 // Catches an aircraft that gets a goal at the place of its mission's next item, and then continues the mission.
-TEST_F(RoomTest, AGoalAtThePlaceOfAnItemIsStayedAt) {
+TEST_F(GroundStationTest, AGoalAtThePlaceOfAnItemIsStayedAt) {
   carry_over({2.F, -2.F});
   ASSERT_TRUE(get_ready_and_engage()) << heard_.all();
   order(companion::kMissionStart, 0.F);

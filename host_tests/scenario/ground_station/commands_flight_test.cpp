@@ -7,7 +7,7 @@ namespace {
 
 using scenario::json;
 
-using RoomOrdersFlight = GroundStationFlight;
+using GroundStationOrdersFlight = GroundStationFlight;
 
 /// Sends an unsigned broadcast command, from a sender without the key.
 void send_unsigned(GroundStation& ground_station, std::uint16_t command) {
@@ -16,7 +16,7 @@ void send_unsigned(GroundStation& ground_station, std::uint16_t command) {
                                        .bytes());
 }
 
-TEST_F(RoomOrdersFlight, TakesOffAndLandsByOrderAndNotByAnythingElse) {
+TEST_F(GroundStationOrdersFlight, TakesOffAndLandsByOrderAndNotByAnythingElse) {
   RecordProperty("promise", "R15");
   ASSERT_TRUE(start_flight({"--take-off", "--once"}, {"--on-ground"})) << error();
   ASSERT_TRUE(receive_until([&] { return attitudes > 0 && battery >= 0; }));
@@ -52,7 +52,7 @@ TEST_F(RoomOrdersFlight, TakesOffAndLandsByOrderAndNotByAnythingElse) {
   EXPECT_EQ(run({"replay", log.string()}), 0) << "the log with orders does not replay: " << error();
 }
 
-TEST_F(RoomOrdersFlight, ParametersAreReadByWhoHasTheKey) {
+TEST_F(GroundStationOrdersFlight, ParametersAreReadByWhoHasTheKey) {
   ASSERT_TRUE(start_flight({"--once"})) << error();
   ASSERT_TRUE(receive_until([&] { return attitudes > 0; }));
   int rounds = 0;

@@ -26,7 +26,7 @@ TEST(FlightFile, NeedsNothingButTheThreeRanges) {
   EXPECT_EQ(limits_of(flight).coast, safety::Limits{}.coast);
 }
 
-TEST(FlightFile, TheLaddersTimesAreThoseOfTheFile) {
+TEST(FlightFile, TheFailsafesTimesAreThoseOfTheFile) {
   const FlightFile flight =
       parse_flight("mode = \"calm_room\"\n" + std::string(kFence) +
                        "[wind]\nclass_m_s = 8\n[pose]\nfresh_s = 0.1\ncoast_s = 0.7\nlevel_s = 0.5\n",

@@ -50,7 +50,7 @@ TEST(LiveDisplay, WhatIsNoNumberIsNull) {
   EXPECT_TRUE(nlohmann::json::parse(json_of(state))["yaw_rad"].is_null());
 }
 
-TEST(LiveDisplay, TheLineSaysRungPlaceErrorPoseAndLink) {
+TEST(LiveDisplay, TheLineSaysStatePlaceErrorPoseAndLink) {
   EXPECT_EQ(status_of(flying(), 0.0125),
             "nominal   1.00  -2.00  1.50 m, off 0.05 m, pose 21+4 ms, lost 1.2 %, link 100 Hz 3 ms");
   LiveState waiting = flying();

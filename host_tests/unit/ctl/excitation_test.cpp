@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(
                       LimitCase{"Speed", 0, 3.1, 0, 0, true, false, Abort::kSpeed},
                       LimitCase{"Tilt", 0, 0, 0.41, 0, true, false, Abort::kTilt},
                       LimitCase{"Fence", 0, 0, 0, 0, true, true, Abort::kFence},
-                      LimitCase{"Ladder", 0, 0, 0, 0, false, true, Abort::kFailsafe}),
+                      LimitCase{"Failsafe", 0, 0, 0, 0, false, true, Abort::kFailsafe}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST_P(Limit, EndsTheExcitationForGood) {

@@ -54,11 +54,11 @@ double speaks_at(const Motion& motion, LimitCycleReport<T>* seen = nullptr) {
   return -1.0;
 }
 
-class SwingAt : public ::testing::TestWithParam<double> {};
+class OscillationAt : public ::testing::TestWithParam<double> {};
 
 // At the frequencies at which a loop of such an aircraft oscillates, the watch must report within three seconds, with
 // the right height and frequency.
-TEST_P(SwingAt, IsNoticedWithinThreeSeconds) {
+TEST_P(OscillationAt, IsNoticedWithinThreeSeconds) {
   RecordProperty("promise", "R17");
   LimitCycleReport<double> seen;
   const double at_s = speaks_at({.tilt_rad = sine(0.3, GetParam(), 5.0)}, &seen);
@@ -68,7 +68,7 @@ TEST_P(SwingAt, IsNoticedWithinThreeSeconds) {
   EXPECT_NEAR(seen.frequency_hz, GetParam(), 0.1 * GetParam());
   EXPECT_NEAR(speaks_at<float>({.tilt_rad = sine(0.3, GetParam(), 5.0)}), at_s, 0.05);
 }
-INSTANTIATE_TEST_SUITE_P(LimitCycleDetector, SwingAt, ::testing::Values(1.0, 1.3, 1.7, 2.5),
+INSTANTIATE_TEST_SUITE_P(LimitCycleDetector, OscillationAt, ::testing::Values(1.0, 1.3, 1.7, 2.5),
                          [](const auto& tested) { return std::to_string(static_cast<int>(10.0 * tested.param)); });
 
 // A slower oscillation takes the same number of half-waves, and so more time; below 0.3 Hz it is not an oscillation of

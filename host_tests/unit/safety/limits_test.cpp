@@ -126,7 +126,7 @@ TEST(FlightLimit, TelemetryIsDeadBehind500Ms) {
 }
 
 // Each state ends with the tick in which its time is over, not with the one before.
-TEST(FlightLimit, RungsLastAsLongAsTheySay) {
+TEST(FlightLimit, StatesLastAsLongAsTheySay) {
   Observation old = good({});
   old.estimate.pose_age = milliseconds(61);
   for (const Duration more : {Duration{0}, kMin}) {
@@ -274,7 +274,7 @@ TEST(Envelope, EachCommandRisesAtItsOwnPaceToItsOwnRange) {
   EXPECT_EQ(flight.supervisor.stats().limited_commands, limited) << "nothing was cut";
 }
 
-TEST(SupervisorStats, CountTheLaddersSteps) {
+TEST(SupervisorStats, CountTheFailsafesSteps) {
   Supervisor<double> fresh{Limits{}, Envelope{}};
   EXPECT_EQ(fresh.failsafe_state(), FailsafeState::kSilent);
   EXPECT_EQ(fresh.stats().steps + fresh.stats().invalid_commands + fresh.stats().limited_commands +

@@ -14,7 +14,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr ctl::Command<double> kLaw{.roll_rad = 0.1, .pitch_rad = -0.05, .climb_m_s = 0.3, .yaw_rate_rad_s = 0.2};
 
 /// A supervisor and its observations, with ticks of 10 ms.
-class Ladder : public ::testing::Test {
+class FailsafeStates : public ::testing::Test {
  protected:
   Observation good() const {
     return {.now = now_,
@@ -51,13 +51,13 @@ class Ladder : public ::testing::Test {
   Supervisor<double> supervisor_{Limits{}, Envelope{}};
 };
 
-TEST_F(Ladder, SendsNothingUntilAPersonAsks) {
+TEST_F(FailsafeStates, SendsNothingUntilAPersonAsks) {
   for (int i = 0; i < 100; ++i) {
     EXPECT_FALSE(tick(good()).transmit);
   }
 }
 
-TEST_F(Ladder, PassesTheLawOnceItFlies) {
+TEST_F(FailsafeStates, PassesTheLawOnceItFlies) {
   fly();
   const SupervisedCommand<double> grant = tick(good());
   EXPECT_TRUE(grant.transmit);
@@ -65,7 +65,7 @@ TEST_F(Ladder, PassesTheLawOnceItFlies) {
   EXPECT_EQ(grant.command.climb_m_s, kLaw.climb_m_s);
 }
 
-TEST_F(Ladder, WalksDownWhenThePoseStaysAway) {
+TEST_F(FailsafeStates, WalksDownWhenThePoseStaysAway) {
   RecordProperty("promise", "R3");
   fly();
   Observation old = good();
@@ -93,7 +93,7 @@ TEST(FreshLimit, FollowsFromTheMeasuredLatency) {
   EXPECT_EQ(fresh_limit(kSaid, {milliseconds(100), milliseconds(40), milliseconds(33)}), milliseconds(80));
 }
 
-TEST_F(Ladder, FliesOnThePoseOfALongWay) {
+TEST_F(FailsafeStates, FliesOnThePoseOfALongWay) {
   RecordProperty("promise", "R3");
   fly();
   Observation late = good();
@@ -104,7 +104,7 @@ TEST_F(Ladder, FliesOnThePoseOfALongWay) {
   EXPECT_EQ(tick(late).failsafe_state, FailsafeState::kCoast);
 }
 
-TEST_F(Ladder, GivesControlBackInExactlyOneTick) {
+TEST_F(FailsafeStates, GivesControlBackInExactlyOneTick) {
   fly();
   Observation leave = good();
   leave.orders.releases = true;
@@ -115,7 +115,7 @@ TEST_F(Ladder, GivesControlBackInExactlyOneTick) {
   EXPECT_EQ(releases, 1);
 }
 
-TEST_F(Ladder, ComesBackFromCoastAfterTenGoodTicks) {
+TEST_F(FailsafeStates, ComesBackFromCoastAfterTenGoodTicks) {
   fly();
   Observation old = good();
   old.estimate.pose_age = milliseconds(61);
@@ -125,7 +125,7 @@ TEST_F(Ladder, ComesBackFromCoastAfterTenGoodTicks) {
 }
 
 // Catches a count of ten ticks instead of ten poses: at 30 Hz three poses were enough.
-TEST_F(Ladder, ComesBackFromCoastAfterTenGoodPosesHoweverSlowTheyCome) {
+TEST_F(FailsafeStates, ComesBackFromCoastAfterTenGoodPosesHoweverSlowTheyCome) {
   RecordProperty("promise", "R3");
   fly();
   Observation old = good();
@@ -145,7 +145,7 @@ TEST_F(Ladder, ComesBackFromCoastAfterTenGoodPosesHoweverSlowTheyCome) {
 
 // Catches an order that cannot be carried out and that delays the handover to the pilot for as long as it stands (20
 // s).
-TEST_F(Ladder, HandsOverThoughAnOrderStands) {
+TEST_F(FailsafeStates, HandsOverThoughAnOrderStands) {
   RecordProperty("promise", "R15");
   fly();
   Observation lost = good();
@@ -158,7 +158,7 @@ TEST_F(Ladder, HandsOverThoughAnOrderStands) {
 }
 
 // Catches a pilot who gets a fast aircraft, and one who never gets it.
-TEST_F(Ladder, HandsOverBelowAMetrePerSecondOrInTheEnd) {
+TEST_F(FailsafeStates, HandsOverBelowAMetrePerSecondOrInTheEnd) {
   RecordProperty("promise", "R12");
   const auto level = [this](core::Duration pose_age) {
     supervisor_ = Supervisor<double>{Limits{}, Envelope{}};
@@ -189,7 +189,7 @@ TEST_F(Ladder, HandsOverBelowAMetrePerSecondOrInTheEnd) {
 }
 
 // Catches a release with half a second of level sticks, in a wind that the aircraft was just held against.
-TEST_F(Ladder, HoldsAgainstTheWindUntilTheSticksAreThePilots) {
+TEST_F(FailsafeStates, HoldsAgainstTheWindUntilTheSticksAreThePilots) {
   fly();
   Observation lost = good();
   lost.wind.exceeded_for = milliseconds(3000);
@@ -215,7 +215,7 @@ TEST_F(Ladder, HoldsAgainstTheWindUntilTheSticksAreThePilots) {
   EXPECT_EQ(tick(good()).command.pitch_rad, 0.0);
 }
 
-TEST_F(Ladder, StaysLevelUntilTheOperatorComes) {
+TEST_F(FailsafeStates, StaysLevelUntilTheOperatorComes) {
   fly();
   Observation lost = good();
   lost.consistency.refused_for = milliseconds(300);
@@ -234,7 +234,7 @@ struct Loss {
   FailsafeState expected;
   bool transmits;
 };
-class LossOf : public Ladder, public ::testing::WithParamInterface<Loss> {};
+class LossOf : public FailsafeStates, public ::testing::WithParamInterface<Loss> {};
 TEST_P(LossOf, IsAnsweredInTheSameTick) {
   RecordProperty("promise", "R4");
   fly();
@@ -261,7 +261,7 @@ INSTANTIATE_TEST_SUITE_P(
              FailsafeState::kSilent, false}),
     [](const auto& tested) { return tested.param.name; });
 
-class Unsound : public Ladder, public ::testing::WithParamInterface<double> {};
+class Unsound : public FailsafeStates, public ::testing::WithParamInterface<double> {};
 TEST_P(Unsound, CommandBecomesNeutralAndLevel) {
   RecordProperty("promise", "R5");
   fly();
@@ -275,7 +275,7 @@ TEST_P(Unsound, CommandBecomesNeutralAndLevel) {
 INSTANTIATE_TEST_SUITE_P(Values, Unsound,
                          ::testing::Values(kNan, std::numeric_limits<double>::infinity(), -1e300, 3.0));
 
-TEST_F(Ladder, SlewsInsteadOfJumping) {
+TEST_F(FailsafeStates, SlewsInsteadOfJumping) {
   RecordProperty("promise", "R5");
   fly();
   ctl::Command<double> wanted = kLaw;
@@ -286,7 +286,7 @@ TEST_F(Ladder, SlewsInsteadOfJumping) {
 }
 
 // Catches a limit of 30 degrees for each axis alone: together they tilt by 41 degrees, and R12 allows 35.
-TEST_F(Ladder, LeansByNoMoreThanItsLimitWhateverTheDirection) {
+TEST_F(FailsafeStates, LeansByNoMoreThanItsLimitWhateverTheDirection) {
   RecordProperty("promise", "R12");
   fly();
   for (const auto& [roll_rad, pitch_rad] : {std::pair(0.52, 0.52), std::pair(-0.6, 0.3), std::pair(0.2, -1.0)}) {

@@ -200,7 +200,7 @@ TEST(N1Script, NamesALieAndItsSize) {
 }
 
 // Catches a sensor fault that changes another channel than its own, or no channel.
-TEST(Lies, EachChangesItsOwnChannelAlone) {
+TEST(SensorFaults, EachChangesItsOwnChannelAlone) {
   for (const SensorFault& fault : sensor_faults()) {
     ASSERT_NE(fault.pose == nullptr, fault.telemetry == nullptr) << fault.name;
     SensorFaultInjector fault_injector(fault);
