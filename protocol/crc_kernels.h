@@ -211,8 +211,7 @@ inline std::uint32_t after_header_start(const std::byte* header, std::size_t cou
 }
 
 /// Whether the checksum of a frame is right when `left` of its bytes remain, 1 to kCrc32BlockBytes. The last four are
-/// the checksum. After all bytes before them the register equals the checksum; after some of them it equals the rest of
-/// the checksum.
+/// the checksum. After all bytes before them the register equals the checksum, after some of them its rest.
 inline bool ends_well(std::uint32_t state, const std::byte* bytes, std::size_t left) {
   constexpr std::size_t kChecksumBytes = 4;
   if (left < kChecksumBytes) {

@@ -86,8 +86,7 @@ class Excitation {
   /// this a constant disturbance would carry the aircraft away for as long as the piece lasts.
   void rest_at(const HoldingSticks<T>& holding);
   /// Once per tick, before a command is chosen.
-  /// @param may the failsafe is in kNominal. @param brakes the geofence limiter brakes: the stopping distance reaches a
-  ///   side.
+  /// @param may the failsafe is in kNominal. @param brakes the geofence limiter brakes.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& reference, bool may, bool brakes,
               core::TimePoint now);
 

@@ -10,8 +10,7 @@
 namespace m100::safety {
 
 // Start-up and authority of an onboard computer at the autopilot (protocol, section 11; promise R4), as one table.
-// Nothing here touches a wire: conditions come in, a stage and an action come out, and the owner of the link carries it
-// out.
+// Nothing here touches a wire: conditions come in, a stage and an action for the owner of the link come out.
 
 enum class AuthorityStage : std::uint8_t {
   kListening,          ///< no frame yet; after kListenTime sends the version query nevertheless

@@ -55,8 +55,7 @@ enum class FailsafeCondition : std::uint32_t {
 template <>
 inline constexpr bool kIsCondition<FailsafeCondition> = true;
 
-/// Why a step was made. A row names its reason; if a condition has several causes, the supervisor determines which one
-/// it is.
+/// Why a step was made. A row names its reason; if a condition has several causes, the supervisor finds the right one.
 enum class FailsafeReason : std::uint8_t {
   kNone,
   kControlGone,      ///< authority or mode F: the link says which

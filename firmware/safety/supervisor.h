@@ -67,8 +67,7 @@ class Supervisor {
   /// The same in two halves, for callers that compute brake_and_hold only when it is needed: first the failsafe, ...
   /// @param seen may be observation() itself.
   CommandSource update_failsafe(const ctl::Command<T>& wanted, const Observation& seen);
-  /// ... then the limits. @param command the law's or brake_and_hold, as update_failsafe() chose; not read for
-  /// kNeutral.
+  /// ... then the limits. @param command the law's or brake_and_hold, as update_failsafe() chose; unused for kNeutral.
   SupervisedCommand<T> limit_command(CommandSource passes, const ctl::Command<T>& command, T step_s);
   /// Instead of the limits, for a caller whose next command cannot leave yet: the last command stays, and the slew
   /// limit of the next one covers `elapsed`, too.

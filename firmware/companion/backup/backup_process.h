@@ -56,8 +56,7 @@ class BackupProcess {
   void set_port(int descriptor, std::uint32_t openings);
 
   /// The heartbeat, each tick, before anything is sent. @param in_control commands may be in force.
-  /// @returns false, once: the backup process has sent since the last heartbeat; control is given back and must not be
-  ///   used.
+  /// @returns false, once: the backup process has sent since the last heartbeat; control is given back: do not use it.
   bool heartbeat(bool in_control);
 
   /// False: the backup process was killed, so nobody would give control back. Reaps it.

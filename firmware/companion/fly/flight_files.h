@@ -57,8 +57,7 @@ ReturnSettings home_settings(const FlightFiles& files);
 app::FlightConfig flight_config(const FlyOptions& options, const FlightFiles& files, const ref::Waypoint<double>& start,
                                 const link::LinkConfig& link);
 
-/// Begins the log with the texts (files, options) that `m100 replay` needs in addition to the records. Errors:
-/// UsageError.
+/// Begins the log with the texts (files, options) that `m100 replay` needs besides the records. Errors: UsageError.
 void write_notes(log::FlightLogWriter& log, const FlyOptions& options, const FlightModel& model,
                  const FlightFiles& files, const ref::Waypoint<double>& start, const app::FlightConfig& config,
                  core::TimePoint now);

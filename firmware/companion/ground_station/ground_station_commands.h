@@ -40,8 +40,7 @@ class GroundStationCommands {
     }
   }
 
-  /// Call it after each tick of the controller. @returns the commands that the ground station gave in the operator's
-  /// place.
+  /// Call it after each tick of the controller. @returns the ground station's commands in the operator's place.
   OperatorInput tick(core::TimePoint now, const app::FlightController<double>& controller,
                      const SequencerStatus& status);
   /// Goals have led the flight.

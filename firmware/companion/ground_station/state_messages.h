@@ -11,8 +11,7 @@
 
 namespace m100::companion {
 
-/// The state of a flight in one tick, for the ground station: a copy, so that the sending thread needs nothing of the
-/// flight.
+/// The state of a flight in one tick, for the ground station: a copy, so the sending thread needs nothing else.
 struct FlightState {
   core::TimePoint now{};
   mavlink::SignatureTime signature_time = 0;  ///< least time stamp of the signatures of its messages

@@ -11,8 +11,7 @@
 namespace m100::companion {
 
 /// What the operator must know of the source of pose, and what prevents control before it is requested: a second
-/// sender, an attitude that the autopilot's contradicts, and a check that has failed and not yet passed for long
-/// enough.
+/// sender, an attitude that the autopilot's contradicts, and a check that failed and has not yet passed long enough.
 ///
 /// A check that failed once would fail again when the aircraft repeats the motion, and the slow wander of a hover takes
 /// time to repeat: the check must pass for kHold, or four times as long as it took to fail. No heap.

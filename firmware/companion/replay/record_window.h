@@ -10,8 +10,7 @@
 
 namespace m100::companion {
 
-/// The records that the replayed flight would have logged of a tick, in addition to the bytes: the last messages of its
-/// ring.
+/// The records that the replayed flight would have logged of a tick, besides the bytes: the last messages of its ring.
 class RecordWindow {
  public:
   RecordWindow() : ring_(storage_), log_(ring_) {}

@@ -9,8 +9,7 @@
 
 namespace m100::ctl {
 
-/// Bandwidth of the fallback law: w [rad/s] below. Computed from the same vehicle file as the tables, through its
-/// braking:
+/// Bandwidth of the fallback law: w [rad/s] below. Computed from the tables' vehicle file, through its braking:
 ///   w = 0.463 / (t + 0.2 s),   t = Braking::reaction_s, the whole delay from a command to the attitude.
 /// With half more gain than assumed, the loop (2 w s + w^2) / s^2 has its crossover at 3.04 w and a phase margin of
 /// 80.7 degrees there, which is a delay of 0.463 / w: t, and 0.2 s that the vehicle file does not know. With the

@@ -80,8 +80,7 @@ class FlightLaw {
   void plan(ref::Window<T>& window, const est::Estimate<T>& estimate, core::TimePoint now, std::size_t points) {
     fallback() ? planner_.reset() : planner_.update(window, estimate, now, lead(), points);
   }
-  /// From now on, until reset(), the fallback law (fallback_law.h) flies the horizontal axes, with this bandwidth
-  /// [rad/s].
+  /// From now on, until reset(), the fallback law (fallback_law.h) flies both horizontal axes, bandwidth in rad/s.
   void start_fallback(T rate_per_s) { fallback_per_s_ = rate_per_s; }
   bool fallback() const { return fallback_per_s_ > T(0); }
   /// For a start in the air: clears the integral, the active sets and the fallback law. The delay lines keep the

@@ -47,8 +47,7 @@ GeofenceLimiter<T>::GeofenceLimiter(const core::Fence& fence, const Braking& bra
 template <typename T>
 T GeofenceLimiter<T>::stop_m(T speed_m_s, T tilted_m_s2, T wind_m_s2) const {
   // The estimated wind may hide drag of the vehicle's own speed: it is then larger than estimated, but at most a wind
-  // of the class. As the aircraft slows down this drag vanishes; on average over the braking distance a third of it is
-  // missing.
+  // of the class. As the aircraft slows down this drag vanishes, a third of it on average over the braking distance.
   const T relief_m_s2 = core::clamp(wind_m_s2_ - wind_m_s2, T(0), unknown_drag_per_s_ * speed_m_s);
   const T blows_m_s2 = wind_m_s2 + static_cast<T>(kReliefShare) * relief_m_s2;
   const T disturbance_acceleration_m_s2 = (blows_m_s2 > T(0) ? blows_m_s2 : T(0)) + unseen_m_s2_;

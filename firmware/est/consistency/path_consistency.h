@@ -61,8 +61,7 @@ class PathConsistency {
   };
 
   /// Once per tick.
-  /// @param pose_used a pose was used recently; in a gap the force continues the path of the poses, and nothing is
-  ///   evidence
+  /// @param pose_used a pose was used recently; in a gap the force continues the poses' path, without evidence
   void update(const PathInput& motion, bool pose_used, T step_s);
   /// Restarts both paths, after a motion that was not observed.
   void restart() {

@@ -37,8 +37,7 @@ class CovarianceInflation {
   /// @param own covariance of the filter
   /// @param age_s of the newest pose that was used
   /// @param since_s since it was used
-  /// @param force_known the force measures the disturbance meanwhile: the error of the acceleration is then the force's
-  ///   offset
+  /// @param force_known the force measures the disturbance: the acceleration's error is then the force's offset
   Covariance inflated(const Covariance& own, T age_s, T since_s, bool force_known = false) const;
 
  private:

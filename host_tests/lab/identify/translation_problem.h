@@ -45,8 +45,7 @@ class TranslationProblem final : public Problem {
  private:
   void check_heads() const;
 
-  /// Whether the effects explain little of the error: if there is an unexplained residual, they may be its side
-  /// effects.
+  /// Whether the effects explain little of the error: with an unexplained residual they may be its side effects.
   static bool weak(const Selection& selection);
 
   /// Whether a periodic force was named although the residual still oscillates: then it was none.

@@ -116,8 +116,7 @@ inline void expect_nothing_found(std::uint64_t seed) {
   }
 }
 
-/// Channels whose verdict is not "nothing missing" although this vehicle file itself is the plant, with the reasons
-/// given.
+/// Channels whose verdict is not "nothing missing" although this vehicle file is the plant, with the reasons.
 inline std::string without_a_clean_bill(std::uint64_t seed, const std::string& vehicle_file) {
   const LoopResult result =
       found_on(sim::plant_of_options("", vehicle_file), seed, companion::load_vehicle(vehicle_file));

@@ -127,8 +127,7 @@ TEST(Units, OneOutlierDoesNotMakeDegrees) {
   EXPECT_EQ(angle, before);
 }
 
-// Catches the verdict "nothing missing" from a validation part in which the stick rests: there the model only predicts
-// rest.
+// Catches the verdict "nothing missing" from a validation part in which the stick rests: the model only predicts rest.
 TEST(ValidationPart, ThatNeverMovesTheStickTestsNothing) {
   const FlightLog flown = SyntheticAxis{}.fly();
   FlightLog rested = flown;

@@ -6,8 +6,7 @@
 
 namespace m100::lab::identify {
 
-// Two patterns that a regression on causes does not show: a spectral peak at a high frequency (vibration) and a slow
-// drift.
+// Two patterns that a regression on causes does not show: a high-frequency peak (vibration) and a slow drift.
 
 struct VibrationPeak {
   double hz = 0.0;

@@ -23,8 +23,7 @@ Vector measured_rows(const TranslationBlocks& part) {
 
 namespace {
 
-/// Whether a drag coefficient has the wrong sign: a drag that accelerates is no drag, and leaves the wind's speed
-/// undefined.
+/// Whether a drag coefficient has the wrong sign: a drag that accelerates is none, and leaves the wind undefined.
 bool has_negative_drag(const Structure& structure, const Vector& linear) {
   return std::any_of(structure.begin(), structure.end(), [&](const std::string& name) {
     const model::TranslationEffect* effect = model::translation_effect(name);
@@ -33,8 +32,7 @@ bool has_negative_drag(const Structure& structure, const Vector& linear) {
   });
 }
 
-/// Bounds of the linear parameters, as the effects declare them: drag never accelerates the vehicle, whatever else is
-/// fitted.
+/// Bounds of the linear parameters, as the effects declare them: drag never accelerates, whatever else is fitted.
 struct Bounds {
   Vector low;
   Vector high;

@@ -51,7 +51,7 @@ class TranslationFamily final : public Family {
 
   /// Whether a log without thrust set point supports the rigid body of `other` (about 1) or that of `present` (about 0;
   /// the same samples): the coefficient of their difference in a regression with all linear effects and the strongest
-  /// spectral peak.
+  /// peak.
   static double preference(const TranslationBlocks& present, const TranslationBlocks& other);
 
  private:

@@ -30,8 +30,8 @@ IntersampleHypotheses intersample_hypotheses(const AxisData& data, const std::ve
 void weight_by_input_uncertainty(std::span<FreeRun> hypotheses, const AxisData& data, const model::StickAxis& model);
 
 /// All parameters of a structure as free_parameters_of(), with the delay free down to one row below zero: a row shows
-/// the stick since the row before, so a response without delay may begin up to a row early. A larger shift is left to
-/// time_offset().
+/// the stick since the row before, so a response without delay may begin up to a row early. time_offset() finds larger
+/// ones.
 std::vector<FreeParameter> free_parameters_within_row(const AxisFamily& family, const Fit& fit);
 
 /// Smallest likelihood ratio of an effect of the fit over all hypotheses about an undersampled stick, with weighed
