@@ -180,9 +180,9 @@ void check_completeness(const ValidationComparison& parts, const CompletenessLim
   const bool by_chance = named || parts.probability >= limits.min_probability;
   const double later_ratio = std::sqrt(parts.beyond_start);
   const bool little = later_ratio < limits.min_ratio;
-  // The verdict "nothing missing" is judged by the whole error, a named effect by the error without the starts of the
-  // blocks: a strong lead zero makes the initial states of blocks wrong, although its name is right. A change keeps the
-  // whole error, because a wrong date shows there first.
+  // A clean bill is judged by the whole error, a named effect by the error without the starts of the blocks: a strong
+  // lead zero makes the initial states of blocks wrong, although its name is right. A change keeps the whole error,
+  // because a wrong date shows there first.
   const bool effects_alone = !result.effects.empty() && result.changes.empty();
   const double maximum = effects_alone ? later_ratio : rms_ratio;
   if (maximum > limits.max_ratio || !(by_chance || little)) {
@@ -204,7 +204,7 @@ bool forbids_nothing_missing(const Finding& finding) {
 }
 
 std::string verdict_of(const IdentifyResult& result) {
-  // A finding about the log is no effect of the vehicle: an effect that is named with it may be its side effect.
+  // A finding about the log is no effect of the vehicle: an effect named beside it may be its side effect.
   if (!result.unexplained.empty() ||
       std::any_of(result.findings.begin(), result.findings.end(), forbids_nothing_missing)) {
     return "unexplained";
