@@ -22,9 +22,8 @@ std::string check_flight(const Folder& folder, const std::string& result);
 /// In that case kCalmer counts up and `gains` must be done again, with calmer weights; after two times the weights are
 /// not changed further.
 std::string check_hover(Folder& folder, const std::string& name);
-/// Checks a flight (NAME.json and NAME.ulg) and notes its errors (note_errors()).
-/// @param vehicle the vehicle file of the flight.
-std::string check_course(Folder& folder, const std::string& name, const std::string& vehicle);
+/// Checks a flight (NAME.json and NAME.ulg) and notes its errors (record_errors()).
+std::string check_course(Folder& folder, const std::string& name);
 /// An excitation that did not come to rest makes the weights calmer, as a hover that oscillates does; one that exceeded
 /// its distance, tilt or speed sets kBalanced. In both cases `gains` and the flights made with it must be done again.
 std::string check_excitation(Folder& folder, const std::string& result);
