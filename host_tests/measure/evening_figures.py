@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Six whole evenings (soak.evening): each error of each aircraft, before and after the correction."""
+"""Seven whole evenings (soak.evening): each error of each aircraft, before and after the correction."""
 import json
 import pathlib
 import tempfile

@@ -41,23 +41,26 @@ void write_corrected_vehicle(Folder& folder) {
     return logs::load(folder.file(std::string(name) + ".ulg"),
                       folder.file(is_climb ? "columns_climb.toml" : "columns_flight.toml"));
   };
+  const auto in_control = nominal(result_of(folder, "course.json"));
+  const logs::FlightLog from_height = log_of("course", true), flown = log_of("course", false);
+  const auto course = [&](std::string_view channel) {
+    return loop::UnseenFlight{channel == "climb" ? &from_height : &flown, in_control.first + kSettled_s,
+                              in_control.second};
+  };
   const auto with_sticks = nominal(result_of(folder, "excite_rates.json"));
   for (const std::string channel : {"climb", "yaw_rate"}) {
     const logs::FlightLog excited = log_of("excite_rates", channel == "climb");
     const loop::UnseenFlight moved{&excited, with_sticks.first + kSettled_s, with_sticks.second};
-    const bool better = loop::predicts_better(believed, rates.vehicle, moved, channel);
+    // Large sticks hide what small ones show: on the course, which no fit has used, it must not predict worse.
+    const bool better = loop::predicts_better(believed, rates.vehicle, moved, channel) &&
+                        loop::error_at_1s(rates.vehicle, course(channel), channel) <=
+                            loop::error_at_1s(believed, course(channel), channel);
     folder.set_number("found." + channel, better ? 1.0 : 0.0);
     if (better) {
       corrected.vehicle = loop::with_channel(corrected.vehicle, rates.vehicle, channel);
       corrected.sources["axis." + channel] = rates.sources.at("axis." + channel);
     }
   }
-  const auto in_control = nominal(result_of(folder, "course.json"));
-  const logs::FlightLog from_height = log_of("course", true), flown = log_of("course", false);
-  const auto course = [&](const char* channel) {
-    const bool is_climb = std::string_view(channel) == "climb";
-    return loop::UnseenFlight{is_climb ? &from_height : &flown, in_control.first + kSettled_s, in_control.second};
-  };
   take_drag(folder, course("translation"), corrected);
   for (const VehicleAxis& axis : kVehicleAxes) {
     const loop::UnseenFlight flight = course(axis.name);

@@ -3,7 +3,7 @@
 """Uses m100-lab evening as a person does.
 
 Usage: evening_test.py M100 LAB                    checks prompts, refusals, resuming and change detection; no flight
-       evening_test.py M100 LAB --whole [FOLDER]   six whole evenings against the emulated autopilot, in simulated time
+       evening_test.py M100 LAB --whole [FOLDER]   seven whole evenings against the emulated autopilot, in simulated time
 
 Each evening is recorded by hand on the bare aircraft; then the emulated aircraft gets a payload, other trims, longer
 delays and more. The evening must find these changes. The test prints the error before and after the correction; it
@@ -337,6 +337,8 @@ def whole(evening):
     for flight, words in (("course", "before"), ("corrected", "after")):
         said = f"The flight {words} the correction began to oscillate" in page
         expect(said == bool(numbers[f"fallback_law.{flight}"]), f"the page says whether the flight {words} oscillated")
+    for channel in ("climb", "yaw_rate"):
+        expect(numbers[f"ahead.{channel}.after"] <= numbers[f"ahead.{channel}.before"], f"no worse model of {channel} is taken")
     for axis in ("roll", "pitch"):
         hidden = evening.hidden[f"axis.{axis}"]
         found = {key: numbers[f"{key}.{axis}.after"] for key in ("trim_counts", "transport_delay_s")}

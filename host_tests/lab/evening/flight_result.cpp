@@ -2,15 +2,17 @@
 #include "host_tests/lab/evening/flight_result.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <string_view>
 
 #include "firmware/companion/files/recorded_flight.h"
-#include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/replay/replay.h"
 #include "host_tests/lab/aliases.h"
+#include "host_tests/lab/flight/flight_series.h"
+#include "host_tests/lab/flight/tracking.h"
 #include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/lab/read_json.h"
 #include "host_tests/lab/whole_file.h"
@@ -20,42 +22,17 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kMaxDelay_s = 0.5;  ///< largest transport delay of an axis
-
 constexpr std::string_view kTrackingMap = R"(time = "tick.timestamp"
 [signals]
 stick_roll = { column = "tick.sticks[0]", offset = -1024 }
 stick_pitch = { column = "tick.sticks[1]", offset = -1024 }
 attitude_roll = "tick.imu_attitude[0]"
 attitude_pitch = "tick.imu_attitude[1]"
-position_x = "tick.pose_position[0]"
-position_y = "tick.pose_position[1]"
-position_z = "tick.pose_position[2]"
 [extra]
-x = "tick.ref_position[0]"
-y = "tick.ref_position[1]"
-z = "tick.ref_position[2]"
 age = "tick.pose_age"
 ref_yaw = "tick.ref_yaw"
 yaw = "tick.pose_yaw"
 )";
-
-/// The reference of a flight, interpolated between its ticks.
-class Reference {
- public:
-  explicit Reference(const logs::FlightLog& flight) : flight_(flight) {}
-
-  /// @param ticks before tick k; at most k - 1
-  double at(const char* channel, std::size_t k, double ticks) const {
-    const auto whole = static_cast<std::size_t>(ticks);
-    const double share = ticks - static_cast<double>(whole);
-    const std::vector<double>& of = flight_.extra.at(channel);
-    return (1.0 - share) * of[k - whole] + share * of[k - whole - 1];
-  }
-
- private:
-  const logs::FlightLog& flight_;
-};
 
 }  // namespace
 
@@ -95,41 +72,50 @@ std::pair<double, double> moved(const Folder& folder, const std::string& name, c
 }
 
 logs::FlightLog tracked(const Folder& folder, const std::string& log) {
-  return logs::load(*logs::open_log(folder.file(log)),
-                    logs::parse_column_map(kTrackingMap, "(reference, pose and tilt)"));
+  return logs::load(*logs::open_log(folder.file(log)), logs::parse_column_map(kTrackingMap, "(heading and tilt)"));
 }
 
-bool record_errors(Folder& folder, const std::string& name, const std::string& vehicle) {
+namespace {
+
+/// Root mean square of the pose's heading minus the reference at the pose's time of capture.
+double heading_error_deg(const Folder& folder, const std::string& name) {
+  constexpr double kMaxAge_s = 0.5;
   const std::pair<double, double> flown = nominal(result_of(folder, name + ".json"));
   const logs::FlightLog flight = tracked(folder, name + ".ulg");
-  // The logged x and y references are for the time at which the tick's command takes effect: they lead the tick by the
-  // delay that the law predicts through (ref::Window). Height and heading are those of the tick. The pose is where the
-  // aircraft was at the time of capture.
-  const double delay_s = companion::load_vehicle(folder.file(vehicle)).vehicle.pitch.transport_delay_s;
-  const double ahead = std::clamp(delay_s, 0.0, kMaxDelay_s) / flight.period_s;
-  const Reference reference(flight);
-  double x_m2 = 0.0, y_m2 = 0.0, z_m2 = 0.0, heading_rad2 = 0.0, count = 0.0;
-  const auto first = static_cast<std::size_t>(ahead + kMaxDelay_s / flight.period_s) + 1;
+  double sum_rad2 = 0.0;
+  double count = 0.0;
+  const auto first = static_cast<std::size_t>(kMaxAge_s / flight.period_s) + 1;
   for (std::size_t k = std::max(first, flight.index_of(flown.first + kSettled_s)); k < flight.index_of(flown.second);
        ++k) {
-    const double age = std::clamp(flight.extra.at("age")[k], 0.0, kMaxDelay_s) / flight.period_s;
-    x_m2 += std::pow(flight.of(logs::Signal::kPositionX)[k] - reference.at("x", k, ahead + age), 2);
-    y_m2 += std::pow(flight.of(logs::Signal::kPositionY)[k] - reference.at("y", k, ahead + age), 2);
-    z_m2 += std::pow(flight.of(logs::Signal::kPositionZ)[k] - reference.at("z", k, age), 2);
-    const double heading =
-        flight.extra.at("yaw")[k] - reference.at("ref_yaw", k, std::floor(age));  // not interpolated: it may wrap
-    heading_rad2 += std::pow(std::remainder(heading, 2.0 * std::numbers::pi), 2);
+    const auto ago = static_cast<std::size_t>(std::clamp(flight.extra.at("age")[k], 0.0, kMaxAge_s) / flight.period_s);
+    const double heading_rad = flight.extra.at("yaw")[k] - flight.extra.at("ref_yaw")[k - ago];
+    sum_rad2 += std::pow(std::remainder(heading_rad, 2.0 * std::numbers::pi), 2);
     count += 1.0;
   }
-  if (count == 0.0) {
+  return count > 0.0 ? std::sqrt(sum_rad2 / count) * 180.0 / std::numbers::pi : 0.0;
+}
+
+}  // namespace
+
+bool record_errors(Folder& folder, const std::string& name) {
+  const std::vector<flight::TrackingError> errors =
+      flight::tracking_errors(flight::read_series(folder.file(name + ".ulg"), nullptr));
+  if (errors.empty()) {
     return false;
   }
-  folder.set_number("pose_m." + name, std::sqrt((x_m2 + y_m2 + z_m2) / count));
-  folder.set_number("horizontal_m." + name, std::sqrt((x_m2 + y_m2) / count));
-  folder.set_number("x_m." + name, std::sqrt(x_m2 / count));
-  folder.set_number("y_m." + name, std::sqrt(y_m2 / count));
-  folder.set_number("height_m." + name, std::sqrt(z_m2 / count));
-  folder.set_number("heading_deg." + name, std::sqrt(heading_rad2 / count) * 180.0 / std::numbers::pi);
+  std::array<double, 3> mean_m2{};
+  for (const flight::TrackingError& one : errors) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      mean_m2[axis] += one.error_m[axis] * one.error_m[axis] / static_cast<double>(errors.size());
+    }
+  }
+  const auto& [x_m2, y_m2, z_m2] = mean_m2;
+  folder.set_number("pose_m." + name, std::sqrt(x_m2 + y_m2 + z_m2));
+  folder.set_number("horizontal_m." + name, std::sqrt(x_m2 + y_m2));
+  folder.set_number("x_m." + name, std::sqrt(x_m2));
+  folder.set_number("y_m." + name, std::sqrt(y_m2));
+  folder.set_number("height_m." + name, std::sqrt(z_m2));
+  folder.set_number("heading_deg." + name, heading_error_deg(folder, name));
   return true;
 }
 

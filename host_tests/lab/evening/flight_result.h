@@ -26,15 +26,14 @@ std::pair<double, double> nominal(const nlohmann::json& result);
 /// air are not independent.
 std::pair<double, double> moved(const Folder& folder, const std::string& name, ctl::ExcitedStick stick);
 
-/// Sticks, tilts and pose of a flight, with the reference (x, y, z, heading) and the pose's age as extra columns.
+/// Sticks and tilts of a flight, with its heading, the reference's heading and the pose's age as extra columns.
 logs::FlightLog tracked(const Folder& folder, const std::string& log);
 
 /// Notes the root mean square errors of NAME.ulg from its course: "pose_m.NAME", "horizontal_m.NAME", and by channel
 /// "x_m.NAME", "y_m.NAME", "height_m.NAME", "heading_deg.NAME". Each pose is compared with the course at the pose's
-/// time of capture.
-/// @param vehicle the vehicle file of the flight.
+/// time of capture (flight::tracking_errors).
 /// @returns false: the log contains less than a second of flight under control
-bool record_errors(Folder& folder, const std::string& name, const std::string& vehicle);
+bool record_errors(Folder& folder, const std::string& name);
 
 /// Compares the files that a flight's log holds with those of the folder. @returns in one sentence which one differs;
 /// empty: none, or the step is not a flight.

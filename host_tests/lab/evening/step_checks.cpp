@@ -192,7 +192,7 @@ std::string check_hover(Folder& folder, const std::string& name) {
   return increase_input_weight(folder, "the aircraft oscillates by " + rounded(most_deg) + " degrees root mean square");
 }
 
-std::string check_course(Folder& folder, const std::string& name, const std::string& vehicle) {
+std::string check_course(Folder& folder, const std::string& name) {
   if (std::string why = check_flight(folder, name + ".json"); !why.empty()) {
     return why;
   }
@@ -201,7 +201,7 @@ std::string check_course(Folder& folder, const std::string& name, const std::str
     return increase_input_weight(folder, "the aircraft began to oscillate on the course, and the calm law took over");
   }
   folder.set_number(kFallbackLaw + name, swung ? 1.0 : 0.0);
-  return record_errors(folder, name, vehicle) ? "" : name + ".ulg: contains less than a second of flight under control";
+  return record_errors(folder, name) ? "" : name + ".ulg: contains less than a second of flight under control";
 }
 
 std::string check_excitation(Folder& folder, const std::string& result) {

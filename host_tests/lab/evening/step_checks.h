@@ -23,8 +23,7 @@ std::string check_flight(const Folder& folder, const std::string& result);
 /// two times the weight does not grow further.
 std::string check_hover(Folder& folder, const std::string& name);
 /// Checks a flight (NAME.json and NAME.ulg) and notes its errors (record_errors()).
-/// @param vehicle the vehicle file of the flight.
-std::string check_course(Folder& folder, const std::string& name, const std::string& vehicle);
+std::string check_course(Folder& folder, const std::string& name);
 /// After an excitation that did not come to rest the input weight grows, as after a hover that oscillates; after one
 /// that exceeded its distance, tilt or speed, the mean sticks of the hover become the trims (kTrimmed). In both cases
 /// `gains` and the flights made with it must be done again.

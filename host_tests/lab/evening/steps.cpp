@@ -221,7 +221,7 @@ class StepBuilder {
             .reads = {vehicle + ".toml", vehicle + ".gains", "flight.toml", "course.txt"},
             .makes = {name + ".ulg", name + ".json"},
             .commands = {fly(vehicle, name, {"--hold", "40", "--course", "course.txt"})},
-            .evaluate = [name, file = vehicle + ".toml"](Folder& folder) { return check_course(folder, name, file); }};
+            .evaluate = [name](Folder& folder) { return check_course(folder, name); }};
   }
   static Command plan(const std::string& axes, double fence, const std::string& sticks, const std::string& forecast) {
     return {"m100-lab", "excite",    "--axis",    axes,           "--duration", "40",   "--amplitude", "150",

@@ -20,8 +20,6 @@ namespace {
 using Controller = app::FlightController<double>;
 using companion::RecordedFlight;
 
-constexpr double kMaxLead_s = 0.5;  ///< largest lead of the law's reference
-
 double seconds_of(const log::TickRecord& record, const log::TickRecord& first) {
   return 1e-6 * static_cast<double>(record.timestamp - first.timestamp);
 }
@@ -72,20 +70,6 @@ void add_tick(const log::TickRecord& record, double t_s, FlightSeries& out) {
   out.refused_poses += record.pose_new != 0 && record.refused_poses > 0 ? 1U : 0U;
 }
 
-/// The law's horizontal reference leads a tick by the delay that it predicts through (ref::Window).
-void remove_lead(double lead_s, FlightSeries& out) {
-  for (std::size_t axis = 0; axis < 2; ++axis) {
-    const std::vector<double> leading = out.reference_m[axis];
-    std::size_t at = 0;
-    for (std::size_t k = 0; k < out.t_s.size(); ++k) {
-      while (at + 1 < k && out.t_s[at + 1] <= out.t_s[k] - lead_s) {
-        ++at;
-      }
-      out.reference_m[axis][k] = leading[at];
-    }
-  }
-}
-
 bool is_law(std::uint8_t state) { return safety::passes_law(static_cast<safety::FailsafeState>(state)); }
 
 /// When the law flew, and the steps of the failsafe without their reasons.
@@ -114,10 +98,28 @@ void add_battery(std::uint8_t percent, double t_s, bool is_last, Timed& battery)
   }
 }
 
-/// What only the replayed flight code knows.
-void add_replay(const RecordedFlight& flight, const protocol::Cipher* cipher, FlightSeries& out) {
+/// The law's horizontal reference leads a tick by the delay that it predicts through (ref::Window).
+void remove_lead(double lead_s, FlightSeries& out) {
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const std::vector<double> leading = out.reference_m[axis];
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < out.t_s.size(); ++k) {
+      while (at + 1 < k && out.t_s[at + 1] <= out.t_s[k] - lead_s) {
+        ++at;
+      }
+      const std::size_t next = std::min(at + 1, k);
+      const double step_s = out.t_s[next] - out.t_s[at];
+      const double share = step_s > 0.0 ? std::clamp((out.t_s[k] - lead_s - out.t_s[at]) / step_s, 0.0, 1.0) : 0.0;
+      out.reference_m[axis][k] = leading[at] + share * (leading[next] - leading[at]);
+    }
+  }
+}
+
+/// What only the replayed flight code knows. @returns the law's lead; none: the log cannot be replayed.
+std::optional<double> add_replay(const RecordedFlight& flight, const protocol::Cipher* cipher, FlightSeries& out) {
   std::uint32_t steps = 0;
   std::size_t tick = 0;
+  double lead_s = 0.0;
   std::vector<std::string> reasons;
   const auto observe = [&](const Controller& controller) {
     if (controller.supervisor().stats().steps != steps) {
@@ -126,6 +128,7 @@ void add_replay(const RecordedFlight& flight, const protocol::Cipher* cipher, Fl
     }
     const double t_s = out.t_s[tick];
     const bool is_last = ++tick == flight.ticks.size();
+    lead_s = core::seconds<double>(controller.law().lead());
     add_battery(controller.link().telemetry().battery_percent, t_s, is_last, out.battery_percent);
     if (is_last) {
       const link::PoseLinkStats& stats = controller.pose_link().stats();
@@ -144,11 +147,12 @@ void add_replay(const RecordedFlight& flight, const protocol::Cipher* cipher, Fl
   } catch (const std::runtime_error& wrong) {
     out.notes.push_back(std::string("The log cannot be replayed (") + wrong.what() +
                         "): reasons, battery and losses are missing.");
-    return;
+    return {};
   }
   for (std::size_t i = 0; reasons.size() == out.changes.size() && i < reasons.size(); ++i) {
     out.changes[i].reason = reasons[i];
   }
+  return lead_s;
 }
 
 /// Half a second to each side of a tick: shorter windows show the noise of the poses, longer ones no gust.
@@ -240,9 +244,10 @@ FlightSeries series_of(const RecordedFlight& flight, const std::string& name, co
   find_states(out);
   out.tilt_limit_rad = app::kDefaultFlight.envelope.tilt_rad;
   add_fence(flight, out);
-  add_replay(flight, cipher, out);
-  if (const std::optional<model::Vehicle> vehicle = vehicle_of(flight)) {
-    remove_lead(std::clamp(static_cast<double>(vehicle->pitch.transport_delay_s), 0.0, kMaxLead_s), out);
+  const std::optional<double> lead_s = add_replay(flight, cipher, out);
+  const std::optional<model::Vehicle> vehicle = vehicle_of(flight);
+  remove_lead(lead_s.value_or(vehicle ? model::controller_model(*vehicle).pitch.transport_delay_s : 0.0), out);
+  if (vehicle) {
     add_found_disturbance(flight, *vehicle, out);
   }
   return out;

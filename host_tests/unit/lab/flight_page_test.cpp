@@ -9,6 +9,7 @@
 #include "firmware/mpc/generated/gain_table.h"
 #include "firmware/safety/failsafe.h"
 #include "host_tests/lab/experiments/flight.h"
+#include "host_tests/lab/experiments/score.h"
 #include "host_tests/lab/flight/tracking.h"
 
 namespace m100::lab::flight {
@@ -95,6 +96,22 @@ TEST(FlightSeries, ALogShowsReasonsBatteryAndPosesThatItDoesNotHoldItself) {
   EXPECT_TRUE(flown.notes.empty()) << flown.notes.front();
   // The paper's hover is 0.039 m; ours is flown by the same program.
   EXPECT_LT(tracking_of(tracking_errors(flown)).rms_m.value, 0.039);
+}
+
+// Catches a course that is removed by another lead than the law's: at 1 m/s, 8 ms are 8 mm.
+TEST(FlightSeries, TheErrorOnAMovingCourseIsTheSimulatorsOwn) {
+  experiments::FlightPlan plan;
+  plan.plant = sim::measured_plant();
+  plan.vehicle = companion::as_file(mpc::generated::kVehicle);
+  plan.course = "quintic 3 0 0 0 5\nquintic 0 3 0 0 5\n";
+  plan.duration_s = 10.0;
+  plan.keep_log = true;
+  const experiments::FlightResult result = experiments::fly(plan);
+  const std::string log(result.log.begin(), result.log.end());
+  const Tracking seen =
+      tracking_of(tracking_errors(series_of(companion::parse_flight_log(log, "course"), "course", nullptr)));
+  const experiments::Cell truth = experiments::score(result.trace, 1.0, plan.duration_s);
+  EXPECT_NEAR(seen.horizontal_rms_m, std::hypot(truth.x_m, truth.y_m), 0.0015);
 }
 
 // Catches a disturbance "found" with the wrong sign or without the tilt: in still air both are nearly zero.
