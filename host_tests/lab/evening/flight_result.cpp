@@ -146,8 +146,8 @@ std::string differing_input(const Folder& folder, const std::string& name, const
     return wrong.what();
   }
   const auto other = std::find_if(reads.begin(), reads.end(), [&](const std::string& file) {
-    const std::string name = note_of(file);
-    return !name.empty() && notes[name] != whole_file(folder.file(file));
+    const std::string note = note_of(file);
+    return !note.empty() && notes[note] != whole_file(folder.file(file));
   });
   return other == reads.end() ? "" : log + ": was flown with a different " + *other + " than the folder holds";
 }
