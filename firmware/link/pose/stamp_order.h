@@ -58,7 +58,8 @@ class StampOrder {
   std::uint8_t newest_frame_ = 0;
   core::SenderTime newest_{};
   core::TimePoint newest_at_{};
-  core::Duration offset_{0};  ///< least (arrival - stamp) of the last poses; follows a drift of 3 %
+  core::Duration offset_{0};                ///< least (arrival - stamp) of the last poses; follows a drift of 3 %
+  core::SenderClock::duration spacing_{0};  ///< least rise of the stamps; follows a source that becomes slower
   Run run_;
 };
 

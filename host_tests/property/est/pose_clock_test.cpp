@@ -28,6 +28,7 @@ struct Flight {
   std::function<double(double)> clock_s = [](double) { return 0.0; };  ///< error of the sender's clock at a time [s]
   std::function<double(double)> later_s = [](double) { return 0.0; };  ///< additional transport delay at a time [s]
   unsigned seed = 1;
+  bool is_numbered_on_line = false;  ///< frames are numbered when they leave, not when the pose is captured
 
   double worst_s = 0.0;        ///< largest error of the times of capture that count
   double longest_gap_s = 0.0;  ///< longest time between two poses that were taken
@@ -55,6 +56,9 @@ struct Flight {
                       static_cast<std::uint8_t>(n)});
     }
     std::stable_sort(sent.begin(), sent.end(), [](const Sent& a, const Sent& b) { return a.arrives_s < b.arrives_s; });
+    for (std::size_t n = 0; is_numbered_on_line && n < sent.size(); ++n) {
+      sent[n].frame = static_cast<std::uint8_t>(n);
+    }
     link::StampOrder order;
     double last_s = 0.0;
     bool was_set = false;
@@ -159,6 +163,18 @@ TEST(PoseClockSet, TransportIsNotTheClock) {
             << named(flight, later_s) << " drift " << ppm << " by " << seconds<double>(flight.clock.set_by());
         EXPECT_LT(flight.worst_s, 0.03 + source.jitter_s) << named(flight, later_s) << " drift " << ppm;
       }
+    }
+  }
+}
+
+// Catches a spacing of the stamps that is taken from neighbours on the line, where poses overtake each other.
+TEST(PoseClockSet, OvertakenPosesAreNotAClockThatWasSet) {
+  for (const double rate_hz : {60.0, 120.0, 200.0, 240.0}) {
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+      Flight flight{.rate_hz = rate_hz, .jitter_s = 0.04, .seed = seed, .is_numbered_on_line = true};
+      flight.fly([](double t) { return t > 5.0; });
+      EXPECT_EQ(flight.clock.times_set(), 0U)
+          << named(flight, seed) << " by " << seconds<double>(flight.clock.set_by());
     }
   }
 }
