@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// From the operator's orders to requests for control, seen at the emulated autopilot.
+#include "firmware/app/operator_orders.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "firmware/app/command_sender.h"
+#include "firmware/log/records.h"
+#include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/sim/ports/link_bench.h"
+
+namespace m100::app {
+namespace {
+
+using safety::FailsafeState;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+struct OperatorOrdersTest : ::testing::Test {
+  sim::LinkBench bench{{}};
+  OperatorOrders orders{seconds(3)};
+  FailsafeState state = FailsafeState::kSilent;
+  bool in_reach = true;
+
+  void SetUp() override { ASSERT_TRUE(bench.run_until(safety::AuthorityStage::kReady)); }
+  void tick() {
+    orders.update(in_reach, state, bench.link, bench.clock.now());
+    bench.tick();
+    orders.release_unused(state, bench.link, bench.clock.now());
+  }
+  /// Ticks after which control is ours, or not ours any more; at most the time.
+  int ticks_until(bool ours, core::Duration time) {
+    int ticks = 0;
+    while (bench.link.authority().in_control != ours && ticks * core::kTickPeriod < time) {
+      tick();
+      ++ticks;
+    }
+    return ticks;
+  }
+  std::uint32_t requests() const { return bench.autopilot.record().obtain_requests; }
+  bool engages() { return orders.status(in_reach, bench.clock.now()).engages; }
+};
+
+// Catches an order whose requests go on after its time: two seconds apart, the third would come after four.
+TEST_F(OperatorOrdersTest, AnOrderToFlyStandsForItsTimeAndNoLonger) {
+  bench.autopilot.happen(sim::N1EventKind::kTake, 'm');  // control is never granted
+  orders.add(log::kOrderEngage);
+  tick();
+  EXPECT_EQ(orders.acting(), log::kOrderEngage);
+  EXPECT_TRUE(engages());
+  in_reach = false;
+  EXPECT_FALSE(engages());
+  in_reach = true;
+  ticks_until(true, milliseconds(2970));
+  EXPECT_EQ(orders.acting(), 0U);
+  EXPECT_TRUE(engages());
+  ticks_until(true, milliseconds(40));
+  EXPECT_FALSE(engages());
+  ticks_until(true, seconds(5));
+  EXPECT_EQ(requests(), 2U);
+}
+
+TEST_F(OperatorOrdersTest, WhatIsOutOfReachOrFliesAlreadyAsksForNothing) {
+  in_reach = false;
+  orders.add(log::kOrderEngage);
+  ticks_until(true, seconds(1));
+  in_reach = true;
+  state = FailsafeState::kNominal;
+  orders.add(log::kOrderEngage);
+  ticks_until(true, seconds(1));
+  EXPECT_EQ(requests(), 0U);
+  EXPECT_FALSE(engages());
+}
+
+TEST_F(OperatorOrdersTest, AReleaseWithdrawsAnOrderThatWaits) {
+  orders.add(log::kOrderEngage);
+  ticks_until(true, milliseconds(500));
+  ASSERT_EQ(requests(), 1U);
+  orders.add(log::kOrderRelease);
+  tick();
+  EXPECT_TRUE(orders.status(true, bench.clock.now()).releases);
+  EXPECT_FALSE(engages());
+  tick();
+  EXPECT_FALSE(orders.status(true, bench.clock.now()).releases);
+  ticks_until(true, seconds(4));
+  EXPECT_EQ(requests(), 1U);
+}
+
+TEST_F(OperatorOrdersTest, ControlThatNothingUsesGoesBackAfterEightTenthsOfASecond) {
+  for (const bool is_used : {true, false}) {
+    state = is_used ? FailsafeState::kLevel : FailsafeState::kSilent;
+    orders.add(log::kOrderEngage);
+    ASSERT_LT(ticks_until(true, seconds(10)), 900) << is_used;
+    const int ticks = ticks_until(false, seconds(2));
+    EXPECT_GE(ticks, is_used ? 200 : 80);
+    EXPECT_LE(ticks, is_used ? 200 : 83);
+  }
+}
+
+TEST_F(OperatorOrdersTest, ATaskIsRequestedOnceAndSaid) {
+  state = FailsafeState::kLevel;
+  orders.add(log::kOrderEngage);
+  ticks_until(true, seconds(10));
+  EXPECT_EQ(orders.begin_task(protocol::Task::kLand, bench.link, bench.clock.now()), core::Status::kOk);
+  orders.add(log::kOrderLands);
+  tick();
+  EXPECT_EQ(orders.acting(), log::kOrderTask | log::kOrderLands);
+  EXPECT_TRUE(orders.status(true, bench.clock.now()).task_flies);
+  EXPECT_FALSE(orders.takes_off());
+  orders.add(log::kOrderTakesOff);
+  tick();
+  EXPECT_TRUE(orders.status(true, bench.clock.now()).task_flies && orders.takes_off());
+  tick();
+  EXPECT_FALSE(orders.status(true, bench.clock.now()).task_flies || orders.takes_off());
+}
+
+// Each reason for which no command leaves is said as it is.
+TEST(CommandSenderTest, SaysWhyNothingLeaves) {
+  for (const link::Channel channel : {link::Channel::kVirtualRc, link::Channel::kMovement}) {
+    sim::LinkBench bench({.link = {.channel = {.channel = channel}}});
+    CommandSender<double> sender(mpc::generated::kVehicle, channel);
+    const ctl::Excitation<double> none{{}};
+    safety::SupervisedCommand<double> supervised;
+    const auto send = [&] { return sender.send(supervised, supervised.command, none, bench.link, bench.clock.now()); };
+    EXPECT_EQ(send(), core::Status::kRefused) << "silent by the failsafe";
+    supervised.transmit = true;
+    EXPECT_EQ(send(), core::Status::kNotReady) << "not in control";
+    ASSERT_TRUE(bench.take_control());
+    bench.commanding = false;
+    bench.run(milliseconds(100));
+    supervised.command.climb_m_s = std::nan("");
+    EXPECT_EQ(send(), core::Status::kOutOfRange);
+    supervised.command.climb_m_s = 0.5;
+    bench.cable().a_to_b().set_faults({.longest_write = 1});
+    EXPECT_EQ(send(), core::Status::kOk);
+    EXPECT_NEAR(sender.update(true, {}).climb_m_s, 0.5, 0.02);
+    EXPECT_EQ(send(), core::Status::kNotReady) << "the channel's rate";
+    bench.run(milliseconds(50));
+    EXPECT_EQ(send(), core::Status::kResourceExhausted) << "the line still holds the command before";
+  }
+}
+
+}  // namespace
+}  // namespace m100::app
