@@ -119,7 +119,9 @@ TEST_F(OperatorOrdersTest, ATaskIsRequestedOnceAndSaid) {
 // Each reason for which no command leaves is said as it is.
 TEST(CommandSenderTest, SaysWhyNothingLeaves) {
   for (const link::Channel channel : {link::Channel::kVirtualRc, link::Channel::kMovement}) {
-    sim::LinkBench bench({.link = {.channel = {.channel = channel}}});
+    sim::LinkBench::Options options;
+    options.link.channel.channel = channel;
+    sim::LinkBench bench(options);
     CommandSender<double> sender(mpc::generated::kVehicle, channel);
     const ctl::Excitation<double> none{{}};
     safety::SupervisedCommand<double> supervised;

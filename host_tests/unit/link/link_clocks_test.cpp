@@ -32,7 +32,7 @@ TEST(LinkMeter, BeginsWithNothing) {
   EXPECT_EQ(health.bytes_received + health.bytes_sent, 0U);
   EXPECT_EQ(health.packages + health.bad_packages + health.old_packages + health.refused_items + health.undecipherable +
                 health.commands_sent + health.commands_refused + health.commands_dropped + health.outages +
-                health.restarts,
+                health.restarts + health.echoes,
             0U);
   EXPECT_EQ(meter.adapter_delay(), milliseconds(40)) << "nothing is known of the adapter: the longest";
 }
