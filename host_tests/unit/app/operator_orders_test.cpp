@@ -30,17 +30,16 @@ struct OperatorOrdersTest : ::testing::Test {
     bench.tick();
     orders.release_unused(state, bench.link, bench.clock.now());
   }
-  /// Ticks after which control is ours, or not ours any more; at most the time.
-  int ticks_until(bool ours, core::Duration time) {
+  /// Ticks after which control is ours, or not ours any more; at most this many.
+  int ticks_until(bool ours, int most) {
     int ticks = 0;
-    while (bench.link.authority().in_control != ours && ticks * core::kTickPeriod < time) {
+    for (; bench.link.authority().in_control != ours && ticks < most; ++ticks) {
       tick();
-      ++ticks;
     }
     return ticks;
   }
   std::uint32_t requests() const { return bench.autopilot.record().obtain_requests; }
-  bool engages() { return orders.status(in_reach, bench.clock.now()).engages; }
+  safety::OrderStatus status() { return orders.status(in_reach, bench.clock.now()); }
 };
 
 // Catches an order whose requests go on after its time: two seconds apart, the third would come after four.
@@ -49,42 +48,38 @@ TEST_F(OperatorOrdersTest, AnOrderToFlyStandsForItsTimeAndNoLonger) {
   orders.add(log::kOrderEngage);
   tick();
   EXPECT_EQ(orders.acting(), log::kOrderEngage);
-  EXPECT_TRUE(engages());
-  in_reach = false;
-  EXPECT_FALSE(engages());
-  in_reach = true;
-  ticks_until(true, milliseconds(2970));
+  EXPECT_TRUE(status().engages);
+  EXPECT_FALSE(orders.status(false, bench.clock.now()).engages);
+  ticks_until(true, 297);
   EXPECT_EQ(orders.acting(), 0U);
-  EXPECT_TRUE(engages());
-  ticks_until(true, milliseconds(40));
-  EXPECT_FALSE(engages());
-  ticks_until(true, seconds(5));
+  EXPECT_TRUE(status().engages);
+  ticks_until(true, 4);
+  EXPECT_FALSE(status().engages);
+  ticks_until(true, 500);
   EXPECT_EQ(requests(), 2U);
 }
 
 TEST_F(OperatorOrdersTest, WhatIsOutOfReachOrFliesAlreadyAsksForNothing) {
-  in_reach = false;
-  orders.add(log::kOrderEngage);
-  ticks_until(true, seconds(1));
-  in_reach = true;
-  state = FailsafeState::kNominal;
-  orders.add(log::kOrderEngage);
-  ticks_until(true, seconds(1));
-  EXPECT_EQ(requests(), 0U);
-  EXPECT_FALSE(engages());
+  for (const bool flies : {false, true}) {
+    in_reach = flies;
+    state = flies ? FailsafeState::kNominal : FailsafeState::kSilent;
+    orders.add(log::kOrderEngage);
+    ticks_until(true, 100);
+    EXPECT_EQ(requests(), 0U);
+    EXPECT_FALSE(status().engages);
+  }
 }
 
 TEST_F(OperatorOrdersTest, AReleaseWithdrawsAnOrderThatWaits) {
   orders.add(log::kOrderEngage);
-  ticks_until(true, milliseconds(500));
+  ticks_until(true, 50);
   ASSERT_EQ(requests(), 1U);
   orders.add(log::kOrderRelease);
   tick();
-  EXPECT_TRUE(orders.status(true, bench.clock.now()).releases);
-  EXPECT_FALSE(engages());
+  EXPECT_TRUE(status().releases && !status().engages);
   tick();
-  EXPECT_FALSE(orders.status(true, bench.clock.now()).releases);
-  ticks_until(true, seconds(4));
+  EXPECT_FALSE(status().releases);
+  ticks_until(true, 400);
   EXPECT_EQ(requests(), 1U);
 }
 
@@ -92,28 +87,25 @@ TEST_F(OperatorOrdersTest, ControlThatNothingUsesGoesBackAfterEightTenthsOfASeco
   for (const bool is_used : {true, false}) {
     state = is_used ? FailsafeState::kLevel : FailsafeState::kSilent;
     orders.add(log::kOrderEngage);
-    ASSERT_LT(ticks_until(true, seconds(10)), 900) << is_used;
-    const int ticks = ticks_until(false, seconds(2));
-    EXPECT_GE(ticks, is_used ? 200 : 80);
-    EXPECT_LE(ticks, is_used ? 200 : 83);
+    ASSERT_LT(ticks_until(true, 1000), 900) << is_used;
+    EXPECT_NEAR(ticks_until(false, 200), is_used ? 200 : 82, is_used ? 0 : 2);
   }
 }
 
 TEST_F(OperatorOrdersTest, ATaskIsRequestedOnceAndSaid) {
   state = FailsafeState::kLevel;
   orders.add(log::kOrderEngage);
-  ticks_until(true, seconds(10));
+  ticks_until(true, 1000);
   EXPECT_EQ(orders.begin_task(protocol::Task::kLand, bench.link, bench.clock.now()), core::Status::kOk);
   orders.add(log::kOrderLands);
   tick();
   EXPECT_EQ(orders.acting(), log::kOrderTask | log::kOrderLands);
-  EXPECT_TRUE(orders.status(true, bench.clock.now()).task_flies);
-  EXPECT_FALSE(orders.takes_off());
+  EXPECT_TRUE(status().task_flies && !orders.takes_off());
   orders.add(log::kOrderTakesOff);
   tick();
-  EXPECT_TRUE(orders.status(true, bench.clock.now()).task_flies && orders.takes_off());
+  EXPECT_TRUE(status().task_flies && orders.takes_off());
   tick();
-  EXPECT_FALSE(orders.status(true, bench.clock.now()).task_flies || orders.takes_off());
+  EXPECT_FALSE(status().task_flies || orders.takes_off());
 }
 
 // Each reason for which no command leaves is said as it is.
