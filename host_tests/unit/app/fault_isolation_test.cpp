@@ -23,9 +23,10 @@ Vector2 model_tilt_rad(double t_s) { return {0.1 * std::sin(2.5 * t_s), 0.08 * s
 /// @param toward_m how far the poses are from the observer's position, in the direction of the commands; negative: in
 ///   the direction of the attitude
 /// @param is_new false: the same poses, but they came before
+/// @param off checks that are switched off
 /// @returns the judge at the end
-FaultIsolation<double> trust_after(double toward_m, bool is_new = true) {
-  FaultIsolation<double> trust({});
+FaultIsolation<double> trust_after(double toward_m, bool is_new = true, est::CheckSet off = 0) {
+  FaultIsolation<double> trust(off);
   for (int tick = 1; tick <= 400; ++tick) {
     const Vector2 asked = model_tilt_rad(0.01 * tick);
     est::Estimate<double> estimate;
@@ -48,6 +49,10 @@ est::ConsistencyCheck after(double toward_m) { return trust_after(toward_m).cont
 TEST(FaultIsolation, PosesWhereTheCommandsLeadAccuseAnAttitudeThatDoesNotAnswer) {
   RecordProperty("promise", "R14");
   EXPECT_EQ(after(0.5), est::ConsistencyCheck::kAnswer);
+  for (const auto off : {est::ConsistencyCheck::kHeight, est::ConsistencyCheck::kAnswer}) {
+    EXPECT_EQ(trust_after(0.5, true, set_of(off)).contradiction().check == est::ConsistencyCheck::kAnswer,
+              off == est::ConsistencyCheck::kHeight);
+  }
 }
 
 TEST(FaultIsolation, AnAttitudeThatDoesNotAnswerIsNotAccusedByItself) {

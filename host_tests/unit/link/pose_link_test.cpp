@@ -137,19 +137,24 @@ TEST_F(PoseLinkTest, AClockThatWasSetCostsOnePoseAndASingleWrongStampOne) {
 // A stamp between two neighbours is that of a clock that was set; where two poses are missing, it may be an overtaken
 // one.
 TEST(StampOrderTest, AStampInAGapMayBeAnOvertakenOne) {
-  for (const bool has_gap : {false, true}) {
+  for (const auto& [has_gap, is_second] : {std::pair{false, false}, {true, false}, {false, true}, {true, true}}) {
     StampOrder order;
     std::uint8_t frame = 0;
     const auto judge = [&](int stamp_ms, int now_ms) {
       return order.judge(core::SenderTime(milliseconds(stamp_ms)), frame++, core::TimePoint(milliseconds(now_ms)));
     };
+    for (int i = 0; is_second && i <= 30; ++i) {  // of a sender that is gone: its stamps and numbers are forgotten
+      EXPECT_EQ(judge(1000 + 10 * i, 10 * i), StampOrder::Verdict::kRises);
+      frame = static_cast<std::uint8_t>(frame + (i == 30 ? 200 : 0));
+    }
     for (int i = 0; i <= 20; ++i) {
       if (!has_gap || (i != 10 && i != 11)) {
-        EXPECT_EQ(judge(1000 + 10 * i, 10 * i), StampOrder::Verdict::kRises);
+        const auto first = is_second ? StampOrder::Verdict::kSet : StampOrder::Verdict::kRises;
+        EXPECT_EQ(judge(1000 + 10 * i, 2000 + 10 * i), i == 0 ? first : StampOrder::Verdict::kRises);
       }
     }
-    EXPECT_EQ(judge(1105, 210), StampOrder::Verdict::kRefused);
-    EXPECT_EQ(judge(1115, 220), has_gap ? StampOrder::Verdict::kRefused : StampOrder::Verdict::kSet);
+    EXPECT_EQ(judge(1105, 2210), StampOrder::Verdict::kRefused);
+    EXPECT_EQ(judge(1115, 2220), has_gap ? StampOrder::Verdict::kRefused : StampOrder::Verdict::kSet);
   }
 }
 
