@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <bit>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "firmware/link/release_sequence.h"
 #include "host_tests/sim/ports/link_bench.h"
@@ -436,35 +438,31 @@ TEST(SerialLinkTest, SticksOutsideTheirTravelNeverLeave) {
   EXPECT_EQ(bench.link.send(ctl::Command<double>{}, bench.clock.now()), core::Status::kInvalidArgument);
 }
 
+/// The kinds of the commands in these bytes.
+std::vector<std::size_t> kinds_of(std::span<const std::byte> bytes) {
+  std::vector<std::size_t> kinds;
+  protocol::FrameParser parser;
+  parser.consume(bytes, [&](const protocol::FrameView& frame) {
+    const protocol::MessageId id{static_cast<std::uint8_t>(frame.data[0]), static_cast<std::uint8_t>(frame.data[1])};
+    const core::Expected<protocol::Command> command = decode_command(id, frame.data.subspan(2));
+    ASSERT_TRUE(command);
+    kinds.push_back(command->index());
+    const auto* const off = std::get_if<protocol::VirtualRcSwitch>(&*command);
+    EXPECT_TRUE(off == nullptr || (!off->on && off->fall_back_to_rc && off->reserved == 0));
+  });
+  return kinds;
+}
+
 // Neutral sticks or movement, Virtual RC off where it is on, and control given back twice.
 TEST(SerialLinkTest, TheFarewellIsTheseCommandsInThisOrder) {
-  for (const Channel channel : {Channel::kVirtualRc, Channel::kMovement}) {
-    const bool sticks = channel == Channel::kVirtualRc;
-    const ReleaseSequence whole(LinkBench(over(channel)).command(), nullptr);
-    for (const bool is_whole : {true, false}) {
-      std::vector<std::size_t> kinds;
-      protocol::FrameParser parser;
-      parser.consume(is_whole ? whole.bytes() : whole.release_only(), [&](const protocol::FrameView& frame) {
-        const protocol::MessageId id{static_cast<std::uint8_t>(frame.data[0]),
-                                     static_cast<std::uint8_t>(frame.data[1])};
-        const core::Expected<protocol::Command> command = decode_command(id, frame.data.subspan(2));
-        ASSERT_TRUE(command);
-        kinds.push_back(command->index());
-        const auto* const off = std::get_if<protocol::VirtualRcSwitch>(&*command);
-        EXPECT_TRUE(off == nullptr || (!off->on && off->fall_back_to_rc && off->reserved == 0));
-      });
-      std::vector<std::size_t> wanted{protocol::Command(protocol::ControlRequest{}).index(),
-                                      protocol::Command(protocol::ControlRequest{}).index()};
-      if (sticks) {
-        wanted.insert(wanted.begin(), protocol::Command(protocol::VirtualRcSwitch{}).index());
-      }
-      if (is_whole) {
-        wanted.insert(wanted.begin(), sticks ? protocol::Command(protocol::VirtualRcData{}).index()
-                                             : protocol::Command(protocol::Movement{}).index());
-      }
-      EXPECT_EQ(kinds, wanted);
-    }
-  }
+  const std::size_t back = protocol::Command(protocol::ControlRequest{}).index();
+  const std::size_t off = protocol::Command(protocol::VirtualRcSwitch{}).index();
+  const ReleaseSequence sticks(vrc::Sticks{}, nullptr), movement(ctl::Command<double>{}, nullptr);
+  EXPECT_EQ(kinds_of(sticks.release_only()), (std::vector{off, back, back}));
+  EXPECT_EQ(kinds_of(movement.release_only()), (std::vector{back, back}));
+  EXPECT_EQ(kinds_of(sticks.bytes()),
+            (std::vector{protocol::Command(protocol::VirtualRcData{}).index(), off, back, back}));
+  EXPECT_EQ(kinds_of(movement.bytes()), (std::vector{protocol::Command(protocol::Movement{}).index(), back, back}));
 }
 
 // Catches a release sequence that the autopilot does not accept: wrong session, stored answer, only one request.
