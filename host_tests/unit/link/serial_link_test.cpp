@@ -450,6 +450,7 @@ std::vector<std::size_t> kinds_of(std::span<const std::byte> bytes) {
     const auto* const off = std::get_if<protocol::VirtualRcSwitch>(&*command);
     EXPECT_TRUE(off == nullptr || (!off->on && off->fall_back_to_rc && off->reserved == 0));
   });
+  EXPECT_EQ(parser.stats().bytes_dropped, 0U);
   return kinds;
 }
 
