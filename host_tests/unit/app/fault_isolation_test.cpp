@@ -23,9 +23,10 @@ Vector2 model_tilt_rad(double t_s) { return {0.1 * std::sin(2.5 * t_s), 0.08 * s
 /// @param toward_m how far the poses are from the observer's position, in the direction of the commands; negative: in
 ///   the direction of the attitude
 /// @param is_new false: the same poses, but they came before
+/// @param off checks that are switched off
 /// @returns the judge at the end
-FaultIsolation<double> trust_after(double toward_m, bool is_new = true) {
-  FaultIsolation<double> trust({});
+FaultIsolation<double> trust_after(double toward_m, bool is_new = true, est::CheckSet off = 0) {
+  FaultIsolation<double> trust(off);
   for (int tick = 1; tick <= 400; ++tick) {
     const Vector2 asked = model_tilt_rad(0.01 * tick);
     est::Estimate<double> estimate;
@@ -48,6 +49,10 @@ est::ConsistencyCheck after(double toward_m) { return trust_after(toward_m).cont
 TEST(FaultIsolation, PosesWhereTheCommandsLeadAccuseAnAttitudeThatDoesNotAnswer) {
   RecordProperty("promise", "R14");
   EXPECT_EQ(after(0.5), est::ConsistencyCheck::kAnswer);
+  for (const auto off : {est::ConsistencyCheck::kHeight, est::ConsistencyCheck::kAnswer}) {
+    EXPECT_EQ(trust_after(0.5, true, set_of(off)).contradiction().check == est::ConsistencyCheck::kAnswer,
+              off == est::ConsistencyCheck::kHeight);
+  }
 }
 
 TEST(FaultIsolation, AnAttitudeThatDoesNotAnswerIsNotAccusedByItself) {
@@ -183,6 +188,10 @@ TEST(FaultIsolation, TheSpeedAtTheHandOverIsThatOfTheAccelerationUntilThen) {
 TEST(FaultIsolation, AnAircraftThatBrakesIsAsFastAtTheHandOverAsNow) {
   const FaultIsolation<double> trust({});
   EXPECT_NEAR(trust.speed_then_m_s(moving(-1.0), std::chrono::milliseconds(500)), std::hypot(1.0, 0.5), 1e-9);
+  est::Estimate<double> slow;  // that it is slow excuses nothing
+  slow.prediction_valid = true;
+  slow.x = {.velocity_m_s = 0.1, .disturbance_m_s2 = 0.5};
+  EXPECT_NEAR(trust.speed_then_m_s(slow, std::chrono::seconds(1)), 0.6, 1e-9);
 }
 
 TEST(FaultIsolation, ASpeedThatIsNotKnownIsZero) {
@@ -217,6 +226,69 @@ TEST(FaultIsolation, TellsTheRefusalNumberByNumber) {
   EXPECT_EQ(observed.refused_allowed_m, 0.3);
   EXPECT_EQ(observed.refused_turn_rad, 0.2);
   EXPECT_NEAR(observed.speed_m_s, std::hypot(1.0, 0.5), 1e-9);
+  EXPECT_EQ(observed.speed_then_m_s, 0.0) << "nothing is handed over";
+  const safety::Limits limits;
+  EXPECT_EQ(trust.status(estimate, safety::FailsafeState::kLevel, false, limits).speed_then_m_s,
+            trust.speed_then_m_s(estimate, limits.neutral));
+  const est::ConsistencyStatus swinging = trust.status(estimate, safety::FailsafeState::kLevel, true, limits);
+  EXPECT_EQ(swinging.speed_m_s, 0.0) << "nothing reduces it";
+  EXPECT_EQ(swinging.speed_then_m_s, 0.0);
+}
+
+// The reckoned velocity of an aircraft that nobody has flown is zero.
+TEST(FaultIsolation, RefusedPosesAreFalseIfTheObserverIsHalfAMetrePerSecondOff) {
+  for (const double speed_m_s : {0.45, 0.55}) {
+    for (const std::uint32_t refused : {0U, 1U}) {
+      for (const auto state : {safety::FailsafeState::kNominal, safety::FailsafeState::kLevel}) {
+        FaultIsolation<double> isolation({});
+        est::Estimate<double> estimate;
+        estimate.refused_poses = refused;
+        estimate.x.velocity_m_s = 0.6 * speed_m_s;
+        estimate.y.velocity_m_s = -0.8 * speed_m_s;
+        isolation.update({}, {}, estimate, {0.0, 0.0}, state, core::kTickPeriod);
+        EXPECT_EQ(isolation.motion(estimate).x.velocity_m_s != estimate.x.velocity_m_s,
+                  speed_m_s > 0.5 && refused > 0 && state == safety::FailsafeState::kLevel);
+      }
+    }
+  }
+}
+
+TEST(FaultIsolation, AnAttitudeAgainstItsRatesIsNamedUnlessThatCheckIsOff) {
+  for (const est::CheckSet off : {est::CheckSet{0}, set_of(est::ConsistencyCheck::kRates)}) {
+    FaultIsolation<double> isolation(off);
+    for (int tick = 1; tick <= 270; ++tick) {
+      const est::ImuSample<double> imu{.attitude_is_new = true, .roll_rad = 0.1 * std::sin(0.05 * tick)};
+      isolation.update(imu, {}, {}, {0.0, 0.0}, safety::FailsafeState::kNominal, core::kTickPeriod);
+    }
+    const est::Contradiction<double> found = isolation.contradiction();
+    EXPECT_EQ(found.check, off != 0 ? est::ConsistencyCheck::kNone : est::ConsistencyCheck::kRates);
+    EXPECT_EQ(found.measured > found.allowed, off == 0);
+    EXPECT_EQ(isolation.attitude_is_contradicted(), off == 0);
+  }
+}
+
+// A pose that rises by 4 m in 10 s although neither the autopilot's height nor its climb speed does: the fence is held
+// by all but what an honest barometer wanders.
+TEST(FaultIsolation, ADriftingHeightIsNamedInControlUnlessThatCheckIsOff) {
+  for (const est::CheckSet off : {est::CheckSet{0}, set_of(est::ConsistencyCheck::kHeight)}) {
+    for (const auto state : {safety::FailsafeState::kNominal, safety::FailsafeState::kSilent}) {
+      FaultIsolation<double> isolation(off);
+      est::Estimate<double> estimate;
+      estimate.healthy = true;
+      for (int tick = 0; tick <= 1000; ++tick) {
+        estimate.height_m = 1.5 + 0.004 * tick;
+        est::ImuSample<double> imu{.climb_is_new = true, .height_is_new = true};
+        imu.height_m = 3.0;
+        isolation.update(imu, {}, estimate, {0.0, 0.0}, state, core::kTickPeriod);
+      }
+      const bool seen = off == 0 && state == safety::FailsafeState::kNominal;
+      const est::Contradiction<double> found = isolation.contradiction();
+      EXPECT_EQ(found.check, seen ? est::ConsistencyCheck::kHeight : est::ConsistencyCheck::kNone);
+      EXPECT_NEAR(found.measured, seen ? 4.0 : 0.0, 0.01);
+      ASSERT_EQ(isolation.fence_motion(estimate).has_value(), seen);
+      EXPECT_NEAR(isolation.fence_motion(estimate).value_or(estimate).height_m, seen ? 2.34 : 5.5, 0.01);
+    }
+  }
 }
 
 }  // namespace

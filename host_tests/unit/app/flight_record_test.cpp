@@ -27,7 +27,9 @@ struct FlightRecordTest : ::testing::Test {
   FlightController<double> controller{mpc::generated::kVehicle, tables, kDefaultFlight, autopilot, pose, course, &log};
   core::TimePoint now{std::chrono::seconds(7)};
 
-  void tick(core::Duration after = core::kTickPeriod) { (void)controller.tick(now += after); }
+  void tick(core::Duration after = core::kTickPeriod) {
+    EXPECT_EQ(controller.tick(now += after), core::Status::kRefused) << "silent by the failsafe";
+  }
   std::vector<std::byte> drain() {
     std::vector<std::byte> bytes;
     while (!ring.front().empty()) {
@@ -66,6 +68,28 @@ TEST_F(FlightRecordTest, HoldsItsTimeAndHowLateItCame) {
   EXPECT_EQ(in_time.timestamp, static_cast<std::uint64_t>(now.time_since_epoch().count()));
   EXPECT_EQ(in_time.late, 0.F);
   EXPECT_NEAR(record_of_tick(std::chrono::milliseconds(37)).late, 0.027F, 1e-6F);
+}
+
+TEST_F(FlightRecordTest, WithoutALogNothingIsRecorded) {
+  FlightController<double> unlogged{mpc::generated::kVehicle, tables, kDefaultFlight, autopilot, pose, course, nullptr};
+  EXPECT_EQ(unlogged.tick(now), core::Status::kRefused);
+}
+
+// A stall is longer than two periods; the first tick covers one.
+TEST(TickTimerTest, CountsTicksStallsAndTheLongest) {
+  TickTimer timer;
+  core::TimePoint now{std::chrono::seconds(7)};
+  std::uint32_t ticks = 0, stalls = 0;
+  for (const int after_us : {900000, 10000, 20000, 20001, 9000}) {
+    timer.update(now += std::chrono::microseconds(after_us));
+    stalls += after_us == 20001 ? 1U : 0U;
+    EXPECT_EQ(timer.elapsed(), std::chrono::microseconds(ticks == 0 ? 10000 : after_us));
+    EXPECT_EQ(timer.is_stall(), after_us == 20001);
+    EXPECT_EQ(timer.last(), now);
+    EXPECT_EQ(timer.stats().ticks, ++ticks);
+    EXPECT_EQ(timer.stats().stalls, stalls);
+  }
+  EXPECT_EQ(timer.stats().longest, std::chrono::microseconds(20001));
 }
 
 }  // namespace

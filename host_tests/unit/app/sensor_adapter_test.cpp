@@ -33,28 +33,17 @@ core::Pose<double> pose_at(core::TimePoint captured, const core::Vector<double, 
   return pose;
 }
 
-TEST(SensorAdapter, TurnsTheAutopilotsFramesIntoOurs) {
-  RecordProperty("paper", "III-A");
-  SensorAdapter measure;
-  const core::Euler<double> truth{.roll_rad = 0.1, .pitch_rad = -0.2, .yaw_rad = 1.0};
-  const auto measured = measure.update<double>(telemetry_of(truth, {0.1F, 0.2F, 0.3F}), milliseconds(2),
-                                               core::Pose<double>{}, est::DisturbanceAcceleration<double>{}, kNow);
-  ASSERT_TRUE(measured.attitude.is_new);
-  EXPECT_NEAR(measured.attitude.roll_rad, 0.1, 1e-6);
-  EXPECT_NEAR(measured.attitude.pitch_rad, -0.2, 1e-6);
-  EXPECT_NEAR(measured.attitude.yaw_rad, 1.0, 1e-6);
-  EXPECT_NEAR(measured.attitude.rate_b_rad_s.y(), -0.2, 1e-6);
-  EXPECT_NEAR(measured.attitude.rate_b_rad_s.z(), -0.3, 1e-6);
-  EXPECT_EQ(measured.attitude.age, milliseconds(2));
-  EXPECT_FALSE(measured.pose.is_new);
+template <typename T = double>
+est::Measurement<T> adapted(SensorAdapter& adapter, const protocol::Telemetry& telemetry,
+                            const core::Pose<double>& pose = {}, core::TimePoint now = kNow) {
+  return adapter.update<T>(telemetry, milliseconds(2), pose, {}, now);
 }
 
 TEST(SensorAdapter, SaysHowOldAPoseIs) {
   RecordProperty("promise", "R3");
   SensorAdapter measure;
   const core::Pose<double> pose = pose_at(kNow - milliseconds(23), {1.0, 2.0, 3.0});
-  const auto measured =
-      measure.update<float>(protocol::Telemetry{}, milliseconds(0), pose, est::DisturbanceAcceleration<float>{}, kNow);
+  const auto measured = adapted<float>(measure, {}, pose);
   ASSERT_TRUE(measured.pose.is_new);
   EXPECT_EQ(measured.pose.age(kNow), milliseconds(23));
   EXPECT_EQ(measured.pose.position_w_m.y(), 2.0F);
@@ -67,9 +56,7 @@ struct BadPose {
 class RefusedPose : public ::testing::TestWithParam<BadPose> {};
 TEST_P(RefusedPose, IsDroppedAndCounted) {
   SensorAdapter measure;
-  const auto measured = measure.update<double>(protocol::Telemetry{}, milliseconds(0), GetParam().pose,
-                                               est::DisturbanceAcceleration<double>{}, kNow);
-  EXPECT_FALSE(measured.pose.is_new);
+  EXPECT_FALSE(adapted(measure, {}, GetParam().pose).pose.is_new);
   EXPECT_EQ(measure.stats().refused_poses, 1U);
 }
 INSTANTIATE_TEST_SUITE_P(
@@ -90,10 +77,7 @@ TEST_P(RefusedAttitude, IsDroppedAndCounted) {
   SensorAdapter measure;
   protocol::Telemetry telemetry = telemetry_of({}, {0.0F, 0.0F, 0.0F});
   GetParam().spoil(telemetry);
-  EXPECT_FALSE(measure
-                   .update<double>(telemetry, milliseconds(0), core::Pose<double>{},
-                                   est::DisturbanceAcceleration<double>{}, kNow)
-                   .attitude.is_new);
+  EXPECT_FALSE(adapted(measure, telemetry).attitude.is_new);
   EXPECT_EQ(measure.stats().refused_attitudes, 1U);
 }
 INSTANTIATE_TEST_SUITE_P(
@@ -107,6 +91,10 @@ INSTANTIATE_TEST_SUITE_P(
                       BadAttitude{"OnItsSide",
                                   [](protocol::Telemetry& bad) {
                                     bad.attitude = {0.7071F, 0.7071F, 0, 0};
+                                  }},
+                      BadAttitude{"NoseDown",
+                                  [](protocol::Telemetry& bad) {
+                                    bad.attitude = {0.8F, 0, -0.6F, 0};
                                   }}),
     [](const auto& tested) { return tested.param.name; });
 
@@ -115,41 +103,38 @@ TEST(SensorAdapter, NoticesAStuckSensor) {
   const protocol::Telemetry telemetry = telemetry_of({.roll_rad = 0.01}, {0.01F, 0.0F, 0.0F});
   int used = 0;
   for (int i = 0; i < 100; ++i) {
-    used += measure.update<double>(telemetry, milliseconds(0), core::Pose<double>{},
-                                   est::DisturbanceAcceleration<double>{}, kNow)
-                    .attitude.is_new
-                ? 1
-                : 0;
+    used += adapted(measure, telemetry).attitude.is_new ? 1 : 0;
   }
   EXPECT_EQ(used, 50);
+  EXPECT_EQ(measure.stats().stuck_attitudes, 50U);
 }
 
 // Motion capture that has lost the aircraft repeats the last pose with new time stamps.
 TEST(SensorAdapter, TakesTheSamePoseAgainForNothingNew) {
   SensorAdapter measure;
   core::Pose<double> pose = pose_at(kNow, {1.0, 2.0, 3.0});
-  EXPECT_TRUE(
-      measure.update<double>({}, milliseconds(3), pose, est::DisturbanceAcceleration<double>{}, kNow).pose.is_new);
+  EXPECT_TRUE(adapted(measure, {}, pose).pose.is_new);
   pose.set_captured_at(kNow + milliseconds(10));
-  EXPECT_FALSE(
-      measure.update<double>({}, milliseconds(3), pose, est::DisturbanceAcceleration<double>{}, kNow + milliseconds(10))
-          .pose.is_new);
+  EXPECT_FALSE(adapted(measure, {}, pose, kNow + milliseconds(10)).pose.is_new);
   EXPECT_EQ(measure.stats().repeated_poses, 1U);
   pose.position_w_m.x() += 1e-9;
-  EXPECT_TRUE(
-      measure.update<double>({}, milliseconds(3), pose, est::DisturbanceAcceleration<double>{}, kNow + milliseconds(10))
-          .pose.is_new);
+  EXPECT_TRUE(adapted(measure, {}, pose, kNow + milliseconds(10)).pose.is_new);
 }
 
 // Each number has a value of its own, and the force and the climb differ from what they are without telemetry.
 TEST(SensorAdapter, WhatTheAircraftFeelsComesFieldByField) {
+  RecordProperty("paper", "III-A");
   SensorAdapter measure;
   protocol::Telemetry telemetry =
       telemetry_of({.roll_rad = 0.1, .pitch_rad = -0.2, .yaw_rad = 1.0}, {0.1F, 0.2F, 0.3F});
   telemetry.acceleration = {0.5F, 0.6F, -9.7F};
   telemetry.velocity_ned_m_s = {1.F, 2.F, -0.7F};
-  const auto measured = measure.update<double>(telemetry, milliseconds(2), core::Pose<double>{}, {}, kNow);
+  telemetry.position.altitude_m = 99.F;
+  telemetry.position.height_m = 12.5F;
+  const auto measured = adapted(measure, telemetry);
   EXPECT_EQ(measured.now, kNow);
+  EXPECT_EQ(measured.attitude.age, milliseconds(2));
+  EXPECT_FALSE(measured.pose.is_new);
   const est::ImuSample<double> imu_sample = measure.imu_sample<double>(telemetry, measured);
   EXPECT_TRUE(imu_sample.attitude_is_new);
   EXPECT_NEAR(imu_sample.roll_rad, 0.1, 1e-6);
@@ -164,6 +149,25 @@ TEST(SensorAdapter, WhatTheAircraftFeelsComesFieldByField) {
   EXPECT_NEAR(imu_sample.force_b.z(), 9.7, 1e-6);
   EXPECT_TRUE(imu_sample.climb_is_new);
   EXPECT_NEAR(imu_sample.climb_m_s, 0.7, 1e-6);
+  EXPECT_TRUE(imu_sample.height_is_new);
+  EXPECT_EQ(imu_sample.height_m, 12.5);
+}
+
+// The world's vertical in body axes: (-sin pitch, sin roll cos pitch, cos roll cos pitch), whatever the heading.
+TEST(SensorAdapter, TheVerticalIsThatOfTheAttitude) {
+  protocol::Telemetry telemetry = telemetry_of({.roll_rad = 0.1, .pitch_rad = -0.2, .yaw_rad = 1.0}, {});
+  const auto up_b = SensorAdapter::vertical_b<double>(telemetry);
+  ASSERT_TRUE(up_b);
+  EXPECT_NEAR(up_b->x(), std::sin(0.2), 1e-6);
+  EXPECT_NEAR(up_b->y(), std::sin(0.1) * std::cos(0.2), 1e-6);
+  EXPECT_NEAR(up_b->z(), std::cos(0.1) * std::cos(0.2), 1e-6);
+  for (const float& part : telemetry.attitude) {
+    protocol::Telemetry longer = telemetry;
+    longer.attitude[static_cast<std::size_t>(&part - telemetry.attitude.data())] += 2.F;
+    EXPECT_FALSE(SensorAdapter::vertical_b<double>(longer)) << "each part counts in the norm";
+  }
+  telemetry.items = protocol::kAllTelemetryItems & ~static_cast<unsigned>(protocol::TelemetryItem::kAttitude);
+  EXPECT_FALSE(SensorAdapter::vertical_b<double>(telemetry));
 }
 
 TEST(SensorAdapter, WhatTheTelemetryLacksIsNotNew) {
@@ -172,7 +176,7 @@ TEST(SensorAdapter, WhatTheTelemetryLacksIsNotNew) {
     protocol::Telemetry telemetry = telemetry_of({.roll_rad = 0.1}, {0.1F, 0.2F, 0.3F});
     telemetry.velocity_ned_m_s = {0.F, 0.F, -0.7F};
     spoil(telemetry);
-    return measure.imu_sample<double>(telemetry, measure.update<double>(telemetry, milliseconds(2), {}, {}, kNow));
+    return measure.imu_sample<double>(telemetry, adapted(measure, telemetry));
   };
   const auto without = [&](protocol::TelemetryItem item) {
     return imu_sample_of([item](protocol::Telemetry& telemetry) {
@@ -188,6 +192,11 @@ TEST(SensorAdapter, WhatTheTelemetryLacksIsNotNew) {
     EXPECT_FALSE(without(item).attitude_is_new);
     EXPECT_FALSE(without(item).force_is_new) << "a force without its attitude has no direction";
   }
+  EXPECT_FALSE(without(protocol::TelemetryItem::kPosition).height_is_new);
+  for (const float height_m : {9999.F, -9999.F, 10001.F, -10001.F, std::nanf("")}) {
+    EXPECT_EQ(imu_sample_of([=](protocol::Telemetry& bad) { bad.position.height_m = height_m; }).height_is_new,
+              std::abs(height_m) < 1e4F);
+  }
   const auto climbs_at = [&](float down_m_s) {
     return imu_sample_of([=](protocol::Telemetry& telemetry) { telemetry.velocity_ned_m_s[2] = down_m_s; })
         .climb_is_new;
@@ -202,7 +211,7 @@ bool is_taken(float norm, float rate_rad_s) {
   SensorAdapter measure;
   protocol::Telemetry telemetry = telemetry_of({}, {rate_rad_s, 0.F, 0.F});
   telemetry.attitude[0] = norm;
-  return measure.update<double>(telemetry, milliseconds(0), core::Pose<double>{}, {}, kNow).attitude.is_new;
+  return adapted(measure, telemetry).attitude.is_new;
 }
 
 // Catches a bound that is wider or narrower than the vehicle model's, or that holds on one side only.

@@ -10,6 +10,7 @@
 #include "firmware/link/pose/clock_comparison.h"
 #include "firmware/link/telemetry/telemetry_check.h"
 #include "firmware/link/telemetry/telemetry_clock.h"
+#include "firmware/link/telemetry/telemetry_receiver.h"
 
 namespace m100::link {
 namespace {
@@ -32,7 +33,7 @@ TEST(LinkMeter, BeginsWithNothing) {
   EXPECT_EQ(health.bytes_received + health.bytes_sent, 0U);
   EXPECT_EQ(health.packages + health.bad_packages + health.old_packages + health.refused_items + health.undecipherable +
                 health.commands_sent + health.commands_refused + health.commands_dropped + health.outages +
-                health.restarts,
+                health.restarts + health.echoes,
             0U);
   EXPECT_EQ(meter.adapter_delay(), milliseconds(40)) << "nothing is known of the adapter: the longest";
 }
@@ -216,6 +217,45 @@ TEST(ClockComparison, KeepsTheBestAnswerUntilDriftMakesANewerOneBetter) {
   clocks.reset();
   EXPECT_FALSE(clocks.offset(at(seconds(8))).known);
   EXPECT_TRUE(clocks.due(at(milliseconds(7001))));
+}
+
+struct TelemetryReceiverTest : ::testing::Test {
+  LinkMeter meter{230400};
+  TelemetryReceiver receiver;
+  using Item = protocol::TelemetryItem;
+
+  TelemetryReceiver::Reception take(std::uint32_t ticks, float roll, std::uint16_t items, Duration when) {
+    protocol::Telemetry package;
+    package.items = static_cast<std::uint16_t>(items | static_cast<std::uint16_t>(Item::kTime));
+    package.time.ticks = ticks;
+    package.attitude = {1.F, roll, 0.F, 0.F};
+    return receiver.take(protocol::encode(package).bytes(), false, at(when - milliseconds(10)), at(when), meter);
+  }
+};
+
+TEST_F(TelemetryReceiverTest, AnOldPackageChangesNothing) {
+  constexpr auto kAttitude = static_cast<std::uint16_t>(Item::kAttitude), kRc = static_cast<std::uint16_t>(Item::kRc);
+  EXPECT_FALSE(receiver.recent(Item::kAttitude, at(Duration{0}), seconds(1))) << "it never came";
+  EXPECT_EQ(take(1000, 0.1F, kAttitude, seconds(1)).items, kAttitude | 1);
+  EXPECT_EQ(take(1004, 0.9F, kRc, seconds(2)).items, kRc | 1);
+  EXPECT_EQ(receiver.telemetry().items, kAttitude | kRc | 1) << "all of this tick";
+  receiver.begin();
+  EXPECT_EQ(receiver.telemetry().items, 0);
+  EXPECT_TRUE(take(1002, 0.2F, kAttitude, seconds(3)).is_old);
+  EXPECT_EQ(receiver.telemetry().attitude[1], 0.1F);
+  EXPECT_EQ(receiver.telemetry().items, 0);
+  EXPECT_EQ(meter.health().old_packages, 1U);
+  EXPECT_EQ(receiver.received_at(Item::kAttitude), at(seconds(1)));
+  EXPECT_EQ(receiver.received_at(Item::kRc), at(seconds(2)));
+  EXPECT_TRUE(receiver.recent(Item::kAttitude, at(seconds(3)), seconds(2)));
+  EXPECT_FALSE(receiver.recent(Item::kAttitude, at(seconds(3)), seconds(2) - Duration{1}));
+  EXPECT_TRUE(take(9, 0.2F, kAttitude, seconds(3)).restarted);
+  EXPECT_EQ(meter.health().restarts, 1U);
+  receiver.set_layout(protocol::TelemetryLayout::kFamily);
+  receiver.reset();
+  EXPECT_EQ(receiver.layout(), protocol::TelemetryLayout::kM100);
+  EXPECT_FALSE(receiver.recent(Item::kRc, at(seconds(3)), seconds(9)));
+  EXPECT_FALSE(take(5, 0.3F, kAttitude, seconds(3)).is_old) << "of another autopilot";
 }
 
 // Would catch an item that is refused because of another item's value, or that is replaced although no earlier value

@@ -5,12 +5,15 @@
 #include <limits>
 #include <vector>
 
+#include "firmware/link/ack_condition.h"
 #include "firmware/link/command_channel.h"
 #include "firmware/link/false_header_detector.h"
 #include "firmware/link/line_time.h"
+#include "firmware/link/mode_switch.h"
 #include "firmware/link/outbox.h"
 #include "hal/mock/manual_clock.h"
 #include "hal/mock/uart_pair.h"
+#include "protocol/dji/catalogue.h"
 #include "protocol/dji/frame_encoder.h"
 
 namespace m100::link {
@@ -20,6 +23,7 @@ using core::Duration;
 using core::TimePoint;
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
+using std::chrono::seconds;
 
 TEST(LineTime, IsTenBitsAByte) {
   EXPECT_EQ(line_time(23040, 230400), std::chrono::seconds(1));
@@ -82,6 +86,49 @@ TEST(ToMovement, TurnsSignsAndUnitsAndSaturates) {
        -100.F);
   near(to_movement({.roll_rad = -1.0, .pitch_rad = -1.0, .climb_m_s = -9.0, .yaw_rate_rad_s = -9.0}), -30.F, 30.F, -4.F,
        100.F);
+}
+
+TEST(AckCondition, IsTheVerdictButForTwoCodes) {
+  using protocol::AckVerdict;
+  using safety::AuthorityCondition;
+  const auto of = [](std::uint16_t code, AckVerdict verdict, protocol::MessageId command) {
+    return condition_of({.code = code, .name = {}, .verdict = verdict, .remedy = {}}, command);
+  };
+  const protocol::MessageId ours = protocol::ids::kControlRequest, other = protocol::ids::kActivation;
+  for (const protocol::MessageId command : {ours, other}) {
+    EXPECT_EQ(of(9, AckVerdict::kDone, command), AuthorityCondition::kDone);
+    EXPECT_EQ(of(9, AckVerdict::kSendAgain, command), AuthorityCondition::kSendAgain);
+    EXPECT_EQ(of(9, AckVerdict::kRetry, command), AuthorityCondition::kRetry);
+    EXPECT_EQ(of(9, AckVerdict::kRefused, command), AuthorityCondition::kRefused);
+    EXPECT_EQ(of(protocol::kAckNotAuthorised, AckVerdict::kDone, command), AuthorityCondition::kNotActivated);
+  }
+  EXPECT_EQ(of(protocol::control_ack::kReleased, AckVerdict::kDone, ours), AuthorityCondition::kRefused);
+  EXPECT_EQ(of(protocol::control_ack::kReleased, AckVerdict::kDone, other), AuthorityCondition::kDone);
+  EXPECT_FALSE(awaits_ack_of(safety::AuthorityStage::kReady, ours));
+}
+
+// The RC item shows the transmitter for ever once it shows F 200 ms after the first command of mode A.
+TEST(ModeSwitch, TrustsTheRcItemOnceItHasShownTheTransmitter) {
+  constexpr auto kRc = static_cast<std::uint16_t>(protocol::TelemetryItem::kRc);
+  for (const int after_ms : {0, 199, 200}) {
+    for (const bool commands : {false, true}) {
+      for (const std::uint16_t items : {std::uint16_t{0}, kRc}) {
+        ModeSwitch mode;
+        protocol::Telemetry telemetry;
+        telemetry.control.bits = 16;  // Virtual RC is on
+        telemetry.rc.mode = protocol::kRcModeF;
+        if (commands) {
+          mode.sent(TimePoint{seconds(3)});
+          mode.sent(TimePoint{seconds(3)} + milliseconds(after_ms));
+        }
+        mode.update(telemetry, items, TimePoint{seconds(3)} + milliseconds(after_ms));
+        EXPECT_TRUE(mode.is_f(telemetry, true));
+        telemetry.rc.mode = protocol::kRcModeA;
+        EXPECT_EQ(mode.is_f(telemetry, true), !(commands && items == kRc && after_ms == 200)) << after_ms;
+        EXPECT_FALSE(mode.is_f(telemetry, false));
+      }
+    }
+  }
 }
 
 /// A parser that has found a header with the length `size`.

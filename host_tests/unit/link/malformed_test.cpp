@@ -75,6 +75,20 @@ TEST_F(Malformed, PushesOfAnotherSizeOrNameAreBadAndEndNothing) {
   EXPECT_TRUE(in_control());
 }
 
+// Our own frames come back on a half-duplex line: they are no sign of life of an autopilot.
+TEST_F(Malformed, OurOwnQuestionsAreCountedAsEchoes) {
+  bench_.autopilot.happen(sim::N1EventKind::kSilence, 5);
+  bench_.autopilot.happen(sim::N1EventKind::kLoseAcks, 1000);
+  const protocol::MessageId ids[] = {protocol::ids::kVersionQuery, protocol::ids::kActivation,
+                                     protocol::ids::kControlRequest};
+  for (std::uint32_t echoes = 0; echoes < 12; ++echoes) {
+    EXPECT_EQ(bench_.link.health().echoes, echoes);
+    say({}, &ids[echoes % 3], Bytes{std::byte{0}});
+  }
+  EXPECT_EQ(bad(), 0U);
+  EXPECT_FALSE(bench_.link.authority().link_alive);
+}
+
 // Catches a repeated push that is answered with a new answer or not at all: the autopilot repeats it until it has
 // received an answer.
 TEST_F(Malformed, AReliablePushIsAnsweredEachTimeItComesAndObeyedOnce) {

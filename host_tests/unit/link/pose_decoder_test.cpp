@@ -100,7 +100,7 @@ TEST(PoseReading, NumbersThatCannotBeAreRefusedAtTheBorder) {
   bad[4].y = std::numeric_limits<float>::infinity();
   bad[5].covariance[6] = 1e6F;
   bad[6].time_usec = ~std::uint64_t{0};
-  bad[7].q = {1.F, 0.5F, 0.F, 0.F};
+  bad[7].q = {1.0109F, 0.F, 0.F, 0.F};  // 2.2 % in the square
   for (std::size_t i = 0; i < bad.size(); ++i) {
     EXPECT_EQ(read(bad[i]).status(), core::Status::kOutOfRange) << i;
   }
@@ -138,9 +138,12 @@ TEST(PoseReading, VariancesAreThoseOfTheDiagonal) {
   EXPECT_EQ(pose->position_variance_m2.x(), 0.25);
   EXPECT_EQ(pose->position_variance_m2.y(), 0.5);
   EXPECT_EQ(pose->position_variance_m2.z(), 0.75);
-  message.covariance[0] = std::numeric_limits<float>::quiet_NaN();
-  ASSERT_TRUE(read(message));
-  EXPECT_EQ(read(message)->position_variance_m2.x(), 0.0) << "not known";
+  EXPECT_TRUE(pose->is_new);
+  for (const float unknown : {std::numeric_limits<float>::quiet_NaN(), -0.25F}) {
+    message.covariance[0] = unknown;
+    ASSERT_TRUE(read(message));
+    EXPECT_EQ(read(message)->position_variance_m2.x(), 0.0) << "not known";
+  }
 }
 
 template <typename Message>
@@ -164,11 +167,19 @@ TEST(PoseReading, EachWrongFormatHasAReasonOfItsOwn) {
   };
   EXPECT_EQ(with([](auto& m) { m.q = {}, m.x = 0.F; }), PoseFault::kZeros);
   EXPECT_EQ(with([](auto& m) { m.q = {}; }), PoseFault::kQuaternion);
-  EXPECT_EQ(with([](auto& m) { m.x = std::numeric_limits<float>::quiet_NaN(); }), PoseFault::kNotFinite);
+  EXPECT_EQ(with([](auto& m) { m.x = std::nanf(""); }), PoseFault::kNotFinite);
   EXPECT_EQ(with([](auto& m) { m.z = -1500.F; }), PoseFault::kMillimetres);
   EXPECT_EQ(with([](auto& m) { m.covariance[0] = 200.F; }), PoseFault::kVariance);
   EXPECT_EQ(with([](auto& m) { m.time_usec = 1700000000000000000U; }), PoseFault::kFastStamp);
-  EXPECT_EQ(aside_of(VisionPositionEstimate{.usec = 5, .yaw = 90.F}).fault, PoseFault::kDegrees);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (float VisionPositionEstimate::*angle :
+       {&VisionPositionEstimate::roll, &VisionPositionEstimate::pitch, &VisionPositionEstimate::yaw}) {
+    VisionPositionEstimate wrong{.usec = 5};
+    wrong.*angle = 90.F;
+    EXPECT_EQ(aside_of(wrong).fault, PoseFault::kDegrees);
+    wrong.*angle = nan;
+    EXPECT_EQ(aside_of(wrong).fault, PoseFault::kNotFinite);
+  }
   EXPECT_EQ(aside_of(VisionPositionEstimate{.usec = 5, .yaw = -6.283F}).fault, PoseFault::kNone) << "a whole turn";
   EXPECT_EQ(aside_of(Odometry{.time_usec = 5, .q = {1.F, 0.F, 0.F, 0.F}, .frame_id = 4}).fault, PoseFault::kFrame);
   for (const PoseFaultText& text : kPoseFaultTexts) {

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <vector>
 
 #include "hal/mock/manual_clock.h"
@@ -52,6 +53,9 @@ TEST_F(PoseLinkTest, TheNewestOfATickCountsAndKeepsItsStamp) {
   const core::Expected<core::Pose<double>> pose = after(milliseconds(20));
   ASSERT_TRUE(pose.has_value());
   EXPECT_EQ(pose->captured.time_since_epoch().count(), 2000);
+  EXPECT_EQ(pose->sequence, 2U);
+  EXPECT_EQ(link.stats().poses, 2U);
+  EXPECT_FALSE(pose->clock_was_set);
   EXPECT_NEAR(static_cast<double>((clock.now() - pose->arrived).count()), 21.0 * 10.0 / 115200.0 * 1e6, 1.0);
   EXPECT_EQ(pose->captured_at(), pose->arrived) << "nothing is known of its age yet";
   EXPECT_FALSE(pose->offset.known);
@@ -65,7 +69,42 @@ TEST_F(PoseLinkTest, DoubledAndOvertakenPosesAreRefused) {
   EXPECT_EQ(link.stats().refused_order, 2U);
   EXPECT_TRUE(send(50010000));
   EXPECT_FALSE(after(milliseconds(1100)));
-  EXPECT_TRUE(send(35000000)) << "nothing was heard for a second";
+  const core::Expected<core::Pose<double>> pose = send(35000000);
+  ASSERT_TRUE(pose) << "nothing was heard for a second";
+  EXPECT_TRUE(pose->clock_was_set);
+}
+
+TEST_F(PoseLinkTest, ARefusalIsCountedByItsKindAndDated) {
+  AttPosMocap bad = mocap(1000);
+  bad.q[0] = 0.9F;
+  write(bad);
+  EXPECT_EQ(after(milliseconds(10)).status(), core::Status::kNotReady);
+  EXPECT_EQ(link.stats().refused, 1U);
+  EXPECT_EQ(link.stats().refused_order + link.stats().refused_senders, 0U);
+  EXPECT_EQ(link.stats().last_fault, PoseFault::kQuaternion);
+  EXPECT_EQ(link.stats().last_fault_at, clock.now());
+}
+
+// The stamps, the clock and the tilt of the sender before say nothing of the next.
+TEST_F(PoseLinkTest, AnotherSenderBeginsAnew) {
+  for (std::uint64_t i = 0; i < 40; ++i) {
+    EXPECT_TRUE(send(50000000 + 10000 * i));
+  }
+  EXPECT_NEAR(link.up_b().z(), 1.F, 1e-6F);
+  AttPosMocap banked = mocap(50400000);
+  banked.q = {0.8F, 0.6F, 0.F, 0.F};
+  write(banked);
+  EXPECT_TRUE(after(milliseconds(10)));
+  EXPECT_NEAR(link.up_b().z(), 1.F + (0.28F - 1.F) / 16.F, 1e-6F) << "a mean of sixteen";
+  clock.advance(milliseconds(1100));
+  for (int i = 0; i < 3; ++i) {
+    banked.time_usec = 0;
+    write(banked, {.system = 10, .component = 197});
+    const core::Expected<core::Pose<double>> pose = after(milliseconds(10));
+    ASSERT_TRUE(pose) << "it stamps nothing";
+    EXPECT_FALSE(pose->clock_was_set);
+    EXPECT_NEAR(link.up_b().z(), 0.28F, 1e-6F);
+  }
 }
 
 // Would catch a link that refuses good poses until the stamps have reached the old ones, or for a fixed time.
@@ -75,7 +114,7 @@ TEST_F(PoseLinkTest, AClockThatWasSetCostsOnePoseAndASingleWrongStampOne) {
   for (int i = 0; i < 100; ++i) {
     EXPECT_TRUE(next());
   }
-  for (const std::int64_t set_us : {-20000, -150000, -300000, -9000000, 70000, 5000000, 20000000}) {
+  for (const std::int64_t set_us : {-20000, -25000, -154000, -303000, -9000000, 70000, 5000000, 20000000}) {
     stamp_us += static_cast<std::uint64_t>(set_us);
     EXPECT_FALSE(next()) << set_us;
     const core::Expected<core::Pose<double>> pose = next();
@@ -85,7 +124,7 @@ TEST_F(PoseLinkTest, AClockThatWasSetCostsOnePoseAndASingleWrongStampOne) {
       EXPECT_TRUE(next()) << set_us;
     }
   }
-  for (const std::uint64_t ahead_us : {300000U, 5000000U, 20000000U}) {
+  for (const std::uint64_t ahead_us : {36000U, 300000U, 5000000U, 20000000U}) {
     stamp_us += 10000;
     EXPECT_FALSE(send(stamp_us + ahead_us));
     for (int i = 0; i < 100; ++i) {
@@ -94,6 +133,38 @@ TEST_F(PoseLinkTest, AClockThatWasSetCostsOnePoseAndASingleWrongStampOne) {
       EXPECT_FALSE(pose->clock_was_set) << ahead_us;
     }
   }
+}
+
+// A stamp between two neighbours is that of a clock that was set; where two poses are missing, it may be an overtaken
+// one.
+struct StampOrderTest : ::testing::TestWithParam<std::tuple<bool, bool>> {
+  StampOrder::Verdict judge(int stamp_ms, int now_ms) {
+    return order.judge(core::SenderTime(milliseconds(stamp_ms)), frame++, core::TimePoint(milliseconds(now_ms)));
+  }
+  /// Poses of 100 Hz. @returns the verdict on the first; the others rise.
+  StampOrder::Verdict feed(int count, int from_ms, bool has_gap) {
+    const StampOrder::Verdict first = judge(1000, from_ms);
+    for (int i = 1; i < count; ++i) {
+      const bool is_missing = has_gap && (i == 10 || i == 11);
+      EXPECT_TRUE(is_missing || judge(1000 + 10 * i, from_ms + 10 * i) == StampOrder::Verdict::kRises);
+    }
+    return first;
+  }
+  StampOrder order;
+  std::uint8_t frame = 0;
+};
+INSTANTIATE_TEST_SUITE_P(All, StampOrderTest, ::testing::Combine(::testing::Bool(), ::testing::Bool()));
+
+TEST_P(StampOrderTest, AStampInAGapMayBeAnOvertakenOne) {
+  using Verdict = StampOrder::Verdict;
+  const auto [has_gap, is_second] = GetParam();
+  if (is_second) {  // the stamps and numbers of a sender that is gone are forgotten
+    EXPECT_EQ(feed(31, 0, false), Verdict::kRises);
+    frame = static_cast<std::uint8_t>(frame + 200);
+  }
+  EXPECT_EQ(feed(21, 2000, has_gap), is_second ? Verdict::kSet : Verdict::kRises);
+  EXPECT_EQ(judge(1105, 2210), Verdict::kRefused);
+  EXPECT_EQ(judge(1115, 2220), has_gap ? Verdict::kRefused : Verdict::kSet);
 }
 
 // Would catch a link that takes a sender without frame numbers for one whose poses are overtaken for ever.
@@ -122,6 +193,7 @@ TEST_F(PoseLinkTest, WhoStampsNothingIsTakenWhenHeComes) {
 }
 
 TEST_F(PoseLinkTest, OneSenderIsHeardUntilItIsGone) {
+  clock.advance(std::chrono::seconds(5));
   EXPECT_TRUE(send(1000));
   write(mocap(2000), {.system = 10, .component = 197});
   EXPECT_FALSE(after(milliseconds(10)));
@@ -149,6 +221,10 @@ TEST_F(PoseLinkTest, TheChosenSenderIsHeardWhoeverElseSends) {
   EXPECT_EQ(chosen.rival(clock.now()), nullptr) << "the operator has chosen";
   ASSERT_EQ(chosen.senders().all().size(), 2U);
   EXPECT_EQ(chosen.senders().all()[0].poses, 300U);
+  EXPECT_NEAR(chosen.senders().all()[0].rate_hz(), 100.0, 0.01);
+  ASSERT_NE(chosen.senders().find({.system = 9, .component = 197}), nullptr);
+  EXPECT_EQ(chosen.senders().find({.system = 9, .component = 197})->poses, 200U);
+  EXPECT_EQ(chosen.senders().find({.system = 9, .component = 198}), nullptr);
   EXPECT_EQ(chosen.stats().faults[static_cast<std::size_t>(PoseFault::kSender)], 300U);
 }
 
@@ -185,6 +261,12 @@ TEST_F(PoseLinkTest, LostFramesAreCounted) {
   frames += 3;
   EXPECT_TRUE(send(2000));
   EXPECT_EQ(link.stats().lost_frames, 3U);
+  frames += 126;
+  EXPECT_TRUE(send(3000));
+  EXPECT_EQ(link.stats().lost_frames, 129U);
+  frames += 127;
+  EXPECT_TRUE(send(4000));
+  EXPECT_EQ(link.stats().lost_frames, 129U) << "another count";
 }
 
 TEST_F(PoseLinkTest, OtherMessagesOfTheSenderAreNotLostPoses) {
@@ -193,6 +275,7 @@ TEST_F(PoseLinkTest, OtherMessagesOfTheSenderAreNotLostPoses) {
   write(mavlink::Timesync{.tc1 = 0, .ts1 = 5});
   EXPECT_TRUE(send(2000));
   EXPECT_EQ(link.stats().lost_frames, 0U);
+  EXPECT_EQ(link.senders().all()[0].poses, 2U);
 }
 
 /// A sender whose clock is kUnix_us ahead of ours answers a question; `out` and `back` are the delays of the two

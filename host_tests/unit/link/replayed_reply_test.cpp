@@ -36,18 +36,6 @@ TEST(TelemetryClock, ARepeatedOrOvertakenPackageIsNotNew) {
   }
 }
 
-TEST(TelemetryClock, ARestartIsSaidAtOnceAndSpeaksFromItsSecondPackageOn) {
-  TelemetryClock clock;
-  EXPECT_TRUE(update(clock, 40000, 100).is_new);
-  const TelemetryClock::Verdict first = update(clock, 4, 700);
-  EXPECT_TRUE(first.restarted);
-  EXPECT_FALSE(first.is_new) << "one package alone may be an old one";
-  const TelemetryClock::Verdict second = update(clock, 8, 710);
-  EXPECT_TRUE(second.is_new);
-  EXPECT_FALSE(second.restarted) << "it is said once";
-  EXPECT_TRUE(update(clock, 12, 720).is_new);
-}
-
 TEST(TelemetryClock, OldPackagesAmongNewOnesNeverCount) {
   TelemetryClock clock;
   for (int tick = 0; tick < 1000; ++tick) {
@@ -55,12 +43,6 @@ TEST(TelemetryClock, OldPackagesAmongNewOnesNeverCount) {
     ASSERT_FALSE(update(clock, 38000 + 4 * tick, 10000 + 10 * tick).is_new) << tick << ": five seconds late";
     ASSERT_FALSE(update(clock, 39920 + 4 * tick, 10000 + 10 * tick).is_new) << tick << ": a fifth of a second late";
   }
-}
-
-TEST(TelemetryClock, TheWrapOfTheCounterIsAStep) {
-  TelemetryClock clock;
-  EXPECT_TRUE(update(clock, -4, 100).is_new);
-  EXPECT_TRUE(update(clock, 0, 110).is_new);
 }
 
 /// One end of a line that can freeze telemetry: answers pass, but telemetry repeats one frame.
@@ -138,7 +120,9 @@ TEST_P(FrozenTelemetry, OfATimeBeforeTheGrantFinishesNoRelease) {
   run(seconds(3));
   EXPECT_TRUE(link_.authority().release_pending) << "nothing new has said that the transmitter has it";
   EXPECT_FALSE(link_.authority().telemetry_fresh);
+  EXPECT_FALSE(link_.authority().link_alive) << "a repeated frame is no sign of life";
   EXPECT_GT(link_.health().old_packages, 200U);
+  EXPECT_LT(link_.health().old_packages, 400U);
   line_.loses_what_is_sent = false;
   run(seconds(1));
   EXPECT_FALSE(autopilot_.client_in_control());

@@ -2,13 +2,18 @@
 #include "firmware/link/serial_link.h"
 
 #include <gtest/gtest.h>
-#include <algorithm>
 
+#include <algorithm>
+#include <bit>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "firmware/link/release_sequence.h"
 #include "host_tests/sim/ports/link_bench.h"
+#include "protocol/dji/command_decoder.h"
 #include "protocol/dji/frame_encoder.h"
+#include "protocol/dji/frame_parser.h"
 
 namespace m100::link {
 namespace {
@@ -55,12 +60,42 @@ TEST_P(BothChannels, FromStartUpToRelease) {
   EXPECT_NEAR(static_cast<double>(bench.sent_at.size() - before), 10.0 * rate_hz, 1.0);
   EXPECT_EQ(bench.autopilot.record().virtual_rc_ignored + bench.autopilot.record().movement_ignored, 0U);
   EXPECT_LE(bench.autopilot.record().max_commands_per_s, static_cast<std::uint32_t>(rate_hz) + 1U);
+  EXPECT_EQ(bench.link.health().commands_sent, bench.sent_at.size());
+  EXPECT_EQ(bench.link.health().commands_dropped, 0U);
+  EXPECT_GT(bench.link.health().parser.frames, 1000U);
   bench.link.release(bench.clock.now());
   ASSERT_TRUE(bench.run_until(AuthorityStage::kReady, seconds(3)));
   EXPECT_EQ(bench.link.authority().reason, AuthorityReason::kReleased);
   EXPECT_FALSE(bench.autopilot.client_in_control());
   EXPECT_FALSE(bench.autopilot.virtual_rc_on());
   EXPECT_EQ(bench.last_status, core::Status::kRefused);
+  const std::uint32_t refused = bench.link.health().commands_refused;
+  EXPECT_EQ(bench.link.send(bench.command(), bench.clock.now()), core::Status::kRefused);
+  EXPECT_EQ(bench.link.health().commands_refused, refused + 1);
+}
+
+// Catches a state that is true from the beginning, or that another item makes true.
+TEST(SerialLinkTest, TheViewSaysNothingBeforeItIsSo) {
+  LinkBench bench({});
+  const AuthorityView& view = bench.link.authority();
+  for (int tick = 0; tick < 2; ++tick) {
+    EXPECT_FALSE(view.in_control || view.mode_f || view.control_requested || view.release_pending || view.port_gone ||
+                 view.link_alive || view.telemetry_fresh);
+    (void)bench.link.receive(bench.clock.now());
+  }
+  ASSERT_TRUE(bench.run_until(AuthorityStage::kReady));
+  EXPECT_TRUE(view.mode_f && view.link_alive && view.telemetry_fresh);
+  EXPECT_FALSE(view.control_requested || view.port_gone);
+  LinkBench early({});
+  early.link.request_control(early.clock.now());
+  early.tick();
+  EXPECT_TRUE(early.link.authority().control_requested) << "until start-up is over";
+  bench.cable().set_plugged(false);
+  bench.run(milliseconds(150));
+  EXPECT_TRUE(view.port_gone && view.link_alive);
+  EXPECT_FALSE(view.telemetry_fresh);
+  bench.run(milliseconds(400));
+  EXPECT_FALSE(view.link_alive);
 }
 
 struct Loss {
@@ -101,6 +136,7 @@ TEST_P(EveryLoss, StopsWithinAPeriodAndStaysSilentUntilTheOperatorAsks) {
   ASSERT_TRUE(bench.run_until(loss.stage, seconds(1)));
   EXPECT_EQ(bench.link.authority().reason, loss.reason) << safety::name(bench.link.authority().reason);
   bench.run(seconds(5));
+  EXPECT_EQ(bench.link.health().restarts, loss.what == N1EventKind::kRestart ? 1U : 0U);
   // A restarted or silent autopilot is noticed only by its silence, for which the promise allows 500 ms.
   const bool by_silence = loss.reason == AuthorityReason::kLinkSilent;
   const core::Duration allowed =
@@ -201,6 +237,17 @@ TEST(SerialLinkTest, TheModeSwitchIsSeenEvenIfTheAutopilotIgnoresIt) {
   bench.run(seconds(1));
   EXPECT_EQ(bench.link.authority().reason, AuthorityReason::kLeftModeF) << safety::name(bench.link.authority().reason);
   EXPECT_LE((bench.sent_at.back() - moved_at).count(), bench.link.command_period().count());
+}
+
+// Without the item that shows the switch, or the one that shows who controls, nothing shows a loss of control.
+TEST(SerialLinkTest, WithoutTheItemsThatShowControlNoneIsTaken) {
+  for (const protocol::TelemetryItem item : {protocol::TelemetryItem::kRc, protocol::TelemetryItem::kControl}) {
+    LinkBench::Options options;
+    options.link.rates[static_cast<std::size_t>(std::countr_zero(static_cast<unsigned>(item)))] = protocol::Rate::kOff;
+    LinkBench bench(options);
+    EXPECT_FALSE(bench.take_control());
+    EXPECT_FALSE(bench.autopilot.client_in_control());
+  }
 }
 
 TEST(SerialLinkTest, ARefusedAskNamesTheRemedyAndIsNotRepeated) {
@@ -334,16 +381,20 @@ TEST(SerialLinkTest, BytesOfOursThatDoNotArriveAreNoticedWithinASecond) {
 // Catches a queue of commands on a blocked line: they would all be sent, outdated, when it is free again.
 TEST(SerialLinkTest, AStuckLineKeepsNoStaleCommands) {
   RecordProperty("promise", "R4");
-  LinkBench bench(over(Channel::kMovement));
-  ASSERT_TRUE(bench.take_control());
-  bench.run(seconds(1));
-  bench.cable().a_to_b().set_faults({.longest_write = 0});
-  bench.run(milliseconds(300));
-  bench.cable().a_to_b().set_faults({});
-  const std::uint32_t before = bench.autopilot.record().movement_taken;
-  bench.run(milliseconds(20));
-  EXPECT_LE(bench.autopilot.record().movement_taken, before + 2);
-  EXPECT_GT(bench.link.health().commands_dropped, 10U);
+  for (const Channel channel : {Channel::kMovement, Channel::kVirtualRc}) {
+    LinkBench bench(over(channel));
+    ASSERT_TRUE(bench.take_control());
+    bench.run(seconds(1));
+    bench.cable().a_to_b().set_faults({.longest_write = 0});
+    bench.run(milliseconds(300));
+    bench.cable().a_to_b().set_faults({});
+    const auto& record = bench.autopilot.record();
+    const std::uint32_t before = record.movement_taken + record.virtual_rc_taken;
+    bench.run(milliseconds(20));
+    EXPECT_LE(record.movement_taken + record.virtual_rc_taken, before + 2);
+    EXPECT_GE(bench.link.health().commands_dropped, 5U);
+    EXPECT_LE(bench.link.health().commands_dropped, 15U);
+  }
 }
 
 TEST(SerialLinkTest, ShortWritesAndOneByteReadsChangeNothing) {
@@ -364,7 +415,9 @@ TEST(SerialLinkTest, NumbersOutOfRangeNeverLeave) {
   bench.run(milliseconds(100));
   ctl::Command<double> command;
   command.roll_rad = std::numeric_limits<double>::quiet_NaN();
+  const std::uint32_t refused = bench.link.health().commands_refused;
   EXPECT_EQ(bench.link.send(command, bench.clock.now()), core::Status::kOutOfRange);
+  EXPECT_EQ(bench.link.health().commands_refused, refused + 1);
   command.roll_rad = 10.0;
   EXPECT_EQ(bench.link.send(command, bench.clock.now()), core::Status::kOk);
   bench.run(milliseconds(20));
@@ -385,6 +438,34 @@ TEST(SerialLinkTest, SticksOutsideTheirTravelNeverLeave) {
   EXPECT_EQ(bench.link.send(ctl::Command<double>{}, bench.clock.now()), core::Status::kInvalidArgument);
 }
 
+/// The kinds of the commands in these bytes.
+std::vector<std::size_t> kinds_of(std::span<const std::byte> bytes) {
+  std::vector<std::size_t> kinds;
+  protocol::FrameParser parser;
+  parser.consume(bytes, [&](const protocol::FrameView& frame) {
+    const protocol::MessageId id{static_cast<std::uint8_t>(frame.data[0]), static_cast<std::uint8_t>(frame.data[1])};
+    const core::Expected<protocol::Command> command = decode_command(id, frame.data.subspan(2));
+    ASSERT_TRUE(command);
+    kinds.push_back(command->index());
+    const auto* const off = std::get_if<protocol::VirtualRcSwitch>(&*command);
+    EXPECT_TRUE(off == nullptr || (!off->on && off->fall_back_to_rc && off->reserved == 0));
+  });
+  EXPECT_EQ(parser.stats().bytes_dropped, 0U);
+  return kinds;
+}
+
+// Neutral sticks or movement, Virtual RC off where it is on, and control given back twice.
+TEST(SerialLinkTest, TheFarewellIsTheseCommandsInThisOrder) {
+  const std::size_t back = protocol::Command(protocol::ControlRequest{}).index();
+  const std::size_t off = protocol::Command(protocol::VirtualRcSwitch{}).index();
+  const ReleaseSequence sticks(vrc::Sticks{}, nullptr), movement(ctl::Command<double>{}, nullptr);
+  EXPECT_EQ(kinds_of(sticks.release_only()), (std::vector{off, back, back}));
+  EXPECT_EQ(kinds_of(movement.release_only()), (std::vector{back, back}));
+  EXPECT_EQ(kinds_of(sticks.bytes()),
+            (std::vector{protocol::Command(protocol::VirtualRcData{}).index(), off, back, back}));
+  EXPECT_EQ(kinds_of(movement.bytes()), (std::vector{protocol::Command(protocol::Movement{}).index(), back, back}));
+}
+
 // Catches a release sequence that the autopilot does not accept: wrong session, stored answer, only one request.
 TEST(SerialLinkTest, TheFarewellGivesControlBackWithoutTheLink) {
   for (const Channel channel : {Channel::kVirtualRc, Channel::kMovement}) {
@@ -399,24 +480,6 @@ TEST(SerialLinkTest, TheFarewellGivesControlBackWithoutTheLink) {
     EXPECT_FALSE(bench.autopilot.client_in_control());
     EXPECT_FALSE(bench.autopilot.virtual_rc_on());
   }
-}
-
-TEST(SerialLinkTest, SignsOfTheMovementChannel) {
-  const protocol::Movement movement =
-      to_movement({.roll_rad = 0.1, .pitch_rad = 0.2, .climb_m_s = 1.0, .yaw_rate_rad_s = 0.5});
-  EXPECT_EQ(movement.flag, 0x0A);
-  EXPECT_NEAR(movement.x, 5.7296F, 1e-4F) << "roll right";
-  EXPECT_NEAR(movement.y, -11.4592F, 1e-4F) << "nose down is negative there";
-  EXPECT_NEAR(movement.z, 1.0F, 1e-6F) << "up";
-  EXPECT_NEAR(movement.yaw, -28.6479F, 1e-4F) << "clockwise is positive there";
-}
-
-TEST(SerialLinkTest, VirtualRcChannelsAreThoseOfTheProtocol) {
-  const protocol::VirtualRcData data = to_virtual_rc(
-      {.roll = vrc::Stick{1100}, .pitch = vrc::Stick{900}, .throttle = vrc::Stick{1200}, .yaw = vrc::Stick{1000}});
-  const std::array<std::uint32_t, 16> expected{1100, 900,  1200, 1000, 1324, 1024, 1024, 1024,
-                                               1024, 1024, 1024, 1024, 1024, 1024, 1024, 1024};
-  EXPECT_EQ(data.channels, expected);
 }
 
 TEST(SerialLinkTest, TheAutopilotsClockIsWatched) {

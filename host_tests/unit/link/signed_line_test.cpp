@@ -9,6 +9,7 @@
 
 #include "firmware/link/pose/pose_link.h"
 #include "protocol/mavlink/messages.h"
+#include "protocol/mavlink/pose_messages.h"
 
 namespace m100::link {
 namespace {
@@ -109,6 +110,7 @@ TEST_F(SignedLineTest, HandsOnWhatIsSignedAndNewAndCountsTheRest) {
   EXPECT_EQ(stats.wrong, 2U);
   EXPECT_EQ(stats.replayed, 1U);
   EXPECT_EQ(stats.old, 1U);
+  EXPECT_EQ(stats.old_by, mavlink::ReplayGuard::kLatestStart + 1);
   EXPECT_EQ(stats.refused(), 5U);
   EXPECT_EQ(network.answered, (std::vector<std::size_t>{0, 6})) << "only who was believed is answered";
 }
@@ -127,6 +129,7 @@ TEST_F(SignedLineTest, RemembersSixteenSendersAndTakesNoOther) {
   EXPECT_EQ(line.stats().accepted, mavlink::ReplayGuard::kStreams);
   signed_by(100);
   EXPECT_EQ(line.stats().too_many, 1U);
+  EXPECT_EQ(network.answered.size(), mavlink::ReplayGuard::kStreams);
   signed_by(1);
   EXPECT_EQ(line.stats().replayed, 1U) << "the first is still known";
 }
@@ -148,11 +151,24 @@ TEST_F(SignedLineTest, RefusesTheOlderProtocol) {
 
 // Would catch a line that joins packets: a stranger's half frame would swallow the following pose.
 TEST_F(SignedLineTest, HalfAFrameOfAStrangerSpoilsNothing) {
-  Packet half = signed_pose(1, kNow);
-  half.resize(half.size() / 2);
-  send(half);
+  Packet beginning = bytes_of(mavlink::encode(mavlink::Odometry{.time_usec = 1, .child_frame_id = 12}, kSender, 0));
+  ASSERT_GT(beginning.size(), 200U) << "a header that waits for more than the pose has";
+  beginning.resize(20);
+  send(beginning);
   send(signed_pose(1000, kNow + 1));
   EXPECT_TRUE(tick());
+}
+
+TEST_F(SignedLineTest, AFloodInOnePacketIsVerifiedForFortyEightFrames) {
+  Packet packet;
+  for (int i = 0; i < 100; ++i) {
+    const Packet frame = signed_pose(1, kNow, kOtherKey);
+    packet.insert(packet.end(), frame.begin(), frame.end());
+  }
+  send(packet);
+  line.tick(now, kNow);
+  (void)poses.receive(now);
+  EXPECT_EQ(line.stats().wrong, 48U);
 }
 
 TEST_F(SignedLineTest, SeveralFramesInAPacketCount) {
@@ -176,7 +192,7 @@ TEST_F(SignedLineTest, AFloodCostsABoundedShareOfATickAndIsWorkedOffLater) {
     (void)poses.receive(now);
   }
   EXPECT_LE(line.stats().wrong, SignedLine::kVerificationsPerTick);
-  EXPECT_LE(network.reads, SignedLine::kReadsPerTick + 1U);
+  EXPECT_EQ(network.reads, 16U) << "a packet each";
   const std::uint32_t in_a_tick = line.stats().wrong;
   EXPECT_GT(in_a_tick, 10U);
   // A late tick empties the queue, because its reader drops old poses.
@@ -233,6 +249,14 @@ TEST_F(SignedLineTest, SignsWhatLeavesWithRisingTimesNotBehindWhatItHeard) {
     EXPECT_EQ(found, 1);
   }
   EXPECT_EQ(line.write(std::array{std::byte{1}, std::byte{2}}).status(), core::Status::kInvalidArgument);
+  const std::vector<std::byte> longest(mavlink::Frame{}.space.size(), mavlink::kStart2);
+  EXPECT_EQ(line.write(longest).status(), core::Status::kInvalidArgument) << "no room for the signature";
+  const mavlink::Frame plain = pose(1);
+  EXPECT_EQ(line.write(plain.bytes()).value(), plain.size) << "as if nothing had been added";
+  SignedLine quiet(network, kKey, mavlink::ReplayMemory{}, 1);
+  EXPECT_EQ(quiet.min_time(), 0U);
+  quiet.tick(now, kNow);
+  EXPECT_EQ(quiet.min_time(), kNow) << "it has heard nothing";
 }
 
 TEST_F(SignedLineTest, AnEarlierLifeIsRemembered) {
