@@ -86,7 +86,10 @@ void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurem
       core::Vector<T, 2>(estimate.x.velocity_m_s, estimate.y.velocity_m_s) - dead_reckoning_.velocity_w_m_s();
   const bool settles =
       failsafe_state == safety::FailsafeState::kLevel || failsafe_state == safety::FailsafeState::kRelease;
-  const bool refused = settles && estimate.refused_poses > 0 && apart.squaredNorm() > kFar_m_s * kFar_m_s;
+  const bool missed = estimate.pose_age > est::PathMonitor<T>::kPoseUsed;
+  misses_poses_ = settles && (misses_poses_ || missed);
+  const bool refused = settles && (estimate.refused_poses > 0 || (misses_poses_ && !missed)) &&
+                       apart.squaredNorm() > kFar_m_s * kFar_m_s;
   model_tilt_rad_ = model_tilt_rad + dead_reckoning_.offset_rad();
   predict_from_commands(measured, core::seconds<T>(elapsed));
   const bool attitude_lost = settles && !estimate.attitude_is_known && model_velocity_.is_known();
