@@ -50,15 +50,14 @@ inline MotionOutcome outcome_of(const MotionFlight& flight) {
   plan.disturb = strikes_at(flight.at_s, *flight.fault, flight.size);
   const lab::experiments::FlightResult result = lab::experiments::fly(plan);
   MotionOutcome outcome;
-  bool left = false;
   for (const lab::experiments::TracePoint& point : result.trace) {
     const double x_m = point.position_m[0] - result.start.position_w_m.x();
     const double y_m = point.position_m[1] - result.start.position_w_m.y();
     outcome.beyond_m = std::max({outcome.beyond_m, std::abs(x_m - 1.0) - 2.0, std::abs(y_m - 1.0) - 2.0,
                                  std::abs(point.position_m[2] - 1.65) - 1.35});
     outcome.handed_over_m_s = std::hypot(point.velocity_m_s[0], point.velocity_m_s[1]);
-    left = left || point.failsafe_state == static_cast<int>(safety::FailsafeState::kLevel);
-    outcome.handed_over = left && point.failsafe_state == static_cast<int>(safety::FailsafeState::kSilent);
+    outcome.handed_over =
+        point.t_s > flight.at_s && point.failsafe_state == static_cast<int>(safety::FailsafeState::kSilent);
     if (outcome.handed_over) {
       break;
     }

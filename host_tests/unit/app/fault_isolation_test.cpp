@@ -131,6 +131,28 @@ TEST(FaultIsolation, TheContradictionIsRememberedUntilTheFailsafeHasEnded) {
   }
 }
 
+// A false force said that nothing accelerates: the speed that the tilt still gained while it turned round was called
+// useless, and the aircraft was levelled at 1.5 m/s.
+TEST(FaultIsolation, ASpeedThatGrowsUntilTheTiltIsReversedIsUsed) {
+  for (const bool leans : {false, true}) {
+    FaultIsolation<double> trust({});
+    est::Estimate<double> estimate = moving(0.0);
+    estimate.x.tilt_rad = leans ? 0.45 : 0.0;
+    est::ImuSample<double> imu;
+    imu.attitude_is_new = true;
+    imu.rate_b_rad_s.setZero();
+    imu.pitch_rad = 0.45;
+    for (int tick = 1; tick <= 60; ++tick) {
+      const bool ends = tick > 40;
+      estimate.refused_poses = ends ? 1 : 0;
+      estimate.y.velocity_m_s = ends ? 1.5 : 0.5;
+      trust.update(imu, {}, estimate, {0.0, 0.0},
+                   ends ? safety::FailsafeState::kLevel : safety::FailsafeState::kNominal, core::kTickPeriod);
+    }
+    EXPECT_EQ(trust.motion(estimate).x.velocity_variance_m2_s2 < 1e3, leans) << leans;
+  }
+}
+
 /// The motion for braking after some time at level, in which the commands hold this tilt.
 est::Estimate<double> reckoned_with(const Vector2& asked, int ticks = 300, double* speed_m_s = nullptr) {
   FaultIsolation<double> trust = trust_after(0.5);
