@@ -8,9 +8,9 @@ namespace m100::app {
 
 namespace {
 
-/// The speed still grows for a quarter of a second, until the tilt is reversed, by the larger of what tilt and force
-/// show; a gust adds this much until the aircraft answers it.
-constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4, kMaxTilt_rad = 0.5236;
+/// The speed still grows for a quarter of a second, until the tilt is reversed, by the larger of what our commands tilt
+/// and the force shows; a gust adds this much until the aircraft answers it.
+constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4;
 
 /// Distance between the poses and the observer's prediction from the reported attitude that has an innocent cause: per
 /// speed the largest error of the time of capture that PathConsistency allows, and another 5 cm for noise and the lag
@@ -97,9 +97,7 @@ void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurem
   attitude_fault_ = rates_contradict() || contradicts_command() || attitude_lost || (attitude_fault_ && settles);
   const T speed_m_s = core::sqrt(dead_reckoning_.velocity_w_m_s().squaredNorm());
   if (!estimate_faulted_) {
-    const T tilt2 = core::Vector<T, 2>(estimate.x.tilt_rad, estimate.y.tilt_rad).squaredNorm();
-    const T tilt_rad = core::sqrt(core::clamp(tilt2, T(0), static_cast<T>(kMaxTilt_rad * kMaxTilt_rad)));
-    const T tilted_m_s2 = static_cast<T>(model::kGravity_m_s2) * tilt_rad;
+    const T tilted_m_s2 = static_cast<T>(model::kGravity_m_s2) * core::sqrt(model_tilt_rad.squaredNorm());
     const T moved_m_s2 = velocity_consistency_.moved_m_s2();
     max_speed_m_s_ = speed_m_s + static_cast<T>(kTurnsRound_s) * (moved_m_s2 > tilted_m_s2 ? moved_m_s2 : tilted_m_s2) +
                      static_cast<T>(kGust_m_s);

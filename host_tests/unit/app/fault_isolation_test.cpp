@@ -137,7 +137,6 @@ TEST(FaultIsolation, ASpeedThatGrowsUntilTheTiltIsReversedIsUsed) {
   for (const bool leans : {false, true}) {
     FaultIsolation<double> trust({});
     est::Estimate<double> estimate = moving(0.0);
-    estimate.x.tilt_rad = leans ? 0.45 : 0.0;
     est::ImuSample<double> imu;
     imu.attitude_is_new = true;
     imu.rate_b_rad_s.setZero();
@@ -146,7 +145,7 @@ TEST(FaultIsolation, ASpeedThatGrowsUntilTheTiltIsReversedIsUsed) {
       const bool ends = tick > 40;
       estimate.refused_poses = ends ? 1 : 0;
       estimate.y.velocity_m_s = ends ? 1.5 : 0.5;
-      trust.update(imu, {}, estimate, {0.0, 0.0},
+      trust.update(imu, {}, estimate, {leans ? 0.45 : 0.0, 0.0},
                    ends ? safety::FailsafeState::kLevel : safety::FailsafeState::kNominal, core::kTickPeriod);
     }
     EXPECT_EQ(trust.motion(estimate).x.velocity_variance_m2_s2 < 1e3, leans) << leans;
