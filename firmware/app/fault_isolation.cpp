@@ -97,10 +97,11 @@ void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurem
   attitude_fault_ = rates_contradict() || contradicts_command() || attitude_lost || (attitude_fault_ && settles);
   const T speed_m_s = core::sqrt(dead_reckoning_.velocity_w_m_s().squaredNorm());
   if (!estimate_faulted_) {
-    const T tilted_m_s2 = static_cast<T>(model::kGravity_m_s2) * core::sqrt(model_tilt_rad.squaredNorm());
-    const T moved_m_s2 = velocity_consistency_.moved_m_s2();
-    max_speed_m_s_ = speed_m_s + static_cast<T>(kTurnsRound_s) * (moved_m_s2 > tilted_m_s2 ? moved_m_s2 : tilted_m_s2) +
-                     static_cast<T>(kGust_m_s);
+    constexpr T kGain_m_s = static_cast<T>(kTurnsRound_s * model::kGravity_m_s2);
+    const core::Vector<T, 2> tilted_m_s(kGain_m_s * model_tilt_rad.x(), -kGain_m_s * model_tilt_rad.y());
+    const T moved_m_s = speed_m_s + static_cast<T>(kTurnsRound_s) * velocity_consistency_.moved_m_s2();
+    const T turned_m_s = core::sqrt((dead_reckoning_.velocity_w_m_s() + tilted_m_s).squaredNorm());
+    max_speed_m_s_ = (moved_m_s > turned_m_s ? moved_m_s : turned_m_s) + static_cast<T>(kGust_m_s);
   }
   const bool is_measured = attitude_fault_ && model_velocity_.is_known();
   diverges_ = settles && !is_measured && (speed_m_s > max_speed_m_s_ || diverges_);
