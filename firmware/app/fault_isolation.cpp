@@ -8,8 +8,8 @@ namespace m100::app {
 
 namespace {
 
-/// After braking begins the speed may still grow for a quarter of a second, until the tilt is reversed, and by this
-/// much in a gust, until the aircraft reacts.
+/// After braking begins the speed may still grow for a quarter of a second, until the tilt is reversed, by the larger of
+/// what our commands tilt and the force shows; and by this much in a gust, until the aircraft reacts.
 constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4;
 
 /// Largest distance of healthy poses from the observer's prediction by the reported attitude: the speed times the
@@ -86,7 +86,10 @@ void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurem
       core::Vector<T, 2>(estimate.x.velocity_m_s, estimate.y.velocity_m_s) - dead_reckoning_.velocity_w_m_s();
   const bool settles =
       failsafe_state == safety::FailsafeState::kLevel || failsafe_state == safety::FailsafeState::kRelease;
-  const bool refused = settles && estimate.refused_poses > 0 && apart.squaredNorm() > kFar_m_s * kFar_m_s;
+  const bool missed = estimate.pose_age > est::PathMonitor<T>::kPoseUsed;
+  misses_poses_ = settles && (misses_poses_ || missed);
+  const bool refused = settles && (estimate.refused_poses > 0 || (misses_poses_ && !missed)) &&
+                       apart.squaredNorm() > kFar_m_s * kFar_m_s;
   model_tilt_rad_ = model_tilt_rad + dead_reckoning_.offset_rad();
   predict_from_commands(measured, core::seconds<T>(elapsed));
   const bool attitude_lost = settles && !estimate.attitude_is_known && model_velocity_.is_known();
@@ -94,8 +97,11 @@ void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurem
   attitude_fault_ = rates_contradict() || contradicts_command() || attitude_lost || (attitude_fault_ && settles);
   const T speed_m_s = core::sqrt(dead_reckoning_.velocity_w_m_s().squaredNorm());
   if (!estimate_faulted_) {
-    max_speed_m_s_ =
-        speed_m_s + static_cast<T>(kTurnsRound_s) * velocity_consistency_.moved_m_s2() + static_cast<T>(kGust_m_s);
+    constexpr T kGain_m_s = static_cast<T>(kTurnsRound_s * model::kGravity_m_s2);
+    const core::Vector<T, 2> tilted_m_s(kGain_m_s * model_tilt_rad.x(), -kGain_m_s * model_tilt_rad.y());
+    const T moved_m_s = speed_m_s + static_cast<T>(kTurnsRound_s) * velocity_consistency_.moved_m_s2();
+    const T turned_m_s = core::sqrt((dead_reckoning_.velocity_w_m_s() + tilted_m_s).squaredNorm());
+    max_speed_m_s_ = (moved_m_s > turned_m_s ? moved_m_s : turned_m_s) + static_cast<T>(kGust_m_s);
   }
   const bool is_measured = attitude_fault_ && model_velocity_.is_known();
   diverges_ = settles && !is_measured && (speed_m_s > max_speed_m_s_ || diverges_);

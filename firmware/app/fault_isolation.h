@@ -20,12 +20,13 @@ namespace m100::app {
 /// Reacts to false poses: compares the poses with the autopilot, remembers that they gave the observer a false motion,
 /// and then supplies another motion for braking.
 ///
-/// Contradicted poses have given the observer a false motion. Poses that the gate refuses may have done so if the
-/// observer's motion is far from the one that is computed without them. The observer's motion then counts as false
-/// until the failsafe has ended. If the autopilot's attitude and rates contradict each other, the attitude does not
-/// follow our commands while pose and force disagree, or no usable attitude comes while the failsafe ends the flight,
-/// the motion is computed from the poses and the tilt predicted by the commands. If the computed speed grows although
-/// the aircraft brakes, it is useless: the aircraft is levelled by trim and wind, without waiting for it to slow down.
+/// Contradicted poses have given the observer a false motion. Poses that the gate refuses, or that come again while the
+/// flight ends, may have done so if the observer's motion is far from the one that is computed without them. The
+/// observer's motion then counts as false until the failsafe has ended. If the autopilot's attitude and rates
+/// contradict each other, the attitude does not follow our commands while pose and force disagree, or no usable
+/// attitude comes while the failsafe ends the flight, the motion is computed from the poses and the tilt predicted by
+/// the commands. If the computed speed grows although the aircraft brakes, it is useless: the aircraft is levelled by
+/// trim and wind, without waiting for it to slow down.
 ///
 /// No heap. Cost: that of its parts. T is float or double.
 template <typename T>
@@ -90,6 +91,7 @@ class FaultIsolation {
   T max_speed_m_s_{0};             ///< limit of the reckoned speed under braking
   bool attitude_fault_ = false;    ///< the attitude is contradicted, by its rates or by our own commands, or missing
   bool diverges_ = false;          ///< the reckoned motion is useless
+  bool misses_poses_ = false;      ///< none came for a while since the failsafe ends the flight
   bool poses_confirm_commands_ =
       false;  ///< the poses are where the commands lead, and far from where the attitude does
   core::Vector<T, 2> pose_offset_m_ = core::Vector<T, 2>::Zero();  ///< from the observer's place to the poses, mean

@@ -47,8 +47,8 @@ void AttitudeRateConsistency<T>::update(const ImuSample<T>& imu, T step_s) {
   const Vector2 reported_rad = (rate_rad_s + tilt_rate_rad_s_) * (T(0.5) * passed_s);
   tilt_rad_ = tilt_rad;
   tilt_rate_rad_s_ = rate_rad_s;
-  const bool sane = unturned_rad_.squaredNorm() + turned_rad_.squaredNorm() + fastest_rad_s_ * fastest_rad_s_ +
-                        farthest_rad_ * farthest_rad_ <
+  const bool sane = unturned_rad_.squaredNorm() + turned_rad_.squaredNorm() + jumped_rad_.squaredNorm() +
+                        fastest_rad_s_ * fastest_rad_s_ + farthest_rad_ * farthest_rad_ <
                     static_cast<T>(kSane2);
   if (!sane) {
     fastest_rad_s_ = farthest_rad_ = T(0);
@@ -56,6 +56,7 @@ void AttitudeRateConsistency<T>::update(const ImuSample<T>& imu, T step_s) {
   if (passed_s > static_cast<T>(kAttitudeGap_s) || !sane) {
     unturned_rad_.setZero();
     turned_rad_.setZero();
+    jumped_rad_.setZero();
     return;
   }
   const T fades = passed_s * static_cast<T>(1.0 / kMemory_s);
@@ -69,9 +70,33 @@ void AttitudeRateConsistency<T>::update(const ImuSample<T>& imu, T step_s) {
   const T turned2 = smaller(turned_rad_.squaredNorm(), (turned_rad_ + unturned_rad_).squaredNorm());
   fastest_rad_s_ = larger(fastest_rad_s_ * forgets, core::sqrt(reported2));
   farthest_rad_ = larger(farthest_rad_ * forgets, core::sqrt(turned2));
+  jumped_rad_ *= forgets;
+  add_jump(tilt_change_rad - reported_rad, larger(fastest_rad_s_ * fastest_rad_s_, rate_rad_s.squaredNorm()), passed_s);
+  weigh(passed_s);
+}
+
+/// Attitude and rates that are a little apart in time differ within one attitude by less than the fastest turn.
+template <typename T>
+void AttitudeRateConsistency<T>::add_jump(const Vector2& unturned_rad, T fastest2, T passed_s) {
+  constexpr T kCorrected = static_cast<T>(kCorrected_rad);
+  const T unturned2 = unturned_rad.squaredNorm();
+  if (unturned2 > kCorrected * kCorrected) {
+    const T explained = (kCorrected + core::sqrt(fastest2) * passed_s) / core::sqrt(unturned2);
+    jumped_rad_ += unturned_rad * (T(1) - smaller(explained, T(1)));
+  }
+}
+
+template <typename T>
+void AttitudeRateConsistency<T>::weigh(T passed_s) {
+  constexpr T kCorrected = static_cast<T>(kCorrected_rad);
   residual_rad_ = core::sqrt(unturned_rad_.squaredNorm());
-  allowed_rad_ = static_cast<T>(kCorrected_rad) + static_cast<T>(kRatesLate_s) * fastest_rad_s_ +
-                 static_cast<T>(kRatesShare) * farthest_rad_;
+  allowed_rad_ =
+      kCorrected + static_cast<T>(kRatesLate_s) * fastest_rad_s_ + static_cast<T>(kRatesShare) * farthest_rad_;
+  const T jumped2 = jumped_rad_.squaredNorm();
+  if (jumped2 * allowed_rad_ * allowed_rad_ > residual_rad_ * residual_rad_ * kCorrected * kCorrected) {
+    residual_rad_ = core::sqrt(jumped2);
+    allowed_rad_ = kCorrected;
+  }
   cusum_.add(residual_rad_, allowed_rad_, passed_s);
 }
 

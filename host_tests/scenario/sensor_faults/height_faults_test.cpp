@@ -3,17 +3,12 @@
 // (promise R18).
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
-
-#include "firmware/mpc/generated/gain_table.h"
-#include "host_tests/lab/experiments/flight.h"
-#include "host_tests/sim/sensor_faults/sensor_fault_injector.h"
+#include "host_tests/scenario/sensor_faults/sensor_fault_bench.h"
 
 namespace m100::scenario {
 namespace {
 
-constexpr double kFaultAt_s = 5.0;
+constexpr double kDriftsAt_s = 5.0;
 constexpr double kCeiling_m = 4.0;
 
 void lands(protocol::Telemetry& telemetry, sim::SensorFaultState<protocol::Telemetry>&, double) {
@@ -30,19 +25,11 @@ struct Outcome {
 };
 
 Outcome flown(const sim::SensorFault& fault, double size, double duration_s) {
-  lab::experiments::FlightPlan plan;
-  plan.plant = sim::measured_plant();
-  plan.vehicle = companion::as_file(mpc::generated::kVehicle);
+  lab::experiments::FlightPlan plan = plan_in(Air::kCalm, 1);
   plan.duration_s = duration_s;
-  plan.pilot_holds_position = true;
   plan.flight_file = companion::parse_flight(
       "[fence]\nx_m = [-6, 6]\ny_m = [-6, 6]\nz_m = [0.3, 4]\n[wind]\nclass_m_s = 5\n", "flight.toml");
-  plan.disturb = [&, struck = false](sim::World& world, double t_s) mutable {
-    if (!struck && t_s >= kFaultAt_s) {
-      struck = true;
-      world.fault(fault, size);
-    }
-  };
+  plan.disturb = strikes_at(kDriftsAt_s, fault, size);
   const lab::experiments::FlightResult result = lab::experiments::fly(plan);
   Outcome outcome{.descent = result.descent};
   for (const lab::experiments::TracePoint& point : result.trace) {
@@ -51,7 +38,7 @@ Outcome flown(const sim::SensorFault& fault, double size, double duration_s) {
       outcome.touchdown_s = point.t_s;
       outcome.touchdown_m_s = result.touchdown_speed_m_s;
     }
-    if (point.t_s > kFaultAt_s && point.failsafe_state == static_cast<int>(safety::FailsafeState::kSilent)) {
+    if (point.t_s > kDriftsAt_s && point.failsafe_state == static_cast<int>(safety::FailsafeState::kSilent)) {
       outcome.given_back_s = point.t_s;
       break;
     }
@@ -63,8 +50,8 @@ TEST(Ground, AFlightStatusOnTheGroundEndsControlWithinASecond) {
   RecordProperty("promise", "R18");
   const Outcome outcome = flown(kLands, 0.0, 20.0);
   EXPECT_EQ(outcome.descent, "on_ground");
-  EXPECT_GE(outcome.given_back_s, kFaultAt_s + 0.4);
-  EXPECT_LE(outcome.given_back_s, kFaultAt_s + 1.0);
+  EXPECT_GE(outcome.given_back_s, kDriftsAt_s + 0.4);
+  EXPECT_LE(outcome.given_back_s, kDriftsAt_s + 1.0);
 }
 
 TEST(Ground, AHeightThatDriftsEndsInTheAirOrGently) {

@@ -36,6 +36,26 @@ inline sim::Plant plant_in(Air air) {
   return plant;
 }
 
+/// A flight in this air whose pilot holds the place before control is taken.
+inline lab::experiments::FlightPlan plan_in(Air air, int seed) {
+  lab::experiments::FlightPlan plan;
+  plan.plant = plant_in(air);
+  plan.vehicle = companion::as_file(mpc::generated::kVehicle);
+  plan.seed = static_cast<std::uint64_t>(seed);
+  plan.pilot_holds_position = true;
+  return plan;
+}
+
+/// For FlightPlan::disturb: starts the fault at a time of the course.
+inline auto strikes_at(double at_s, const sim::SensorFault& fault, double size) {
+  return [&fault, size, at_s, struck = false](sim::World& world, double t_s) mutable {
+    if (!struck && t_s >= at_s) {
+      struck = true;
+      world.fault(fault, size);
+    }
+  };
+}
+
 /// One flight of a task with a sensor fault, or with none (null).
 struct FaultedFlight {
   const sim::SensorFault* fault = nullptr;
@@ -47,27 +67,14 @@ struct FaultedFlight {
 
 inline lab::experiments::FlightResult flown(const FaultedFlight& flight, int seed) {
   const lab::campaign::Task task = lab::campaign::tasks_of(flight.task).front();
-  lab::experiments::FlightPlan plan;
-  plan.plant = plant_in(flight.air);
-  plan.vehicle = companion::as_file(mpc::generated::kVehicle);
+  lab::experiments::FlightPlan plan = plan_in(flight.air, seed);
   plan.course = task.course;
   plan.duration_s = flight.from_s < 0.0 ? kShort_s : task.duration_s;
-  plan.seed = static_cast<std::uint64_t>(seed);
-  plan.pilot_holds_position = true;
   plan.checks_poses_first = flight.from_s < 0.0;
-  if (flight.fault == nullptr) {
-    return lab::experiments::fly(plan);
-  }
-  const auto strike = [&flight](sim::World& world) { world.fault(*flight.fault, flight.size); };
-  if (flight.from_s < 0.0) {
-    plan.prepare = strike;
-  } else {
-    plan.disturb = [strike, from_s = flight.from_s, struck = false](sim::World& world, double t_s) mutable {
-      if (!struck && t_s >= from_s) {
-        struck = true;
-        strike(world);
-      }
-    };
+  if (flight.fault != nullptr && flight.from_s < 0.0) {
+    plan.prepare = [&flight](sim::World& world) { world.fault(*flight.fault, flight.size); };
+  } else if (flight.fault != nullptr) {
+    plan.disturb = strikes_at(flight.from_s, *flight.fault, flight.size);
   }
   return lab::experiments::fly(plan);
 }

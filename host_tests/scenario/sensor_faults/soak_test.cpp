@@ -36,28 +36,5 @@ INSTANTIATE_TEST_SUITE_P(SensorFaults, EverySensorFault,
                          ::testing::ValuesIn(sim::sensor_faults().begin(), sim::sensor_faults().end()),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
-const SizedFault kSizedFaults[] = {
-    {"tilt_times", "tilt_times", "hover", 1.05, 57.0},     {"tilt_offset", "tilt_offset", "hover", 0.5, 45.0},
-    {"rates_times", "rates_times", "hover", 1.05, 57.0},   {"telemetry_late", "telemetry_late", "hover", 10.0, 400.0},
-    {"younger", "younger", "step_3m", 10.0, 400.0},        {"repeated", "repeated", "hover", 0.02, 1.0},
-    {"force_offset", "force_offset", "hover", 0.05, 10.0}, {"yaw", "yaw", "hover", 1.0, 90.0},
-};
-
-class SmallestFault : public ::testing::TestWithParam<SizedFault> {};
-
-TEST_P(SmallestFault, ThatIsNoticedWithEverySeed) {
-  RecordProperty("promise", "R14");
-  const SizedFault& sized = GetParam();
-  const std::string found = smallest_detected(sized, kSeeds);
-  char none[64];
-  static_cast<void>(std::snprintf(none, sizeof none, "none up to %.3g %s | - | - | -", sized.large,
-                                  sim::find_sensor_fault(sized.fault)->unit.data()));
-  const std::string row = found == "none" ? none : found;
-  RecordProperty("figure.least." + std::string(sized.name), row);
-  std::printf("smallest %s | %s\n", sized.name, row.c_str());
-}
-INSTANTIATE_TEST_SUITE_P(SensorFaults, SmallestFault, ::testing::ValuesIn(kSizedFaults),
-                         [](const auto& tested) { return std::string(tested.param.name); });
-
 }  // namespace
 }  // namespace m100::scenario

@@ -136,6 +136,27 @@ TEST(FaultIsolation, TheContradictionIsRememberedUntilTheFailsafeHasEnded) {
   }
 }
 
+// A false force said that nothing accelerates: the speed that the tilt still gained while it turned round was called
+// useless, and the aircraft was levelled at 1.5 m/s.
+TEST(FaultIsolation, ASpeedThatGrowsUntilTheTiltIsReversedIsUsed) {
+  for (const bool leans : {false, true}) {
+    FaultIsolation<double> trust({});
+    est::Estimate<double> estimate = moving(0.0);
+    est::ImuSample<double> imu;
+    imu.attitude_is_new = true;
+    imu.rate_b_rad_s.setZero();
+    imu.pitch_rad = 0.45;
+    for (int tick = 1; tick <= 60; ++tick) {
+      const bool ends = tick > 40;
+      estimate.refused_poses = ends ? 1 : 0;
+      estimate.y.velocity_m_s = ends ? 1.5 : 0.5;
+      trust.update(imu, {}, estimate, {leans ? 0.45 : 0.0, 0.0},
+                   ends ? safety::FailsafeState::kLevel : safety::FailsafeState::kNominal, core::kTickPeriod);
+    }
+    EXPECT_EQ(trust.motion(estimate).x.velocity_variance_m2_s2 < 1e3, leans) << leans;
+  }
+}
+
 /// The motion for braking after some time at level, in which the commands hold this tilt.
 est::Estimate<double> reckoned_with(const Vector2& asked, int ticks = 300, double* speed_m_s = nullptr) {
   FaultIsolation<double> trust = trust_after(0.5);
@@ -161,6 +182,24 @@ TEST(FaultIsolation, TheReckonedVelocityFollowsTheTiltOfTheCommands) {
   const est::Estimate<double> along_y = reckoned_with({0.0, 0.02});
   EXPECT_NEAR(along_y.x.velocity_m_s - level.x.velocity_m_s, 0.0, 0.02);
   EXPECT_NEAR(along_y.y.velocity_m_s - level.y.velocity_m_s, -3.0 * g * 0.02, 0.02);
+}
+
+// Poses of 1.4 s ago came again after a gap and were braked against: handed over at 1.9 m/s.
+TEST(FaultIsolation, PosesThatComeAgainElsewhereAreNotBrakedAgainst) {
+  RecordProperty("promise", "R14");
+  for (const double velocity_m_s : {-0.6, 0.1}) {
+    FaultIsolation<double> trust({});
+    est::Estimate<double> estimate = moving(0.0);
+    for (int tick = 1; tick <= 140; ++tick) {
+      const bool gap = tick > 50 && tick <= 130;
+      estimate.x.velocity_m_s = tick <= 130 ? 0.0 : velocity_m_s;
+      estimate.y.velocity_m_s = 0.0;
+      estimate.pose_age = std::chrono::milliseconds(gap ? 10 * (tick - 50) : 20);
+      trust.update({}, {}, estimate, {0.0, 0.0},
+                   tick > 50 ? safety::FailsafeState::kLevel : safety::FailsafeState::kNominal, core::kTickPeriod);
+    }
+    EXPECT_EQ(trust.motion(estimate).x.velocity_m_s == velocity_m_s, velocity_m_s == 0.1) << velocity_m_s;
+  }
 }
 
 // A speed that grows while the aircraft brakes is useless: nothing waits for it to fall.

@@ -163,6 +163,17 @@ TEST(FlightLimit, AMovingAircraftIsHandedOverInTheEnd) {
   }
 }
 
+// Catches an aircraft without poses that is levelled in a wind for half a second: the pilot got it 0.75 m/s faster.
+TEST(FlightLimit, AnAircraftThatWasStoppedIsHeldUntilThePilotHasIt) {
+  Flight flight;
+  Observation old = good({});
+  old.estimate.pose_age = milliseconds(61);
+  ASSERT_EQ(flight.tick(old).failsafe_state, FailsafeState::kCoast);
+  ASSERT_EQ(flight.later(milliseconds(700), old), FailsafeState::kLevel);
+  ASSERT_EQ(flight.later(milliseconds(1000), old), FailsafeState::kRelease);
+  EXPECT_NEAR(flight.tick(old, {}, {.roll_rad = 0.1}).command.roll_rad, 0.1, 1e-12);
+}
+
 // Catches a handover at 1.1 m/s that was predicted as 0.85: the predicted speed becomes less certain with every second
 // without a pose.
 TEST(FlightLimit, ASpeedThatNobodySeesIsTrustedLessTheLongerItIs) {
