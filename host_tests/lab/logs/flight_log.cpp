@@ -178,11 +178,10 @@ class Loader {
       unwrap_angle(stream.values);
     }
     log_.of(signal) = on_grid(stream, signal, 1);
-    const bool is_stick = signal <= Signal::kStickYaw;
-    if (is_stick && 1.5 * log_.row_s[signal] < log_.period_s && stream.values.size() > 1) {
+    if (signal <= Signal::kStickYaw && 1.5 * log_.row_s[signal] < log_.period_s && stream.values.size() > 1) {
       log_.of(signal) = period_means(stream, log_.start_s, log_.period_s, log_.size);  // steps between samples count
     }
-    if (is_stick && shift != 0) {
+    if (signal <= Signal::kStickYaw && shift != 0) {
       log_.alignment.stick_shift_samples = shift;
     }
     if (signal >= Signal::kRateX && signal <= Signal::kRateZ && shift != 0) {

@@ -129,18 +129,6 @@ lab::logs::FlightLog UnseenLogRows::log() const {
   return lab::logs::load(MemoryLog(*this), lab::logs::parse_column_map(map, "stranger.toml"));
 }
 
-UnseenLogSticks UnseenLogRecord::sticks_as_logged() const {
-  UnseenLogSticks out = sticks;
-  for (std::size_t k = 0; k < steps.size(); ++k) {
-    const std::size_t end = k + 1 < steps.size() ? steps[k + 1] : steps[k] + 1;
-    if (std::abs(rows.own[k] - sticks.own[steps[k]]) > 0.5) {
-      std::fill(out.own.begin() + static_cast<std::ptrdiff_t>(steps[k]),
-                out.own.begin() + static_cast<std::ptrdiff_t>(end), rows.own[k]);
-    }
-  }
-  return out;
-}
-
 UnseenLogSticks UnseenLogRecord::sticks_read_late(double late_s, double date_s) const {
   UnseenLogSticks out = sticks;
   const auto late = static_cast<std::ptrdiff_t>(late_s / kUnseenLogStep_s);

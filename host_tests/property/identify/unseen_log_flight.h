@@ -45,8 +45,6 @@ struct UnseenLogRecord {
   std::vector<double> clean;       ///< response without noise, one value for each row
   std::vector<std::size_t> steps;  ///< simulation step of each row
 
-  /// The sticks as received, but as logged where a row shows another value (a frozen column).
-  UnseenLogSticks sticks_as_logged() const;
   /// The sticks as they were if each row up to a date had been read just before the stick's next sample: earlier by a
   /// sample of the stick. A log of these sticks has the same rows.
   UnseenLogSticks sticks_read_late(double late_s, double date_s) const;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
@@ -39,10 +38,9 @@ struct AxisData {
   /// By how much a step of the stick may come before its reading at most: at the start of its row. A fast row is read
   /// as its mean (logs::period_means), a slower one as a straight line between rows whose samples are held for a
   /// period.
-  double max_reading_lag_s() const { return reading_lag_s(logged_stick_row_s()); }
-  /// The same for a hand that moves smoothly between slow rows: at most a sample of the stick itself.
-  double max_smooth_lag_s() const { return reading_lag_s(std::min(kSlowestStick_s, logged_stick_row_s())); }
-  double reading_lag_s(double row) const { return 1.5 * row < period_s ? 0.5 * row : 0.5 * (row + period_s); }
+  /// @param step_s  logged_stick_row_s(); for a hand that moves smoothly between slow rows, a sample of the stick
+  /// itself
+  double max_reading_lag_s(double step_s) const { return 0.5 * (1.5 * step_s < period_s ? step_s : step_s + period_s); }
   double time_s(std::size_t sample) const { return start_s + period_s * static_cast<double>(sample); }
 };
 

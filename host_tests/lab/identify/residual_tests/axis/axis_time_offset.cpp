@@ -35,6 +35,17 @@ std::vector<FreeParameter> free_parameters_of(const StickAxis& axis) {
   return out;
 }
 
+/// What a shift means beside the unknown moment at which the stick moves in its row.
+void decide(const AxisData& data, bool likelier, TimeOffset& out) {
+  const double lag_s = data.max_reading_lag_s(data.logged_stick_row_s());
+  const double smooth_lag_s = data.max_reading_lag_s(std::min(AxisData::kSlowestStick_s, data.logged_stick_row_s()));
+  const double error_s = 2.0 * out.sigma_s;
+  out.certain = out.likelihood_ratio > kMargin && out.shift_s < -(lag_s + kMinSigmas * out.sigma_s);
+  out.likely = out.certain || (likelier && out.shift_s < -std::max(kHalfOfTen_s, lag_s - error_s));
+  out.within_row =
+      (out.likelihood_ratio > kMargin || out.zero_in_doubt) && !out.likely && out.shift_s > -(smooth_lag_s - error_s);
+}
+
 }  // namespace
 
 TimeOffset time_offset(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
@@ -90,12 +101,7 @@ TimeOffset time_offset(const FreeRun& run, const AxisFamily& family, const Fit& 
   out.sigma_s = best.sigmas[kDelay];
   out.likelihood_ratio = lead.score - best.score;
   const bool likelier = lead.score + (&best == &early ? price : 0.0) > best.score;
-  const double lag_s = run.data().max_reading_lag_s();
-  out.likely = likelier && out.shift_s < -std::max(kHalfOfTen_s, lag_s);
-  out.certain = out.likelihood_ratio > kMargin && out.shift_s < -(lag_s + kMinSigmas * out.sigma_s);
-  out.within_row = (out.likelihood_ratio > kMargin || out.zero_in_doubt) && !out.likely && !out.certain &&
-                   out.shift_s > -(run.data().max_smooth_lag_s() + kMinSigmas * out.sigma_s);
-  out.likely = out.likely || out.certain;
+  decide(run.data(), likelier, out);
   return out;
 }
 
