@@ -154,12 +154,22 @@ class AxisPipeline {
   /// structure.
   void detect_time_offset() {
     const TimeOffset first = time_offset(problem_->free_run(), problem_->axis_family(), chosen_.final_model.fit);
-    if (!first.likely) {
+    if (!first.likely && !first.within_row) {
       withdraw_doubtful_lead_zero(first);
       return;
     }
     auto moved = std::make_unique<AxisProblem>(request_, -first.shift_s, trims_);
     Selection chosen = select_effects(*moved, request_, {});
+    if (first.within_row) {
+      side_findings_.findings.push_back(
+          note("the response begins before its stick by less than the time between two rows: the stick samples were "
+               "shifted"));
+      shift_s_ = -first.shift_s;
+      problem_ = std::move(moved);
+      chosen_ = std::move(chosen);
+      withdraw_doubtful_lead_zero(first);
+      return;
+    }
     const TimeOffset clock = time_offset(problem_->free_run(), moved->axis_family(), chosen.final_model.fit);
     if (!clock.likely) {
       withdraw_doubtful_lead_zero(first);

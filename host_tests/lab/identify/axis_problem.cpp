@@ -120,6 +120,14 @@ AxisProblem::AxisProblem(const Request& request, double stick_earlier_s, const s
   family_.emplace(training_.blocks);
 }
 
+bool AxisProblem::are_starts_measured() const {
+  constexpr double kUnknown = 3.0;  // of the quadratic through AxisBlocks::kStartSamples: fewer rows leave it free
+  const auto is_measured = [](const AxisData& data) {
+    return kUnknown * data.row_s <= static_cast<double>(AxisBlocks::kStartSamples) * data.period_s;
+  };
+  return is_measured(training_.signals.data) && is_measured(validation_.signals.data);
+}
+
 std::vector<Range> AxisProblem::free_ranges() const {
   std::vector<Range> ranges = training_.ranges;
   if (&validation_.log == &training_.log) {
@@ -276,8 +284,9 @@ void AxisProblem::add_doubts(const Selection& selection, IdentifyResult& result)
   if (travel(validation_) < kMinTravelShare * travel(training_)) {
     result.unexplained.push_back(signals.stick_name + " hardly moves in the validation part: it tests nothing");
   }
-  const double cut = clipped_share(signals.data.stick, signals.data.valid,
-                                   {signals.data.start_s, signals.data.period_s, signals.data.stick_row_s});
+  const double cut = clipped_share(
+      signals.data.stick, signals.data.valid,
+      {signals.data.start_s, signals.data.period_s, std::max(signals.data.period_s, signals.data.stick_row_s)});
   if (cut > kCutShare && fit_percent < kPoorFit && !at_floor) {
     result.unexplained.push_back(signals.stick_name + " stands at its largest value for " +
                                  std::to_string(std::lround(100.0 * cut)) +
@@ -370,7 +379,7 @@ void AxisProblem::misreadings(const model::StickAxis& model, IdentifyResult& res
   // sticks were flown.
   const double large = family_->scale().stick;
   const model::StickLaw<double> law(model, signals.data.period_s);
-  const double per_count = 0.5 * std::abs(law.shaped(large) - law.shaped(-large)) / large;
+  const double per_count = 0.5 * std::abs(law.limited(law.shaped(large)) - law.limited(law.shaped(-large))) / large;
   const double full = per_count * (large > kCounts ? kFullStick : 1.0);
   const bool turns = request_.axis == "yaw_rate";
   if (request_.axis != "climb" && full > (turns ? kFastestTurn : kSteepest)) {

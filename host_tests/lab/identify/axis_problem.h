@@ -39,6 +39,7 @@ class AxisProblem final : public Problem {
   std::size_t start_samples() const override {
     return static_cast<std::size_t>(std::lround(FreeRun::kSettle_s / training_.signals.data.period_s));
   }
+  bool are_starts_measured() const override;
   ModelResult errors_of(const Fit& fit) const override;
   std::vector<Parameter> parameters(const Fit& fit) const override;
   std::vector<double> coordinates(const Fit& fit) const override { return fit.parameters; }

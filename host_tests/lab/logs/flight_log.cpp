@@ -141,7 +141,6 @@ class Loader {
   }
 
   static bool is_quaternion(Signal signal) { return signal >= Signal::kAttitudeQw && signal <= Signal::kCommandQz; }
-
   double turn(Signal signal) const { return map_.frame == Frame::kNedFrd ? sign_in_ned_frd(signal) : 1.0; }
 
   /// The stream resampled onto the log's grid; its gaps are marked for these signals.
@@ -178,10 +177,12 @@ class Loader {
       unwrap_angle(stream.values);
     }
     log_.of(signal) = on_grid(stream, signal, 1);
-    if (signal <= Signal::kStickYaw && shift != 0) {
-      log_.alignment.stick_shift_samples = shift;
+    if (signal <= Signal::kStickYaw && 1.5 * log_.row_s[signal] < log_.period_s && stream.values.size() > 1) {
+      log_.of(signal) = period_means(stream, log_.start_s, log_.period_s, log_.size);  // steps between samples count
     }
-    if (signal >= Signal::kRateX && signal <= Signal::kRateZ && shift != 0) {
+    if (shift != 0 && signal <= Signal::kStickYaw) {
+      log_.alignment.stick_shift_samples = shift;
+    } else if (shift != 0 && signal >= Signal::kRateX && signal <= Signal::kRateZ) {
       log_.alignment.rate_shift_samples = shift;
     }
   }

@@ -106,4 +106,19 @@ std::vector<double> resampled(const Stream& tidy, double start_s, double period_
   return grid;
 }
 
+std::vector<double> period_means(const Stream& tidy, double start_s, double period_s, std::size_t size) {
+  constexpr int kParts = 8;
+  std::vector<double> out(size);
+  std::size_t hint = 0;
+  for (std::size_t k = 0; k < size; ++k) {
+    double sum = 0.0;
+    for (int part = 0; part < kParts; ++part) {
+      const double at_s = start_s + (static_cast<double>(k) + (part + 0.5) / kParts) * period_s;
+      sum += interpolate(tidy.time_s, tidy.values, std::clamp(at_s, tidy.time_s.front(), tidy.time_s.back()), hint);
+    }
+    out[k] = sum / kParts;
+  }
+  return out;
+}
+
 }  // namespace m100::lab::logs

@@ -32,6 +32,10 @@ Stream without_defects(const Stream& stream, StreamDefects& untidy, std::size_t&
 std::vector<double> resampled(const Stream& tidy, double start_s, double period_s, std::size_t size,
                               std::vector<std::uint8_t>& gap);
 
+/// Mean of the stream, interpolated linearly, over the period that follows each time of the grid: the command that
+/// moves a vehicle alike if it is held for the period.
+std::vector<double> period_means(const Stream& tidy, double start_s, double period_s, std::size_t size);
+
 /// y(at) by linear interpolation. Preconditions: at least two values; `at` does not decrease from call to call with the
 /// same hint.
 double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at, std::size_t& hint);

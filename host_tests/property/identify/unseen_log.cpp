@@ -305,11 +305,19 @@ AdversarialLog unseen_log(const std::string& kind, std::uint64_t seed) {
   ask_for_parts(flight->duration_s, pieces, out);
   if (!out.change.empty() || !out.effect.empty() || out.healthy || out.finding == "clock_shift" ||
       out.finding == "position_force") {
-    const UnseenLogParameters believed = believed_of(*flight, out);
-    out.evidence = [record, flight, believed, declared = out.declared] {
+    // A shift, or a change of the delay, counts against rows that are read just before the stick's next sample, too.
+    const bool shifts = out.finding == "clock_shift" || out.change == "transport_delay";
+    out.evidence = [record, flight, shifts, believed = believed_of(*flight, out), declared = out.declared,
+                    train = out.train, validate = out.validate] {
       UnseenLogNoise noise = flight->noise;
       noise.white = std::hypot(noise.white, flight->quantum / std::sqrt(12.0));  // rounding adds noise
-      return evidence_of(record->clean, record->steps, record->sticks, believed, declared, noise);
+      const UnseenLogRecord asked = record->inside(train, validate);
+      const auto against = [&](const UnseenLogSticks& sticks) {
+        return evidence_of(asked.clean, asked.steps, sticks, believed, declared, noise);
+      };
+      const double known = against(record->sticks);
+      const double late_s = std::min(flight->stick_s, flight->noise.row_s);
+      return shifts ? std::min(known, against(record->sticks_read_late(late_s, flight->change_s))) : known;
     };
   }
   return out;

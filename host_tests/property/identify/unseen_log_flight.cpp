@@ -129,6 +129,30 @@ lab::logs::FlightLog UnseenLogRows::log() const {
   return lab::logs::load(MemoryLog(*this), lab::logs::parse_column_map(map, "stranger.toml"));
 }
 
+UnseenLogSticks UnseenLogRecord::sticks_read_late(double late_s, double date_s) const {
+  UnseenLogSticks out = sticks;
+  const auto late = static_cast<std::ptrdiff_t>(late_s / kUnseenLogStep_s);
+  const auto until =
+      static_cast<std::ptrdiff_t>(std::min(date_s / kUnseenLogStep_s, static_cast<double>(out.own.size())));
+  std::copy(sticks.own.begin() + late, sticks.own.begin() + std::max(until, late), out.own.begin());
+  return out;
+}
+
+UnseenLogRecord UnseenLogRecord::inside(std::vector<std::pair<double, double>> train,
+                                        const std::vector<std::pair<double, double>>& validate) const {
+  train.insert(train.end(), validate.begin(), validate.end());
+  UnseenLogRecord out;
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    const double t_s = rows.time_s[k];
+    if (std::any_of(train.begin(), train.end(),
+                    [&](const auto& range) { return t_s >= range.first && t_s < range.second; })) {
+      out.clean.push_back(clean[k]);
+      out.steps.push_back(steps[k]);
+    }
+  }
+  return out;
+}
+
 UnseenLogFlight random_flight(UnseenLogRandom& rng) {
   UnseenLogFlight out;
   out.axis = rng.any_of<std::string>({"roll", "pitch", "climb"});

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host_tests/lab/logs/flight_log.h"
@@ -43,6 +44,13 @@ struct UnseenLogRecord {
   UnseenLogSticks sticks;          ///< as received
   std::vector<double> clean;       ///< response without noise, one value for each row
   std::vector<std::size_t> steps;  ///< simulation step of each row
+
+  /// The sticks as they were if each row up to a date had been read just before the stick's next sample: earlier by a
+  /// sample of the stick. A log of these sticks has the same rows.
+  UnseenLogSticks sticks_read_late(double late_s, double date_s) const;
+  /// Response and steps of the rows inside of the requested ranges.
+  UnseenLogRecord inside(std::vector<std::pair<double, double>> train,
+                         const std::vector<std::pair<double, double>>& validate) const;
 };
 
 /// Draws vehicle, pilot, air, clock and logger.

@@ -57,7 +57,12 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"DoubletsInSlowRows", "healthy, sharp sticks", 17006},
         Case{"DoubletsOfAnyHand", "healthy, any hand", 17006}, Case{"FreezeThatBendsTheFit", "frozen stick", 51015},
         Case{"FreezeInSlowRows", "frozen stick", 51002}, Case{"TrimStepInClimb", "trim changes 20 to 80 counts", 51010},
-        Case{"CertainZeroInAir", "lacks: lead zero", 51001}),
+        Case{"CertainZeroInAir", "lacks: lead zero", 51001},
+        Case{"RowsJustBeforeTheStick", "healthy, sharp sticks", 20261131},
+        Case{"ZeroOfOneRow", "healthy, any hand", 20261138}, Case{"FastRows", "healthy, sharp sticks", 20261132},
+        Case{"FastRowsOfALoop", "healthy, closed loop", 20261157},
+        Case{"BeatOfRowsAndStick", "healthy, any hand", 20261145},
+        Case{"StartsInSlowRows", "healthy, any hand", 20261156}),
     [](const auto& one) { return one.param.name; });
 
 // Catches a judge that excuses false clean bills: a large hidden effect must count as visible, an absent one not.
@@ -83,6 +88,22 @@ TEST(UnseenLogBound, TellsWhatALogCanShow) {
   UnseenLogParameters other_gain = flight.before;  // another value of a declared parameter is no hidden effect
   other_gain.gain *= 1.3;
   EXPECT_LT(bound(other_gain), 1.0);
+}
+
+// Catches a judge that blames a clean bill for a shift that the same rows have without it.
+TEST(UnseenLogBound, CountsNoShiftWithinASampleOfTheStick) {
+  UnseenLogRandom rng(6);
+  UnseenLogFlight flight;
+  flight.hand = UnseenLogInput::kHolds;
+  flight.noise = {.air = 0.002, .air_s = 0.4, .white = 0.001, .row_s = 0.02};
+  flight.response_early_s = 0.01;
+  const UnseenLogRecord record = fly(flight, rng);
+  const auto bound = [&](const UnseenLogSticks& sticks) {
+    return evidence_of(record.clean, record.steps, sticks, flight.before, {"second_order", "transport_delay"},
+                       flight.noise);
+  };
+  EXPECT_GT(bound(record.sticks), kUnseenLogVisible);
+  EXPECT_LT(bound(record.sticks_read_late(0.01, 1e9)), kUnseenLogVisible);
 }
 
 // Catches a change of gain or trim that is named although the vehicle has landed and the pilot holds the stick.

@@ -165,6 +165,11 @@ TEST(Guard, WrongStartsOfBlocksTakeNoNameAway) {
   IdentifyResult clean = fine();
   check_completeness(parts, {}, clean);
   EXPECT_EQ(verdict_of(clean), "unexplained");
+  parts.are_starts_measured = false;
+  IdentifyResult slow = fine();
+  check_completeness(parts, {}, slow);
+  EXPECT_EQ(verdict_of(slow), "nothing_missing");
+  parts.are_starts_measured = true;
   parts.beyond_start = 1.6 * 1.6;
   IdentifyResult worse = fine();
   worse.effects.emplace_back();

@@ -62,6 +62,18 @@ TEST(FlightLog, PutsAnIrregularClockOnAUniformGrid) {
   EXPECT_EQ(log.index_of(1e9), log.size);
 }
 
+// Catches a stick in fast rows that is read at the samples only: a jump between two samples would be up to one late.
+TEST(FlightLog, AveragesAStickInFastRowsOverTheSampleThatHoldsIt) {
+  const auto t = clock_of(400, 0.0025);
+  const MadeLog raw(
+      {{"t", {.values = t, .time_s = {}, .sequence = {}}},
+       {"x", {.values = mapped(t, [](double s) { return s < 5.5024 ? 0.0 : 80.0; }), .time_s = {}, .sequence = {}}}});
+  const FlightLog log = load(raw, map_of("stick_roll = \"x\""));
+  EXPECT_NEAR(log.of(Signal::kStickRoll)[49], 0.0, 1e-9);
+  EXPECT_NEAR(log.of(Signal::kStickRoll)[50], 70.0, 1e-9);
+  EXPECT_NEAR(log.of(Signal::kStickRoll)[51], 80.0, 1e-9);
+}
+
 TEST(FlightLog, MarksDropoutsAndKeepsTheFirstOfRepeatedStamps) {
   auto t = clock_of(300, 0.01);
   t.erase(t.begin() + 100, t.begin() + 140);

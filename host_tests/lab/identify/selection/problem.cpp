@@ -99,10 +99,12 @@ class Conclusion {
   ValidationComparison compared(const Fit& fit, std::vector<std::vector<double>> training,
                                 std::vector<std::vector<double>> validation) const {
     const std::size_t start = problem_.start_samples();
-    const ValidationComparison whole = compare_validation(training, validation, fit.free_parameters, start);
+    ValidationComparison whole = compare_validation(training, validation, fit.free_parameters, start);
+    whole.are_starts_measured = problem_.are_starts_measured();
     problem_.subtract_input_uncertainty(fit, training, validation);
     ValidationComparison known = compare_validation(training, validation, fit.free_parameters, start);
     known.ratio = whole.ratio;
+    known.are_starts_measured = whole.are_starts_measured;
     return known.probability > whole.probability ? known : whole;
   }
 

@@ -51,6 +51,8 @@ class Problem {
                                           std::vector<std::vector<double>>&) const {}
   /// Samples at the start of a block that depend on its initial state; none where a model has no memory.
   virtual std::size_t start_samples() const { return 0; }
+  /// Whether the rows of the log determine these states. Otherwise an error there is no evidence about the model.
+  virtual bool are_starts_measured() const { return true; }
   /// All results of the fit except its parameters. Both parts of the log have at least one block.
   virtual ModelResult errors_of(const Fit& fit) const = 0;
 

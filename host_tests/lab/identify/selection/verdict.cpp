@@ -181,10 +181,10 @@ void check_completeness(const ValidationComparison& parts, const CompletenessLim
   const double later_ratio = std::sqrt(parts.beyond_start);
   const bool little = later_ratio < limits.min_ratio;
   // A clean bill is judged by the whole error, a named effect by the error without the starts of the blocks: a strong
-  // lead zero makes the initial states of blocks wrong, although its name is right. A change keeps the whole error,
-  // because a wrong date shows there first.
-  const bool effects_alone = !result.effects.empty() && result.changes.empty();
-  const double maximum = effects_alone ? later_ratio : rms_ratio;
+  // lead zero makes the initial states of blocks wrong, although its name is right, and slow rows do not show them. A
+  // change keeps the whole error, because a wrong date shows there first.
+  const bool starts_count = result.effects.empty() && parts.are_starts_measured;
+  const double maximum = starts_count || !result.changes.empty() ? rms_ratio : later_ratio;
   if (maximum > limits.max_ratio || !(by_chance || little)) {
     const bool alone = result.unexplained.empty();
     std::snprintf(text, sizeof text,

@@ -16,7 +16,8 @@ struct ValidationComparison {
   double probability = 1.0;   ///< of so large a ratio by chance (F test); 1 where the ratio is below one
   double training_degrees = 0.0;
   double validation_degrees = 0.0;
-  bool across_a_change = false;  ///< a change lies between or within the parts, so they need not agree
+  bool are_starts_measured = true;  ///< the rows of the log determine the initial states of the blocks
+  bool across_a_change = false;     ///< a change lies between or within the parts, so they need not agree
 };
 
 /// F test of two coloured residuals. Degrees of freedom: samples over the sum of squared autocorrelations (summed over

@@ -11,7 +11,7 @@
 namespace m100::lab::identify {
 namespace {
 
-constexpr std::size_t kHalfWindow = 5;
+constexpr std::size_t kHalfWindow = AxisBlocks::kStartSamples / 2;
 
 struct State {
   double value = 0.0;

@@ -15,12 +15,14 @@ namespace m100::lab::identify {
 
 /// One stick axis of one log, on a uniform clock. Sample i belongs to time start_s + i period_s.
 struct AxisData {
+  static constexpr double kSlowestStick_s = 0.02;  ///< between samples of a remote control: 50 Hz or faster
+
   double start_s = 0.0;
   double period_s = 0.01;
-  double row_s = 0.0;                ///< between the logged rows of the response; 0: a period
-  double stick_row_s = 0.0;          ///< between the logged rows of the stick; 0: a period
-  std::vector<double> stick;         ///< counts from neutral
-  std::vector<double> other;         ///< stick of the other axis; empty: not logged
+  double row_s = 0.0;         ///< between the logged rows of the response; 0: a period
+  double stick_row_s = 0.0;   ///< between the logged rows of the stick, which may be shorter than a period; 0: a period
+  std::vector<double> stick;  ///< counts from neutral
+  std::vector<double> other;  ///< stick of the other axis; empty: not logged
   std::vector<double> measured;      ///< unit of the axis
   std::vector<char> valid;           ///< 0 where the log had a gap; same length as measured
   std::vector<std::size_t> flights;  ///< first samples of the logs that were joined; empty: one log
@@ -32,6 +34,13 @@ struct AxisData {
     }
     return period_s * static_cast<double>(sample - begin);
   }
+  double logged_stick_row_s() const { return stick_row_s > 0.0 ? stick_row_s : period_s; }
+  /// By how much a step of the stick may come before its reading at most: at the start of its row. A fast row is read
+  /// as its mean (logs::period_means), a slower one as a straight line between rows whose samples are held for a
+  /// period.
+  /// @param step_s  logged_stick_row_s(); for a hand that moves smoothly between slow rows, a sample of the stick
+  /// itself
+  double max_reading_lag_s(double step_s) const { return 0.5 * (1.5 * step_s < period_s ? step_s : step_s + period_s); }
   double time_s(std::size_t sample) const { return start_s + period_s * static_cast<double>(sample); }
 };
 
@@ -50,6 +59,7 @@ class AxisBlocks {
   /// Length of the past input, for the delay and for effects with memory of the stick.
   static constexpr double kPast_s = 3.0;
   static constexpr double kBlock_s = 2.5;
+  static constexpr std::size_t kStartSamples = 11;  ///< whose quadratic is the initial state of a block
 
   AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, double block_s = kBlock_s);
 

@@ -146,7 +146,10 @@ double min_doubted(const Candidate& candidate, const WhitenedFit& fit, const Axi
   constexpr double kErrors = 2.0;
   const bool delay = candidate.free_parameter.member == &StickAxis::transport_delay_s;
   const double error_s = std::hypot(fit.sigmas.back(), step_time_error_s(data, date_s));
-  return delay ? std::max(kMinDelayChange_s, kErrors * error_s) : candidate.min_relevant;
+  // Or rows begin to fall on the other side of the stick's own samples, and all steps move alike.
+  const double beat_s = is_stick_undersampled(data) ? std::min(AxisData::kSlowestStick_s, 0.5 * data.stick_row_s) : 0.0;
+  return delay ? std::max({kMinDelayChange_s, beat_s + kErrors * fit.sigmas.back(), kErrors * error_s})
+               : candidate.min_relevant;
 }
 
 struct TriedChange {

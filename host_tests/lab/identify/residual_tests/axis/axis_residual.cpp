@@ -81,10 +81,7 @@ void append_free_run(const AxisDataSet& part, const model::StickAxis& model, std
     const AxisBlocks whole(data, {run}, whole_s);
     std::vector<double> error(whole.samples());
     whole.error(model, {}, error);
-    std::vector<double> input_uncertainty;
-    if (is_stick_undersampled(data)) {
-      input_uncertainty = intersample_error(data, {run}, model, whole_s);
-    }
+    const std::vector<double> input_uncertainty = intersample_error(data, {run}, model, whole_s);
     std::size_t from = 0;
     for (std::size_t number = 0; number < whole.size(); ++number) {
       const AxisBlocks::Block& block = whole[number];
@@ -108,10 +105,17 @@ std::vector<double> intersample_error(const AxisData& data, const std::vector<Ra
                                       const model::StickAxis& model, double block_s) {
   const AxisBlocks blocks(data, ranges, block_s);
   std::vector<double> out(blocks.samples(), 0.0);
+  const std::vector<double> line = blocks.response(model);
   if (!is_stick_undersampled(data)) {
+    AxisData earlier = data;
+    std::copy(data.stick.begin() + 1, data.stick.end(), earlier.stick.begin());
+    const std::vector<double> other = AxisBlocks(earlier, ranges, block_s).response(model);
+    const double half_row = 0.5 * data.logged_stick_row_s() / data.period_s;
+    for (std::size_t i = 0; i < std::min(out.size(), other.size()); ++i) {
+      out[i] = half_row * std::abs(other[i] - line[i]);
+    }
     return out;
   }
-  const std::vector<double> line = blocks.response(model);
   for (const bool next : {false, true}) {
     const AxisData held = hold_between_rows(data, next);
     const std::vector<double> other = AxisBlocks(held, ranges, block_s).response(model);

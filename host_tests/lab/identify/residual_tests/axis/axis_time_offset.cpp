@@ -12,8 +12,8 @@ namespace {
 using model::StickAxis;
 
 constexpr double kEarliest_s = -0.2;
-constexpr double kMargin = 6.0;         // of the likelihood ratio, for a certain net shift
-constexpr double kMinSigmas = 3.0;      // beyond half a sample, because interpolated sticks are read early
+constexpr double kMargin = 6.0;  // of the likelihood ratio, for a certain net shift
+constexpr double kMinSigmas = 3.0;
 constexpr double kHalfOfTen_s = 0.005;  // nearer to -10 ms than to none
 
 /// A first order as a heavily damped second order with the same motion.
@@ -35,12 +35,22 @@ std::vector<FreeParameter> free_parameters_of(const StickAxis& axis) {
   return out;
 }
 
+/// What a shift means beside the unknown moment at which the stick moves in its row.
+void decide(const AxisData& data, bool likelier, TimeOffset& out) {
+  const double lag_s = data.max_reading_lag_s(data.logged_stick_row_s());
+  const double smooth_lag_s = data.max_reading_lag_s(std::min(AxisData::kSlowestStick_s, data.logged_stick_row_s()));
+  const double error_s = 2.0 * out.sigma_s;
+  out.certain = out.likelihood_ratio > kMargin && out.shift_s < -(lag_s + kMinSigmas * out.sigma_s);
+  out.likely = out.certain || (likelier && out.shift_s < -std::max(kHalfOfTen_s, lag_s - error_s));
+  out.within_row =
+      (out.likelihood_ratio > kMargin || out.zero_in_doubt) && !out.likely && out.shift_s > -(smooth_lag_s - error_s);
+}
+
 }  // namespace
 
 TimeOffset time_offset(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
   TimeOffset out;
   const StickAxis found = family.model(fit);
-  // A held stick that is interpolated between rows is read half a row early: half a row of the log, not of our samples.
   const double period_s = std::max(family.period_s(), family.stick_row_s());
   constexpr double kClearDelay_s = 0.015;
   const bool has_zero = found.lead_zero_s > 0.0;
@@ -91,9 +101,7 @@ TimeOffset time_offset(const FreeRun& run, const AxisFamily& family, const Fit& 
   out.sigma_s = best.sigmas[kDelay];
   out.likelihood_ratio = lead.score - best.score;
   const bool likelier = lead.score + (&best == &early ? price : 0.0) > best.score;
-  out.likely = likelier && out.shift_s < -std::max(kHalfOfTen_s, 0.5 * period_s);
-  out.certain = out.likelihood_ratio > kMargin && out.shift_s < -(0.5 * period_s + kMinSigmas * out.sigma_s);
-  out.likely = out.likely || out.certain;
+  decide(run.data(), likelier, out);
   return out;
 }
 

@@ -9,8 +9,9 @@ namespace m100::lab::identify {
 /// Whether the response begins before its stick. Then the clocks of the log disagree, and a lead zero found by the
 /// selection is a side effect of the shift.
 struct TimeOffset {
-  bool likely = false;   ///< a net shift of -10 ms is likelier than none
-  bool certain = false;  ///< and no other explanation is left
+  bool likely = false;      ///< a net shift of -10 ms is likelier than none
+  bool certain = false;     ///< and no other explanation is left
+  bool within_row = false;  ///< the shift is there, but a stick that moved early in each of its rows explains it
   /// The fit has a lead zero, and a response that begins before its stick without any is not clearly less likely.
   bool zero_in_doubt = false;
   double shift_s = 0.0;  ///< net delay of the response, below zero

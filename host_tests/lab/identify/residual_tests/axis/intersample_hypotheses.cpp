@@ -53,11 +53,12 @@ std::vector<double> step_time_innovations(const AxisData& data, std::size_t mean
 /// Variance of each innovation if every step of the stick between two rows happened at one moment of the row, uniformly
 /// distributed: (step times row) squared over twelve.
 Rows step_time_variance(const FreeRun& run, const AxisData& data, const model::StickAxis& model, const Ar& filter) {
-  const auto row = static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s));
+  const auto row = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s)));
+  const double row_in_samples = std::min(static_cast<double>(row), data.logged_stick_row_s() / data.period_s);
   const std::size_t mean = run.mean();
   std::vector<double> areas(data.stick.size() / mean + 1, 0.0);
   for (std::size_t i = 0; i + row < data.stick.size(); i += row) {
-    const double area = (data.stick[i + row] - data.stick[i]) * static_cast<double>(row);
+    const double area = (data.stick[i + row] - data.stick[i]) * row_in_samples;
     areas[(i + row / 2) / mean] += area * area / 12.0;
   }
   const std::vector<double> kernel = step_time_innovations(data, mean, model, filter);
@@ -107,9 +108,6 @@ std::vector<FreeParameter> free_parameters_within_row(const AxisFamily& family, 
 }
 
 void weight_by_input_uncertainty(std::span<FreeRun> hypotheses, const AxisData& data, const model::StickAxis& model) {
-  if (!is_stick_undersampled(data)) {
-    return;
-  }
   const Rows error = hypotheses.front().error(model);
   const std::vector<Segment>& segments = hypotheses.front().segments();
   const Ar filter = autoregression(error, segments);
@@ -130,7 +128,8 @@ double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>&
                                  const Fit& fit, const std::string& effect) {
   double minimum = std::numeric_limits<double>::infinity();
   const Structure reduced = family.without(fit.structure, effect);
-  if (!is_stick_undersampled(data) || reduced == fit.structure) {
+  // No time of a step within its row makes a trim, which the free offset of a whitened fit would absorb.
+  if (!is_stick_undersampled(data) || reduced == fit.structure || effect == "trim_offset") {
     return minimum;
   }
   IntersampleHypotheses hypotheses = intersample_hypotheses(data, ranges);

@@ -155,9 +155,7 @@ std::optional<WeakEffect> weak_effect(std::vector<FreeRun> hypotheses, const Axi
   if (hypotheses.front().seconds() < kMin_s) {
     return std::nullopt;
   }
-  if (hypotheses.size() > 1) {
-    weight_by_input_uncertainty(hypotheses, data, family.model(fit));
-  }
+  weight_by_input_uncertainty(hypotheses, data, family.model(fit));
   return WeakEffectSearch(hypotheses, family, fit).run();
 }
 
