@@ -11,6 +11,7 @@ namespace {
 /// After braking begins the speed may still grow for a quarter of a second, until the tilt is reversed, by the larger of
 /// what our commands tilt and the force shows; and by this much in a gust, until the aircraft reacts.
 constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4;
+constexpr double kFar_m_s = 0.5;  ///< between the observer's velocity and the reckoned one: the poses are false
 
 /// Largest distance of healthy poses from the observer's prediction by the reported attitude: the speed times the
 /// largest error of the time of capture that PathConsistency allows, and another 5 cm for noise and the lag after a
@@ -73,7 +74,6 @@ template <typename T>
 void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurement<T>& measured,
                                const est::Estimate<T>& estimate, const core::Vector<T, 2>& model_tilt_rad,
                                safety::FailsafeState failsafe_state, core::Duration elapsed) {
-  constexpr T kFar_m_s = T(0.5);
   update_pose_offset(measured, estimate, model_tilt_rad);
   attitude_rate_consistency_.update(imu, core::seconds<T>(elapsed));
   command_consistency_.update(estimate, model_tilt_rad, failsafe_state != safety::FailsafeState::kSilent,
@@ -86,10 +86,8 @@ void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurem
       core::Vector<T, 2>(estimate.x.velocity_m_s, estimate.y.velocity_m_s) - dead_reckoning_.velocity_w_m_s();
   const bool settles =
       failsafe_state == safety::FailsafeState::kLevel || failsafe_state == safety::FailsafeState::kRelease;
-  const bool missed = estimate.pose_age > est::PathMonitor<T>::kPoseUsed;
-  misses_poses_ = settles && (misses_poses_ || missed);
-  const bool refused = settles && (estimate.refused_poses > 0 || (misses_poses_ && !missed)) &&
-                       apart.squaredNorm() > kFar_m_s * kFar_m_s;
+  const bool refused =
+      poses_are_doubtful(estimate, settles) && apart.squaredNorm() > static_cast<T>(kFar_m_s * kFar_m_s);
   model_tilt_rad_ = model_tilt_rad + dead_reckoning_.offset_rad();
   predict_from_commands(measured, core::seconds<T>(elapsed));
   const bool attitude_lost = settles && !estimate.attitude_is_known && model_velocity_.is_known();
@@ -97,11 +95,7 @@ void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurem
   attitude_fault_ = rates_contradict() || contradicts_command() || attitude_lost || (attitude_fault_ && settles);
   const T speed_m_s = core::sqrt(dead_reckoning_.velocity_w_m_s().squaredNorm());
   if (!estimate_faulted_) {
-    constexpr T kGain_m_s = static_cast<T>(kTurnsRound_s * model::kGravity_m_s2);
-    const core::Vector<T, 2> tilted_m_s(kGain_m_s * model_tilt_rad.x(), -kGain_m_s * model_tilt_rad.y());
-    const T moved_m_s = speed_m_s + static_cast<T>(kTurnsRound_s) * velocity_consistency_.moved_m_s2();
-    const T turned_m_s = core::sqrt((dead_reckoning_.velocity_w_m_s() + tilted_m_s).squaredNorm());
-    max_speed_m_s_ = (moved_m_s > turned_m_s ? moved_m_s : turned_m_s) + static_cast<T>(kGust_m_s);
+    max_speed_m_s_ = speed_after_turn(model_tilt_rad, speed_m_s) + static_cast<T>(kGust_m_s);
   }
   const bool is_measured = attitude_fault_ && model_velocity_.is_known();
   diverges_ = settles && !is_measured && (speed_m_s > max_speed_m_s_ || diverges_);
@@ -112,11 +106,33 @@ void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurem
     dead_reckoning_.update(imu, estimate, velocity_consistency_.measured_h_m_s2(), trusted,
                            failsafe_state == safety::FailsafeState::kSilent, elapsed);
   }
+  update_unseen(apart * core::seconds<T>(elapsed));
+}
+
+template <typename T>
+void FaultIsolation<T>::update_unseen(const core::Vector<T, 2>& apart_m) {
   if (velocity_consistency_.is_suspect() || estimate_faulted_) {
-    unseen_m_ -= apart * core::seconds<T>(elapsed);
+    unseen_m_ -= apart_m;
   } else {
     unseen_m_.setZero();
   }
+}
+
+/// Refused, or coming again after a gap, while the failsafe ends the flight.
+template <typename T>
+bool FaultIsolation<T>::poses_are_doubtful(const est::Estimate<T>& estimate, bool settles) {
+  const bool missed = estimate.pose_age > est::PathMonitor<T>::kPoseUsed;
+  misses_poses_ = settles && (misses_poses_ || missed);
+  return settles && (estimate.refused_poses > 0 || (misses_poses_ && !missed));
+}
+
+template <typename T>
+T FaultIsolation<T>::speed_after_turn(const core::Vector<T, 2>& model_tilt_rad, T speed_m_s) const {
+  constexpr T kGain_m_s = static_cast<T>(kTurnsRound_s * model::kGravity_m_s2);
+  const core::Vector<T, 2> tilted_m_s(kGain_m_s * model_tilt_rad.x(), -kGain_m_s * model_tilt_rad.y());
+  const T moved_m_s = speed_m_s + static_cast<T>(kTurnsRound_s) * velocity_consistency_.moved_m_s2();
+  const T turned_m_s = core::sqrt((dead_reckoning_.velocity_w_m_s() + tilted_m_s).squaredNorm());
+  return moved_m_s > turned_m_s ? moved_m_s : turned_m_s;
 }
 
 /// The reckoned velocity may have used a false attitude for a while before that is noticed; this one never does.

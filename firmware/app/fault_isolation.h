@@ -71,6 +71,9 @@ class FaultIsolation {
   bool contradicts_command() const;
   void update_pose_offset(const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
                           const core::Vector<T, 2>& model_tilt_rad);
+  void update_unseen(const core::Vector<T, 2>& apart_m);
+  bool poses_are_doubtful(const est::Estimate<T>& estimate, bool settles);
+  T speed_after_turn(const core::Vector<T, 2>& model_tilt_rad, T speed_m_s) const;
   void predict_from_commands(const est::Measurement<T>& measured, T step_s);
   bool height_contradicts() const {
     return (disabled_checks_ & set_of(est::ConsistencyCheck::kHeight)) == 0 && height_consistency_.contradicts();

@@ -12,35 +12,45 @@ namespace {
 constexpr std::uint64_t kSeed = 7603;
 constexpr int kFlights = 300;
 
+MotionFlight drawn_flight(sim::Random& random) {
+  const std::span<const sim::SensorFault> faults = sim::sensor_faults();
+  const std::size_t kind = random.next() % (faults.size() + 1);
+  MotionFlight flight{.fault = kind < faults.size() ? &faults[kind] : &kLowPass};
+  const double share = random.uniform();
+  flight.size = flight.fault->name == "pose_nan" ? std::floor(4.0 * share) : flight.fault->size * (0.5 + share);
+  flight.at_s = kStepAt_s + 23.0 * random.uniform();
+  flight.channel = random.next() % 2 == 0 ? link::Channel::kVirtualRc : link::Channel::kMovement;
+  flight.air = random.next() % 2 == 0 ? Air::kCalm : Air::kWind;
+  flight.seed = static_cast<int>(random.next() % 1000) + 1;
+  return flight;
+}
+
+void print(const MotionFlight& flight, const MotionOutcome& outcome) {
+  std::printf("%s %.3g at %.2f s, channel %d, air %d, seed %d: %.2f m beyond the fence, %.2f m/s\n",
+              flight.fault->name.data(), flight.size, flight.at_s, static_cast<int>(flight.channel),
+              static_cast<int>(flight.air), flight.seed, outcome.beyond_m, outcome.handed_over_m_s);
+}
+
 TEST(MotionDraw, LeavesTheFenceByLittleAndIsHandedOverSlowly) {
   RecordProperty("promise", "R14");
   sim::Random random(kSeed, "motion");
-  const std::span<const sim::SensorFault> faults = sim::sensor_faults();
   int handed_over = 0, near = 0, far = 0;
   double fastest_m_s = 0.0, drifted_m = 0.0;
   for (int i = 0; i < kFlights; ++i) {
-    const std::size_t kind = random.next() % (faults.size() + 1);
-    MotionFlight flight{.fault = kind < faults.size() ? &faults[kind] : &kLowPass};
-    const double share = random.uniform();
-    flight.size = flight.fault->name == "pose_nan" ? std::floor(4.0 * share) : flight.fault->size * (0.5 + share);
-    flight.at_s = kStepAt_s + 23.0 * random.uniform();
-    flight.channel = random.next() % 2 == 0 ? link::Channel::kVirtualRc : link::Channel::kMovement;
-    flight.air = random.next() % 2 == 0 ? Air::kCalm : Air::kWind;
-    flight.seed = static_cast<int>(random.next() % 1000) + 1;
+    const MotionFlight flight = drawn_flight(random);
     const MotionOutcome outcome = outcome_of(flight);
-    handed_over += outcome.handed_over ? 1 : 0;
-    fastest_m_s = std::max(fastest_m_s, outcome.handed_over ? outcome.handed_over_m_s : 0.0);
-    if (outcome.beyond_m > 0.0 || (outcome.handed_over && outcome.handed_over_m_s > 0.9)) {
-      std::printf("%s %.3g at %.2f s, channel %d, air %d, seed %d: %.2f m beyond the fence, %.2f m/s\n",
-                  flight.fault->name.data(), flight.size, flight.at_s, static_cast<int>(flight.channel),
-                  static_cast<int>(flight.air), flight.seed, outcome.beyond_m, outcome.handed_over_m_s);
+    const double speed_m_s = outcome.handed_over ? outcome.handed_over_m_s : 0.0;
+    handed_over += static_cast<int>(outcome.handed_over);
+    fastest_m_s = std::max(fastest_m_s, speed_m_s);
+    if (outcome.beyond_m > 0.0 || speed_m_s > 0.9) {
+      print(flight, outcome);
     }
     if (flight.fault->name == "drift") {  // begun in a motion, one this slow is not observable: THREATS.md
       drifted_m = std::max(drifted_m, outcome.beyond_m);
       continue;
     }
-    near += outcome.beyond_m > 0.3 ? 1 : 0;
-    far += outcome.beyond_m > 0.6 ? 1 : 0;
+    near += static_cast<int>(outcome.beyond_m > 0.3);
+    far += static_cast<int>(outcome.beyond_m > 0.6);
   }
   EXPECT_LE(near, 1);
   EXPECT_EQ(far, 0);
