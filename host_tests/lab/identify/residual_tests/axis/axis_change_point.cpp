@@ -63,8 +63,7 @@ namespace {
 Candidate candidate_of(const model::AxisNumber& number, const StickAxis& axis, const AxisScale& scale) {
   const model::MidFlight& change = number.change;
   const bool stick = change.of == model::MidFlight::Of::kStick;
-  const double itself = positive(axis.*number.member, 1e-9);
-  const double plain = change.of == model::MidFlight::Of::kItself ? itself : 1.0;
+  const double plain = change.of == model::MidFlight::Of::kItself ? positive(axis.*number.member, 1e-9) : 1.0;
   const double fine = stick ? scale.minimum_counts : plain;
   const double wide = stick ? scale.stick : plain;
   return {.change = &change,
@@ -389,9 +388,8 @@ ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit
   }
   // When within a row of the stick it changed is not known, and at the stick not on which side of the delay.
   const double half_row_s = 0.5 * std::max(family.period_s(), family.stick_row_s());
-  const double delay_s = best->candidate->change->at_the_stick ? best->fit.after.transport_delay_s : 0.0;
   best->hit.low_s -= half_row_s;
-  best->hit.high_s += half_row_s + delay_s;
+  best->hit.high_s += half_row_s + (best->candidate->change->at_the_stick ? best->fit.after.transport_delay_s : 0.0);
   out.found = true;
   take(*best, out);
   out.change.rivals = rivals;
