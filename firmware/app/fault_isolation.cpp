@@ -8,8 +8,8 @@ namespace m100::app {
 
 namespace {
 
-/// After braking begins the speed may still grow for a quarter of a second, until the tilt is reversed, by the larger of
-/// what our commands tilt and the force shows; and by this much in a gust, until the aircraft reacts.
+/// After braking begins the speed may still grow for a quarter of a second, until the tilt is reversed, by the larger
+/// of what our commands tilt and the force shows; and by this much in a gust, until the aircraft reacts.
 constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4;
 constexpr double kFar_m_s = 0.5;  ///< between the observer's velocity and the reckoned one: the poses are false
 

@@ -211,8 +211,8 @@ CommandSource Supervisor<T>::update_failsafe(const ctl::Command<T>& wanted, cons
   }
   ended_ = before != FailsafeState::kSilent && failsafe_state_ == FailsafeState::kSilent &&
            any(conditions_, FailsafeCondition::kCommandable);
-  // Half a second of level sticks in a wind costs a metre per second: an aircraft that was stopped is held until the pilot
-  // has the sticks.
+  // Half a second of level sticks in a wind costs a metre per second: an aircraft that was stopped is held until the
+  // pilot has the sticks.
   const bool stands = failsafe_state_ == FailsafeState::kRelease && last_step_.from == FailsafeState::kLevel;
   const bool brakes = failsafe_state_ == FailsafeState::kLevel || (failsafe_state_ == FailsafeState::kCoast && spent_);
   const CommandSource passes = brakes || stands              ? CommandSource::kBrakeAndHold
