@@ -231,7 +231,8 @@ void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1C
   SerialEnd line(name, options.baud);
   std::optional<EventFile> events;  // after the line: if the line fails, the events of an earlier run are kept
   if (!options.events.empty()) {
-    events.emplace(options.events, own_world ? EventFile::WriteMode::kAtOnce : EventFile::WriteMode::kInAThread);
+    const bool is_simulated = hal::is_simulated(name);  // also in a world of another program
+    events.emplace(options.events, is_simulated ? EventFile::WriteMode::kAtOnce : EventFile::WriteMode::kInAThread);
   }
   sim::N1Autopilot autopilot(line.uart(), vehicle, config);
   autopilot.happen(sim::N1EventKind::kLoss, options.loss);
