@@ -302,7 +302,7 @@ TEST_P(FlightSequencerTest, TheWordWorksAfterTheAutopilotRestarted) {
   EXPECT_TRUE(fly_for(seconds(1))) << heard_.all();
 }
 
-TEST_P(FlightSequencerTest, ARefusedPoseIsToldInMetres) {
+TEST_P(FlightSequencerTest, ARefusedPoseIsSaidInMetres) {
   RecordProperty("promise", "R14");
   begin({.take_control = true, .hold_s = 1000.0});
   ASSERT_TRUE(fly_for(seconds(3)));

@@ -122,7 +122,7 @@ TEST(SensorAdapter, TakesTheSamePoseAgainForNothingNew) {
 }
 
 // Each number has a value of its own, and the force and the climb differ from what they are without telemetry.
-TEST(SensorAdapter, WhatTheAircraftFeelsComesFieldByField) {
+TEST(SensorAdapter, SpecificForceComesFieldByField) {
   RecordProperty("paper", "III-A");
   SensorAdapter measure;
   protocol::Telemetry telemetry =

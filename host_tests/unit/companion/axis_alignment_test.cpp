@@ -105,7 +105,7 @@ TEST(AxisAlignment, AnAutopilotThatTellsItsForceInGIsUnderstood) {
 }
 
 // Some sources report a heading but no tilt; m100 uses the heading only.
-TEST(AxisAlignment, ATiltThatIsNotToldIsNoWrongAxis) {
+TEST(AxisAlignment, ATiltThatIsNotSentIsNoWrongAxis) {
   const std::map<std::string, CheckResult> checks = moved([](const Seen& seen) {
     const double yaw = std::atan2((seen.wb * Vector::UnitX()).y(), (seen.wb * Vector::UnitX()).x());
     return Seen{seen.position, Rotation(Eigen::AngleAxisd(yaw, Vector::UnitZ()))};

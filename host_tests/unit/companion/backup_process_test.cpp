@@ -167,7 +167,7 @@ TEST_F(BackupProcessTest, SaysNoCommandWhereControlWasNotOurs) {
   EXPECT_EQ(heard.sticks, 0);
 }
 
-TEST_F(BackupProcessTest, ToldToGoItEndsWithoutAWordAndWithoutAZombie) {
+TEST_F(BackupProcessTest, DismissedItEndsWithoutAWordAndWithoutAZombie) {
   const pid_t program = fly([&] {
     BackupProcess backup(kSticks, nullptr);
     backup.set_port(line[1], 1);
@@ -185,7 +185,7 @@ TEST_F(BackupProcessTest, ToldToGoItEndsWithoutAWordAndWithoutAZombie) {
 }
 
 // The program ends without knowing whether the pilot has control again.
-TEST_F(BackupProcessTest, ToldToSpeakItGivesBackAndEnds) {
+TEST_F(BackupProcessTest, AskedToReleaseItGivesBackAndEnds) {
   RecordProperty("promise", "R15");
   const pid_t program = fly([&] {
     BackupProcess backup(kSticks, nullptr);

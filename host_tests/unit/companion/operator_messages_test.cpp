@@ -123,7 +123,7 @@ TEST(FlyWords, AnAgeStandsBesideItsLimit) {
   EXPECT_EQ(said(FailsafeReason::kPoseOld, seen), "pose old: none has arrived");
 }
 
-TEST(FlyWords, WhatTookControlAwayIsTold) {
+TEST(FlyWords, WhatTookControlAwayIsSaid) {
   Observation seen = ready();
   seen.link.in_control = true;
   EXPECT_EQ(said(FailsafeReason::kControlGone, seen), "the mode switch left F");

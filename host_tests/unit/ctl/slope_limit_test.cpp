@@ -29,7 +29,7 @@ TEST(SlopeLimit, TakesTwiceWhatIsBeyondTheLimitAndNeverMoreThanHalf) {
 
 // R12: an aircraft with a trim error, too high a gain and overshoot. Catches a limit of the command alone: 30 degrees
 // with a gain of 1.05, a trim of 3 degrees and overshoot make 36.7.
-TEST(SlopeLimit, KeepsTheTiltOfAnAircraftThatDoesNotDoAsItIsTold) {
+TEST(SlopeLimit, KeepsTheTiltOfAnAircraftThatDoesNotFollow) {
   RecordProperty("promise", "R12");
   constexpr double kStep_s = 0.01, kPulsation_rad_s = 7.0, kDamping = 0.6, kGain = 1.05;
   constexpr int kDelay = 6, kHeld = 4;  // ticks

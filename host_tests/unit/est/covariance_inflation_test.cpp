@@ -42,7 +42,7 @@ TEST(CovarianceInflation, WithoutAPoseTheErrorGrowsAsItsRateSays) {
 
 // Catches a prediction that is called useless although the measured force supports it: the LEVEL state would give up
 // braking in motion.
-TEST(CovarianceInflation, AnAccelerationThatIsFeltIsWrongByItsOffsetAlone) {
+TEST(CovarianceInflation, AMeasuredAccelerationIsWrongByItsOffsetAlone) {
   const auto inflated = lagging(0.002, 0.05, 1.0, 1.0).inflated(kOwn, 1.0, 1.0, true);
   EXPECT_NEAR(std::sqrt(inflated.pp_m2 - kOwn.pp_m2), std::hypot(0.052, 0.1), 0.002);
   EXPECT_NEAR(std::sqrt(inflated.vv_m2_s2 - kOwn.vv_m2_s2), std::hypot(0.05, 0.2), 0.002);

@@ -145,7 +145,7 @@ TEST(PoseClock, EstimatesTheOffsetAnewWhereTheSendersClockWasSet) {
 
 // A source that captures irregularly hides whether its clock lost time or the way takes longer: that is said, and once
 // poses are on time again it is not.
-TEST(PoseClock, SaysWhereASetClockCannotBeToldFromALongerWay) {
+TEST(PoseClock, SaysWhereASetClockCannotBeDistinguishedFromALongerWay) {
   for (const bool irregular : {true, false}) {
     PoseClock clock;
     const auto send = [&](int n, double late_s) {
@@ -278,7 +278,7 @@ TYPED_TEST(PoseTimingOf, LatencyIsFoundIn20SecondsOfMotionWhateverIsTold) {
 
 // Catches a belief that keeps its weight although motion contradicts it. An oscillation of 5 cm contradicts it only a
 // little: a sender that reported 20 ms and was 100 ms late was estimated at 78 ms +- 11 ms.
-TYPED_TEST(PoseTimingOf, WhatIsToldIsBelievedOnlyAsFarAsMotionAgrees) {
+TYPED_TEST(PoseTimingOf, AReportedAgeIsBelievedOnlyAsFarAsMotionAgrees) {
   Swing<TypeParam> swing;
   swing.amplitude_m = 0.05;
   swing.offset = found_offset(0.0, 0.005);

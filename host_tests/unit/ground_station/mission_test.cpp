@@ -103,7 +103,7 @@ TEST_F(TransferTest, WhatIsLostIsAskedForAgainAndWhatComesTwiceIsOne) {
 }
 
 // Would catch a refused mission that is acknowledged as accepted because an earlier list had the same length.
-TEST_F(TransferTest, WhoRepeatsTheEndOfARefusedListIsNotToldThatItWasAccepted) {
+TEST_F(TransferTest, RepeatingTheEndOfARefusedListIsNotAnsweredAsAccepted) {
   carry_over(2);
   mavlink::MissionItemInt global = item(1, 2.0, 0.0, -1.5);
   global.frame = 5;
@@ -388,7 +388,7 @@ struct ParametersTest : ::testing::Test {
   }
 };
 
-TEST_F(ParametersTest, AllAreToldOneATickAndOnce) {
+TEST_F(ParametersTest, AllAreSentOneATickAndOnce) {
   const std::vector<mavlink::ParamValue> all = answers(mavlink::ParamRequestList{}, 200);
   ASSERT_EQ(all.size(), parameter_entries().size());
   for (std::size_t i = 0; i < all.size(); ++i) {

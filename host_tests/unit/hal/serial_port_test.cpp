@@ -343,7 +343,7 @@ TEST(SerialPort, AnErrorOfTheDeviceClosesIt) {
 }
 
 // Catches a port that is lost during a write and opened again before any read has reported the loss.
-TEST(SerialPort, ALossThatAWriteFoundIsToldToTheNextRead) {
+TEST(SerialPort, ALossThatAWriteFoundIsReportedToTheNextRead) {
   FarSide far;
   std::array<std::byte, 4> destination;
   SerialPort port(far.name(), 230400, kInterrupted);

@@ -121,7 +121,7 @@ TEST_F(UdpPortTest, PassesOverWhatIsEmptyOrTooLongInOneCall) {
 }
 
 // Would catch a port that answers the last sender: a stranger could redirect the answers to himself.
-TEST_F(UdpPortTest, AnswersWhomItIsToldToAndNobodyBefore) {
+TEST_F(UdpPortTest, AnswersTheGivenPeerAndNobodyBefore) {
   const std::array greeting{std::byte{'h'}, std::byte{'i'}};
   Peer intruder;
   peer.send(number, "p");

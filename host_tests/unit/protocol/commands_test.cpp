@@ -104,7 +104,7 @@ TEST(VirtualRc, SwitchIsReadPastReservedBits) {
 }
 
 // SDK 3.3.0 to 4.1.0 sends stick data under the id of the switch; the length distinguishes them.
-TEST(VirtualRc, DataUnderTheIdOfTheSwitchIsToldByItsLength) {
+TEST(VirtualRc, DataUnderTheIdOfTheSwitchIsKnownByItsLength) {
   const std::array<std::byte, 64> value{std::byte{1}};
   const auto command = decode_command(ids::kVirtualRcSwitch, value);
   ASSERT_TRUE(command);

@@ -106,7 +106,7 @@ TelemetryLayout layout_of(std::string_view text) {
   return telemetry_layout(answer);
 }
 
-TEST(Layout, IsToldAtTheEdgesOfTheVersions) {
+TEST(Layout, IsKnownAtTheEdgesOfTheVersions) {
   EXPECT_EQ(layout_of("M100-03.00.00.00"), TelemetryLayout::kM100) << "without a word in front";
   EXPECT_EQ(layout_of("SDK M100-04.00.00.00"), TelemetryLayout::kM100);
   EXPECT_EQ(layout_of("SDK A3-03.00.00.00"), TelemetryLayout::kUnknown);

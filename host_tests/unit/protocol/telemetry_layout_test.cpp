@@ -33,7 +33,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Controller{"Empty", "", TelemetryLayout::kUnknown}),
     [](const auto& tested) { return tested.param.name; });
 
-TEST_P(Layout, IsToldByTheVersionAnswer) {
+TEST_P(Layout, IsKnownFromTheVersionAnswer) {
   VersionAnswer answer;
   const std::string text = GetParam().text;
   std::copy(text.begin(), text.end(), answer.version_name.begin());

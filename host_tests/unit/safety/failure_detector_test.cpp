@@ -99,7 +99,7 @@ TEST_F(FailureDetectorTest, APushOverOrASagIsNoFreeFall) {
   EXPECT_EQ(hold(0.0, 0.28), FlightFailure::kNone) << "for less than 0.3 s";
 }
 
-TEST_F(FailureDetectorTest, AnAircraftThatLiesFarFromItsCommand) {
+TEST_F(FailureDetectorTest, AnAircraftWhoseTiltIsFarFromItsCommand) {
   RecordProperty("promise", "R18");
   sample_.lean_rad = 29.0 * kDegree;
   EXPECT_EQ(hold(20.0 * kDegree, 5.0), FlightFailure::kNone);

@@ -98,7 +98,7 @@ TEST(PoseSource, BunchesPosesAndLosesNone) {
 }
 
 // The age computed by a receiver that knows the source's clock: the truth, or off by a constant.
-TEST(PoseSource, StampsAsItIsToldToStamp) {
+TEST(PoseSource, StampsAsConfigured) {
   const auto reported_ms = [](const PoseNumbers& numbers) {
     PoseSource source(numbers, 1);
     std::vector<double> ages;
@@ -146,7 +146,7 @@ TEST(PoseSource, IsTheSameHoweverOftenItIsVisited) {
   EXPECT_NEAR(static_cast<double>(count), static_cast<double>(expected.size()), 1.0);
 }
 
-TEST(PoseSource, IsSilentFrozenWrongOrNotANumberWhenToldSo) {
+TEST(PoseSource, IsSilentFrozenWrongOrNotANumberOnRequest) {
   PoseSource silent(PoseNumbers{}, 1);
   silent.set_faults({.silent = true});
   EXPECT_TRUE(record(silent, 0.25).empty());

@@ -111,7 +111,7 @@ TEST(Vehicle, IsPushedByTheFanAsThePaperSaysAndNoMore) {
 }
 
 // On the ground the specific force is gravity's, whatever the throttle stick commands.
-TEST(Vehicle, FeelsItsWeightOnTheGround) {
+TEST(Vehicle, ShowsItsWeightOnTheGround) {
   Vehicle vehicle(still_plant(), 1, Vector<double, 3>(0.0, 0.0, 0.3));
   vehicle.command(StickInput{.roll_vrc = 1080.0, .pitch_vrc = 998.0, .throttle_vrc = 824.0});
   fly(vehicle, 300);
@@ -194,7 +194,7 @@ TEST(Vehicle, HasAnotherDragAlongItsHeadingThanAcross) {
   EXPECT_NEAR(vehicle.state().velocity_w_m_s.y(), 0.01 * 0.5 * 4.0, 1e-4);
 }
 
-TEST(Vehicle, PicksItsPayloadUpWhenToldAndSags) {
+TEST(Vehicle, PicksItsPayloadUpOnRequestAndSags) {
   Plant plant = still_plant();
   plant.payload = {.mass_kg = 1.0, .picked_up_at_s = 2.0};
   Vehicle vehicle(plant, 1, Vector<double, 3>(0.0, 0.0, 5.0));
