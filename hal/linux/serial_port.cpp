@@ -148,6 +148,7 @@ void SerialPort::close() {
     ioctl(descriptor_, TIOCNXCL);
     ::close(descriptor_);
     descriptor_ = -1;
+    arrived_.reset();
   }
 }
 
@@ -171,6 +172,13 @@ bool SerialPort::hung_up() const {
   return poll(&state, 1, 0) > 0 && (state.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0;
 }
 
+void SerialPort::mark_arrived() {
+  int waiting = 0;
+  const bool counted = is_open() && !is_simulated(path_) && calls_->waiting(descriptor_, &waiting) == 0;
+  arrived_ =
+      counted ? std::optional(static_cast<std::size_t>(std::max(waiting, 0))) : std::nullopt;  // else read() says why
+}
+
 core::Expected<std::size_t> SerialPort::read(std::span<std::byte> destination) {
   // The reader must learn of every loss, because another device may now answer under the same name.
   if (std::exchange(unreported_loss_, false) || !ensure_open()) {
@@ -179,7 +187,8 @@ core::Expected<std::size_t> SerialPort::read(std::span<std::byte> destination) {
   if (destination.empty()) {
     return std::size_t{0};
   }
-  const core::Expected<std::size_t> waiting = waiting_bytes(destination.size());
+  const core::Expected<std::size_t> waiting =
+      arrived_ ? std::min(destination.size(), *arrived_) : waiting_bytes(destination.size());
   if (!waiting) {
     close();
     return waiting;
@@ -189,6 +198,9 @@ core::Expected<std::size_t> SerialPort::read(std::span<std::byte> destination) {
   }
   const ssize_t count = uninterrupted([&] { return calls_->read(descriptor_, destination.data(), *waiting); });
   if (count > 0) {
+    if (arrived_) {
+      *arrived_ -= static_cast<std::size_t>(count);
+    }
     return static_cast<std::size_t>(count);
   }
   // With VMIN = 0 a quiet line also reads as 0.

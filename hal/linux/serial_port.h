@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "firmware/core/time.h"
@@ -33,6 +34,10 @@ class SerialPort final : public Uart {
   bool is_open() const { return descriptor_ >= 0; }
   int descriptor() const { return descriptor_; }  ///< -1: closed
 
+  /// Until the next call, read() gives only bytes that have arrived before this one. Take the time of a tick after it:
+  /// where the program then stands still, no byte seems to have come before it was sent. A simulated port does not need
+  /// it.
+  void mark_arrived();
   core::Expected<std::size_t> read(std::span<std::byte> destination) override;
   core::Expected<std::size_t> write(std::span<const std::byte> source) override;
 
@@ -57,9 +62,10 @@ class SerialPort final : public Uart {
   const SystemCalls* calls_;
   int descriptor_ = -1;
   std::uint32_t openings_ = 0;
-  bool unreported_loss_ = false;  ///< write() found the port missing, and read() has not reported it yet
-  LineErrors before_;             ///< of earlier openings
-  LineErrors at_opening_;         ///< the driver's counts when the port was opened
+  bool unreported_loss_ = false;        ///< write() found the port missing, and read() has not reported it yet
+  std::optional<std::size_t> arrived_;  ///< marked and not yet read; empty: not marked
+  LineErrors before_;                   ///< of earlier openings
+  LineErrors at_opening_;               ///< the driver's counts when the port was opened
   PortClock clock_;
   core::TimePoint next_attempt_{};
 };

@@ -3,17 +3,34 @@
 
 #include <arpa/inet.h>
 #include <sys/socket.h>
+#include <sys/uio.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <cstring>
 
 namespace m100::hal {
 namespace {
 
 /// Empty and overlong packets, and interruptions, that one call skips.
 constexpr int kPassedOver = 16;
+
+std::int64_t nanoseconds(const timespec& time) { return time.tv_sec * std::int64_t{1'000'000'000} + time.tv_nsec; }
+
+/// When the kernel received the packet. @returns 0: it has no stamp.
+std::int64_t arrival_ns(msghdr& message) {
+  for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
+    if (part->cmsg_level == SOL_SOCKET && part->cmsg_type == SCM_TIMESTAMPNS) {
+      timespec stamp{};
+      std::memcpy(&stamp, CMSG_DATA(part), sizeof(stamp));
+      return nanoseconds(stamp);
+    }
+  }
+  return 0;
+}
 
 }  // namespace
 
@@ -40,6 +57,8 @@ core::Status UdpPort::open() {
     return core::Status::kUnavailable;
   }
   (void)::setsockopt(descriptor_, SOL_SOCKET, SO_RCVBUF, &kWaitingBytes, sizeof(kWaitingBytes));
+  const int with_stamps = 1;
+  (void)::setsockopt(descriptor_, SOL_SOCKET, SO_TIMESTAMPNS, &with_stamps, sizeof(with_stamps));
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(port_);
@@ -53,17 +72,32 @@ core::Status UdpPort::open() {
   return core::Status::kOk;
 }
 
+void UdpPort::mark_arrived() {
+  timespec now{};
+  ::clock_gettime(CLOCK_REALTIME, &now);
+  mark_ns_ = nanoseconds(now);
+  is_after_mark_ = false;
+}
+
 bool UdpPort::receive() {
   for (int packet = 0; packet < kPassedOver; ++packet) {
-    socklen_t size = sizeof(last_);
-    const ssize_t count =
-        ::recvfrom(descriptor_, packet_.data(), packet_.size(), MSG_TRUNC, reinterpret_cast<sockaddr*>(&last_), &size);
+    iovec data{.iov_base = packet_.data(), .iov_len = packet_.size()};
+    alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(sizeof(timespec))> control{};
+    msghdr message{};
+    message.msg_name = &last_;
+    message.msg_namelen = sizeof(last_);
+    message.msg_iov = &data;
+    message.msg_iovlen = 1;
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    const ssize_t count = ::recvmsg(descriptor_, &message, MSG_TRUNC);
     if (count < 0 && errno != EINTR) {
       return false;
     }
     if (count > 0 && static_cast<std::size_t>(count) <= packet_.size()) {
       rest_ = std::span(packet_).first(static_cast<std::size_t>(count));
-      return true;
+      is_after_mark_ = mark_ns_ != 0 && arrival_ns(message) > mark_ns_;
+      return !is_after_mark_;
     }
   }
   return false;
@@ -73,8 +107,8 @@ core::Expected<std::size_t> UdpPort::read(std::span<std::byte> destination) {
   if (descriptor_ < 0) {
     return core::Status::kUnavailable;
   }
-  at_begin_ = rest_.empty();
-  if (destination.empty() || (rest_.empty() && !receive())) {
+  at_begin_ = rest_.empty() || rest_.data() == packet_.data();
+  if (destination.empty() || is_after_mark_ || (rest_.empty() && !receive())) {
     return std::size_t{0};
   }
   const std::span<const std::byte> now = rest_.first(std::min(rest_.size(), destination.size()));

@@ -34,6 +34,8 @@ class UdpPort final : public PacketUart {
   /// @returns kOk; kRefused: no right, or another program has it; kUnavailable: the machine has no network.
   core::Status open();
 
+  /// As SerialPort::mark_arrived(): later packets, by the kernel's stamps, wait for the next call.
+  void mark_arrived();
   core::Expected<std::size_t> read(std::span<std::byte> destination) override;
   core::Expected<std::size_t> write(std::span<const std::byte> source) override;
   bool begins_packet() const override { return at_begin_; }
@@ -50,6 +52,8 @@ class UdpPort final : public PacketUart {
   int descriptor_ = -1;
   std::array<std::byte, kMaxPacketBytes> packet_{};
   std::span<const std::byte> rest_;
+  std::int64_t mark_ns_ = 0;    ///< of the machine's wall clock, as the kernel's stamps are; 0: not marked
+  bool is_after_mark_ = false;  ///< the packet in rest_
   bool at_begin_ = false;
   sockaddr_in last_{};
   std::atomic<std::uint64_t> peer_{0};  ///< address and port in network byte order; 0: no peer

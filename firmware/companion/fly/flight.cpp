@@ -229,7 +229,10 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   const auto trajectory = std::make_unique<ref::Trajectory<double>>();
   parse_and_validate(files, start, *trajectory);
   const app::FlightConfig config = flight_config(options, files, start, link);
-  TickClock clock(options.port);
+  TickClock clock(options.port, [&] {
+    port.mark_arrived();
+    pose_port.mark_arrived();
+  });
   std::optional<LogFile> log_file;
   log::FlightLogWriter* const log = begin_log(log_file, options, model, files, start, config, clock.now());
   LiveDisplay live(options.live);

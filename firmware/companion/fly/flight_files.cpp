@@ -130,7 +130,7 @@ ref::Waypoint<double> find_start_position(PosePort& port, link::SenderChoice cho
   ExchangedPorts exchanged;
   link::PoseLink link(port.line(), port.baud(), &exchanged, choice);
   std::optional<ref::Waypoint<double>> start;
-  TickClock clock(port.clock_port());
+  TickClock clock(port.clock_port(), [&] { port.mark_arrived(); });
   StartPosition place;
   for (core::TimePoint now = clock.now(); now.time_since_epoch() < kPosePatience && !stop_requested();
        now = clock.next()) {

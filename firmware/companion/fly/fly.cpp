@@ -167,11 +167,11 @@ std::string describe(const link::AuthorityView& authority) {
 }
 
 core::TimePoint TickClock::next() {
-  const core::TimePoint now = clock_.now();
-  const bool late = now - deadline_ > core::kTickPeriod;
-  deadline_ = (late ? now : deadline_) + core::kTickPeriod;
+  const core::TimePoint ended = clock_.now();
+  const bool late = ended - deadline_ > core::kTickPeriod;
+  deadline_ = (late ? ended : deadline_) + core::kTickPeriod;
   clock_.sleep_until(deadline_);
-  const core::TimePoint woken = clock_.now();
+  const core::TimePoint woken = now();
   if (last_ != core::TimePoint{}) {
     stalls_ += woken - last_ > 2 * core::kTickPeriod ? 1U : 0U;
     longest_ = std::max(longest_, woken - last_);

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "firmware/companion/fly/pose_port.h"
@@ -87,8 +89,14 @@ std::string describe(const link::AuthorityView& authority);
 class TickClock {
  public:
   /// @param port whose clock is used: a simulated port has its own, any other uses the machine's.
-  explicit TickClock(const std::string& port) : clock_(port) {}
-  core::TimePoint now() { return clock_.now(); }
+  /// @param before_time called just before the time of a tick is taken: marks the bytes that have arrived
+  explicit TickClock(
+      const std::string& port, std::function<void()> before_time = [] {})
+      : clock_(port), before_time_(std::move(before_time)) {}
+  core::TimePoint now() {
+    before_time_();
+    return clock_.now();
+  }
   /// Waits for the next tick. @returns its time.
   core::TimePoint next();
   /// Ticks that came more than two periods after the one before (R9).
@@ -98,6 +106,7 @@ class TickClock {
 
  private:
   hal::PortClock clock_;
+  std::function<void()> before_time_;
   core::TimePoint deadline_{};
   core::TimePoint last_{};
   std::uint32_t stalls_ = 0;

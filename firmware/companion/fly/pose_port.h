@@ -55,6 +55,8 @@ class PosePort {
   /// Call it before the reads of a tick: renews the number of signatures that the tick may verify, and hands the newest
   /// time stamps to the file that outlives the program.
   void tick();
+  /// SerialPort::mark_arrived(), or that of the network.
+  void mark_arrived() { udp_ ? udp_->mark_arrived() : serial_->mark_arrived(); }
   hal::Uart& line() { return *line_; }
   /// Starts sending to the ground station. @returns null: the port is a wire, or there is no key.
   TelemetryStream* start_telemetry_stream();

@@ -30,8 +30,8 @@ struct ReceivedState {
 
 /// Ticks until --hold is over or a signal comes.
 template <typename Tick>
-std::uint32_t listen(const FlyOptions& options, const Tick& tick) {
-  TickClock clock(options.port);
+std::uint32_t listen(const FlyOptions& options, const std::function<void()>& before_time, const Tick& tick) {
+  TickClock clock(options.port, before_time);
   for (core::TimePoint now = clock.now();
        core::seconds<double>(now.time_since_epoch()) < options.hold_s && !stop_requested(); now = clock.next()) {
     tick(now);
@@ -49,7 +49,8 @@ link::LinkHealth unasked(link::LinkHealth health) {
 /// Without a vehicle or a pose there is nothing to estimate: runs the link alone.
 ReceivedState listen_only(const FlyOptions& options, const link::LinkConfig& config, hal::Uart& port) {
   link::SerialLink link(port, config);
-  const std::uint32_t stalls = listen(options, [&](core::TimePoint now) { link.receive(now); });
+  const std::uint32_t stalls = listen(
+      options, [] {}, [&](core::TimePoint now) { link.receive(now); });
   return {.telemetry = link.authority().telemetry_fresh,
           .mode_f = link.authority().mode_f,
           .pose = {},
@@ -77,7 +78,8 @@ ReceivedState fly_silently(const FlyOptions& options, const FlightFiles& orders,
       model.vehicle(), model.tables(), config, port, silent_pose_port, *course, log ? &log->log() : nullptr);
   LiveDisplay live(options.live);
   live.start();
-  const std::uint32_t stalls = listen(options, [&](core::TimePoint now) {
+  const auto mark_poses = [&] { pose_port.mark_arrived(); };
+  const std::uint32_t stalls = listen(options, mark_poses, [&](core::TimePoint now) {
     pose_port.tick();
     (void)controller->tick(now);
     live.publish(*controller, *course, now);

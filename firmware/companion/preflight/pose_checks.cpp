@@ -98,7 +98,7 @@ std::vector<CheckResult> check_pose_port(const PosePlan& line) {
     PosePort port(options, line.port);
     ExchangedPorts exchanged;
     link::PoseLink link(port.line(), port.baud(), &exchanged, choice_of(options));
-    TickClock clock(line.port);
+    TickClock clock(line.port, [&] { port.mark_arrived(); });
     for (core::TimePoint now = clock.now(); core::seconds<double>(now.time_since_epoch()) < kListen_s;
          now = clock.next()) {
       port.tick();

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 
@@ -53,6 +54,30 @@ TEST(SerialPort, AReadAsksForNoMoreThanWaits) {
   far.send("abcdef");
   EXPECT_EQ(read_some(port, std::span(destination).first(2)).value(), 2U);
   EXPECT_EQ(asked, 2U);
+}
+
+// Catches a flight that stands still between the time of its tick and the read: a pose that came meanwhile would seem
+// to have come before it was sent, and all later ones too late.
+TEST(SerialPort, BytesThatCameAfterTheMarkWaitForTheNext) {
+  static int waits = 0;
+  static constexpr SystemCalls kWaits{.waiting = [](int, int* bytes) {
+    *bytes = waits;
+    return 0;
+  }};
+  FarSide far;
+  SerialPort port(far.name(), 230400, kWaits);
+  ASSERT_EQ(port.open(), core::Status::kOk);
+  far.send("abcdef");
+  std::array<std::byte, 4> destination;
+  for (const std::size_t marked : {0U, 1U, 5U}) {
+    waits = static_cast<int>(marked);
+    port.mark_arrived();
+    waits = 6;  // more has come
+    for (std::size_t left = marked; left > 0; left -= std::min<std::size_t>(left, 4)) {
+      EXPECT_EQ(read_some(port, destination).value(), std::min<std::size_t>(left, 4));
+    }
+    EXPECT_EQ(port.read(destination).value_or(9), 0U);
+  }
 }
 
 int error_of_the_count = 0;

@@ -94,6 +94,22 @@ TEST_F(UdpPortTest, GivesTheBytesOfPacketsInOrderAndSaysWhereOneBegins) {
   EXPECT_TRUE(port.begins_packet());
 }
 
+TEST_F(UdpPortTest, APacketThatCameAfterTheMarkWaitsForTheNext) {
+  peer.send(number, "ab");
+  EXPECT_EQ(read(4), "ab") << "without a mark all is given";
+  peer.send(number, "cd");
+  port.mark_arrived();
+  peer.send(number, "ef");
+  EXPECT_EQ(read(4), "cd");
+  std::vector<std::byte> bytes(4);
+  for (int again = 0; again < 1000; ++again) {
+    EXPECT_EQ(port.read(bytes).value_or(9), 0U);
+  }
+  port.mark_arrived();
+  EXPECT_EQ(read(4), "ef");
+  EXPECT_TRUE(port.begins_packet());
+}
+
 // Would catch a port that delivers the beginning of a packet that is too long, or that takes an empty packet for the
 // end.
 TEST_F(UdpPortTest, PassesOverWhatIsEmptyOrTooLongInOneCall) {
