@@ -2,7 +2,6 @@
 // libFuzzer's entry points for frames. Random bytes never pass two checksums, so the mutator repairs them.
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <random>
 
 #include "host_tests/fuzz/receive.h"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "protocol/dji/frame_encoder.h"
 
-#include <algorithm>
-
 #include "protocol/bytes.h"
 #include "protocol/crc.h"
 

@@ -124,12 +124,6 @@ void RequestSessions::cancel(MessageId id) {
   }
 }
 
-void RequestSessions::cancel_all() {
-  for (Slot& candidate : slots_) {
-    candidate.open = false;
-  }
-}
-
 bool RequestSessions::is_open(MessageId id) const {
   return std::any_of(slots_.begin(), slots_.end(), [id](const Slot& each) { return each.open && each.id == id; });
 }

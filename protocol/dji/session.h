@@ -106,7 +106,6 @@ class RequestSessions {
 
   /// Drops open requests without a report: a command that is no longer valid must not be repeated.
   void cancel(MessageId id);
-  void cancel_all();
 
   bool is_open(MessageId id) const;
   std::size_t open_count() const;

@@ -12,9 +12,7 @@
 #include <atomic>
 #include <cmath>
 #include <csignal>
-#include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 
 #include "firmware/companion/files/course/course.h"

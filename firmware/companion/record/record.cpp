@@ -3,7 +3,6 @@
 #include "firmware/companion/record/record.h"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <iomanip>

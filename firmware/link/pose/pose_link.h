@@ -28,15 +28,6 @@ struct PoseLinkStats {
   std::array<std::uint32_t, kPoseFaults> faults{};  ///< all refused poses, by the reason
   PoseFault last_fault = PoseFault::kNone;
   core::TimePoint last_fault_at{};
-
-  /// The reason of most refusals; kNone: nothing was refused.
-  PoseFault main_fault() const {
-    PoseFault most = PoseFault::kNone;
-    for (std::size_t i = 1; i < faults.size(); ++i) {
-      most = faults[i] > faults[static_cast<std::size_t>(most)] ? static_cast<PoseFault>(i) : most;
-    }
-    return most;
-  }
 };
 
 /// The source of pose at the other end of a second UART: MAVLink, unsigned, because a serial port is a wire. One call

@@ -2,7 +2,6 @@
 // record_kept FOLDER: flies the kept flights on the simulated aircraft and writes their recordings.
 #include <cstdio>
 #include <filesystem>
-#include <functional>
 #include <memory>
 
 #include "host_tests/golden/flight/kept_flights.h"

@@ -4,7 +4,6 @@
 #include <iomanip>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <vector>
 
 #include "host_tests/lab/plot/charts.h"

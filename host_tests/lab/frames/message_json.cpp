@@ -12,7 +12,6 @@
 namespace m100::lab {
 namespace {
 
-using protocol::Command;
 using protocol::MessageId;
 namespace ids = protocol::ids;
 

@@ -7,7 +7,6 @@
 #include <complex>
 #include <limits>
 #include <numbers>
-#include <stdexcept>
 
 #include "host_tests/lab/gains/gain_tables.h"
 

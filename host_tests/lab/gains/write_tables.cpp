@@ -7,7 +7,6 @@
 #include <charconv>
 #include <cstdio>
 #include <span>
-#include <stdexcept>
 
 #include "firmware/model/axis_effects.h"
 #include "firmware/mpc/table_data.h"

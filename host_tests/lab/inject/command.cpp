@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab inject: adds an effect to a measured flight, to test whether the analysis finds it.
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>

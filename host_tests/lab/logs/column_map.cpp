@@ -2,7 +2,6 @@
 #include "host_tests/lab/logs/column_map.h"
 
 #include <cmath>
-#include <cstdint>
 
 #include "firmware/companion/files/text/suggestion.h"
 #include "firmware/companion/files/text/toml_text.h"

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <fstream>
-#include <numeric>
 #include <string_view>
 #include <utility>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/plot/live.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>

@@ -2,7 +2,6 @@
 // m100-lab report: joins the pages that other subcommands wrote into one self-contained page.
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 

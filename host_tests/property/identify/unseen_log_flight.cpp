@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/column_map.h"

@@ -11,7 +11,6 @@ namespace {
 using sim::LinkBench;
 using sim::N1EventKind;
 using std::chrono::milliseconds;
-using std::chrono::seconds;
 
 struct Case {
   std::uint64_t seed;

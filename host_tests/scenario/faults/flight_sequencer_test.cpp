@@ -4,9 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <string>
-#include <vector>
-
 #include "host_tests/scenario/faults/fault_bench.h"
 #include "host_tests/scenario/faults/message_recorder.h"
 

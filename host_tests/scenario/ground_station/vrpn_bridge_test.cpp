@@ -5,10 +5,8 @@
 #include <poll.h>
 #include <sys/socket.h>
 
-#include <atomic>
 #include <csignal>
 #include <string>
-#include <thread>
 
 #include "host_tests/scenario/ground_station/ground_station.h"
 #include "host_tests/scenario/program/program_fixture.h"

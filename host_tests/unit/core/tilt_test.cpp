@@ -11,6 +11,15 @@ Vector<double, 3> body_z_in_world(const Euler<double>& e) {
   return {2 * (q.x * q.z + q.w * q.y), 2 * (q.y * q.z - q.w * q.x), 1 - 2 * (q.x * q.x + q.y * q.y)};
 }
 
+/// The attitude after the body has turned for this time.
+Euler<double> turned(const Euler<double>& e, const Vector<double, 3>& rate, double t) {
+  const Quaternion<double> q = quaternion_of(e);
+  const Quaternion<double> d{1.0, 0.5 * t * rate.x(), 0.5 * t * rate.y(), 0.5 * t * rate.z()};
+  return euler_of(
+      Quaternion<double>{q.w * d.w - q.x * d.x - q.y * d.y - q.z * d.z, q.w * d.x + q.x * d.w + q.y * d.z - q.z * d.y,
+                         q.w * d.y - q.x * d.z + q.y * d.w + q.z * d.x, q.w * d.z + q.x * d.y - q.y * d.x + q.z * d.w});
+}
+
 class TiltOverAttitudes : public ::testing::TestWithParam<Euler<double>> {};
 
 // Catches a yaw of the wrong sign, and a wrong sign of roll.
@@ -35,18 +44,11 @@ TEST_P(TiltOverAttitudes, RateIsTheDerivativeAlongATurnOfTheBody) {
   const Euler<double>& e = GetParam();
   const Vector<double, 3> rate{0.4, -0.7, 1.1};
   const double h = 1e-5;
-  const auto turned = [&](double t) {
-    const Quaternion<double> q = quaternion_of(e);
-    const Quaternion<double> d{1.0, 0.5 * t * rate.x(), 0.5 * t * rate.y(), 0.5 * t * rate.z()};
-    return tilt_of(euler_of(Quaternion<double>{
-        q.w * d.w - q.x * d.x - q.y * d.y - q.z * d.z, q.w * d.x + q.x * d.w + q.y * d.z - q.z * d.y,
-        q.w * d.y - q.x * d.z + q.y * d.w + q.z * d.x, q.w * d.z + q.x * d.y - q.y * d.x + q.z * d.w}));
-  };
-  const Tilt<double> expected{(turned(h).x_rad - turned(-h).x_rad) / (2 * h),
-                              (turned(h).y_rad - turned(-h).y_rad) / (2 * h)};
+  const Tilt<double> after = tilt_of(turned(e, rate, h));
+  const Tilt<double> before = tilt_of(turned(e, rate, -h));
   const Tilt<double> found = tilt_rate_of(e, rate);
-  EXPECT_NEAR(found.x_rad, expected.x_rad, 1e-8);
-  EXPECT_NEAR(found.y_rad, expected.y_rad, 1e-8);
+  EXPECT_NEAR(found.x_rad, (after.x_rad - before.x_rad) / (2 * h), 1e-8);
+  EXPECT_NEAR(found.y_rad, (after.y_rad - before.y_rad) / (2 * h), 1e-8);
 }
 
 // Catches a gyro's z rate that is taken for the heading rate, and a wrong sign of one of its two terms.
@@ -54,15 +56,8 @@ TEST_P(TiltOverAttitudes, HeadingRateIsTheDerivativeOfTheHeading) {
   const Euler<double>& e = GetParam();
   const Vector<double, 3> rate{0.4, -0.7, 1.1};
   const double h = 1e-5;
-  const auto heading = [&](double t) {
-    const Quaternion<double> q = quaternion_of(e);
-    const Quaternion<double> d{1.0, 0.5 * t * rate.x(), 0.5 * t * rate.y(), 0.5 * t * rate.z()};
-    return euler_of(Quaternion<double>{
-                        q.w * d.w - q.x * d.x - q.y * d.y - q.z * d.z, q.w * d.x + q.x * d.w + q.y * d.z - q.z * d.y,
-                        q.w * d.y - q.x * d.z + q.y * d.w + q.z * d.x, q.w * d.z + q.x * d.y - q.y * d.x + q.z * d.w})
-        .yaw_rad;
-  };
-  EXPECT_NEAR(yaw_rate_of(attitude_sin_cos(e), rate), (heading(h) - heading(-h)) / (2 * h), 1e-8);
+  EXPECT_NEAR(yaw_rate_of(attitude_sin_cos(e), rate),
+              (turned(e, rate, h).yaw_rad - turned(e, rate, -h).yaw_rad) / (2 * h), 1e-8);
 }
 
 TEST_P(TiltOverAttitudes, AStandingSlopeIsTheSlopeHoweverTheHeadingTurns) {

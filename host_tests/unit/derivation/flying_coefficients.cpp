@@ -3,7 +3,6 @@
 #include <array>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <string>
 
 #include "firmware/est/filter/axis_filter.h"
 #include "firmware/est/filter/units.h"

@@ -15,7 +15,6 @@
 #include <filesystem>
 #include <string>
 #include <thread>
-#include <vector>
 
 #include "host_tests/unit/hal/far_side.h"
 

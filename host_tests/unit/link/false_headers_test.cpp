@@ -15,7 +15,6 @@ namespace {
 using safety::AuthorityStage;
 using sim::LinkBench;
 using std::chrono::milliseconds;
-using std::chrono::seconds;
 
 /// The header of a frame with the length `claimed`.
 std::vector<std::byte> header_of(std::size_t claimed) {

@@ -2,7 +2,6 @@
 // The effect of each translation effect on one moment, or on a series of thrust, compared with its equation by hand.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>

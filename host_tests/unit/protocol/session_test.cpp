@@ -147,7 +147,7 @@ TEST(RequestSessions, ACancelledRequestIsNeitherRepeatedNorReported) {
   const auto due = sessions.poll(kStart + milliseconds(200));
   ASSERT_TRUE(due);
   EXPECT_EQ(due->command, ids::kTask);
-  sessions.cancel_all();
+  sessions.cancel(ids::kTask);
   EXPECT_EQ(sessions.poll(kStart + milliseconds(400)).status(), core::Status::kNotReady);
 }
 

@@ -3,7 +3,6 @@
 // flight. The numbers are those of PROMISES.md, written out.
 #include <gtest/gtest.h>
 
-#include <limits>
 #include <string>
 
 #include "firmware/safety/observation.h"

@@ -2,7 +2,6 @@
 #include "host_tests/lab/gains/certificate/certify.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <numbers>

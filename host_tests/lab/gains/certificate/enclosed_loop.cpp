@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/gains/certificate/enclosed_loop.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace m100::lab::gains {

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <utility>
 
 #include "firmware/model/paper.h"
 #include "host_tests/lab/experiments/far.h"

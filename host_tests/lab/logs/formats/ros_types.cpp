@@ -5,7 +5,6 @@
 #include <array>
 #include <charconv>
 #include <cstdint>
-#include <limits>
 #include <sstream>
 
 #include "host_tests/lab/logs/formats/read_number.h"

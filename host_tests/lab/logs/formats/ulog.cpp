@@ -2,7 +2,6 @@
 #include "host_tests/lab/logs/formats/ulog.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>

@@ -2,7 +2,6 @@
 #include "host_tests/lab/identify/model/axis/free_run.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "firmware/sysid/axis_dynamics.h"
