@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/operator/clock_step_recorder.h"
 
+#include <utility>
+
 #include "firmware/companion/operator/text_line.h"
 
 namespace m100::companion {
@@ -10,6 +12,8 @@ namespace {
 constexpr core::Duration kStepOver = std::chrono::milliseconds(500);
 /// Poses that come later by this much are soon older than a flight may use (60 ms).
 constexpr core::Duration kLater = std::chrono::milliseconds(50);
+/// Arrivals are known to one tick, so that an estimate of half a tick is none.
+constexpr core::Duration kLeastStep = core::kTickPeriod / 2;
 
 }  // namespace
 
@@ -35,18 +39,21 @@ void ClockStepRecorder::update(core::TimePoint now, const est::PoseTimingReport<
   if (!step_is_open_ || now - stepped_at_ < kStepOver) {
     return;
   }
+  const ClockStep step = std::exchange(step_, {});
+  step_is_open_ = false;
+  if (step.by < kLeastStep && step.by > -kLeastStep) {
+    return;
+  }
   TextLine line;
-  const double by_s = core::seconds<double>(step_.by);
+  const double by_s = core::seconds<double>(step.by);
   line.add("the source's clock was set by ").add(by_s > 0.0 ? "+" : "").add(by_s, 2).add(" s");
-  if (step_.lasted > core::Duration{0}) {
-    line.add(", in ").add(core::seconds<double>(step_.lasted), 1).add(" s");
+  if (step.lasted > core::Duration{0}) {
+    line.add(", in ").add(core::seconds<double>(step.lasted), 1).add(" s");
   }
   log.write(now, line.text());
   if (step_count_ < steps_.size()) {
-    steps_[step_count_++] = step_;
+    steps_[step_count_++] = step;
   }
-  step_ = {};
-  step_is_open_ = false;
 }
 
 }  // namespace m100::companion

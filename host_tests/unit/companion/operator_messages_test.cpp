@@ -7,6 +7,7 @@
 #include <chrono>
 #include <string>
 
+#include "firmware/companion/operator/clock_step_recorder.h"
 #include "firmware/est/consistency/velocity_consistency.h"
 
 namespace m100::companion {
@@ -153,6 +154,24 @@ TEST(FlyWords, WhatTookControlAwayIsSaid) {
     seen.flight.failure = failure;
     EXPECT_EQ(said(FailsafeReason::kFlightFailure, seen).find(text), 0U) << text;
   }
+}
+
+TEST(ClockSteps, AreSaidFromHalfATickOn) {
+  struct Lines final : OperatorLog {
+    void write(core::TimePoint, std::string_view line) override { said += line; }
+    std::string said;
+  } lines;
+  ClockStepRecorder recorder;
+  est::PoseTimingReport<double> timing;
+  core::TimePoint now{};
+  for (const int by_ms : {4, -4, -6, 150}) {
+    timing.set_by += milliseconds(by_ms);
+    ++timing.times_set;
+    recorder.update(now += seconds(1), timing, lines);
+    recorder.update(now += seconds(1), timing, lines);
+  }
+  EXPECT_EQ(lines.said, "the source's clock was set by -0.01 sthe source's clock was set by +0.15 s");
+  EXPECT_EQ(recorder.steps().size(), 2U);
 }
 
 TEST(FlyWords, NoStartWithAFailureOrOnTheGround) {
