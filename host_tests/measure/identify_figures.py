@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Figures of identify on adversarial logs, and on measured flights to which an effect was added."""
-import json
 import pathlib
 import re
 import tempfile
 
-from measure.lab_figures import LAB, MEASURED, joined, table
+from measure.lab_figures import LAB, MEASURED, asked, joined, table
 from measure.marked import Figure
 from measure.workspace import Source
 
@@ -15,6 +14,8 @@ MAP = "host_tests/lab/columns/m100_csv.toml"
 # The medium sizes of the confusion matrix of simulated logs.
 SIZES = {"transport_delay": 0.10, "dead_zone": 20, "gain_asymmetry": 1.25, "trim_offset": 40, "stick_curve": 1.35,
          "backlash": 18, "gain_drift": 0.28, "cross_axis": 0.17}
+RATIOS = ("gain_asymmetry", "stick_curve")
+SIGNED = ("trim_offset", "gain_drift", "cross_axis")
 
 
 def unseen(workspace):
@@ -35,41 +36,31 @@ def unseen(workspace):
     return {"identify.unseen": table(rows[0], *joined(rows[1:])), "identify.unseen_shares": Figure("; ".join(said))}
 
 
-def untouched(workspace, axis):
-    """-> the answer of identify for an unchanged measured flight"""
-    with tempfile.TemporaryDirectory() as folder:
-        answer = pathlib.Path(folder) / "answer.json"
-        _, log, ranges = MEASURED[axis]
-        workspace.run(workspace.program(LAB), "identify", "--log", workspace.measured_log(log), "--columns", MAP, "--axis", axis,
-                  "--declare", "first_order", *ranges, "--json", answer)
-        return json.loads(answer.read_text())
+def asked_of(workspace, axis, declared, ranges, *more, log=None, columns=MAP):
+    """-> the answer of identify for a log, or for the measured flight of this axis"""
+    log = log or workspace.measured_log(MEASURED[axis][1])
+    return asked(workspace, "identify", "--log", log, "--columns", columns, "--axis", axis, "--declare", ",".join(declared), *ranges, *more)[1]
 
 
-def with_effect(workspace, axis, structure, effect, size):
+def with_effect(workspace, axis, structure, ranges, effect, size):
     """-> the answer of identify for the flight with the effect added; all its other effects are declared"""
     with tempfile.TemporaryDirectory() as folder:
-        log, columns, answer = (pathlib.Path(folder) / name for name in ("log.csv", "map.toml", "answer.json"))
-        _, flight, ranges = MEASURED[axis]
-        declared = ("--axis", axis, "--declare", ",".join(structure))
-        workspace.run(workspace.program(LAB), "inject", "--log", workspace.measured_log(flight), "--columns", MAP, *declared,
-                  "--train", ranges[1], "--effect", f"{effect}={size}", "--out", log, "--map", columns)
-        workspace.run(workspace.program(LAB), "identify", "--log", log, "--columns", columns, *declared, *ranges, "--json", answer)
-        return json.loads(answer.read_text())
+        log, columns = (pathlib.Path(folder) / name for name in ("log.csv", "map.toml"))
+        workspace.run(workspace.program(LAB), "inject", "--log", workspace.measured_log(MEASURED[axis][1]), "--columns", MAP, "--axis", axis,
+                      "--declare", ",".join(structure), "--train", ranges[1], "--effect", f"{effect}={size}", "--out", log, "--map", columns)
+        return asked_of(workspace, axis, structure, ranges, log=log, columns=columns)
 
 
-def by_itself(workspace, axis, structure, effect, parameter):
-    """-> the size of the effect in the unchanged flight, fitted together with all its other effects"""
-    with tempfile.TemporaryDirectory() as folder:
-        answer = pathlib.Path(folder) / "answer.json"
-        _, log, ranges = MEASURED[axis]
-        workspace.run(workspace.program(LAB), "identify", "--log", workspace.measured_log(log), "--columns", MAP, "--axis", axis,
-                  "--declare", ",".join([*structure, effect]), *ranges, "--refits", 0, "--json", answer)
-        return json.loads(answer.read_text())["declared"]["parameters"][parameter]
+def sizes(effect, medium):
+    """-> smaller, medium and larger, and the medium one the other way round where it has a sign or is a ratio"""
+    if effect in RATIOS:
+        return [round(medium ** power, 3) for power in (0.7, 1, 1.4)] + [round(1 / medium, 3)]
+    return [round(medium * factor, 3) for factor in (0.7, 1, 1.4)] + ([-medium] if effect in SIGNED else [])
 
 
 def together(effect, added, own):
     """-> the total size of an added effect and the flight's own one: ratios and exponents multiply, others add"""
-    return added * own if effect in ("gain_asymmetry", "stick_curve") else added + own
+    return added * own if effect in RATIOS else added + own
 
 
 def names_it(found, effect):
@@ -79,33 +70,34 @@ def names_it(found, effect):
 
 
 def injected(workspace):
-    """Adds each effect that a measured flight does not have, at medium size."""
-    rows = [["flight", "effect", "added", "added and the flight's own", "named", "identified, 95 % interval", "verdict"]]
-    right, inside, inside_with_own, numbers = 0, 0, 0, 0
-    for axis in MEASURED:
-        structure = untouched(workspace, axis)["final"]["structure"]
-        for effect, size in SIZES.items():
-            taken = effect in structure or (effect == "transport_delay" and "lead_zero" in structure)
-            if taken or (effect == "cross_axis" and axis not in ("roll", "pitch")):
-                continue
-            found = with_effect(workspace, axis, structure, effect, size)
-            named = [one["name"] for one in found["effects"]]
-            right += names_it(found, effect)
-            interval, with_own = "", ""
-            for one in found["effects"]:
-                if one["name"] == effect:
-                    parameter, number = next(iter(one["parameters"].items()))
-                    whole = together(effect, size, by_itself(workspace, axis, structure, effect, parameter))
-                    numbers += 1
-                    inside += number["low"] <= size <= number["high"]
-                    inside_with_own += number["low"] <= whole <= number["high"]
-                    with_own = f"{whole:.3g}"
-                    interval = f"{number['value']:.3g} [{number['low']:.3g}, {number['high']:.3g}]"
-            rows.append([axis, effect.replace("_", " "), f"{size:g}", with_own, ", ".join(named).replace("_", " "),
-                         interval, found["verdict"].replace("_", " ")])
-    shares = (f"{right} of {len(rows) - 1} named correctly; {inside} of {numbers} intervals contain the added size, "
-              f"{inside_with_own} of {numbers} the sum of the added size and the flight's own")
-    return {"identify.injected": table(*rows), "identify.injected_shares": Figure(shares)}
+    """Adds each effect that a measured flight does not have, in several sizes, to both orders of its halves."""
+    rows, total = [], {}
+    for axis, (_, _, (train, first, validate, second)) in MEASURED.items():
+        halves = [(ranges, asked_of(workspace, axis, ["first_order"], ranges)["final"]["structure"])
+                  for ranges in ((train, first, validate, second), (train, second, validate, first))]
+        for effect, medium in SIZES.items():
+            counts, added = [0, 0, 0, 0], sizes(effect, medium)
+            for ranges, structure in halves:
+                taken = effect in structure or (effect == "transport_delay" and "lead_zero" in structure)
+                if taken or (effect == "cross_axis" and axis not in ("roll", "pitch")):
+                    continue
+                own = {}
+                for size in added:
+                    found = with_effect(workspace, axis, structure, ranges, effect, size)
+                    counts[0] += 1
+                    counts[1] += names_it(found, effect)
+                    for number in (next(iter(one["parameters"].items())) for one in found["effects"] if one["name"] == effect):
+                        own = own or asked_of(workspace, axis, [*structure, effect], ranges, "--refits", 0)["declared"]["parameters"]
+                        counts[2] += 1
+                        counts[3] += number[1]["low"] <= together(effect, size, own[number[0]]) <= number[1]["high"]
+            if counts[0]:
+                rows.append([axis.replace("_", " "), effect.replace("_", " "), ", ".join(f"{size:g}" for size in added), *map(str, counts)])
+                axes = "roll and pitch" if axis in ("roll", "pitch") else "climb and yaw rate"
+                total[axes] = [one + other for one, other in zip(total.get(axes, [0, 0, 0, 0]), counts)]
+    head = ["flight", "effect", "added", "logs", "named", "with a size", "size inside"]
+    shares = "; ".join(f"{axes}: {named} of {logs} named correctly, {inside} of {sized} intervals contain the sum of the added size and the "
+                       f"flight's own" for axes, (logs, named, sized, inside) in total.items())
+    return {"identify.injected": table(head, *rows), "identify.injected_shares": Figure(shares)}
 
 
 def hour(workspace):
