@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "firmware/core/frames.h"
+#include "firmware/link/telemetry/telemetry_clock.h"
 
 namespace m100::app {
 namespace {
@@ -77,6 +78,15 @@ bool SensorAdapter::is_plausible(const core::Pose<T>& pose, core::TimePoint now)
   return good;
 }
 
+/// If more than a second has passed, or none, that clock was set.
+core::Duration SensorAdapter::since_last(const protocol::Telemetry& telemetry) {
+  const std::uint32_t ticks = telemetry.has(protocol::TelemetryItem::kTime) ? telemetry.time.ticks : 0U;
+  const core::Duration passed = (ticks - last_ticks_) * link::TelemetryClock::kTick;
+  const bool is_known = ticks != 0 && last_ticks_ != 0 && passed <= std::chrono::seconds(1);
+  last_ticks_ = ticks;
+  return is_known ? passed : core::Duration{0};
+}
+
 template <typename T>
 est::Measurement<T> SensorAdapter::update(const protocol::Telemetry& telemetry, core::Duration attitude_age,
                                           const core::Pose<double>& pose,
@@ -99,6 +109,7 @@ est::Measurement<T> SensorAdapter::update(const protocol::Telemetry& telemetry, 
   if (const core::Euler<T> euler = core::euler_of(attitude); is_plausible(telemetry, attitude, euler)) {
     measured.attitude.is_new = true;
     measured.attitude.age = attitude_age;
+    measured.attitude.since_last = since_last(telemetry);
     measured.attitude.roll_rad = euler.roll_rad;
     measured.attitude.pitch_rad = euler.pitch_rad;
     measured.attitude.yaw_rad = euler.yaw_rad;
@@ -111,6 +122,7 @@ template <typename T>
 est::ImuSample<T> SensorAdapter::imu_sample(const protocol::Telemetry& telemetry, const est::Measurement<T>& measured) {
   est::ImuSample<T> imu_sample;
   imu_sample.attitude_is_new = measured.attitude.is_new;
+  imu_sample.since_last_s = core::seconds<T>(measured.attitude.since_last);
   imu_sample.roll_rad = measured.attitude.roll_rad;
   imu_sample.pitch_rad = measured.attitude.pitch_rad;
   imu_sample.yaw_rad = measured.attitude.yaw_rad;

@@ -57,11 +57,13 @@ class SensorAdapter {
   template <typename T>
   bool is_plausible(const core::Pose<T>& pose, core::TimePoint now);
   bool is_repeated(const core::Pose<double>& pose);
+  core::Duration since_last(const protocol::Telemetry& telemetry);
 
   SensorLimits sensor_limits_;
   SensorAdapterStats stats_;
   std::array<float, 7> last_reading_{};
   std::uint32_t same_readings_ = 0;
+  std::uint32_t last_ticks_ = 0;  ///< of the autopilot's clock, of the newest attitude; 0: not known
   /// Bits of x, y, z, yaw; at first those of no number.
   std::array<std::uint64_t, 4> last_pose_{~std::uint64_t{0}};
 };

@@ -13,6 +13,7 @@ struct ImuSample {
   bool force_is_new = false;
   bool climb_is_new = false;
   bool height_is_new = false;
+  T since_last_s{0};  ///< since the attitude before, by the autopilot's clock; 0: not known
   T roll_rad{0};
   T pitch_rad{0};
   T yaw_rad{0};

@@ -26,6 +26,7 @@ struct Measurement {
   struct Attitude {
     bool is_new = false;
     core::Duration age{0};
+    core::Duration since_last{0};  ///< since the attitude before, by the autopilot's clock; 0: not known
     T roll_rad{0};
     T pitch_rad{0};
     T yaw_rad{0};

@@ -53,7 +53,7 @@ void AttitudeRateConsistency<T>::update(const ImuSample<T>& imu, T step_s) {
   if (!sane) {
     fastest_rad_s_ = farthest_rad_ = T(0);
   }
-  if (passed_s > static_cast<T>(kAttitudeGap_s) || !sane) {
+  if (larger(passed_s, imu.since_last_s) > static_cast<T>(kAttitudeGap_s) || !sane) {
     unturned_rad_.setZero();
     turned_rad_.setZero();
     jumped_rad_.setZero();

@@ -16,6 +16,7 @@ constexpr double kVelocityMemory_s = 4.0;
 constexpr double kHovers_m_s = 1.0, kHoverMemory_s = 0.5;
 constexpr double kDisturbanceMemory_s = 10.0;
 constexpr double kFirstMean_s = 0.5;
+constexpr double kGap_s = 0.05;  ///< longer without an attitude, or between two ticks, the motion was not observed
 constexpr double kSane = 1e6;
 constexpr double kMax_m_s = 20.0;  ///< while untrusted for minutes on the ground, it would diverge
 /// Reported variance of the velocity: (0.4 m/s)^2.
@@ -41,6 +42,7 @@ void DeadReckoning<T>::update(const ImuSample<T>& imu, const Estimate<T>& estima
   const T step_s = core::seconds<T>(elapsed);
   const Vector2 seen_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
   const Vector2 estimated_m_s2(estimate.x.disturbance_m_s2, estimate.y.disturbance_m_s2);
+  attitude_age_s_ = imu.attitude_is_new ? T(0) : core::clamp(attitude_age_s_ + step_s, T(0), T(1));
   if (imu.attitude_is_new) {
     slope_ = core::heading_slope_of(imu.roll(), imu.pitch());
   }
@@ -69,7 +71,9 @@ void DeadReckoning<T>::update(const ImuSample<T>& imu, const Estimate<T>& estima
   if (pilots && seen_m_s.squaredNorm() < static_cast<T>(kHovers_m_s * kHovers_m_s)) {
     velocity_w_m_s_ -= velocity_w_m_s_ * (step_s * static_cast<T>(1.0 / kHoverMemory_s));
   } else if (trusted) {
-    velocity_w_m_s_ += (seen_m_s - velocity_w_m_s_) * (step_s * static_cast<T>(1.0 / kVelocityMemory_s));
+    const bool is_observed = attitude_age_s_ <= static_cast<T>(kGap_s) && step_s <= static_cast<T>(kGap_s);
+    velocity_w_m_s_ +=
+        (seen_m_s - velocity_w_m_s_) * (is_observed ? step_s * static_cast<T>(1.0 / kVelocityMemory_s) : T(1));
   }
   if (trusted) {
     const T share = step_s / (seen_s_ > static_cast<T>(kFirstMean_s) ? seen_s_ : static_cast<T>(kFirstMean_s));

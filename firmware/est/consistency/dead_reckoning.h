@@ -27,7 +27,10 @@ namespace m100::est {
 /// taken, and a pilot who is about to hand over hovers. Poses faster than 1 m/s are used: the pilot then does not
 /// hover.
 ///
-/// Ten numbers; no heap. Cost: about 40 products a tick. T is float or double.
+/// Where no attitude has come for 50 ms, or a tick was longer, the motion was not observed, and v continues from the
+/// observer's velocity, unless that is contradicted.
+///
+/// Eleven numbers; no heap. Cost: about 40 products a tick. T is float or double.
 template <typename T>
 class DeadReckoning {
  public:
@@ -53,7 +56,8 @@ class DeadReckoning {
   const Vector2& offset_rad() const { return offset_rad_; }
 
  private:
-  T seen_s_{0};  ///< how long p has been averaged; at most its memory
+  T seen_s_{0};          ///< how long p has been averaged; at most its memory
+  T attitude_age_s_{0};  ///< at most one second
   Vector2 velocity_w_m_s_ = Vector2::Zero();
   Vector2 disturbance_acceleration_w_m_s2_ = Vector2::Zero();
   Vector2 offset_rad_ = Vector2::Zero();                ///< mean, of the input

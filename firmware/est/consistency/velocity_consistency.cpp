@@ -6,7 +6,8 @@
 namespace m100::est {
 namespace {
 
-/// After a longer tick the motion was not observed: the sum restarts from the next velocity.
+/// After a longer tick, or a longer time without a force, the motion was not observed: the sum restarts from the next
+/// velocity. A force that is held through an acceleration of 4 m/s^2 would be wrong by 0.2 m/s, which is allowed.
 constexpr core::Duration kGap = std::chrono::milliseconds(50);
 constexpr double kSane = 1e9;
 
@@ -66,18 +67,20 @@ void VelocityConsistency<T>::update(const ImuSample<T>& imu, const Estimate<T>& 
   if (!is_sane()) {
     reset_sums();
   }
+  force_age_ = imu.force_is_new ? core::Duration{0} : core::clamp(force_age_ + elapsed, core::Duration{0}, 2 * kGap);
   if (imu.force_is_new) {
     specific_force_.update(imu);
   }
+  const bool is_observed = elapsed <= kGap && (force_age_ <= kGap || !specific_force_.is_received());
   const T step_s = core::seconds<T>(elapsed);
   const bool force_disabled = is_disabled(ConsistencyCheck::kForce);
   const bool force_counts = force_scale_m_s2() > T(0) && !force_disabled &&
                             specific_force_.learned_s() >= static_cast<T>(ForceConsistency<T>::kFirstLook_s);
-  update_disturbance(estimate.heading(), force_counts && estimate.prediction_valid && elapsed <= kGap, step_s);
+  update_disturbance(estimate.heading(), force_counts && estimate.prediction_valid && is_observed, step_s);
   if (!estimate.healthy) {
     force_.lose_estimate();
   }
-  if (!estimate.healthy || elapsed > kGap) {
+  if (!estimate.healthy || !is_observed) {
     force_.restart();
     suspect_ = false;
     paths_.restart();

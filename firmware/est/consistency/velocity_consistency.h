@@ -75,6 +75,7 @@ class VelocityConsistency {
 
   CheckSet disabled_checks_;
   bool suspect_ = false;  ///< more than is allowed: the effect of a sensor fault must not be learned as an error
+  core::Duration force_age_{0};
   SpecificForce<T> specific_force_;
   ForceConsistency<T> force_;
   ClimbConsistency<T> climb_;

@@ -15,10 +15,10 @@ constexpr double kTick_s = 0.01;
 
 class AttitudeRateConsistencyTest : public ::testing::Test {
  protected:
-  AttitudeRateConsistencyTest() { felt_.attitude_is_new = true; }
+  AttitudeRateConsistencyTest() { imu_.attitude_is_new = true; }
 
   AttitudeRateConsistency<double> check_;
-  ImuSample<double> felt_;
+  ImuSample<double> imu_;
 };
 
 /// Tilts as in a hover, by a quarter of a degree.
@@ -34,12 +34,12 @@ TEST_F(AttitudeRateConsistencyTest, IsSilentWhileTheRatesMakeTheTilt) {
     check_ = AttitudeRateConsistency<double>();
     for (double t_s = 0.0; t_s < 20.0; t_s += kTick_s) {
       // Rates that are 20 ms old and 5 % wrong, and an attitude that is corrected by a degree.
-      lean(felt_, t_s - 0.02, amplitude_rad);
-      const core::Vector<double, 3> rates = 1.05 * felt_.rate_b_rad_s;
-      lean(felt_, t_s, amplitude_rad);
-      felt_.rate_b_rad_s = rates;
-      felt_.roll_rad += 0.0087 * std::sin(0.3 * t_s);
-      check_.update(felt_, kTick_s);
+      lean(imu_, t_s - 0.02, amplitude_rad);
+      const core::Vector<double, 3> rates = 1.05 * imu_.rate_b_rad_s;
+      lean(imu_, t_s, amplitude_rad);
+      imu_.rate_b_rad_s = rates;
+      imu_.roll_rad += 0.0087 * std::sin(0.3 * t_s);
+      check_.update(imu_, kTick_s);
       ASSERT_FALSE(check_.contradicts()) << amplitude_rad << " rad, " << t_s << " s";
     }
   }
@@ -58,9 +58,9 @@ TEST_F(AttitudeRateConsistencyTest, NamesAnAttitudeThatDoesNotFollowItsRatesBefo
     check_ = AttitudeRateConsistency<double>();
     double t_s = 0.0;
     for (; t_s < 3.0 && !check_.contradicts(); t_s += kTick_s) {
-      lean(felt_, t_s, 0.02);
-      lies.at(lie)(felt_);
-      check_.update(felt_, kTick_s);
+      lean(imu_, t_s, 0.02);
+      lies.at(lie)(imu_);
+      check_.update(imu_, kTick_s);
     }
     EXPECT_TRUE(check_.contradicts()) << "lie " << lie;
   }
@@ -74,11 +74,11 @@ TEST_F(AttitudeRateConsistencyTest, RatesThatScatterExcuseNoDelay) {
   std::normal_distribution<double> noise(0.0, 3.0);
   double t_s = 0.0;
   for (; t_s < 10.0 && !check_.contradicts(); t_s += kTick_s) {
-    lean(felt_, t_s - 0.08, 0.1);
-    const core::Vector<double, 3> rates = felt_.rate_b_rad_s;
-    lean(felt_, t_s, 0.1);
-    felt_.rate_b_rad_s = rates + core::Vector<double, 3>(0.3 * noise(random), 0.9 * noise(random), 0.0);
-    check_.update(felt_, kTick_s);
+    lean(imu_, t_s - 0.08, 0.1);
+    const core::Vector<double, 3> rates = imu_.rate_b_rad_s;
+    lean(imu_, t_s, 0.1);
+    imu_.rate_b_rad_s = rates + core::Vector<double, 3>(0.3 * noise(random), 0.9 * noise(random), 0.0);
+    check_.update(imu_, kTick_s);
   }
   EXPECT_LT(t_s, 1.0);
 }
@@ -88,10 +88,10 @@ TEST_F(AttitudeRateConsistencyTest, NoiseOfAnHonestRateIsSilent) {
   std::mt19937 random(2);
   std::normal_distribution<double> noise(0.0, 1.0);
   for (double t_s = 0.0; t_s < 200.0; t_s += kTick_s) {
-    lean(felt_, t_s, 0.1);
-    felt_.roll_rad += 5e-4 * noise(random);  // several times the noise of both measured logs
-    felt_.rate_b_rad_s += core::Vector<double, 3>(0.02 * noise(random), 0.02 * noise(random), 0.0);
-    check_.update(felt_, kTick_s);
+    lean(imu_, t_s, 0.1);
+    imu_.roll_rad += 5e-4 * noise(random);  // several times the noise of both measured logs
+    imu_.rate_b_rad_s += core::Vector<double, 3>(0.02 * noise(random), 0.02 * noise(random), 0.0);
+    check_.update(imu_, kTick_s);
     ASSERT_FALSE(check_.contradicts()) << t_s << " s";
   }
 }
@@ -103,13 +103,13 @@ TEST_F(AttitudeRateConsistencyTest, AJumpWithoutARateIsNamedWhileTheAircraftTurn
   for (const double offset_rad : {0.07, -0.07}) {
     check_ = AttitudeRateConsistency<double>();
     for (double t_s = 0.0; t_s < 10.2; t_s += kTick_s) {
-      lean(felt_, 3.0 * t_s - 0.02, 0.3);
-      const core::Vector<double, 3> rates = 3.0 * felt_.rate_b_rad_s;
-      lean(felt_, 3.0 * t_s, 0.3);
-      felt_.rate_b_rad_s = rates;
+      lean(imu_, 3.0 * t_s - 0.02, 0.3);
+      const core::Vector<double, 3> rates = 3.0 * imu_.rate_b_rad_s;
+      lean(imu_, 3.0 * t_s, 0.3);
+      imu_.rate_b_rad_s = rates;
       const bool glitch = t_s > 5.0 && t_s < 5.05;  // it jumps back
-      felt_.roll_rad += glitch || t_s > 10.0 ? offset_rad : 0.0;
-      check_.update(felt_, kTick_s);
+      imu_.roll_rad += glitch || t_s > 10.0 ? offset_rad : 0.0;
+      check_.update(imu_, kTick_s);
       ASSERT_TRUE(t_s > 10.0 || !check_.contradicts()) << t_s << " s";
     }
     EXPECT_TRUE(check_.contradicts()) << offset_rad;
@@ -118,9 +118,21 @@ TEST_F(AttitudeRateConsistencyTest, AJumpWithoutARateIsNamedWhileTheAircraftTurn
 
 TEST_F(AttitudeRateConsistencyTest, AnAttitudeThatCameNotForAWhileIsNoEvidence) {
   for (double t_s = 0.0; t_s < 10.0; t_s += kTick_s) {
-    lean(felt_, t_s, 0.3);
-    felt_.attitude_is_new = std::fmod(t_s, 1.0) < 0.5;
-    check_.update(felt_, kTick_s);
+    lean(imu_, t_s, 0.3);
+    imu_.attitude_is_new = std::fmod(t_s, 1.0) < 0.5;
+    check_.update(imu_, kTick_s);
+    ASSERT_FALSE(check_.contradicts()) << t_s << " s";
+  }
+}
+
+// A burst after a gap is read in two ticks: between them the tilt changes by the motion of the whole gap.
+TEST_F(AttitudeRateConsistencyTest, AnAttitudeThatIsOldByTheAutopilotsClockIsNoEvidence) {
+  double age_s = 0.3;
+  for (double t_s = 0.0; t_s < 10.0; t_s += kTick_s) {
+    const double before_s = std::exchange(age_s, std::fmod(t_s, 1.0) < 0.5 * kTick_s ? 0.3 : 0.0);
+    lean(imu_, t_s - age_s, 0.3);
+    imu_.since_last_s = kTick_s + before_s - age_s;
+    check_.update(imu_, kTick_s);
     ASSERT_FALSE(check_.contradicts()) << t_s << " s";
   }
 }

@@ -19,10 +19,10 @@ class DeadReckoningTest : public ::testing::Test {
  protected:
   DeadReckoningTest() {
     estimate_.prediction_valid = true;
-    felt_.attitude_is_new = true;
+    imu_.attitude_is_new = true;
     turn_to(0.7);
   }
-  void turn_to(double yaw_rad) { estimate_.yaw_rad = felt_.yaw_rad = yaw_rad; }
+  void turn_to(double yaw_rad) { estimate_.yaw_rad = imu_.yaw_rad = yaw_rad; }
 
   /// @param tilt_m_s2 acceleration by the tilt, along the world's x.
   /// @param disturbance_m_s2 acceleration by the wind.
@@ -32,8 +32,8 @@ class DeadReckoningTest : public ::testing::Test {
       const double total_m_s2 = tilt_m_s2 + disturbance_acceleration_m_s2;
       const core::Euler<double> attitude = core::attitude_of(core::Slope<double>{.x = tilt_m_s2 / kGravity_m_s2},
                                                              estimate_.yaw_rad, core::sin_cos_of(estimate_.yaw_rad));
-      felt_.roll_rad = attitude.roll_rad;
-      felt_.pitch_rad = attitude.pitch_rad;
+      imu_.roll_rad = attitude.roll_rad;
+      imu_.pitch_rad = attitude.pitch_rad;
       speed_m_s_ += total_m_s2 * kTick_s;
       if (pose_tells_) {
         estimate_.x.velocity_m_s = speed_m_s_;
@@ -41,14 +41,14 @@ class DeadReckoningTest : public ::testing::Test {
       }
       const double force_m_s2 = total_m_s2 + force_lies_m_s2_;
       measured_h_m_s2_ += (Vector2(cosine, -sine) * force_m_s2 - measured_h_m_s2_) * (kTick_s / kForceMean_s);
-      dead_reckoning_.update(felt_, estimate_, measured_h_m_s2_, trusted_, pilots_, core::kTickPeriod);
+      dead_reckoning_.update(imu_, estimate_, measured_h_m_s2_, trusted_, pilots_, core::kTickPeriod);
     }
   }
   double error_m_s() const { return (dead_reckoning_.velocity_w_m_s() - Vector2(speed_m_s_, 0.0)).norm(); }
 
   DeadReckoning<double> dead_reckoning_;
   Estimate<double> estimate_;
-  ImuSample<double> felt_;
+  ImuSample<double> imu_;
   Vector2 measured_h_m_s2_ = Vector2::Zero();  ///< averaged as VelocityConsistency averages it
   double speed_m_s_ = 0.0;
   bool pose_tells_ = true;

@@ -137,7 +137,7 @@ TEST_F(PathConsistencyTest, NamesAFrameThatIsTurnedOnceSomethingMoves) {
 
 // A pose whose time stamp is wrong by 80 ms shows the same path with a small shift: this is found elsewhere and is no
 // lie.
-TEST_F(PathConsistencyTest, AWrongTimeIsNoLie) {
+TEST_F(PathConsistencyTest, AWrongTimeIsNoFault) {
   RecordProperty("promise", "R17");
   const Tell late = [](const Vector2& p, const Vector2& v, double) { return Seen{p - 0.08 * v, v}; };
   EXPECT_EQ(fly(60.0, hovers, late), 60.0);
