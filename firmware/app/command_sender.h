@@ -33,7 +33,7 @@ class CommandSender {
   /// Forgets what rounding to counts has left over.
   void reset() { commands_.reset(); }
   bool uses_sticks() const { return channel_ == link::Channel::kVirtualRc; }
-  /// The last sticks that left.
+  /// The last sticks that were sent.
   const vrc::Sticks& sticks() const { return sticks_; }
 
  private:

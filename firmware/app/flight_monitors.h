@@ -33,7 +33,7 @@ class FlightMonitors {
                            core::Duration elapsed) {
     flight_state_.update(link, estimate, model_tilt_rad, isolation, elapsed);
   }
-  /// Once per tick, after the sticks left. @param flies_sticks the aircraft obeys our sticks. @param holds the
+  /// Once per tick, after the sticks were sent. @param flies_sticks the aircraft obeys our sticks. @param holds the
   /// reference stands still and no plan moves a stick. Where no attitude comes for one tick, the residual uses the
   /// last: the autopilot has a clock of its own, and AxisResidual expects such timing.
   void update_model(const est::Measurement<T>& measured, const est::Estimate<T>& estimate, const vrc::Sticks& sticks,

@@ -21,7 +21,7 @@ template <typename T>
 T sin(T angle_rad);
 template <typename T>
 T cos(T angle_rad);
-/// Both at once, at less than the cost of two calls: the same bits.
+/// Sine and cosine of one angle, with the same bits as two calls of sin() and cos() give, at less cost.
 template <typename T>
 struct SinCos {
   T sine{0};

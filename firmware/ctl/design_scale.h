@@ -17,13 +17,13 @@ class DesignScale {
       : roll_(ratio(vehicle.design.roll, vehicle.roll, by_sticks)),
         pitch_(ratio(vehicle.design.pitch, vehicle.pitch, by_sticks)) {}
 
-  /// What the design takes a command as that leaves.
+  /// A sent command, on the scale of the design.
   Command<T> expected(Command<T> command) const {
     command.roll_rad *= roll_;
     command.pitch_rad *= pitch_;
     return command;
   }
-  /// What must leave for a command of the design.
+  /// The command to send for a command of the design.
   Command<T> to_send(Command<T> command) const {
     command.roll_rad /= roll_;
     command.pitch_rad /= pitch_;

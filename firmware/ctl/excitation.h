@@ -102,10 +102,10 @@ class Excitation {
   int counts() const { return moves() ? plan_.counts[plan_.pieces[piece_].begin + sample_] : 0; }
   std::size_t piece() const { return piece_; }
   std::size_t sample() const { return sample_; }
-  /// From the place, along axis(), and how fast.
+  /// Distance from the place of rest, and speed, along axis().
   T distance() const { return distance_; }
   T speed() const { return speed_; }
-  /// From the failsafe's top to the end or the abort; until now, while it lasts.
+  /// It lasts from the start in kNominal to the end or the abort; while it lasts, ended() is now.
   core::TimePoint began() const { return began_; }
   core::TimePoint ended() const { return ended_; }
   static std::string_view name(Abort abort);

@@ -62,7 +62,7 @@ class RateLimiter {
     used_ = true;
     left(now);
   }
-  /// The last command waited for the line and has left only now.
+  /// The last command waited for the line and was sent only now.
   void left(core::TimePoint now) {
     last_ = now;
     times_[newest_] = now;

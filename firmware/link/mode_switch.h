@@ -16,7 +16,7 @@ class ModeSwitch {
   /// If the RC item shows mode F this long after Virtual RC data (of mode A) began, it shows the real switch.
   static constexpr core::Duration kOwnModeShows = std::chrono::milliseconds(200);
 
-  /// A command left.
+  /// A command was sent.
   void sent(core::TimePoint now) {
     first_command_ = commanded_ ? first_command_ : now;
     commanded_ = true;

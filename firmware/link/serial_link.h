@@ -63,10 +63,10 @@ class SerialLink {
   const protocol::Telemetry& receive(core::TimePoint now);
 
   /// Sends one flight command, if control is ours and the channel's rate allows one more.
-  /// @returns kOk: it is on its way. kNotReady: too early for the rate of the channel, or not all bytes are read;
-  ///   nothing left. kRefused: not in control. kInvalidArgument: a command of the other channel.
-  ///   kOutOfRange: a number is not finite or outside its range; nothing left.
-  ///   kResourceExhausted: the line still holds bytes of the command before; nothing left.
+  /// @returns kOk: it is on its way. kNotReady: too early for the rate of the channel, or received bytes are still
+  ///   unread; nothing is sent. kRefused: not in control. kInvalidArgument: a command of the other channel.
+  ///   kOutOfRange: a number is not finite or outside its range; nothing is sent.
+  ///   kResourceExhausted: the line still holds bytes of the command before; nothing is sent.
   core::Status send(const ChannelCommand& command, core::TimePoint now);
 
   /// True if send() would not answer kNotReady or kRefused.

@@ -12,7 +12,7 @@ namespace m100::log {
 /// Changes with every change of a record's fields.
 inline constexpr std::uint32_t kVersion = 1;
 
-/// One tick of the flight: measurements, estimate, command of the law, command that left. World NWU, body FLU, SI;
+/// One tick of the flight: measurements, estimate, command of the law, command that was sent. World NWU, body FLU, SI;
 /// sticks in counts. No padding: kTickFormat describes the same layout for ULog, and a test compares the two.
 struct TickRecord {
   std::uint64_t timestamp = 0;  ///< us
@@ -42,7 +42,7 @@ struct TickRecord {
   std::uint32_t refused_poses = 0;
   std::uint32_t dropped_messages = 0;  ///< of this log
   std::uint8_t state = 0;              ///< safety::FailsafeState
-  std::uint8_t sent = 0;               ///< 1: a control frame left in this tick
+  std::uint8_t sent = 0;               ///< 1: a control frame was sent in this tick
   std::uint8_t pose_new = 0;
   std::uint8_t imu_new = 0;
   std::uint8_t link_state = 0;  ///< link::SerialLink's step of the start-up

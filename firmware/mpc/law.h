@@ -8,7 +8,7 @@
 
 namespace m100::mpc {
 
-/// Law that solves the horizontal program. Both have the same table, predictor, targets and limits.
+/// Law that solves the horizontal program. Both laws have the same table, predictor, targets and limits.
 enum class Law : std::uint8_t {
   kMpc,  ///< the optimum of the program with its limits
   kLqr,  ///< the baseline: the optimum without limits, clipped to them (Path::kClipped where a limit binds)

@@ -92,7 +92,7 @@ class Supervisor {
   FailsafeCondition conditions() const { return conditions_; }
   /// The failsafe's last step; stats().steps counts them.
   const FailsafeStep& last_step() const { return last_step_; }
-  /// The step with which the last descent from the law's flight began.
+  /// The last step down from kNominal, or from kCoast for a reason other than its time-out.
   const FailsafeStep& descent() const { return descent_; }
   const SupervisorStats& stats() const { return stats_; }
 

@@ -102,7 +102,7 @@ class FlightSequencer {
   void end_task(core::TimePoint now, const SequencerInput& input);
   bool release_control(core::TimePoint now, const View& view, const SequencerInput& input);
   void try_to_engage(core::TimePoint now, bool backed_up);
-  /// A denial of the order that the program itself gave ends it.
+  /// With --once, a refusal to carry out the program's own order to take control ends the program.
   bool ends_on_denial() const { return order_given_ && request_.once; }
   void begin_release(core::TimePoint now, bool by_operator, const SequencerInput& input);
   bool is_refused(core::TimePoint now, const View& view) const;

@@ -28,7 +28,7 @@ std::string_view name(MissionState state) {
   return "";
 }
 
-/// The name in "order from the room: NAME", and the text of a refusal.
+/// The name in "order from the ground station: NAME", and the text of a refusal.
 struct CommandText {
   std::string_view name;
   std::string_view refusal;
@@ -164,7 +164,7 @@ void GroundStationCommands::report_goal(core::TimePoint now, GoalResult answer) 
   }
   goal_reported_at_ = now;
   TextLine line;
-  line.add("goal from the room");
+  line.add("goal from the ground station");
   if (answer == GoalResult::kAccepted) {
     const auto& place = guided_mode_->goals().goal()->position_w_m;
     line.add(" (").add(place.x(), 2).add(", ").add(place.y(), 2).add(", ").add(place.z(), 2).add(") m");
@@ -176,7 +176,7 @@ void GroundStationCommands::report_mission(core::TimePoint now, const GuidedMode
   const Mission<double>& mission = guided_mode_->mission();
   if (outcome.new_items) {
     const auto count = static_cast<double>(guided_mode_->items().size());
-    operator_log_.write(now, TextLine{}.add("mission from the room: ").add(count, 0).add(" items").text());
+    operator_log_.write(now, TextLine{}.add("mission from the ground station: ").add(count, 0).add(" items").text());
   }
   if (outcome.reached) {
     const auto item = static_cast<double>(*outcome.reached);
@@ -207,7 +207,7 @@ void GroundStationCommands::report_mission(core::TimePoint now, const GuidedMode
 OperatorInput GroundStationCommands::execute(core::TimePoint now, const GroundStationTap::Order& order, bool done,
                                              const SequencerStatus& status) {
   TextLine line;
-  line.add("order from the room: ");
+  line.add("order from the ground station: ");
   CommandDecision decision{.result = kUnsupported, .why = ", refused: this program does not support it", .input = {}};
   if (order.message.command == kGuidedEnable) {
     decision = decide_engage(order.message.param1 >= 0.5F, status);

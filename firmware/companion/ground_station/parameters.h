@@ -22,7 +22,7 @@ struct ParameterSource {
   ref::SpeedLimits goals;  ///< of the ways to goals
 };
 
-/// One number that a room may read: its name on the wire (at most 16 characters), unit and value.
+/// One number that a ground station may read: its name on the wire (at most 16 characters), unit and value.
 struct ParameterEntry {
   std::string_view name;
   std::string_view unit;

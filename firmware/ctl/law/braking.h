@@ -22,7 +22,7 @@ struct Braking {
   double drag_per_s = 0.0;
 };
 
-/// Time until a command that leaves now has begun to act, and the next one can act: transport delay + command period
+/// Time until a command that is sent now has begun to act, and the next one can act: transport delay + command period
 /// (40 ms).
 double effective_delay_s(const model::StickAxis& axis);
 

@@ -84,7 +84,7 @@ void PathMonitor<T>::update_horizontal(const Estimate<T>& estimate, const ForceC
       {.force_m_s2 = force_w_m_s2,
        .position_m = Vector2(estimate.x.position_m, estimate.y.position_m),
        .speed_m_s = velocity.velocity_w_m_s(),
-       // Without the corrections by poses (CovarianceInflation): a sensor fault would excuse itself by its own effect.
+       // The filter's own variance, without CovarianceInflation: a faulty sensor would raise that and excuse itself.
        .position_sigma_m = core::sqrt(core::clamp(estimate.x.filter_variance_m2, estimate.y.filter_variance_m2,
                                                   static_cast<T>(kMaxSigma_m * kMaxSigma_m))) +
                            static_cast<T>(kPathOfVelocity_s) * velocity.start_sigma_m_s(),

@@ -12,8 +12,8 @@
 
 namespace m100::est {
 
-/// Follows the horizontal path and the height of the poses against those of the specific force (PathConsistency), and
-/// restarts both where the motion was not observed. The two take turns, which halves the cost.
+/// Compares the horizontal path and the height of the poses with those of the specific force (PathConsistency), and
+/// restarts both comparisons after a second without a pose. One of them runs in each tick, which halves the cost.
 ///
 /// No heap. T is float or double.
 template <typename T>

@@ -9,7 +9,7 @@ namespace {
 constexpr float kMemory = 3000.F;  // poses
 constexpr float kRise = 3e-4F;     // share of the elapsed time: three times the drift of a poor quartz
 constexpr float kMaxDrift = 0.02F;
-/// Long steps in a row: where one capture in twenty is lost, chance does that once in 160000.
+/// So many long steps in a row show a slower source. If one capture in twenty is lost, this happens once in 160000.
 constexpr std::uint32_t kSlowerSource = 4;
 constexpr core::Duration kLongest = std::chrono::seconds(10);  // without a pose: restart
 /// Before the envelope; no message is early. Arrivals are known to one tick, and so is the envelope after a few poses.
@@ -50,7 +50,7 @@ bool PoseClock::was_set(core::Duration step, core::Duration gap, const Context& 
   return is_uneven && (early_s > kEarly_s || (context.clock_was_set && uneven_s < 0.F));
 }
 
-/// What came late or early by the clock did not come late or early.
+/// Poses that only looked late or early because the sender's clock was slewed are corrected for it.
 void PoseClock::note_shift(const ClockShift::Step& step) {
   const float lost_s = shift_.update(step, lateness_.value_s());
   if (lost_s < 0.F || lost_s > 0.F) {

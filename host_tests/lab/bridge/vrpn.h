@@ -44,8 +44,8 @@ class VrpnStream {
   std::uint64_t passed_over() const { return passed_over_; }
   /// The trackers that the server has named, for a message about a wrong name.
   std::vector<std::string> senders() const;
-  /// Why there is no pose: the server does not have the tracker, or no plausible pose of its sensor has arrived. Names
-  /// are the server's own bytes.
+  /// Why there is no pose: the server does not have the tracker, or no plausible pose of its sensor has arrived. The
+  /// names in it are unchecked bytes of the server: print it through printable().
   std::string silence_reason() const;
 
  private:

@@ -21,9 +21,9 @@ nlohmann::json result_of(const Folder& folder, const std::string& result);
 /// Start and end, in seconds on the log's clock, of the time in which the law commanded.
 std::pair<double, double> nominal(const nlohmann::json& result);
 
-/// From the first movement of a stick in the excited flight NAME to a second after its last, in seconds on the log's
-/// clock; (0, 0): it was not flown yet. Outside of it the law alone moves the stick, against the air, so that stick and
-/// air are not independent.
+/// From the excitation's first movement of this stick in the flight NAME to a second after its last, in seconds on the
+/// log's clock; (0, 0): it was not flown yet. Outside of it the law alone moves the stick, against the air, so that
+/// stick and air are not independent.
 std::pair<double, double> moved(const Folder& folder, const std::string& name, ctl::ExcitedStick stick);
 
 /// Sticks and tilts of a flight, with its heading, the reference's heading and the pose's age as extra columns.

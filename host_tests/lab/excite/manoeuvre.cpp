@@ -175,7 +175,7 @@ class Rehearsal {
   int pieces_begun_ = 0;
 };
 
-/// The fitting pieces in sequence; between them the pilot flies back to the middle.
+/// The pieces that fit into the limits, in sequence; after each one the pilot flies back to the middle.
 Manoeuvre strung(const InputDesign& design, const model::StickAxis& axis, double amplitude_counts) {
   Manoeuvre out;
   const std::vector<std::vector<Part>> all = fitted(design, axis, amplitude_counts, out);

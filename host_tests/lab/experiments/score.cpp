@@ -112,7 +112,7 @@ double time_optimal_rms_m(const std::vector<double>& steps_m, double tilt_rad, d
   double integral = 0.0;
   for (const double step_m : steps_m) {
     const double half_s = std::sqrt(std::abs(step_m) / acceleration);
-    // Error D (1 - s^2/2) on the way out, D (1 - s)^2 / 2 on the way in, s time over half_s.
+    // Error in the first half: D (1 - s^2/2); in the second: D (1 - s)^2 / 2; s is the time in the half over half_s.
     integral += square(step_m) * half_s * ((1.0 - 1.0 / 3.0 + 1.0 / 20.0) + 1.0 / 20.0);
   }
   return std::sqrt(integral / window_s);

@@ -42,7 +42,7 @@ bool is_mat(std::string_view head) {
   return head.starts_with("MATLAB") || version == "\x00\x01IM"sv || version == "\x01\x00MI"sv;
 }
 
-/// A format that is recognised by bytes at a place of the file, and what makes something readable of it.
+/// A file format, recognised by magic bytes at an offset, and advice on how to convert the file.
 struct ForeignFormat {
   std::size_t at;
   std::string_view magic;

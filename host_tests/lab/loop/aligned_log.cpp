@@ -21,7 +21,7 @@ using identify::Range;
 /// Signals that only the loop needs from its own log; they are not used for identification.
 constexpr const char* kHeadingAndState = "pose_yaw = \"tick.pose_yaw\"\nstate = \"tick.state\"\n";
 
-/// The longest stretch in which the failsafe kept control: its states from nominal to level.
+/// The longest stretch in which the failsafe states lie between nominal and level: the aircraft is under our control.
 Range in_control(const logs::FlightLog& log, const std::vector<double>& failsafe_state) {
   const auto kept = [](double value) {
     return value > static_cast<double>(safety::FailsafeState::kNominal) - 0.5 &&

@@ -12,8 +12,8 @@ namespace m100::lab::loop {
 
 // Compares a vehicle file with a flight, for one channel ("roll", "pitch", "climb", "yaw_rate" or "translation").
 
-/// A channel is taken over only if its error 1 s ahead becomes smaller by at least this share. Where the air alone
-/// causes most of the error, that is the contribution of a parameter error half as large as the air's.
+/// A channel is taken over only if its error 1 s ahead becomes smaller by at least this share: that
+/// of a parameter error whose effect is 0.62 times that of the air, 1 - 1 / sqrt(1 + 0.62^2).
 inline constexpr double kMinGain = 0.15;
 
 /// Likelihood ratio (n ln of the mean square of the innovations) that a stick axis needs as well: the same that

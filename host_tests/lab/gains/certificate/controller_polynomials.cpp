@@ -115,7 +115,7 @@ double bound_of_size(const ComplexNumber<TaylorModel<kCount>>& number) {
   return (1.0 + 1e-15) * std::hypot(number.re.size(), number.im.size());
 }
 
-/// A bound of the terms of a polynomial from the first power on, for |d| <= radius.
+/// A bound of the sum of the terms of power `first` and higher of a polynomial, for |d| <= radius.
 double bound_of(const std::vector<ComplexBall>& polynomial, double radius, std::size_t first) {
   double sum = 0.0;
   for (std::size_t i = polynomial.size(); i-- > 0;) {

@@ -89,7 +89,7 @@ class Packing {
     return plans_[root] = best;
   }
 
-  /// The plan, with its depth, if these planes are in one node.
+  /// The plan that puts these planes into one node, with its depth and its number of nodes.
   Plan plan_with(std::vector<std::uint16_t> planes) {
     Plan out{std::move(planes), 0, 1};
     for (const std::uint16_t plane : out.planes) {

@@ -118,7 +118,7 @@ ReadingFit fit_of(const AttitudeHypothesis& hypothesis, const FlightLog& log, co
 }
 
 /// Whether one interpretation fits significantly better than another, over blocks of 2.5 s. Four standard errors of the
-/// paired difference leave one false answer in a thousand for fourteen interpretations and ten blocks. A gust that the
+/// paired difference are exceeded by chance in 2 of 100 logs (Student's t, ten blocks, fourteen interpretations). A gust that the
 /// pilot counteracts makes tilt and acceleration differ, but then the gain is not near one: the better interpretation
 /// must also have the gain of a right one.
 bool clearly_better(const ReadingFit& one, const ReadingFit& other) {
