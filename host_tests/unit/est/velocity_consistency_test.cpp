@@ -112,9 +112,9 @@ TEST_F(VelocityConsistencyTest, AnOffsetOfTheBodyThatLeansAgainstTheWindIsNoFaul
     imu_.roll_rad = lean.roll_rad;
     imu_.pitch_rad = lean.pitch_rad;
     imu_.force_b = kGravity_m_s2 * core::Vector<double, 3>(-std::sin(lean.pitch_rad),
-                                                            std::sin(lean.roll_rad) * std::cos(lean.pitch_rad),
-                                                            std::cos(lean.roll_rad) * std::cos(lean.pitch_rad)) +
-                    core::Vector<double, 3>(0.1, -0.2, 0.4);  // twice the sigma of measured logs
+                                                           std::sin(lean.roll_rad) * std::cos(lean.pitch_rad),
+                                                           std::cos(lean.roll_rad) * std::cos(lean.pitch_rad)) +
+                   core::Vector<double, 3>(0.1, -0.2, 0.4);  // twice the sigma of measured logs
     check_.update(imu_, estimate_, disturbance_acceleration_w_m_s2_, core::kTickPeriod);
     ASSERT_EQ(reported(), ConsistencyCheck::kNone) << t_s << " s, " << name(reported());
     last_evidence_s = check_.is_suspect() ? t_s : last_evidence_s;
@@ -134,7 +134,7 @@ TEST_F(VelocityConsistencyTest, ReportsTheAccelerationBesideThatOfTheTilt) {
   imu_.pitch_rad = 0.2;  // tilted along the world's +y, with 0.5 m/s^2 of wind against it
   const double accelerates_m_s2 = kGravity_m_s2 * std::tan(0.2) - 0.5;
   imu_.force_b = {accelerates_m_s2 * std::cos(0.2) - kGravity_m_s2 * std::sin(0.2) + 0.4, 0.0,
-                   kGravity_m_s2 * std::cos(0.2) + accelerates_m_s2 * std::sin(0.2)};
+                  kGravity_m_s2 * std::cos(0.2) + accelerates_m_s2 * std::sin(0.2)};
   fly(kTick_s);
   EXPECT_NEAR(check_.disturbance_acceleration().now_w_m_s2.x(), 0.0, 0.03);
   EXPECT_NEAR(check_.disturbance_acceleration().now_w_m_s2.y(), -0.5, 0.03);

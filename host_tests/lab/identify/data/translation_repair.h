@@ -17,8 +17,9 @@ logs::FlightLog repaired(const logs::FlightLog& log, const std::vector<Range>& r
 
 /// Tests whether another interpretation of the attitude predicts the measured acceleration much better than the column
 /// map's: signs of roll and pitch, both exchanged, a heading of the other sign, quarter and half turns. The correct one
-/// leaves a twentieth of the error; the threshold is half of it, or a significant difference of 15 %. The sign of the heading cannot be found where
-/// the heading hardly changes: interpretations that fit equally well are listed in the text.
+/// leaves a twentieth of the error; the threshold is half of it, or a significant difference of 15 %. The sign of the
+/// heading cannot be found where the heading hardly changes: interpretations that fit equally well are listed in the
+/// text.
 /// @returns nothing where the map's interpretation is the best, or no attitude is logged.
 std::vector<Finding> misread_attitude(const logs::FlightLog& log, const std::vector<Range>& ranges);
 
