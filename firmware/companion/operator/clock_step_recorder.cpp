@@ -13,7 +13,7 @@ constexpr core::Duration kStepOver = std::chrono::milliseconds(500);
 /// Poses that come later by this much are soon older than a flight may use (60 ms).
 constexpr core::Duration kLater = std::chrono::milliseconds(50);
 /// Arrivals are known to one tick, so that an estimate of half a tick is none.
-constexpr core::Duration kLeastStep = core::kTickPeriod / 2;
+constexpr core::Duration kMinStep = core::kTickPeriod / 2;
 
 }  // namespace
 
@@ -41,7 +41,7 @@ void ClockStepRecorder::update(core::TimePoint now, const est::PoseTimingReport<
   }
   const ClockStep step = std::exchange(step_, {});
   step_is_open_ = false;
-  if (step.by < kLeastStep && step.by > -kLeastStep) {
+  if (step.by < kMinStep && step.by > -kMinStep) {
     return;
   }
   TextLine line;
