@@ -45,7 +45,7 @@ struct MarginLimits {
   double corner_peak = 0.0;
   double corner_delay_s = 0.0;
 };
-inline constexpr MarginLimits kFieldLimits{1.65, 0.13, 2.2, 0.08};
+inline constexpr MarginLimits kFieldLimits{1.65, 0.15, 2.2, 0.1};
 inline constexpr MarginLimits kRobustLimits{1.6, 0.15, 1.6, 0.15};
 
 /// The worst over corners and edges of the boxes.

@@ -82,8 +82,8 @@ struct Loop {
 };
 class DesignOfTheAltitudeLoop : public ::testing::TestWithParam<Loop> {};
 
-// Worked out by hand from the header: frequency w = 0.5 / (delay + rest of the lag + 30 ms), 1 to 4 rad/s; then Kp =
-// w^2 T, Kd = 2 w T - 1 (critically damped), or, where T damps enough by itself, Kp = 1/(4 T) and no derivative.
+// Worked out by hand from the header: frequency w = 0.4 / (delay + rest of the lag + 30 ms), 1 to 4 rad/s; then Kp =
+// w^2 T, Kd = 2.2 w T - 1 (damping 1.1), or, where T damps enough by itself, Kp = 1/(4.84 T) and no derivative.
 TEST_P(DesignOfTheAltitudeLoop, GivesTheGainsOfItsEquations) {
   const model::AltitudeGains gains = design_altitude(GetParam().climb, model::AltitudeGains{});
   EXPECT_NEAR(gains.proportional_per_s, GetParam().proportional_per_s, 1e-3);
@@ -105,12 +105,12 @@ model::StickAxis second_order(double frequency_rad_s, double damping, double del
 }
 INSTANTIATE_TEST_SUITE_P(
     Table, DesignOfTheAltitudeLoop,
-    ::testing::Values(Loop{"SlowAndPrompt", first_order(0.5, 0.02), 8.0, 3.0},            // w = 10, cut to 4
-                      Loop{"AsFlown", first_order(0.334, 0.08), 5.344, 1.672},            // w = 4.5455, cut to 4
-                      Loop{"Late", first_order(0.334, 0.17), 2.0875, 0.67},               // w = 2.5
-                      Loop{"VeryLate", first_order(0.6, 0.97), 0.6, 0.2},                 // w = 0.5, raised to 1
-                      Loop{"FastAndLate", first_order(0.05, 0.17), 5.0, 0.0},             // 2 w T - 1 = -0.75
-                      Loop{"SecondOrder", second_order(3.0, 0.7, 0.1), 1.3256, 0.5730}),  // T = 0.4667, w = 1.6854
+    ::testing::Values(Loop{"SlowAndPrompt", first_order(0.5, 0.02), 8.0, 3.4},            // w = 8, cut to 4
+                      Loop{"AsFlown", first_order(0.334, 0.08), 4.4165, 1.672},           // w = 3.6364
+                      Loop{"Late", first_order(0.334, 0.17), 1.336, 0.4696},              // w = 2
+                      Loop{"VeryLate", first_order(0.6, 0.97), 0.6, 0.32},                // w = 0.4, raised to 1
+                      Loop{"FastAndLate", first_order(0.05, 0.17), 4.1322, 0.0},          // 2.2 w T - 1 = -0.78
+                      Loop{"SecondOrder", second_order(3.0, 0.7, 0.1), 0.8484, 0.3843}),  // T = 0.4667, w = 1.3483
     [](const auto& tested) { return tested.param.name; });
 
 // Worked out by hand: (1 + 0.2 s + 0.04 s^2) / (1 + 0.05 s) = 1 + 0.15 s + (0.04 - 0.05 * 0.15) s^2 + ...; catches a

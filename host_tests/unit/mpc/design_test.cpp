@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "firmware/companion/files/mode.h"
@@ -15,6 +16,7 @@
 #include "host_tests/lab/gains/gain_tables.h"
 #include "host_tests/lab/gains/margin_box.h"
 #include "host_tests/lab/gains/plant_response.h"
+#include "host_tests/lab/gains/report_height_yaw.h"
 #include "host_tests/lab/gains/tuning/design_search.h"
 
 namespace m100::lab::gains {
@@ -216,15 +218,33 @@ TEST(MarginBox, FindsTheRobustDesignInsideAndTheFastOneOutside) {
   EXPECT_NEAR(calm.peak_sensitivity, 2.14, 0.02) << "as an independent trial found";
   EXPECT_GE(calm.delay_margin_s, 0.08);
   model::Vehicle fast = robust;
-  fast.design.mpc.velocity = 20.0;
-  fast.design.mpc.input = 12.0;
-  fast.design.mpc.input_rate = 0.3;
-  fast.design.estimator.attitude_sigma_rad = 0.005;
-  fast.design.estimator.rate_sigma_rad_s = 0.06;
+  fast.design = {};
   EXPECT_FALSE(box.worst(fast, MarginBox::Extent::kCorners).stable) << "unstable in a corner on movement control";
 }
 
 }  // namespace
+
+// Issue 37: what the modes promise in every corner, and 6 dB in height and yaw. The former design had 80 ms and 5.5 dB.
+TEST(MarginBox, TheShippedFileKeepsTheLimitsOfItsModes) {
+  const companion::VehicleFile file = companion::load_vehicle(kVehicle);
+  const MarginBox box(open_structures(file));
+  for (const auto& [mode, limits] :
+       {std::pair{companion::Mode::kField, kFieldLimits}, {companion::Mode::kRobust, kRobustLimits}}) {
+    const model::Vehicle flown = companion::in_mode(file.vehicle, mode);
+    const WorstMargins corners = box.worst(flown, MarginBox::Extent::kCorners);
+    const WorstMargins nominal = box.worst(flown, MarginBox::Extent::kNominal);
+    EXPECT_TRUE(corners.stable && nominal.stable);
+    EXPECT_LE(corners.peak_sensitivity, limits.corner_peak) << corners.where;
+    EXPECT_GE(corners.delay_margin_s, limits.corner_delay_s - 1e-9);
+    EXPECT_LE(nominal.peak_sensitivity, limits.nominal_peak) << nominal.where;
+    EXPECT_GE(nominal.delay_margin_s, limits.nominal_delay_s - 1e-9);
+  }
+  for (const auto& channels : report_height_yaw(file.vehicle)) {
+    for (const auto& channel : channels) {
+      EXPECT_GE(channel["corners"]["gain_margin"].get<double>(), 2.0) << channel;
+    }
+  }
+}
 
 // A step of 6 m uses the whole tilt. Catches a search that allows no design more of it than the vehicle file flies:
 // with the default file it found no design, because each learns the trim more slowly and flew 29.3 to 29.6 degrees.

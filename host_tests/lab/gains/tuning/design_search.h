@@ -47,7 +47,7 @@ struct DesignSearchResult {
 };
 
 inline constexpr double kMaxMotion_deg_s = 40.0;
-inline constexpr double kMaxHoverPrice = 1.6;  ///< of mode field: horizontal error in hover, as a share of the file's
+inline constexpr double kMaxHoverPrice = 1.66;  ///< of mode field: error in hover over the file's (11 mm over 6.6 mm)
 
 /// What a mode allows in flight.
 struct FlownLimits {
