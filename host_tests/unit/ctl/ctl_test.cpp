@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "firmware/ctl/design_scale.h"
 #include "firmware/ctl/law/altitude_pid.h"
 #include "firmware/ctl/law/flight_law.h"
 #include "firmware/ctl/law/yaw_p.h"
@@ -128,6 +130,25 @@ TEST(InverseLags, DivideByTheLeadZero) {
   axis.lead_zero_s = 0.1;  // (1 + 0.3 s) / (1 + 0.1 s) = 1 + 0.2 s - 0.02 s^2 + ...
   EXPECT_NEAR(inverse_lags(axis).first_s, 0.2, 1e-12);
   EXPECT_NEAR(inverse_lags(axis).second_s2, -0.02, 1e-12);
+}
+
+// A design's scale of 5 % more in roll and 10 % less in pitch; climb and yaw rate have none.
+TEST(DesignScale, ConvertsEachTiltByItsOwnAxis) {
+  model::Vehicle vehicle;
+  vehicle.roll.scale_per_count = vehicle.pitch.scale_per_count = 1e-3;
+  vehicle.design.roll.scale_per_count = 1.05e-3;
+  vehicle.design.pitch.scale_per_count = 0.9e-3;
+  const Command<double> command{.roll_rad = 0.1, .pitch_rad = 0.2, .climb_m_s = 0.3, .yaw_rate_rad_s = 0.4};
+  const auto numbers = [](const Command<double>& c) {
+    return std::array{c.roll_rad, c.pitch_rad, c.climb_m_s, c.yaw_rate_rad_s};
+  };
+  const DesignScale<double> scale(vehicle, true);
+  EXPECT_EQ(numbers(scale.expected(command)), (std::array{0.1 * (1.05e-3 / 1e-3), 0.2 * (0.9e-3 / 1e-3), 0.3, 0.4}));
+  EXPECT_EQ(numbers(scale.to_send(command)), (std::array{0.1 / (1.05e-3 / 1e-3), 0.2 / (0.9e-3 / 1e-3), 0.3, 0.4}));
+  EXPECT_EQ(numbers(DesignScale<double>(vehicle, false).expected(command)), numbers(command)) << "no sticks";
+  vehicle.design.roll.scale_per_count = 0.0;
+  vehicle.pitch.scale_per_count = 0.0;
+  EXPECT_EQ(numbers(DesignScale<double>(vehicle, true).to_send(command)), numbers(command)) << "a scale is unknown";
 }
 
 struct YawCase {

@@ -19,6 +19,7 @@ struct Motion {
   std::function<double(double t_s)> tilt_rad = [](double) { return 0.0; };
   std::function<double(double t_s)> disturbance_acceleration_m_s2 = [](double) { return 0.0; };
   std::function<ref::AxisReference<double>(double t_s)> reference = [](double) { return ref::AxisReference<double>{}; };
+  std::function<double(double t_s)> observed_m_s2 = [](double) { return 0.0; };  ///< the observer's disturbance
 };
 
 std::function<double(double)> sine(double height, double hz, double from_s = 0.0) {
@@ -38,6 +39,7 @@ double speaks_at(const Motion& motion, LimitCycleReport<T>* seen = nullptr) {
     est::Estimate<T> estimate;
     estimate.y.position_m = static_cast<T>(position_m);
     estimate.y.tilt_rad = static_cast<T>(motion.tilt_rad(t_s));
+    estimate.y.disturbance_m_s2 = static_cast<T>(motion.observed_m_s2(t_s));
     const ref::AxisReference<double> wanted = motion.reference(t_s);
     ref::Window<T> window;
     window.y[0] = {.position_m = static_cast<T>(wanted.position_m),
@@ -76,9 +78,12 @@ INSTANTIATE_TEST_SUITE_P(LimitCycleDetector, OscillationAt, ::testing::Values(1.
 TEST(LimitCycleDetector, CountsHalfWaves) {
   EXPECT_GT(speaks_at({.tilt_rad = sine(0.3, 0.5)}), 4.0);
   EXPECT_LT(speaks_at({.tilt_rad = sine(0.3, 0.5)}), 7.0);
-  EXPECT_LT(speaks_at({.tilt_rad = sine(0.3, 0.2)}), 0.0);
-  EXPECT_LT(speaks_at({.tilt_rad = sine(0.3, 4.0)}), 0.0);
-  EXPECT_LT(speaks_at({.tilt_rad = sine(0.08, 1.3)}), 0.0) << "a restless hover";
+  EXPECT_GT(speaks_at({.tilt_rad = sine(0.3, 0.33)}), 0.0);
+  EXPECT_LT(speaks_at({.tilt_rad = sine(0.3, 0.27)}), 0.0);
+  EXPECT_GT(speaks_at({.tilt_rad = sine(0.3, 2.8)}), 0.0);
+  EXPECT_LT(speaks_at({.tilt_rad = sine(0.3, 3.3)}), 0.0);
+  EXPECT_GT(speaks_at({.tilt_rad = sine(0.12, 1.3)}), 0.0);
+  EXPECT_LT(speaks_at({.tilt_rad = sine(0.095, 1.3)}), 0.0) << "a restless hover";
 }
 
 TEST(LimitCycleDetector, NoticesASwingThatGrows) {
@@ -105,6 +110,19 @@ TEST(LimitCycleDetector, IsSilentWhereTheAirPushes) {
     const auto push = [=](double t_s) { return 2.0 * std::sin(2.0 * core::kPi * hz * t_s); };
     const auto answer = [=](double t_s) { return 1.5 / kGravity_m_s2 * push(t_s - 0.15); };
     EXPECT_LT(speaks_at({.tilt_rad = answer, .disturbance_acceleration_m_s2 = push}), 0.0) << hz;
+  }
+}
+
+// Both sides of the bound: the air explains three tenths less, or more, than a kMinRatio-th of the tilt, as the motion
+// shows it or as the observer estimates it.
+TEST(LimitCycleDetector, NoticesASwingBeyondWhatTheAirExplains) {
+  for (const double hz : {0.5, 1.0, 2.0}) {
+    for (const double share : {0.4, 1.5}) {
+      const auto air = sine(share * 0.5 * kGravity_m_s2 / LimitCycleDetector<double>::kMinRatio, hz);
+      const Motion pushed{.tilt_rad = sine(0.5, hz), .disturbance_acceleration_m_s2 = air};
+      EXPECT_EQ(speaks_at(pushed) > 0.0, share < 1.0) << hz;
+      EXPECT_EQ(speaks_at({.tilt_rad = sine(0.5, hz), .observed_m_s2 = air}) > 0.0, share < 1.0) << hz;
+    }
   }
 }
 

@@ -163,6 +163,18 @@ TEST(FlightLimit, AMovingAircraftIsHandedOverInTheEnd) {
   }
 }
 
+TEST(FlightLimit, TheTimeOfLevelBeginsAfterTheTask) {
+  Flight flight;
+  Observation seen = good({});
+  seen.fence.outside_m = 1.0;
+  ASSERT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kLevel);
+  seen.orders.task_flies = true;
+  EXPECT_EQ(flight.later(milliseconds(20000), seen), FailsafeState::kLevel);
+  seen.orders.task_flies = false;
+  EXPECT_EQ(flight.later(milliseconds(1000) - kMin, seen), FailsafeState::kLevel);
+  EXPECT_EQ(flight.later(kMin, seen), FailsafeState::kRelease);
+}
+
 // Catches an aircraft without poses that is levelled in a wind for half a second: the pilot got it 0.75 m/s faster.
 TEST(FlightLimit, AnAircraftThatWasStoppedIsHeldUntilThePilotHasIt) {
   Flight flight;
