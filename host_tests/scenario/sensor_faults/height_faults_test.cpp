@@ -54,6 +54,18 @@ TEST(Ground, AFlightStatusOnTheGroundEndsControlWithinASecond) {
   EXPECT_LE(outcome.given_back_s, kDriftsAt_s + 1.0);
 }
 
+// Catches a climb of a healthy aircraft that is called wrong: the measured flight leaves the climb's gain open by 30 %.
+TEST(Ground, AStepInHeightIsFlownWithAnotherClimbGain) {
+  RecordProperty("promise", "R17");
+  for (const auto& [rise_m, seed] : {std::pair{1.0, 10}, {1.5, 1}, {2.0, 2}, {2.0, 3}, {4.0, 10}}) {
+    lab::experiments::FlightPlan plan = plan_in(Air::kCalm, seed);
+    plan.course = "step 0 0 0 0 3\nstep 0 0 " + std::to_string(rise_m) + " 0 7\nstep 0 0 0 0 7\n";
+    plan.duration_s = 17.0;
+    const lab::experiments::FlightResult result = lab::experiments::fly(plan);
+    EXPECT_FALSE(result.contradicted) << rise_m << " m, seed " << seed << ": " << result.descent;
+  }
+}
+
 TEST(Ground, AHeightThatDriftsEndsInTheAirOrGently) {
   RecordProperty("promise", "R18");
   for (const double drift_m_s : {0.03, 0.05, 0.08, -0.04, -0.07}) {

@@ -191,6 +191,25 @@ TEST_F(VelocityConsistencyTest, NamesAClimbThatTheAutopilotDoesNotFeelAndZeroIsN
   EXPECT_EQ(reported(), ConsistencyCheck::kClimb);
 }
 
+// The gain of a climb is known within 30 %, and only where both channels climb by more than a hover does.
+TEST_F(VelocityConsistencyTest, AllowsAClimbTheErrorOfItsGain) {
+  const auto apart = [this](double pose_m_s, double autopilot_m_s) {
+    check_ = VelocityConsistency<double>(set_of(ConsistencyCheck::kMotion));
+    estimate_.climb_m_s = pose_m_s;
+    felt_.climb_m_s = autopilot_m_s;
+    fly(4.0);
+    return reported() == ConsistencyCheck::kClimb;
+  };
+  for (const double way : {1.0, -1.0}) {
+    EXPECT_FALSE(apart(way * 1.65, way * 1.23)) << "0.2 and 0.3 (1.23 - 0.2) m/s allowed";
+    EXPECT_TRUE(apart(way * 1.95, way * 1.23));
+    EXPECT_FALSE(apart(way * 1.2, way * 1.62));
+    EXPECT_TRUE(apart(way * 1.2, way * 1.95));
+    EXPECT_TRUE(apart(way * 1.65, way * 0.02));
+    EXPECT_TRUE(apart(way * 0.02, way * 1.65));
+  }
+}
+
 TEST_F(VelocityConsistencyTest, NamesATurnAndForgivesACompassThatDrifts) {
   for (int i = 0; i < 1000; ++i) {
     felt_.yaw_rad += 0.0003;  // 1.7 degrees a second
