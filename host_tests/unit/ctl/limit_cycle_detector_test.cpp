@@ -126,15 +126,6 @@ TEST(LimitCycleDetector, NoticesASwingBeyondWhatTheAirExplains) {
   }
 }
 
-// An oscillation that is more than kTimes as large as the effect of the air must be noticed.
-TEST(LimitCycleDetector, NoticesASwingInWeakerGusts) {
-  const auto push = [](double t_s) { return 1.5 + 0.2 * std::sin(2.0 * core::kPi * 0.7 * t_s); };
-  const auto tilts = [](double t_s) { return 1.5 / kGravity_m_s2 + sine(0.5, 1.3, 5.0)(t_s); };
-  const double at_s = speaks_at({.tilt_rad = tilts, .disturbance_acceleration_m_s2 = push});
-  EXPECT_GT(at_s, 5.0);
-  EXPECT_LT(at_s, 8.0);
-}
-
 /// One axis of a circle.
 ref::AxisReference<double> swinging_reference(double t_s, double size_m, double hz) {
   const double w = 2.0 * core::kPi * hz;

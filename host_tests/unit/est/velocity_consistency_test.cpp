@@ -181,7 +181,6 @@ TEST_F(VelocityConsistencyTest, ALieIsNotLearnedAsAnOffset) {
 }
 
 TEST_F(VelocityConsistencyTest, NamesAClimbThatTheAutopilotDoesNotFeelAndZeroIsNoEvidence) {
-  fly(5.0);
   estimate_.climb_m_s = 0.31;
   felt_.climb_is_new = false;
   fly(5.0);
