@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <vector>
 
 #include "hal/mock/wrong_baud.h"
@@ -29,13 +28,6 @@ TEST_F(UartPairTest, AFullTelemetryFrameTakesItsTimeOnTheLine) {
   EXPECT_EQ(read_all(pair.b()).size(), 141U);
   clock.advance(microseconds(1));
   EXPECT_EQ(read_all(pair.b()).size(), 1U);
-}
-
-TEST_F(UartPairTest, AFullSenderTakesOnlyWhatFits) {
-  EXPECT_EQ(pair.a().write(counting(5000)).value(), Line::kSenderBytes);
-  EXPECT_EQ(pair.a().write(counting(1)).value(), 0U);
-  clock.advance(microseconds(44));  // one byte is 43.4 us
-  EXPECT_EQ(pair.a().write(counting(5)).value(), 1U);
 }
 
 TEST_F(UartPairTest, AReaderWhoSleepsTooLongLosesTheNewest) {
