@@ -10,18 +10,19 @@ namespace m100::est {
 /// Compares the climb speed of the poses with the autopilot's.
 ///
 /// Hypothesis: the pose's height moves without the aircraft. Statistic: |climb_pose - climb_autopilot|. Allowed: 0.2
-/// m/s, which is a time of capture that is wrong by 80 ms while the aircraft starts its climb at 2.5 m/s^2; the
-/// observer's climb speed is wrong by 0.03 m/s. False alarms: six sigmas of that noise. Smallest fault seen in 3 s:
-/// 0.24 m/s.
+/// m/s, which is a time of capture that is wrong by 80 ms while the aircraft starts its climb at 2.5 m/s^2, plus the
+/// error of the observer in a climb (PathMonitor); in hover its climb speed is wrong by 0.03 m/s. False alarms: six
+/// sigmas of that noise. Smallest fault seen in 3 s: 0.24 m/s.
 ///
 /// No heap. Cost: a comparison a tick. T is float or double.
 template <typename T>
 class ClimbConsistency {
  public:
   /// Each tick in which the autopilot's climb speed is new.
-  void update(const ImuSample<T>& imu, const Estimate<T>& estimate) {
+  void update(const ImuSample<T>& imu, const Estimate<T>& estimate, T climb_error_m_s) {
     const T apart_m_s = estimate.climb_m_s - imu.climb_m_s;
     evidence_.residual = apart_m_s < T(0) ? -apart_m_s : apart_m_s;
+    evidence_.allowed = static_cast<T>(kAllowed_m_s) + climb_error_m_s;
   }
   CheckEvidence<T>& evidence() { return evidence_; }
 

@@ -16,6 +16,10 @@ constexpr double kMaxSigma_m = 0.5;
 /// The height filter reports no variance. A jolt of 1 m/s makes at most 0.23 / a of a path, 0.15 m of the slower one,
 /// and lasts twice as long as the memory of the uncertainty; the force's own noise in a message is no jolt.
 constexpr double kHeightSigma_m = 0.0005, kJolt_s = 0.3, kNoJolt_m_s = 0.01;
+/// The measured flight leaves the climb's gain open by 30 % (dead zone or stick curve), except near the hover, which it
+/// shows. The observer corrects such an error by poses: its height is then wrong by the error of its climb speed times
+/// 80 ms, for a second at most.
+constexpr double kClimbGain = 0.3, kHover_m_s = 0.2, kHeightLag_s = 0.08, kClimbMemory_s = 1.0;
 /// The first poses after a gap correct the observer within this time. The correction must not be counted as motion.
 /// Refused poses do not count as a gap. The force bridges a path for at most a second: an error of 0.05 m/s^2 then
 /// makes 0.05 / 2 = 2.5 cm, the uncertainty of a new start.
@@ -40,6 +44,7 @@ bool PathMonitor<T>::recovers_from_gap(const Estimate<T>& estimate, T step_s) {
 template <typename T>
 bool PathMonitor<T>::update(const ImuSample<T>& imu, const Estimate<T>& estimate, const SpecificForce<T>& force,
                             const ForceConsistency<T>& velocity, bool disabled, T step_s) {
+  update_climb_error(imu, estimate, step_s);
   update_jolt(imu, force, step_s);
   const bool used = estimate.refused_poses == 0 && core::seconds<T>(estimate.pose_age) < last_age_s_ + T(0.5) * step_s;
   last_age_s_ = core::seconds<T>(estimate.pose_age);
@@ -61,6 +66,18 @@ bool PathMonitor<T>::update(const ImuSample<T>& imu, const Estimate<T>& estimate
   force_before_w_m_s2_ = force_w_m_s2;
   vertical_before_m_s2_ = rises;
   return true;
+}
+
+/// Only a climb that both channels show counts: a sensor fault of one of them does not excuse itself.
+template <typename T>
+void PathMonitor<T>::update_climb_error(const ImuSample<T>& imu, const Estimate<T>& estimate, T step_s) {
+  const auto error_m_s = [](T climb_m_s) {
+    return static_cast<T>(kClimbGain) * ((climb_m_s < T(0) ? -climb_m_s : climb_m_s) - static_cast<T>(kHover_m_s));
+  };
+  const T pose_m_s = error_m_s(estimate.climb_m_s), autopilot_m_s = error_m_s(imu.climb_m_s);
+  const T now_m_s = pose_m_s < autopilot_m_s ? pose_m_s : autopilot_m_s;
+  climb_error_m_s_ -= climb_error_m_s_ * (step_s * static_cast<T>(1.0 / kClimbMemory_s));
+  climb_error_m_s_ = now_m_s > climb_error_m_s_ ? now_m_s : climb_error_m_s_;
 }
 
 /// A blow between two messages of the force changes the climb speed and is missing from the force; the autopilot's own
@@ -105,7 +122,8 @@ void PathMonitor<T>::update_vertical(const Estimate<T>& estimate, const Specific
   vertical_.update({.force_m_s2 = Vector1(vertical_acceleration_m_s2),
                     .position_m = Vector1(estimate.height_m),
                     .speed_m_s = Vector1(estimate.climb_m_s),
-                    .position_sigma_m = static_cast<T>(kHeightSigma_m) + static_cast<T>(kJolt_s) * jolt_m_s_,
+                    .position_sigma_m = static_cast<T>(kHeightSigma_m) + static_cast<T>(kJolt_s) * jolt_m_s_ +
+                                        static_cast<T>(kHeightLag_s) * climb_error_m_s_,
                     .position_noise_m2 = noise_.position_m2().vertical,
                     .force_noise_m2_s3 = noise_.force_m2_s3().vertical,
                     .tilt_acceleration_m2_s4 = tilt_change_h_m_s2.squaredNorm()},
@@ -116,7 +134,7 @@ void PathMonitor<T>::update_vertical(const Estimate<T>& estimate, const Specific
 template <typename T>
 [[gnu::cold]] void PathMonitor<T>::reset() {
   mean_tilt_acceleration_h_m_s2_.setZero();
-  jolt_m_s_ = measured_gain_m_s_ = T(0);
+  jolt_m_s_ = climb_error_m_s_ = measured_gain_m_s_ = T(0);
   noise_.reset();
   restart();
 }

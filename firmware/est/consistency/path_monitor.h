@@ -42,11 +42,16 @@ class PathMonitor {
   T evidence() const { return vertical_is_worse() ? vertical_.evidence() : horizontal_.evidence(); }
   T residual_m() const { return vertical_is_worse() ? vertical_.residual_m() : horizontal_.residual_m(); }
   T allowed_m() const { return vertical_is_worse() ? vertical_.allowed_m() : horizontal_.allowed_m(); }
-  T magnitude() const { return noise_.magnitude() + jolt_m_s_ + mean_tilt_acceleration_h_m_s2_.squaredNorm(); }
+  /// Error of the observer's climb speed in a climb: the vehicle file's gain is not exact (kClimbGain).
+  T climb_error_m_s() const { return climb_error_m_s_; }
+  T magnitude() const {
+    return noise_.magnitude() + jolt_m_s_ + climb_error_m_s_ + mean_tilt_acceleration_h_m_s2_.squaredNorm();
+  }
   void reset();
 
  private:
   bool vertical_is_worse() const { return horizontal_.evidence() < vertical_.evidence(); }
+  void update_climb_error(const ImuSample<T>& imu, const Estimate<T>& estimate, T step_s);
   void update_jolt(const ImuSample<T>& imu, const SpecificForce<T>& force, T step_s);
   void update_horizontal(const Estimate<T>& estimate, const ForceConsistency<T>& velocity, const Vector2& force_w_m_s2,
                          bool pose_used, T step_s);
@@ -62,7 +67,8 @@ class PathMonitor {
   Vector2 mean_tilt_acceleration_h_m_s2_ = Vector2::Zero();  ///< over a second
   T measured_climb_m_s_{0};                                  ///< newest climb speed of the autopilot
   T measured_gain_m_s_{0};                                   ///< change of climb speed since then, by the force
-  T jolt_m_s_{0};        ///< largest change beyond that, since the height was compared
+  T jolt_m_s_{0};  ///< largest change beyond that, since the height was compared
+  T climb_error_m_s_{0};
   T gap_recovery_s_{0};  ///< for how long poses still correct what the observer predicted without them
   T last_age_s_{0};
   T unused_s_{0};  ///< since a pose was used

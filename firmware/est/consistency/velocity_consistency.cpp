@@ -105,7 +105,7 @@ void VelocityConsistency<T>::update(const ImuSample<T>& imu, const Estimate<T>& 
   }
   judge(ConsistencyCheck::kForce, force_.evidence(), step_s);
   if (imu.climb_is_new) {
-    climb_.update(imu, estimate);
+    climb_.update(imu, estimate, paths_.climb_error_m_s());
     judge(ConsistencyCheck::kClimb, climb_.evidence(), step_s);
   }
   if (imu.attitude_is_new) {

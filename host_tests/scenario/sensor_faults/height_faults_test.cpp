@@ -27,6 +27,7 @@ struct Outcome {
 Outcome flown(const sim::SensorFault& fault, double size, double duration_s) {
   lab::experiments::FlightPlan plan = plan_in(Air::kCalm, 1);
   plan.duration_s = duration_s;
+  plan.course = size > 0.0 ? "step 0 0 0 0 3\nstep 0 0 -0.8 0 120\n" : "";  // so low that the check sees it too late
   plan.flight_file = companion::parse_flight(
       "[fence]\nx_m = [-6, 6]\ny_m = [-6, 6]\nz_m = [0.3, 4]\n[wind]\nclass_m_s = 5\n", "flight.toml");
   plan.disturb = strikes_at(kDriftsAt_s, fault, size);
@@ -54,6 +55,18 @@ TEST(Ground, AFlightStatusOnTheGroundEndsControlWithinASecond) {
   EXPECT_LE(outcome.given_back_s, kDriftsAt_s + 1.0);
 }
 
+// Catches a climb of a healthy aircraft that is called wrong: the measured flight leaves the climb's gain open by 30 %.
+TEST(Ground, AStepInHeightIsFlownWithAnotherClimbGain) {
+  RecordProperty("promise", "R17");
+  for (const auto& [rise_m, seed] : {std::pair{1.0, 10}, {1.5, 1}, {2.0, 2}, {2.0, 3}, {4.0, 10}}) {
+    lab::experiments::FlightPlan plan = plan_in(Air::kCalm, seed);
+    plan.course = "step 0 0 0 0 3\nstep 0 0 " + std::to_string(rise_m) + " 0 7\nstep 0 0 0 0 7\n";
+    plan.duration_s = 17.0;
+    const lab::experiments::FlightResult result = lab::experiments::fly(plan);
+    EXPECT_FALSE(result.contradicted) << rise_m << " m, seed " << seed << ": " << result.descent;
+  }
+}
+
 TEST(Ground, AHeightThatDriftsEndsInTheAirOrGently) {
   RecordProperty("promise", "R18");
   for (const double drift_m_s : {0.03, 0.05, 0.08, -0.04, -0.07}) {
@@ -63,6 +76,7 @@ TEST(Ground, AHeightThatDriftsEndsInTheAirOrGently) {
                  " s, highest " + std::to_string(outcome.highest_m));
     EXPECT_GT(outcome.given_back_s, 0.0);
     EXPECT_LT(outcome.highest_m, kCeiling_m + 1.3);
+    EXPECT_EQ(outcome.touchdown_s >= 0.0, drift_m_s > 0.0);
     if (outcome.touchdown_s >= 0.0) {
       EXPECT_LT(std::abs(outcome.touchdown_m_s), 0.5);
       EXPECT_LT(outcome.given_back_s, outcome.touchdown_s + 1.5);

@@ -22,14 +22,14 @@ double lost_after(double time_s, const est::AxisEstimate<double>& y) {
 // Catches an alarm in a wind that can be held, in a gust, and on a long way upwind; and an alarm that works in one
 // direction only.
 TEST(ControlAuthorityMonitor, SpeaksWhereAStrongWindKeepsTheAircraftAway) {
-  const est::AxisEstimate<double> kLost{.position_m = -1.0, .disturbance_m_s2 = -4.5};
+  const est::AxisEstimate<double> kLost{.position_m = -0.55, .velocity_m_s = 0.18, .disturbance_m_s2 = -4.5};
   EXPECT_GT(lost_after(7.0, kLost), 3.0);
   EXPECT_EQ(lost_after(2.0, kLost), 0.0) << "the wind is averaged";
   EXPECT_GT(lost_after(7.0, {.position_m = 1.0, .disturbance_m_s2 = 4.5}), 3.0);
-  EXPECT_EQ(lost_after(7.0, {.position_m = -0.3, .disturbance_m_s2 = -4.5}), 0.0) << "it is held";
+  EXPECT_EQ(lost_after(7.0, {.position_m = -0.45, .disturbance_m_s2 = -4.5}), 0.0) << "it is held";
   EXPECT_EQ(lost_after(7.0, {.position_m = 1.0, .disturbance_m_s2 = -4.5}), 0.0) << "it is upwind of its place";
-  EXPECT_EQ(lost_after(7.0, {.position_m = -3.0, .velocity_m_s = 0.5, .disturbance_m_s2 = -4.5}), 0.0) << "it comes";
-  EXPECT_EQ(lost_after(7.0, {.position_m = -3.0, .disturbance_m_s2 = -3.7}), 0.0) << "a wind that it holds against";
+  EXPECT_EQ(lost_after(7.0, {.position_m = -3.0, .velocity_m_s = 0.22, .disturbance_m_s2 = -4.5}), 0.0) << "it comes";
+  EXPECT_EQ(lost_after(7.0, {.position_m = -3.0, .disturbance_m_s2 = -3.75}), 0.0) << "a wind that it holds against";
 }
 
 TEST(ControlAuthorityMonitor, IsSilentWhereTheLawDoesNotFly) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <string>
@@ -28,18 +29,35 @@ ref::Window<double> goal(double x_m, double z_m) {
   return window;
 }
 
-TEST(GeofenceLimiter, HoldsGoalsInsideAndLeavesTheOthersAlone) {
+TEST(GeofenceLimiter, LeavesGoalsInsideAlone) {
   GeofenceLimiter<double> limiter(box(), shipped());
-  ref::Window<double> window = goal(100.0, -3.0);
-  limiter.limit(window, {});
-  EXPECT_EQ(window.x[0].position_m, 4.8);
-  EXPECT_EQ(window.x[20].velocity_m_s, 0.0);
-  EXPECT_EQ(window.height.position_m, 0.7);
+  est::Estimate<double> fast;
+  fast.x = {.position_m = 3.0, .velocity_m_s = 4.0};
+  ref::Window<double> window = goal(2.0, 1.5);
+  limiter.limit(window, fast);
+  EXPECT_TRUE(limiter.brakes());
   window = goal(2.0, 1.5);
   limiter.limit(window, {});
   EXPECT_EQ(window.x[5].position_m, 2.0);
   EXPECT_EQ(window.x[5].velocity_m_s, 1.0);
   EXPECT_FALSE(limiter.brakes());
+}
+
+// A set point is moved whole, each axis to its own side.
+TEST(GeofenceLimiter, MovesAGoalInsideBeforeItIsPlanned) {
+  const GeofenceLimiter<double> limiter(box(), shipped());
+  const auto limited = [&](double x_m, double y_m, bool constant) {
+    ref::Window<double> window = goal(x_m, 1.5);
+    window.y.fill({.position_m = y_m, .velocity_m_s = 2.0});
+    window.constant = constant;
+    limiter.limit_goal(window);
+    return std::array{window.x[0].position_m, window.x[20].velocity_m_s, window.y[20].position_m,
+                      window.y[0].velocity_m_s};
+  };
+  EXPECT_EQ(limited(-9.0, 1.0, true), (std::array{-4.8, 0.0, 1.0, 0.0}));
+  EXPECT_EQ(limited(2.0, 9.0, true), (std::array{2.0, 0.0, 4.8, 0.0}));
+  EXPECT_EQ(limited(2.0, 1.0, true), (std::array{2.0, 1.0, 1.0, 2.0}));
+  EXPECT_EQ(limited(9.0, -9.0, false), (std::array{9.0, 1.0, -9.0, 2.0})) << "no set point";
 }
 
 TEST(GeofenceLimiter, WithoutAFenceNothingIsHeld) {

@@ -142,15 +142,19 @@ TEST(SetpointPlanner, AnAircraftWithLessGainBrakesSooner) {
 }
 
 TEST(SetpointPlanner, PlansFromWhereTheAircraftIsAfterItWasPushedAway) {
-  Flight flight;
-  flight.tick(0.0, 0.0);
-  for (int i = 0; i < 100; ++i) {
-    flight.tick(10.0, 0.0);
+  for (const bool in_x : {true, false}) {
+    Flight flight;
+    const auto tick = [&] { return flight.tick(in_x ? 10.0 : 0.0, in_x ? 0.0 : 10.0); };
+    flight.tick(0.0, 0.0);
+    for (int i = 0; i < 100; ++i) {
+      tick();
+    }
+    est::AxisEstimate<double>& axis = in_x ? flight.estimate().x : flight.estimate().y;
+    axis.position_m -= 1.0;
+    const ref::Window<double> first = tick(), second = tick();  // one axis is planned a tick
+    const double planned_m = in_x ? second.x[0].position_m : second.y[0].position_m;
+    EXPECT_NEAR(planned_m, axis.position_m + 0.05 * axis.velocity_m_s, 0.1) << first.constant;
   }
-  flight.estimate().x.position_m -= 1.0;
-  const ref::Window<double> window = flight.tick(10.0, 0.0);
-  const double lead_m = 0.05 * flight.estimate().x.velocity_m_s;
-  EXPECT_NEAR(window.x[0].position_m, flight.estimate().x.position_m + lead_m, 0.1);
 }
 
 }  // namespace

@@ -195,8 +195,12 @@ TEST_F(VelocityConsistencyTest, AFaultIsNotLearnedAsAnOffset) {
   EXPECT_NEAR(check_.measured_h_m_s2()->x(), sensed_m_s2, 0.05);
 }
 
+<<<<<<< HEAD
 TEST_F(VelocityConsistencyTest, NamesAClimbThatTheAutopilotDoesNotMeasureAndZeroIsNoEvidence) {
   fly(5.0);
+=======
+TEST_F(VelocityConsistencyTest, NamesAClimbThatTheAutopilotDoesNotFeelAndZeroIsNoEvidence) {
+>>>>>>> faults4
   estimate_.climb_m_s = 0.31;
   imu_.climb_is_new = false;
   fly(5.0);
@@ -204,6 +208,25 @@ TEST_F(VelocityConsistencyTest, NamesAClimbThatTheAutopilotDoesNotMeasureAndZero
   imu_.climb_is_new = true;
   fly(1.1);
   EXPECT_EQ(reported(), ConsistencyCheck::kClimb);
+}
+
+// The gain of a climb is known within 30 %, and only where both channels climb by more than a hover does.
+TEST_F(VelocityConsistencyTest, AllowsAClimbTheErrorOfItsGain) {
+  const auto apart = [this](double pose_m_s, double autopilot_m_s) {
+    check_ = VelocityConsistency<double>(set_of(ConsistencyCheck::kMotion));
+    estimate_.climb_m_s = pose_m_s;
+    felt_.climb_m_s = autopilot_m_s;
+    fly(4.0);
+    return reported() == ConsistencyCheck::kClimb;
+  };
+  for (const double way : {1.0, -1.0}) {
+    EXPECT_FALSE(apart(way * 1.65, way * 1.23)) << "0.2 and 0.3 (1.23 - 0.2) m/s allowed";
+    EXPECT_TRUE(apart(way * 1.95, way * 1.23));
+    EXPECT_FALSE(apart(way * 1.2, way * 1.62));
+    EXPECT_TRUE(apart(way * 1.2, way * 1.95));
+    EXPECT_TRUE(apart(way * 1.65, way * 0.02));
+    EXPECT_TRUE(apart(way * 0.02, way * 1.65));
+  }
 }
 
 TEST_F(VelocityConsistencyTest, NamesATurnAndForgivesACompassThatDrifts) {

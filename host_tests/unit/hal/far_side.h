@@ -54,6 +54,12 @@ class FarSide {
     EXPECT_EQ(tcgetattr(descriptor_, &result), 0);
     return result;
   }
+  template <typename Change>
+  void change(const Change& change) {
+    termios changed = settings();
+    change(changed);
+    EXPECT_EQ(tcsetattr(descriptor_, TCSANOW, &changed), 0);
+  }
 
  private:
   int descriptor_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "host_tests/unit/hal/line_bytes.h"
@@ -35,31 +36,37 @@ TEST_F(UartFaults, AnUntouchedLineIsWholeAndCountsBytesOnly) {
   EXPECT_EQ(pair.b().line_errors().value(), LineErrors{});
 }
 
-TEST_F(UartFaults, EachFaultIsCounted) {
-  Line& line = pair.a_to_b();
+TEST_F(UartFaults, EachFaultDoesWhatItsNameSaysAndIsCounted) {
   const auto send = [&](const LineFaults& faults) {
-    line.set_faults(faults);
+    pair.a_to_b().set_faults(faults);
     (void)pair.a().write(counting(5));
     clock.advance(milliseconds(100));
-    (void)read_all(pair.b());
+    return read_all(pair.b());
   };
-  send({.drop_per_byte = 1.0});
-  EXPECT_EQ(line.stats().bytes_dropped, 5U);
-  send({.drop_per_write = 1.0});
-  EXPECT_EQ(line.stats().bytes_dropped, 10U);
-  EXPECT_EQ(line.stats().writes_dropped, 1U);
-  send({.flip_per_bit = 1.0});
-  EXPECT_EQ(line.stats().bits_flipped, 40U);
-  send({.duplicate_per_byte = 1.0});
-  EXPECT_EQ(line.stats().bytes_added, 5U);
-  send({.duplicate_per_write = 1.0});
-  EXPECT_EQ(line.stats().bytes_added, 10U);
-  send({.break_per_write = 1.0});
-  EXPECT_EQ(line.stats().bytes_added, 11U);
-  send({.burst_per_write = 1.0, .burst_bytes = 7});
-  EXPECT_EQ(line.stats().bytes_added, 18U);
-  EXPECT_EQ(line.stats().bytes_written, 35U);
-  EXPECT_EQ(line.stats().overruns, 0U);
+  const Line::Stats& stats = pair.a_to_b().stats();
+  EXPECT_TRUE(send({.drop_per_byte = 1.0}).empty());
+  EXPECT_EQ(stats.bytes_dropped, 5U);
+  EXPECT_TRUE(send({.drop_per_write = 1.0}).empty());
+  EXPECT_EQ(stats.bytes_dropped, 10U);
+  EXPECT_EQ(stats.writes_dropped, 1U);
+  std::vector<std::byte> inverted = counting(5);
+  std::transform(inverted.begin(), inverted.end(), inverted.begin(), [](std::byte b) { return ~b; });
+  EXPECT_EQ(send({.flip_per_bit = 1.0}), inverted);
+  EXPECT_EQ(stats.bits_flipped, 40U);
+  std::size_t added = 0;
+  for (const auto& [faults, more] : {std::pair{LineFaults{.duplicate_per_byte = 1.0}, 5U},
+                                     {LineFaults{.duplicate_per_write = 1.0}, 5U},
+                                     {LineFaults{.break_per_write = 1.0}, 1U},
+                                     {LineFaults{.burst_per_write = 1.0, .burst_bytes = 7}, 7U}}) {
+    EXPECT_EQ(send(faults).size(), 5U + more);
+    EXPECT_EQ(stats.bytes_added, added += more);
+  }
+  EXPECT_EQ(stats.bytes_written, 35U);
+  EXPECT_EQ(stats.overruns, 0U);
+  EXPECT_EQ(send({.longest_write = 3}).size(), 3U);
+  EXPECT_TRUE(send({.delay = milliseconds(200)}).empty());
+  clock.advance(milliseconds(200));
+  EXPECT_EQ(read_all(pair.b()).size(), 5U);
 }
 
 // Noise with only half of the byte values would miss half of a parser's faults.

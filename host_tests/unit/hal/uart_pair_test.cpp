@@ -30,21 +30,6 @@ TEST_F(UartPairTest, AFullTelemetryFrameTakesItsTimeOnTheLine) {
   EXPECT_EQ(read_all(pair.b()).size(), 1U);
 }
 
-TEST_F(UartPairTest, BothDirectionsAreIndependent) {
-  ASSERT_EQ(pair.a().write(counting(10)).value(), 10U);
-  ASSERT_EQ(pair.b().write(counting(20)).value(), 20U);
-  clock.advance(milliseconds(5));
-  EXPECT_EQ(read_all(pair.b()), counting(10));
-  EXPECT_EQ(read_all(pair.a()), counting(20));
-}
-
-TEST_F(UartPairTest, AFullSenderTakesOnlyWhatFits) {
-  EXPECT_EQ(pair.a().write(counting(5000)).value(), Line::kSenderBytes);
-  EXPECT_EQ(pair.a().write(counting(1)).value(), 0U);
-  clock.advance(microseconds(44));  // one byte is 43.4 us
-  EXPECT_EQ(pair.a().write(counting(5)).value(), 1U);
-}
-
 TEST_F(UartPairTest, AReaderWhoSleepsTooLongLosesTheNewest) {
   for (int i = 0; i < 2; ++i) {
     ASSERT_EQ(pair.a().write(std::vector<std::byte>(4000, std::byte(i))).value(), 4000U);
@@ -70,27 +55,6 @@ TEST_F(UartPairTest, AScriptedWindowOfLossEndsWhenItSays) {
   EXPECT_EQ(received, 40U);
 }
 
-TEST_F(UartPairTest, EachFaultDoesWhatItsNameSays) {
-  Line& line = pair.a_to_b();
-  const auto send = [&](const LineFaults& faults, std::size_t size) {
-    line.set_faults(faults);
-    (void)pair.a().write(counting(size));
-    clock.advance(milliseconds(100));
-    return read_all(pair.b());
-  };
-  EXPECT_EQ(send({.duplicate_per_byte = 1.0}, 5).size(), 10U);
-  EXPECT_EQ(send({.duplicate_per_write = 1.0}, 5).size(), 10U);
-  EXPECT_TRUE(send({.drop_per_write = 1.0}, 5).empty());
-  EXPECT_EQ(send({.burst_per_write = 1.0, .burst_bytes = 7}, 5).size(), 12U);
-  EXPECT_EQ(send({.longest_write = 3}, 5).size(), 3U);
-  std::vector<std::byte> inverted = counting(5);
-  std::transform(inverted.begin(), inverted.end(), inverted.begin(), [](std::byte b) { return ~b; });
-  EXPECT_EQ(send({.flip_per_bit = 1.0}, 5), inverted);
-  EXPECT_TRUE(send({.delay = milliseconds(200)}, 5).empty());
-  clock.advance(milliseconds(200));
-  EXPECT_EQ(read_all(pair.b()).size(), 5U);
-}
-
 TEST_F(UartPairTest, ScriptedLineErrorsDamageTheBytesAndAreCountedAtTheirEnd) {
   Line& line = pair.a_to_b();
   line.set_faults({.framing_error_per_byte = 1.0, .break_per_write = 1.0});
@@ -104,14 +68,6 @@ TEST_F(UartPairTest, ScriptedLineErrorsDamageTheBytesAndAreCountedAtTheirEnd) {
   ASSERT_EQ(pair.a().write(counting(3)).value(), 3U);
   EXPECT_EQ(pair.b().line_errors().value(), (LineErrors{.framing = 200, .parity = 3, .overrun = 0, .breaks = 1}));
   EXPECT_EQ(pair.a().line_errors().value(), LineErrors{}) << "the other direction is whole";
-}
-
-TEST_F(UartPairTest, ASwappedWriteArrivesAfterItsSuccessor) {
-  pair.a_to_b().set_faults({.swap_per_write = 1.0});
-  (void)pair.a().write(std::vector{std::byte{1}});
-  (void)pair.a().write(std::vector{std::byte{2}});
-  clock.advance(milliseconds(1));
-  EXPECT_EQ(read_all(pair.b()), (std::vector{std::byte{2}, std::byte{1}}));
 }
 
 TEST_F(UartPairTest, OneByteReadsGiveOneByte) {

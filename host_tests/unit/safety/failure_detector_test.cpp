@@ -17,8 +17,10 @@ using Vector3 = core::Vector<double, 3>;
 constexpr double kStep_s = 0.01;
 constexpr double kDegree = core::kPi / 180.0;
 
-/// Rolls by `roll_rad`: the vertical in body axes.
-Vector3 up_at(double roll_rad) { return {0.0, std::sin(roll_rad), std::cos(roll_rad)}; }
+/// The vertical in body axes after a turn by `tilt_rad` about an axis of the body's plane, 0: roll.
+Vector3 up_at(double tilt_rad, double axis_rad = 0.0) {
+  return {-std::sin(tilt_rad) * std::sin(axis_rad), std::sin(tilt_rad) * std::cos(axis_rad), std::cos(tilt_rad)};
+}
 
 class FailureDetectorTest : public ::testing::Test {
  protected:
@@ -36,8 +38,9 @@ class FailureDetectorTest : public ::testing::Test {
     return first_;
   }
   void fly(double roll_rad, double rate_rad_s) {
-    sample_.up_b = up_at(roll_rad);
-    sample_.rate_b_rad_s = {rate_rad_s, 0.0, 0.0};
+    sample_.up_b = up_at(roll_rad, axis_rad_);
+    sample_.rate_b_rad_s = {rate_rad_s * std::cos(axis_rad_), rate_rad_s * std::sin(axis_rad_), yaw_rate_rad_s_};
+    axis_rad_ -= yaw_rate_rad_s_ * kStep_s;
     const FlightFailure now = detector_.update(sample_, kStep_s);
     first_ = first_ == FlightFailure::kNone ? now : first_;
   }
@@ -45,6 +48,8 @@ class FailureDetectorTest : public ::testing::Test {
   FailureDetector<double> detector_;
   FlightSample<double> sample_{.force_g = 1.0, .climb_m_s = 0.01};
   FlightFailure first_ = FlightFailure::kNone;
+  double axis_rad_ = 0.0;        ///< of the turn, in the body's plane
+  double yaw_rate_rad_s_ = 0.0;  ///< turns that axis
 };
 
 TEST_F(FailureDetectorTest, ATiltBeyond45Degrees) {
@@ -54,19 +59,36 @@ TEST_F(FailureDetectorTest, ATiltBeyond45Degrees) {
   EXPECT_EQ(hold(46.0 * kDegree, 1.0), FlightFailure::kTilt);
 }
 
-TEST_F(FailureDetectorTest, AnAircraftUpsideDown) { EXPECT_EQ(roll(core::kPi, 5.0, 0.0), FlightFailure::kTilt); }
+// Catches a rate about one of the axes that turns the vertical the wrong way: the tilt would be believed half a second
+// later.
+TEST_F(FailureDetectorTest, ATiltAboutAnyAxisAndWhileItTurns) {
+  for (const double axis_rad : {0.0, 1.57, -1.0, 2.5}) {
+    for (const double yaw_rate_rad_s : {0.0, 4.0, -4.0}) {
+      detector_ = {};
+      first_ = FlightFailure::kNone;
+      axis_rad_ = axis_rad;
+      yaw_rate_rad_s_ = 0.0;
+      EXPECT_EQ(roll(43.0 * kDegree, 5.0, 0.0), FlightFailure::kNone);
+      yaw_rate_rad_s_ = yaw_rate_rad_s;
+      EXPECT_EQ(hold(43.0 * kDegree, 0.3), FlightFailure::kNone);
+      yaw_rate_rad_s_ = 0.0;
+      EXPECT_EQ(roll(core::kPi, 5.0, 0.0), FlightFailure::kTilt) << axis_rad << " " << yaw_rate_rad_s;
+    }
+  }
+}
 
-TEST_F(FailureDetectorTest, ATiltThatTheRatesContradictIsNotJudged) {
+TEST_F(FailureDetectorTest, ATiltThatTheRatesContradictIsJudgedHalfASecondLater) {
   RecordProperty("promise", "R14");
-  hold(0.0, 1.0);
-  EXPECT_EQ(hold(80.0 * kDegree, 0.2), FlightFailure::kNone) << "the rates have not shown it";
   sample_.attitude_is_trusted = false;
   EXPECT_EQ(hold(80.0 * kDegree, 5.0), FlightFailure::kNone);
+  hold(0.0, 5.0);
+  sample_.attitude_is_trusted = true;
+  EXPECT_EQ(hold(80.0 * kDegree, 0.5), FlightFailure::kNone) << "the rates have not shown it";
+  EXPECT_EQ(hold(80.0 * kDegree, 0.2), FlightFailure::kTilt);
 }
 
 TEST_F(FailureDetectorTest, Tumbling) {
   RecordProperty("promise", "R18");
-  sample_.attitude_is_trusted = true;
   for (const double rate_rad_s : {6.2, 6.4}) {  // about the vertical: the tilt is zero
     FailureDetector<double> detector;
     FlightFailure failure = FlightFailure::kNone;

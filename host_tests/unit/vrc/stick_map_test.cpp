@@ -24,6 +24,13 @@ constexpr StickMap kYaw{.scale_si_per_vrc = 2.24e-3F, .dead_zone_vrc = 30.5F, .s
 /// A count is 1 mrad, so that the numbers of a case can be read as counts.
 constexpr StickMap kWhole{.scale_si_per_vrc = 1e-3F, .neutral_vrc = 1024.F, .dead_zone_vrc = 20.F};
 constexpr StickMap kAsymmetric{.scale_si_per_vrc = 1e-3F, .neutral_vrc = 1024.F, .gain_asymmetry = 1.5F};
+constexpr StickMap kAll{.scale_si_per_vrc = 1e-3F,
+                        .neutral_vrc = 1014.F,
+                        .dead_zone_vrc = 20.F,
+                        .shape = model::DeadZoneShape::kContinuous,
+                        .exponent = 2.F,
+                        .gain_asymmetry = 1.5F,
+                        .sign = -1.F};
 constexpr StickMap kCurved{.scale_si_per_vrc = 1e-3F, .neutral_vrc = 1024.F, .exponent = 1.5F};
 
 /// The trim lies between two counts, and there is no dead zone: neutral is a tenth of a count away.
@@ -66,6 +73,8 @@ INSTANTIATE_TEST_SUITE_P(
         // Asymmetry 1.5: to the positive side 2 * 1.5 / 2.5 = 1.2 of the mean gain, to the other 0.8.
         Case{"LessThanACountIsAsymmetricToo", kBetween, 0.49e-3F, 1024},  // 0.41 counts; 0.61 would be the next
         Case{"AsymmetricUp", kAsymmetric, 0.12F, 1124}, Case{"AsymmetricDown", kAsymmetric, -0.12F, 874},
+        // All together: 330 counts from the edge are 165 of 660 after the curve, and 1.2 or 0.8 of that.
+        Case{"AllUp", kAll, -0.198F, 1364}, Case{"AllDown", kAll, 0.132F, 664},
         // Exponent 2: half of the travel of 660 counts gives a quarter of the command.
         Case{"CurvedUp", kCurved, 0.0825F, 1189}, Case{"CurvedDown", kCurved, -0.0825F, 859}),
     [](const auto& tested) { return tested.param.name; });
@@ -86,8 +95,7 @@ void PrintTo(const BackCase& c, std::ostream* out) { *out << c.name << ": " << c
 
 class StickMapBackTable : public ::testing::TestWithParam<BackCase> {};
 
-// Catches a dead zone that ends a count too early or too late, or on one side only, and a curve or asymmetry that the
-// round trip below cannot see because both directions have the same error.
+// Catches a dead zone that ends a count too early or too late, or on one side only, and a curve or asymmetry .
 TEST_P(StickMapBackTable, GivesTheCommandOfTheTable) {
   EXPECT_NEAR(GetParam().map.to_command(Stick{static_cast<std::uint16_t>(GetParam().counts)}), GetParam().command_si,
               1e-6F);  // float rounding of a product
@@ -109,45 +117,10 @@ INSTANTIATE_TEST_SUITE_P(Table, StickMapBackTable,
                                            BackCase{"CurvedUp", kCurved, 1189, 0.0825F},
                                            BackCase{"CurvedDown", kCurved, 859, -0.0825F},
                                            BackCase{"LessThanACountIsSomething", kBetween, 1024, 0.00012F},
+                                           BackCase{"AllUp", kAll, 1364, -0.198F},
+                                           BackCase{"AllDown", kAll, 664, 0.132F},
                                            BackCase{"TheSignTurnsIt", kYaw, 801, 0.49952F}),
                          [](const auto& tested) { return tested.param.name; });
-
-class StickMapRoundTrip : public ::testing::TestWithParam<StickMap> {};
-
-// Catches an inverse that ignores the curve, the asymmetry, the sign or the order of dead zone and curve.
-TEST_P(StickMapRoundTrip, EveryStickComesBack) {
-  const StickMap& map = GetParam();
-  for (int counts = 364; counts <= 1684; ++counts) {
-    const Stick stick{static_cast<std::uint16_t>(counts)};
-    const float command = map.to_command(stick);
-    const core::Expected<Stick> back = map.to_stick(command);
-    ASSERT_TRUE(back.has_value());
-    if (command != 0.F) {
-      EXPECT_NEAR(static_cast<int>(*back), counts, 1) << "command " << command;  // one count: float rounding at .5
-    }
-  }
-}
-
-INSTANTIATE_TEST_SUITE_P(Maps, StickMapRoundTrip,
-                         ::testing::Values(kRoll, kContinuous, kYaw,
-                                           StickMap{.scale_si_per_vrc = 9e-4F,
-                                                    .neutral_vrc = 1010.F,
-                                                    .dead_zone_vrc = 16.1F,
-                                                    .shape = model::DeadZoneShape::kContinuous,
-                                                    .exponent = 1.4F,
-                                                    .gain_asymmetry = 1.1F}));
-
-model::Vehicle paper_like() {
-  model::Vehicle vehicle;
-  for (model::StickAxis* axis : {&vehicle.roll, &vehicle.pitch}) {
-    axis->dead_zone_counts = model::paper::kTiltDeadZone_vrc;
-    axis->dead_zone_shape = model::DeadZoneShape::kJump;
-  }
-  vehicle.roll.trim_counts = model::paper::kRollBalance_vrc - model::paper::kNeutral_vrc;
-  vehicle.climb.scale_per_count = model::paper::kScaleClimb_m_s_per_count.experiment;
-  vehicle.yaw_rate.scale_per_count = model::paper::kScaleYawRate_rad_s_per_count.experiment;
-  return vehicle;
-}
 
 // Catches an effect that the table says is inverted at the stick but the map does not invert: the law of the simulated
 // aircraft must give the command back, to the count that a stick is rounded to.
@@ -176,52 +149,28 @@ TEST(CommandMap, InvertsEveryEffectThatTheTableSaysItInverts) {
   EXPECT_EQ(inverted, 4);
 }
 
-// Catches a relay about level: the plain map answers every small command with the edge of the dead zone.
-TEST(CommandMap, TheMeanOfManySticksIsTheCommandInsideTheDeadZone) {
-  RecordProperty("paper", "III-B.5");
-  CommandMap map(paper_like());
-  for (const float wanted : {0.F, 1e-3F, -5e-3F, 0.012F, 0.05F}) {
-    map.reset();
-    double sum = 0.0;
-    for (int i = 0; i < 1000; ++i) {
-      ctl::Command<float> command;
-      command.roll_rad = wanted;
-      const core::Expected<Sticks> sticks = map.to_sticks(command);
-      ASSERT_TRUE(sticks.has_value());
-      sum += static_cast<double>(map.to_command(*sticks).roll_rad);
-    }
-    EXPECT_NEAR(sum / 1000.0, static_cast<double>(wanted), 3e-5) << wanted;  // one edge of 17 mrad in 1000 sticks
+/// Every number of every axis differs from those of the others.
+model::Vehicle four_axes() {
+  model::Vehicle vehicle;
+  vehicle.roll = {.scale_per_count = 1e-3, .dead_zone_counts = 10.0, .trim_counts = 56.0};
+  vehicle.pitch = {.scale_per_count = 2e-3, .dead_zone_counts = 20.0, .trim_counts = -26.0};
+  vehicle.climb = {.scale_per_count = 3e-3, .dead_zone_counts = 30.0, .trim_counts = 7.0};
+  vehicle.yaw_rate = {.scale_per_count = 4e-3, .dead_zone_counts = 40.0, .trim_counts = -13.0};
+  for (model::StickAxis* axis : {&vehicle.roll, &vehicle.pitch, &vehicle.climb, &vehicle.yaw_rate}) {
+    axis->dead_zone_shape = model::DeadZoneShape::kJump;
   }
-}
-
-TEST(CommandMap, DirectionsAreThoseOfTheProtocol) {
-  const CommandMap map(paper_like());
-  CommandMap moving = map;
-  const Sticks neutral = map.neutral();
-  EXPECT_EQ(static_cast<int>(neutral.roll), 1080);
-  const core::Expected<Sticks> sticks =
-      moving.to_sticks({.roll_rad = 0.1F, .pitch_rad = 0.1F, .climb_m_s = 0.5F, .yaw_rate_rad_s = 0.5F});
-  ASSERT_TRUE(sticks.has_value());
-  EXPECT_GT(sticks->roll, neutral.roll);          // right side down: stick right
-  EXPECT_GT(sticks->pitch, neutral.pitch);        // nose down: stick forward
-  EXPECT_GT(sticks->throttle, neutral.throttle);  // up
-  EXPECT_LT(sticks->yaw, neutral.yaw);            // counter-clockwise: stick left
-}
-
-TEST(CommandMap, ANumberThatIsNoneChangesNothing) {
-  CommandMap map(paper_like());
-  EXPECT_EQ(map.to_sticks({.climb_m_s = std::numeric_limits<float>::quiet_NaN()}).status(), core::Status::kOutOfRange);
-  EXPECT_EQ(map.to_sticks({.roll_rad = std::numeric_limits<float>::infinity()}).status(), core::Status::kOutOfRange);
+  return vehicle;
 }
 
 // Each member alone: one that is not checked would reach the sticks.
 TEST(CommandMap, EachNumberThatIsNoneIsRefused) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  CommandMap map(paper_like());
+  CommandMap map(four_axes());
   EXPECT_EQ(map.to_sticks({.roll_rad = nan}).status(), core::Status::kOutOfRange);
   EXPECT_EQ(map.to_sticks({.pitch_rad = nan}).status(), core::Status::kOutOfRange);
   EXPECT_EQ(map.to_sticks({.climb_m_s = nan}).status(), core::Status::kOutOfRange);
   EXPECT_EQ(map.to_sticks({.yaw_rate_rad_s = nan}).status(), core::Status::kOutOfRange);
+  EXPECT_EQ(static_cast<int>(Sticks{}.yaw), 1024) << "the centre, until a command comes";
 }
 
 // An axis that was not identified uses the paper's scale; nothing is divided by zero.
@@ -242,23 +191,6 @@ TEST(CommandMap, AnAxisWithoutAScaleHasThePapers) {
     EXPECT_EQ(map.map(stick).neutral_vrc, 1031.F) << stick;
     EXPECT_EQ(map.map(stick).sign, stick == 3 ? -1.F : 1.F) << stick;
   }
-  const Sticks neutral = map.neutral();
-  for (const Stick stick : {neutral.roll, neutral.pitch, neutral.throttle, neutral.yaw}) {
-    EXPECT_EQ(static_cast<int>(stick), 1031);
-  }
-}
-
-/// Every number of every axis differs from those of the others.
-model::Vehicle four_axes() {
-  model::Vehicle vehicle;
-  vehicle.roll = {.scale_per_count = 1e-3, .dead_zone_counts = 10.0, .trim_counts = 56.0};
-  vehicle.pitch = {.scale_per_count = 2e-3, .dead_zone_counts = 20.0, .trim_counts = -26.0};
-  vehicle.climb = {.scale_per_count = 3e-3, .dead_zone_counts = 30.0, .trim_counts = 7.0};
-  vehicle.yaw_rate = {.scale_per_count = 4e-3, .dead_zone_counts = 40.0, .trim_counts = -13.0};
-  for (model::StickAxis* axis : {&vehicle.roll, &vehicle.pitch, &vehicle.climb, &vehicle.yaw_rate}) {
-    axis->dead_zone_shape = model::DeadZoneShape::kJump;
-  }
-  return vehicle;
 }
 
 // Catches an axis that takes its neutral, its scale or its dead zone from another axis.
