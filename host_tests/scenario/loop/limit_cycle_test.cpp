@@ -91,7 +91,7 @@ INSTANTIATE_TEST_SUITE_P(LimitCycle, DelayedAndHighGain,
 // that for long, but level can.
 TEST(LimitCycle, PersistsSoLevelledAndReleased) {
   RecordProperty("promise", "R12");
-  FlightPlan plan = plan_with(1.4, 0.12);
+  FlightPlan plan = plan_with(1.4, 0.14);
   plan.plant.change.at_s = 16.0;
   plan.plant.change.steps.push_back([](sim::Plant& plant) {
     for (model::StickAxis* const axis : {&plant.roll, &plant.pitch}) {
