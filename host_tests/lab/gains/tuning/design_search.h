@@ -49,6 +49,9 @@ struct DesignSearchResult {
 inline constexpr double kMaxMotion_deg_s = 40.0;
 inline constexpr double kMaxHoverPrice = 1.66;  ///< of mode field: error in hover over the file's (11 mm over 6.6 mm)
 
+/// Sum of the shares by which a design exceeds the limits, far above 1 if it is unstable somewhere.
+double margin_excess(const DesignTrial& trial, const MarginLimits& limits);
+
 /// What a mode allows in flight.
 struct FlownLimits {
   double tilt_deg = 90.0;                                    ///< worst of the step
