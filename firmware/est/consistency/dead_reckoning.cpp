@@ -32,6 +32,21 @@ T median(T a, T b, T c) {
 }  // namespace
 
 template <typename T>
+void DeadReckoning<T>::begin_if_due(const Estimate<T>& estimate, bool pilots) {
+  const T all = velocity_w_m_s_.squaredNorm() + disturbance_acceleration_w_m_s2_.squaredNorm() +
+                offset_rad_.squaredNorm() + tilt_acceleration_h_m_s2_.squaredNorm();
+  if (!(all < static_cast<T>(kSane))) {  // not finite, and it would stay so
+    seen_s_ = T(0);
+    tilt_acceleration_h_m_s2_.setZero();
+  }
+  if (seen_s_ == T(0)) {
+    velocity_w_m_s_ = pilots ? Vector2(Vector2::Zero()) : Vector2(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
+    disturbance_acceleration_w_m_s2_ = {estimate.x.disturbance_m_s2, estimate.y.disturbance_m_s2};
+    offset_rad_ = {estimate.x.input_offset_rad, estimate.y.input_offset_rad};
+  }
+}
+
+template <typename T>
 void DeadReckoning<T>::update(const ImuSample<T>& imu, const Estimate<T>& estimate,
                               const std::optional<Vector2>& measured_h_m_s2, bool trusted, bool pilots,
                               core::Duration elapsed) {
@@ -46,17 +61,7 @@ void DeadReckoning<T>::update(const ImuSample<T>& imu, const Estimate<T>& estima
   if (imu.attitude_is_new) {
     slope_ = core::heading_slope_of(imu.roll(), imu.pitch());
   }
-  const T all = velocity_w_m_s_.squaredNorm() + disturbance_acceleration_w_m_s2_.squaredNorm() +
-                offset_rad_.squaredNorm() + tilt_acceleration_h_m_s2_.squaredNorm();
-  if (!(all < static_cast<T>(kSane))) {  // not finite, and it would stay so
-    seen_s_ = T(0);
-    tilt_acceleration_h_m_s2_.setZero();
-  }
-  if (seen_s_ == T(0)) {
-    velocity_w_m_s_ = pilots ? Vector2(Vector2::Zero()) : seen_m_s;
-    disturbance_acceleration_w_m_s2_ = estimated_m_s2;
-    offset_rad_ = {estimate.x.input_offset_rad, estimate.y.input_offset_rad};
-  }
+  begin_if_due(estimate, pilots);
   seen_s_ = core::clamp(seen_s_ + step_s, T(0), static_cast<T>(kDisturbanceMemory_s));
   const core::SinCos<T>& yaw = estimate.heading();
   const Vector2 tilted_h = slope_ * static_cast<T>(model::kGravity_m_s2);

@@ -56,6 +56,8 @@ class DeadReckoning {
   const Vector2& offset_rad() const { return offset_rad_; }
 
  private:
+  void begin_if_due(const Estimate<T>& estimate, bool pilots);
+
   T seen_s_{0};          ///< how long p has been averaged; at most its memory
   T attitude_age_s_{0};  ///< at most one second
   Vector2 velocity_w_m_s_ = Vector2::Zero();

@@ -61,22 +61,31 @@ template <typename T>
   disturbance_acceleration_ = {};
 }
 
+/// @returns whether telemetry showed the motion of this tick
+template <typename T>
+bool VelocityConsistency<T>::update_force(const ImuSample<T>& imu, const Estimate<T>& estimate,
+                                          core::Duration elapsed) {
+  force_age_ = imu.force_is_new ? core::Duration{0} : core::clamp(force_age_ + elapsed, core::Duration{0}, 2 * kGap);
+  if (imu.force_is_new) {
+    specific_force_.update(imu);
+  }
+  const bool is_observed = elapsed <= kGap && (force_age_ <= kGap || !specific_force_.is_received());
+  const bool force_counts = force_scale_m_s2() > T(0) && !is_disabled(ConsistencyCheck::kForce) &&
+                            specific_force_.learned_s() >= static_cast<T>(ForceConsistency<T>::kFirstLook_s);
+  update_disturbance(estimate.heading(), force_counts && estimate.prediction_valid && is_observed,
+                     core::seconds<T>(elapsed));
+  return is_observed;
+}
+
 template <typename T>
 void VelocityConsistency<T>::update(const ImuSample<T>& imu, const Estimate<T>& estimate,
                                     const core::Vector<T, 2>& disturbance_acceleration_w_m_s2, core::Duration elapsed) {
   if (!is_sane()) {
     reset_sums();
   }
-  force_age_ = imu.force_is_new ? core::Duration{0} : core::clamp(force_age_ + elapsed, core::Duration{0}, 2 * kGap);
-  if (imu.force_is_new) {
-    specific_force_.update(imu);
-  }
-  const bool is_observed = elapsed <= kGap && (force_age_ <= kGap || !specific_force_.is_received());
   const T step_s = core::seconds<T>(elapsed);
   const bool force_disabled = is_disabled(ConsistencyCheck::kForce);
-  const bool force_counts = force_scale_m_s2() > T(0) && !force_disabled &&
-                            specific_force_.learned_s() >= static_cast<T>(ForceConsistency<T>::kFirstLook_s);
-  update_disturbance(estimate.heading(), force_counts && estimate.prediction_valid && is_observed, step_s);
+  const bool is_observed = update_force(imu, estimate, elapsed);
   if (!estimate.healthy) {
     force_.lose_estimate();
   }

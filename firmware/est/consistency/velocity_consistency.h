@@ -69,6 +69,7 @@ class VelocityConsistency {
   bool is_disabled(ConsistencyCheck check) const { return (disabled_checks_ & set_of(check)) != 0; }
   bool is_sane() const;
   void reset_sums();
+  bool update_force(const ImuSample<T>& imu, const Estimate<T>& estimate, core::Duration elapsed);
   void update_disturbance(const core::SinCos<T>& yaw, bool is_known, T step_s);
   void judge(ConsistencyCheck check, CheckEvidence<T>& evidence, T step_s);
   void report_if(bool contradicts, const Contradiction<T>& found);

@@ -195,12 +195,7 @@ TEST_F(VelocityConsistencyTest, AFaultIsNotLearnedAsAnOffset) {
   EXPECT_NEAR(check_.measured_h_m_s2()->x(), sensed_m_s2, 0.05);
 }
 
-<<<<<<< HEAD
 TEST_F(VelocityConsistencyTest, NamesAClimbThatTheAutopilotDoesNotMeasureAndZeroIsNoEvidence) {
-  fly(5.0);
-=======
-TEST_F(VelocityConsistencyTest, NamesAClimbThatTheAutopilotDoesNotFeelAndZeroIsNoEvidence) {
->>>>>>> faults4
   estimate_.climb_m_s = 0.31;
   imu_.climb_is_new = false;
   fly(5.0);
@@ -215,7 +210,7 @@ TEST_F(VelocityConsistencyTest, AllowsAClimbTheErrorOfItsGain) {
   const auto apart = [this](double pose_m_s, double autopilot_m_s) {
     check_ = VelocityConsistency<double>(set_of(ConsistencyCheck::kMotion));
     estimate_.climb_m_s = pose_m_s;
-    felt_.climb_m_s = autopilot_m_s;
+    imu_.climb_m_s = autopilot_m_s;
     fly(4.0);
     return reported() == ConsistencyCheck::kClimb;
   };
