@@ -194,11 +194,16 @@ class AxisPipeline {
     constexpr const char* kZero = "lead_zero";
     const bool named = std::any_of(chosen_.steps.begin(), chosen_.steps.end(),
                                    [&](const SelectionStep& step) { return step.name == kZero; });
-    if (clock.zero_in_doubt && named) {
+    if (!clock.zero_in_doubt || !named) {
+      return;
+    }
+    if (sharpens_rows(problem_->training().signals.data, problem_->axis_family().model(chosen_.final_model.fit))) {
+      side_findings_.findings.push_back(note("the lead zero compensates for the slow rows of the stick"));
+    } else {
       side_findings_.unexplained.emplace_back(
           "these data cannot distinguish a lead zero from a response that begins before its stick");
-      withdraw(kZero);
     }
+    withdraw(kZero);
   }
 
   /// Tests for a climb speed that falls with the height flown. The test comes before that for a change, which such an

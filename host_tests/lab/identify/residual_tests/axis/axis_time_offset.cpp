@@ -6,6 +6,8 @@
 #include <cmath>
 #include <vector>
 
+#include "host_tests/lab/identify/residual_tests/axis/intersample_hypotheses.h"
+
 namespace m100::lab::identify {
 namespace {
 
@@ -14,6 +16,7 @@ using model::StickAxis;
 constexpr double kEarliest_s = -0.2;
 constexpr double kMargin = 6.0;  // of the likelihood ratio, for a certain net shift
 constexpr double kMinSigmas = 3.0;
+constexpr double kErrors = 2.0;
 constexpr double kHalfOfTen_s = 0.005;  // nearer to -10 ms than to none
 
 /// A first order as a heavily damped second order with the same motion.
@@ -35,15 +38,16 @@ std::vector<FreeParameter> free_parameters_of(const StickAxis& axis) {
   return out;
 }
 
-/// What a shift means beside the unknown moment at which the stick moves in its row.
+/// What a shift means beside the unknown moment at which the stick moves in its row. The rows may follow the stick's
+/// own samples, so that each of those is read equally late; a hand does not move in time with slower rows, so its
+/// moments differ. Certain is only what no moments explain.
 void decide(const AxisData& data, bool likelier, TimeOffset& out) {
   const double lag_s = data.max_reading_lag_s(data.logged_stick_row_s());
   const double smooth_lag_s = data.max_reading_lag_s(std::min(AxisData::kSlowestStick_s, data.logged_stick_row_s()));
-  const double error_s = 2.0 * out.sigma_s;
+  const double error_s = kErrors * std::hypot(out.sigma_s, step_time_error_s(data, -1e9, 1e9));
   out.certain = out.likelihood_ratio > kMargin && out.shift_s < -(lag_s + kMinSigmas * out.sigma_s);
-  out.likely = out.certain || (likelier && out.shift_s < -std::max(kHalfOfTen_s, lag_s - error_s));
-  out.within_row =
-      (out.likelihood_ratio > kMargin || out.zero_in_doubt) && !out.likely && out.shift_s > -(smooth_lag_s - error_s);
+  out.likely = out.certain || (likelier && out.shift_s < -std::max(kHalfOfTen_s, smooth_lag_s + error_s));
+  out.within_row = (out.likelihood_ratio > kMargin || out.zero_in_doubt) && !out.likely;
 }
 
 }  // namespace

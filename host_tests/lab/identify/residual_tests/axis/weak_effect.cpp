@@ -20,23 +20,31 @@ struct Fitted {
   WhitenedFit white;
 };
 
+/// The parameters of a structure, and the lag of the rotors, which every vehicle has and no structure: as a zero on the
+/// other side, because 1 / (1 + s T) is 1 - s T for a command that is slow against it.
+std::vector<FreeParameter> free_beside_lag(const AxisFamily& family, const Fit& fit) {
+  constexpr double kLag_s = 0.025;
+  std::vector<FreeParameter> out = free_parameters_within_row(family, fit);
+  if (!(family.model(fit).lead_zero_s > 0.0)) {
+    out.push_back({"lag", &model::StickAxis::lead_zero_s, 0.002, -kLag_s, 0.0});
+  }
+  return out;
+}
+
 /// Repeats the fit until it gains nothing: parameters that compensate each other converge slowly.
 Fitted fitted(const FreeRun& run, const AxisFamily& family, const Fit& start) {
   constexpr int kRounds = 4;
   constexpr double kConverged = 0.5;
   Fitted out{start, {}};
+  out.white.before = family.model(start);
   out.white.score = std::numeric_limits<double>::infinity();
-  for (int round = 0; round < kRounds; ++round) {
-    WhitenedFit next = fit_whitened(run, family.model(out.fit), free_parameters_within_row(family, out.fit));
-    const double gained = out.white.score - next.score;
-    if (gained > 0.0) {
-      out.fit = family.with_parameters_of(out.fit, next.before);
-      out.white = std::move(next);
-    }
-    if (gained < kConverged) {
-      break;
-    }
+  double gained = std::numeric_limits<double>::infinity();
+  for (int round = 0; round < kRounds && gained > kConverged; ++round) {
+    WhitenedFit next = fit_whitened(run, out.white.before, free_beside_lag(family, start));
+    gained = out.white.score - next.score;
+    out.white = gained > 0.0 ? std::move(next) : out.white;
   }
+  out.fit = family.with_parameters_of(start, out.white.before);
   return out;
 }
 
@@ -71,7 +79,7 @@ class WeakEffectSearch {
     double asked = 0.0;
     for (const Fitted& shape : shapes_) {
       const FreeRun& log = hypotheses_.front();
-      const ScoreTest left(log, shape.white, free_parameters_within_row(family_, shape.fit));
+      const ScoreTest left(log, shape.white, free_beside_lag(family_, shape.fit));
       for (const Family::Edit& edit : family_.edits(shape.fit.structure)) {
         for (const Fit& start : family_.starts_with_effect(edit, shape.fit)) {
           asked += 1.0;
@@ -109,7 +117,7 @@ class WeakEffectSearch {
       ratio = std::min(ratio, other.white.score - with.white.score);
     }
     if (ratio < chance_ || (out_ && ratio - price < worth_) || !family_.is_significant(with.fit, name) ||
-        sharpens_the_rows(with.fit)) {
+        sharpens_rows(log.data(), family_.model(with.fit))) {
       return;
     }
     // The fits without the effect start from this fit's other parameters, too. Otherwise one that has not converged
@@ -127,14 +135,6 @@ class WeakEffectSearch {
       out_ = WeakEffect{name, ratio};
       worth_ = ratio - price;
     }
-  }
-
-  /// Whether a lead zero only compensates for the sampling of the stick. A straight line between two rows, and a stick
-  /// held over one row, smooth the hand's motion by (w T)^2 / 12 and / 24; a lead zero restores (w t)^2 / 2, so up to
-  /// half a row it may be such a correction.
-  bool sharpens_the_rows(const Fit& fit) const {
-    const double zero_s = family_.model(fit).lead_zero_s;
-    return hypotheses_.size() > 1 && zero_s > 0.0 && zero_s < 0.5 * family_.stick_row_s();
   }
 
   std::span<const FreeRun> hypotheses_;
