@@ -131,7 +131,8 @@ AxisData hold_between_rows(AxisData data, bool next) {
   const std::vector<double> line = data.stick;
   if (row < 2) {
     for (std::size_t i = 1; i + 1 < line.size(); ++i) {
-      data.stick[i] = (line[i] - line[i - 1]) * (line[i + 1] - line[i]) > 0.0 ? line[next ? i + 1 : i - 1] : line[i];
+      const bool is_between = (line[i] - line[i - 1]) * (line[i + 1] - line[i]) > 0.0;
+      data.stick[i] = is_between ? line[next ? i + 1 : i - 1] : line[i];
     }
     return data;
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "host_tests/lab/identify/residual_tests/axis/axis_residual.h"
 #include "host_tests/lab/identify/residual_tests/axis/intersample_hypotheses.h"
 
 namespace m100::lab::identify {
@@ -38,15 +39,18 @@ std::vector<FreeParameter> free_parameters_of(const StickAxis& axis) {
   return out;
 }
 
-/// What a shift means beside the unknown moment at which the stick moves in its row. The rows may follow the stick's
-/// own samples, so that each of those is read equally late; a hand does not move in time with slower rows, so its
-/// moments differ. Certain is only what no moments explain.
+/// What a shift means beside the unknown moment at which the stick moves in its row. Rows of one sample are the stick's
+/// own, and a shift that may exceed them is likely. Other rows may follow the stick's own samples, so that each of
+/// those is read equally late; a hand does not move in time with slower rows, so its moments differ: a shift is likely
+/// if it surely exceeds both. Certain is only what no moments explain.
 void decide(const AxisData& data, bool likelier, TimeOffset& out) {
   const double lag_s = data.max_reading_lag_s(data.logged_stick_row_s());
   const double smooth_lag_s = data.max_reading_lag_s(std::min(AxisData::kSlowestStick_s, data.logged_stick_row_s()));
   const double error_s = kErrors * std::hypot(out.sigma_s, step_time_error_s(data, -1e9, 1e9));
   out.certain = out.likelihood_ratio > kMargin && out.shift_s < -(lag_s + kMinSigmas * out.sigma_s);
-  out.likely = out.certain || (likelier && out.shift_s < -std::max(kHalfOfTen_s, smooth_lag_s + error_s));
+  const bool is_own = !is_stick_undersampled(data) && !(1.5 * data.logged_stick_row_s() < data.period_s);
+  const double explained_s = is_own ? lag_s - error_s : smooth_lag_s + error_s;
+  out.likely = out.certain || (likelier && out.shift_s < -std::max(kHalfOfTen_s, explained_s));
   out.within_row = (out.likelihood_ratio > kMargin || out.zero_in_doubt) && !out.likely;
 }
 

@@ -20,31 +20,23 @@ struct Fitted {
   WhitenedFit white;
 };
 
-/// The parameters of a structure, and the lag of the rotors, which every vehicle has and no structure: as a zero on the
-/// other side, because 1 / (1 + s T) is 1 - s T for a command that is slow against it.
-std::vector<FreeParameter> free_beside_lag(const AxisFamily& family, const Fit& fit) {
-  constexpr double kLag_s = 0.025;
-  std::vector<FreeParameter> out = free_parameters_within_row(family, fit);
-  if (!(family.model(fit).lead_zero_s > 0.0)) {
-    out.push_back({"lag", &model::StickAxis::lead_zero_s, 0.002, -kLag_s, 0.0});
-  }
-  return out;
-}
-
 /// Repeats the fit until it gains nothing: parameters that compensate each other converge slowly.
 Fitted fitted(const FreeRun& run, const AxisFamily& family, const Fit& start) {
   constexpr int kRounds = 4;
   constexpr double kConverged = 0.5;
   Fitted out{start, {}};
-  out.white.before = family.model(start);
   out.white.score = std::numeric_limits<double>::infinity();
-  double gained = std::numeric_limits<double>::infinity();
-  for (int round = 0; round < kRounds && gained > kConverged; ++round) {
-    WhitenedFit next = fit_whitened(run, out.white.before, free_beside_lag(family, start));
-    gained = out.white.score - next.score;
-    out.white = gained > 0.0 ? std::move(next) : out.white;
+  for (int round = 0; round < kRounds; ++round) {
+    WhitenedFit next = fit_whitened(run, family.model(out.fit), free_parameters_within_row(family, out.fit));
+    const double gained = out.white.score - next.score;
+    if (gained > 0.0) {
+      out.fit = family.with_parameters_of(out.fit, next.before);
+      out.white = std::move(next);
+    }
+    if (gained < kConverged) {
+      break;
+    }
   }
-  out.fit = family.with_parameters_of(start, out.white.before);
   return out;
 }
 
@@ -79,7 +71,7 @@ class WeakEffectSearch {
     double asked = 0.0;
     for (const Fitted& shape : shapes_) {
       const FreeRun& log = hypotheses_.front();
-      const ScoreTest left(log, shape.white, free_beside_lag(family_, shape.fit));
+      const ScoreTest left(log, shape.white, free_parameters_within_row(family_, shape.fit));
       for (const Family::Edit& edit : family_.edits(shape.fit.structure)) {
         for (const Fit& start : family_.starts_with_effect(edit, shape.fit)) {
           asked += 1.0;
