@@ -277,9 +277,10 @@ class AxisPipeline {
     accept_change(change.change);
   }
 
-  /// Whether an effect that never changes explains the log as well as the change. The date of a change is free, so its
-  /// likelihood ratio reaches up to kChanceChange by chance alone: a missing lead zero looks like a delay that changes
-  /// where the hand becomes faster. A step of a trim is absorbed by the autoregression and cannot be compared.
+  /// Whether an effect that never changes, or a gain that drifts, explains the log as well as the change. The date of a
+  /// change is free, so its likelihood ratio reaches up to kChanceChange by chance alone: a missing lead zero looks
+  /// like a delay that changes where the hand becomes faster. A step of a trim is absorbed by the autoregression and
+  /// cannot be compared.
   bool constant_explains(const FreeRun& run, const AxisFamily& family, const Fit& fit, const ChangePoint& change) {
     if (change.free_parameter.member == &model::StickAxis::trim_counts) {
       return false;
@@ -287,19 +288,16 @@ class AxisPipeline {
     const std::vector<int> all(family.block_count(), 1);
     const double price = std::log(static_cast<double>(run.size()));
     for (const Family::Edit& edit : family.edits(fit.structure)) {
-      if (edit.name == "gain_drift") {
-        continue;  // a change, too
-      }
       const Fit constant = family.fit(edit.structure, all, &fit);
       const double more = static_cast<double>(constant.free_parameters) - static_cast<double>(fit.free_parameters);
       const double score = unchanged_score(run, family, constant) + std::max(0.0, more - 1.0) * price;
       if (score < change.score) {
         side_findings_.findings.push_back(note("a change of " + change.change.name + " would fit, but " + edit.name +
-                                               ", which never changes, explains the log better"));
+                                               ", which has no date, explains the log better"));
         return true;
       }
       if (score < change.score + kChanceChange) {
-        const std::string why = edit.name + ", which never changes, explains the log as well";
+        const std::string why = edit.name + ", which has no date, explains the log as well";
         report_uncertain_change(change.change, why.c_str());
         return true;
       }
