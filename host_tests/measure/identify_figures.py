@@ -5,7 +5,7 @@ import pathlib
 import re
 import tempfile
 
-from measure.lab_figures import LAB, MEASURED, joined, table
+from measure.lab_figures import LAB, MEASURED, table
 from measure.marked import Figure
 from measure.workspace import Source
 
