@@ -150,8 +150,7 @@ class AxisPipeline {
   }
 
   /// Where the response begins before its stick, the sticks are shifted and the structure is selected again: the effect
-  /// that explained the shift (mostly a lead zero) is no longer needed. The shift must still be there under the new
-  /// structure.
+  /// that explained the shift (mostly a lead zero) is not needed. The shift must remain under the new structure.
   void detect_time_offset() {
     const TimeOffset first = time_offset(problem_->free_run(), problem_->axis_family(), chosen_.final_model.fit);
     if (!first.likely && !first.within_row) {
@@ -360,8 +359,7 @@ class AxisPipeline {
                   [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
   }
 
-  /// The change under the final structure; or under the declared one, where the change explains more than all named
-  /// effects.
+  /// The change under the final structure; or the declared one, where the change explains more than all named effects.
   ChangePoint change_point_under(const FreeRun& run, const Selection& chosen) const {
     const AxisFamily& family = problem_->axis_family();
     ChangePoint with_effects = change_point(run, family, chosen.final_model.fit);

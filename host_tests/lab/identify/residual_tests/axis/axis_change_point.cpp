@@ -255,8 +255,7 @@ void date_again(const FreeRun& run, const std::vector<FreeParameter>& free_param
 }
 
 /// Mean square of the innovations of the whole log over that of its noisier side, at most one. If turbulence grows
-/// during the log, every change looks likelier than it is; therefore the likelihood ratio is scaled to the variance of
-/// the noisier side.
+/// during the log, every change looks likelier than it is; so the ratio is scaled to the variance of the noisier side.
 double quiet_share(const FreeRun& run, const TriedChange& tried) {
   Rows white = run.error(tried.fit.before, tried.fit.after, tried.hit.at_s).array() - tried.fit.offset;
   run.whiten_rows(autoregression(white, run.segments()), white);
@@ -293,8 +292,7 @@ void take(const TriedChange& tried, ChangePoint& out) {
   out.after = tried.fit.after;
 }
 
-/// The changes of the candidates that the scan shows, each refitted at its date. @param steady  the fit without a
-/// change
+/// The changes of the candidates that the scan shows, each refitted at its date. @param steady  without a change
 std::vector<TriedChange> try_changes(const FreeRun& run, const WhitenedFit& steady,
                                      const std::vector<FreeParameter>& free_parameters,
                                      std::vector<Candidate>& candidates) {

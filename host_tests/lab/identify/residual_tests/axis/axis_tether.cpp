@@ -14,6 +14,7 @@
 namespace m100::lab::identify {
 namespace {
 
+constexpr double kThreshold = 16.0;  // the best of several tests, as for a change: one false alarm in a hundred logs
 constexpr int kEdges = 10;  // evenly over the distance: an edge that is touched rarely lies beyond the quantiles
 
 /// The distance flown: the integral of the response from the start of each flight.
@@ -98,7 +99,7 @@ std::optional<AxisTether> detect_tether_force(const AxisData& data, const std::v
   model::StickAxis pull = free.before;
   pull.cross_axis = std::copysign(0.05 * scale, -gain);
   const auto [best, statistic] = best_edge(data, ranges, distance_m, flown, pull, left);
-  if (statistic < 0.5 * kLikelyChange) {
+  if (statistic < 0.5 * kThreshold) {
     return std::nullopt;
   }
   const AxisData moved = with_tether(data, distance_m, best);
@@ -114,8 +115,8 @@ std::optional<AxisTether> detect_tether_force(const AxisData& data, const std::v
   out.score = with.score;
   const Rows error = run.error(free.before).array() - free.offset;
   const double rmse = error.norm() / std::sqrt(static_cast<double>(run.size()));
-  return out.likelihood_ratio > kLikelyChange && out.rate_per_s > 0.0 && out.largest > rmse ? std::optional(out)
-                                                                                            : std::nullopt;
+  return out.likelihood_ratio > kThreshold && out.rate_per_s > 0.0 && out.largest > rmse ? std::optional(out)
+                                                                                         : std::nullopt;
 }
 
 Finding tether_finding(const AxisTether& tether, const std::string& response) {

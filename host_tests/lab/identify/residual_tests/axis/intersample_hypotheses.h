@@ -40,8 +40,7 @@ double step_time_error_s(const AxisData& data, double from_s, double to_s);
 void weight_by_input_uncertainty(std::span<FreeRun> hypotheses, const AxisData& data, const model::StickAxis& model);
 
 /// All parameters of a structure as free_parameters_of(), with the delay free down to one row below zero: a row shows
-/// the stick since the row before, so a response without delay may begin up to a row early. time_offset() finds larger
-/// ones.
+/// the stick since the row before, so a response without delay may begin up to a row early. time_offset() finds more.
 std::vector<FreeParameter> free_parameters_within_row(const AxisFamily& family, const Fit& fit);
 
 /// Smallest likelihood ratio of an effect of the fit over all hypotheses about an undersampled stick, with weighed
