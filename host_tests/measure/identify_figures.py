@@ -4,12 +4,13 @@ import pathlib
 import re
 import tempfile
 
-from measure.lab_figures import LAB, MEASURED, asked, joined, table
+from measure.lab_figures import LAB, MEASURED, asked, table
 from measure.marked import Figure
 from measure.workspace import Source
 
-UNSEEN = ("--unseen", "--logs", 2, "--seed", 8101)
+UNSEEN = ("--unseen", "--logs", 32, "--seed", 880100)
 KIND = re.compile(r"^(?P<kind>\S.*?) +" + " +".join(rf"(?P<n{k}>\d+)" for k in range(8)) + r" +[\d.]+$")
+GROUPS = {"healthy": "^healthy", "a missing effect": "^lacks", "a change in flight": " (changes|grows) |later$"}
 MAP = "host_tests/lab/columns/m100_csv.toml"
 # The medium sizes of the confusion matrix of simulated logs.
 SIZES = {"transport_delay": 0.10, "dead_zone": 20, "gain_asymmetry": 1.25, "trim_offset": 40, "stick_curve": 1.35,
@@ -19,21 +20,25 @@ SIGNED = ("trim_offset", "gain_drift", "cross_axis")
 
 
 def unseen(workspace):
-    """Logs of unknown vehicles: the answers of identify for each kind, and the shares that have a limit."""
+    """Logs of unknown vehicles: the answers of identify for each group of kinds, and the shares that have a limit."""
     printed = workspace.run(workspace.program("host_tests/property/identify_adversarial_logs", ("host-release",)), *UNSEEN,
                         may_fail=True)
-    rows = [["kind (simulated)", "logs", "right", "undecided", "wrong name", "clean bill", "of these, not visible in the log",
-             "healthy refused", "error"]]
+    head = ["kinds (simulated)", "logs", "right", "undecided", "wrong name", "clean bill", "of these, not visible in the log",
+            "healthy refused", "error"]
+    groups = {}
     said = []
     for line in printed.splitlines():
         found = KIND.match(line)
         if found:
-            rows.append([found["kind"]] + [found[f"n{k}"] for k in range(8)])
+            name = next((group for group, sign in GROUPS.items() if re.search(sign, found["kind"])), "a fault of the log")
+            counts = groups.setdefault(name, [0] * 8)
+            groups[name] = [sum(pair) for pair in zip(counts, (int(found[f"n{k}"]) for k in range(8)))]
         elif not line.startswith(("kind ", "processor time")):
             said.append(line.strip())
-    if len(rows) < 10:
+    if len(groups) < len(GROUPS):
         raise ValueError("the campaign printed no table")
-    return {"identify.unseen": table(rows[0], *joined(rows[1:])), "identify.unseen_shares": Figure("; ".join(said))}
+    rows = [[name, *map(str, counts)] for name, counts in groups.items()]
+    return {"identify.unseen": table(head, *rows), "identify.unseen_shares": Figure("; ".join(said))}
 
 
 def asked_of(workspace, axis, declared, ranges, *more, log=None, columns=MAP):

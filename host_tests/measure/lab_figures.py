@@ -25,14 +25,6 @@ def compact_table(*rows):
     return Figure("\n".join([lines[0], "|" + "---|" * len(rows[0])] + lines[1:]))
 
 
-def joined(rows):
-    """-> the rows, where rows that differ in their first cell alone share one."""
-    names = {}
-    for first, *cells in rows:
-        names.setdefault(tuple(cells), []).append(first)
-    return [["; ".join(firsts), *cells] for cells, firsts in names.items()]
-
-
 def asked(workspace, *words):
     """-> (what m100-lab prints, its JSON)"""
     with tempfile.TemporaryDirectory() as folder:

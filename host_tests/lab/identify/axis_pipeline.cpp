@@ -150,8 +150,7 @@ class AxisPipeline {
   }
 
   /// Where the response begins before its stick, the sticks are shifted and the structure is selected again: the effect
-  /// that explained the shift (mostly a lead zero) is no longer needed. The shift must still be there under the new
-  /// structure.
+  /// that explained the shift (mostly a lead zero) is not needed. The shift must remain under the new structure.
   void detect_time_offset() {
     const TimeOffset first = time_offset(problem_->free_run(), problem_->axis_family(), chosen_.final_model.fit);
     if (!first.likely && !first.within_row) {
@@ -194,11 +193,16 @@ class AxisPipeline {
     constexpr const char* kZero = "lead_zero";
     const bool named = std::any_of(chosen_.steps.begin(), chosen_.steps.end(),
                                    [&](const SelectionStep& step) { return step.name == kZero; });
-    if (clock.zero_in_doubt && named) {
+    if (!clock.zero_in_doubt || !named) {
+      return;
+    }
+    if (sharpens_rows(problem_->training().signals.data, problem_->axis_family().model(chosen_.final_model.fit))) {
+      side_findings_.findings.push_back(note("the lead zero compensates for the slow rows of the stick"));
+    } else {
       side_findings_.unexplained.emplace_back(
           "these data cannot distinguish a lead zero from a response that begins before its stick");
-      withdraw(kZero);
     }
+    withdraw(kZero);
   }
 
   /// Tests for a climb speed that falls with the height flown. The test comes before that for a change, which such an
@@ -272,9 +276,10 @@ class AxisPipeline {
     accept_change(change.change);
   }
 
-  /// Whether an effect that never changes explains the log as well as the change. The date of a change is free, so its
-  /// likelihood ratio reaches up to kChanceChange by chance alone: a missing lead zero looks like a delay that changes
-  /// where the hand becomes faster. A step of a trim is absorbed by the autoregression and cannot be compared.
+  /// Whether an effect that never changes, or a gain that drifts, explains the log as well as the change. The date of a
+  /// change is free, so its likelihood ratio reaches up to kChanceChange by chance alone: a missing lead zero looks
+  /// like a delay that changes where the hand becomes faster. A step of a trim is absorbed by the autoregression and
+  /// cannot be compared.
   bool constant_explains(const FreeRun& run, const AxisFamily& family, const Fit& fit, const ChangePoint& change) {
     if (change.free_parameter.member == &model::StickAxis::trim_counts) {
       return false;
@@ -282,19 +287,16 @@ class AxisPipeline {
     const std::vector<int> all(family.block_count(), 1);
     const double price = std::log(static_cast<double>(run.size()));
     for (const Family::Edit& edit : family.edits(fit.structure)) {
-      if (edit.name == "gain_drift") {
-        continue;  // a change, too
-      }
       const Fit constant = family.fit(edit.structure, all, &fit);
       const double more = static_cast<double>(constant.free_parameters) - static_cast<double>(fit.free_parameters);
       const double score = unchanged_score(run, family, constant) + std::max(0.0, more - 1.0) * price;
       if (score < change.score) {
         side_findings_.findings.push_back(note("a change of " + change.change.name + " would fit, but " + edit.name +
-                                               ", which never changes, explains the log better"));
+                                               ", which has no date, explains the log better"));
         return true;
       }
       if (score < change.score + kChanceChange) {
-        const std::string why = edit.name + ", which never changes, explains the log as well";
+        const std::string why = edit.name + ", which has no date, explains the log as well";
         report_uncertain_change(change.change, why.c_str());
         return true;
       }
@@ -357,8 +359,7 @@ class AxisPipeline {
                   [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
   }
 
-  /// The change under the final structure; or under the declared one, where the change explains more than all named
-  /// effects.
+  /// The change under the final structure; or the declared one, where the change explains more than all named effects.
   ChangePoint change_point_under(const FreeRun& run, const Selection& chosen) const {
     const AxisFamily& family = problem_->axis_family();
     ChangePoint with_effects = change_point(run, family, chosen.final_model.fit);

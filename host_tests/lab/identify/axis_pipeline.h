@@ -5,8 +5,7 @@
 
 namespace m100::lab::identify {
 
-/// Identifies one of the stick axes. @throws InputError: missing signal, axis never moved, too few blocks, unknown
-/// effect.
+/// Identifies a stick axis. @throws InputError: missing signal, axis never moved, too few blocks, unknown effect.
 IdentifyResult identify_axis(const Request& request);
 
 }  // namespace m100::lab::identify

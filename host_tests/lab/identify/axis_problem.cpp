@@ -317,8 +317,7 @@ void AxisProblem::undersampled(const model::StickAxis& model, IdentifyResult& re
   if (row < 2) {
     return;
   }
-  // Between two rows the stick may have moved along a straight line or jumped. The difference between the two responses
-  // is unknown.
+  // Between two rows the stick may have moved along a line or jumped. The difference of the two responses is unknown.
   AxisData jumping = data;
   for (std::size_t i = 0; i < data.stick.size(); ++i) {
     jumping.stick[i] = data.stick[std::min(i / row * row + row / 2, data.stick.size() - 1)];
@@ -353,8 +352,7 @@ void AxisProblem::misreadings(const model::StickAxis& model, IdentifyResult& res
   const AxisSignals& signals = training_.signals;
   const double gain = model.scale_per_count;
   // The yaw stick is positive to the right, a rate to the left; a commanded rate has the frame of the rate itself.
-  // Where the response reverses in mid-flight, the change is reported instead: no sign of the map is right for both
-  // sides.
+  // Where the response reverses in flight, the change is reported instead: no sign of the map is right for both sides.
   const bool turns_round = std::any_of(result.changes.begin(), result.changes.end(), [](const Change& change) {
     return change.name == "gain" && change.parameters.front().value * change.parameters.back().value < 0.0;
   });

@@ -56,8 +56,7 @@ class AxisProblem final : public Problem {
   void undersampled(const model::StickAxis& model, IdentifyResult& result) const;
   /// Whether the response follows the other stick. Precondition: the other stick was logged.
   bool follows_other_stick() const;
-  /// Adds findings about wrong signs and units of the column map, from the gain [unit per count, or per unit of the
-  /// command].
+  /// Adds findings about wrong signs and units of the column map, from the gain [unit per count or per command].
   void misreadings(const model::StickAxis& model, IdentifyResult& result) const;
   Request request_;
   AxisDataSet training_;

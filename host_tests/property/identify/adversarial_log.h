@@ -29,8 +29,7 @@ struct AdversarialLog {
   /// need not be reported, because the model lacks nothing.
   bool usable = false;
   std::vector<std::pair<double, double>> train{{3.0, 30.0}}, validate{{30.0, 44.0}};
-  /// Upper bound of the log's evidence for the hidden effect (unseen_log_bound.h); empty: the effect is obvious. Takes
-  /// up to a second.
+  /// Upper bound of the log's evidence for the hidden effect (unseen_log_bound.h), in up to a second; empty: obvious.
   std::function<double()> evidence;
 };
 

@@ -28,8 +28,7 @@ double evidence_of(const std::vector<double>& truth, const std::vector<std::size
                    const UnseenLogSticks& sticks, UnseenLogParameters believed,
                    const std::vector<std::string>& declared, const UnseenLogNoise& noise);
 
-/// CUSUM at which a log reaches the ratio that identify requires for a change (axis_change_point.cpp) in 19 of 20
-/// cases.
+/// Bound at which 19 of 20 logs reach the ratio that identify requires for a change (axis_change_point.cpp).
 inline constexpr double kUnseenLogVisible = 50.7;  // (sqrt(30) + 1.64)^2
 
 }  // namespace m100::host_tests

@@ -169,8 +169,14 @@ TEST(Guard, WrongStartsOfBlocksTakeNoNameAway) {
   IdentifyResult slow = fine();
   check_completeness(parts, {}, slow);
   EXPECT_EQ(verdict_of(slow), "nothing_missing");
-  parts.are_starts_measured = true;
   parts.beyond_start = 1.6 * 1.6;
+  for (const double probability : {0.3, 0.01}) {  // fewer degrees of freedom make the same ratio less evidence
+    parts.probability = probability;
+    IdentifyResult few = fine();
+    check_completeness(parts, {}, few);
+    EXPECT_EQ(verdict_of(few), probability > 0.05 ? "nothing_missing" : "unexplained");
+  }
+  parts.are_starts_measured = true;
   IdentifyResult worse = fine();
   worse.effects.emplace_back();
   check_completeness(parts, {}, worse);

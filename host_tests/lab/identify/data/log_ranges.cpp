@@ -95,8 +95,7 @@ bool is_measured(std::size_t signal) {
   return !name.starts_with("stick_") && !name.starts_with("command_") && name != "sequence";
 }
 
-/// Whether two logs are one flight, whatever the names of their files: one measured signal that moves is the same
-/// throughout.
+/// Whether two logs are one flight, whatever their files are called: one measured signal that moves is the same.
 bool same_flight(const Piece& a, const Piece& b) {
   if (a.log == b.log && a.flight == b.flight) {
     return true;

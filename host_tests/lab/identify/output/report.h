@@ -17,8 +17,7 @@ struct ReportOrigin {
 };
 
 /// The page of one axis: first the declared and the final model, the errors before and after and their meaning for the
-/// flight; then the figures (measured against both models, residual and its autocorrelation, candidates, intervals,
-/// horizons).
+/// flight; then the figures (measured against both models, residual, autocorrelation, candidates, intervals, horizons).
 plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin);
 
 /// Writes DIR/<axis>.html. @returns its path. Errors: InputError.

@@ -9,8 +9,7 @@
 namespace m100::lab::identify {
 
 // The result of `m100-lab identify`, the same for the stick axes and for translation: one field for each key of its
-// JSON, plus the series that the report draws. Units: rad (roll, pitch), rad/s (yaw_rate), m/s (climb), m/s^2
-// (translation).
+// JSON, and the series that the report draws. Units: rad (roll, pitch), rad/s (yaw_rate), m/s (climb), m/s^2.
 
 /// A number and its 95 % block-jackknife interval.
 struct Interval {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab paper: reproduces the paper's identified numbers from the paper's own logs, and shows what correct alignment
-// changes.
+// m100-lab paper: reproduces the paper's numbers from its own logs, and shows what correct alignment changes.
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>

@@ -12,8 +12,7 @@
 namespace m100::lab::identify::paper {
 namespace {
 
-// The ranges of the authors' scripts: scale factors from 15 to 55 s (climb: 30 s), dynamics without the first and last
-// ten seconds.
+// The ranges of the authors' scripts: scale factors from 15 to 55 s (climb: 30 s), dynamics without 10 s at both ends.
 constexpr double kScaleFrom_s = 15.0;
 constexpr double kAttitudeTo_s = 55.0;
 constexpr double kClimbTo_s = 30.0;

@@ -71,8 +71,7 @@ ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions&
 /// Precondition: at least one group is common to all stretches.
 void merge(std::vector<RegressorGroup>& into, std::vector<RegressorGroup> more);
 
-/// Correlation of a series with itself `lag` samples earlier, about its mean or about zero. 0 for a series without
-/// power.
+/// Correlation of a series with itself `lag` samples earlier, about its mean or about zero. 0 without power.
 double autocorrelation(const std::vector<double>& values, std::size_t lag, bool about_mean);
 
 /// Lags of a channel as columns: the value `lag` samples ago, for each lag.

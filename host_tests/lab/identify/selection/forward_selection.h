@@ -48,8 +48,7 @@ class ForwardSelection {
   };
 
   bool banned(const std::string& name) const;
-  /// Fits and cross-validates an edit; one with a training error above `worth` (sum of mean squares) is only fitted and
-  /// not accepted.
+  /// Fits and cross-validates an edit; one with a training error above `worth` (sum of mean squares) is only fitted.
   TriedEdit try_edit(const CrossValidatedFit& from, const Family::Edit& edit, double worth = kAny) const;
   TriedEdit cross_validated_edit(const CrossValidatedFit& from, const Family::Edit& edit, Fit fit,
                                  double worth = kAny) const;

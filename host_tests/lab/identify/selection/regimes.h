@@ -14,8 +14,7 @@
 namespace m100::lab::identify {
 
 /// The request limited to each side of a change on which a model can be selected and tested, the longer side first.
-/// Where a side contains no validation part, its last third becomes the validation part. Empty: neither side is long
-/// enough.
+/// Where a side has no validation part, its last third becomes the validation part. Empty: no side is long enough.
 std::vector<Request> regimes_of(const Request& request, const Change& change);
 
 /// One side of a change, with the structure that was selected on it alone.

@@ -185,7 +185,9 @@ void check_completeness(const ValidationComparison& parts, const CompletenessLim
   // change keeps the whole error, because a wrong date shows there first.
   const bool starts_count = result.effects.empty() && parts.are_starts_measured;
   const double maximum = starts_count || !result.changes.empty() ? rms_ratio : later_ratio;
-  if (maximum > limits.max_ratio || !(by_chance || little)) {
+  // Less the part that slow rows may cause, few independent squares are left: then a large ratio is no evidence.
+  const bool too_few = !named && !starts_count && parts.probability >= limits.min_evidence;
+  if ((maximum > limits.max_ratio && !too_few) || !(by_chance || little)) {
     const bool alone = result.unexplained.empty();
     std::snprintf(text, sizeof text,
                   "the validation error is %.2f times the training error (probability by chance %.1g)",

@@ -45,8 +45,7 @@ struct AxisData {
 };
 
 /// Part of a log, divided into consecutive blocks. Each block starts from the measured state: value and slope of a
-/// quadratic fitted to eleven samples. A block ends before a gap and another begins after it; a piece shorter than 1.25
-/// s is left out.
+/// quadratic fitted to eleven samples. A block ends before a gap; a piece shorter than 1.25 s is left out.
 class AxisBlocks {
  public:
   struct Block {

@@ -49,8 +49,7 @@ using SearchPoint = std::array<double, kSearched>;
 SearchPoint searched_of(const Fit& fit);
 /// Which slots a fit of the structure has to search.
 std::array<bool, kSearched> searched_in(const Structure& structure);
-/// Whether the structure has wind and a progressive drag: then the wind's speed is searched, instead of a linear
-/// acceleration.
+/// Whether the structure has wind and a progressive drag: then the wind's speed is searched, not an acceleration.
 bool is_wind_speed_searched(const Structure& structure);
 /// The wind's velocity, from the slots that hold it.
 std::array<double, 3> wind_of(const SearchPoint& searched);

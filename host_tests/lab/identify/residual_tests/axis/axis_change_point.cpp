@@ -8,6 +8,7 @@
 
 #include "host_tests/lab/identify/model/axis/axis_structure.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_residual.h"
+#include "host_tests/lab/identify/residual_tests/axis/intersample_hypotheses.h"
 #include "host_tests/lab/identify/residual_tests/change_scan.h"
 
 namespace m100::lab::identify {
@@ -116,35 +117,12 @@ double min_of(const Candidate& candidate, const WhitenedFit& fit, double stick_r
                : candidate.min_relevant;
 }
 
-/// Standard error of the difference of the delays before and after a date, for an undersampled stick whose every
-/// movement between two rows was a step at a uniformly distributed moment: a row over the root of twelve, divided by
-/// the root of the effective number of movements on either side. So a few steps leave a larger error than a stick that
-/// moves all the time.
-double step_time_error_s(const AxisData& data, double date_s) {
-  if (!is_stick_undersampled(data)) {
-    return 0.0;
-  }
-  const auto row = static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s));
-  std::array<double, 2> squares{};
-  std::array<double, 2> fourths{};
-  for (std::size_t i = 0; i + row < data.stick.size(); i += row) {
-    const double way = data.stick[i + row] - data.stick[i];
-    const std::size_t side = data.time_s(i) > date_s ? 1 : 0;
-    squares[side] += way * way;
-    fourths[side] += way * way * way * way;
-  }
-  double variance = 0.0;
-  for (std::size_t side = 0; side < 2; ++side) {
-    variance += fourths[side] / std::max(1e-300, squares[side] * squares[side]);
-  }
-  return data.stick_row_s * std::sqrt(variance / 12.0);
-}
-
 /// Smallest size of a change that is reported as possible, without a name.
 double min_doubted(const Candidate& candidate, const WhitenedFit& fit, const AxisData& data, double date_s) {
   constexpr double kErrors = 2.0;
   const bool delay = candidate.free_parameter.member == &StickAxis::transport_delay_s;
-  const double error_s = std::hypot(fit.sigmas.back(), step_time_error_s(data, date_s));
+  const double error_s =
+      std::hypot(fit.sigmas.back(), step_time_error_s(data, -1e9, date_s), step_time_error_s(data, date_s, 1e9));
   // Or rows begin to fall on the other side of the stick's own samples, and all steps move alike.
   const double beat_s = is_stick_undersampled(data) ? std::min(AxisData::kSlowestStick_s, 0.5 * data.stick_row_s) : 0.0;
   return delay ? std::max({kMinDelayChange_s, beat_s + kErrors * fit.sigmas.back(), kErrors * error_s})
@@ -277,8 +255,7 @@ void date_again(const FreeRun& run, const std::vector<FreeParameter>& free_param
 }
 
 /// Mean square of the innovations of the whole log over that of its noisier side, at most one. If turbulence grows
-/// during the log, every change looks likelier than it is; therefore the likelihood ratio is scaled to the variance of
-/// the noisier side.
+/// during the log, every change looks likelier than it is; so the ratio is scaled to the variance of the noisier side.
 double quiet_share(const FreeRun& run, const TriedChange& tried) {
   Rows white = run.error(tried.fit.before, tried.fit.after, tried.hit.at_s).array() - tried.fit.offset;
   run.whiten_rows(autoregression(white, run.segments()), white);
@@ -315,8 +292,7 @@ void take(const TriedChange& tried, ChangePoint& out) {
   out.after = tried.fit.after;
 }
 
-/// The changes of the candidates that the scan shows, each refitted at its date. @param steady  the fit without a
-/// change
+/// The changes of the candidates that the scan shows, each refitted at its date. @param steady  without a change
 std::vector<TriedChange> try_changes(const FreeRun& run, const WhitenedFit& steady,
                                      const std::vector<FreeParameter>& free_parameters,
                                      std::vector<Candidate>& candidates) {

@@ -14,8 +14,7 @@ std::vector<FreeParameter> free_parameters_of(const AxisFamily& family, const Fi
 
 /// Likelihood ratio from which on a change is named,
 inline constexpr double kCertainChange = 30.0;
-/// from which on the verdict is not "nothing missing" (24 left no false change in 480 healthy logs of another trial),
-/// and
+/// from which on the verdict is not "nothing missing" (24 left no false change in 480 other healthy logs), and
 inline constexpr double kLikelyChange = 24.0;
 /// below which it is chance: the supremum over dates of five parameters exceeds it in one healthy log of a hundred.
 inline constexpr double kChanceChange = 16.0;

@@ -129,6 +129,13 @@ std::vector<double> intersample_error(const AxisData& data, const std::vector<Ra
 AxisData hold_between_rows(AxisData data, bool next) {
   const auto row = static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s));
   const std::vector<double> line = data.stick;
+  if (row < 2) {
+    for (std::size_t i = 1; i + 1 < line.size(); ++i) {
+      const bool is_between = (line[i] - line[i - 1]) * (line[i + 1] - line[i]) > 0.0;
+      data.stick[i] = is_between ? line[next ? i + 1 : i - 1] : line[i];
+    }
+    return data;
+  }
   for (std::size_t i = 0; i < line.size(); ++i) {
     data.stick[i] = line[std::min((i / row + (next ? 1 : 0)) * row, line.size() - 1)];
   }

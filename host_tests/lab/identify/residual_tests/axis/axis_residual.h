@@ -52,7 +52,8 @@ double noise_floor_at_rest(const AxisDataSet& part, const model::StickAxis& mode
 std::vector<double> intersample_error(const AxisData& data, const std::vector<Range>& ranges,
                                       const model::StickAxis& model, double block_s = AxisBlocks::kBlock_s);
 
-/// An extreme reading of the stick between its rows: held at its last row, or already at its next row.
+/// An extreme reading of the stick between its rows: held at its last row, or already at its next row. In rows of a
+/// sample or less, a value between its neighbours, which may be interpolated or a mean, becomes one of these.
 AxisData hold_between_rows(AxisData data, bool next);
 /// Whether the stick was logged in rows further apart than samples.
 inline bool is_stick_undersampled(const AxisData& data) { return data.stick_row_s > 1.5 * data.period_s; }

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <vector>
 
+#include "host_tests/lab/identify/residual_tests/axis/axis_residual.h"
+#include "host_tests/lab/identify/residual_tests/axis/intersample_hypotheses.h"
+
 namespace m100::lab::identify {
 namespace {
 
@@ -14,6 +17,7 @@ using model::StickAxis;
 constexpr double kEarliest_s = -0.2;
 constexpr double kMargin = 6.0;  // of the likelihood ratio, for a certain net shift
 constexpr double kMinSigmas = 3.0;
+constexpr double kErrors = 2.0;
 constexpr double kHalfOfTen_s = 0.005;  // nearer to -10 ms than to none
 
 /// A first order as a heavily damped second order with the same motion.
@@ -35,15 +39,25 @@ std::vector<FreeParameter> free_parameters_of(const StickAxis& axis) {
   return out;
 }
 
-/// What a shift means beside the unknown moment at which the stick moves in its row.
-void decide(const AxisData& data, bool likelier, TimeOffset& out) {
+/// The largest shift that the unknown moments at which the stick moved explain. Rows may follow the stick's own
+/// samples, so that each of those is read equally late; a hand does not move in time with slower rows, so its moments
+/// differ.
+double explained_shift_s(const AxisData& data) {
+  const double own_s = std::min(AxisData::kSlowestStick_s, data.logged_stick_row_s());
+  return std::max(kHalfOfTen_s, data.max_reading_lag_s(own_s) + kErrors * step_time_error_s(data, -1e9, 1e9));
+}
+
+/// What a shift means. Rows of one sample are assumed to be the stick's own: there a shift that may exceed them is
+/// likely, elsewhere one that surely exceeds what the moments explain. Certain is only what no moments explain.
+/// @param beyond  likelihood ratio over a shift that is explained
+void decide(const AxisData& data, bool likelier, double beyond, TimeOffset& out) {
   const double lag_s = data.max_reading_lag_s(data.logged_stick_row_s());
-  const double smooth_lag_s = data.max_reading_lag_s(std::min(AxisData::kSlowestStick_s, data.logged_stick_row_s()));
-  const double error_s = 2.0 * out.sigma_s;
+  const bool is_own = !is_stick_undersampled(data) && !(1.5 * data.logged_stick_row_s() < data.period_s);
+  const bool exceeds =
+      is_own ? out.shift_s < -std::max(kHalfOfTen_s, lag_s - kErrors * out.sigma_s) : beyond > kErrors * kErrors;
   out.certain = out.likelihood_ratio > kMargin && out.shift_s < -(lag_s + kMinSigmas * out.sigma_s);
-  out.likely = out.certain || (likelier && out.shift_s < -std::max(kHalfOfTen_s, lag_s - error_s));
-  out.within_row =
-      (out.likelihood_ratio > kMargin || out.zero_in_doubt) && !out.likely && out.shift_s > -(smooth_lag_s - error_s);
+  out.likely = out.certain || (likelier && exceeds);
+  out.within_row = (out.likelihood_ratio > kMargin || out.zero_in_doubt) && !out.likely;
 }
 
 }  // namespace
@@ -101,7 +115,9 @@ TimeOffset time_offset(const FreeRun& run, const AxisFamily& family, const Fit& 
   out.sigma_s = best.sigmas[kDelay];
   out.likelihood_ratio = lead.score - best.score;
   const bool likelier = lead.score + (&best == &early ? price : 0.0) > best.score;
-  decide(run.data(), likelier, out);
+  const double explained_s = explained_shift_s(run.data());
+  const WhitenedFit late = with(-explained_s, best.before.lead_zero_s, -explained_s, &best == &free);
+  decide(run.data(), likelier, late.score - best.score, out);
   return out;
 }
 

@@ -14,14 +14,31 @@ namespace m100::lab::identify {
 
 IntersampleHypotheses intersample_hypotheses(const AxisData& data, const std::vector<Range>& ranges) {
   IntersampleHypotheses out;
-  if (is_stick_undersampled(data)) {
-    out.held = {hold_between_rows(data, false), hold_between_rows(data, true)};
-  }
+  out.held = {hold_between_rows(data, false), hold_between_rows(data, true)};
   out.runs.emplace_back(data, ranges);
   for (const AxisData& hypothesis : out.held) {
     out.runs.emplace_back(hypothesis, ranges);
   }
   return out;
+}
+
+bool sharpens_rows(const AxisData& data, const model::StickAxis& model) {
+  return is_stick_undersampled(data) && model.lead_zero_s > 0.0 && model.lead_zero_s < 0.5 * data.stick_row_s;
+}
+
+double step_time_error_s(const AxisData& data, double from_s, double to_s) {
+  if (!is_stick_undersampled(data)) {
+    return 0.0;
+  }
+  const auto row = static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s));
+  double squares = 0.0;
+  double fourths = 0.0;
+  for (std::size_t i = 0; i + row < data.stick.size(); i += row) {
+    const double way = data.time_s(i) > from_s && data.time_s(i) <= to_s ? data.stick[i + row] - data.stick[i] : 0.0;
+    squares += way * way;
+    fourths += way * way * way * way;
+  }
+  return data.stick_row_s * std::sqrt(fourths / std::max(1e-300, 12.0 * squares * squares));
 }
 
 namespace {
@@ -129,7 +146,7 @@ double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>&
   double minimum = std::numeric_limits<double>::infinity();
   const Structure reduced = family.without(fit.structure, effect);
   // No time of a step within its row makes a trim, which the free offset of a whitened fit would absorb.
-  if (!is_stick_undersampled(data) || reduced == fit.structure || effect == "trim_offset") {
+  if (reduced == fit.structure || effect == "trim_offset") {
     return minimum;
   }
   IntersampleHypotheses hypotheses = intersample_hypotheses(data, ranges);

@@ -12,16 +12,26 @@
 
 namespace m100::lab::identify {
 
-/// Hypotheses about a stick that was logged in rows further apart than the samples (an undersampled stick), for the
-/// time between its rows: interpolated; held at its last row; already at its next row. Only a result that all three
-/// confirm is certain. A stick that is not undersampled has the first one only.
+/// Hypotheses about the stick between its rows: interpolated; held at its last row; already at its next row. Only a
+/// result that all three confirm is certain: with a stick that has two positions, a dead zone or a limit acts on
+/// interpolated values alone.
 struct IntersampleHypotheses {
-  std::vector<AxisData> held;  ///< data of the second and third run; empty where the stick is not undersampled
+  std::vector<AxisData> held;  ///< data of the second and third run
   std::vector<FreeRun> runs;
 };
 
 /// The data must outlive the hypotheses.
 IntersampleHypotheses intersample_hypotheses(const AxisData& data, const std::vector<Range>& ranges);
+
+/// Whether a lead zero only compensates for an undersampled stick. A straight line between two rows, and a stick held
+/// over one row, smooth the hand's motion by (w T)^2 / 12 and / 24; a lead zero restores (w t)^2 / 2, so up to half a
+/// row it may be such a correction.
+bool sharpens_rows(const AxisData& data, const model::StickAxis& model);
+
+/// Standard error of a mean delay between two times, for an undersampled stick whose every movement between two rows
+/// was a step at a uniformly distributed moment: a row over the root of twelve, divided by the root of the effective
+/// number of movements. So a few steps leave a larger error than a stick that moves all the time.
+double step_time_error_s(const AxisData& data, double from_s, double to_s);
 
 /// Weighs the innovations of all hypotheses by the uncertainty that an undersampled stick causes. Each step between two
 /// rows may have happened at any moment of the row, which adds a variance to the rows after it; the share of this
@@ -30,12 +40,11 @@ IntersampleHypotheses intersample_hypotheses(const AxisData& data, const std::ve
 void weight_by_input_uncertainty(std::span<FreeRun> hypotheses, const AxisData& data, const model::StickAxis& model);
 
 /// All parameters of a structure as free_parameters_of(), with the delay free down to one row below zero: a row shows
-/// the stick since the row before, so a response without delay may begin up to a row early. time_offset() finds larger
-/// ones.
+/// the stick since the row before, so a response without delay may begin up to a row early. time_offset() finds more.
 std::vector<FreeParameter> free_parameters_within_row(const AxisFamily& family, const Fit& fit);
 
 /// Smallest likelihood ratio of an effect of the fit over all hypotheses about an undersampled stick, with weighed
-/// innovations; infinity where the stick is not undersampled, or where the effect cannot be removed. A straight line
+/// innovations; infinity where the effect cannot be removed. A straight line
 /// between two rows makes a stick that jumped begin early and end late. A dead zone in the model compensates this;
 /// under the other two hypotheses it is not needed.
 double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,

@@ -109,7 +109,7 @@ class WeakEffectSearch {
       ratio = std::min(ratio, other.white.score - with.white.score);
     }
     if (ratio < chance_ || (out_ && ratio - price < worth_) || !family_.is_significant(with.fit, name) ||
-        sharpens_the_rows(with.fit)) {
+        sharpens_rows(log.data(), family_.model(with.fit))) {
       return;
     }
     // The fits without the effect start from this fit's other parameters, too. Otherwise one that has not converged
@@ -127,14 +127,6 @@ class WeakEffectSearch {
       out_ = WeakEffect{name, ratio};
       worth_ = ratio - price;
     }
-  }
-
-  /// Whether a lead zero only compensates for the sampling of the stick. A straight line between two rows, and a stick
-  /// held over one row, smooth the hand's motion by (w T)^2 / 12 and / 24; a lead zero restores (w t)^2 / 2, so up to
-  /// half a row it may be such a correction.
-  bool sharpens_the_rows(const Fit& fit) const {
-    const double zero_s = family_.model(fit).lead_zero_s;
-    return hypotheses_.size() > 1 && zero_s > 0.0 && zero_s < 0.5 * family_.stick_row_s();
   }
 
   std::span<const FreeRun> hypotheses_;

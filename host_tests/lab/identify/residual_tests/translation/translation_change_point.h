@@ -11,8 +11,7 @@ namespace m100::lab::identify::translation {
 
 /// The parameter that changed in flight, at most one: steady_wind, body_bias, tilt_gain, linear_drag or mass
 /// (change_scan.h). The likelihood ratio against no change must be at least 30, and the change large enough to matter
-/// (0.15 m/s^2 of wind). Preconditions: the fit is of the training part; both parts are of one log, or `validation` is
-/// null.
+/// (0.15 m/s^2 of wind). Preconditions: the fit is of the training part; `validation` is null or of the same log.
 std::vector<Change> change_points(const TranslationDataSet& training, const TranslationDataSet* validation,
                                   const Fit& fit);
 
