@@ -186,7 +186,7 @@ TEST(FlightLimit, ASpeedThatNobodySeesIsTrustedLessTheLongerItIs) {
   Observation old = good({});
   old.fence.outside_m = 1.0;
   old.estimate.pose_age = milliseconds(61);
-  old.consistency.speed_m_s = 0.8;
+  old.consistency.speed_m_s = 0.61;
   ASSERT_EQ(flight.tick(old).failsafe_state, FailsafeState::kLevel);
   Flight slower = flight;
   old.estimate.pose_age = milliseconds(1500);

@@ -234,14 +234,13 @@ TEST(CommandMap, EachAxisHasItsOwnNeutralScaleAndDeadZone) {
 
 // Catches a remainder that is paid back on another axis, and one that only two of the axes have.
 TEST(CommandMap, EachAxisPaysItsOwnRemainderBack) {
+  using Command = ctl::Command<float>;
+  constexpr std::array kMembers{&Command::roll_rad, &Command::pitch_rad, &Command::climb_m_s, &Command::yaw_rate_rad_s};
   for (std::size_t axis = 0; axis < 4; ++axis) {
     CommandMap map(four_axes());
     const Sticks neutral = map.neutral();
     ctl::Command<float> small;  // two counts: nearer to level than to the edge of any dead zone
-    (axis == 0   ? small.roll_rad
-     : axis == 1 ? small.pitch_rad
-     : axis == 2 ? small.climb_m_s
-                 : small.yaw_rate_rad_s) = 2e-3F * static_cast<float>(axis + 1);
+    small.*kMembers.at(axis) = 2e-3F * static_cast<float>(axis + 1);
     const auto of = [](const Sticks& sticks) {
       return std::array{static_cast<int>(sticks.roll), static_cast<int>(sticks.pitch),
                         static_cast<int>(sticks.throttle), static_cast<int>(sticks.yaw)};
@@ -251,7 +250,7 @@ TEST(CommandMap, EachAxisPaysItsOwnRemainderBack) {
       const core::Expected<Sticks> sticks = map.to_sticks(small);
       ASSERT_TRUE(sticks.has_value());
       for (std::size_t stick = 0; stick < 4; ++stick) {
-        moved[stick] += of(*sticks)[stick] != of(neutral)[stick] ? 1 : 0;
+        moved[stick] += static_cast<int>(of(*sticks)[stick] != of(neutral)[stick]);
       }
     }
     for (std::size_t stick = 0; stick < 4; ++stick) {
