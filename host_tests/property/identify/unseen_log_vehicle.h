@@ -27,8 +27,7 @@ class UnseenLogRandom {
   std::normal_distribution<double> normal_;
 };
 
-/// Parameters of one axis, of the flown or of the believed vehicle. The unit of the response is rad (roll, pitch) or
-/// m/s (climb).
+/// Parameters of one axis, of the flown or the believed vehicle. Unit of the response: rad (roll, pitch), m/s (climb).
 struct UnseenLogParameters {
   double gain = 9e-4;  ///< per count
   double frequency_rad_s = 8.0;

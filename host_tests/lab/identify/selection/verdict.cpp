@@ -129,6 +129,15 @@ double incomplete_beta(double x, double a, double b) {
                                        : 1.0 - front * beta_fraction(1.0 - x, b, a) / b;
 }
 
+/// Named effects have passed the validation part, and a change its own threshold: for them only the ratio counts.
+/// Less the part that slow rows may cause, few independent squares are left: then a large ratio alone is no evidence.
+bool is_another_vehicle(const ValidationComparison& parts, const CompletenessLimits& limits, bool named,
+                        double maximum) {
+  const bool little = std::sqrt(parts.beyond_start) < limits.min_ratio;
+  const bool too_few = !named && !parts.are_starts_measured && parts.probability >= limits.min_evidence;
+  return (maximum > limits.max_ratio && !too_few) || !(named || little || parts.probability >= limits.min_probability);
+}
+
 }  // namespace
 
 double f_tail(double ratio, double numerator_degrees, double denominator_degrees) {
@@ -175,19 +184,13 @@ void check_completeness(const ValidationComparison& parts, const CompletenessLim
   if (parts.across_a_change) {
     return;
   }
-  // Named effects have passed the validation part, and a change its own threshold: for them only the ratio counts.
-  const bool named = !result.effects.empty() || !result.changes.empty();
-  const bool by_chance = named || parts.probability >= limits.min_probability;
   const double later_ratio = std::sqrt(parts.beyond_start);
-  const bool little = later_ratio < limits.min_ratio;
   // A clean bill is judged by the whole error, a named effect by the error without the starts of the blocks: a strong
   // lead zero makes the initial states of blocks wrong, although its name is right, and slow rows do not show them. A
   // change keeps the whole error, because a wrong date shows there first.
   const bool starts_count = result.effects.empty() && parts.are_starts_measured;
   const double maximum = starts_count || !result.changes.empty() ? rms_ratio : later_ratio;
-  // Less the part that slow rows may cause, few independent squares are left: then a large ratio is no evidence.
-  const bool too_few = !named && !starts_count && parts.probability >= limits.min_evidence;
-  if ((maximum > limits.max_ratio && !too_few) || !(by_chance || little)) {
+  if (is_another_vehicle(parts, limits, !result.effects.empty() || !result.changes.empty(), maximum)) {
     const bool alone = result.unexplained.empty();
     std::snprintf(text, sizeof text,
                   "the validation error is %.2f times the training error (probability by chance %.1g)",

@@ -32,16 +32,13 @@ StickAxis second_order(StickAxis axis) {
 
 std::vector<FreeParameter> free_parameters_of(const StickAxis& axis) {
   const double gain = std::abs(axis.scale_per_count);
-  std::vector<FreeParameter> out{
-      {"gain", &StickAxis::scale_per_count, 0.01 * gain, -8.0 * gain, 8.0 * gain},
-      {"frequency", &StickAxis::natural_frequency_rad_s, 0.01 * axis.natural_frequency_rad_s, 0.3, 150.0},
-      {"damping", &StickAxis::damping_ratio, 0.01 * axis.damping_ratio, 0.05, 80.0}};
-  return out;
+  return {{"gain", &StickAxis::scale_per_count, 0.01 * gain, -8.0 * gain, 8.0 * gain},
+          {"frequency", &StickAxis::natural_frequency_rad_s, 0.01 * axis.natural_frequency_rad_s, 0.3, 150.0},
+          {"damping", &StickAxis::damping_ratio, 0.01 * axis.damping_ratio, 0.05, 80.0}};
 }
 
 /// The largest shift that the unknown moments at which the stick moved explain. Rows may follow the stick's own
-/// samples, so that each of those is read equally late; a hand does not move in time with slower rows, so its moments
-/// differ.
+/// samples, so that each of those is read equally late; a hand does not keep time with slower rows.
 double explained_shift_s(const AxisData& data) {
   const double own_s = std::min(AxisData::kSlowestStick_s, data.logged_stick_row_s());
   return std::max(kHalfOfTen_s, data.max_reading_lag_s(own_s) + kErrors * step_time_error_s(data, -1e9, 1e9));

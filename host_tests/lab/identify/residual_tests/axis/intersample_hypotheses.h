@@ -12,9 +12,8 @@
 
 namespace m100::lab::identify {
 
-/// Hypotheses about the stick between its rows: interpolated; held at its last row; already at its next row. Only a
-/// result that all three confirm is certain: with a stick that has two positions, a dead zone or a limit acts on
-/// interpolated values alone.
+/// Hypotheses about the stick between its rows: interpolated; held at its last row; already at its next row. Certain is
+/// what all confirm: of a stick with two positions, a dead zone or a limit moves the interpolated values alone.
 struct IntersampleHypotheses {
   std::vector<AxisData> held;  ///< data of the second and third run
   std::vector<FreeRun> runs;
@@ -23,9 +22,8 @@ struct IntersampleHypotheses {
 /// The data must outlive the hypotheses.
 IntersampleHypotheses intersample_hypotheses(const AxisData& data, const std::vector<Range>& ranges);
 
-/// Whether a lead zero only compensates for an undersampled stick. A straight line between two rows, and a stick held
-/// over one row, smooth the hand's motion by (w T)^2 / 12 and / 24; a lead zero restores (w t)^2 / 2, so up to half a
-/// row it may be such a correction.
+/// Whether a lead zero only restores what an undersampled stick loses: a line between two rows smooths by (w T)^2 / 12,
+/// a held stick by half of that, and a lead zero restores (w t)^2 / 2, so up to half a row it may do no more.
 bool sharpens_rows(const AxisData& data, const model::StickAxis& model);
 
 /// Standard error of a mean delay between two times, for an undersampled stick whose every movement between two rows
