@@ -4,9 +4,7 @@
 namespace m100::ctl {
 namespace {
 
-// Natural frequency times the delay of the loop: 6 dB of gain margin in every corner (m100-lab gains). 45 degrees take
-// 0.357, with a damping of 1.2, and 16 % more error in height.
-constexpr double kBandwidth = 0.4;
+constexpr double kBandwidth = 0.4;  // natural frequency times the loop's delay: 6 dB in every corner (`m100-lab gains`)
 constexpr double kDamping = 1.1;
 constexpr double kFeedback_s = 0.03;  // pose age, tick and stick period, which no vehicle file states
 constexpr double kSlowest_rad_s = 1.0;

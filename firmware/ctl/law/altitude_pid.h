@@ -11,9 +11,8 @@ namespace m100::ctl {
 ///
 /// With the climb loop seen as one lag T (tau, or 2 z / w of a second order) plus its delay D, u = Kp e - Kd w gives
 /// T s^2 + (1 + Kd) s + Kp. The natural frequency is set to kBandwidth / (D + T2), T2 the part of the lag that the
-/// one-lag picture leaves out (half of 1/w for a second order): fast where the climb loop is fast, and never faster
-/// than its delay allows. Limits are taken from `base`. With AltitudeGains::design = false the vehicle file's own gains
-/// fly; their defaults are the paper's (III-E.2).
+/// one-lag picture leaves out (half of 1/w for a second order), the damping to kDamping. Limits are taken from `base`.
+/// With AltitudeGains::design = false the vehicle file's own gains fly; their defaults are the paper's (III-E.2).
 model::AltitudeGains design_altitude(const model::StickAxis& climb, const model::AltitudeGains& base);
 
 /// Reference of the height loop.

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -104,25 +105,21 @@ void print(const char* name, const char* channel, const char* where, const Margi
 
 nlohmann::json report_height_yaw(const model::Vehicle& vehicle) {
   const model::AltitudeGains height = ctl::design_altitude(vehicle.climb, vehicle.altitude);
-  struct Named {
-    const char* name;
-    Loop loop;
-    const model::StickAxis* axis;
-  };
   nlohmann::json out;
-  for (const Named& one :
-       {Named{"height", {height.proportional_per_s, height.integral_per_s2, height.derivative}, &vehicle.climb},
-        Named{"yaw", {vehicle.yaw.proportional_per_s, 0.0, 0.0}, &vehicle.yaw_rate}}) {
-    if (!one.axis->is_identified()) {
+  for (const auto& [name, loop, axis] :
+       {std::tuple{"height", Loop{height.proportional_per_s, height.integral_per_s2, height.derivative},
+                   &vehicle.climb},
+        {"yaw", Loop{vehicle.yaw.proportional_per_s, 0.0, 0.0}, &vehicle.yaw_rate}}) {
+    if (!axis->is_identified()) {
       continue;
     }
     for (const auto& [channel, timing] : {std::pair{"virtual_rc", &kVirtualRcTiming}, {"movement", &kMovementTiming}}) {
-      const Margins nominal = margins_at(one.loop, *one.axis, 1.0, *timing);
-      const Margins worst = worst_corner(one.loop, *one.axis, *timing);
-      print(one.name, channel, "as the vehicle file", nominal);
-      print(one.name, channel, "worst corner", worst);
-      out[one.name][channel] = to_json(nominal);
-      out[one.name][channel]["corners"] = to_json(worst);
+      const Margins nominal = margins_at(loop, *axis, 1.0, *timing);
+      const Margins worst = worst_corner(loop, *axis, *timing);
+      print(name, channel, "as the vehicle file", nominal);
+      print(name, channel, "worst corner", worst);
+      out[name][channel] = to_json(nominal);
+      out[name][channel]["corners"] = to_json(worst);
     }
   }
   return out;

@@ -116,7 +116,6 @@ TEST(LimitCycle, PersistsSoLevelledAndReleased) {
   }
 }
 
-// The course must continue under the calm law.
 TEST(LimitCycle, CourseContinuesUnderFallbackLaw) {
   FlightPlan plan = plan_with(1.4, 0.12);
   plan.course = "step 0 0 0 0 10\nstep 2 0 0 0 30\n";

@@ -229,8 +229,8 @@ TEST(MarginBox, TheShippedFileKeepsTheLimitsOfItsModes) {
        {std::pair{companion::Mode::kField, kFieldLimits}, {companion::Mode::kRobust, kRobustLimits}}) {
     const model::Vehicle flown = companion::in_mode(file.vehicle, mode);
     DesignTrial trial;
-    trial.corners = box.worst(flown, MarginBox::Extent::kCorners);
     trial.nominal = box.worst(flown, MarginBox::Extent::kNominal);
+    trial.corners = box.worst(flown, MarginBox::Extent::kCorners);
     EXPECT_EQ(margin_excess(trial, limits), 0.0) << trial.corners.where << trial.corners.peak_sensitivity;
   }
   for (const auto& channels : report_height_yaw(file.vehicle)) {

@@ -106,17 +106,12 @@ void print_prices(const DesignSearchResult& result) {
                   one->corners.delay_margin_s * 1e3);
     }
   }
-  struct Named {
-    const char* name;
-    double MarginLimits::*member;
-  };
-  constexpr std::array kNamed{Named{"peak in the corners", &MarginLimits::corner_peak},
-                              Named{"delay in the corners", &MarginLimits::corner_delay_s},
-                              Named{"nominal peak", &MarginLimits::nominal_peak},
-                              Named{"nominal delay", &MarginLimits::nominal_delay_s}};
-  for (const Named& named : kNamed) {
-    if (const auto one = least_error_without(result.trials, kFieldLimits, named.member)) {
-      std::printf("  price of the limit on %s: %.1f %% of the flown error\n", named.name,
+  for (const auto& [name, member] : {std::pair{"peak in the corners", &MarginLimits::corner_peak},
+                                     {"delay in the corners", &MarginLimits::corner_delay_s},
+                                     {"nominal peak", &MarginLimits::nominal_peak},
+                                     {"nominal delay", &MarginLimits::nominal_delay_s}}) {
+    if (const auto one = least_error_without(result.trials, kFieldLimits, member)) {
+      std::printf("  price of the limit on %s: %.1f %% of the flown error\n", name,
                   100.0 * std::max(0.0, result.field.best.error / one->error - 1.0));
     }
   }
