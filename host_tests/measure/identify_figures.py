@@ -74,35 +74,39 @@ def names_it(found, effect):
     return effect in named or any(name in group for group in alike for name in named)
 
 
+def in_one(workspace, axis, effect):
+    """-> [logs, named correctly, with a size, size inside its interval] for one measured flight and one effect"""
+    counts = [0, 0, 0, 0]
+    _, _, (train, first, validate, second) = MEASURED[axis]
+    for ranges in ((train, first, validate, second), (train, second, validate, first)):
+        structure = asked_of(workspace, axis, ["first_order"], ranges)["final"]["structure"]
+        taken = effect in structure or (effect == "transport_delay" and "lead_zero" in structure)
+        if taken or (effect == "cross_axis" and axis not in ("roll", "pitch")):
+            continue
+        own = {}
+        for size in sizes(effect, SIZES[effect]):
+            found = with_effect(workspace, axis, structure, ranges, effect, size)
+            counts[0] += 1
+            counts[1] += names_it(found, effect)
+            for name, number in (next(iter(one["parameters"].items())) for one in found["effects"] if one["name"] == effect):
+                own = own or asked_of(workspace, axis, [*structure, effect], ranges, "--refits", 0)["declared"]["parameters"]
+                counts[2] += 1
+                counts[3] += number["low"] <= together(effect, size, own[name]) <= number["high"]
+    return counts
+
+
 def injected(workspace):
     """Adds each effect that a measured flight does not have, in several sizes, to both orders of its halves."""
-    rows, total = [], {}
-    for axis, (_, _, (train, first, validate, second)) in MEASURED.items():
-        halves = [(ranges, asked_of(workspace, axis, ["first_order"], ranges)["final"]["structure"])
-                  for ranges in ((train, first, validate, second), (train, second, validate, first))]
-        for effect, medium in SIZES.items():
-            counts, added = [0, 0, 0, 0], sizes(effect, medium)
-            for ranges, structure in halves:
-                taken = effect in structure or (effect == "transport_delay" and "lead_zero" in structure)
-                if taken or (effect == "cross_axis" and axis not in ("roll", "pitch")):
-                    continue
-                own = {}
-                for size in added:
-                    found = with_effect(workspace, axis, structure, ranges, effect, size)
-                    counts[0] += 1
-                    counts[1] += names_it(found, effect)
-                    for number in (next(iter(one["parameters"].items())) for one in found["effects"] if one["name"] == effect):
-                        own = own or asked_of(workspace, axis, [*structure, effect], ranges, "--refits", 0)["declared"]["parameters"]
-                        counts[2] += 1
-                        counts[3] += number[1]["low"] <= together(effect, size, own[number[0]]) <= number[1]["high"]
-            if counts[0]:
-                rows.append([axis.replace("_", " "), effect.replace("_", " "), ", ".join(f"{size:g}" for size in added), *map(str, counts)])
-                axes = "roll and pitch" if axis in ("roll", "pitch") else "climb and yaw rate"
-                total[axes] = [one + other for one, other in zip(total.get(axes, [0, 0, 0, 0]), counts)]
-    head = ["flight", "effect", "added", "logs", "named", "with a size", "size inside"]
-    shares = "; ".join(f"{axes}: {named} of {logs} named correctly, {inside} of {sized} intervals contain the sum of the added size and the "
-                       f"flight's own" for axes, (logs, named, sized, inside) in total.items())
-    return {"identify.injected": table(head, *rows), "identify.injected_shares": Figure(shares)}
+    counts = {(axis, effect): in_one(workspace, axis, effect) for effect in SIZES for axis in MEASURED}
+    rows = [["named, size inside", *(axis.replace("_", " ") for axis in MEASURED)]]
+    for effect in SIZES:
+        cells = [counts[axis, effect] for axis in MEASURED]
+        rows.append([effect.replace("_", " "), *(f"{named}/{logs}, {inside}/{sized}" if logs else "" for logs, named, sized, inside in cells)])
+    shares = []
+    for axes in (("roll", "pitch"), ("climb", "yaw_rate")):
+        logs, named, sized, inside = (sum(column) for column in zip(*(counts[axis, effect] for axis in axes for effect in SIZES)))
+        shares.append(f"{' and '.join(axes).replace('_', ' ')}: {named} of {logs} named correctly, {inside} of {sized} intervals contain the sum")
+    return {"identify.injected": table(*rows), "identify.injected_shares": Figure("; ".join(shares))}
 
 
 def hour(workspace):
