@@ -47,7 +47,8 @@ const SmoothFaultCase kSensorFaults[] = {
     {"mirror.moving", "mirror", "step_3m", 3.0, 1.0, 2.0},
     {"swap.hover", "swap", "hover", 3.0, 1.0, 1.5},
     {"swap.moving", "swap", "step_3m", 3.0, 1.0, 1.5},
-    {"scale.hover", "scale", "hover", 20.0, 1.0, 1.5},
+    // A scale shows only as far as the aircraft moves, and does no more harm than that.
+    {"scale.hover", "scale", "hover", kNever, 0.3, 0.6},
     {"scale.moving", "scale", "step_3m", 5.0, 1.0, 1.5},
     {"climb.hover", "sink", "hover", 3.0, 0.3, 0.6},
     {"climb.moving", "sink", "step_3m", 3.0, 0.3, 0.6},
