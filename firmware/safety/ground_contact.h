@@ -5,24 +5,30 @@
 
 namespace m100::safety {
 
-/// Measures for how long the autopilot's flight status has said "on the ground" since it said "in the air". A status
-/// that never said "in the air" is no evidence of a landing.
+/// Measures for how long the autopilot's flight status has said "on the ground" since it said "in the air". A hop of
+/// less than half a second does not end the contact and does not count. A status that never said "in the air" is no
+/// evidence of a landing.
 class GroundContact {
  public:
+  static constexpr core::Duration kHop = std::chrono::milliseconds(500);
+
   /// @param received_at when the newest status came
   void update(bool on_ground, core::TimePoint received_at) {
-    if (!on_ground) {
+    if (on_ground) {
+      duration_ += received_at - last_;
+      touched_ = received_at;
+    } else if (!has_flown_ || received_at - touched_ >= kHop) {
       has_flown_ = true;
-      first_ = received_at;
+      duration_ = core::Duration{0};
     }
     last_ = received_at;
   }
-  /// From the last status "in the air" to the newest one; zero: that one says "in the air".
-  core::Duration duration() const { return has_flown_ ? last_ - first_ : core::Duration{0}; }
+  core::Duration duration() const { return has_flown_ ? duration_ : core::Duration{0}; }
 
  private:
   bool has_flown_ = false;
-  core::TimePoint first_{};
+  core::Duration duration_{0};
+  core::TimePoint touched_{};
   core::TimePoint last_{};
 };
 

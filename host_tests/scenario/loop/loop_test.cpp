@@ -13,14 +13,17 @@ namespace {
 
 TEST(Loop, IsThirtyPerCentBetterOnOneHiddenPlant) { EXPECT_LT(errors_on(kHiddenPlants.front()).change(), -0.3); }
 
-// The failsafe ends every identification flight of a plant whose sticks have 1.5 times the gain. Catches a loop that
+// The failsafe ends every identification flight of a plant whose pose is lost every twenty seconds. Catches a loop that
 // loses the first flight's log while it flies the others: it identified nothing and reported missing signals.
 TEST(Loop, LearnsFromTheLongestFlightWhereNoneIsKeptToItsEnd) {
   const auto* const strong = std::find_if(kHiddenPlants.begin(), kHiddenPlants.end(), [](const Hidden& hidden) {
     return std::string_view(hidden.name) == "SluggishClimbStrongSticks";
   });
   ASSERT_NE(strong, kHiddenPlants.end());
-  const LoopResult result = found_on(plant_of(*strong), 1);
+  sim::Plant plant = plant_of(*strong);
+  plant.pose.dropout_per_s = 0.05;
+  plant.pose.dropout_s = 1.5;  // longer than the failsafe allows
+  const LoopResult result = found_on(plant, 1);
   EXPECT_GE(
       std::count_if(result.decisions.begin(), result.decisions.end(),
                     [](const std::string& messages) { return messages.find("longest of these") != std::string::npos; }),

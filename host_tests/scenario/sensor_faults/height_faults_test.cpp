@@ -35,7 +35,7 @@ Outcome flown(const sim::SensorFault& fault, double size, double duration_s) {
   Outcome outcome{.descent = result.descent};
   for (const lab::experiments::TracePoint& point : result.trace) {
     outcome.highest_m = std::max(outcome.highest_m, point.position_m[2]);
-    if (outcome.touchdown_s < 0.0 && point.position_m[2] < 0.02) {
+    if (outcome.touchdown_s < 0.0 && point.position_m[2] <= 0.0) {
       outcome.touchdown_s = point.t_s;
       outcome.touchdown_m_s = result.touchdown_speed_m_s;
     }

@@ -174,6 +174,10 @@ TEST(GroundContact, CountsFromTheLastStatusInTheAir) {
   contact.update(true, at(1400));
   EXPECT_EQ(contact.duration(), std::chrono::milliseconds(400));
   contact.update(false, at(1500));
+  contact.update(true, at(1600));
+  contact.update(false, at(2090));
+  EXPECT_EQ(contact.duration(), std::chrono::milliseconds(500)) << "a hop";
+  contact.update(false, at(2100));
   EXPECT_EQ(contact.duration(), core::Duration{0});
 }
 
