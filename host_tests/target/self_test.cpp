@@ -2,7 +2,6 @@
 // Self test that a new board must pass before it flies (linker/PORTING.md). It prints to the board's UART 0: a line for
 // each check, and "PASSED n" or "FAILED m of n" at the end. It needs no debugger, no emulator and no file. UART 1 and
 // UART 2 must be joined by a null-modem cable, or on the emulator by a socket (run_self_test).
-#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstdint>
