@@ -39,8 +39,8 @@ TEST(ThreadAccounting, CountsTheTimeWithoutAProcessorSinceTheLastCall) {
     }
   });
   std::thread counted = on_one_processor([&runs] {
-    ThreadAccounting accounting;
     const auto begin = std::chrono::steady_clock::now();
+    ThreadAccounting accounting;  // counts from now on: not before `begin`
     core::Duration waited{0};
     while (waited == core::Duration{0}) {  // until the rival has had its turn
       waited = accounting.update().without_processor;
