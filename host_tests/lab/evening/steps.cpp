@@ -55,10 +55,14 @@ double height_m(const Folder& folder) {
   return most_m < kMinHeight_m ? 0.0 : std::min(most_m, kMaxHeight_m);
 }
 
-/// "FROM:TO" of a stick's movements in the flight NAME, on the log's clock; empty: it was not flown yet.
-std::string excited(const Folder& folder, const std::string& name, ctl::ExcitedStick stick) {
-  const std::pair<double, double> range = moved(folder, name, stick);
+/// "FROM:TO" on the log's clock; empty: it was not flown yet.
+std::string from_to(const std::pair<double, double>& range) {
   return range.first < range.second ? text(range.first) + ":" + text(range.second) : "";
+}
+
+/// The time in which the law commanded: the observer's first velocities are no measurement.
+std::string commanded(const Folder& folder, const std::string& name) {
+  return folder.has(name + ".json") ? from_to(nominal(result_of(folder, name + ".json"))) : "";
 }
 
 ctl::ExcitedStick stick_of(const std::string& axis) {
@@ -263,7 +267,7 @@ class StepBuilder {
                 const char* declared) const {
     const char* columns = std::string_view(axis) == "climb" ? "columns_climb.toml" : "columns_flight.toml";
     return identify(axis, (flight + ".ulg").c_str(), columns, vehicle, std::string("flown_") + axis, declared) +
-           Command{"--within",           excited(folder_, flight, stick_of(axis)),
+           Command{"--within",           from_to(moved(folder_, flight, stick_of(axis))),
                    "--forecast",         forecast,
                    "--vehicle-believed", "vehicle.toml"};
   }
@@ -277,8 +281,10 @@ class StepBuilder {
                          again("roll", "excite", "forecast.json", "tilts.toml", kDeclared),
                          again("pitch", "excite", "forecast.json", "tilts.toml", kDeclared),
                          {"copy", "vehicle.toml", "drag.toml"},
-                         Command{"try"} + identify("translation", "excite.ulg", "columns_climb.toml", "drag.toml",
-                                                   "flown_translation", "rigid_body")},
+                         Command{"try"} +
+                             identify("translation", "excite.ulg", "columns_climb.toml", "drag.toml",
+                                      "flown_translation", "rigid_body") +
+                             Command{"--within", commanded(folder_, "excite")}},
             .evaluate = [](Folder& folder) {
               return check_identification(folder, {"flown_roll.json", "flown_pitch.json"}, "after");
             }};
