@@ -98,7 +98,6 @@ struct Telemetry {
     std::uint8_t mode = 0;  ///< 0 none, 1..18 movement modes
     std::uint8_t bits = 0;  ///< 0-2 device, 3 OES has requested, 4 virtual RC on
     ControlDevice device() const { return static_cast<ControlDevice>(bits & 7U); }
-    bool onboard_requested() const { return (bits & 8U) != 0; }
     bool virtual_rc_on() const { return (bits & 16U) != 0; }
   };
 

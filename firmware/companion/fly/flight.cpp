@@ -212,6 +212,14 @@ void conclude(const FlyOptions& options, nlohmann::json result, const Controller
   }
 }
 
+/// What a tick may read: the bytes that have arrived at either port before its time is taken.
+auto mark_arrived(hal::SerialPort& port, PosePort& pose_port) {
+  return [&] {
+    port.mark_arrived();
+    pose_port.mark_arrived();
+  };
+}
+
 }  // namespace
 
 // Deviation: the parts of a flight in the order in which they are made, and the loop that runs them.
@@ -229,10 +237,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   const auto trajectory = std::make_unique<ref::Trajectory<double>>();
   parse_and_validate(files, start, *trajectory);
   const app::FlightConfig config = flight_config(options, files, start, link);
-  TickClock clock(options.port, [&] {
-    port.mark_arrived();
-    pose_port.mark_arrived();
-  });
+  TickClock clock(options.port, mark_arrived(port, pose_port));
   std::optional<LogFile> log_file;
   log::FlightLogWriter* const log = begin_log(log_file, options, model, files, start, config, clock.now());
   LiveDisplay live(options.live);

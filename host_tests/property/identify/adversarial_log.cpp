@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <numbers>
 #include <random>
 
@@ -65,6 +66,12 @@ Harm early_response(double net_low_s, double net_high_s) {
   };
 }
 
+Harm scaled(Signal signal, double factor) {
+  return [=](FlightLog& log, RandomSource&, AdversarialLog&) {
+    std::ranges::for_each(log.of(signal), [factor](double& value) { value *= factor; });
+  };
+}
+
 Maker healthy() {
   return [](SyntheticAxis&, RandomSource&, AdversarialLog& out) { out.healthy = true; };
 }
@@ -82,11 +89,10 @@ Maker no_delay(const std::string& what) {
   };
 }
 
-// Deviation: over 60 lines; a table, one row for each kind.
-// NOLINTNEXTLINE(readability-function-size)
-const std::vector<Kind>& kinds() {
+/// Healthy vehicles, and vehicles that change in flight.
+std::vector<Kind> vehicle_kinds() {
   const Harm none = [](FlightLog&, RandomSource&, AdversarialLog&) {};
-  static const std::vector<Kind> kKinds{
+  return {
       {"healthy", healthy(), none},
       {"healthy, slow strong air",
        [](SyntheticAxis& vehicle, RandomSource& rng, AdversarialLog& out) {
@@ -115,6 +121,12 @@ const std::vector<Kind>& kinds() {
       {"frequency changes 20 to 50 %", change("frequency", "frequency", 0.2, 0.5, true), none},
       {"delay grows 20 to 60 ms", change("transport_delay", "transport_delay", 0.02, 0.06, false), none},
       {"trim changes 15 to 50 counts", change("trim_offset", "trim_offset", 15.0, 50.0, false), none},
+  };
+}
+
+/// Logs with a defect.
+std::vector<Kind> log_kinds() {
+  return {
       {"clock, net -20 to -60 ms", no_delay("clock_shift"), early_response(0.02, 0.06)},
       {"clock, net -10 ms", no_delay("clock_shift"), early_response(0.01, 0.01)},
       {"frozen samples", finds("frozen"),
@@ -134,23 +146,21 @@ const std::vector<Kind>& kinds() {
            roll[log.index_of(at_s)] += rng.sign() * rng.between(0.2, 1.5);
          }
        }},
-      {"sign of the stick", finds("sign_reversed"),
-       [](FlightLog& log, RandomSource&, AdversarialLog&) {
-         for (double& counts : log.of(Signal::kStickRoll)) {
-           counts = -counts;
-         }
-       }},
-      {"attitude in degrees", finds("wrong_unit"),
-       [](FlightLog& log, RandomSource&, AdversarialLog&) {
-         for (double& angle : log.of(Signal::kAttitudeRoll)) {
-           angle *= 180.0 / std::numbers::pi;
-         }
-       }},
+      {"sign of the stick", finds("sign_reversed"), scaled(Signal::kStickRoll, -1.0)},
+      {"attitude in degrees", finds("wrong_unit"), scaled(Signal::kAttitudeRoll, 180.0 / std::numbers::pi)},
       {"roll and pitch swapped", finds("swapped_axes"),
        [](FlightLog& log, RandomSource&, AdversarialLog&) {
          std::swap(log.of(Signal::kStickRoll), log.of(Signal::kStickPitch));
        }},
   };
+}
+
+const std::vector<Kind>& kinds() {
+  static const std::vector<Kind> kKinds = [] {
+    std::vector<Kind> all = vehicle_kinds();
+    std::ranges::move(log_kinds(), std::back_inserter(all));
+    return all;
+  }();
   return kKinds;
 }
 

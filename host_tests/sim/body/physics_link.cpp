@@ -163,7 +163,6 @@ PhysicsAnswer PhysicsLink::exchange(const std::array<std::uint16_t, 16>& pulse_u
     if (refused_ || Clock::now() - sent >= patience_.again) {
       refused_ = false;
       send(packet_);
-      ++sent_again_;
       sent = Clock::now();
     }
   }

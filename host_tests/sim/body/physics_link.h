@@ -44,7 +44,6 @@ class PhysicsLink {
   /// Sends the pulse widths, and waits for the state one step later.
   PhysicsAnswer exchange(const std::array<std::uint16_t, 16>& pulse_us);
 
-  std::uint64_t sent_again() const { return sent_again_; }
   std::uint64_t dropped() const { return dropped_; }  ///< answers that came twice or late
 
  private:
@@ -66,7 +65,6 @@ class PhysicsLink {
   ServoPacket packet_;
   std::optional<double> last_s_;  ///< time stamp of the last answer
   bool refused_ = false;          ///< nothing listens at the port yet
-  std::uint64_t sent_again_ = 0;
   std::uint64_t dropped_ = 0;
 };
 

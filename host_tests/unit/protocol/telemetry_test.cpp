@@ -95,7 +95,6 @@ TEST(Telemetry, ItemsStandWhereTheDescriptionPutsThem) {
   EXPECT_EQ(telemetry.battery_percent, 66);
   EXPECT_EQ(telemetry.control.mode, 14);
   EXPECT_EQ(telemetry.control.device(), ControlDevice::kOnboardComputer);
-  EXPECT_TRUE(telemetry.control.onboard_requested());
   EXPECT_TRUE(telemetry.control.virtual_rc_on());
 }
 
