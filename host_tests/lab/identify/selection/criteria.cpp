@@ -66,7 +66,7 @@ bool convincing(const Comparison& comparison, const SelectionOptions& options) {
     return true;
   }
   // The criterion on the effective sample size (delta_bic) is inefficient in coloured air, and biased in a closed loop:
-  // a stick that counteracts the air causes no motion, which looks like backlash. So the whitened one has to agree.
+  // a stick that counteracts the air causes no motion, which looks like backlash. The whitened criterion must agree.
   return comparison.delta_white >= options.min_delta_white && comparison.delta_bic > options.minimum_delta_bic &&
          (comparison.t > options.minimum_t ||
           (comparison.delta_bic > options.strong_delta_bic && comparison.t > options.minimum_t_strong));

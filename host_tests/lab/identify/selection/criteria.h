@@ -14,7 +14,7 @@ CrossValidatedFit cross_validated_fit(const Family& family, const Structure& str
                                       std::size_t folds);
 
 /// Number of independent samples that a coloured residual is worth: n / (1 + 2 sum of autocorrelations), the sum ending
-/// before its first non-positive term. Samples are correlated within a block, not across blocks of any length.
+/// before its first non-positive term. Samples are correlated within a block only; blocks may differ in length.
 double effective_sample_size(const std::vector<std::vector<double>>& blocks);
 
 /// The information criterion on whitened residuals, `without` minus `with` an effect of `extra` parameters: means over

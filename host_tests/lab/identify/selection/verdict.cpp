@@ -130,7 +130,7 @@ double incomplete_beta(double x, double a, double b) {
 }
 
 /// Named effects have passed the validation part, and a change its own threshold: for them only the ratio counts.
-/// Less the part that slow rows may cause, few independent squares are left: then a large ratio alone is no evidence.
+/// Where slow rows hide the starts of the blocks, few independent squares remain: a large ratio alone is no evidence.
 bool is_another_vehicle(const ValidationComparison& parts, const CompletenessLimits& limits, bool named,
                         double maximum) {
   const bool little = std::sqrt(parts.beyond_start) < limits.min_ratio;

@@ -44,7 +44,7 @@ struct CompletenessLimits {
   double min_ratio = 1.1;          ///< of root mean squares; a smaller ratio is no other vehicle, however certain
   double max_ratio = 1.5;  ///< of root mean squares; a larger one rules out "nothing missing" whatever the F test says,
                            ///< and a name only if it is larger without the starts of the blocks, too;
-  double min_evidence = 0.05;     ///< where slow rows hide the starts, that counts only below this probability
+  double min_evidence = 0.05;  ///< of the F test, where slow rows hide those starts: above it, max_ratio does not count
   double min_fit_percent = 50.0;  ///< a model that explains less than half of the motion is incomplete,
   double floor_factor = 2.0;      ///< unless the residual is within this factor of the declared or measured floor
 };

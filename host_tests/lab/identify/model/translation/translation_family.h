@@ -50,7 +50,8 @@ class TranslationFamily final : public Family {
   bool is_observable(const std::string& name) const;
 
   /// Whether a log without thrust set point supports the rigid body of `other` (about 1) or that of `present` (about 0;
-  /// the same samples): the coefficient of their difference in a regression with all linear effects and strongest peak.
+  /// the same samples): the coefficient of their difference in a regression with the linear effects and the strongest
+  /// peak.
   static double preference(const TranslationBlocks& present, const TranslationBlocks& other);
 
  private:

@@ -44,9 +44,10 @@ double explained_shift_s(const AxisData& data) {
   return std::max(kHalfOfTen_s, data.max_reading_lag_s(own_s) + kErrors * step_time_error_s(data, -1e9, 1e9));
 }
 
-/// What a shift means. Rows of one sample are assumed to be the stick's own: there a shift that may exceed them is
-/// likely, elsewhere one that surely exceeds what the moments explain. Certain is only what no moments explain.
-/// @param beyond  likelihood ratio over a shift that is explained
+/// Whether a shift is likely or certain. Rows of one sample are assumed to be the stick's own: there a shift is likely
+/// if it may exceed a row, elsewhere if it exceeds by two sigmas what the unknown moments of the stick's steps explain.
+/// It is certain only if no such moments explain it.
+/// @param beyond  likelihood ratio over the largest shift that those moments explain
 void decide(const AxisData& data, bool likelier, double beyond, TimeOffset& out) {
   const double lag_s = data.max_reading_lag_s(data.logged_stick_row_s());
   const bool is_own = !is_stick_undersampled(data) && !(1.5 * data.logged_stick_row_s() < data.period_s);

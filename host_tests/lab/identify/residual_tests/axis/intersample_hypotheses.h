@@ -12,8 +12,8 @@
 
 namespace m100::lab::identify {
 
-/// Hypotheses about the stick between its rows: interpolated; held at its last row; already at its next row. Certain is
-/// what all confirm: of a stick with two positions, a dead zone or a limit moves the interpolated values alone.
+/// Hypotheses about the stick between its rows: interpolated; held at its last row; already at its next row. Only
+/// what all confirm is certain: of a stick with two positions, a dead zone or a limit moves interpolated values alone.
 struct IntersampleHypotheses {
   std::vector<AxisData> held;  ///< data of the second and third run
   std::vector<FreeRun> runs;
@@ -38,13 +38,14 @@ double step_time_error_s(const AxisData& data, double from_s, double to_s);
 void weight_by_input_uncertainty(std::span<FreeRun> hypotheses, const AxisData& data, const model::StickAxis& model);
 
 /// All parameters of a structure as free_parameters_of(), with the delay free down to one row below zero: a row shows
-/// the stick since the row before, so a response without delay may begin up to a row early. time_offset() finds more.
+/// the stick since the row before, so a response without delay may begin up to a row early. time_offset() finds earlier
+/// ones.
 std::vector<FreeParameter> free_parameters_within_row(const AxisFamily& family, const Fit& fit);
 
 /// Smallest likelihood ratio of an effect of the fit over all hypotheses about an undersampled stick, with weighed
-/// innovations; infinity where the effect cannot be removed. A straight line
-/// between two rows makes a stick that jumped begin early and end late. A dead zone in the model compensates this;
-/// under the other two hypotheses it is not needed.
+/// innovations; infinity where the effect cannot be removed. A straight line between two rows makes a stick that jumped
+/// begin early and end late. A dead zone in the model compensates this; under the other two hypotheses it is not
+/// needed.
 double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                  const Fit& fit, const std::string& effect);
 
