@@ -52,8 +52,13 @@ void end_group(int) { ::kill(0, SIGKILL); }
   if (shell == 0) {
     run_shell(command);
   }
+  // A shell that is ended leaves its program to this process. Processor time counts once it has been waited for.
+  ::prctl(PR_SET_CHILD_SUBREAPER, 1);
   int status = 0;
   while (shell > 0 && ::waitpid(shell, &status, 0) < 0 && errno == EINTR) {
+  }
+  for (int look = 0; look < 20 && ::waitpid(-1, nullptr, WNOHANG) >= 0; ++look) {
+    ::usleep(10'000);
   }
   ::_exit(shell < 0 ? 127 : WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status));
 }

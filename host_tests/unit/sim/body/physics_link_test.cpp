@@ -4,6 +4,7 @@
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -151,6 +152,26 @@ TEST(PhysicsProgram, EndsWithItsOwner) {
     EXPECT_EQ(::kill(process, 0), 0);
   }
   EXPECT_NE(::kill(process, 0), 0);
+}
+
+TEST(PhysicsProgram, CountsTheProcessorTimeOfWhatAShellStarted) {
+  const auto used_s = [] {
+    rusage used{};
+    ::getrusage(RUSAGE_CHILDREN, &used);
+    return static_cast<double>(used.ru_utime.tv_sec) + 1e-6 * static_cast<double>(used.ru_utime.tv_usec);
+  };
+  const double before_s = used_s();
+  std::array<int, 2> ready{};
+  ASSERT_EQ(::pipe(ready.data()), 0);
+  {
+    PhysicsProgram program("sh -c 'i=0; while [ $i -lt 300000 ]; do i=$((i+1)); done; echo >&" +
+                           std::to_string(ready[1]) + "; sleep 1000'; true");
+    char done = 0;
+    EXPECT_EQ(::read(ready[0], &done, 1), 1);
+  }
+  EXPECT_GT(used_s() - before_s, 0.02);
+  ::close(ready[0]);
+  ::close(ready[1]);
 }
 
 TEST(BodyChoice, RefusesWordsThatMeanNothing) {
