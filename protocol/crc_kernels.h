@@ -151,7 +151,7 @@ constexpr std::array<NibbleTable, kBlockDistances> make_block_powers() {
 
 inline constexpr auto kBlockPowers = make_block_powers();
 
-/// The register after `blocks` blocks of zeros, blocks <= 1023 / kCrc32BlockBytes.
+/// The CRC register `state` after `blocks` more blocks of zeros, blocks <= 1023 / kCrc32BlockBytes.
 inline std::uint32_t advance_blocks(std::uint32_t state, std::size_t blocks) {
   if constexpr (kLarge) {
     const NibbleTable& table = kBlockPowers[blocks];

@@ -36,7 +36,7 @@ struct FlightConfig {
   core::Duration attitude_age = std::chrono::milliseconds(10);
   std::uint32_t pose_baud = 115200;  ///< of the second UART
   link::SenderChoice pose_from{};    ///< whose poses are used
-  /// How long an order to fly stays valid while start-up and requests for control take their time.
+  /// How long an order to fly stands if it is not served: start-up and the requests for control take time.
   core::Duration order_timeout = std::chrono::seconds(20);
 };
 

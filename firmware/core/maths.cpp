@@ -16,7 +16,7 @@ namespace {
 template <typename T>
 constexpr T kNan = std::numeric_limits<T>::quiet_NaN();
 
-/// Nearest integer, halves away from zero; |value| < 2^31 is the caller's responsibility.
+/// Nearest integer, halves away from zero; |value| < 2^31 - 1 is the caller's responsibility.
 template <typename T>
 std::int32_t nearest(T value) {
   return static_cast<std::int32_t>(value + (value < T(0) ? T(-0.5) : T(0.5)));

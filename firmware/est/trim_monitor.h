@@ -59,7 +59,7 @@ class TrimMonitor {
 
   const TrimReport<T>& report() const { return report_; }
   /// Sticks that hold the position, in counts from the vehicle file's trims: they cancel the input offset and tilt the
-  /// aircraft against the disturbance (a = g u + d, so u = -d / g). Without the dead zone.
+  /// aircraft against the disturbance (in x: a = g u + d, so u = -d / g). The dead zone is not compensated.
   TrimCounts<T> holding(const Estimate<T>& estimate) const {
     constexpr T kPerGravity = static_cast<T>(1.0 / model::kGravity_m_s2);
     return counts(estimate, estimate.x.input_offset_rad + kPerGravity * estimate.x.disturbance_m_s2,

@@ -39,9 +39,9 @@ inline constexpr double kPitchTimeConstantTable2_s = 0.472;
 inline constexpr SecondOrder kRollSecond{.gain = 0.975, .damping_ratio = 0.512, .natural_frequency_rad_s = 5.200};
 inline constexpr SecondOrder kPitchSecond{.gain = 1.052, .damping_ratio = 0.573, .natural_frequency_rad_s = 5.239};
 
-// III-D.3. The text gives 5.642/(s + 5.268), so tau = 0.190 s and k = 1.071; Table II prints tau = 0.161 s, k = 1.057.
-// 1/0.161 = 6.21, and 6.21 * 1.057 = 6.57: the two are different fits. We keep both and prefer the text, which is the
-// one the controller of the paper was built on.
+// III-D.3. The text gives 5.642/(s + 5.268), so tau = 0.190 s and k = 1.071; Table II prints tau = 0.161 s, k = 1.057,
+// which is 6.57/(s + 6.21): the two are different fits. We keep both and prefer the text, which is the one the
+// controller of the paper was built on.
 inline constexpr FirstOrder kYawRateFirst{.gain = 5.642 / 5.268, .time_constant_s = 1.0 / 5.268};
 inline constexpr FirstOrder kYawRateFirstTable2{.gain = 1.057, .time_constant_s = 0.161};
 inline constexpr SecondOrder kYawRateSecond{.gain = 1.079, .damping_ratio = 1.898, .natural_frequency_rad_s = 23.448};
@@ -71,8 +71,8 @@ inline constexpr double kPayload_kg = 0.92;
 inline constexpr double kFanWindLow_m_s = 11.0;
 inline constexpr double kFanWindHigh_m_s = 11.5;
 
-/// One column of the results table ("Control performance summary"): root mean squares; a negative number stands for a
-/// cell the paper leaves empty.
+/// One column of the results table ("Control performance summary"): root mean squares from from_s to to_s; a negative
+/// number stands for a cell the paper leaves empty.
 struct ResultColumn {
   double pose_m, x_m, y_m, z_m, roll_deg, pitch_deg, yaw_deg, from_s, to_s;
 };

@@ -78,7 +78,7 @@ class StickLaw {
         saturation_(real(axis.saturation)),
         slew_per_sample_(real(axis.command_slew_per_s) * sample_period_s) {}
 
-  /// All stages: the command of the next sample. Sticks are counts from neutral.
+  /// Applies all stages; call it once per sample. The sticks are counts from neutral. @returns the sample's command
   Real command(Real stick_counts, Real other_counts, Real t_s) {
     const Real counts = moved(stick_counts);
     Real command = drifted(shaped(counts) + leak_per_count_ * other_counts, t_s);

@@ -5,7 +5,7 @@
 
 namespace m100::mpc::M100_LANES_NAMESPACE {
 
-/// 20 numbers, followed by zeros so that taps may run beyond the end: `tail` is the last pack and a pack of zeros.
+/// 20 numbers, beyond whose end taps read zeros. `body`: the numbers; `tail`: the last kPack of them and kPack zeros.
 template <typename T>
 struct Signal {
   const T* body;
@@ -152,8 +152,8 @@ __attribute__((noinline)) bool solve_unconstrained(const GainTable<T>& table, co
   }
   return true;
 #else
-  // A number in the problem that is not finite makes every element so, including the last pack, which is compared last
-  // and therefore not lost. The test requires comparisons to be true, because with a NaN they are false.
+  // A number in the problem that is not finite makes every element of the solution not finite. With a NaN, larger() and
+  // smaller() return their second argument, so the NaNs of the last pack remain, and both comparisons are then false.
   Pack<T> most = sum.pack[0];
   Pack<T> least = sum.pack[0];
   M100_UNROLL(20)

@@ -106,7 +106,7 @@ struct NodeRows {
   Right right{};
 };
 
-/// The gradient with respect to the inner derivatives of a node, from the snap of the pieces before and after it.
+/// The equations of one inner node: the squared snap has no gradient in its velocity, acceleration and jerk.
 NodeRows rows_of(const Form& before, const Form& after, const Node& last, const Node& node, const Node& next) {
   NodeRows out;
   for (std::size_t i = 0; i < 3; ++i) {

@@ -35,7 +35,7 @@ enum class FailsafeCondition : std::uint32_t {
   kLevelOver = 1U << 8U,         ///< in kLevel for 1 s, and slow enough for the pilot
   kNeutralOver = 1U << 9U,       ///< in kRelease for 0.5 s
   kOperatorEngages = 1U << 10U,  ///< asked to fly, by a person
-  // Reported, not acted upon: no row of the table tests these. They are in the log's field `facts`.
+  // Reported only: no row of the table tests the next five. They are in the log's field `facts`.
   kRollModelMismatch = 1U << 11U,   ///< the axis no longer follows its model, by the residual monitor; likewise below
   kPitchModelMismatch = 1U << 12U,  ///< in the order of sysid::MonitoredAxis
   kYawRateModelMismatch = 1U << 13U,

@@ -24,7 +24,7 @@ struct StickMap {
   /// width is added; jump, a command inside is moved to the edge, except zero, which is neutral. Saturates at the
   /// travel. kOutOfRange: the command is not finite.
   core::Expected<Stick> to_stick(float command_si) const;
-  /// The command that the autopilot derives from a stick, which is the one in force.
+  /// The command that the autopilot derives from a stick: after rounding and saturation, this is the one that acts.
   float to_command(Stick stick) const;
 };
 

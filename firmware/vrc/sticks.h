@@ -12,7 +12,7 @@ inline constexpr Stick kStickCentre{1024};
 inline constexpr Stick kStickLow{364};
 inline constexpr Stick kStickHigh{1684};
 
-/// The four sticks: right, forward, up and right (clockwise) are the larger numbers.
+/// The four sticks. Larger numbers: roll to the right, pitch forward, throttle up, yaw to the right (clockwise).
 struct Sticks {
   Stick roll = kStickCentre;
   Stick pitch = kStickCentre;

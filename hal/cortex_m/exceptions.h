@@ -3,7 +3,7 @@
 
 namespace m100::hal {
 
-/// Exit status of the emulator after a fault, a trap (M100_ASSERT without a handler) or an interrupt without a handler.
+/// Exit status of QEMU after a fault, an interrupt without a handler, or a failed M100_ASSERT without one (a trap).
 inline constexpr int kExitOfFault = 70;
 /// After a failed M100_ASSERT with a handler (fail_assertion or the program's own).
 inline constexpr int kExitOfAssertion = 71;

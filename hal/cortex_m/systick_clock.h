@@ -10,7 +10,7 @@ namespace m100::hal {
 
 /// Registers of the Cortex-M system timer, which counts down from `reload` to 0 and restarts.
 struct SysTickRegisters {
-  volatile std::uint32_t control;  ///< bit 0: on, bit 1: interrupt, bit 2: processor clock
+  volatile std::uint32_t control;  ///< bit 0: on, bit 1: interrupt at 0, bit 2: counts the processor's clock
   volatile std::uint32_t reload;
   volatile std::uint32_t value;  ///< any write sets it to 0
   volatile std::uint32_t calibration;

@@ -34,9 +34,9 @@ class SerialPort final : public Uart {
   bool is_open() const { return descriptor_ >= 0; }
   int descriptor() const { return descriptor_; }  ///< -1: closed
 
-  /// Until the next call, read() gives only bytes that have arrived before this one. Take the time of a tick after it:
-  /// where the program then stands still, no byte seems to have come before it was sent. A simulated port does not need
-  /// it.
+  /// Until this is called again, read() gives only bytes that have arrived by now. Call it before the time of a tick
+  /// is taken: bytes that arrive later, while the program is interrupted, are left to the next tick, and never get
+  /// a time before they were sent. A simulated port does not need it.
   void mark_arrived();
   core::Expected<std::size_t> read(std::span<std::byte> destination) override;
   core::Expected<std::size_t> write(std::span<const std::byte> source) override;

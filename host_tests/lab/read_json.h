@@ -47,7 +47,7 @@ class OpenBrackets {
   std::size_t depth_ = 0;
 };
 
-/// @param quote index of the opening quote. @returns the index of the closing one.
+/// @param quote index of the opening quote. @returns the index of the closing one; text.size() or more: there is none
 inline std::size_t end_of_quoted(std::string_view text, std::size_t quote) {
   std::size_t at = quote + 1;
   while (at < text.size() && text[at] != '"') {

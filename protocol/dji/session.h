@@ -160,7 +160,7 @@ class AnswerSessions {
     std::span<const std::byte> bytes;
   };
 
-  /// Judges a command (or a push) by its header alone, so that it works for undecipherable ones too.
+  /// Decides by the header alone what to do with a command or push, so the data need not be decipherable.
   Reception accept(const FrameHeader& header);
 
   /// Makes the acknowledgement of a command for which accept() returned kExecute, and stores it (sessions 2..31).

@@ -17,7 +17,7 @@ class Value {
   static constexpr std::size_t kCapacity = 128;
 
   Value() = default;
-  /// Takes the bytes that `write` puts into the ByteWriter it receives. M100_ASSERT checks the capacity.
+  /// Makes a value of the bytes that `write` puts into the ByteWriter it receives. M100_ASSERT checks the capacity.
   template <typename Write>
   static Value of(Write&& write) {
     Value value;

@@ -15,7 +15,7 @@
 
 namespace m100::mavlink {
 
-/// The constants of one type of message: id, checksum seed and sizes.
+/// The constants of one type of message: id, CRC_EXTRA and sizes.
 struct MessageInfo {
   std::uint32_t id = 0;
   std::uint8_t crc_extra = 0;   ///< part of the frame's checksum: ensures that both sides use the same layout

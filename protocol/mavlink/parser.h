@@ -69,8 +69,8 @@ class Parser {
   /// Moves the window to its first frame, whose bytes are all there, or to what must be waited for.
   /// @returns the frame's message; null: the window must grow to needed_ bytes.
   const MessageInfo* find_frame();
-  /// Whether a header of a known message begins at `at`; counts a message or flag that is not known.
-  /// @param due a frame is due there.
+  /// @returns the known message whose header begins at `at`, or null. An unknown message or flag is counted if `due`.
+  /// @param due `at` directly follows a frame or begins a packet, so that a frame is expected there.
   const MessageInfo* read_header(const std::byte* at, bool due);
   bool checksum_holds(const std::byte* at, std::size_t summed_bytes, const MessageInfo& info);
   void move_to(const std::byte* at, std::size_t needed);

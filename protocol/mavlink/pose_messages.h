@@ -13,7 +13,8 @@ namespace m100::mavlink {
 // Members have the names of the message definitions, so that engineers who know those find them.
 // Deviation: so they lack units; the comment of each structure gives them.
 
-/// ATT_POS_MOCAP: body FRD in NED, w x y z, and m; covariance is the upper right of 6x6, row by row.
+/// ATT_POS_MOCAP: attitude of the body (FRD) in NED as a quaternion w, x, y, z; position in m; covariance is the upper
+/// triangle of a 6x6 matrix, row by row.
 struct AttPosMocap {
   std::uint64_t time_usec{};
   std::array<float, 4> q{};
@@ -32,7 +33,7 @@ inline constexpr auto kFields<AttPosMocap> = std::tuple{field("time_usec", &AttP
                                                         field("z", &AttPosMocap::z),
                                                         field("covariance", &AttPosMocap::covariance)};
 
-/// VISION_POSITION_ESTIMATE: NED, m and rad; covariance is the upper right of 6x6, row by row.
+/// VISION_POSITION_ESTIMATE: NED, m and rad; covariance is the upper triangle of a 6x6 matrix, row by row.
 struct VisionPositionEstimate {
   std::uint64_t usec{};
   float x{};

@@ -105,7 +105,8 @@ inline constexpr auto kFields<EstimatorStatus> =
                field("pos_vert_accuracy", &EstimatorStatus::pos_vert_accuracy),
                field("flags", &EstimatorStatus::flags)};
 
-/// BATTERY_STATUS: mV, 10 mA, 0.01 degree, mAh, 100 J; unknown cells are 65535.
+/// BATTERY_STATUS: voltages in mV (65535: no such cell), current_battery in 10 mA, temperature in 0.01 degrees Celsius,
+/// current_consumed in mAh, energy_consumed in 100 J.
 struct BatteryStatus {
   std::int32_t current_consumed{};
   std::int32_t energy_consumed{};

@@ -23,9 +23,9 @@ constexpr core::Duration kGoes =
 constexpr core::Duration kStartTimeout =
     std::chrono::seconds(20);  ///< time-out for its start, as the machine may be busy
 
-/// First sequence number of the release sequence. Successive numbers differ, because the autopilot executes a number
-/// once per session (protocol, section 5). They begin at the clock's value, because it may remember those of an earlier
-/// flight.
+/// Sequence number of the first round of release requests; each further round has the next number, because the
+/// autopilot executes a number only once per session (protocol, section 5). The first is taken from the clock, because
+/// the autopilot may still remember the numbers of an earlier flight.
 std::uint16_t first_sequence() { return static_cast<std::uint16_t>(monotonic_now().time_since_epoch().count()); }
 
 Rounds make_rounds(const link::ChannelCommand& neutral, const protocol::Cipher* cipher) {

@@ -37,7 +37,7 @@ bool release_only(const FlyOptions& options, const link::LinkConfig& config) {
   // A port that another process still holds keeps that process's baud rate.
   const int descriptor = status == core::Status::kRefused ? hal::open_device(options.port.c_str()) : port.descriptor();
   const protocol::Cipher* const cipher = config.encrypt_commands ? config.cipher : nullptr;
-  // The autopilot executes a sequence number once, and may remember those of an earlier flight (protocol, section 5).
+  // From the clock: the autopilot may remember the numbers of an earlier flight, and executes none of them again.
   const auto first = static_cast<std::size_t>(std::chrono::steady_clock::now().time_since_epoch().count());
   bool sent = descriptor >= 0;
   for (std::size_t round = 0; sent && round < BackupProcess::kRounds; ++round) {

@@ -35,7 +35,7 @@ link::SenderChoice sender_choice(const FlyOptions& options, const FlightFiles& f
 /// senders send poses and none was chosen; CLI::RuntimeError after a signal.
 ref::Waypoint<double> find_start_position(PosePort& port, link::SenderChoice choice);
 
-/// Where an autopilot's take-off from this place ends (protocol, 6.3: "about 1.2 m").
+/// Where a take-off from this place by the autopilot's own task ends (protocol, 6.3: "about 1.2 m").
 ref::Waypoint<double> takeoff_end(ref::Waypoint<double> place);
 
 /// Lays the course from where the flight starts and checks it. Errors: CourseError, also if it exceeds its limits;

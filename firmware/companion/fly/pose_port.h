@@ -46,7 +46,7 @@ FileUse files_of(const PoseOptions& options, const std::string& autopilot);
 /// signed and new frames pass, on either.
 class PosePort {
  public:
-  /// Opens the port. @param clock_port whose clock is used. @param options checked. Errors: UsageError.
+  /// Opens the port. @param options accepted by check(). @param clock_port for hal::PortClock. Errors: UsageError.
   PosePort(const PoseOptions& options, const std::string& clock_port);
   ~PosePort();
   PosePort(const PosePort&) = delete;

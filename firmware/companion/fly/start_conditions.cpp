@@ -12,8 +12,8 @@ constexpr core::Duration kObstacleReported = std::chrono::seconds(1);
 
 }  // namespace
 
-/// The position counts only if nothing else prevents flying by it. If the last flight flew to goals, the next one
-/// begins where the aircraft is; a take-off begins where the aircraft stood.
+/// The distance counts only while nothing but the fence prevents flying. After a flight to goals the next one may begin
+/// anywhere; a take-off must begin where the aircraft stood (FlightRequest::takeoff_position_w_m).
 bool StartConditions::is_out_of_reach(bool takes_off) const {
   const est::Estimate<double>& at = controller_.estimate();
   const core::Vector<double, 3>& from = takes_off ? request_.takeoff_position_w_m : request_.course_start_w_m;

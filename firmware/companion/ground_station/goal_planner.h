@@ -35,10 +35,10 @@ std::string_view name(GoalResult answer);
 /// limits for any goals, and place, speed and acceleration never jump. Goals beyond the fence are moved to its side;
 /// the geofence limiter keeps the reference and the speed inside, as for any course.
 ///
-/// Cost of a goal that arrives on the way: at most kTries * kSamples evaluations of four polynomials.
+/// Cost of a goal that arrives on the way: at most kMaxAttempts * kSamples evaluations of four polynomials.
 ///
-/// An aircraft that does not fly by the law takes no goals, and a flight that begins anew holds its place until the
-/// next goal arrives. Bounded, no heap; a log replays it from the bytes of the pose port.
+/// Goals are taken only while the law flies. A flight that begins after one to goals holds its place until the next
+/// goal arrives. No heap. A replay of a log repeats the planning from the recorded bytes of the pose port.
 template <typename T>
 class GoalPlanner {
  public:

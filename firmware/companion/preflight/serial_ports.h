@@ -10,7 +10,8 @@ namespace m100::companion {
 /// then the board's own.
 std::vector<std::string> serial_ports();
 
-/// Another process that has opened a port, from /proc; only those of this user are visible without root.
+/// A process that has opened a port, other than this program and its backup process, found in /proc. Without root only
+/// the processes of the same user are found.
 struct PortHolder {
   int pid = 0;
   std::string name;

@@ -39,7 +39,7 @@ const std::string& note_of(const RecordedFlight& flight, const char* key);
 /// NAME" and "override CHECK" where they differ from the default. The key of an encrypted flight is not in it.
 std::string link_note(const app::FlightConfig& config);
 
-/// Reads link_note() back into the settings. @throws FlightLogError it is of another version.
+/// Sets what link_note() has written. @throws FlightLogError the note is malformed or of another version.
 /// @returns whether the commands were encrypted
 bool read_link_note(const std::string& text, app::FlightConfig& config);
 

@@ -9,11 +9,11 @@
 
 namespace m100::ctl {
 
-/// Bandwidth of the fallback law: w [rad/s] below. Computed from the tables' vehicle file, through its braking:
+/// Bandwidth w of the fallback law in rad/s, from the delay of the vehicle file for which the tables were made:
 ///   w = 0.463 / (t + 0.2 s),   t = Braking::reaction_s, the whole delay from a command to the attitude.
-/// With half more gain than assumed, the loop (2 w s + w^2) / s^2 has its crossover at 3.04 w and a phase margin of
-/// 80.7 degrees there, which is a delay of 0.463 / w: t, and 0.2 s that the vehicle file does not know. With the
-/// default vehicle 0.84 rad/s, which brings the aircraft back to its place in some 5 s.
+/// With 1.5 times the assumed gain the open loop 1.5 (2 w s + w^2) / s^2 has its crossover at 3.04 w, and a phase
+/// margin of 80.7 degrees there, so it tolerates a delay of 0.463 / w: t, and 0.2 s more that the vehicle file does not
+/// know. With the default vehicle 0.84 rad/s, which brings the aircraft back to its place in about 5 s.
 template <typename T>
 T fallback_rate_per_s(const Braking& braking) {
   return static_cast<T>(0.463 / (braking.reaction_s + 0.2));

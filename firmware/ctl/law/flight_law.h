@@ -103,7 +103,8 @@ class FlightLaw {
   static Axis make_axis(const mpc::GainTable<T>& table, const model::StickAxis& axis, mpc::Law law);
   T solve(Axis& axis, const est::AxisEstimate<T>& estimate, const References& reference, bool constant, T lead_gap_s,
           T applied_slope);
-  /// Both programs, or the fallback law; both axes together within the combined limit.
+  /// Slopes (tangents of tilt) of both axes from the MPC or its baseline or, once it was started, from the fallback
+  /// law; both together are kept within the combined limit.
   core::Slope<T> slopes(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
                         const core::Slope<T>& applied_command, T step_s);
 

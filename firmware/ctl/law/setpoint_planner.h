@@ -13,18 +13,18 @@
 namespace m100::ctl {
 
 /// Replaces the jump to a new set point by the fastest motion that the aircraft can make (ref/time_optimal.h), so that
-/// the law sees the braking beyond its horizon. Courses that are no set points stay as they are.
+/// the law sees the braking beyond its horizon. Windows that are not constant stay as they are.
 ///
-/// Limits per axis. Acceleration: the tilt of the gain table, both axes together within the law's limit and shared in
-/// the direction of the goal, plus or minus the estimated disturbance; braking uses kBrakingShare of it, the rest is
-/// left to the feedback. Jerk: the attitude is reversed in the time that its loop takes, Braking::reaction_s without
-/// what the lead covers; the final release is slower, see kRelease.
+/// Limits per axis. Acceleration: the tilt of the gain table, or the axis' part (a quarter at least) of the law's limit
+/// of both axes in the direction of the goal if that is less; plus or minus the disturbance. Braking uses kBrakingShare
+/// of it and leaves the rest to the feedback. Jerk: the tilt is reversed in Braking::reaction_s less Braking::acts_s,
+/// the delay until a command acts; the final release is slower, see kRelease.
 ///
-/// The motion is planned again from the measured state when the aircraft leaves it by more than kMaxError_m, at most
-/// kMaxReplans times for one goal. If the aircraft tilts less than the plan needs, the plan's authority is reduced by
-/// the same share, at most to the lowest gain for which the loop is designed. It is planned again, from its own state,
-/// when the disturbance has changed by more than kMaxChange_m_s2: a wind looks weaker the faster one flies with it. For
-/// the braking the disturbance is taken as if a third of that change came back (the mean over the braking distance).
+/// A motion is planned again at most kMaxReplans times for one goal. First, from the measured state, when the aircraft
+/// has left it by more than kMaxError_m; if it tilts less than planned, the plan's tilt is scaled down too, not below
+/// kMinAuthority. Second, from the motion's own state, when the disturbance has changed by more than kMaxChange_m_s2
+/// since it was planned: a wind looks weaker the faster one flies with it. All limits take the disturbance a third of
+/// the way back to its value when the goal was set: what returns in braking, as a mean over the braking distance.
 ///
 /// One axis is planned a tick. After the end of the motion the window is the set point itself again. T is float or
 /// double.

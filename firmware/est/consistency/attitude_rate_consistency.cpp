@@ -75,7 +75,7 @@ void AttitudeRateConsistency<T>::update(const ImuSample<T>& imu, T step_s) {
   weigh(passed_s);
 }
 
-/// Attitude and rates that are a little apart in time differ within one attitude by less than the fastest turn.
+/// Sums what the fastest recent rate cannot explain: attitude and rates a little apart in time differ by less than it.
 template <typename T>
 void AttitudeRateConsistency<T>::add_jump(const Vector2& unturned_rad, T fastest2, T passed_s) {
   constexpr T kCorrected = static_cast<T>(kCorrected_rad);

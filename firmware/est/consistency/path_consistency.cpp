@@ -52,10 +52,10 @@ constexpr double kForever_s = 100.0;
 constexpr double kGapCorrection_s = 0.3;  ///< time in which the observer corrects its error after a gap
 constexpr double kFollows_s = 0.25;       ///< alarm: twice the allowed difference for a quarter of a second
 constexpr double kMaxWeight = 4.0;
-/// For a healthy pose |e|^2 / 2 sigma^2 of two axes is exponentially distributed with mean 1. With 2 subtracted per
-/// time of correlation, the sum reaches h with probability exp(-0.797 h) from each of its beginnings: exp(-12.8) at 16,
-/// once in 15 000 flights of half a minute. One axis, with 1 subtracted, has the same bound: its moment generating
-/// function is the square root of that of two axes.
+/// For a healthy pose |e|^2 / (2 sigma^2) of two axes is exponentially distributed with mean 1. With 2 subtracted per
+/// correlation time 1 / a, each departure of the sum from zero reaches h with a probability of at most exp(-0.797 h),
+/// 0.797 being the root of exp(-2 x) = 1 - x: exp(-12.8) at 16, once in 15 000 flights of half a minute. One axis, with
+/// 1 subtracted, has the same bound: its moment generating function is the square root of that of two axes.
 constexpr double kNats = 16.0;
 constexpr double kDrift_nats = 1.0;  ///< per axis
 constexpr double kSane_m2 = 1e9;

@@ -6,7 +6,7 @@ namespace {
 
 /// The error is constant over a flight, the tilt's error varies within seconds.
 constexpr double kBiasMemory_s = 20.0;
-/// While force and poses disagree, at most this much is learned as an error: the rest may be the effect of a fault.
+/// While force and poses disagree, a tick learns from this much of their difference at most: the rest may be a fault.
 constexpr double kMaxSuspectOffset_m_s2 = 0.5;
 /// A flight within 35 degrees of tilt measures 1 to 1.22 g in the mean; climb and gusts vary it.
 constexpr double kMin_g = 0.8, kMax_g = 1.4;

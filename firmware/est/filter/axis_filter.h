@@ -51,7 +51,8 @@ class AxisFilter {
   explicit AxisFilter(const AxisModel& model);
   AxisFilter(const AxisModel& model, const Scales& scales);
 
-  /// Starts at a position (m) with a velocity (m per unit) and the measured tilt; disturbance and offset are unknown.
+  /// Starts at a position (m) with a velocity (m per kTimeUnit_s) and the measured tilt; disturbance and offset are
+  /// unknown.
   void start(S position, S velocity, S tilt);
   /// Advances one tick; commands in rad.
   void predict(const ActingInputs<S>& input);
@@ -79,7 +80,7 @@ class AxisFilter {
       return scaled * scaled / Number::template real<float>(projection.s);
     }
   };
-  /// @param sender_variance_m2 the variance that the sender of the pose claims; 0: none
+  /// @param sender_variance_m2 used if larger than the vehicle file's variance, see larger_variance(); 0: none
   PoseInnovation test_pose(S position, const MeasurementAge<S>& age, S unseen_m, float sender_variance_m2);
   void fuse_pose(const PoseInnovation& test);
   /// Sets position (of `age` ago) and velocity from outside and discards their covariances with the other states; d and

@@ -3,21 +3,20 @@
 
 namespace m100::est {
 
-/// Estimates the errors of one horizontal axis of the observer beyond its filter's covariance, from the recent
-/// corrections by poses.
+/// Estimates the errors of one horizontal axis of the observer that its filter's covariance does not include, from the
+/// recent corrections by poses.
 ///
 /// The covariance of a Kalman filter holds for the disturbance that its model assumes. In a wind that changes faster, d
 /// lags, and velocity and position lag with it. The poses reveal the size of the lag: while a lag lasts, the rate at
 /// which poses correct a state is the error of its rate of change. With nu the innovation, and dp and dv the
 /// corrections of position and velocity, all as means over some poses:
 ///   error of the position = nu,  of the velocity = dp / dt,  of the acceleration = dv / dt.
-/// Their mean products over a gust or two, less the share that pose-to-pose noise leaves in such means, are added to
-/// the filter's covariance. While no pose comes they grow for up to a second as such errors do, p by v t + a t^2 / 2
-/// and v by a t. The added errors of position and velocity are reported without a correlation: the report then holds
-/// for any correlation.
+/// The mean products of these errors over a gust or two, less the part that white noise of the poses leaves in them,
+/// are added to the filter's covariance. While no pose comes they grow for up to a second as such errors do, p by
+/// v t + a t^2 / 2 and v by a t. The added errors of position and velocity are reported as uncorrelated.
 ///
 /// Where the innovations are smaller than predicted (poses better than the vehicle file says, no wind), the filter's
-/// own part shrinks with their normalised square (NIS), not below half a sigma, and only while poses come.
+/// own covariance is multiplied by their mean normalised square (NIS), at least by 0.25, and only while poses come.
 /// Memory: ten numbers. Cost: about 50 products a pose, 25 a tick. T is float or double.
 template <typename T>
 class CovarianceInflation {

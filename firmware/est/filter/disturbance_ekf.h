@@ -69,7 +69,8 @@ class DisturbanceEkf {
 
   explicit DisturbanceEkf(const model::Vehicle& vehicle);
 
-  /// One tick, `elapsed` after the last call. Predicts whole ticks (core::TickCount), 0 to kMaxTicks.
+  /// Call it once per controller tick, `elapsed` after the last call. Predicts the whole periods of 10 ms that have
+  /// passed (core::TickCount), 0 to kMaxTicks.
   const Estimate<Real>& update(const Measurement<Real>& measured, const ctl::Command<Real>& applied_command,
                                core::Duration elapsed);
   /// Of the last tick.
@@ -99,8 +100,8 @@ class DisturbanceEkf {
   void begin(const core::Pose<Real>& pose);
   void record_fused(core::Duration pose_age, Real time_sigma_s);
   void check_reset(const core::Pose<Real>& pose, const MeasurementAge<S>& age);
-  /// How often a sigma of a horizontal axis was halved at its ceiling. After that the correlations of the errors are no
-  /// longer right, and a pose's innovation would be distributed wrongly over the states.
+  /// How often a sigma of a horizontal axis was halved because it had met its ceiling. After that the covariance no
+  /// longer fits the errors, and would distribute a pose's innovation wrongly over the states.
   std::uint32_t ceilings_met() const { return x_.health().ceilings + y_.health().ceilings; }
   void recover(ResetReason reason);
   void restart();

@@ -41,7 +41,8 @@ struct ActingInputs {
 /// their number range.
 inline constexpr double kFastestTimeConstant_s = 0.01;
 
-/// Response of an axis over one tick, as the filters use it; an axis without dynamics follows at once.
+/// Response of an axis over one tick, as the filters use it: a first-order axis that is faster than
+/// kFastestTimeConstant_s, or one that is not identified, gets that time constant.
 inline model::AxisStep tick_of(model::StickAxis axis) {
   if (!axis.is_identified() || (axis.is_first_order() && axis.time_constant_s < kFastestTimeConstant_s)) {
     axis.time_constant_s = kFastestTimeConstant_s;

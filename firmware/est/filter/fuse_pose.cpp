@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Weight of a pose, its gate, and its correction of the state.
+// Measurement variance of a pose, its innovation gate, and its correction of the state.
 #include <type_traits>
 
 #include "firmware/core/maths.h"

@@ -7,13 +7,13 @@ namespace m100::est {
 
 /// Detects that the clock of a source of pose was set or runs at another rate, and by how much.
 ///
-/// Poses that come later than their stamps say are late, or the clock has lost time. If the transport is slower, the
-/// arrivals slow down and the stamps stay one spacing of the captures apart. If the clock has lost time, the arrivals
-/// stay regular and the stamps come nearer to each other. So, over windows of some poses,
-///   shift   = least (arrival - stamp) of the window, relative to before
-///   deficit = captures x their spacing - advance of the stamps
-/// and the clock is the cause where the deficit explains more than half of the shift. A source that stamps or captures
-/// irregularly does not show the difference; then the shift is only reported as unexplained_s().
+/// If poses arrive later than their stamps say, either the transport has become slower or the source's clock has lost
+/// time. If the transport is slower, the stamps stay one capture interval apart. If the clock has lost time, they are
+/// less than that apart, while the arrivals stay regular. So, over windows of some poses,
+///   shift   = least (arrival - stamp) of the window, minus that of earlier windows
+///   deficit = number of captures x their interval - advance of the stamps
+/// and the clock is the cause where shift and deficit differ by less than half of the shift. A source that stamps or
+/// captures irregularly does not show the difference; then the shift is only reported as unexplained_s().
 ///
 /// Cost: five products and a division a pose.
 class ClockShift {

@@ -53,7 +53,7 @@ class PoseLink {
   const PoseLinkStats& stats() const { return stats_; }
   const PoseSenders& senders() const { return senders_; }
   mavlink::Address sender() const { return sender_; }  ///< whose poses are used
-  /// Another sender whose poses might be meant, because none was chosen. @returns null: there is none
+  /// If the operator has not chosen a sender: another one whose poses have come lately. @returns null: no such sender
   const PoseSenders::Sender* rival(core::TimePoint now) const {
     return choice_.is_made() || !has_last_ ? nullptr : senders_.other_than(sender_, now);
   }

@@ -148,7 +148,7 @@ Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, c
     flown.periodic = flown.periodic && (task.hovers || measure_oscillation(trace, kind).periodic);
     out.oscillated = oscillates(flown, measure_oscillation(kind), task.hovers);
   }
-  // An oscillation noticed in flight was ended by the fallback law, so the trace alone would look calm.
+  // If the flight detected a limit cycle, the fallback law may have ended it so early that the trace looks steady.
   out.oscillated = out.oscillated || flight.limit_cycle_detected_s >= 0.0;
   return out;
 }

@@ -39,7 +39,7 @@ std::string made(const std::string& path);
 /// are relative to the folder.
 class Folder {
  public:
-  /// Reads evening.json; if there is none, begins a new evening. Errors: InputError.
+  /// Creates the folder if needed. Reads evening.json; without one, a new evening begins. Errors: InputError.
   explicit Folder(const std::string& path);
 
   const std::string& path() const { return path_; }

@@ -20,7 +20,7 @@ struct InputDesign {
   double fence_m = 8.0;
   double brake_m_s2 = 2.0;  ///< deceleration that the abort assumes
   /// The response is a speed (climb [m/s], yaw rate [rad/s]), and the fence limits its integral: height [m] or heading
-  /// [rad]. Otherwise the response is a tilt, and the vehicle accelerates with its tangent.
+  /// [rad]. Otherwise the response is a tilt, and the acceleration is g times its tangent.
   bool rate = false;
   /// Unforeseen disturbance along the axis, assumed to act all the time: 0.3 m/s^2 is a trim error of 30 counts, or a
   /// wind of the class 3 m/s that rises by a third of its speed at a drag of 0.3 1/s. For a rate axis it is a speed
@@ -58,9 +58,9 @@ bool must_abort(double position_m, double speed_m_s, const InputDesign& design);
 /// @throws std::invalid_argument naming the invalid field, and the smallest sufficient fence.
 Manoeuvre design_manoeuvre(const InputDesign& design, const model::StickAxis& axis);
 
-/// Forecast of the significance of an effect of medium size. sigma: length of its signature, after the parameters that
-/// are always fitted (gain, frequency, damping, delay) are projected out, divided by the coloured noise of the air.
-/// nearest: the candidate with the most similar signature. apart_sigma: the part of sigma that it cannot imitate.
+/// Forecast of the significance of an effect of medium size (model::Typical). sigma: norm of its signature (change of
+/// the response) without what the always fitted gain, frequency, damping and delay imitate, over the noise of the air.
+/// nearest: the effect with the most similar signature. apart_sigma: the part of sigma that `nearest` cannot imitate.
 struct Forecast {
   std::string effect;
   double size = 0.0;

@@ -68,7 +68,7 @@ std::string above_words(const std::vector<TaskResult>& results);
 
 /// Prints the paper's results table side by side with ours.
 void print_table(std::ostream& out, const std::vector<TaskResult>& results);
-/// {"hover": {"calm": {...}, "wind": {...}}, ...}, with more keys. Null: not flown.
+/// {"hover": {"calm": {...}, "wind": {...}}, ..., "cells_above_paper": 3}. The errors of a task never flown are null.
 nlohmann::json to_json(const std::vector<TaskResult>& results);
 
 }  // namespace m100::lab::experiments

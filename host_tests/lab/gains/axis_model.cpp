@@ -68,7 +68,7 @@ DiscreteAxis discretise(const ContinuousAxis& axis, Real step_s) {
   augmented.topLeftCorner(n, n) = axis.f * step_s;
   augmented.block(0, n, n, 1) = axis.g * step_s;
   augmented.block(0, n + 1, n, 1) = axis.gd * step_s;
-  // A quarter: the last digits of every table that has been made depend on it.
+  // The default series norm of 1 would change the last digits of all tables that have been made.
   const Square exact = model::exponential<kSize>(entries, Real(0.25));
   const Eigen::Map<const Augmented> e(exact.data());
   return {.a = e.topLeftCorner(n, n), .b = e.block(0, n, n, 1), .bd = e.block(0, n + 1, n, 1)};

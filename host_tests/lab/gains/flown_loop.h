@@ -57,9 +57,9 @@ struct LiftedController {
   Eigen::VectorXd c, d;
 };
 
-/// The loop as flown, opened at the attitude command. Input: the command that the vehicle gets from one command to the
-/// next. Output: the command that the controller would have sent. One step of this linear system is the time between
-/// two commands.
+/// The loop as flown, opened at the attitude command. Input: the command that the vehicle gets and holds until the next
+/// one. Output: the command that the controller would have sent. One step of this linear system is the time between two
+/// commands.
 class FlownLoop {
  public:
   using Dense = Eigen::MatrixXd;

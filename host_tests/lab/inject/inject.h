@@ -18,10 +18,11 @@ std::optional<model::Bounds> addable(const std::string& effect, const std::strin
 
 /// Adds named effects to a measured flight and keeps everything else unchanged.
 ///
-/// Stick axes: y + M(u, effects) - M(u), where M is the fitted model, simulated by this folder's own code. The measured
-/// residual (air, autopilot and everything else in the flight) stays.
-/// Translation: the vehicle is assumed to have flown the same path with the tilt that the added force would have
-/// required, so T b3 becomes T b3 - f; a logged accelerometer gets the values that it would then measure.
+/// Stick axes: the response y becomes y + M(u, effects) - M(u), with the stick u and the fitted model M, simulated by
+/// this folder's own code. The measured residual (air, autopilot and everything else in the flight) stays.
+/// Translation: the vehicle is assumed to have flown the same path with the tilt that the added force f (over mass)
+/// would have required: thrust over mass times the body's z axis, T b3, becomes T b3 - f. A logged accelerometer gets
+/// the values that it would then measure.
 ///
 /// @param fitted the declared model's parameters as identify reports them; unused for translation.
 /// @throws InputError: an effect that cannot be added to this axis, or a signal that is missing.

@@ -283,7 +283,7 @@ class Loader {
     stream.values.pop_back();
   }
 
-  /// @throws InputError if the stream and the map's clock have no time in common.
+  /// @throws InputError if the stream and the clock, the map's time column, have no time in common.
   void require_overlap(const Stream& stream, const std::string& column) const {
     const double end_s = log_.start_s + static_cast<double>(log_.size) * log_.period_s;
     if (stream.time_s.front() <= end_s && stream.time_s.back() >= log_.start_s) {

@@ -77,7 +77,7 @@ constexpr std::optional<Signal> signal_of(std::string_view name) {
 
 /// -1 for signals with the opposite sign in a log of the convention north-east-down, forward-right-down, otherwise 1.
 /// Ours (NWU, FLU) and that one differ by half a turn about x, in the world and in the body alike. Sticks are counts
-/// and have no frame; thrust_dir is the body's z axis, which itself points in the opposite direction.
+/// and have no frame. thrust_dir is the body's z axis, which is itself reversed there: so only its x changes sign.
 constexpr double sign_in_ned_frd(Signal signal) {
   switch (signal) {
     case Signal::kCommandPitch:

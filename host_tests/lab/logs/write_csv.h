@@ -12,7 +12,7 @@ namespace m100::lab::logs {
 /// a gap when the file is read. @throws InputError: cannot be written.
 void write_csv(const FlightLog& log, const std::string& file);
 
-/// The column map that reads such a file back. @throws InputError: cannot be written.
+/// Writes the column map with which a file of write_csv() is read back. @throws InputError: cannot be written.
 void write_column_map(const FlightLog& log, const std::string& file);
 
 }  // namespace m100::lab::logs

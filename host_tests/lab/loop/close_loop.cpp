@@ -200,8 +200,8 @@ class Loop {
     return companion::as_file(at_ordered_margin(vehicle, vehicle, order_of(believed_)).vehicle, sources);
   }
 
-  /// Separate trial flights decide which of the better channels are kept. Both laws fly at the ordered margin: a law
-  /// that is faster because its model is wrong would win by the margin that it gives away.
+  /// Separate trial flights decide which of the channels that predict better are kept. The laws of the old and the new
+  /// vehicle file fly at the same margin (ordered_margin.h): otherwise a wrong model could win by giving margin away.
   void take_over(const std::set<std::string>& better) {
     if (better.empty()) {
       return;

@@ -9,7 +9,7 @@ namespace m100::lab::loop {
 /// creates and removes. Two objects never share a temporary folder.
 class LogFolder {
  public:
-  /// @param kept  an existing folder; empty: a temporary one. Errors: InputError where none can be created.
+  /// @param kept  an existing folder; empty: a new temporary one. Errors: InputError if that cannot be created.
   explicit LogFolder(const std::string& kept);
   ~LogFolder();
   LogFolder(const LogFolder&) = delete;

@@ -118,7 +118,7 @@ void tracking(const LoopResult& result, plot::Page& page) {
   }
 }
 
-/// A square for the believed value of each parameter, a dot on its interval for the found one.
+/// For each parameter: the believed value as a square, the value that the fit found as a dot on its 95 % interval.
 plot::IntervalChart chart_of(const std::string& channel, const std::vector<identify::Refitted>& rows) {
   plot::IntervalChart chart{.title = channel + ": believed (square) and found (dot, 95 %)", .rows = {}};
   for (const identify::Refitted& one : rows) {

@@ -31,9 +31,9 @@ inline constexpr double kTickPhase_s = 0.005;
 bool predicts_better(const model::Vehicle& believed, const model::Vehicle& found, const UnseenFlight& flight,
                      const std::string& channel);
 
-/// Everything that the file states for the channel, as a declaration for `identify`: then only effects that the file
-/// lacks can be found missing. Effects of translation that our own logs cannot show (they have no thrust set point) are
-/// left out.
+/// The base model and the effects that the vehicle file sets for the channel, to be declared to `identify`: it then
+/// finds only effects that the file lacks. Effects of translation that need a thrust set point are left out, because
+/// our own logs have none.
 std::vector<std::string> declared(const model::Vehicle& vehicle, const std::string& channel);
 
 /// `believed` with this channel taken from `found`.

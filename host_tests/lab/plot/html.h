@@ -11,7 +11,7 @@ namespace m100::lab::plot {
 
 using Cells = std::set<std::pair<std::size_t, std::size_t>>;  ///< row and column of a table, the head is row 0
 
-/// Marks the end of a page's head: its title and the program that made it.
+/// Stands in a page's body after the heading and the line that names the program: the content begins here.
 inline constexpr const char* kHeadEnds = "<!-- head ends -->";
 
 struct Figure;

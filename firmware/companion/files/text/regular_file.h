@@ -16,8 +16,8 @@ inline constexpr std::uintmax_t kMaxTextBytes = std::uintmax_t{1} << 24U;
 inline constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{1} << (sizeof(std::size_t) > 4 ? 31U : 29U);
 static_assert(kMaxFileBytes < std::uintmax_t{std::numeric_limits<std::size_t>::max() / 2}, "one string holds it");
 
-/// Why a file must not be read to its end; empty: it may be read. A device or a pipe has no end and no known size, so
-/// reading it could take unlimited memory and time.
+/// Why a path is not read as a file; empty: it may be read. A device or a pipe has no end and no known size, so reading
+/// it could take unlimited memory and time.
 inline std::string why_not_read(const std::string& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);

@@ -23,9 +23,10 @@ struct HalfSpace {
 class ComputeBudget {
  public:
   struct Exhausted {};
-  /// Most simplex steps of one linear program. A comparison tests one point against one plane.
+  /// Maximum number of simplex steps in one run of the solver.
   static constexpr int kPivots = 2000;
 
+  /// @param comparisons tests of one point against one plane.
   explicit ComputeBudget(std::uint64_t programs = 400'000, std::uint64_t comparisons = 2'000'000'000)
       : programs_(programs), comparisons_(comparisons) {}
 

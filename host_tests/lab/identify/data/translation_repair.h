@@ -16,11 +16,11 @@ logs::FlightLog repaired(const logs::FlightLog& log, const std::vector<Range>& r
                          std::vector<Finding>& findings);
 
 /// Tests whether another interpretation of the attitude predicts the measured acceleration much better than the column
-/// map's: signs of roll and pitch, both exchanged, a heading of the other sign, quarter and half turns. The correct one
-/// leaves a twentieth of the error; the threshold is half of it, or a significant difference of 15 %. The sign of the
-/// heading cannot be found where the heading hardly changes: interpretations that fit equally well are listed in the
-/// text.
-/// @returns nothing where the map's interpretation is the best, or no attitude is logged.
+/// map's: other signs of roll and pitch, the two exchanged, a heading of the other sign, quarter and half turns. That
+/// is so if its RMS error is at most half of the map's, or at most 85 % of it and significantly smaller; the correct
+/// interpretation usually leaves a twentieth. Where the heading hardly changes, its sign cannot be found: the text
+/// lists all interpretations that fit equally well. Also finds that attitude and acceleration differ in unit (degrees).
+/// @returns nothing if the map's interpretation is the best and the units agree, or if roll or pitch is not logged.
 std::vector<Finding> misread_attitude(const logs::FlightLog& log, const std::vector<Range>& ranges);
 
 }  // namespace m100::lab::identify::translation

@@ -183,8 +183,8 @@ class LmSearch {
 /// @param residual  callable (std::span<const double> x, std::span<double> out): fills `out`, finite numbers only
 /// @param x         start, then the result
 /// @param scratch   (x.size() + 2) * rows doubles: two residuals and the Jacobian, column after column
-/// Cost per iteration: x.size() + 1 evaluations and rows * x.size()^2 / 2 multiplications. Never leaves the box, never
-/// returns a worse point than it was given.
+/// Cost per iteration: x.size() + 1 evaluations, one more for each rejected step (7 at most), and
+/// rows * x.size()^2 / 2 multiplications. Never leaves the box, never returns a worse point than it was given.
 template <typename Residual>
 LmReport levenberg_marquardt(Residual&& residual, std::span<double> x, std::span<const Box> box, std::size_t rows,
                              std::span<double> scratch, const LmOptions& options) {

@@ -23,7 +23,7 @@ struct Fit {
   std::size_t free_parameters = 0;
 };
 
-/// Models of one kind. Blocks of the training part are numbered 0 .. block_count() - 1, in time order.
+/// Models of one kind. The training part is split into blocks, numbered 0 .. block_count() - 1 in time order.
 /// Preconditions of all functions: `weights` has block_count() entries, none of them negative and at least one
 /// positive; a structure has its base model first and then effects that the family knows, each once.
 class Family {

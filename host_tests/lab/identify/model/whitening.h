@@ -10,8 +10,8 @@
 
 namespace m100::lab::identify {
 
-// Air and autopilot leave a coloured residual. An autoregression of order 4 on 50 ms means makes it white; only then
-// are likelihood ratios between models valid.
+// Air and autopilot leave a coloured residual. An autoregression of order 4 on rows that are 50 ms or more apart makes
+// it white; only then are likelihood ratios between models valid.
 
 using Rows = Eigen::VectorXd;
 using Columns = Eigen::MatrixXd;

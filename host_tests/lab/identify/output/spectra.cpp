@@ -55,7 +55,7 @@ double mean_of(const std::vector<double>& values) {
   return values.empty() ? 0.0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-/// Mean product of a[k] and b[k + lag] about the means, per sample of the series.
+/// Covariance of a[k] and b[k + lag]: the sum over the pairs within a stretch, divided by the length of the series.
 double product(const std::vector<double>& a, const std::vector<double>& b, std::ptrdiff_t lag,
                const std::vector<std::pair<std::size_t, std::size_t>>& stretches) {
   const double mean_a = mean_of(a);

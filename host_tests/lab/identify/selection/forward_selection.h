@@ -10,8 +10,8 @@
 
 namespace m100::lab::identify {
 
-/// The search of select(): the present model and the moves that change it. Additions are in forward_selection.cpp,
-/// alternatives to the effects found in rivals.cpp.
+/// The search of select(): the present model and the moves that change it. forward_selection.cpp adds effects;
+/// rivals.cpp compares the effects that were found with their alternatives.
 class ForwardSelection {
  public:
   ForwardSelection(const Family& family, const SelectionOptions& options);

@@ -209,7 +209,7 @@ bool forbids_nothing_missing(const Finding& finding) {
 }
 
 std::string verdict_of(const IdentifyResult& result) {
-  // A finding about the log is no effect of the vehicle: an effect named beside it may be its side effect.
+  // Where the log itself is faulty, an effect that was found may be caused by the fault: it explains nothing.
   if (!result.unexplained.empty() ||
       std::any_of(result.findings.begin(), result.findings.end(), forbids_nothing_missing)) {
     return "unexplained";

@@ -25,7 +25,7 @@ class UlogFormats {
   /// Takes the definition of a format. @returns false if it has no name.
   bool define(std::string_view text);
 
-  /// The number at a path in a format: "q[3]", "place.x", "esc[2].rpm". nullopt: there is none.
+  /// Where a path in a format lies in the message: "q[3]", "place.x", "esc[2].rpm". nullopt: no such number.
   std::optional<UlogNumber> find(const std::string& format, std::string_view path);
 
   /// Appends prefix + path of the format's numbers to `out`, until `out` has `most` names. Paddings have no name.

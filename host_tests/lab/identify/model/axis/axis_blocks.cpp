@@ -73,8 +73,8 @@ bool same_stick_parameters(const model::StickAxis& a, const model::StickAxis& b)
 
 using Dynamics = sysid::AxisDynamics<double>;
 
-/// Simulates several vehicles at once and replaces the commands of each by its response. A single vehicle would wait
-/// for each product of its recurrence.
+/// Simulates several vehicles in turn, sample by sample, and replaces the commands of each by its response. A product
+/// of one recurrence must wait for the one before it; the other vehicles use that time.
 template <std::size_t Vehicles>
 void respond(std::span<Dynamics> dynamics, std::span<double> driven, std::size_t samples) {
   for (std::size_t i = 0; i < samples; ++i) {

@@ -35,7 +35,7 @@ bool has(const Structure& structure, std::string_view name);
 /// @param has_other  whether the log holds the other axis' stick
 std::vector<Family::Edit> axis_edits(const Structure& present, bool has_other);
 
-/// The structure without this effect; the same structure where another effect needs it or where it is the first order.
+/// The structure without this effect. A base model becomes the first order, unless an effect needs that base model.
 Structure without_effect(const Structure& structure, std::string_view name);
 
 /// Removes the letters of `token` from a fit's shape, which lists the variants of its effects one after another.

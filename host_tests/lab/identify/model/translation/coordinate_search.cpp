@@ -124,7 +124,7 @@ Vector minimiser(Matrix normal, const Vector& right, const Structure& structure)
   return solve_inside(normal, right, bounds_of(structure));
 }
 
-/// The solution where the winds of the flights are eliminated first, which depends on the weights.
+/// Eliminates the winds of the flights first. That depends on the weights, so sums kept per block cannot be used.
 Solution solve_with_winds(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
                           const SearchPoint& searched, std::span<const int> weights, const FlightWinds& winds) {
   Regression model(part, structure, searched);

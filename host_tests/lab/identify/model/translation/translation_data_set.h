@@ -44,7 +44,7 @@ struct TranslationDataSet {
 /// Whether every log of the request has the signal.
 bool both_have(const Request& request, logs::Signal signal);
 
-/// The source of thrust in this log: a set point, or without one the source that fits the training part best.
+/// The source of thrust: its set point if every log has it (kThrustRatio), or else what fits the training part best.
 ThrustSource thrust_source(const Request& request);
 
 }  // namespace m100::lab::identify::translation

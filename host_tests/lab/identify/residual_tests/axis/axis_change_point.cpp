@@ -362,7 +362,8 @@ ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit
   if (!best->dated) {
     date_again(run, free_parameters, *best);
   }
-  // When within a row of the stick it changed is not known, and at the stick not on which side of the delay.
+  // The date is known only to within one row of the log or of the stick. For a change at the stick it is not known
+  // either whether the date is that before or that after the transport delay.
   const double half_row_s = 0.5 * std::max(family.period_s(), family.stick_row_s());
   best->hit.low_s -= half_row_s;
   best->hit.high_s += half_row_s + (best->candidate->change->at_the_stick ? best->fit.after.transport_delay_s : 0.0);

@@ -75,7 +75,7 @@ ScanLayout scan_layout(const std::vector<const TranslationDataSet*>& parts) {
   return out;
 }
 
-/// Columns of a structure's linear parameters in the rows of a scan.
+/// The regressor matrix of a structure's linear parameters, with one row for each row of the scan.
 Columns columns_of(const ScanLayout& layout, const std::vector<const TranslationDataSet*>& parts,
                    const Structure& structure, const SearchPoint& searched) {
   Columns out(static_cast<Eigen::Index>(layout.rows.size()), static_cast<Eigen::Index>(linear_count(structure)));
