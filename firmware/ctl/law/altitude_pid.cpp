@@ -4,12 +4,12 @@
 namespace m100::ctl {
 namespace {
 
-constexpr double kBandwidth = 0.4;  // natural frequency times the loop's delay: 6 dB in every corner (`m100-lab gains`)
-constexpr double kDamping = 1.1;
+constexpr double kBandwidth = 0.42;  // natural frequency times the loop's delay: 6 dB in every corner (`m100-lab gains`)
+constexpr double kDamping = 1.02;
 constexpr double kFeedback_s = 0.03;  // pose age, tick and stick period, which no vehicle file states
 constexpr double kSlowest_rad_s = 1.0;
 constexpr double kFastest_rad_s = 4.0;
-constexpr double kIntegralShare = 0.05;  // integral corner over natural frequency
+constexpr double kIntegralShare = 0.1;  // integral corner over natural frequency
 
 }  // namespace
 
