@@ -2,6 +2,7 @@
 #include "protocol/mavlink/parser.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "protocol/bytes.h"
 #include "protocol/mavlink/known_messages.h"
@@ -32,7 +33,9 @@ std::size_t Parser::push(std::span<const std::byte> bytes) {
     begin_ -= shift;
   }
   const std::size_t count = std::min(bytes.size(), buffer_.size() - end_);
-  std::copy_n(bytes.begin(), count, buffer_.begin() + static_cast<std::ptrdiff_t>(end_));
+  if (count > 0) {
+    std::memcpy(buffer_.data() + end_, bytes.data(), count);
+  }
   end_ += count;
   stats_.bytes += count;
   return count;
