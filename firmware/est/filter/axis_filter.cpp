@@ -8,12 +8,9 @@
 namespace m100::est {
 namespace {
 
-constexpr double kTiltLimit_rad = 0.7;  // the tangent below has an error of at most 4e-9 up to here
-constexpr double kRateLimit = 10.0 * kTimeUnit_s;
-constexpr double kVelocityLimit = 25.0 * kTimeUnit_s;
 constexpr double kDisturbanceLimit = 8.0 * kTimeUnit_s * kTimeUnit_s;
-constexpr double kOffsetLimit_rad = 0.3;
-constexpr double kPositionLimit_m = 100.0;
+// Of each state; up to that of the tilt, tangent_of() has an error of at most 4e-9.
+constexpr std::array kLimits{100.0, 25.0 * kTimeUnit_s, 0.7, 10.0 * kTimeUnit_s, kDisturbanceLimit, 0.3};
 constexpr double kInitialSigmas = 8.0;  // over the scale: variance 64
 
 // Transition matrix over p, v, tilt, rate, d, m.
@@ -60,12 +57,10 @@ template <typename S>
 
 template <typename S>
 void AxisFilter<S>::clamp_states() {
-  x_[kP] = limited(x_[kP], kPositionLimit_m);
-  x_[kV] = limited(x_[kV], kVelocityLimit);
-  x_[kTilt] = limited(x_[kTilt], kTiltLimit_rad);
-  x_[kRate] = limited(x_[kRate], kRateLimit);
-  x_[kD] = limited(x_[kD], kDisturbanceLimit);
-  x_[kM] = limited(x_[kM], kOffsetLimit_rad);
+  unroll<kStates>([this](auto state) {
+    constexpr std::size_t i = decltype(state)::value;
+    x_[i] = limited(x_[i], kLimits[i]);
+  });
 }
 
 template <typename S>
@@ -190,13 +185,13 @@ template <typename S>
 
 template <typename S>
 bool AxisFilter<S>::is_sane() const {
-  bool sane = inside(x_[kP], kPositionLimit_m) && inside(x_[kV], kVelocityLimit) && inside(x_[kTilt], kTiltLimit_rad) &&
-              inside(x_[kRate], kRateLimit) && inside(x_[kD], kDisturbanceLimit) && inside(x_[kM], kOffsetLimit_rad);
-  const S ceiling = core::Arithmetic<S>::template number<double>(120.0);
-  for (int i = 0; i < kStates; ++i) {
-    const S variance = covariance_(i, i);
-    sane = sane && variance > S{} && variance < ceiling;
-  }
+  bool sane = true;
+  unroll<kStates>([&](auto state) {
+    constexpr std::size_t i = decltype(state)::value;
+    const S variance = covariance_(state, state);
+    sane = sane && inside(x_[i], kLimits[i]) && variance > S{} &&
+           variance < core::Arithmetic<S>::template number<double>(120.0);
+  });
   return sane;
 }
 

@@ -82,8 +82,7 @@ class AxisFilter {
   /// @param sender_variance_m2 the variance that the sender of the pose claims; 0: none
   PoseInnovation test_pose(S position, const MeasurementAge<S>& age, S unseen_m, float sender_variance_m2);
   void fuse_pose(const PoseInnovation& test);
-  /// Keeps the covariance valid; once after the corrections of a tick.
-  void check() { covariance_.check(); }
+  void check() { covariance_.check(); }  ///< once after the corrections of a tick: keeps the covariance valid
   /// Sets position (of `age` ago) and velocity from outside and discards their covariances with the other states; d and
   /// m stay.
   void reset_position(S position, S velocity, const MeasurementAge<S>& age);
