@@ -24,7 +24,7 @@ struct FlightConfig {
   mpc::Law law = mpc::Law::kMpc;  ///< of the horizontal axes
   bool plans_setpoints = true;    ///< set points are flown as motions of ctl::SetpointPlanner, not as jumps
   /// The horizontal programs are solved only in the ticks whose command is due; at 25 Hz three in four solutions are
-  /// never sent. For slow processors.
+  /// never sent. For slow processors; the granted command is held between two commands.
   bool solves_when_due = false;
   bool responds_to_limit_cycles =
       true;                           ///< false: no reaction to a limit cycle, and no report (tests of the law alone)

@@ -97,8 +97,7 @@ class FlightController {
   void plan(core::TimePoint now, std::size_t points);
   /// With a frame of its own: another motion is not on the stack while the programs are solved.
   void hold_fence(std::size_t points);
-  /// Whether a command of this tick can reach the wire. If not, the granted one is held, and the slew limit of the next
-  /// one covers the time since the last one that was sent.
+  /// Whether a command of this tick can be sent. The slew limit covers the time since the last one that could.
   bool may_leave(core::TimePoint now) const;
   /// @returns the law's command, with the stick that the excitation's plan moves, where there is one.
   ctl::Command<T> excite(ctl::Command<T> commanded, core::TimePoint now);
