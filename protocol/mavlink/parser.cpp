@@ -2,7 +2,6 @@
 #include "protocol/mavlink/parser.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "protocol/bytes.h"
 #include "protocol/mavlink/known_messages.h"

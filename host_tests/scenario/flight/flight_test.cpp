@@ -223,9 +223,8 @@ TEST(Law, SolvesItsProgramsInTheTicksWhoseCommandLeaves) {
   EXPECT_GT(held, 280);
 }
 
-// The image solves only when a command is due: exactly the same sticks must leave, also after a far jump, whose first
-// command is at the slew limit. Catches a delay line that misses the ticks in between, an integrator that integrates a
-// quarter of its time, and a slew limit that counts from a command that was never sent.
+// Exactly the same sticks must leave in both modes, also after a far jump. Catches a delay line that misses ticks, an
+// integrator that integrates a quarter of its time, and a slew limit that counts from a command that was never sent.
 TEST(Law, FliesTheSameWhetherItsProgramsAreSolvedInEachTickOrWhereOneIsDue) {
   FlightPlan plan = hover(12.0);
   plan.course = "step 0 0 0 0 2\nquintic 0.5 0.5 0.3 0.4 3\nstep 4 0 0.3 0.4 7\n";
