@@ -50,7 +50,8 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
                           observer_.model_tilt_rad(), supervisor_.failsafe_state(), elapsed);  // sensors agree?
   monitors_.update_flight_state(link_, estimate_, observer_.model_tilt_rad(), fault_isolation_, elapsed);
   prepare_start(now);  // a flight that begins in this tick begins here
-  const bool solves = may_leave(now);
+  const bool leaves = may_leave(now);
+  const bool solves = leaves || !config_.solves_when_due;
   const std::size_t points = solves ? ref::kHorizon + 1 : 1;
   trajectory_.fill(reference_, now, law_.lead(), points);  // -> reference
   plan(now, points);
@@ -58,7 +59,7 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   const ctl::Command<T> commanded =
       excite(design_.to_send(law_.update(estimate_, reference_, acting, elapsed, solves)), now);  // -> control
   monitors_.update(estimate_, reference_, flies(), excitation_.moves(), elapsed, law_);
-  supervised_ = supervise(commanded, solves, now);                                          // it may only take away
+  supervised_ = supervise(commanded, leaves, now);                                          // it may only take away
   const core::Status sent = sender_.send(supervised_, commanded, excitation_, link_, now);  // -> Virtual RC -> bytes
   monitors_.update_model(measured, estimate_, sender_.sticks(), sender_.uses_sticks() && link_.authority().in_control,
                          reference_.constant && !excitation_.moves(), elapsed);
@@ -150,7 +151,7 @@ void FlightController<T, S>::prepare_start(core::TimePoint now) {
 
 /// The granted command is held until the next one can leave: the slew limit is between commands that leave.
 template <typename T, typename S>
-safety::SupervisedCommand<T> FlightController<T, S>::supervise(const ctl::Command<T>& commanded, bool solved,
+safety::SupervisedCommand<T> FlightController<T, S>::supervise(const ctl::Command<T>& commanded, bool leaves,
                                                                core::TimePoint now) {
   const safety::FailsafeState before = supervisor_.failsafe_state();
   safety::Observation& seen = supervisor_.observation();
@@ -167,10 +168,11 @@ safety::SupervisedCommand<T> FlightController<T, S>::supervise(const ctl::Comman
   seen.model = monitors_.model();
   const safety::CommandSource source = supervisor_.update_failsafe(commanded, seen);
   const bool brakes = source == safety::CommandSource::kBrakeAndHold;
+  const bool waits = source == safety::CommandSource::kLaw && !leaves;
   const safety::SupervisedCommand<T> supervised =
-      source == safety::CommandSource::kLaw && !solved
-          ? supervisor_.hold_command(source, timer_.elapsed())
-          : supervisor_.limit_command(source, brakes ? brake_and_hold() : commanded, timer_.elapsed());
+      waits && config_.solves_when_due ? supervisor_.hold_command(source, timer_.elapsed())
+      : waits                          ? supervisor_.preview_command(source, commanded, timer_.elapsed())
+              : supervisor_.limit_command(source, brakes ? brake_and_hold() : commanded, timer_.elapsed());
   start_when_nominal(before, now);
   orders_.release_unused(supervised.failsafe_state, link_, now);
   return supervised;
@@ -179,7 +181,7 @@ safety::SupervisedCommand<T> FlightController<T, S>::supervise(const ctl::Comman
 template <typename T, typename S>
 bool FlightController<T, S>::may_leave(core::TimePoint now) const {
   const bool flies_sticks = flies() && link_.authority().in_control;
-  return !config_.solves_when_due || !flies_sticks || law_.fallback() || link_.due(now);
+  return !flies_sticks || law_.fallback() || link_.due(now);
 }
 
 template <typename T, typename S>

@@ -97,14 +97,14 @@ class FlightController {
   void plan(core::TimePoint now, std::size_t points);
   /// With a frame of its own: another motion is not on the stack while the programs are solved.
   void hold_fence(std::size_t points);
-  /// Whether the programs are solved in this tick: in each, unless FlightConfig::solves_when_due is set.
+  /// Whether a command of this tick can be sent. The slew limit covers the time since the last one that could.
   bool may_leave(core::TimePoint now) const;
   /// @returns the law's command, with the stick that the excitation's plan moves, where there is one.
   ctl::Command<T> excite(ctl::Command<T> commanded, core::TimePoint now);
   bool levels_limit_cycle() const;
   /// The command of the level state: it brakes, then holds.
   ctl::Command<T> brake_and_hold() const;
-  safety::SupervisedCommand<T> supervise(const ctl::Command<T>& commanded, bool solved, core::TimePoint now);
+  safety::SupervisedCommand<T> supervise(const ctl::Command<T>& commanded, bool leaves, core::TimePoint now);
   void start_when_nominal(safety::FailsafeState before, core::TimePoint now);
 
   TickTimer timer_;

@@ -75,6 +75,14 @@ class Supervisor {
     held_for_ += elapsed;
     return limit_command(passes, last_, T(0));
   }
+  /// For such a caller, too, what would be granted if it could leave.
+  SupervisedCommand<T> preview_command(CommandSource passes, const ctl::Command<T>& command, core::Duration elapsed) {
+    const ctl::Command<T> last = last_;
+    held_for_ += elapsed;
+    const SupervisedCommand<T> granted = limit_command(passes, command, core::seconds<T>(held_for_));
+    last_ = last;
+    return granted;
+  }
   SupervisedCommand<T> limit_command(CommandSource passes, const ctl::Command<T>& command, core::Duration elapsed) {
     const T step_s = core::seconds<T>(held_for_ + elapsed);
     held_for_ = core::Duration{0};

@@ -32,7 +32,9 @@ std::size_t Parser::push(std::span<const std::byte> bytes) {
     begin_ -= shift;
   }
   const std::size_t count = std::min(bytes.size(), buffer_.size() - end_);
-  std::copy_n(bytes.begin(), count, buffer_.begin() + static_cast<std::ptrdiff_t>(end_));
+  if (count > 0) {
+    std::memcpy(buffer_.data() + end_, bytes.data(), count);
+  }
   end_ += count;
   stats_.bytes += count;
   return count;

@@ -8,12 +8,9 @@
 namespace m100::est {
 namespace {
 
-constexpr double kTiltLimit_rad = 0.7;  // the tangent below has an error of at most 4e-9 up to here
-constexpr double kRateLimit = 10.0 * kTimeUnit_s;
-constexpr double kVelocityLimit = 25.0 * kTimeUnit_s;
 constexpr double kDisturbanceLimit = 8.0 * kTimeUnit_s * kTimeUnit_s;
-constexpr double kOffsetLimit_rad = 0.3;
-constexpr double kPositionLimit_m = 100.0;
+// Of each state; up to that of the tilt, tangent_of() has an error of at most 4e-9.
+constexpr std::array kLimits{100.0, 25.0 * kTimeUnit_s, 0.7, 10.0 * kTimeUnit_s, kDisturbanceLimit, 0.3};
 constexpr double kInitialSigmas = 8.0;  // over the scale: variance 64
 
 // Transition matrix over p, v, tilt, rate, d, m.
@@ -30,6 +27,18 @@ struct MeasuresRate {
   static constexpr std::string_view kRow = "000100";
 };
 
+/// tan(t) = t (1 - t^2/9 + t^4/945) / (1 - 4 t^2/9 + t^4/63), the [5/4] Pade approximant.
+template <typename S>
+S tangent_of(core::Arithmetic<S>& a, S t) {
+  const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
+  const S t2 = a.narrow(a.product(t, t));
+  const S t4 = a.narrow(a.product(t2, t2));
+  const auto one = a.widen(number(1.0));
+  const S top = a.narrow(one - a.product(t2, number(1.0 / 9.0)) + a.product(t4, number(1.0 / 945.0)));
+  const S bottom = a.narrow(one - a.product(t2, number(4.0 / 9.0)) + a.product(t4, number(1.0 / 63.0)));
+  return a.quotient(a.narrow(a.product(t, top)), bottom);
+}
+
 }  // namespace
 
 template <typename S>
@@ -44,47 +53,32 @@ template <typename S>
   history_ = {};
   angular_acceleration_ = S{};
   clamp_states();
-  set_tangent();
-}
-
-// tan(t) = t (1 - t^2/9 + t^4/945) / (1 - 4 t^2/9 + t^4/63), the [5/4] Pade approximant.
-template <typename S>
-void AxisFilter<S>::set_tangent() {
-  auto& a = covariance_.arithmetic();
-  const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
-  const S t = x_[kTilt];
-  const S t2 = a.narrow(a.product(t, t));
-  const S t4 = a.narrow(a.product(t2, t2));
-  const auto one = a.widen(number(1.0));
-  const S top = a.narrow(one - a.product(t2, number(1.0 / 9.0)) + a.product(t4, number(1.0 / 945.0)));
-  const S bottom = a.narrow(one - a.product(t2, number(4.0 / 9.0)) + a.product(t4, number(1.0 / 63.0)));
-  tangent_ = a.quotient(a.narrow(a.product(t, top)), bottom);
-  secant_squared_ = a.narrow(one + a.product(tangent_, tangent_));
 }
 
 template <typename S>
 void AxisFilter<S>::clamp_states() {
-  x_[kP] = limited(x_[kP], kPositionLimit_m);
-  x_[kV] = limited(x_[kV], kVelocityLimit);
-  x_[kTilt] = limited(x_[kTilt], kTiltLimit_rad);
-  x_[kRate] = limited(x_[kRate], kRateLimit);
-  x_[kD] = limited(x_[kD], kDisturbanceLimit);
-  x_[kM] = limited(x_[kM], kOffsetLimit_rad);
+  unroll<kStates>([this](auto state) {
+    constexpr std::size_t i = decltype(state)::value;
+    x_[i] = limited(x_[i], kLimits[i]);
+  });
 }
 
 template <typename S>
 void AxisFilter<S>::predict(const ActingInputs<S>& input) {
   auto& a = covariance_.arithmetic();
+  const S tangent = tangent_of(a, x_[kTilt]);
+  const S secant_squared =
+      a.narrow(a.widen(core::Arithmetic<S>::template number<double>(1.0)) + a.product(tangent, tangent));
   const auto [tilt, rate] = response_.advance(a, {.output = x_[kTilt], .rate = x_[kRate]}, input, x_[kM]);
   model_response_ = response_.advance(a, model_response_, input, S{});
   angular_acceleration_ = a.narrow(a.scaled(a.widen(rate) - a.widen(x_[kRate]), -kTickExponent));
 
   const S turned = a.narrow(a.widen(tilt) - a.widen(x_[kTilt]));
-  const S slope = a.narrow(a.product(c_.half_gravity, secant_squared_));
+  const S slope = a.narrow(a.product(c_.half_gravity, secant_squared));
   const S v = x_[kV];
   const S speed = v < S{} ? a.narrow(-a.widen(v)) : v;
   const S quadratic = a.narrow(a.product(c_.square_drag, speed));
-  const S acceleration = a.narrow(a.product(c_.gravity, tangent_) + a.product(slope, turned) - a.product(c_.drag, v) -
+  const S acceleration = a.narrow(a.product(c_.gravity, tangent) + a.product(slope, turned) - a.product(c_.drag, v) -
                                   a.product(quadratic, v));
   const auto pushed = a.widen(acceleration) + a.widen(x_[kD]);
   x_[kP] = a.narrow(a.widen(x_[kP]) + a.scaled(a.widen(v), kTickExponent) + a.scaled(pushed, 2 * kTickExponent - 1));
@@ -92,9 +86,9 @@ void AxisFilter<S>::predict(const ActingInputs<S>& input) {
   history_.add(acceleration);
 
   phi_[kV][kV] = a.narrow(a.widen(c_.tick_drag) - a.product(c_.tick_square_drag, speed));
-  phi_[kV][kTilt] = a.narrow(a.product(c_.v_tilt, secant_squared_));
-  phi_[kV][kRate] = a.narrow(a.product(c_.v_rate, secant_squared_));
-  phi_[kV][kM] = a.narrow(a.product(c_.v_m, secant_squared_));
+  phi_[kV][kTilt] = a.narrow(a.product(c_.v_tilt, secant_squared));
+  phi_[kV][kRate] = a.narrow(a.product(c_.v_rate, secant_squared));
+  phi_[kV][kM] = a.narrow(a.product(c_.v_m, secant_squared));
   const int halfway = kTickExponent - 1 + scales_[kV] - scales_[kP];  // position moves by T/2 times what velocity does
   for (const int i : {kTilt, kRate, kM}) {
     const auto j = static_cast<std::size_t>(i);
@@ -104,7 +98,6 @@ void AxisFilter<S>::predict(const ActingInputs<S>& input) {
   x_[kTilt] = tilt;
   x_[kRate] = rate;
   clamp_states();
-  set_tangent();
 }
 
 template <typename S>
@@ -152,8 +145,6 @@ FusionResult AxisFilter<S>::fuse_attitude(S tilt, S rate, const MeasurementAge<S
   const S rate_left = a.narrow(a.widen(rate) - a.widen(x_[kRate]) + a.widen(spun));
   apply(covariance_.update(covariance_.template project<MeasuresRate>(h, c_.rate_variance)), rate_left, kRate);
   clamp_states();
-  covariance_.check();
-  set_tangent();
   return FusionResult::kUsed;
 }
 
@@ -179,8 +170,6 @@ template <typename S>
 void AxisFilter<S>::fuse_pose(const PoseInnovation& test) {
   apply(covariance_.update(test.projection), test.innovation, kP);
   clamp_states();
-  covariance_.check();
-  set_tangent();
 }
 
 template <typename S>
@@ -196,13 +185,13 @@ template <typename S>
 
 template <typename S>
 bool AxisFilter<S>::is_sane() const {
-  bool sane = inside(x_[kP], kPositionLimit_m) && inside(x_[kV], kVelocityLimit) && inside(x_[kTilt], kTiltLimit_rad) &&
-              inside(x_[kRate], kRateLimit) && inside(x_[kD], kDisturbanceLimit) && inside(x_[kM], kOffsetLimit_rad);
-  const S ceiling = core::Arithmetic<S>::template number<double>(120.0);
-  for (int i = 0; i < kStates; ++i) {
-    const S variance = covariance_(i, i);
-    sane = sane && variance > S{} && variance < ceiling;
-  }
+  bool sane = true;
+  unroll<kStates>([&](auto state) {
+    constexpr std::size_t i = decltype(state)::value;
+    const S variance = covariance_(state, state);
+    sane = sane && inside(x_[i], kLimits[i]) && variance > S{} &&
+           variance < core::Arithmetic<S>::template number<double>(120.0);
+  });
   return sane;
 }
 

@@ -83,6 +83,7 @@ class AxisFilter {
   /// @param sender_variance_m2 used if larger than the vehicle file's variance, see larger_variance(); 0: none
   PoseInnovation test_pose(S position, const MeasurementAge<S>& age, S unseen_m, float sender_variance_m2);
   void fuse_pose(const PoseInnovation& test);
+  void check() { covariance_.check(); }  ///< once after the corrections of a tick: keeps the covariance valid
   /// Sets position (of `age` ago) and velocity from outside and discards their covariances with the other states; d and
   /// m stay.
   void reset_position(S position, S velocity, const MeasurementAge<S>& age);
@@ -105,14 +106,11 @@ class AxisFilter {
     S pose_variance{}, tilt_variance{}, rate_variance{};
     S pose_rate{}, pose_d{}, tilt_rate{};
   };
-  void set_tangent();
   void clamp_states();
   void apply(const typename ScaledCovariance<S, kStates>::Column& gain, S innovation, int measured);
 
   std::array<S, kStates> x_{};
   S stored_disturbance_{};  ///< measured disturbance as last stored, less the model's drag
-  S tangent_{};             ///< of the tilt estimate
-  S secant_squared_{};      ///< 1 + tangent^2
   S angular_acceleration_{};
   ResponseStep<S> response_;
   typename ResponseStep<S>::State model_response_;  ///< from commands and model alone

@@ -92,6 +92,7 @@ typename AxisFilter<S>::Scales steady_scales(const AxisModel& model) {
     filter.predict({});
     filter.fuse_attitude(S{}, S{}, attitude_age);
     filter.fuse_pose(filter.test_pose(S{}, pose_age, S{}, 0.F));
+    filter.check();
   }
   typename Filter::Scales scales{};
   for (int i = 0; i < Filter::kStates; ++i) {

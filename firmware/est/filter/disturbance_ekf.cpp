@@ -92,6 +92,10 @@ const Estimate<Real>& DisturbanceEkf<S, Real>::update(const Measurement<Real>& m
   if (measured.pose.is_new && time_.behind() <= core::kTickPeriod) {
     fuse_pose(measured.pose);
   }
+  if (measured.attitude.is_new || measured.pose.is_new) {
+    x_.check();
+    y_.check();
+  }
   fuse_specific_force(measured.disturbance_acceleration);
   if (started_ && !(x_.is_sane() && y_.is_sane() && height_.is_sane() && yaw_.is_sane())) {
     recover(ResetReason::kNotFinite);

@@ -88,6 +88,7 @@ struct Runner {
         ++refused;
       }
     }
+    filter.check();
   }
   double state(int i) const {
     return core::Arithmetic<S>::template real<double>(filter.state(static_cast<typename AxisFilter<S>::StateIndex>(i)));
