@@ -7,6 +7,7 @@
 
 #include "firmware/model/axis_effects.h"
 #include "firmware/sysid/axis_dynamics.h"
+#include "host_tests/lab/identify/model/axis/power_table.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -49,6 +50,13 @@ State measured_state(const AxisData& data, std::size_t at) {
   return {c0 / det, c1 / det / data.period_s};
 }
 
+/// Whether both make the same counts of every stick, before the gain.
+bool same_counts(const model::StickAxis& a, const model::StickAxis& b) {
+  return a.dead_zone_shape == b.dead_zone_shape && a.dead_zone_counts == b.dead_zone_counts &&
+         a.trim_counts == b.trim_counts && a.stick_exponent == b.stick_exponent &&
+         a.backlash_counts == b.backlash_counts;
+}
+
 /// The numbers of a stick axis that act on the command before delay and dynamics.
 std::vector<double model::StickAxis::*> stick_parameters() {
   using model::StickAxis;
@@ -73,12 +81,13 @@ bool same_stick_parameters(const model::StickAxis& a, const model::StickAxis& b)
 
 using Dynamics = sysid::AxisDynamics<double>;
 
+constexpr std::size_t kLanes = AxisBlocks::kLanes;
+
 /// Simulates several vehicles at once and replaces the commands of each by its response. A single vehicle would wait
 /// for each product of its recurrence.
-template <std::size_t Vehicles>
-void respond(std::span<Dynamics> dynamics, std::span<double> driven, std::size_t samples) {
+void respond(std::array<Dynamics, kLanes>& dynamics, std::span<double> driven, std::size_t samples) {
   for (std::size_t i = 0; i < samples; ++i) {
-    for (std::size_t vehicle = 0; vehicle < Vehicles; ++vehicle) {
+    for (std::size_t vehicle = 0; vehicle < kLanes; ++vehicle) {
       double& at = driven[vehicle * samples + i];
       const double command = at;
       at = dynamics[vehicle].value();
@@ -135,6 +144,7 @@ AxisBlocks::CommandCache& AxisBlocks::cached_commands(const model::StickAxis& ax
     memory = caches_.begin() + (last_cache_ == 0 ? 1 : 0);
     memory->axis = axis;
     memory->commands.resize(stretches_.size());
+    memory->counts.resize(stretches_.size());
     memory->known.assign(stretches_.size(), 0);
   }
   last_cache_ = static_cast<std::size_t>(memory - caches_.begin());
@@ -146,27 +156,31 @@ const std::vector<double>& AxisBlocks::commands(const model::StickAxis& axis, st
   std::vector<double>& out = memory.commands[stretch];
   if (memory.known[stretch] == 0) {
     memory.known[stretch] = 1;
-    command(axis, stretches_[stretch], out);
+    const CommandCache& other = caches_[&memory == caches_.data() ? 1 : 0];
+    const bool shared = !other.commands.empty() && other.known[stretch] != 0 && same_counts(other.axis, axis);
+    command(axis, stretches_[stretch], shared ? &other.counts[stretch] : nullptr, memory.counts[stretch], out);
   }
   return out;
 }
 
-void AxisBlocks::command(const model::StickAxis& axis, const Stretch& around, std::vector<double>& out) const {
+void AxisBlocks::command(const model::StickAxis& axis, const Stretch& around, const std::vector<double>* known_counts,
+                         std::vector<double>& counts, std::vector<double>& out) const {
   const AxisData& data = *data_;
-  const bool has_other = !data.other.empty();
-  model::StickLaw<double> law(axis, data.period_s);
-  const double since_s = data.since_begin_s(around.begin);  // a drift restarts with every flight
+  model::StickLaw<double, PowerTable> law(axis, data.period_s);
   out.resize(around.end - around.past);
-  // A held stick gives the same command again, unless the command changes by itself.
-  const bool rests = !(std::abs(axis.gain_drift_per_minute) > 0.0) && !(axis.command_slew_per_s > 0.0);
+  if (known_counts != nullptr) {
+    counts = *known_counts;
+  } else {
+    counts.resize(out.size());
+    std::transform(data.stick.begin() + static_cast<std::ptrdiff_t>(around.past),
+                   data.stick.begin() + static_cast<std::ptrdiff_t>(around.end), counts.begin(),
+                   [&](double stick) { return law.curved(law.moved(stick)); });
+  }
+  const bool has_other = !data.other.empty();
+  const double since_s = data.since_begin_s(around.begin);  // a drift restarts with every flight
   for (std::size_t i = around.past; i < around.end; ++i) {
-    if (rests && i > around.past && data.stick[i] == data.stick[i - 1] &&
-        (!has_other || data.other[i] == data.other[i - 1])) {
-      out[i - around.past] = out[i - around.past - 1];
-      continue;
-    }
     const double t_s = since_s + data.period_s * (static_cast<double>(i) - static_cast<double>(around.begin));
-    out[i - around.past] = law.command(data.stick[i], has_other ? data.other[i] : 0.0, t_s);
+    out[i - around.past] = law.from_curved(counts[i - around.past], has_other ? data.other[i] : 0.0, t_s);
   }
 }
 
@@ -198,20 +212,14 @@ void AxisBlocks::run(const model::StickAxis& axis, std::span<const Block* const>
   for (const Block* block : blocks) {
     longest = std::max(longest, block->end - block->begin);
   }
-  driven_.assign(blocks.size() * longest, 0.0);
+  driven_.assign(kLanes * longest, 0.0);
   const Dynamics still(axis, data_->period_s);
   std::array<Dynamics, kLanes> dynamics{still, still, still, still};
   for (std::size_t lane = 0; lane < blocks.size(); ++lane) {
     delayed_command(axis, *blocks[lane], std::span<double>(driven_).subspan(lane * longest, longest));
     dynamics[lane].start(blocks[lane]->value, blocks[lane]->rate_per_s);
   }
-  if (blocks.size() == kLanes) {
-    respond<kLanes>(dynamics, driven_, longest);
-  } else {
-    for (std::size_t lane = 0; lane < blocks.size(); ++lane) {
-      respond<1>(std::span(dynamics).subspan(lane), std::span(driven_).subspan(lane * longest), longest);
-    }
-  }
+  respond(dynamics, driven_, longest);
   auto to = out.begin();
   for (std::size_t lane = 0; lane < blocks.size(); ++lane) {
     const auto from = driven_.begin() + static_cast<std::ptrdiff_t>(lane * longest);

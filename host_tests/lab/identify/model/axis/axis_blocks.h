@@ -58,6 +58,7 @@ class AxisBlocks {
   /// Length of the past input, for the delay and for effects with memory of the stick.
   static constexpr double kPast_s = 3.0;
   static constexpr double kBlock_s = 2.5;
+  static constexpr std::size_t kLanes = 4;          ///< blocks that are simulated side by side
   static constexpr std::size_t kStartSamples = 11;  ///< whose quadratic is the initial state of a block
 
   AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, double block_s = kBlock_s);
@@ -89,14 +90,15 @@ class AxisBlocks {
   struct CommandCache {
     model::StickAxis axis;
     std::vector<std::vector<double>> commands;  ///< by stretch
+    std::vector<std::vector<double>> counts;    ///< before the gain; a step of gain or asymmetry uses them again
     std::vector<char> known;
   };
-  static constexpr std::size_t kLanes = 4;  ///< blocks that are simulated side by side
-
   /// The cache entry of the axis' commands; where there is none, the older entry is reused.
   CommandCache& cached_commands(const model::StickAxis& axis) const;
   const std::vector<double>& commands(const model::StickAxis& axis, std::size_t stretch) const;
-  void command(const model::StickAxis& axis, const Stretch& around, std::vector<double>& out) const;
+  /// @param known_counts  the counts before the gain, where they were computed before
+  void command(const model::StickAxis& axis, const Stretch& around, const std::vector<double>* known_counts,
+               std::vector<double>& counts, std::vector<double>& out) const;
   /// The command after delay and zero, sample by sample of a block.
   void delayed_command(const model::StickAxis& axis, const Block& block, std::span<double> out) const;
   /// The response of at most kTogether blocks, one after the other.

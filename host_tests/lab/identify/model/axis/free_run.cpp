@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "firmware/sysid/axis_dynamics.h"
+#include "host_tests/lab/identify/model/axis/power_table.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -116,7 +117,7 @@ void FreeRun::command(const model::StickAxis& axis, const Run& run, std::vector<
   const auto ahead = static_cast<std::size_t>(std::lround(kLookAhead_s / data_.period_s));
   const std::size_t end = std::min(run.end + ahead, data_.stick.size());
   out.resize(end - run.past);
-  model::StickLaw<double> law(axis, data_.period_s);
+  model::StickLaw<double, PowerTable> law(axis, data_.period_s);
   for (std::size_t i = run.past; i < end; ++i) {
     out[i - run.past] = law.command(data_.stick[i], data_.other.empty() ? 0.0 : data_.other[i], data_.since_begin_s(i));
   }
