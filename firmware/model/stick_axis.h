@@ -50,11 +50,24 @@ struct StickAxis {
 template <typename Real>
 Real power(Real x, Real exponent);
 
-/// The power that a StickLaw takes; identification has a faster one for many values.
+/// The power that a StickLaw takes: the last one is kept, because a stick rests between two commands, and a power costs
+/// half of the law. Identification has a faster one for many values.
 template <typename Real>
-struct Power {
-  Real exponent;
-  Real operator()(Real x) const { return power(x, exponent); }
+class Power {
+ public:
+  explicit Power(Real exponent) : exponent_(exponent) {}
+  Real operator()(Real x) const {
+    if (!(x == from_)) {
+      from_ = x;
+      to_ = power(x, exponent_);
+    }
+    return to_;
+  }
+
+ private:
+  Real exponent_;
+  mutable Real from_ = Real(-1);
+  mutable Real to_ = Real(0);
 };
 
 /// Converts stick counts to a command in the unit of the axis: everything before delay and dynamics, one function for
@@ -75,7 +88,7 @@ class StickLaw {
         jumps_(axis.dead_zone_shape == DeadZoneShape::kJump),
         trim_counts_(real(axis.trim_counts)),
         is_curved_(real(axis.stick_exponent) != Real(1)),
-        curve_{real(axis.stick_exponent)},
+        curve_(real(axis.stick_exponent)),
         positive_gain_(scale_per_count_ * Real(2) * real(axis.gain_asymmetry) / (Real(1) + real(axis.gain_asymmetry))),
         negative_gain_(scale_per_count_ * Real(2) / (Real(1) + real(axis.gain_asymmetry))),
         backlash_counts_(real(axis.backlash_counts)),
@@ -89,6 +102,14 @@ class StickLaw {
   /// All stages: the command of the next sample. Sticks are counts from neutral.
   Real command(Real stick_counts, Real other_counts, Real t_s) {
     return from_curved(curved(moved(stick_counts)), other_counts, t_s);
+  }
+  /// Whether only the gain is left after curved().
+  bool ends_with_gain() const {
+    return drift_per_s_ == Real(0) && leak_per_count_ == Real(0) && !(tilt_limit_ > Real(0)) &&
+           !(saturation_ > Real(0)) && !(slew_per_sample_ > Real(0));
+  }
+  Real gained(Real curved_counts) const {
+    return curved_counts * (curved_counts < Real(0) ? negative_gain_ : positive_gain_);
   }
   /// The stages after curved().
   Real from_curved(Real curved_counts, Real other_counts, Real t_s) {
@@ -137,7 +158,6 @@ class StickLaw {
 
  private:
   static Real real(double value) { return static_cast<Real>(value); }
-  Real gained(Real counts) const { return counts * (counts < Real(0) ? negative_gain_ : positive_gain_); }
   Real dead_zone_and_curve(Real counts) const {
     Real size = counts < Real(0) ? -counts : counts;
     if (dead_zone_counts_ > Real(0)) {
@@ -150,11 +170,7 @@ class StickLaw {
     }
     if (is_curved_) {
       constexpr Real kTravel = static_cast<Real>(paper::kTravel_vrc);
-      if (!(size == curved_from_)) {  // a stick rests between two commands, and a power costs half of the law
-        curved_from_ = size;
-        curved_to_ = kTravel * curve_(size / kTravel);
-      }
-      size = curved_to_;
+      size = kTravel * curve_(size / kTravel);
     }
     return counts < Real(0) ? -size : size;
   }
@@ -174,8 +190,6 @@ class StickLaw {
   Real other_scale_per_count_;
   Real saturation_;
   Real slew_per_sample_;
-  mutable Real curved_from_ = Real(-1);
-  mutable Real curved_to_ = Real(0);
   Real play_counts_ = Real(0);
   Real slewed_ = Real(0);
   bool slewing_ = false;

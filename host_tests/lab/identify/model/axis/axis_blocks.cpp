@@ -5,9 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "firmware/model/axis_effects.h"
 #include "firmware/sysid/axis_dynamics.h"
-#include "host_tests/lab/identify/model/axis/power_table.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -50,42 +48,13 @@ State measured_state(const AxisData& data, std::size_t at) {
   return {c0 / det, c1 / det / data.period_s};
 }
 
-/// Whether both make the same counts of every stick, before the gain.
-bool same_counts(const model::StickAxis& a, const model::StickAxis& b) {
-  return a.dead_zone_shape == b.dead_zone_shape && a.dead_zone_counts == b.dead_zone_counts &&
-         a.trim_counts == b.trim_counts && a.stick_exponent == b.stick_exponent &&
-         a.backlash_counts == b.backlash_counts;
-}
-
-/// The numbers of a stick axis that act on the command before delay and dynamics.
-std::vector<double model::StickAxis::*> stick_parameters() {
-  using model::StickAxis;
-  constexpr std::array kBehind{&StickAxis::time_constant_s,   &StickAxis::natural_frequency_rad_s,
-                               &StickAxis::damping_ratio,     &StickAxis::lead_zero_s,
-                               &StickAxis::transport_delay_s, &StickAxis::rate_limit_per_s};
-  std::vector<double StickAxis::*> out{&StickAxis::command_slew_per_s};  // a variant of an effect
-  model::for_each_axis_number([&](const model::AxisNumber& number) {
-    if (std::find(kBehind.begin(), kBehind.end(), number.member) == kBehind.end()) {
-      out.push_back(number.member);
-    }
-  });
-  return out;
-}
-
-/// Whether both make the same commands from every stick.
-bool same_stick_parameters(const model::StickAxis& a, const model::StickAxis& b) {
-  static const std::vector<double model::StickAxis::*> kNumbers = stick_parameters();
-  return a.dead_zone_shape == b.dead_zone_shape &&
-         std::all_of(kNumbers.begin(), kNumbers.end(), [&](auto number) { return a.*number == b.*number; });
-}
-
 using Dynamics = sysid::AxisDynamics<double>;
 
 constexpr std::size_t kLanes = AxisBlocks::kLanes;
 
 /// Simulates several vehicles at once and replaces the commands of each by its response. A single vehicle would wait
 /// for each product of its recurrence.
-void respond(std::array<Dynamics, kLanes>& dynamics, std::span<double> driven, std::size_t samples) {
+void respond(std::array<Dynamics, kLanes> dynamics, std::span<double> driven, std::size_t samples) {
   for (std::size_t i = 0; i < samples; ++i) {
     for (std::size_t vehicle = 0; vehicle < kLanes; ++vehicle) {
       double& at = driven[vehicle * samples + i];
@@ -113,7 +82,7 @@ AxisBlocks::AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, d
     if (end <= begin) {
       continue;
     }
-    stretches_.push_back({begin > past ? begin - past : 0, begin, end});
+    commands_.add({begin > past ? begin - past : 0, begin, end});
     for (std::size_t at = begin; at < end;) {
       if (!data.valid[at]) {
         ++at;  // no measured state to start from
@@ -123,7 +92,7 @@ AxisBlocks::AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, d
       const auto to = data.valid.begin() + static_cast<std::ptrdiff_t>(std::min(at + length, end));
       const std::size_t stop = at + static_cast<std::size_t>(std::find(from, to, 0) - from);
       if (2 * (stop - at) >= minimum) {
-        blocks_.push_back(start_of(at, stop, stretches_.size() - 1));
+        blocks_.push_back(start_of(at, stop, commands_.size() - 1));
         samples_ += stop - at;
       }
       at = stop;
@@ -136,74 +105,30 @@ AxisBlocks::Block AxisBlocks::start_of(std::size_t begin, std::size_t end, std::
   return {begin, end, state.value, state.rate_per_s, stretch};
 }
 
-AxisBlocks::CommandCache& AxisBlocks::cached_commands(const model::StickAxis& axis) const {
-  auto memory = std::find_if(caches_.begin(), caches_.end(), [&](const CommandCache& one) {
-    return !one.commands.empty() && same_stick_parameters(one.axis, axis);
-  });
-  if (memory == caches_.end()) {  // keep the entry used last: a Jacobian returns to it for every column
-    memory = caches_.begin() + (last_cache_ == 0 ? 1 : 0);
-    memory->axis = axis;
-    memory->commands.resize(stretches_.size());
-    memory->counts.resize(stretches_.size());
-    memory->known.assign(stretches_.size(), 0);
-  }
-  last_cache_ = static_cast<std::size_t>(memory - caches_.begin());
-  return *memory;
-}
-
-const std::vector<double>& AxisBlocks::commands(const model::StickAxis& axis, std::size_t stretch) const {
-  CommandCache& memory = cached_commands(axis);
-  std::vector<double>& out = memory.commands[stretch];
-  if (memory.known[stretch] == 0) {
-    memory.known[stretch] = 1;
-    const CommandCache& other = caches_[&memory == caches_.data() ? 1 : 0];
-    const bool shared = !other.commands.empty() && other.known[stretch] != 0 && same_counts(other.axis, axis);
-    command(axis, stretches_[stretch], shared ? &other.counts[stretch] : nullptr, memory.counts[stretch], out);
-  }
-  return out;
-}
-
-void AxisBlocks::command(const model::StickAxis& axis, const Stretch& around, const std::vector<double>* known_counts,
-                         std::vector<double>& counts, std::vector<double>& out) const {
-  const AxisData& data = *data_;
-  model::StickLaw<double, PowerTable> law(axis, data.period_s);
-  out.resize(around.end - around.past);
-  if (known_counts != nullptr) {
-    counts = *known_counts;
-  } else {
-    counts.resize(out.size());
-    std::transform(data.stick.begin() + static_cast<std::ptrdiff_t>(around.past),
-                   data.stick.begin() + static_cast<std::ptrdiff_t>(around.end), counts.begin(),
-                   [&](double stick) { return law.curved(law.moved(stick)); });
-  }
-  const bool has_other = !data.other.empty();
-  const double since_s = data.since_begin_s(around.begin);  // a drift restarts with every flight
-  for (std::size_t i = around.past; i < around.end; ++i) {
-    const double t_s = since_s + data.period_s * (static_cast<double>(i) - static_cast<double>(around.begin));
-    out[i - around.past] = law.from_curved(counts[i - around.past], has_other ? data.other[i] : 0.0, t_s);
-  }
-}
-
 void AxisBlocks::delayed_command(const model::StickAxis& axis, const Block& block, std::span<double> out) const {
-  const std::vector<double>& command = commands(axis, block.stretch);
+  const std::vector<double>& command = commands_.of(*data_, axis, block.stretch);
   const double delay = axis.transport_delay_s / data_->period_s;
   const double whole = std::floor(delay);
   const double part = delay - whole;
   const double lead = axis.lead_zero_s / data_->period_s;
-  const auto command_at = [&](std::ptrdiff_t sample) {
-    return command[static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, sample))];
+  const auto delayed = [&](double newer, double older) { return newer + part * (older - newer); };
+  const auto arrived = [&](double newer, double older, double oldest) {
+    const double now = delayed(newer, older);
+    return now + lead * (now - delayed(older, oldest));
   };
-  const auto delayed = [&](std::ptrdiff_t sample) {
-    const double newer = command_at(sample);
-    return newer + part * (command_at(sample - 1) - newer);
+  const std::ptrdiff_t first =
+      static_cast<std::ptrdiff_t>(block.begin - commands_[block.stretch].past) - static_cast<std::ptrdiff_t>(whole);
+  const auto samples = static_cast<std::ptrdiff_t>(block.end - block.begin);
+  const std::ptrdiff_t held = std::clamp<std::ptrdiff_t>(2 - first, 0, samples);  // from before the first command
+  const auto command_at = [&](std::ptrdiff_t i) {
+    return command[static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, first + i))];
   };
-  std::ptrdiff_t sample =
-      static_cast<std::ptrdiff_t>(block.begin - stretches_[block.stretch].past) - static_cast<std::ptrdiff_t>(whole);
-  double before = delayed(sample - 1);
-  for (std::size_t i = 0; i < block.end - block.begin; ++i, ++sample) {
-    const double now = delayed(sample);
-    out[i] = now + lead * (now - before);
-    before = now;
+  for (std::ptrdiff_t i = 0; i < held; ++i) {
+    out[static_cast<std::size_t>(i)] = arrived(command_at(i), command_at(i - 1), command_at(i - 2));
+  }
+  for (std::ptrdiff_t i = held; i < samples; ++i) {
+    const auto at = static_cast<std::size_t>(first + i);
+    out[static_cast<std::size_t>(i)] = arrived(command[at], command[at - 1], command[at - 2]);
   }
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "firmware/model/stick_axis.h"
+#include "host_tests/lab/identify/model/axis/stick_commands.h"
 #include "host_tests/lab/identify/request.h"
 
 namespace m100::lab::identify {
@@ -80,25 +80,6 @@ class AxisBlocks {
   double fit_percent(const model::StickAxis& axis) const;
 
  private:
-  struct Stretch {
-    std::size_t past;  ///< first sample whose input is used
-    std::size_t begin;
-    std::size_t end;
-  };
-  /// Cache of the commands of the stick that were computed last, by the parameters that determine them. A step of the
-  /// search that changes only frequency, delay or lead zero uses them again.
-  struct CommandCache {
-    model::StickAxis axis;
-    std::vector<std::vector<double>> commands;  ///< by stretch
-    std::vector<std::vector<double>> counts;    ///< before the gain; a step of gain or asymmetry uses them again
-    std::vector<char> known;
-  };
-  /// The cache entry of the axis' commands; where there is none, the older entry is reused.
-  CommandCache& cached_commands(const model::StickAxis& axis) const;
-  const std::vector<double>& commands(const model::StickAxis& axis, std::size_t stretch) const;
-  /// @param known_counts  the counts before the gain, where they were computed before
-  void command(const model::StickAxis& axis, const Stretch& around, const std::vector<double>* known_counts,
-               std::vector<double>& counts, std::vector<double>& out) const;
   /// The command after delay and zero, sample by sample of a block.
   void delayed_command(const model::StickAxis& axis, const Block& block, std::span<double> out) const;
   /// The response of at most kTogether blocks, one after the other.
@@ -108,11 +89,9 @@ class AxisBlocks {
   Block start_of(std::size_t begin, std::size_t end, std::size_t stretch) const;
 
   const AxisData* data_;
-  std::vector<Stretch> stretches_;
+  StickCommands commands_{true};
   std::vector<Block> blocks_;
   std::size_t samples_ = 0;
-  mutable std::array<CommandCache, 2> caches_;
-  mutable std::size_t last_cache_ = 0;
   mutable std::vector<double> driven_;
 };
 

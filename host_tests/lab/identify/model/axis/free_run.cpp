@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "firmware/sysid/axis_dynamics.h"
-#include "host_tests/lab/identify/model/axis/power_table.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -97,6 +96,7 @@ FreeRun::FreeRun(const AxisData& data, const std::vector<Range>& ranges)
       settle_(static_cast<std::size_t>(std::lround(kSettle_s / data.period_s))) {
   const double whole_s = static_cast<double>(data.measured.size() + 1) * data.period_s;
   const auto past = static_cast<std::size_t>(std::lround(AxisBlocks::kPast_s / data.period_s));
+  const auto ahead = static_cast<std::size_t>(std::lround(kLookAhead_s / data.period_s));
   const AxisBlocks blocks(data, joined(ranges, data.period_s), whole_s);
   for (std::size_t number = 0; number < blocks.size(); ++number) {
     const AxisBlocks::Block& block = blocks[number];
@@ -107,32 +107,25 @@ FreeRun::FreeRun(const AxisData& data, const std::vector<Range>& ranges)
     const auto last = static_cast<Eigen::Index>(time_s_.size());
     if (last > first) {
       segments_.push_back({first, last});
-      runs_.push_back(
-          {block.begin > past ? block.begin - past : 0, block.begin, block.end, block.value, block.rate_per_s});
+      runs_.push_back({block.begin, block.end, block.value, block.rate_per_s});
+      commands_.add(
+          {block.begin > past ? block.begin - past : 0, block.begin, std::min(block.end + ahead, data.stick.size())});
     }
   }
 }
 
-void FreeRun::command(const model::StickAxis& axis, const Run& run, std::vector<double>& out) const {
-  const auto ahead = static_cast<std::size_t>(std::lround(kLookAhead_s / data_.period_s));
-  const std::size_t end = std::min(run.end + ahead, data_.stick.size());
-  out.resize(end - run.past);
-  model::StickLaw<double, PowerTable> law(axis, data_.period_s);
-  for (std::size_t i = run.past; i < end; ++i) {
-    out[i - run.past] = law.command(data_.stick[i], data_.other.empty() ? 0.0 : data_.other[i], data_.since_begin_s(i));
+const std::vector<double>& FreeRun::command(const model::StickAxis& before, const model::StickAxis& after,
+                                            double switch_s, std::size_t run) const {
+  const std::vector<double>& first = commands_.of(data_, before, run);
+  if (!switches(runs_[run], switch_s)) {
+    return first;
   }
-}
-
-void FreeRun::command_with_switch(const model::StickAxis& before, const model::StickAxis& after, double switch_s,
-                                  const Run& run) const {
-  command(before, run, command_);
-  if (!switches(run, switch_s)) {
-    return;
+  const std::vector<double>& second = commands_.of(data_, after, run);
+  switched_.resize(first.size());
+  for (std::size_t k = 0; k < first.size(); ++k) {
+    switched_[k] = data_.time_s(commands_[run].past + k) > switch_s ? second[k] : first[k];
   }
-  command(after, run, command_after_);
-  for (std::size_t k = 0; k < command_.size(); ++k) {
-    command_[k] = data_.time_s(run.past + k) > switch_s ? command_after_[k] : command_[k];
-  }
+  return switched_;
 }
 
 Rows FreeRun::error(const model::StickAxis& before, const model::StickAxis& after, double switch_s) const {
@@ -140,8 +133,10 @@ Rows FreeRun::error(const model::StickAxis& before, const model::StickAxis& afte
   const DelayLine way_after(after, data_.period_s);
   Rows out(static_cast<Eigen::Index>(size()));
   MeanRows means(mean_, out);
-  for (const Run& run : runs_) {
-    command_with_switch(before, after, switch_s, run);
+  for (std::size_t number = 0; number < runs_.size(); ++number) {
+    const Run& run = runs_[number];
+    const std::vector<double>& commands = command(before, after, switch_s, number);
+    const auto past = static_cast<std::ptrdiff_t>(commands_[number].past);
     sysid::AxisDynamics<double> dynamics(before, data_.period_s);
     dynamics.start(run.value, run.rate_per_s);
     means.reset();
@@ -156,7 +151,7 @@ Rows FreeRun::error(const model::StickAxis& before, const model::StickAxis& afte
       if (i >= run.begin + settle_) {
         means.add(dynamics.value() - data_.measured[i]);
       }
-      dynamics.step(way->arrived(command_, static_cast<std::ptrdiff_t>(i - run.past)));
+      dynamics.step(way->arrived(commands, static_cast<std::ptrdiff_t>(i) - past));
     }
   }
   return out;

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "firmware/model/stick_axis.h"
+
+namespace m100::lab::identify {
+
+struct AxisData;
+
+/// The commands that an axis makes of the stick, along stretches of a log. The two results used last are kept: a step
+/// of a search that changes only frequency, delay or lead zero uses the commands again, one that changes only gain or
+/// asymmetry the counts before the gain.
+class StickCommands {
+ public:
+  struct Stretch {
+    std::size_t past;   ///< first sample whose stick is used
+    std::size_t begin;  ///< the log of this sample gives the time of a drift
+    std::size_t end;
+  };
+  /// @param keep_counts  whether the counts before the gain are kept, for fits with many steps of the gain
+  explicit StickCommands(bool keep_counts) : keep_counts_(keep_counts) {}
+
+  void add(const Stretch& stretch) { stretches_.push_back(stretch); }
+  std::size_t size() const { return stretches_.size(); }
+  const Stretch& operator[](std::size_t stretch) const { return stretches_[stretch]; }
+  /// Commands from `past` to `end`, valid until a third axis is asked for. Always give the same data.
+  const std::vector<double>& of(const AxisData& data, const model::StickAxis& axis, std::size_t stretch) const;
+
+ private:
+  struct Result {
+    model::StickAxis axis;
+    std::vector<std::vector<double>> commands;  ///< by stretch
+    std::vector<std::vector<double>> counts;    ///< before the gain
+    std::vector<char> known;
+  };
+  Result& result_for(const model::StickAxis& axis) const;
+  void compute(const AxisData& data, const Stretch& around, const std::vector<double>* known_counts,
+               const model::StickAxis& axis, std::vector<double>& counts, std::vector<double>& out) const;
+
+  bool keep_counts_;
+  std::vector<Stretch> stretches_;
+  mutable std::array<Result, 2> results_;
+  mutable std::size_t last_ = 0;
+};
+
+}  // namespace m100::lab::identify
