@@ -44,18 +44,9 @@ class Family {
     static_cast<void>(weights);
     return fit;
   }
-  /// Simulation error of one training block, sample by sample (several axes: one after the other).
-  virtual std::vector<double> error(const Fit& fit, std::size_t block) const = 0;
-  /// The errors of all blocks with a positive weight; empty vectors for the others. Override where one pass is cheaper.
-  virtual std::vector<std::vector<double>> errors(const Fit& fit, std::span<const int> weights) const {
-    std::vector<std::vector<double>> out(block_count());
-    for (std::size_t block = 0; block < out.size(); ++block) {
-      if (weights[block] > 0) {
-        out[block] = error(fit, block);
-      }
-    }
-    return out;
-  }
+  /// Simulation errors of the blocks with a positive weight, sample by sample (several axes: one after the other);
+  /// empty vectors for the others.
+  virtual std::vector<std::vector<double>> errors(const Fit& fit, std::span<const int> weights) const = 0;
   /// A structure that one edit produces, with the name of the edit.
   struct Edit {
     std::string name;

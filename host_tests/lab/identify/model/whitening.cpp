@@ -40,11 +40,4 @@ double whitened_rows(const std::vector<Segment>& segments) {
   return count;
 }
 
-double whitened_score(const Rows& values, const std::vector<Segment>& segments) {
-  const double count = whitened_rows(segments);
-  Rows white = values;
-  whiten(autoregression(values, segments), segments, white);
-  return count > 0.0 ? count * std::log(std::max(1e-300, white.squaredNorm() / count)) : 0.0;
-}
-
 }  // namespace m100::lab::identify

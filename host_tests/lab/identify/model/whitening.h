@@ -34,8 +34,4 @@ void whiten(const Ar& filter, const std::vector<Segment>& segments, Eigen::Ref<R
 /// Rows that count after whitening.
 double whitened_rows(const std::vector<Segment>& segments);
 
-/// n ln(mean square of the innovations) under the values' own autoregression; the difference between two models of the
-/// same rows is a likelihood ratio. 0 where no row counts.
-double whitened_score(const Rows& values, const std::vector<Segment>& segments);
-
 }  // namespace m100::lab::identify

@@ -72,32 +72,30 @@ bool convincing(const Comparison& comparison, const SelectionOptions& options) {
           (comparison.delta_bic > options.strong_delta_bic && comparison.t > options.minimum_t_strong));
 }
 
-double effective_sample_size(const std::vector<std::vector<double>>& blocks) {
-  double power = 0.0;
-  std::size_t samples = 0;
-  std::size_t longest = 0;
+double lagged_product(const std::vector<std::vector<double>>& blocks, std::size_t lag) {
+  double product = 0.0;
   for (const std::vector<double>& block : blocks) {
-    power += sum_of_squares(block);
-    samples += block.size();
-    longest = std::max(longest, block.size());
+    const auto from = block.begin() + static_cast<std::ptrdiff_t>(std::min(lag, block.size()));
+    product = std::inner_product(from, block.end(), block.begin(), product);
   }
-  if (samples == 0 || power <= 0.0) {
-    return static_cast<double>(samples);
+  return product;
+}
+
+double effective_sample_size(const std::vector<std::vector<double>>& blocks) {
+  double samples = 0.0;
+  for (const std::vector<double>& block : blocks) {
+    samples += static_cast<double>(block.size());
+  }
+  const double power = lagged_product(blocks, 0);
+  if (!(power > 0.0)) {
+    return samples;
   }
   double time = 1.0;
-  for (std::size_t lag = 1; lag < longest; ++lag) {
-    double product = 0.0;
-    for (const std::vector<double>& block : blocks) {
-      for (std::size_t i = lag; i < block.size(); ++i) {
-        product += block[i] * block[i - lag];
-      }
-    }
-    if (product <= 0.0) {
-      break;
-    }
+  double product = 0.0;
+  for (std::size_t lag = 1; (product = lagged_product(blocks, lag)) > 0.0; ++lag) {
     time += 2.0 * product / power;
   }
-  return std::max(1.0, static_cast<double>(samples) / time);
+  return std::max(1.0, samples / time);
 }
 
 double whitened_criterion(const std::vector<std::vector<double>>& without, const std::vector<std::vector<double>>& with,

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "firmware/core/eigen.h"
 #include "firmware/sysid/axis_dynamics.h"
 
 namespace m100::lab::identify {
@@ -21,31 +22,22 @@ struct State {
 State measured_state(const AxisData& data, std::size_t at) {
   const std::size_t first = at > kHalfWindow ? at - kHalfWindow : 0;
   const std::size_t last = std::min(data.measured.size() - 1, at + kHalfWindow);
-  double s[5] = {};
-  double m[3] = {};
+  core::Matrix<double, 3, 3> normal = core::Matrix<double, 3, 3>::Zero();
+  core::Vector<double, 3> right = core::Vector<double, 3>::Zero();
   for (std::size_t i = first; i <= last; ++i) {
-    if (!data.valid[i]) {
-      continue;
-    }
-    const double x = static_cast<double>(i) - static_cast<double>(at);
-    const double powers[5] = {1.0, x, x * x, x * x * x, x * x * x * x};
-    for (int k = 0; k < 5; ++k) {
-      s[k] += powers[k];
-    }
-    for (int k = 0; k < 3; ++k) {
-      m[k] += powers[k] * data.measured[i];
+    if (data.valid[i]) {
+      const double x = static_cast<double>(i) - static_cast<double>(at);
+      const core::Vector<double, 3> powers(1.0, x, x * x);
+      normal += powers * powers.transpose();
+      right += powers * data.measured[i];
     }
   }
-  const double det =
-      s[0] * (s[2] * s[4] - s[3] * s[3]) - s[1] * (s[1] * s[4] - s[3] * s[2]) + s[2] * (s[1] * s[3] - s[2] * s[2]);
-  if (s[0] < 4.0 || !(std::abs(det) > 1e-9)) {
+  constexpr double kEnough = 4.0;
+  if (normal(0, 0) < kEnough) {
     return {data.measured[at], 0.0};
   }
-  const double c0 =
-      m[0] * (s[2] * s[4] - s[3] * s[3]) - s[1] * (m[1] * s[4] - s[3] * m[2]) + s[2] * (m[1] * s[3] - s[2] * m[2]);
-  const double c1 =
-      s[0] * (m[1] * s[4] - s[3] * m[2]) - m[0] * (s[1] * s[4] - s[3] * s[2]) + s[2] * (s[1] * m[2] - m[1] * s[2]);
-  return {c0 / det, c1 / det / data.period_s};
+  const core::Vector<double, 3> fitted = normal.ldlt().solve(right);
+  return {fitted(0), fitted(1) / data.period_s};
 }
 
 using Dynamics = sysid::AxisDynamics<double>;
@@ -105,33 +97,6 @@ AxisBlocks::Block AxisBlocks::start_of(std::size_t begin, std::size_t end, std::
   return {begin, end, state.value, state.rate_per_s, stretch};
 }
 
-void AxisBlocks::delayed_command(const model::StickAxis& axis, const Block& block, std::span<double> out) const {
-  const std::vector<double>& command = commands_.of(*data_, axis, block.stretch);
-  const double delay = axis.transport_delay_s / data_->period_s;
-  const double whole = std::floor(delay);
-  const double part = delay - whole;
-  const double lead = axis.lead_zero_s / data_->period_s;
-  const auto delayed = [&](double newer, double older) { return newer + part * (older - newer); };
-  const auto arrived = [&](double newer, double older, double oldest) {
-    const double now = delayed(newer, older);
-    return now + lead * (now - delayed(older, oldest));
-  };
-  const std::ptrdiff_t first =
-      static_cast<std::ptrdiff_t>(block.begin - commands_[block.stretch].past) - static_cast<std::ptrdiff_t>(whole);
-  const auto samples = static_cast<std::ptrdiff_t>(block.end - block.begin);
-  const std::ptrdiff_t held = std::clamp<std::ptrdiff_t>(2 - first, 0, samples);  // from before the first command
-  const auto command_at = [&](std::ptrdiff_t i) {
-    return command[static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, first + i))];
-  };
-  for (std::ptrdiff_t i = 0; i < held; ++i) {
-    out[static_cast<std::size_t>(i)] = arrived(command_at(i), command_at(i - 1), command_at(i - 2));
-  }
-  for (std::ptrdiff_t i = held; i < samples; ++i) {
-    const auto at = static_cast<std::size_t>(first + i);
-    out[static_cast<std::size_t>(i)] = arrived(command[at], command[at - 1], command[at - 2]);
-  }
-}
-
 void AxisBlocks::run(const model::StickAxis& axis, std::span<const Block* const> blocks, std::span<double> out) const {
   std::size_t longest = 0;
   for (const Block* block : blocks) {
@@ -141,7 +106,10 @@ void AxisBlocks::run(const model::StickAxis& axis, std::span<const Block* const>
   const Dynamics still(axis, data_->period_s);
   std::array<Dynamics, kLanes> dynamics{still, still, still, still};
   for (std::size_t lane = 0; lane < blocks.size(); ++lane) {
-    delayed_command(axis, *blocks[lane], std::span<double>(driven_).subspan(lane * longest, longest));
+    const Block& block = *blocks[lane];
+    arrived_commands(commands_.of(*data_, axis, block.stretch), axis, data_->period_s,
+                     block.begin - commands_[block.stretch].past,
+                     std::span<double>(driven_).subspan(lane * longest, block.end - block.begin));
     dynamics[lane].start(blocks[lane]->value, blocks[lane]->rate_per_s);
   }
   respond(dynamics, driven_, longest);

@@ -80,8 +80,6 @@ class AxisBlocks {
   double fit_percent(const model::StickAxis& axis) const;
 
  private:
-  /// The command after delay and zero, sample by sample of a block.
-  void delayed_command(const model::StickAxis& axis, const Block& block, std::span<double> out) const;
   /// The response of at most kTogether blocks, one after the other.
   void run(const model::StickAxis& axis, std::span<const Block* const> blocks, std::span<double> out) const;
   /// @returns the number of values written.

@@ -319,12 +319,6 @@ std::vector<Fit> AxisFamily::variants(const Fit& fit) const {
   return {run(std::move(plain), all, 15)};
 }
 
-std::vector<double> AxisFamily::error(const Fit& fit, std::size_t block) const {
-  std::vector<int> weights(training_.size(), 0);
-  weights[block] = 1;
-  return errors(fit, weights)[block];
-}
-
 std::vector<std::vector<double>> AxisFamily::errors(const Fit& fit, std::span<const int> weights) const {
   std::vector<double> flat(training_.samples());
   std::vector<int> ones(weights.size());

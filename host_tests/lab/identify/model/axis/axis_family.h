@@ -21,7 +21,6 @@ class AxisFamily final : public Family {
   std::size_t samples_in(std::size_t block) const override { return training_[block].end - training_[block].begin; }
   Fit fit(const Structure& structure, std::span<const int> weights, const Fit* warm) const override;
   Fit polish(const Fit& fit, std::span<const int> weights) const override;
-  std::vector<double> error(const Fit& fit, std::size_t block) const override;
   std::vector<std::vector<double>> errors(const Fit& fit, std::span<const int> weights) const override;
   std::vector<Edit> edits(const Structure& present) const override;
   Structure without(const Structure& structure, const std::string& name) const override;

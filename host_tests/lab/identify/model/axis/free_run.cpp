@@ -11,36 +11,6 @@ namespace {
 
 constexpr double kLookAhead_s = 0.3;  // of the stick, for delays below zero
 
-/// Delay and lead zero of a command.
-class DelayLine {
- public:
-  DelayLine(const model::StickAxis& axis, double period_s)
-      : shift_(static_cast<std::ptrdiff_t>(std::floor(axis.transport_delay_s / period_s))),
-        part_(axis.transport_delay_s / period_s - std::floor(axis.transport_delay_s / period_s)),
-        lead_(axis.lead_zero_s / period_s) {}
-
-  /// The command after delay and zero at a sample; the first and the last command are held.
-  double arrived(const std::vector<double>& command, std::ptrdiff_t sample) const {
-    const double now = delayed(command, sample);
-    return lead_ > 0.0 || lead_ < 0.0 ? now + lead_ * (now - delayed(command, sample - 1)) : now;
-  }
-
- private:
-  double delayed(const std::vector<double>& command, std::ptrdiff_t sample) const {
-    const auto last = static_cast<std::ptrdiff_t>(command.size()) - 1;
-    const auto at = [&](std::ptrdiff_t k) {
-      return command[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(k, 0, last))];
-    };
-    const double newer = at(sample - shift_);
-    return part_ > 0.0 ? newer + part_ * (at(sample - shift_ - 1) - newer) : newer;
-  }
-
-  // In samples.
-  std::ptrdiff_t shift_;
-  double part_;
-  double lead_;
-};
-
 /// Writes means of a fixed number of values, one row after the other.
 class MeanRows {
  public:
@@ -65,14 +35,6 @@ class MeanRows {
   double sum_ = 0.0;
   std::size_t counted_ = 0;
 };
-
-/// The dynamics of another vehicle in the same state.
-sysid::AxisDynamics<double> dynamics_after_change(const sysid::AxisDynamics<double>& from, const model::StickAxis& axis,
-                                                  double period_s) {
-  sysid::AxisDynamics<double> dynamics(axis, period_s);
-  dynamics.start(from.value(), from.rate_per_s());
-  return dynamics;
-}
 
 std::vector<Range> joined(std::vector<Range> ranges, double period_s) {
   std::sort(ranges.begin(), ranges.end());
@@ -114,44 +76,49 @@ FreeRun::FreeRun(const AxisData& data, const std::vector<Range>& ranges)
   }
 }
 
-const std::vector<double>& FreeRun::command(const model::StickAxis& before, const model::StickAxis& after,
-                                            double switch_s, std::size_t run) const {
-  const std::vector<double>& first = commands_.of(data_, before, run);
-  if (!switches(runs_[run], switch_s)) {
-    return first;
+std::size_t FreeRun::arrive(const model::StickAxis& before, const model::StickAxis& after, double switch_s,
+                            std::size_t number) const {
+  const Run& run = runs_[number];
+  const std::size_t past = commands_[number].past;
+  const std::vector<double>* commands = &commands_.of(data_, before, number);
+  std::size_t turn = run.end;
+  if (data_.time_s(run.end) > switch_s) {
+    const std::vector<double>& later = commands_.of(data_, after, number);
+    switched_ = *commands;
+    for (std::size_t k = 0; k < later.size(); ++k) {
+      if (data_.time_s(past + k) > switch_s) {
+        switched_[k] = later[k];
+        turn = std::min(turn, std::max(run.begin, past + k));
+      }
+    }
+    commands = &switched_;
   }
-  const std::vector<double>& second = commands_.of(data_, after, run);
-  switched_.resize(first.size());
-  for (std::size_t k = 0; k < first.size(); ++k) {
-    switched_[k] = data_.time_s(commands_[run].past + k) > switch_s ? second[k] : first[k];
-  }
-  return switched_;
+  arrived_.resize(run.end - run.begin);
+  const std::span<double> arrived(arrived_);
+  arrived_commands(*commands, before, data_.period_s, run.begin - past, arrived.first(turn - run.begin));
+  arrived_commands(*commands, after, data_.period_s, turn - past, arrived.subspan(turn - run.begin));
+  return turn;
 }
 
 Rows FreeRun::error(const model::StickAxis& before, const model::StickAxis& after, double switch_s) const {
-  const DelayLine way_before(before, data_.period_s);
-  const DelayLine way_after(after, data_.period_s);
   Rows out(static_cast<Eigen::Index>(size()));
   MeanRows means(mean_, out);
   for (std::size_t number = 0; number < runs_.size(); ++number) {
     const Run& run = runs_[number];
-    const std::vector<double>& commands = command(before, after, switch_s, number);
-    const auto past = static_cast<std::ptrdiff_t>(commands_[number].past);
+    const std::size_t turn = arrive(before, after, switch_s, number);
     sysid::AxisDynamics<double> dynamics(before, data_.period_s);
     dynamics.start(run.value, run.rate_per_s);
     means.reset();
-    const DelayLine* way = &way_before;
-    bool to_switch = switches(run, switch_s);
     for (std::size_t i = run.begin; i < run.end; ++i) {
-      if (to_switch && data_.time_s(i) > switch_s) {
-        to_switch = false;
-        dynamics = dynamics_after_change(dynamics, after, data_.period_s);
-        way = &way_after;
+      if (i == turn) {
+        const sysid::AxisDynamics<double> left = dynamics;
+        dynamics = {after, data_.period_s};
+        dynamics.start(left.value(), left.rate_per_s());
       }
       if (i >= run.begin + settle_) {
         means.add(dynamics.value() - data_.measured[i]);
       }
-      dynamics.step(way->arrived(commands, static_cast<std::ptrdiff_t>(i) - past));
+      dynamics.step(arrived_[i - run.begin]);
     }
   }
   return out;

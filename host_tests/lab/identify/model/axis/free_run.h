@@ -50,10 +50,10 @@ class FreeRun {
     double value;
     double rate_per_s;
   };
-  bool switches(const Run& run, double switch_s) const { return data_.time_s(run.end) > switch_s; }
-  /// The commands of a run; changes at the stick act before the delay.
-  const std::vector<double>& command(const model::StickAxis& before, const model::StickAxis& after, double switch_s,
-                                     std::size_t run) const;
+  /// Writes the commands of a run after the delay into arrived_; changes at the stick act before the delay.
+  /// @returns the first sample after the change
+  std::size_t arrive(const model::StickAxis& before, const model::StickAxis& after, double switch_s,
+                     std::size_t number) const;
 
   const AxisData& data_;
   std::size_t mean_;    ///< samples in a mean
@@ -62,8 +62,8 @@ class FreeRun {
   std::vector<double> time_s_;
   std::vector<Segment> segments_;
   Rows weights_;
-  StickCommands commands_{false};  ///< of the runs
-  mutable std::vector<double> switched_;
+  StickCommands commands_{false};                   ///< of the runs
+  mutable std::vector<double> switched_, arrived_;  // scratch
 };
 
 /// One free parameter of a whitened fit.

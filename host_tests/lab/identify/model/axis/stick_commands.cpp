@@ -2,6 +2,8 @@
 #include "host_tests/lab/identify/model/axis/stick_commands.h"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "firmware/model/axis_effects.h"
@@ -61,38 +63,64 @@ const std::vector<double>& StickCommands::of(const AxisData& data, const StickAx
   Result& result = result_for(axis);
   if (std::exchange(result.known[stretch], char{1}) == 0) {
     const Result& other = results_[&result == results_.data() ? 1 : 0];
-    const bool shared =
-        keep_counts_ && !other.known.empty() && other.known[stretch] != 0 && same_counts(other.axis, axis);
-    compute(data, stretches_[stretch], shared ? &other.counts[stretch] : nullptr, axis, result.counts[stretch],
-            result.commands[stretch]);
+    const bool shared = !other.known.empty() && other.known[stretch] != 0 && same_counts(other.axis, axis);
+    result.counts[stretch] = shared ? other.counts[stretch] : nullptr;
+    compute(data, stretches_[stretch], axis, result.counts[stretch], result.commands[stretch]);
   }
   return result.commands[stretch];
 }
 
-void StickCommands::compute(const AxisData& data, const Stretch& around, const std::vector<double>* known_counts,
-                            const StickAxis& axis, std::vector<double>& counts, std::vector<double>& out) const {
+void StickCommands::compute(const AxisData& data, const Stretch& around, const StickAxis& axis,
+                            std::shared_ptr<const std::vector<double>>& counts, std::vector<double>& out) const {
   model::StickLaw<double, PowerTable> law(axis, data.period_s);
-  if (known_counts != nullptr) {
-    out = *known_counts;
-  } else {
-    out.resize(around.end - around.past);
+  out.resize(around.end - around.past);
+  if (counts == nullptr) {
     std::transform(data.stick.begin() + static_cast<std::ptrdiff_t>(around.past),
                    data.stick.begin() + static_cast<std::ptrdiff_t>(around.end), out.begin(),
                    [&](double stick) { return law.curved(law.moved(stick)); });
+    counts = keep_counts_ ? std::make_shared<const std::vector<double>>(out) : nullptr;
   }
-  if (keep_counts_) {
-    counts = out;
-  }
+  const std::vector<double>& curved = counts != nullptr ? *counts : out;
   if (law.ends_with_gain()) {
-    std::transform(out.begin(), out.end(), out.begin(), [&](double curved) { return law.gained(curved); });
+    std::transform(curved.begin(), curved.end(), out.begin(), [&](double each) { return law.gained(each); });
     return;
   }
-  const bool has_other = !data.other.empty();
   const double since_s = data.since_begin_s(around.begin);  // a drift restarts with every flight
   for (std::size_t i = around.past; i < around.end; ++i) {
     const double t_s = since_s + data.period_s * (static_cast<double>(i) - static_cast<double>(around.begin));
-    double& at = out[i - around.past];
-    at = law.from_curved(at, has_other ? data.other[i] : 0.0, t_s);
+    out[i - around.past] = law.from_curved(curved[i - around.past], data.other.empty() ? 0.0 : data.other[i], t_s);
+  }
+}
+
+void arrived_commands(const std::vector<double>& commands, const StickAxis& axis, double period_s, std::size_t first,
+                      std::span<double> out) {
+  const double delay = axis.transport_delay_s / period_s;
+  const double whole = std::floor(delay);
+  const double part = delay - whole;
+  const double lead = axis.lead_zero_s / period_s;
+  const auto arrived = [&](double newer, double older, double oldest) {
+    const double now = newer + part * (older - newer);
+    return now + lead * (now - (older + part * (oldest - older)));
+  };
+  const auto begin = static_cast<std::ptrdiff_t>(first) - static_cast<std::ptrdiff_t>(whole);
+  const std::ptrdiff_t count = std::ssize(commands);
+  const auto held = [&](std::ptrdiff_t i) {
+    return commands[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i, 0, count - 1))];
+  };
+  const std::ptrdiff_t from = std::clamp<std::ptrdiff_t>(2 - begin, 0, std::ssize(out));
+  const std::ptrdiff_t to = std::clamp(count - begin, from, std::ssize(out));
+  const auto at_an_end = [&](std::ptrdiff_t i) {
+    out[static_cast<std::size_t>(i)] = arrived(held(begin + i), held(begin + i - 1), held(begin + i - 2));
+  };
+  for (std::ptrdiff_t i = 0; i < from; ++i) {
+    at_an_end(i);
+  }
+  for (std::ptrdiff_t i = to; i < std::ssize(out); ++i) {
+    at_an_end(i);
+  }
+  for (std::ptrdiff_t i = from; i < to; ++i) {
+    const auto at = static_cast<std::size_t>(begin + i);
+    out[static_cast<std::size_t>(i)] = arrived(commands[at], commands[at - 1], commands[at - 2]);
   }
 }
 

@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "firmware/model/stick_axis.h"
@@ -33,18 +35,24 @@ class StickCommands {
  private:
   struct Result {
     model::StickAxis axis;
-    std::vector<std::vector<double>> commands;  ///< by stretch
-    std::vector<std::vector<double>> counts;    ///< before the gain
+    std::vector<std::vector<double>> commands;                       ///< by stretch
+    std::vector<std::shared_ptr<const std::vector<double>>> counts;  ///< before the gain
     std::vector<char> known;
   };
   Result& result_for(const model::StickAxis& axis) const;
-  void compute(const AxisData& data, const Stretch& around, const std::vector<double>* known_counts,
-               const model::StickAxis& axis, std::vector<double>& counts, std::vector<double>& out) const;
+  /// @param counts  those before the gain, where another result has them
+  void compute(const AxisData& data, const Stretch& around, const model::StickAxis& axis,
+               std::shared_ptr<const std::vector<double>>& counts, std::vector<double>& out) const;
 
   bool keep_counts_;
   std::vector<Stretch> stretches_;
   mutable std::array<Result, 2> results_;
   mutable std::size_t last_ = 0;
 };
+
+/// Commands after delay and lead zero, from the one of index `first` on; the first and the last command are held. A
+/// delay below zero takes later commands.
+void arrived_commands(const std::vector<double>& commands, const model::StickAxis& axis, double period_s,
+                      std::size_t first, std::span<double> out);
 
 }  // namespace m100::lab::identify
