@@ -42,6 +42,7 @@ struct StickAxis {
   double gain_drift_per_minute = 0.0;
   double cross_axis = 0.0;  ///< share of the other axis' stick that is added to this axis
 
+  bool operator==(const StickAxis&) const = default;
   constexpr bool is_first_order() const { return time_constant_s > 0.0; }
   constexpr bool is_identified() const { return time_constant_s > 0.0 || natural_frequency_rad_s > 0.0; }
 };
@@ -50,24 +51,11 @@ struct StickAxis {
 template <typename Real>
 Real power(Real x, Real exponent);
 
-/// The power that a StickLaw takes: the last one is kept, because a stick rests between two commands, and a power costs
-/// half of the law. Identification has a faster one for many values.
+/// The power that a StickLaw takes; identification has a faster one for many values.
 template <typename Real>
-class Power {
- public:
-  explicit Power(Real exponent) : exponent_(exponent) {}
-  Real operator()(Real x) const {
-    if (!(x == from_)) {
-      from_ = x;
-      to_ = power(x, exponent_);
-    }
-    return to_;
-  }
-
- private:
-  Real exponent_;
-  mutable Real from_ = Real(-1);
-  mutable Real to_ = Real(0);
+struct Power {
+  Real exponent;
+  Real operator()(Real x) const { return power(x, exponent); }
 };
 
 /// Converts stick counts to a command in the unit of the axis: everything before delay and dynamics, one function for
@@ -88,7 +76,7 @@ class StickLaw {
         jumps_(axis.dead_zone_shape == DeadZoneShape::kJump),
         trim_counts_(real(axis.trim_counts)),
         is_curved_(real(axis.stick_exponent) != Real(1)),
-        curve_(real(axis.stick_exponent)),
+        curve_{real(axis.stick_exponent)},
         positive_gain_(scale_per_count_ * Real(2) * real(axis.gain_asymmetry) / (Real(1) + real(axis.gain_asymmetry))),
         negative_gain_(scale_per_count_ * Real(2) / (Real(1) + real(axis.gain_asymmetry))),
         backlash_counts_(real(axis.backlash_counts)),
@@ -170,7 +158,11 @@ class StickLaw {
     }
     if (is_curved_) {
       constexpr Real kTravel = static_cast<Real>(paper::kTravel_vrc);
-      size = kTravel * curve_(size / kTravel);
+      if (!(size == curved_from_)) {  // a stick rests between two commands, and a power costs half of the law
+        curved_from_ = size;
+        curved_to_ = kTravel * curve_(size / kTravel);
+      }
+      size = curved_to_;
     }
     return counts < Real(0) ? -size : size;
   }
@@ -190,6 +182,8 @@ class StickLaw {
   Real other_scale_per_count_;
   Real saturation_;
   Real slew_per_sample_;
+  mutable Real curved_from_ = Real(-1);
+  mutable Real curved_to_ = Real(0);
   Real play_counts_ = Real(0);
   Real slewed_ = Real(0);
   bool slewing_ = false;

@@ -25,7 +25,6 @@ struct Box {
 struct LmReport {
   double sum_of_squares = 0.0;
   int iterations = 0;
-  int evaluations = 0;
 };
 
 struct LmOptions {
@@ -45,7 +44,7 @@ class LmSearch {
 
   LmReport run(const LmOptions& options) {
     residual_(std::span<const double>(x_), now());
-    report_ = {.sum_of_squares = dot(now(), now()), .evaluations = 1};
+    report_ = {.sum_of_squares = dot(now(), now())};
     for (; report_.iterations < options.iterations; ++report_.iterations) {
       differentiate();
       linearise();
@@ -96,7 +95,6 @@ class LmSearch {
         column(j)[row] = (column(j)[row] - now()[row]) / step;
       }
     }
-    report_.evaluations += static_cast<int>(x_.size());
   }
 
   /// Computes J'J and J'r at x, and keeps x as the starting point of every attempt.
@@ -151,7 +149,6 @@ class LmSearch {
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
       move();
       residual_(std::span<const double>(x_), trial());
-      ++report_.evaluations;
       const double sum = dot(trial(), trial());
       if (sum < report_.sum_of_squares) {
         report_.sum_of_squares = sum;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace m100::lab::identify {
@@ -13,6 +15,9 @@ namespace m100::lab::identify {
 
 /// Names of the base model and then of the effects, in the order in which they were added.
 using Structure = std::vector<std::string>;
+inline bool has(const Structure& structure, std::string_view name) {
+  return std::find(structure.begin(), structure.end(), name) != structure.end();
+}
 
 /// A structure with fitted parameters; their meaning and order are defined by the family.
 struct Fit {

@@ -72,6 +72,11 @@ bool convincing(const Comparison& comparison, const SelectionOptions& options) {
           (comparison.delta_bic > options.strong_delta_bic && comparison.t > options.minimum_t_strong));
 }
 
+double samples_of(const std::vector<std::vector<double>>& blocks) {
+  return std::accumulate(blocks.begin(), blocks.end(), 0.0,
+                         [](double sum, const auto& block) { return sum + static_cast<double>(block.size()); });
+}
+
 double lagged_product(const std::vector<std::vector<double>>& blocks, std::size_t lag) {
   double product = 0.0;
   for (const std::vector<double>& block : blocks) {
@@ -82,10 +87,7 @@ double lagged_product(const std::vector<std::vector<double>>& blocks, std::size_
 }
 
 double effective_sample_size(const std::vector<std::vector<double>>& blocks) {
-  double samples = 0.0;
-  for (const std::vector<double>& block : blocks) {
-    samples += static_cast<double>(block.size());
-  }
+  const double samples = samples_of(blocks);
   const double power = lagged_product(blocks, 0);
   if (!(power > 0.0)) {
     return samples;

@@ -13,6 +13,7 @@ void cross_validate(const Family& family, CrossValidatedFit& validated, std::siz
 CrossValidatedFit cross_validated_fit(const Family& family, const Structure& structure, const Fit* warm,
                                       std::size_t folds);
 
+double samples_of(const std::vector<std::vector<double>>& blocks);
 /// Sum of the products of samples that are `lag` apart in a block; zero where no block is longer.
 double lagged_product(const std::vector<std::vector<double>>& blocks, std::size_t lag);
 

@@ -19,10 +19,7 @@ struct Power {
 
 Power power_of(const std::vector<std::vector<double>>& blocks) {
   constexpr double kForgotten = 0.05;
-  double samples = 0.0;
-  for (const std::vector<double>& block : blocks) {
-    samples += static_cast<double>(block.size());
-  }
+  const double samples = samples_of(blocks);
   const double power = lagged_product(blocks, 0);
   if (!(power > 0.0)) {
     return {0.0, std::max(1.0, samples)};
@@ -47,13 +44,7 @@ std::vector<std::vector<double>> beyond(const std::vector<std::vector<double>>& 
 }
 
 double mean_square(const std::vector<std::vector<double>>& blocks) {
-  double sum = 0.0;
-  double samples = 0.0;
-  for (const std::vector<double>& block : blocks) {
-    sum = std::inner_product(block.begin(), block.end(), block.begin(), sum);
-    samples += static_cast<double>(block.size());
-  }
-  return sum / std::max(1.0, samples);
+  return lagged_product(blocks, 0) / std::max(1.0, samples_of(blocks));
 }
 
 /// Number of independent squares in a block, from the spread of the blocks' mean squares: a mean of n squares of a

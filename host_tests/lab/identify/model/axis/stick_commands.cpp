@@ -6,7 +6,6 @@
 #include <iterator>
 #include <utility>
 
-#include "firmware/model/axis_effects.h"
 #include "host_tests/lab/identify/model/axis/axis_blocks.h"
 #include "host_tests/lab/identify/model/axis/power_table.h"
 
@@ -22,25 +21,15 @@ bool same_counts(const StickAxis& a, const StickAxis& b) {
          a.backlash_counts == b.backlash_counts;
 }
 
-/// The numbers of a stick axis that act on the command before delay and dynamics.
-std::vector<double StickAxis::*> stick_parameters() {
-  constexpr std::array kBehind{&StickAxis::time_constant_s,   &StickAxis::natural_frequency_rad_s,
-                               &StickAxis::damping_ratio,     &StickAxis::lead_zero_s,
-                               &StickAxis::transport_delay_s, &StickAxis::rate_limit_per_s};
-  std::vector<double StickAxis::*> out{&StickAxis::command_slew_per_s};  // a variant of an effect
-  model::for_each_axis_number([&](const model::AxisNumber& number) {
-    if (std::find(kBehind.begin(), kBehind.end(), number.member) == kBehind.end()) {
-      out.push_back(number.member);
-    }
-  });
-  return out;
-}
-
-/// Whether both make the same commands from every stick.
-bool same_commands(const StickAxis& a, const StickAxis& b) {
-  static const std::vector<double StickAxis::*> kNumbers = stick_parameters();
-  return a.dead_zone_shape == b.dead_zone_shape &&
-         std::all_of(kNumbers.begin(), kNumbers.end(), [&](auto number) { return a.*number == b.*number; });
+/// Whether both make the same commands from every stick: they differ in delay and dynamics alone.
+bool same_commands(StickAxis a, const StickAxis& b) {
+  a.time_constant_s = b.time_constant_s;
+  a.natural_frequency_rad_s = b.natural_frequency_rad_s;
+  a.damping_ratio = b.damping_ratio;
+  a.lead_zero_s = b.lead_zero_s;
+  a.transport_delay_s = b.transport_delay_s;
+  a.rate_limit_per_s = b.rate_limit_per_s;
+  return a == b;
 }
 
 }  // namespace
@@ -61,17 +50,15 @@ StickCommands::Result& StickCommands::result_for(const StickAxis& axis) const {
 
 const std::vector<double>& StickCommands::of(const AxisData& data, const StickAxis& axis, std::size_t stretch) const {
   Result& result = result_for(axis);
-  if (std::exchange(result.known[stretch], char{1}) == 0) {
-    const Result& other = results_[&result == results_.data() ? 1 : 0];
-    const bool shared = !other.known.empty() && other.known[stretch] != 0 && same_counts(other.axis, axis);
-    result.counts[stretch] = shared ? other.counts[stretch] : nullptr;
-    compute(data, stretches_[stretch], axis, result.counts[stretch], result.commands[stretch]);
+  std::vector<double>& out = result.commands[stretch];
+  if (std::exchange(result.known[stretch], char{1}) != 0) {
+    return out;
   }
-  return result.commands[stretch];
-}
-
-void StickCommands::compute(const AxisData& data, const Stretch& around, const StickAxis& axis,
-                            std::shared_ptr<const std::vector<double>>& counts, std::vector<double>& out) const {
+  const Stretch& around = stretches_[stretch];
+  const Result& other = results_[&result == results_.data() ? 1 : 0];
+  const bool shared = !other.known.empty() && other.known[stretch] != 0 && same_counts(other.axis, axis);
+  auto& counts = result.counts[stretch];
+  counts = shared ? other.counts[stretch] : nullptr;
   model::StickLaw<double, PowerTable> law(axis, data.period_s);
   out.resize(around.end - around.past);
   if (counts == nullptr) {
@@ -83,13 +70,14 @@ void StickCommands::compute(const AxisData& data, const Stretch& around, const S
   const std::vector<double>& curved = counts != nullptr ? *counts : out;
   if (law.ends_with_gain()) {
     std::transform(curved.begin(), curved.end(), out.begin(), [&](double each) { return law.gained(each); });
-    return;
+    return out;
   }
   const double since_s = data.since_begin_s(around.begin);  // a drift restarts with every flight
   for (std::size_t i = around.past; i < around.end; ++i) {
     const double t_s = since_s + data.period_s * (static_cast<double>(i) - static_cast<double>(around.begin));
     out[i - around.past] = law.from_curved(curved[i - around.past], data.other.empty() ? 0.0 : data.other[i], t_s);
   }
+  return out;
 }
 
 void arrived_commands(const std::vector<double>& commands, const StickAxis& axis, double period_s, std::size_t first,

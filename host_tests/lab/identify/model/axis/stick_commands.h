@@ -40,9 +40,6 @@ class StickCommands {
     std::vector<char> known;
   };
   Result& result_for(const model::StickAxis& axis) const;
-  /// @param counts  those before the gain, where another result has them
-  void compute(const AxisData& data, const Stretch& around, const model::StickAxis& axis,
-               std::shared_ptr<const std::vector<double>>& counts, std::vector<double>& out) const;
 
   bool keep_counts_;
   std::vector<Stretch> stretches_;
