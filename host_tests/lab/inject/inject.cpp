@@ -77,6 +77,9 @@ HiddenEffects joined(const identify::ModelResult& fitted, const HiddenEffects& e
       }
     }
   }
+  if (fitted.dead_zone_shape == "jump") {
+    all["dead_zone_jump"] = std::exchange(all["dead_zone"], 0.0);
+  }
   if (const auto leak = all.find("cross_axis"); leak != all.end()) {
     leak->second *= parameter(fitted, "gain", 0.0) / path_gain(fitted);
   }

@@ -57,8 +57,12 @@ double delay_in(const IdentifyResult& result) {
 
 // Regression test: with a curve and an asymmetry, up to 1.7 times the effect was added.
 TEST(Injection, AddsAsMuchAsItSays) {
-  const model::StickAxis own{
-      .scale_per_count = 0.005, .gain_asymmetry = 1.37, .trim_counts = -5.0, .stick_exponent = 1.53};
+  const model::StickAxis own{.scale_per_count = 0.005,
+                             .dead_zone_counts = 30.0,
+                             .dead_zone_shape = model::DeadZoneShape::kJump,
+                             .gain_asymmetry = 1.37,
+                             .trim_counts = -5.0,
+                             .stick_exponent = 1.53};
   model::StickAxis with = own;
   with.trim_counts += 40.0;
   for (const double stick : {200.0, -200.0}) {
@@ -67,8 +71,9 @@ TEST(Injection, AddsAsMuchAsItSays) {
     log.of(logs::Signal::kStickThrottle).assign(log.size, stick);
     log.of(logs::Signal::kVelocityZ).assign(log.size, 0.0);
     identify::ModelResult fitted;
-    fitted.parameters = {
-        {"gain", 0.005}, {"time_constant_s", 0.2}, {"ratio", 1.37}, {"exponent", 1.53}, {"offset_counts", -5.0}};
+    fitted.dead_zone_shape = "jump";
+    fitted.parameters = {{"gain", 0.005},    {"time_constant_s", 0.2}, {"ratio", 1.37},
+                         {"exponent", 1.53}, {"offset_counts", -5.0},  {"width_counts", 30.0}};
     const double added = inject(log, "climb", fitted, {{"trim_offset", 40.0}}).of(logs::Signal::kVelocityZ).back();
     const double wanted = model::StickLaw<double>(with, log.period_s).shaped(stick) -
                           model::StickLaw<double>(own, log.period_s).shaped(stick);
