@@ -55,6 +55,7 @@ Real power(Real x, Real exponent);
 template <typename Real>
 struct Power {
   Real exponent;
+  bool curves() const { return exponent != Real(1); }
   Real operator()(Real x) const { return power(x, exponent); }
 };
 
@@ -75,7 +76,6 @@ class StickLaw {
         dead_zone_counts_(real(axis.dead_zone_counts)),
         jumps_(axis.dead_zone_shape == DeadZoneShape::kJump),
         trim_counts_(real(axis.trim_counts)),
-        is_curved_(real(axis.stick_exponent) != Real(1)),
         curve_{real(axis.stick_exponent)},
         positive_gain_(scale_per_count_ * Real(2) * real(axis.gain_asymmetry) / (Real(1) + real(axis.gain_asymmetry))),
         negative_gain_(scale_per_count_ * Real(2) / (Real(1) + real(axis.gain_asymmetry))),
@@ -156,7 +156,7 @@ class StickLaw {
         size -= dead_zone_counts_;
       }
     }
-    if (is_curved_) {
+    if (curve_.curves()) {
       constexpr Real kTravel = static_cast<Real>(paper::kTravel_vrc);
       if (!(size == curved_from_)) {  // a stick rests between two commands, and a power costs half of the law
         curved_from_ = size;
@@ -171,7 +171,6 @@ class StickLaw {
   Real dead_zone_counts_;
   bool jumps_;
   Real trim_counts_;
-  bool is_curved_;
   Curve curve_;
   Real positive_gain_;
   Real negative_gain_;

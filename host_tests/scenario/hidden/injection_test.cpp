@@ -8,9 +8,9 @@
 #include "firmware/model/stick_axis.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/data/quantile.h"
-#include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/inject/inject.h"
 #include "host_tests/shared_files.h"
+#include "host_tests/unit/identify/one_log.h"
 
 namespace m100::lab::hidden {
 namespace {
@@ -23,15 +23,7 @@ logs::FlightLog measured_flight(const std::string& csv) {
 }
 
 IdentifyResult analyse(const logs::FlightLog& log, const std::string& axis, const Names& declared) {
-  identify::Request request;
-  request.axis = axis;
-  request.declared = declared;
-  request.log = &log;
-  request.validation_log = &log;
-  request.train = {{12.0, 38.0}};
-  request.validate = {{38.0, 55.5}};
-  request.refits = 0;
-  return identify::identify_axis(request);
+  return identify::identify_axis(identify::about(log, axis, declared, {12.0, 38.0}, {38.0, 55.5}));
 }
 
 Names found_in(const IdentifyResult& result) {

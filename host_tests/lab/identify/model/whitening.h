@@ -26,7 +26,8 @@ struct Segment {
 };
 
 /// Least-squares autoregression within the segments. Precondition: the rows are finite.
-Ar autoregression(const Rows& values, const std::vector<Segment>& segments);
+/// @param regularisation  added to each diagonal element, of the sum of them
+Ar autoregression(const Rows& values, const std::vector<Segment>& segments, double regularisation = 1e-6);
 
 /// Innovations: value minus the filter's prediction. The first kArOrder rows of a segment become zero and do not count.
 void whiten(const Ar& filter, const std::vector<Segment>& segments, Eigen::Ref<Rows> values);

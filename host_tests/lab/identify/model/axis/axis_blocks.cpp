@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "firmware/core/eigen.h"
 #include "firmware/sysid/axis_dynamics.h"
@@ -13,13 +14,8 @@ namespace {
 
 constexpr std::size_t kHalfWindow = AxisBlocks::kStartSamples / 2;
 
-struct State {
-  double value = 0.0;
-  double rate_per_s = 0.0;
-};
-
 // Value and slope at `at` of the least-squares quadratic through up to eleven valid samples around it.
-State measured_state(const AxisData& data, std::size_t at) {
+std::pair<double, double> measured_state(const AxisData& data, std::size_t at) {
   const std::size_t first = at > kHalfWindow ? at - kHalfWindow : 0;
   const std::size_t last = std::min(data.measured.size() - 1, at + kHalfWindow);
   core::Matrix<double, 3, 3> normal = core::Matrix<double, 3, 3>::Zero();
@@ -84,7 +80,8 @@ AxisBlocks::AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, d
       const auto to = data.valid.begin() + static_cast<std::ptrdiff_t>(std::min(at + length, end));
       const std::size_t stop = at + static_cast<std::size_t>(std::find(from, to, 0) - from);
       if (2 * (stop - at) >= minimum) {
-        blocks_.push_back(start_of(at, stop, commands_.size() - 1));
+        const auto [value, rate_per_s] = measured_state(data, at);
+        blocks_.push_back({at, stop, value, rate_per_s, commands_.size() - 1});
         samples_ += stop - at;
       }
       at = stop;
@@ -92,12 +89,8 @@ AxisBlocks::AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, d
   }
 }
 
-AxisBlocks::Block AxisBlocks::start_of(std::size_t begin, std::size_t end, std::size_t stretch) const {
-  const State state = measured_state(*data_, begin);
-  return {begin, end, state.value, state.rate_per_s, stretch};
-}
-
-void AxisBlocks::run(const model::StickAxis& axis, std::span<const Block* const> blocks, std::span<double> out) const {
+std::size_t AxisBlocks::run(const model::StickAxis& axis, std::span<const Block* const> blocks,
+                            std::span<double> out) const {
   std::size_t longest = 0;
   for (const Block* block : blocks) {
     longest = std::max(longest, block->end - block->begin);
@@ -118,30 +111,21 @@ void AxisBlocks::run(const model::StickAxis& axis, std::span<const Block* const>
     const auto from = driven_.begin() + static_cast<std::ptrdiff_t>(lane * longest);
     to = std::copy_n(from, blocks[lane]->end - blocks[lane]->begin, to);
   }
+  return static_cast<std::size_t>(to - out.begin());
 }
 
 std::size_t AxisBlocks::simulate(const model::StickAxis& axis, std::span<const int> weights,
                                  std::span<double> out) const {
-  std::array<const Block*, kLanes> together{};
-  std::size_t lanes = 0;
-  std::size_t samples = 0;
-  std::size_t count = 0;
-  const auto flush = [&] {
-    run(axis, std::span<const Block* const>(together).first(lanes), out.subspan(count, samples));
-    count += samples;
-    lanes = samples = 0;
-  };
+  std::vector<const Block*> used;
   for (std::size_t number = 0; number < blocks_.size(); ++number) {
-    if (!weights.empty() && weights[number] <= 0) {
-      continue;
-    }
-    together[lanes++] = &blocks_[number];
-    samples += blocks_[number].end - blocks_[number].begin;
-    if (lanes == kLanes) {
-      flush();
+    if (weights.empty() || weights[number] > 0) {
+      used.push_back(&blocks_[number]);
     }
   }
-  flush();
+  std::size_t count = 0;
+  for (std::size_t at = 0; at < used.size(); at += kLanes) {
+    count += run(axis, std::span(used).subspan(at, std::min(kLanes, used.size() - at)), out.subspan(count));
+  }
   return count;
 }
 
@@ -170,26 +154,20 @@ std::vector<double> AxisBlocks::response(const model::StickAxis& axis) const {
 double AxisBlocks::rmse(const model::StickAxis& axis) const {
   std::vector<double> out(samples_);
   error(axis, {}, out);
-  double sum = 0.0;
-  for (const double value : out) {
-    sum += value * value;
-  }
+  const double sum = std::inner_product(out.begin(), out.end(), out.begin(), 0.0);
   return samples_ > 0 ? std::sqrt(sum / static_cast<double>(samples_)) : 0.0;
 }
 
 double AxisBlocks::fit_percent(const model::StickAxis& axis) const {
-  double mean = 0.0;
+  std::vector<double> measured;
   for (const Block& block : blocks_) {
-    for (std::size_t i = block.begin; i < block.end; ++i) {
-      mean += data_->measured[i] / static_cast<double>(samples_);
-    }
+    const auto from = data_->measured.begin() + static_cast<std::ptrdiff_t>(block.begin);
+    measured.insert(measured.end(), from, from + static_cast<std::ptrdiff_t>(block.end - block.begin));
   }
-  double spread = 0.0;
-  for (const Block& block : blocks_) {
-    for (std::size_t i = block.begin; i < block.end; ++i) {
-      spread += (data_->measured[i] - mean) * (data_->measured[i] - mean);
-    }
-  }
+  const double mean = std::accumulate(measured.begin(), measured.end(), 0.0) / static_cast<double>(samples_);
+  const double spread = std::accumulate(measured.begin(), measured.end(), 0.0, [mean](double sum, double value) {
+    return sum + (value - mean) * (value - mean);
+  });
   const double error = rmse(axis) * std::sqrt(static_cast<double>(samples_));
   return spread > 0.0 ? 100.0 * (1.0 - error / std::sqrt(spread)) : 0.0;
 }

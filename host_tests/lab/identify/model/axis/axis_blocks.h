@@ -80,11 +80,10 @@ class AxisBlocks {
   double fit_percent(const model::StickAxis& axis) const;
 
  private:
-  /// The response of at most kTogether blocks, one after the other.
-  void run(const model::StickAxis& axis, std::span<const Block* const> blocks, std::span<double> out) const;
+  /// The response of at most kLanes blocks, one after the other. @returns the number of values written.
+  std::size_t run(const model::StickAxis& axis, std::span<const Block* const> blocks, std::span<double> out) const;
   /// @returns the number of values written.
   std::size_t simulate(const model::StickAxis& axis, std::span<const int> weights, std::span<double> out) const;
-  Block start_of(std::size_t begin, std::size_t end, std::size_t stretch) const;
 
   const AxisData* data_;
   StickCommands commands_{true};

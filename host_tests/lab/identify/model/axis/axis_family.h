@@ -58,6 +58,7 @@ class AxisFamily final : public Family {
   Fit best_of(std::vector<Fit> starts, std::span<const int> weights) const;
   static bool is_parameter_at_bound(const Fit& fit, std::size_t parameter, const model::AxisNumber& number);
   bool is_parameter_significant(const Fit& fit, std::size_t parameter, const model::AxisNumber& number) const;
+  std::size_t samples_of(std::span<const int> weights) const;
   Fit run(Fit start, std::span<const int> weights, int iterations) const;
   /// The fit with a jump at the dead zone's edge. Its width is scanned, because the error is constant in it between two
   /// stick positions and has no gradient there.

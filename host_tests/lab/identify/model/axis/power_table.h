@@ -15,8 +15,8 @@ namespace m100::lab::identify {
 class PowerTable {
  public:
   explicit PowerTable(double exponent) : exponent_(exponent) {
-    if (exponent == 1.0) {
-      return;  // no curve: the law never asks
+    if (!curves()) {
+      return;  // the law never asks
     }
     const double half = model::power(0.5, exponent);
     double scale = 1.0 / (half * half * half);
@@ -34,6 +34,7 @@ class PowerTable {
     }
   }
 
+  bool curves() const { return exponent_ != 1.0; }
   /// x^exponent, x >= 0.
   double operator()(double x) const {
     if (!(x > 1e-12 && x < 8.0)) {
