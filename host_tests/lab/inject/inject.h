@@ -18,8 +18,8 @@ std::optional<model::Bounds> addable(const std::string& effect, const std::strin
 
 /// Adds named effects to a measured flight and keeps everything else unchanged.
 ///
-/// Stick axes: y + M(u, effects) - M(u), where M is the fitted model, simulated by this folder's own code. The measured
-/// residual (air, autopilot and everything else in the flight) stays.
+/// Stick axes: y + M(u, effects) - M(u), where M is the fitted model, simulated by the code of the hidden flights. If M
+/// has the same effect, the sizes add (of a ratio: multiply). The measured residual (air, autopilot, all else) stays.
 /// Translation: the vehicle is assumed to have flown the same path with the tilt that the added force would have
 /// required, so T b3 becomes T b3 - f; a logged accelerometer gets the values that it would then measure.
 ///
