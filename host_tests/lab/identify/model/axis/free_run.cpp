@@ -77,24 +77,25 @@ FreeRun::FreeRun(const AxisData& data, const std::vector<Range>& ranges)
 }
 
 std::size_t FreeRun::arrive(const model::StickAxis& before, const model::StickAxis& after, double switch_s,
-                            std::size_t number) const {
+                            std::size_t number, std::vector<double>& out) const {
   const Run& run = runs_[number];
   const std::size_t past = commands_[number].past;
   const std::vector<double>* commands = &commands_.of(data_, before, number);
   std::size_t turn = run.end;
+  std::vector<double> switched;
   if (data_.time_s(run.end) > switch_s) {
     const std::vector<double>& later = commands_.of(data_, after, number);
-    switched_ = *commands;
+    switched = *commands;
     for (std::size_t k = 0; k < later.size(); ++k) {
       if (data_.time_s(past + k) > switch_s) {
-        switched_[k] = later[k];
+        switched[k] = later[k];
         turn = std::min(turn, std::max(run.begin, past + k));
       }
     }
-    commands = &switched_;
+    commands = &switched;
   }
-  arrived_.resize(run.end - run.begin);
-  const std::span<double> arrived(arrived_);
+  out.resize(run.end - run.begin);
+  const std::span<double> arrived(out);
   arrived_commands(*commands, before, data_.period_s, run.begin - past, arrived.first(turn - run.begin));
   arrived_commands(*commands, after, data_.period_s, turn - past, arrived.subspan(turn - run.begin));
   return turn;
@@ -103,9 +104,10 @@ std::size_t FreeRun::arrive(const model::StickAxis& before, const model::StickAx
 Rows FreeRun::error(const model::StickAxis& before, const model::StickAxis& after, double switch_s) const {
   Rows out(static_cast<Eigen::Index>(size()));
   MeanRows means(mean_, out);
+  std::vector<double> arrived;
   for (std::size_t number = 0; number < runs_.size(); ++number) {
     const Run& run = runs_[number];
-    const std::size_t turn = arrive(before, after, switch_s, number);
+    const std::size_t turn = arrive(before, after, switch_s, number, arrived);
     sysid::AxisDynamics<double> dynamics(before, data_.period_s);
     dynamics.start(run.value, run.rate_per_s);
     means.reset();
@@ -118,7 +120,7 @@ Rows FreeRun::error(const model::StickAxis& before, const model::StickAxis& afte
       if (i >= run.begin + settle_) {
         means.add(dynamics.value() - data_.measured[i]);
       }
-      dynamics.step(arrived_[i - run.begin]);
+      dynamics.step(arrived[i - run.begin]);
     }
   }
   return out;

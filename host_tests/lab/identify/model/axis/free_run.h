@@ -50,10 +50,10 @@ class FreeRun {
     double value;
     double rate_per_s;
   };
-  /// Writes the commands of a run after the delay into arrived_; changes at the stick act before the delay.
+  /// Writes the commands of a run after the delay; changes at the stick act before the delay.
   /// @returns the first sample after the change
-  std::size_t arrive(const model::StickAxis& before, const model::StickAxis& after, double switch_s,
-                     std::size_t number) const;
+  std::size_t arrive(const model::StickAxis& before, const model::StickAxis& after, double switch_s, std::size_t number,
+                     std::vector<double>& out) const;
 
   const AxisData& data_;
   std::size_t mean_;    ///< samples in a mean
@@ -62,8 +62,7 @@ class FreeRun {
   std::vector<double> time_s_;
   std::vector<Segment> segments_;
   Rows weights_;
-  StickCommands commands_{false};                   ///< of the runs
-  mutable std::vector<double> switched_, arrived_;  // scratch
+  StickCommands commands_{false};  ///< of the runs
 };
 
 /// One free parameter of a whitened fit.

@@ -14,6 +14,8 @@ namespace {
 
 using model::StickAxis;
 
+constexpr std::size_t kMaxKept = 100'000;  ///< samples; counts of an hour of log would take 12 MB
+
 /// Whether both make the same counts of every stick, before the gain.
 bool same_counts(const StickAxis& a, const StickAxis& b) {
   return a.dead_zone_shape == b.dead_zone_shape && a.dead_zone_counts == b.dead_zone_counts &&
@@ -65,7 +67,7 @@ const std::vector<double>& StickCommands::of(const AxisData& data, const StickAx
     std::transform(data.stick.begin() + static_cast<std::ptrdiff_t>(around.past),
                    data.stick.begin() + static_cast<std::ptrdiff_t>(around.end), out.begin(),
                    [&](double stick) { return law.curved(law.moved(stick)); });
-    counts = keep_counts_ ? std::make_shared<const std::vector<double>>(out) : nullptr;
+    counts = keep_counts_ && out.size() < kMaxKept ? std::make_shared<const std::vector<double>>(out) : nullptr;
   }
   const std::vector<double>& curved = counts != nullptr ? *counts : out;
   if (law.ends_with_gain()) {
