@@ -16,13 +16,6 @@ using model::StickAxis;
 
 constexpr std::size_t kMaxKept = 100'000;  ///< samples; counts of an hour of log would take 12 MB
 
-/// Whether both make the same counts of every stick, before the gain.
-bool same_counts(const StickAxis& a, const StickAxis& b) {
-  return a.dead_zone_shape == b.dead_zone_shape && a.dead_zone_counts == b.dead_zone_counts &&
-         a.trim_counts == b.trim_counts && a.stick_exponent == b.stick_exponent &&
-         a.backlash_counts == b.backlash_counts;
-}
-
 /// Whether both make the same commands from every stick: they differ in delay and dynamics alone.
 bool same_commands(StickAxis a, const StickAxis& b) {
   a.time_constant_s = b.time_constant_s;
@@ -32,6 +25,13 @@ bool same_commands(StickAxis a, const StickAxis& b) {
   a.transport_delay_s = b.transport_delay_s;
   a.rate_limit_per_s = b.rate_limit_per_s;
   return a == b;
+}
+
+/// Whether both make the same counts of every stick before the gain: they also differ in gain and asymmetry, at most.
+bool same_counts(StickAxis a, const StickAxis& b) {
+  a.scale_per_count = b.scale_per_count;
+  a.gain_asymmetry = b.gain_asymmetry;
+  return same_commands(a, b);
 }
 
 }  // namespace
