@@ -42,6 +42,7 @@ struct StickAxis {
   double gain_drift_per_minute = 0.0;
   double cross_axis = 0.0;  ///< share of the other axis' stick that is added to this axis
 
+  bool operator==(const StickAxis&) const = default;
   constexpr bool is_first_order() const { return time_constant_s > 0.0; }
   constexpr bool is_identified() const { return time_constant_s > 0.0 || natural_frequency_rad_s > 0.0; }
 };
@@ -49,6 +50,14 @@ struct StickAxis {
 /// x^exponent for 0 <= x <= 8, 0.1 <= exponent <= 10, by + - * / only (promise R6). In double good to 1e-11.
 template <typename Real>
 Real power(Real x, Real exponent);
+
+/// The power that a StickLaw takes; identification has a faster one for many values.
+template <typename Real>
+struct Power {
+  Real exponent;
+  bool curves() const { return exponent != Real(1); }
+  Real operator()(Real x) const { return power(x, exponent); }
+};
 
 /// Converts stick counts to a command in the unit of the axis: everything before delay and dynamics, one function for
 /// each stage. The residual monitor and identification call command(), sample by sample; the simulated aircraft calls
@@ -58,7 +67,7 @@ Real power(Real x, Real exponent);
 ///   c = drifted(shaped(v) + leak of the other stick, t)     t = 0: no drift yet
 ///   a = limited(c)
 /// Cost: some 30 flops, one power where there is a stick curve.
-template <typename Real>
+template <typename Real, typename Curve = Power<Real>>
 class StickLaw {
  public:
   /// @param sample_period_s  of command(); for the slew of the command only
@@ -67,7 +76,7 @@ class StickLaw {
         dead_zone_counts_(real(axis.dead_zone_counts)),
         jumps_(axis.dead_zone_shape == DeadZoneShape::kJump),
         trim_counts_(real(axis.trim_counts)),
-        stick_exponent_(real(axis.stick_exponent)),
+        curve_{real(axis.stick_exponent)},
         positive_gain_(scale_per_count_ * Real(2) * real(axis.gain_asymmetry) / (Real(1) + real(axis.gain_asymmetry))),
         negative_gain_(scale_per_count_ * Real(2) / (Real(1) + real(axis.gain_asymmetry))),
         backlash_counts_(real(axis.backlash_counts)),
@@ -80,8 +89,19 @@ class StickLaw {
 
   /// Applies all stages; call it once per sample. The sticks are counts from neutral. @returns the sample's command
   Real command(Real stick_counts, Real other_counts, Real t_s) {
-    const Real counts = moved(stick_counts);
-    Real command = drifted(shaped(counts) + leak_per_count_ * other_counts, t_s);
+    return from_curved(curved(moved(stick_counts)), other_counts, t_s);
+  }
+  /// Whether only the gain is left after curved().
+  bool ends_with_gain() const {
+    return drift_per_s_ == Real(0) && leak_per_count_ == Real(0) && !(tilt_limit_ > Real(0)) &&
+           !(saturation_ > Real(0)) && !(slew_per_sample_ > Real(0));
+  }
+  Real gained(Real curved_counts) const {
+    return curved_counts * (curved_counts < Real(0) ? negative_gain_ : positive_gain_);
+  }
+  /// The stages after curved().
+  Real from_curved(Real curved_counts, Real other_counts, Real t_s) {
+    Real command = drifted(gained(curved_counts) + leak_per_count_ * other_counts, t_s);
     if (tilt_limit_ > Real(0)) {
       const Real other = other_scale_per_count_ * dead_zone_and_curve(other_counts);
       const Real size = core::sqrt(command * command + other * other);
@@ -115,12 +135,10 @@ class StickLaw {
     }
     return stick_counts;
   }
-  /// The stages without memory: trim, dead zone, stick curve and gain.
-  /// @returns the command without drift and leak
-  Real shaped(Real counts) const {
-    const Real shaped_counts = dead_zone_and_curve(counts - trim_counts_);
-    return shaped_counts * (shaped_counts < Real(0) ? negative_gain_ : positive_gain_);
-  }
+  /// The stages without memory: trim, dead zone and stick curve. @returns counts
+  Real curved(Real counts) const { return dead_zone_and_curve(counts - trim_counts_); }
+  /// The same and the gain. @returns the command without drift and leak
+  Real shaped(Real counts) const { return gained(curved(counts)); }
   Real drifted(Real command, Real t_s) const { return command * (Real(1) + drift_per_s_ * t_s); }
   Real limited(Real command) const {
     return saturation_ > Real(0) ? core::clamp(command, -saturation_, saturation_) : command;
@@ -138,11 +156,11 @@ class StickLaw {
         size -= dead_zone_counts_;
       }
     }
-    if (stick_exponent_ != Real(1)) {
+    if (curve_.curves()) {
       constexpr Real kTravel = static_cast<Real>(paper::kTravel_vrc);
       if (!(size == curved_from_)) {  // a stick rests between two commands, and a power costs half of the law
         curved_from_ = size;
-        curved_to_ = kTravel * power(size / kTravel, stick_exponent_);
+        curved_to_ = kTravel * curve_(size / kTravel);
       }
       size = curved_to_;
     }
@@ -153,7 +171,7 @@ class StickLaw {
   Real dead_zone_counts_;
   bool jumps_;
   Real trim_counts_;
-  Real stick_exponent_;
+  Curve curve_;
   Real positive_gain_;
   Real negative_gain_;
   Real backlash_counts_;

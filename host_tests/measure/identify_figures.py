@@ -48,11 +48,11 @@ def asked_of(workspace, axis, declared, ranges, *more, log=None, columns=MAP):
 
 
 def with_effect(workspace, axis, structure, ranges, effect, size):
-    """-> the answer of identify for the flight with the effect added; all its other effects are declared"""
+    """-> the answer of identify for the flight with the effect added to what it has of it; its other effects are declared"""
     with tempfile.TemporaryDirectory() as folder:
         log, columns = (pathlib.Path(folder) / name for name in ("log.csv", "map.toml"))
         workspace.run(workspace.program(LAB), "inject", "--log", workspace.measured_log(MEASURED[axis][1]), "--columns", MAP, "--axis", axis,
-                      "--declare", ",".join(structure), "--train", ranges[1], "--effect", f"{effect}={size}", "--out", log, "--map", columns)
+                      "--declare", ",".join([*structure, effect]), "--train", ranges[1], "--effect", f"{effect}={size}", "--out", log, "--map", columns)
         return asked_of(workspace, axis, structure, ranges, log=log, columns=columns)
 
 
@@ -75,8 +75,8 @@ def names_it(found, effect):
 
 
 def in_one(workspace, axis, effect):
-    """-> [logs, named correctly, with a size, size inside its interval] for one measured flight and one effect"""
-    counts = [0, 0, 0, 0]
+    """-> [logs, named correctly, not named but "unexplained", with a size, size inside its interval] for one flight and effect"""
+    counts = [0] * 5
     _, _, (train, first, validate, second) = MEASURED[axis]
     for ranges in ((train, first, validate, second), (train, second, validate, first)):
         structure = asked_of(workspace, axis, ["first_order"], ranges)["final"]["structure"]
@@ -88,10 +88,11 @@ def in_one(workspace, axis, effect):
             found = with_effect(workspace, axis, structure, ranges, effect, size)
             counts[0] += 1
             counts[1] += names_it(found, effect)
+            counts[2] += found["verdict"] == "unexplained" and not names_it(found, effect)
             for name, number in (next(iter(one["parameters"].items())) for one in found["effects"] if one["name"] == effect):
                 own = own or asked_of(workspace, axis, [*structure, effect], ranges, "--refits", 0)["declared"]["parameters"]
-                counts[2] += 1
-                counts[3] += number["low"] <= together(effect, size, own[name]) <= number["high"]
+                counts[3] += 1
+                counts[4] += number["low"] <= together(effect, size, own[name]) <= number["high"]
     return counts
 
 
@@ -101,11 +102,11 @@ def injected(workspace):
     rows = [["named, size inside", *(axis.replace("_", " ") for axis in MEASURED)]]
     for effect in SIZES:
         cells = [counts[axis, effect] for axis in MEASURED]
-        rows.append([effect.replace("_", " "), *(f"{named}/{logs}, {inside}/{sized}" if logs else "" for logs, named, sized, inside in cells)])
+        rows.append([effect.replace("_", " "), *(f"{named}/{logs}, {inside}/{sized}" if logs else "" for logs, named, _, sized, inside in cells)])
     shares = []
     for axes in (("roll", "pitch"), ("climb", "yaw_rate")):
-        logs, named, sized, inside = (sum(column) for column in zip(*(counts[axis, effect] for axis in axes for effect in SIZES)))
-        shares.append(f"{' and '.join(axes).replace('_', ' ')}: {named} of {logs} named correctly, {inside} of {sized} intervals contain the sum")
+        logs, named, undecided, sized, inside = (sum(column) for column in zip(*(counts[axis, effect] for axis in axes for effect in SIZES)))
+        shares.append(f"{' and '.join(axes).replace('_', ' ')}: {named} of {logs} named correctly, {undecided} undecided, {inside} of {sized} intervals contain the sum")
     return {"identify.injected": table(*rows), "identify.injected_shares": Figure("; ".join(shares))}
 
 

@@ -8,21 +8,17 @@
 
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/paper/paper_report.h"
-#include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/logs/flight_log.h"
 #include "host_tests/shared_files.h"
+#include "host_tests/unit/identify/one_log.h"
 
 namespace m100::lab::identify {
 namespace {
 
 IdentifyResult identify(const std::filesystem::path& file, const std::string& axis, Range train, Range validate) {
   const logs::FlightLog log = logs::load(file.string(), "host_tests/lab/columns/m100_csv.toml");
-  Request request;
-  request.axis = axis;
-  request.declared = {"first_order"};
-  request.train = {train};
-  request.validate = {validate};
-  request.log = request.validation_log = &log;
+  Request request = about(log, axis, {"first_order"}, train, validate);
+  request.refits = Request{}.refits;
   return identify_axis(request);
 }
 

@@ -45,6 +45,9 @@ class StickPath {
     if (const double width = value("dead_zone"); width > 0.0) {
       u = std::abs(u) <= width ? 0.0 : u - std::copysign(width, u);
     }
+    if (std::abs(u) <= value("dead_zone_jump")) {
+      u = 0.0;
+    }
     if (const double exponent = value("stick_curve"); exponent > 0.0) {
       u = std::copysign(kTravel_counts * std::pow(std::abs(u) / kTravel_counts, exponent), u);
     }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "firmware/model/axis_effects.h"
+#include "firmware/model/paper.h"
 #include "firmware/model/translation.h"
 #include "host_tests/lab/hidden/stick_response.h"
 #include "host_tests/lab/input_error.h"
@@ -46,23 +47,41 @@ double parameter(const identify::ModelResult& fitted, const std::string& name, d
   return otherwise;
 }
 
+/// The gain of the effective stick [unit per count]. The model's gain is the mean of both sides of an asymmetry, and
+/// its curve is one at full travel; StickPath's asymmetry enlarges one side, and its curve is one at kTravel_counts.
+double path_gain(const identify::ModelResult& fitted) {
+  return parameter(fitted, "gain", 0.0) * 2.0 / (1.0 + parameter(fitted, "ratio", 1.0)) *
+         std::pow(model::paper::kTravel_vrc / kTravel_counts, 1.0 - parameter(fitted, "exponent", 1.0));
+}
+
+/// An effect's size with as much added: ratios multiply, a limit replaces the other, all else adds.
+double together(const model::AxisNumber& number, double own, double added) {
+  return number.neutral > 0.0 ? own * added : number.logarithmic ? added : own + added;
+}
+
 /// The effects of the fitted model, except its delay, together with `effects`; `delay_s` becomes the delay of both.
 HiddenEffects joined(const identify::ModelResult& fitted, const HiddenEffects& effects, double& delay_s) {
   HiddenEffects all;
+  delay_s = std::max(0.0, parameter(fitted, "delay_s", 0.0));
   for (const model::AxisEffect& effect : model::kAxisEffects) {
-    const bool of_the_path = !model::is_base(effect) && effect.name != "transport_delay";
-    const double value = parameter(fitted, std::string(effect.numbers[0].parameter), 0.0);
-    if (of_the_path && value != 0.0) {
-      all[std::string(effect.name)] = value;
+    const model::AxisNumber& number = effect.numbers[0];
+    const std::string name(effect.name);
+    const auto added = effects.find(name);
+    if (name == "transport_delay") {
+      delay_s += added == effects.end() ? 0.0 : added->second;
+    } else if (!model::is_base(effect)) {
+      const double own = parameter(fitted, std::string(number.parameter), number.neutral);
+      const double value = added == effects.end() ? own : together(number, own, added->second);
+      if (value != number.neutral) {
+        all[name] = value;
+      }
     }
   }
-  delay_s = std::max(0.0, parameter(fitted, "delay_s", 0.0));
-  for (const auto& [name, value] : effects) {
-    if (name == "transport_delay") {
-      delay_s += value;
-    } else {
-      all[name] = value;
-    }
+  if (fitted.dead_zone_shape == "jump") {
+    all["dead_zone_jump"] = std::exchange(all["dead_zone"], 0.0);
+  }
+  if (const auto leak = all.find("cross_axis"); leak != all.end()) {
+    leak->second *= parameter(fitted, "gain", 0.0) / path_gain(fitted);
   }
   return all;
 }
@@ -74,7 +93,7 @@ std::vector<double> response(const FlightLog& log, const AxisOf& axis, const ide
   const HiddenEffects all = joined(fitted, effects, delay_s);
   const auto value_of = [&](const char* name) { return all.count(name) > 0 ? all.at(name) : 0.0; };
   StickPath path(all, delay_s);
-  Tilt tilt{.scale_rad = parameter(fitted, "gain", 0.0),
+  Tilt tilt{.scale_rad = path_gain(fitted),
             .frequency_rad_s = parameter(fitted, "natural_frequency_rad_s", 1.0),
             .damping = parameter(fitted, "damping_ratio", 1.0),
             .time_constant_s = parameter(fitted, "time_constant_s", 0.0)};

@@ -19,7 +19,8 @@ std::optional<model::Bounds> addable(const std::string& effect, const std::strin
 /// Adds named effects to a measured flight and keeps everything else unchanged.
 ///
 /// Stick axes: the response y becomes y + M(u, effects) - M(u), with the stick u and the fitted model M, simulated by
-/// this folder's own code. The measured residual (air, autopilot and everything else in the flight) stays.
+/// the code of the hidden flights. If M has the same effect, the sizes add (of a ratio: multiply). The measured
+/// residual (air, autopilot, all else) stays.
 /// Translation: the vehicle is assumed to have flown the same path with the tilt that the added force f (over mass)
 /// would have required: thrust over mass times the body's z axis, T b3, becomes T b3 - f. A logged accelerometer gets
 /// the values that it would then measure.

@@ -45,18 +45,8 @@ std::vector<double> commands(const AxisData& data, const model::StickAxis& model
   for (std::size_t i = 0; i < now.size(); ++i) {
     now[i] = law.command(data.stick[i], data.other[i], data.time_s(i) - data.start_s);
   }
-  const double shift = model.transport_delay_s / data.period_s;
   std::vector<double> late(now.size());
-  for (std::size_t i = 0; i < now.size(); ++i) {
-    const double at = std::max(0.0, static_cast<double>(i) - shift);
-    const auto low = static_cast<std::size_t>(at);
-    const double part = at - static_cast<double>(low);
-    late[i] = now[low] * (1.0 - part) + now[std::min(low + 1, now.size() - 1)] * part;
-  }
-  const double lead = model.lead_zero_s / data.period_s;
-  for (std::size_t i = late.size(); lead != 0.0 && i-- > 1;) {
-    late[i] += lead * (late[i] - late[i - 1]);
-  }
+  identify::arrived_commands(now, model, data.period_s, 0, late);
   return late;
 }
 
@@ -226,7 +216,7 @@ double error_at_1s(const model::Vehicle& vehicle, const UnseenFlight& flight, co
 double innovations(const model::Vehicle& vehicle, const UnseenFlight& flight, const std::string& channel) {
   const LoggedAxis one = logged_axis(vehicle, *flight.log, channel);
   const identify::FreeRun run(one.data, {{flight.from_s, flight.to_s}});
-  return identify::whitened_score(run.error(one.axis), run.segments());
+  return run.score(run.error(one.axis));
 }
 
 }  // namespace m100::lab::loop

@@ -22,6 +22,7 @@
 #include "host_tests/property/identify/coverage_limits.h"
 #include "host_tests/property/identify/excited_flight.h"
 #include "host_tests/property/identify/synthetic_axis.h"
+#include "host_tests/unit/identify/one_log.h"
 
 namespace {
 
@@ -119,12 +120,8 @@ bool ask(const Known& known, Counts& counts) {
   for (const auto& [name, truth] : known.truth) {
     ++counts[known.axis + " " + name].asked;
   }
-  lab::identify::Request request;
-  request.axis = known.axis;
-  request.declared = known.declared;
-  request.train = {{3.0, 28.0}};
-  request.validate = {{28.0, 44.0}};
-  request.log = request.validation_log = &known.log;
+  auto request = lab::identify::about(known.log, known.axis, known.declared, {3.0, 28.0}, {28.0, 44.0});
+  request.refits = lab::identify::Request{}.refits;
   const lab::identify::IdentifyResult result = known.axis == "translation"
                                                    ? lab::identify::identify_translation(request)
                                                    : lab::identify::identify_axis(request);

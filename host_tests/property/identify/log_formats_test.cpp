@@ -8,9 +8,9 @@
 #include <fstream>
 
 #include "host_tests/lab/identify/axis_pipeline.h"
-#include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/logs/propose.h"
 #include "host_tests/property/identify/synthetic_axis.h"
+#include "host_tests/unit/identify/one_log.h"
 #include "host_tests/unit/logs/ulog_bytes.h"
 
 namespace m100::host_tests {
@@ -79,14 +79,9 @@ lab::identify::IdentifyResult identified(const std::string& name, const std::str
       lab::logs::load(*raw_log, lab::logs::parse_column_map(proposal ? proposal->toml : "", "proposed"));
   std::filesystem::remove(path);
   EXPECT_NEAR(log.start_s, kPowerOn_s, 1e-6) << "the clock of the log must be kept";
-  lab::identify::Request request;
-  request.axis = "roll";
-  request.declared = {"second_order", "transport_delay"};
-  request.train = {{kPowerOn_s + 3.0, kPowerOn_s + 30.0}};
-  request.validate = {{kPowerOn_s + 30.0, kPowerOn_s + 44.0}};
-  request.log = request.validation_log = &log;
-  request.refits = 0;
-  return lab::identify::identify_axis(request);
+  return lab::identify::identify_axis(lab::identify::about(log, "roll", {"second_order", "transport_delay"},
+                                                           {kPowerOn_s + 3.0, kPowerOn_s + 30.0},
+                                                           {kPowerOn_s + 30.0, kPowerOn_s + 44.0}));
 }
 
 TEST(Dialects, ThePx4LogIsIdentifiedLikeOurOwn) {

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "host_tests/lab/identify/axis_pipeline.h"
-#include "host_tests/lab/identify/request.h"
 #include "host_tests/property/identify/synthetic_axis.h"
+#include "host_tests/unit/identify/one_log.h"
 
 namespace m100::host_tests {
 namespace {
@@ -18,12 +18,7 @@ using lab::identify::IdentifyResult;
 IdentifyResult identify(const SyntheticAxis& vehicle, const std::vector<std::string>& declared,
                         std::size_t refits = 0) {
   const lab::logs::FlightLog log = vehicle.fly();
-  lab::identify::Request request;
-  request.axis = "roll";
-  request.declared = declared;
-  request.train = {{3.0, 30.0}};
-  request.validate = {{30.0, 44.0}};
-  request.log = request.validation_log = &log;
+  lab::identify::Request request = lab::identify::about(log, "roll", declared);
   request.refits = refits;
   return lab::identify::identify_axis(request);
 }

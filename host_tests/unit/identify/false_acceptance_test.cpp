@@ -13,10 +13,10 @@
 #include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/data/log_defects.h"
-#include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/residual_tests/residual_test.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/property/identify/synthetic_axis.h"
+#include "host_tests/unit/identify/one_log.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -26,14 +26,8 @@ using logs::FlightLog;
 using logs::Signal;
 
 IdentifyResult ask(const FlightLog& log, const std::string& axis = "roll", const FlightLog* other = nullptr) {
-  Request request;
-  request.axis = axis;
-  request.declared = {"second_order", "transport_delay"};
-  request.train = {{3.0, 30.0}};
-  request.validate = {{30.0, 44.0}};
-  request.log = &log;
+  Request request = about(log, axis, {"second_order", "transport_delay"});
   request.validation_log = other != nullptr ? other : &log;
-  request.refits = 0;
   return identify_axis(request);
 }
 

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "host_tests/lab/hidden/hidden_flight.h"
-#include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/translation_pipeline.h"
 #include "host_tests/lab/inject/inject.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/join.h"
+#include "host_tests/unit/identify/one_log.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -27,15 +27,6 @@ logs::FlightLog flight(std::uint64_t seed, double wind_m_s2) {
   plan.hidden = {{"linear_drag", kDrag_per_s}};
   logs::FlightLog log = hidden::fly(plan);
   return wind_m_s2 == 0.0 ? log : hidden::inject(log, "translation", {}, {{"steady_wind", wind_m_s2}});
-}
-
-Request about(const logs::FlightLog& log, std::vector<std::string> declared) {
-  Request request;
-  request.axis = "translation";
-  request.declared = std::move(declared);
-  request.log = request.validation_log = &log;
-  request.refits = 0;
-  return request;
 }
 
 /// The same range of every flight, in the clock of each flight.
@@ -85,7 +76,7 @@ logs::FlightLog three_flights() {
 // Catches one wind for all flights: it leaves 0.5 m/s^2 in the residual, or is found as a change at a joint.
 TEST(FlightWinds, AreFittedBesideWhatIsShared) {
   const logs::FlightLog log = three_flights();
-  Request request = about(log, {"rigid_body", "linear_drag", "steady_wind"});
+  Request request = about(log, "translation", {"rigid_body", "linear_drag", "steady_wind"});
   request.train = of_each(log, 3.0, 28.0);
   request.validate = of_each(log, 28.0, 44.0);
   const IdentifyResult result = identify_translation(request);
@@ -103,7 +94,7 @@ TEST(FlightWinds, AreFittedBesideWhatIsShared) {
 // Catches winds that are fitted although none was declared: the declared model does not contain them.
 TEST(FlightWinds, DistinctWindsMustBeDeclared) {
   const logs::FlightLog log = three_flights();
-  Request request = about(log, {"rigid_body", "linear_drag"});
+  Request request = about(log, "translation", {"rigid_body", "linear_drag"});
   request.train = of_each(log, 3.0, 28.0);
   request.validate = of_each(log, 28.0, 44.0);
   const IdentifyResult result = identify_translation(request);
@@ -115,7 +106,7 @@ TEST(FlightWinds, DistinctWindsMustBeDeclared) {
 TEST(FlightWinds, ThatAreEqualAreOne) {
   std::vector<logs::FlightLog> all{flight(41, 0.2), flight(42, 0.2)};
   const logs::FlightLog log = logs::joined(std::move(all));
-  Request request = about(log, {"rigid_body", "linear_drag", "steady_wind"});
+  Request request = about(log, "translation", {"rigid_body", "linear_drag", "steady_wind"});
   request.train = of_each(log, 3.0, 28.0);
   request.validate = of_each(log, 28.0, 44.0);
   const IdentifyResult result = identify_translation(request);
@@ -129,7 +120,7 @@ TEST(FlightWinds, ThatAreEqualAreOne) {
 TEST(WindFromFirst, JudgesAFlightInAnotherWind) {
   const logs::FlightLog log = three_flights();
   const logs::FlightLog other = flight(34, 0.25);
-  Request request = about(log, {"rigid_body", "linear_drag"});
+  Request request = about(log, "translation", {"rigid_body", "linear_drag"});
   request.train = of_each(log, 3.0, 44.0);
   request.validation_log = &other;
   request.validate = {{3.0, 44.0}};
@@ -154,7 +145,7 @@ TEST(WindFromFirst, JudgesAFlightInAnotherWind) {
 
 TEST(WindFromFirst, IsRefusedBesideADeclaredWind) {
   const logs::FlightLog log = flight(31, 0.3);
-  Request request = about(log, {"rigid_body", "steady_wind"});
+  Request request = about(log, "translation", {"rigid_body", "steady_wind"});
   request.train = {{3.0, 28.0}};
   request.validate = {{28.0, 44.0}};
   request.wind_from_first_s = 10.0;

@@ -29,7 +29,7 @@ class Means final : public Family {
     out.parameters = {sum / count};
     return out;
   }
-  std::vector<double> error(const Fit&, std::size_t) const override { return {0.0}; }
+  std::vector<std::vector<double>> errors(const Fit&, std::span<const int>) const override { return {}; }
   std::vector<Edit> edits(const Structure&) const override { return {}; }
   Structure without(const Structure& structure, const std::string&) const override { return structure; }
   bool is_significant(const Fit&, const std::string&) const override { return true; }

@@ -9,8 +9,8 @@
 #include "firmware/model/stick_axis.h"
 #include "firmware/sysid/axis_dynamics.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
-#include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/logs/flight_log.h"
+#include "host_tests/unit/identify/one_log.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -56,12 +56,7 @@ logs::FlightLog flown() {
 // Every refit ended at the same place, so that the interval had no width and missed the edge.
 TEST(JumpEdge, HasAnIntervalAsWideAsTheGapOfTheStick) {
   const logs::FlightLog log = flown();
-  Request request;
-  request.axis = "roll";
-  request.declared = {"second_order", "dead_zone"};
-  request.log = &log;
-  request.train = {{1.0, 64.0}};
-  request.validate = {{64.0, 95.0}};
+  Request request = about(log, "roll", {"second_order", "dead_zone"}, {1.0, 64.0}, {64.0, 95.0});
   request.refits = 20;
   const IdentifyResult result = identify_axis(request);
   EXPECT_EQ(result.final_model.dead_zone_shape, "jump");

@@ -14,9 +14,9 @@
 #include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/data/ground_time.h"
-#include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/residual_tests/vibration_and_drift.h"
 #include "host_tests/property/identify/synthetic_axis.h"
+#include "host_tests/unit/identify/one_log.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -32,14 +32,7 @@ FlightLog clean_flight(std::uint64_t seed) {
 }
 
 IdentifyResult ask(const FlightLog& log) {
-  Request request;
-  request.axis = "roll";
-  request.declared = {"second_order", "transport_delay"};
-  request.train = {{3.0, 30.0}};
-  request.validate = {{30.0, 44.0}};
-  request.log = request.validation_log = &log;
-  request.refits = 0;
-  return identify_axis(request);
+  return identify_axis(about(log, "roll", {"second_order", "transport_delay"}));
 }
 
 std::string said(const IdentifyResult& result) {

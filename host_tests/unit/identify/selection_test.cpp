@@ -67,13 +67,14 @@ class Lines : public Family {
     }
     return out;
   }
-  std::vector<double> error(const Fit& fit, std::size_t block) const override {
+  std::vector<std::vector<double>> errors(const Fit& fit, std::span<const int> weights) const override {
     const std::vector<int> used = columns_of(fit.structure);
     const Eigen::Map<const Eigen::VectorXd> sizes(fit.parameters.data(), std::ssize(fit.parameters));
-    std::vector<double> out;
-    for (std::size_t row = block * kSamples; row < (block + 1) * kSamples; ++row) {
-      const auto at = static_cast<Eigen::Index>(row);
-      out.push_back(y_(at) - (used.empty() ? 0.0 : columns_(at, used).dot(sizes)));
+    std::vector<std::vector<double>> out(kBlocks);
+    for (Eigen::Index row = 0; row < y_.size(); ++row) {
+      if (const std::size_t block = static_cast<std::size_t>(row) / kSamples; weights[block] > 0) {
+        out[block].push_back(y_(row) - (used.empty() ? 0.0 : columns_(row, used).dot(sizes)));
+      }
     }
     return out;
   }

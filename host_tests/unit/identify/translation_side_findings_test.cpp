@@ -13,8 +13,8 @@
 #include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/data/translation_data.h"
 #include "host_tests/lab/identify/output/vehicle_update.h"
-#include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/translation_pipeline.h"
+#include "host_tests/unit/identify/one_log.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -30,12 +30,7 @@ FlightLog flight(std::uint64_t seed) {
 }
 
 IdentifyResult ask(const FlightLog& log, std::size_t refits = 0) {
-  Request request;
-  request.axis = "translation";
-  request.declared = {"rigid_body"};
-  request.train = {{3.0, 30.0}};
-  request.validate = {{30.0, 44.0}};
-  request.log = request.validation_log = &log;
+  Request request = about(log, "translation", {"rigid_body"});
   request.refits = refits;
   return identify_translation(request);
 }

@@ -12,8 +12,8 @@
 #include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/data/unit_consistency.h"
-#include "host_tests/lab/identify/request.h"
 #include "host_tests/property/identify/synthetic_axis.h"
+#include "host_tests/unit/identify/one_log.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -70,14 +70,7 @@ FlightLog two_voices(const SignalUnits& voice, std::uint64_t seed) {
 }
 
 IdentifyResult ask(const FlightLog& log, const std::string& axis) {
-  Request request;
-  request.axis = axis;
-  request.declared = {"second_order", "transport_delay"};
-  request.train = {{3.0, 30.0}};
-  request.validate = {{30.0, 44.0}};
-  request.log = request.validation_log = &log;
-  request.refits = 0;
-  return identify_axis(request);
+  return identify_axis(about(log, axis, {"second_order", "transport_delay"}));
 }
 
 class TwoSignals : public ::testing::TestWithParam<SignalUnits> {};

@@ -15,7 +15,9 @@ class Constant final : public Family {
   Fit fit(const Structure& structure, std::span<const int>, const Fit*) const override {
     return {.structure = structure, .parameters = {}, .shape = "", .sum_of_squares = 1.0, .free_parameters = 0};
   }
-  std::vector<double> error(const Fit&, std::size_t) const override { return std::vector<double>(10, 0.1); }
+  std::vector<std::vector<double>> errors(const Fit&, std::span<const int>) const override {
+    return std::vector<std::vector<double>>(6, std::vector<double>(10, 0.1));
+  }
   std::vector<Edit> edits(const Structure&) const override { return {}; }
   Structure without(const Structure&, const std::string&) const override { return {"rigid_body"}; }
   bool is_significant(const Fit&, const std::string&) const override { return true; }
@@ -26,9 +28,7 @@ class Shadow final : public Problem {
  public:
   const Family& family() const override { return family_; }
   double validation_rmse(const Fit&) const override { return 0.1; }
-  std::vector<std::vector<double>> validation_errors(const Fit& fit) const override {
-    return std::vector<std::vector<double>>(6, family_.error(fit, 0));
-  }
+  std::vector<std::vector<double>> validation_errors(const Fit& fit) const override { return family_.errors(fit, {}); }
   ModelResult errors_of(const Fit&) const override {
     ModelResult out;
     out.fit_percent = 90.0;

@@ -30,7 +30,6 @@ lab::identify::AxisData fly(const model::StickAxis& truth, std::size_t size, dou
   lab::identify::AxisData data;
   data.period_s = kPeriod_s;
   model::StickLaw<double> law(truth, kPeriod_s);
-  AxisDynamics<double> dynamics(truth, kPeriod_s);
   std::vector<double> commands;
   double target = 0.0;
   double stick = 0.0;
@@ -38,14 +37,14 @@ lab::identify::AxisData fly(const model::StickAxis& truth, std::size_t size, dou
     target = i % 70 == 0 ? 180.0 * normal(random) : target;
     stick += 0.12 * (target - stick);
     data.stick.push_back(std::round(stick));
-    data.measured.push_back(dynamics.value() + noise_rad * normal(random));
     commands.push_back(law.command(data.stick.back(), 0.0, 0.0));
-    const double late = static_cast<double>(i) - truth.transport_delay_s / kPeriod_s;
-    const auto at = [&](double index) { return commands[static_cast<std::size_t>(std::max(0.0, std::floor(index)))]; };
-    const double part = std::ceil(late) - late;
-    const double now = at(std::ceil(late)) * (1.0 - part) + at(std::ceil(late) - 1.0) * part;
-    const double before = at(std::ceil(late) - 1.0) * (1.0 - part) + at(std::ceil(late) - 2.0) * part;
-    dynamics.step(now + truth.lead_zero_s / kPeriod_s * (now - before));
+  }
+  std::vector<double> late(size);
+  lab::identify::arrived_commands(commands, truth, kPeriod_s, 0, late);
+  AxisDynamics<double> dynamics(truth, kPeriod_s);
+  for (const double command : late) {
+    data.measured.push_back(dynamics.value() + noise_rad * normal(random));
+    dynamics.step(command);
   }
   data.valid.assign(size, 1);
   return data;

@@ -22,12 +22,6 @@ struct Box {
   double step;  ///< of the numerical derivative
 };
 
-struct LmReport {
-  double sum_of_squares = 0.0;
-  int iterations = 0;
-  int evaluations = 0;
-};
-
 struct LmOptions {
   int iterations = 20;
   double tolerance = 1e-4;  ///< relative decrease of the sum of squares that ends the search
@@ -43,22 +37,18 @@ class LmSearch {
     M100_ASSERT(x.size() <= kMaxParameters && box.size() >= x.size() && scratch.size() >= (x.size() + 2) * rows);
   }
 
-  LmReport run(const LmOptions& options) {
+  double run(const LmOptions& options) {
     residual_(std::span<const double>(x_), now());
-    report_ = {.sum_of_squares = dot(now(), now()), .evaluations = 1};
-    for (; report_.iterations < options.iterations; ++report_.iterations) {
+    sum_of_squares_ = dot(now(), now());
+    for (int iteration = 0; iteration < options.iterations; ++iteration) {
       differentiate();
       linearise();
-      const double before = report_.sum_of_squares;
-      if (!descend()) {
-        break;
-      }
-      if (before - report_.sum_of_squares < options.tolerance * report_.sum_of_squares) {
-        ++report_.iterations;
+      const double before = sum_of_squares_;
+      if (!descend() || before - sum_of_squares_ < options.tolerance * sum_of_squares_) {
         break;
       }
     }
-    return report_;
+    return sum_of_squares_;
   }
 
  private:
@@ -96,7 +86,6 @@ class LmSearch {
         column(j)[row] = (column(j)[row] - now()[row]) / step;
       }
     }
-    report_.evaluations += static_cast<int>(x_.size());
   }
 
   /// Computes J'J and J'r at x, and keeps x as the starting point of every attempt.
@@ -151,10 +140,9 @@ class LmSearch {
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
       move();
       residual_(std::span<const double>(x_), trial());
-      ++report_.evaluations;
       const double sum = dot(trial(), trial());
-      if (sum < report_.sum_of_squares) {
-        report_.sum_of_squares = sum;
+      if (sum < sum_of_squares_) {
+        sum_of_squares_ = sum;
         std::copy(trial().begin(), trial().end(), now().begin());
         damping_ = damping_ > 1e-8 ? damping_ * 0.2 : damping_;
         return true;
@@ -172,7 +160,7 @@ class LmSearch {
   std::span<const Box> box_;
   std::size_t rows_;
   std::span<double> scratch_;
-  LmReport report_;
+  double sum_of_squares_ = 0.0;
   Matrix hessian_;
   Vector gradient_, from_;
   double damping_ = 1e-3;
@@ -183,11 +171,12 @@ class LmSearch {
 /// @param residual  callable (std::span<const double> x, std::span<double> out): fills `out`, finite numbers only
 /// @param x         start, then the result
 /// @param scratch   (x.size() + 2) * rows doubles: two residuals and the Jacobian, column after column
+/// @returns the sum of squares
 /// Cost per iteration: x.size() + 1 evaluations, one more for each rejected step (7 at most), and
 /// rows * x.size()^2 / 2 multiplications. Never leaves the box, never returns a worse point than it was given.
 template <typename Residual>
-LmReport levenberg_marquardt(Residual&& residual, std::span<double> x, std::span<const Box> box, std::size_t rows,
-                             std::span<double> scratch, const LmOptions& options) {
+double levenberg_marquardt(Residual&& residual, std::span<double> x, std::span<const Box> box, std::size_t rows,
+                           std::span<double> scratch, const LmOptions& options) {
   return LmSearch<std::remove_reference_t<Residual>>(residual, x, box, rows, scratch).run(options);
 }
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace m100::lab::identify {
@@ -13,6 +15,9 @@ namespace m100::lab::identify {
 
 /// Names of the base model and then of the effects, in the order in which they were added.
 using Structure = std::vector<std::string>;
+inline bool has(const Structure& structure, std::string_view name) {
+  return std::find(structure.begin(), structure.end(), name) != structure.end();
+}
 
 /// A structure with fitted parameters; their meaning and order are defined by the family.
 struct Fit {
@@ -44,18 +49,9 @@ class Family {
     static_cast<void>(weights);
     return fit;
   }
-  /// Simulation error of one training block, sample by sample (several axes: one after the other).
-  virtual std::vector<double> error(const Fit& fit, std::size_t block) const = 0;
-  /// The errors of all blocks with a positive weight; empty vectors for the others. Override where one pass is cheaper.
-  virtual std::vector<std::vector<double>> errors(const Fit& fit, std::span<const int> weights) const {
-    std::vector<std::vector<double>> out(block_count());
-    for (std::size_t block = 0; block < out.size(); ++block) {
-      if (weights[block] > 0) {
-        out[block] = error(fit, block);
-      }
-    }
-    return out;
-  }
+  /// Simulation errors of the blocks with a positive weight, sample by sample (several axes: one after the other);
+  /// empty vectors for the others.
+  virtual std::vector<std::vector<double>> errors(const Fit& fit, std::span<const int> weights) const = 0;
   /// A structure that one edit produces, with the name of the edit.
   struct Edit {
     std::string name;

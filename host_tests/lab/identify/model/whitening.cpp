@@ -6,7 +6,7 @@
 
 namespace m100::lab::identify {
 
-Ar autoregression(const Rows& values, const std::vector<Segment>& segments) {
+Ar autoregression(const Rows& values, const std::vector<Segment>& segments, double regularisation) {
   Eigen::Matrix<double, kArOrder, kArOrder> normal = Eigen::Matrix<double, kArOrder, kArOrder>::Zero();
   Ar right = Ar::Zero();
   for (const Segment& segment : segments) {
@@ -16,7 +16,7 @@ Ar autoregression(const Rows& values, const std::vector<Segment>& segments) {
       right.noalias() += past * values(row);
     }
   }
-  normal.diagonal().array() += 1e-6 * normal.trace() + 1e-300;
+  normal.diagonal().array() += regularisation * normal.trace() + 1e-300;
   return normal.ldlt().solve(right);
 }
 
@@ -38,13 +38,6 @@ double whitened_rows(const std::vector<Segment>& segments) {
     count += static_cast<double>(std::max<Eigen::Index>(0, segment.end - segment.begin - kArOrder));
   }
   return count;
-}
-
-double whitened_score(const Rows& values, const std::vector<Segment>& segments) {
-  const double count = whitened_rows(segments);
-  Rows white = values;
-  whiten(autoregression(values, segments), segments, white);
-  return count > 0.0 ? count * std::log(std::max(1e-300, white.squaredNorm() / count)) : 0.0;
 }
 
 }  // namespace m100::lab::identify

@@ -26,16 +26,13 @@ struct Segment {
 };
 
 /// Least-squares autoregression within the segments. Precondition: the rows are finite.
-Ar autoregression(const Rows& values, const std::vector<Segment>& segments);
+/// @param regularisation  added to each diagonal element, of the sum of them
+Ar autoregression(const Rows& values, const std::vector<Segment>& segments, double regularisation = 1e-6);
 
 /// Innovations: value minus the filter's prediction. The first kArOrder rows of a segment become zero and do not count.
 void whiten(const Ar& filter, const std::vector<Segment>& segments, Eigen::Ref<Rows> values);
 
 /// Rows that count after whitening.
 double whitened_rows(const std::vector<Segment>& segments);
-
-/// n ln(mean square of the innovations) under the values' own autoregression; the difference between two models of the
-/// same rows is a likelihood ratio. 0 where no row counts.
-double whitened_score(const Rows& values, const std::vector<Segment>& segments);
 
 }  // namespace m100::lab::identify

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "firmware/sysid/axis_dynamics.h"
 #include "host_tests/lab/identify/model/levenberg_marquardt.h"
@@ -110,14 +111,11 @@ Dynamics fit(const Record& record, double scale, double from_s, double to_s, boo
   };
   auto [x, box] = start_of(data.output[0], second);
   std::vector<double> scratch((x.size() + 2) * rows);
-  const LmReport report = levenberg_marquardt(residual, std::span<double>(x), box, rows, scratch, {100, 1e-12});
-  double power = 0.0;
-  for (const double value : data.output) {
-    power += value * value;
-  }
+  const double left = levenberg_marquardt(residual, std::span<double>(x), box, rows, scratch, {100, 1e-12});
+  const double power = std::inner_product(data.output.begin(), data.output.end(), data.output.begin(), 0.0);
   const model::StickAxis axis = model_of(x, second);
   return {axis.scale_per_count, axis.time_constant_s, axis.natural_frequency_rad_s, axis.damping_ratio,
-          100.0 * (1.0 - std::sqrt(report.sum_of_squares / power))};
+          100.0 * (1.0 - std::sqrt(left / power))};
 }
 
 }  // namespace

@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 
-#include "firmware/core/eigen.h"
-// After our eigen.h, which redirects the checks.
-#include <Eigen/Cholesky>
+#include "host_tests/lab/identify/model/whitening.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -72,82 +71,61 @@ bool convincing(const Comparison& comparison, const SelectionOptions& options) {
           (comparison.delta_bic > options.strong_delta_bic && comparison.t > options.minimum_t_strong));
 }
 
-double effective_sample_size(const std::vector<std::vector<double>>& blocks) {
-  double power = 0.0;
-  std::size_t samples = 0;
-  std::size_t longest = 0;
+double samples_of(const std::vector<std::vector<double>>& blocks) {
+  return std::accumulate(blocks.begin(), blocks.end(), 0.0,
+                         [](double sum, const auto& block) { return sum + static_cast<double>(block.size()); });
+}
+
+double lagged_product(const std::vector<std::vector<double>>& blocks, std::size_t lag) {
+  double product = 0.0;
   for (const std::vector<double>& block : blocks) {
-    power += sum_of_squares(block);
-    samples += block.size();
-    longest = std::max(longest, block.size());
+    const auto from = block.begin() + static_cast<std::ptrdiff_t>(std::min(lag, block.size()));
+    product = std::inner_product(from, block.end(), block.begin(), product);
   }
-  if (samples == 0 || power <= 0.0) {
-    return static_cast<double>(samples);
+  return product;
+}
+
+double effective_sample_size(const std::vector<std::vector<double>>& blocks) {
+  const double samples = samples_of(blocks);
+  const double power = lagged_product(blocks, 0);
+  if (!(power > 0.0)) {
+    return samples;
   }
   double time = 1.0;
-  for (std::size_t lag = 1; lag < longest; ++lag) {
-    double product = 0.0;
-    for (const std::vector<double>& block : blocks) {
-      for (std::size_t i = lag; i < block.size(); ++i) {
-        product += block[i] * block[i - lag];
-      }
-    }
-    if (product <= 0.0) {
-      break;
-    }
+  double product = 0.0;
+  for (std::size_t lag = 1; (product = lagged_product(blocks, lag)) > 0.0; ++lag) {
     time += 2.0 * product / power;
   }
-  return std::max(1.0, static_cast<double>(samples) / time);
+  return std::max(1.0, samples / time);
 }
 
 double whitened_criterion(const std::vector<std::vector<double>>& without, const std::vector<std::vector<double>>& with,
                           std::size_t extra) {
-  constexpr std::size_t kThin = 5;
-  constexpr int kOrder = 4;
-  const auto thinned = [](const std::vector<std::vector<double>>& blocks) {
-    std::vector<std::vector<double>> out;
+  constexpr std::ptrdiff_t kThin = 5;
+  constexpr double kRegularisation = 0.25e-6;  // a millionth of the power
+  std::vector<Segment> segments;
+  const auto means_of = [&](const std::vector<std::vector<double>>& blocks) {
+    segments.clear();
+    std::vector<double> means;
     for (const std::vector<double>& block : blocks) {
-      std::vector<double> means;
-      for (std::size_t at = 0; at + kThin <= block.size(); at += kThin) {
-        means.push_back(std::accumulate(block.begin() + static_cast<std::ptrdiff_t>(at),
-                                        block.begin() + static_cast<std::ptrdiff_t>(at + kThin), 0.0) /
-                        kThin);
+      const Eigen::Index begin = std::ssize(means);
+      for (auto at = block.begin(); block.end() - at >= kThin; at += kThin) {
+        means.push_back(std::accumulate(at, at + kThin, 0.0) / kThin);
       }
-      out.push_back(std::move(means));
+      segments.push_back({begin, std::ssize(means)});
     }
-    return out;
+    return Rows(Eigen::Map<const Rows>(means.data(), std::ssize(means)));
   };
-  const std::vector<std::vector<double>> a = thinned(without);
-  const std::vector<std::vector<double>> b = thinned(with);
-  Eigen::Matrix<double, kOrder, kOrder> normal = Eigen::Matrix<double, kOrder, kOrder>::Zero();
-  Eigen::Matrix<double, kOrder, 1> right = Eigen::Matrix<double, kOrder, 1>::Zero();
-  for (const std::vector<double>& block : b) {
-    for (std::size_t i = kOrder; i < block.size(); ++i) {
-      const Eigen::Map<const Eigen::Matrix<double, kOrder, 1>> past(&block[i - kOrder]);
-      normal += past * past.transpose();
-      right += past * block[i];
-    }
-  }
-  normal.diagonal() *= 1.0 + 1e-6;
-  const Eigen::Matrix<double, kOrder, 1> filter = normal.ldlt().solve(right);
-  double sum_a = 0.0;
-  double sum_b = 0.0;
-  double count = 0.0;
-  for (std::size_t block = 0; block < b.size(); ++block) {
-    for (std::size_t i = kOrder; i < std::min(a[block].size(), b[block].size()); ++i) {
-      const Eigen::Map<const Eigen::Matrix<double, kOrder, 1>> past_a(&a[block][i - kOrder]);
-      const Eigen::Map<const Eigen::Matrix<double, kOrder, 1>> past_b(&b[block][i - kOrder]);
-      const double white_a = a[block][i] - filter.dot(past_a);
-      const double white_b = b[block][i] - filter.dot(past_b);
-      sum_a += white_a * white_a;
-      sum_b += white_b * white_b;
-      count += 1.0;
-    }
-  }
-  if (!(count > 0.0 && sum_a > 0.0 && sum_b > 0.0)) {
+  Rows a = means_of(without);
+  Rows b = means_of(with);
+  const Ar filter = autoregression(b, segments, kRegularisation);
+  whiten(filter, segments, a);
+  whiten(filter, segments, b);
+  const double count = whitened_rows(segments);
+  if (!(count > 0.0 && a.squaredNorm() > 0.0 && b.squaredNorm() > 0.0)) {
     return 0.0;
   }
-  return count * std::log(sum_a / sum_b) - static_cast<double>(extra) * std::log(count);
+  return count * std::log(a.squaredNorm() / b.squaredNorm()) - static_cast<double>(extra) * std::log(count);
 }
 
 double information_criterion(double mean_square, double effective_samples, std::size_t parameters) {

@@ -13,6 +13,10 @@ void cross_validate(const Family& family, CrossValidatedFit& validated, std::siz
 CrossValidatedFit cross_validated_fit(const Family& family, const Structure& structure, const Fit* warm,
                                       std::size_t folds);
 
+double samples_of(const std::vector<std::vector<double>>& blocks);
+/// Sum of the products of samples that are `lag` apart in a block; zero where no block is longer.
+double lagged_product(const std::vector<std::vector<double>>& blocks, std::size_t lag);
+
 /// Number of independent samples that a coloured residual is worth: n / (1 + 2 sum of autocorrelations), the sum ending
 /// before its first non-positive term. Samples are correlated within a block only; blocks may differ in length.
 double effective_sample_size(const std::vector<std::vector<double>>& blocks);

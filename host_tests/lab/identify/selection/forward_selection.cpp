@@ -7,20 +7,12 @@
 
 namespace m100::lab::identify {
 
-namespace {
-
-std::size_t sample_count(const Family& family) {
-  std::size_t total = 0;
-  for (std::size_t block = 0; block < family.block_count(); ++block) {
-    total += family.samples_in(block);
-  }
-  return total;
-}
-
-}  // namespace
-
 ForwardSelection::ForwardSelection(const Family& family, const SelectionOptions& options)
-    : family_(family), options_(options), samples_(static_cast<double>(sample_count(family))) {}
+    : family_(family), options_(options) {
+  for (std::size_t block = 0; block < family.block_count(); ++block) {
+    samples_ += static_cast<double>(family.samples_in(block));
+  }
+}
 
 Selection ForwardSelection::run(const Structure& declared) {
   // Without this the first edit would be credited with what the declared model had not yet found itself.

@@ -91,7 +91,7 @@ class ForwardSelection {
 
   const Family& family_;
   const SelectionOptions& options_;
-  double samples_;
+  double samples_ = 0.0;
   Selection out_;
   std::vector<TriedEdit> last_tried_;
   std::vector<std::string> banned_;

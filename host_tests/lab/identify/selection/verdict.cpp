@@ -7,6 +7,8 @@
 #include <limits>
 #include <numeric>
 
+#include "host_tests/lab/identify/selection/criteria.h"
+
 namespace m100::lab::identify {
 namespace {
 
@@ -17,35 +19,17 @@ struct Power {
 
 Power power_of(const std::vector<std::vector<double>>& blocks) {
   constexpr double kForgotten = 0.05;
-  double power = 0.0;
-  std::size_t samples = 0;
-  std::size_t longest = 0;
-  for (const std::vector<double>& block : blocks) {
-    for (const double value : block) {
-      power += value * value;
-    }
-    samples += block.size();
-    longest = std::max(longest, block.size());
-  }
-  if (samples == 0 || !(power > 0.0)) {
-    return {0.0, std::max(1.0, static_cast<double>(samples))};
+  const double samples = samples_of(blocks);
+  const double power = lagged_product(blocks, 0);
+  if (!(power > 0.0)) {
+    return {0.0, std::max(1.0, samples)};
   }
   double squares = 1.0;
-  for (std::size_t lag = 1; lag < longest; ++lag) {
-    double product = 0.0;
-    for (const std::vector<double>& block : blocks) {
-      for (std::size_t i = lag; i < block.size(); ++i) {
-        product += block[i] * block[i - lag];
-      }
-    }
-    const double correlation = product / power;
-    if (correlation < kForgotten) {
-      break;
-    }
+  double correlation = 0.0;
+  for (std::size_t lag = 1; (correlation = lagged_product(blocks, lag) / power) >= kForgotten; ++lag) {
     squares += 2.0 * correlation * correlation;
   }
-  const double n = static_cast<double>(samples);
-  return {power / n, std::max(1.0, n / squares)};
+  return {power / samples, std::max(1.0, samples / squares)};
 }
 
 /// Blocks without their first samples; unchanged if no sample would remain.
@@ -60,13 +44,7 @@ std::vector<std::vector<double>> beyond(const std::vector<std::vector<double>>& 
 }
 
 double mean_square(const std::vector<std::vector<double>>& blocks) {
-  double sum = 0.0;
-  double samples = 0.0;
-  for (const std::vector<double>& block : blocks) {
-    sum = std::inner_product(block.begin(), block.end(), block.begin(), sum);
-    samples += static_cast<double>(block.size());
-  }
-  return sum / std::max(1.0, samples);
+  return lagged_product(blocks, 0) / std::max(1.0, samples_of(blocks));
 }
 
 /// Number of independent squares in a block, from the spread of the blocks' mean squares: a mean of n squares of a

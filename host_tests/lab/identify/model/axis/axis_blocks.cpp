@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
-#include "firmware/model/axis_effects.h"
+#include "firmware/core/eigen.h"
 #include "firmware/sysid/axis_dynamics.h"
 
 namespace m100::lab::identify {
@@ -13,72 +14,37 @@ namespace {
 
 constexpr std::size_t kHalfWindow = AxisBlocks::kStartSamples / 2;
 
-struct State {
-  double value = 0.0;
-  double rate_per_s = 0.0;
-};
-
 // Value and slope at `at` of the least-squares quadratic through up to eleven valid samples around it.
-State measured_state(const AxisData& data, std::size_t at) {
+std::pair<double, double> measured_state(const AxisData& data, std::size_t at) {
   const std::size_t first = at > kHalfWindow ? at - kHalfWindow : 0;
   const std::size_t last = std::min(data.measured.size() - 1, at + kHalfWindow);
-  double s[5] = {};
-  double m[3] = {};
+  core::Matrix<double, 3, 3> normal = core::Matrix<double, 3, 3>::Zero();
+  core::Vector<double, 3> right = core::Vector<double, 3>::Zero();
   for (std::size_t i = first; i <= last; ++i) {
-    if (!data.valid[i]) {
-      continue;
-    }
-    const double x = static_cast<double>(i) - static_cast<double>(at);
-    const double powers[5] = {1.0, x, x * x, x * x * x, x * x * x * x};
-    for (int k = 0; k < 5; ++k) {
-      s[k] += powers[k];
-    }
-    for (int k = 0; k < 3; ++k) {
-      m[k] += powers[k] * data.measured[i];
+    if (data.valid[i]) {
+      const double x = static_cast<double>(i) - static_cast<double>(at);
+      const core::Vector<double, 3> powers(1.0, x, x * x);
+      normal += powers * powers.transpose();
+      right += powers * data.measured[i];
     }
   }
-  const double det =
-      s[0] * (s[2] * s[4] - s[3] * s[3]) - s[1] * (s[1] * s[4] - s[3] * s[2]) + s[2] * (s[1] * s[3] - s[2] * s[2]);
-  if (s[0] < 4.0 || !(std::abs(det) > 1e-9)) {
+  constexpr double kEnough = 4.0;
+  if (normal(0, 0) < kEnough) {
     return {data.measured[at], 0.0};
   }
-  const double c0 =
-      m[0] * (s[2] * s[4] - s[3] * s[3]) - s[1] * (m[1] * s[4] - s[3] * m[2]) + s[2] * (m[1] * s[3] - s[2] * m[2]);
-  const double c1 =
-      s[0] * (m[1] * s[4] - s[3] * m[2]) - m[0] * (s[1] * s[4] - s[3] * s[2]) + s[2] * (s[1] * m[2] - m[1] * s[2]);
-  return {c0 / det, c1 / det / data.period_s};
-}
-
-/// The numbers of a stick axis that act on the command before delay and dynamics.
-std::vector<double model::StickAxis::*> stick_parameters() {
-  using model::StickAxis;
-  constexpr std::array kBehind{&StickAxis::time_constant_s,   &StickAxis::natural_frequency_rad_s,
-                               &StickAxis::damping_ratio,     &StickAxis::lead_zero_s,
-                               &StickAxis::transport_delay_s, &StickAxis::rate_limit_per_s};
-  std::vector<double StickAxis::*> out{&StickAxis::command_slew_per_s};  // a variant of an effect
-  model::for_each_axis_number([&](const model::AxisNumber& number) {
-    if (std::find(kBehind.begin(), kBehind.end(), number.member) == kBehind.end()) {
-      out.push_back(number.member);
-    }
-  });
-  return out;
-}
-
-/// Whether both make the same commands from every stick.
-bool same_stick_parameters(const model::StickAxis& a, const model::StickAxis& b) {
-  static const std::vector<double model::StickAxis::*> kNumbers = stick_parameters();
-  return a.dead_zone_shape == b.dead_zone_shape &&
-         std::all_of(kNumbers.begin(), kNumbers.end(), [&](auto number) { return a.*number == b.*number; });
+  const core::Vector<double, 3> fitted = normal.ldlt().solve(right);
+  return {fitted(0), fitted(1) / data.period_s};
 }
 
 using Dynamics = sysid::AxisDynamics<double>;
 
+constexpr std::size_t kLanes = AxisBlocks::kLanes;
+
 /// Simulates several vehicles in turn, sample by sample, and replaces the commands of each by its response. A product
 /// of one recurrence must wait for the one before it; the other vehicles use that time.
-template <std::size_t Vehicles>
-void respond(std::span<Dynamics> dynamics, std::span<double> driven, std::size_t samples) {
+void respond(std::array<Dynamics, kLanes> dynamics, std::span<double> driven, std::size_t samples) {
   for (std::size_t i = 0; i < samples; ++i) {
-    for (std::size_t vehicle = 0; vehicle < Vehicles; ++vehicle) {
+    for (std::size_t vehicle = 0; vehicle < kLanes; ++vehicle) {
       double& at = driven[vehicle * samples + i];
       const double command = at;
       at = dynamics[vehicle].value();
@@ -104,7 +70,7 @@ AxisBlocks::AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, d
     if (end <= begin) {
       continue;
     }
-    stretches_.push_back({begin > past ? begin - past : 0, begin, end});
+    commands_.add({begin > past ? begin - past : 0, begin, end});
     for (std::size_t at = begin; at < end;) {
       if (!data.valid[at]) {
         ++at;  // no measured state to start from
@@ -114,7 +80,8 @@ AxisBlocks::AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, d
       const auto to = data.valid.begin() + static_cast<std::ptrdiff_t>(std::min(at + length, end));
       const std::size_t stop = at + static_cast<std::size_t>(std::find(from, to, 0) - from);
       if (2 * (stop - at) >= minimum) {
-        blocks_.push_back(start_of(at, stop, stretches_.size() - 1));
+        const auto [value, rate_per_s] = measured_state(data, at);
+        blocks_.push_back({at, stop, value, rate_per_s, commands_.size() - 1});
         samples_ += stop - at;
       }
       at = stop;
@@ -122,125 +89,43 @@ AxisBlocks::AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, d
   }
 }
 
-AxisBlocks::Block AxisBlocks::start_of(std::size_t begin, std::size_t end, std::size_t stretch) const {
-  const State state = measured_state(*data_, begin);
-  return {begin, end, state.value, state.rate_per_s, stretch};
-}
-
-AxisBlocks::CommandCache& AxisBlocks::cached_commands(const model::StickAxis& axis) const {
-  auto memory = std::find_if(caches_.begin(), caches_.end(), [&](const CommandCache& one) {
-    return !one.commands.empty() && same_stick_parameters(one.axis, axis);
-  });
-  if (memory == caches_.end()) {  // keep the entry used last: a Jacobian returns to it for every column
-    memory = caches_.begin() + (last_cache_ == 0 ? 1 : 0);
-    memory->axis = axis;
-    memory->commands.resize(stretches_.size());
-    memory->known.assign(stretches_.size(), 0);
-  }
-  last_cache_ = static_cast<std::size_t>(memory - caches_.begin());
-  return *memory;
-}
-
-const std::vector<double>& AxisBlocks::commands(const model::StickAxis& axis, std::size_t stretch) const {
-  CommandCache& memory = cached_commands(axis);
-  std::vector<double>& out = memory.commands[stretch];
-  if (memory.known[stretch] == 0) {
-    memory.known[stretch] = 1;
-    command(axis, stretches_[stretch], out);
-  }
-  return out;
-}
-
-void AxisBlocks::command(const model::StickAxis& axis, const Stretch& around, std::vector<double>& out) const {
-  const AxisData& data = *data_;
-  const bool has_other = !data.other.empty();
-  model::StickLaw<double> law(axis, data.period_s);
-  const double since_s = data.since_begin_s(around.begin);  // a drift restarts with every flight
-  out.resize(around.end - around.past);
-  // A held stick gives the same command again, unless the command changes by itself.
-  const bool rests = !(std::abs(axis.gain_drift_per_minute) > 0.0) && !(axis.command_slew_per_s > 0.0);
-  for (std::size_t i = around.past; i < around.end; ++i) {
-    if (rests && i > around.past && data.stick[i] == data.stick[i - 1] &&
-        (!has_other || data.other[i] == data.other[i - 1])) {
-      out[i - around.past] = out[i - around.past - 1];
-      continue;
-    }
-    const double t_s = since_s + data.period_s * (static_cast<double>(i) - static_cast<double>(around.begin));
-    out[i - around.past] = law.command(data.stick[i], has_other ? data.other[i] : 0.0, t_s);
-  }
-}
-
-void AxisBlocks::delayed_command(const model::StickAxis& axis, const Block& block, std::span<double> out) const {
-  const std::vector<double>& command = commands(axis, block.stretch);
-  const double delay = axis.transport_delay_s / data_->period_s;
-  const double whole = std::floor(delay);
-  const double part = delay - whole;
-  const double lead = axis.lead_zero_s / data_->period_s;
-  const auto command_at = [&](std::ptrdiff_t sample) {
-    return command[static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, sample))];
-  };
-  const auto delayed = [&](std::ptrdiff_t sample) {
-    const double newer = command_at(sample);
-    return newer + part * (command_at(sample - 1) - newer);
-  };
-  std::ptrdiff_t sample =
-      static_cast<std::ptrdiff_t>(block.begin - stretches_[block.stretch].past) - static_cast<std::ptrdiff_t>(whole);
-  double before = delayed(sample - 1);
-  for (std::size_t i = 0; i < block.end - block.begin; ++i, ++sample) {
-    const double now = delayed(sample);
-    out[i] = now + lead * (now - before);
-    before = now;
-  }
-}
-
-void AxisBlocks::run(const model::StickAxis& axis, std::span<const Block* const> blocks, std::span<double> out) const {
+std::size_t AxisBlocks::run(const model::StickAxis& axis, std::span<const Block* const> blocks,
+                            std::span<double> out) const {
   std::size_t longest = 0;
   for (const Block* block : blocks) {
     longest = std::max(longest, block->end - block->begin);
   }
-  driven_.assign(blocks.size() * longest, 0.0);
+  driven_.assign(kLanes * longest, 0.0);
   const Dynamics still(axis, data_->period_s);
   std::array<Dynamics, kLanes> dynamics{still, still, still, still};
   for (std::size_t lane = 0; lane < blocks.size(); ++lane) {
-    delayed_command(axis, *blocks[lane], std::span<double>(driven_).subspan(lane * longest, longest));
+    const Block& block = *blocks[lane];
+    arrived_commands(commands_.of(*data_, axis, block.stretch), axis, data_->period_s,
+                     block.begin - commands_[block.stretch].past,
+                     std::span<double>(driven_).subspan(lane * longest, block.end - block.begin));
     dynamics[lane].start(blocks[lane]->value, blocks[lane]->rate_per_s);
   }
-  if (blocks.size() == kLanes) {
-    respond<kLanes>(dynamics, driven_, longest);
-  } else {
-    for (std::size_t lane = 0; lane < blocks.size(); ++lane) {
-      respond<1>(std::span(dynamics).subspan(lane), std::span(driven_).subspan(lane * longest), longest);
-    }
-  }
+  respond(dynamics, driven_, longest);
   auto to = out.begin();
   for (std::size_t lane = 0; lane < blocks.size(); ++lane) {
     const auto from = driven_.begin() + static_cast<std::ptrdiff_t>(lane * longest);
     to = std::copy_n(from, blocks[lane]->end - blocks[lane]->begin, to);
   }
+  return static_cast<std::size_t>(to - out.begin());
 }
 
 std::size_t AxisBlocks::simulate(const model::StickAxis& axis, std::span<const int> weights,
                                  std::span<double> out) const {
-  std::array<const Block*, kLanes> together{};
-  std::size_t lanes = 0;
-  std::size_t samples = 0;
-  std::size_t count = 0;
-  const auto flush = [&] {
-    run(axis, std::span<const Block* const>(together).first(lanes), out.subspan(count, samples));
-    count += samples;
-    lanes = samples = 0;
-  };
+  std::vector<const Block*> used;
   for (std::size_t number = 0; number < blocks_.size(); ++number) {
-    if (!weights.empty() && weights[number] <= 0) {
-      continue;
-    }
-    together[lanes++] = &blocks_[number];
-    samples += blocks_[number].end - blocks_[number].begin;
-    if (lanes == kLanes) {
-      flush();
+    if (weights.empty() || weights[number] > 0) {
+      used.push_back(&blocks_[number]);
     }
   }
-  flush();
+  std::size_t count = 0;
+  for (std::size_t at = 0; at < used.size(); at += kLanes) {
+    count += run(axis, std::span(used).subspan(at, std::min(kLanes, used.size() - at)), out.subspan(count));
+  }
   return count;
 }
 
@@ -269,26 +154,20 @@ std::vector<double> AxisBlocks::response(const model::StickAxis& axis) const {
 double AxisBlocks::rmse(const model::StickAxis& axis) const {
   std::vector<double> out(samples_);
   error(axis, {}, out);
-  double sum = 0.0;
-  for (const double value : out) {
-    sum += value * value;
-  }
+  const double sum = std::inner_product(out.begin(), out.end(), out.begin(), 0.0);
   return samples_ > 0 ? std::sqrt(sum / static_cast<double>(samples_)) : 0.0;
 }
 
 double AxisBlocks::fit_percent(const model::StickAxis& axis) const {
-  double mean = 0.0;
+  std::vector<double> measured;
   for (const Block& block : blocks_) {
-    for (std::size_t i = block.begin; i < block.end; ++i) {
-      mean += data_->measured[i] / static_cast<double>(samples_);
-    }
+    const auto from = data_->measured.begin() + static_cast<std::ptrdiff_t>(block.begin);
+    measured.insert(measured.end(), from, from + static_cast<std::ptrdiff_t>(block.end - block.begin));
   }
-  double spread = 0.0;
-  for (const Block& block : blocks_) {
-    for (std::size_t i = block.begin; i < block.end; ++i) {
-      spread += (data_->measured[i] - mean) * (data_->measured[i] - mean);
-    }
-  }
+  const double mean = std::accumulate(measured.begin(), measured.end(), 0.0) / static_cast<double>(samples_);
+  const double spread = std::accumulate(measured.begin(), measured.end(), 0.0, [mean](double sum, double value) {
+    return sum + (value - mean) * (value - mean);
+  });
   const double error = rmse(axis) * std::sqrt(static_cast<double>(samples_));
   return spread > 0.0 ? 100.0 * (1.0 - error / std::sqrt(spread)) : 0.0;
 }

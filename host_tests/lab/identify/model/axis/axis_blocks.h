@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "firmware/model/stick_axis.h"
+#include "host_tests/lab/identify/model/axis/stick_commands.h"
 #include "host_tests/lab/identify/request.h"
 
 namespace m100::lab::identify {
@@ -58,6 +58,7 @@ class AxisBlocks {
   /// Length of the past input, for the delay and for effects with memory of the stick.
   static constexpr double kPast_s = 3.0;
   static constexpr double kBlock_s = 2.5;
+  static constexpr std::size_t kLanes = 4;          ///< blocks that are simulated side by side
   static constexpr std::size_t kStartSamples = 11;  ///< whose quadratic is the initial state of a block
 
   AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, double block_s = kBlock_s);
@@ -79,38 +80,15 @@ class AxisBlocks {
   double fit_percent(const model::StickAxis& axis) const;
 
  private:
-  struct Stretch {
-    std::size_t past;  ///< first sample whose input is used
-    std::size_t begin;
-    std::size_t end;
-  };
-  /// Cache of the commands of the stick that were computed last, by the parameters that determine them. A step of the
-  /// search that changes only frequency, delay or lead zero uses them again.
-  struct CommandCache {
-    model::StickAxis axis;
-    std::vector<std::vector<double>> commands;  ///< by stretch
-    std::vector<char> known;
-  };
-  static constexpr std::size_t kLanes = 4;  ///< blocks that are simulated side by side
-
-  /// The cache entry of the axis' commands; where there is none, the older entry is reused.
-  CommandCache& cached_commands(const model::StickAxis& axis) const;
-  const std::vector<double>& commands(const model::StickAxis& axis, std::size_t stretch) const;
-  void command(const model::StickAxis& axis, const Stretch& around, std::vector<double>& out) const;
-  /// The command after delay and zero, sample by sample of a block.
-  void delayed_command(const model::StickAxis& axis, const Block& block, std::span<double> out) const;
-  /// The response of at most kTogether blocks, one after the other.
-  void run(const model::StickAxis& axis, std::span<const Block* const> blocks, std::span<double> out) const;
+  /// The response of at most kLanes blocks, one after the other. @returns the number of values written.
+  std::size_t run(const model::StickAxis& axis, std::span<const Block* const> blocks, std::span<double> out) const;
   /// @returns the number of values written.
   std::size_t simulate(const model::StickAxis& axis, std::span<const int> weights, std::span<double> out) const;
-  Block start_of(std::size_t begin, std::size_t end, std::size_t stretch) const;
 
   const AxisData* data_;
-  std::vector<Stretch> stretches_;
+  StickCommands commands_{true};
   std::vector<Block> blocks_;
   std::size_t samples_ = 0;
-  mutable std::array<CommandCache, 2> caches_;
-  mutable std::size_t last_cache_ = 0;
   mutable std::vector<double> driven_;
 };
 

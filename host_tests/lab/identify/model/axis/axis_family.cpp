@@ -135,34 +135,35 @@ StickAxis AxisFamily::model(const Fit& fit) const {
   return axis;
 }
 
+std::size_t AxisFamily::samples_of(std::span<const int> weights) const {
+  std::size_t samples = 0;
+  for (std::size_t block = 0; block < training_.size(); ++block) {
+    samples += weights[block] > 0 ? samples_in(block) : 0;
+  }
+  return samples;
+}
+
 Fit AxisFamily::run(Fit start, std::span<const int> weights, int iterations) const {
   const Parameters parameters = parameters_of(start.structure);
   std::vector<Box> box;
   for (const AxisParameter& p : parameters) {
     box.push_back({to_fitted(*p.number, p.number->fit.low), to_fitted(*p.number, p.number->fit.high), p.number->step});
   }
-  std::size_t rows = 0;
-  for (std::size_t block = 0; block < training_.size(); ++block) {
-    rows += weights[block] > 0 ? samples_in(block) : 0;
-  }
+  const std::size_t rows = samples_of(weights);
   scratch_.resize(std::max(scratch_.size(), (parameters.size() + 2) * rows));
   std::vector<double> x = start.parameters;
   const auto residual = [&](std::span<const double> at, std::span<double> out) {
     start.parameters.assign(at.begin(), at.end());
     training_.error(model(start), weights, out);
   };
-  const LmReport report = levenberg_marquardt(residual, std::span<double>(x), box, rows, scratch_, {iterations, 1e-4});
+  start.sum_of_squares = levenberg_marquardt(residual, std::span<double>(x), box, rows, scratch_, {iterations, 1e-4});
   start.parameters = x;
-  start.sum_of_squares = report.sum_of_squares;
   start.free_parameters = parameters.size();
   return start;
 }
 
 double AxisFamily::sum_of_squares(const Fit& fit, std::span<const int> weights) const {
-  std::size_t rows = 0;
-  for (std::size_t block = 0; block < training_.size(); ++block) {
-    rows += weights[block] > 0 ? samples_in(block) : 0;
-  }
+  const std::size_t rows = samples_of(weights);
   std::vector<double> out(rows);
   training_.error(model(fit), weights, out);
   return std::inner_product(out.begin(), out.end(), out.begin(), 0.0);
@@ -317,12 +318,6 @@ std::vector<Fit> AxisFamily::variants(const Fit& fit) const {
   Fit plain = fit;
   plain.shape = without_token(fit.shape, "jump");
   return {run(std::move(plain), all, 15)};
-}
-
-std::vector<double> AxisFamily::error(const Fit& fit, std::size_t block) const {
-  std::vector<int> weights(training_.size(), 0);
-  weights[block] = 1;
-  return errors(fit, weights)[block];
 }
 
 std::vector<std::vector<double>> AxisFamily::errors(const Fit& fit, std::span<const int> weights) const {

@@ -21,7 +21,6 @@ class AxisFamily final : public Family {
   std::size_t samples_in(std::size_t block) const override { return training_[block].end - training_[block].begin; }
   Fit fit(const Structure& structure, std::span<const int> weights, const Fit* warm) const override;
   Fit polish(const Fit& fit, std::span<const int> weights) const override;
-  std::vector<double> error(const Fit& fit, std::size_t block) const override;
   std::vector<std::vector<double>> errors(const Fit& fit, std::span<const int> weights) const override;
   std::vector<Edit> edits(const Structure& present) const override;
   Structure without(const Structure& structure, const std::string& name) const override;
@@ -59,6 +58,7 @@ class AxisFamily final : public Family {
   Fit best_of(std::vector<Fit> starts, std::span<const int> weights) const;
   static bool is_parameter_at_bound(const Fit& fit, std::size_t parameter, const model::AxisNumber& number);
   bool is_parameter_significant(const Fit& fit, std::size_t parameter, const model::AxisNumber& number) const;
+  std::size_t samples_of(std::span<const int> weights) const;
   Fit run(Fit start, std::span<const int> weights, int iterations) const;
   /// The fit with a jump at the dead zone's edge. Its width is scanned, because the error is constant in it between two
   /// stick positions and has no gradient there.

@@ -28,10 +28,6 @@ std::vector<AxisParameter> parameters_of(const Structure& structure) {
 double to_fitted(const AxisNumber& number, double in_unit) { return number.logarithmic ? std::log(in_unit) : in_unit; }
 double from_fitted(const AxisNumber& number, double fitted) { return number.logarithmic ? std::exp(fitted) : fitted; }
 
-bool has(const Structure& structure, std::string_view name) {
-  return std::find(structure.begin(), structure.end(), name) != structure.end();
-}
-
 std::vector<Family::Edit> axis_edits(const Structure& present, bool has_other) {
   std::vector<Family::Edit> out;
   const auto contained = [&](const AxisEffect& effect) {

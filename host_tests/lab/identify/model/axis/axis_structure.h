@@ -29,8 +29,6 @@ std::vector<AxisParameter> parameters_of(const Structure& structure);
 double to_fitted(const model::AxisNumber& number, double in_unit);
 double from_fitted(const model::AxisNumber& number, double fitted);
 
-bool has(const Structure& structure, std::string_view name);
-
 /// The structures with one more effect.
 /// @param has_other  whether the log holds the other axis' stick
 std::vector<Family::Edit> axis_edits(const Structure& present, bool has_other);

@@ -11,36 +11,6 @@ namespace {
 
 constexpr double kLookAhead_s = 0.3;  // of the stick, for delays below zero
 
-/// Delay and lead zero of a command.
-class DelayLine {
- public:
-  DelayLine(const model::StickAxis& axis, double period_s)
-      : shift_(static_cast<std::ptrdiff_t>(std::floor(axis.transport_delay_s / period_s))),
-        part_(axis.transport_delay_s / period_s - std::floor(axis.transport_delay_s / period_s)),
-        lead_(axis.lead_zero_s / period_s) {}
-
-  /// The command after delay and zero at a sample; the first and the last command are held.
-  double arrived(const std::vector<double>& command, std::ptrdiff_t sample) const {
-    const double now = delayed(command, sample);
-    return lead_ > 0.0 || lead_ < 0.0 ? now + lead_ * (now - delayed(command, sample - 1)) : now;
-  }
-
- private:
-  double delayed(const std::vector<double>& command, std::ptrdiff_t sample) const {
-    const auto last = static_cast<std::ptrdiff_t>(command.size()) - 1;
-    const auto at = [&](std::ptrdiff_t k) {
-      return command[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(k, 0, last))];
-    };
-    const double newer = at(sample - shift_);
-    return part_ > 0.0 ? newer + part_ * (at(sample - shift_ - 1) - newer) : newer;
-  }
-
-  // In samples.
-  std::ptrdiff_t shift_;
-  double part_;
-  double lead_;
-};
-
 /// Writes means of a fixed number of values, one row after the other.
 class MeanRows {
  public:
@@ -66,14 +36,6 @@ class MeanRows {
   std::size_t counted_ = 0;
 };
 
-/// The dynamics of another vehicle in the same state.
-sysid::AxisDynamics<double> dynamics_after_change(const sysid::AxisDynamics<double>& from, const model::StickAxis& axis,
-                                                  double period_s) {
-  sysid::AxisDynamics<double> dynamics(axis, period_s);
-  dynamics.start(from.value(), from.rate_per_s());
-  return dynamics;
-}
-
 std::vector<Range> joined(std::vector<Range> ranges, double period_s) {
   std::sort(ranges.begin(), ranges.end());
   std::vector<Range> out;
@@ -96,6 +58,7 @@ FreeRun::FreeRun(const AxisData& data, const std::vector<Range>& ranges)
       settle_(static_cast<std::size_t>(std::lround(kSettle_s / data.period_s))) {
   const double whole_s = static_cast<double>(data.measured.size() + 1) * data.period_s;
   const auto past = static_cast<std::size_t>(std::lround(AxisBlocks::kPast_s / data.period_s));
+  const auto ahead = static_cast<std::size_t>(std::lround(kLookAhead_s / data.period_s));
   const AxisBlocks blocks(data, joined(ranges, data.period_s), whole_s);
   for (std::size_t number = 0; number < blocks.size(); ++number) {
     const AxisBlocks::Block& block = blocks[number];
@@ -106,56 +69,58 @@ FreeRun::FreeRun(const AxisData& data, const std::vector<Range>& ranges)
     const auto last = static_cast<Eigen::Index>(time_s_.size());
     if (last > first) {
       segments_.push_back({first, last});
-      runs_.push_back(
-          {block.begin > past ? block.begin - past : 0, block.begin, block.end, block.value, block.rate_per_s});
+      runs_.push_back({block.begin, block.end, block.value, block.rate_per_s});
+      commands_.add(
+          {block.begin > past ? block.begin - past : 0, block.begin, std::min(block.end + ahead, data.stick.size())});
     }
   }
 }
 
-void FreeRun::command(const model::StickAxis& axis, const Run& run, std::vector<double>& out) const {
-  const auto ahead = static_cast<std::size_t>(std::lround(kLookAhead_s / data_.period_s));
-  const std::size_t end = std::min(run.end + ahead, data_.stick.size());
-  out.resize(end - run.past);
-  model::StickLaw<double> law(axis, data_.period_s);
-  for (std::size_t i = run.past; i < end; ++i) {
-    out[i - run.past] = law.command(data_.stick[i], data_.other.empty() ? 0.0 : data_.other[i], data_.since_begin_s(i));
+std::size_t FreeRun::arrive(const model::StickAxis& before, const model::StickAxis& after, double switch_s,
+                            std::size_t number, std::vector<double>& out) const {
+  const Run& run = runs_[number];
+  const std::size_t past = commands_[number].past;
+  const std::vector<double>* commands = &commands_.of(data_, before, number);
+  std::size_t turn = run.end;
+  std::vector<double> switched;
+  if (data_.time_s(run.end) > switch_s) {
+    const std::vector<double>& later = commands_.of(data_, after, number);
+    switched = *commands;
+    for (std::size_t k = 0; k < later.size(); ++k) {
+      if (data_.time_s(past + k) > switch_s) {
+        switched[k] = later[k];
+        turn = std::min(turn, std::max(run.begin, past + k));
+      }
+    }
+    commands = &switched;
   }
-}
-
-void FreeRun::command_with_switch(const model::StickAxis& before, const model::StickAxis& after, double switch_s,
-                                  const Run& run) const {
-  command(before, run, command_);
-  if (!switches(run, switch_s)) {
-    return;
-  }
-  command(after, run, command_after_);
-  for (std::size_t k = 0; k < command_.size(); ++k) {
-    command_[k] = data_.time_s(run.past + k) > switch_s ? command_after_[k] : command_[k];
-  }
+  out.resize(run.end - run.begin);
+  const std::span<double> arrived(out);
+  arrived_commands(*commands, before, data_.period_s, run.begin - past, arrived.first(turn - run.begin));
+  arrived_commands(*commands, after, data_.period_s, turn - past, arrived.subspan(turn - run.begin));
+  return turn;
 }
 
 Rows FreeRun::error(const model::StickAxis& before, const model::StickAxis& after, double switch_s) const {
-  const DelayLine way_before(before, data_.period_s);
-  const DelayLine way_after(after, data_.period_s);
   Rows out(static_cast<Eigen::Index>(size()));
   MeanRows means(mean_, out);
-  for (const Run& run : runs_) {
-    command_with_switch(before, after, switch_s, run);
+  std::vector<double> arrived;
+  for (std::size_t number = 0; number < runs_.size(); ++number) {
+    const Run& run = runs_[number];
+    const std::size_t turn = arrive(before, after, switch_s, number, arrived);
     sysid::AxisDynamics<double> dynamics(before, data_.period_s);
     dynamics.start(run.value, run.rate_per_s);
     means.reset();
-    const DelayLine* way = &way_before;
-    bool to_switch = switches(run, switch_s);
     for (std::size_t i = run.begin; i < run.end; ++i) {
-      if (to_switch && data_.time_s(i) > switch_s) {
-        to_switch = false;
-        dynamics = dynamics_after_change(dynamics, after, data_.period_s);
-        way = &way_after;
+      if (i == turn) {
+        const sysid::AxisDynamics<double> left = dynamics;
+        dynamics = {after, data_.period_s};
+        dynamics.start(left.value(), left.rate_per_s());
       }
       if (i >= run.begin + settle_) {
         means.add(dynamics.value() - data_.measured[i]);
       }
-      dynamics.step(way->arrived(command_, static_cast<std::ptrdiff_t>(i - run.past)));
+      dynamics.step(arrived[i - run.begin]);
     }
   }
   return out;

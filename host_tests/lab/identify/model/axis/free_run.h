@@ -45,17 +45,15 @@ class FreeRun {
 
  private:
   struct Run {
-    std::size_t past;   ///< first sample whose input is used
     std::size_t begin;  ///< first sample, which gives the measured initial state
     std::size_t end;
     double value;
     double rate_per_s;
   };
-  bool switches(const Run& run, double switch_s) const { return data_.time_s(run.end) > switch_s; }
-  void command(const model::StickAxis& axis, const Run& run, std::vector<double>& out) const;
-  /// Writes into command_: changes at the stick act before the delay.
-  void command_with_switch(const model::StickAxis& before, const model::StickAxis& after, double switch_s,
-                           const Run& run) const;
+  /// Writes the commands of a run after the delay; changes at the stick act before the delay.
+  /// @returns the first sample after the change
+  std::size_t arrive(const model::StickAxis& before, const model::StickAxis& after, double switch_s, std::size_t number,
+                     std::vector<double>& out) const;
 
   const AxisData& data_;
   std::size_t mean_;    ///< samples in a mean
@@ -64,7 +62,7 @@ class FreeRun {
   std::vector<double> time_s_;
   std::vector<Segment> segments_;
   Rows weights_;
-  mutable std::vector<double> command_, command_after_;  // scratch
+  StickCommands commands_{false};  ///< of the runs
 };
 
 /// One free parameter of a whitened fit.

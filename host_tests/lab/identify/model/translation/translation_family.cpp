@@ -177,12 +177,6 @@ TranslationFamily::Starts TranslationFamily::wind_starts(const Starts& starts, c
   return out;
 }
 
-std::vector<double> TranslationFamily::error(const Fit& fit, std::size_t block) const {
-  std::vector<int> weights(block_count(), 0);
-  weights[block] = 1;
-  return errors(fit, weights)[block];
-}
-
 std::vector<std::vector<double>> TranslationFamily::errors(const Fit& fit, std::span<const int> weights) const {
   const Vector residual = residual_of(training_, measured_rows(training_), fit);
   std::vector<std::vector<double>> out(block_count());

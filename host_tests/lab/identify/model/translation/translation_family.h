@@ -29,7 +29,6 @@ class TranslationFamily final : public Family {
     return training_.blocks[block].samples.size() * training_.data->axes;
   }
   Fit fit(const Structure& structure, std::span<const int> weights, const Fit* warm) const override;
-  std::vector<double> error(const Fit& fit, std::size_t block) const override;
   std::vector<std::vector<double>> errors(const Fit& fit, std::span<const int> weights) const override;
   std::vector<Edit> edits(const Structure& present) const override;
   Structure without(const Structure& structure, const std::string& name) const override;

@@ -9,10 +9,6 @@ namespace m100::lab::identify::translation {
 
 using model::TranslationEffect;
 
-bool has(const Structure& structure, std::string_view name) {
-  return std::find(structure.begin(), structure.end(), name) != structure.end();
-}
-
 const std::array<Slot, kSearched>& slots() {
   static const std::array<Slot, kSearched> kSlots = [] {
     std::array<Slot, kSearched> out{};

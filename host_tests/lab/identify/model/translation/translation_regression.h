@@ -22,8 +22,6 @@ namespace m100::lab::identify::translation {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-bool has(const Structure& structure, std::string_view name);
-
 /// A searched parameter: the prediction is not linear in it.
 struct Slot {
   const model::TranslationEffect* effect = nullptr;
