@@ -69,6 +69,8 @@ const Edge kEdges[] = {
      FailsafeState::kLevel, FailsafeReason::kFenceLeft},
     {"OnTheGroundFor500Ms", [](Observation& o, Duration d) { o.flight.on_ground_for = milliseconds(500) + d - kMin; },
      FailsafeState::kSilent, FailsafeReason::kOnGround},
+    {"Unhealthy", [](Observation& o, Duration d) { o.estimate.healthy = d == Duration{0}; }, FailsafeState::kLevel,
+     FailsafeReason::kEstimateLost},
     {"OutOfControl",
      [](Observation& o, Duration d) {
        o.flight.failure = d > Duration{0} ? FlightFailure::kTilt : FlightFailure::kNone;
@@ -135,6 +137,8 @@ TEST(FlightLimit, StatesLastAsLongAsTheySay) {
     EXPECT_EQ(flight.later(milliseconds(700) - kMin + more, old),
               more == kMin ? FailsafeState::kLevel : FailsafeState::kCoast);
     if (more == kMin) {
+      EXPECT_EQ(flight.supervisor.last_step().reason, FailsafeReason::kCoastOver);
+      EXPECT_EQ(flight.supervisor.descent().reason, FailsafeReason::kPoseOld);
       Flight longer = flight;
       EXPECT_EQ(flight.later(milliseconds(1000) - kMin, old), FailsafeState::kLevel);
       EXPECT_EQ(longer.later(milliseconds(1000), old), FailsafeState::kRelease);
@@ -244,6 +248,50 @@ TEST(FlightLimit, TwoGapsAreTwoCoastsOnceThePlaceIsKnownAgain) {
       EXPECT_EQ(longer.later(milliseconds(700) - kMin, old), FailsafeState::kCoast);
       EXPECT_EQ(longer.later(kMin, old), FailsafeState::kLevel);
     }
+  }
+}
+
+// The first descent is kept while the failsafe goes further down; each reported fact has its own bit of the log.
+TEST(FlightLimit, TellsTheCauseOfTheDescentAndEachFact) {
+  Flight lost;
+  Observation old = good({});
+  old.estimate.pose_age = milliseconds(61);
+  ASSERT_EQ(lost.tick(old).failsafe_state, FailsafeState::kCoast);
+  old.estimate.healthy = false;
+  ASSERT_EQ(lost.tick(old).failsafe_state, FailsafeState::kLevel);
+  EXPECT_EQ(lost.supervisor.descent().reason, FailsafeReason::kEstimateLost);
+  EXPECT_EQ(lost.later(milliseconds(1000), old), FailsafeState::kRelease);
+  EXPECT_EQ(lost.supervisor.descent().reason, FailsafeReason::kEstimateLost);
+  for (std::size_t fact = 0; fact < 6; ++fact) {
+    Flight flight;
+    Observation seen = good({});
+    bool& is_set = fact < 4    ? seen.model.mismatch[fact]
+                   : fact == 4 ? seen.model.trim_drifted
+                               : seen.limit_cycle.detected;
+    is_set = true;
+    const auto before = static_cast<std::uint32_t>(flight.supervisor.conditions());
+    EXPECT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kNominal);
+    EXPECT_EQ(static_cast<std::uint32_t>(flight.supervisor.conditions()) ^ before, 1U << (fact < 5 ? 11 + fact : 20));
+  }
+}
+
+TEST(FailsafeCondition, EachHasItsOwnBitOfTheLog) {
+  using enum FailsafeCondition;
+  std::uint32_t bit = 1;
+  for (const FailsafeCondition condition : {kCommandable,        kOperatorReleases,
+                                            kTelemetryDead,      kCommandInvalid,
+                                            kEstimateLost,       kFresh,
+                                            kRecovered,          kCoastOver,
+                                            kLevelOver,          kNeutralOver,
+                                            kOperatorEngages,    kRollModelMismatch,
+                                            kPitchModelMismatch, kYawRateModelMismatch,
+                                            kClimbModelMismatch, kTrimDrifted,
+                                            kReserveSpent,       kOutsideFence,
+                                            kAuthorityExceeded,  kTaskFlies,
+                                            kLimitCycle,         kLimitCyclePersists,
+                                            kOnGround,           kFlightFailure}) {
+    EXPECT_EQ(static_cast<std::uint32_t>(condition), bit);
+    bit <<= 1;
   }
 }
 
