@@ -305,6 +305,23 @@ TEST_F(VelocityConsistencyTest, NamesAHeightThatStandsWhileTheForceLifts) {
   EXPECT_NEAR(check_.report().allowed, 0.0036847212, 1e-6);
 }
 
+// Too slow for the force check, so only the path tells; each axis has its own.
+TEST_F(VelocityConsistencyTest, NamesAPathThatNoForceMakesAlongEachAxis) {
+  for (AxisEstimate<double> Estimate<double>::*axis : {&Estimate<double>::x, &Estimate<double>::y}) {
+    check_ = VelocityConsistency<double>();
+    estimate_.x = estimate_.y = {};
+    fly(10.0);
+    double spoke_s = 0.0;
+    for (; spoke_s < 5.0 && reported() == ConsistencyCheck::kNone; spoke_s += kTick_s) {
+      (estimate_.*axis).position_m = 0.03 * std::sin(2.0 * spoke_s);
+      (estimate_.*axis).velocity_m_s = 0.06 * std::cos(2.0 * spoke_s);
+      fly(kTick_s);
+    }
+    EXPECT_EQ(reported(), ConsistencyCheck::kMotion);
+    EXPECT_NEAR(spoke_s, 1.68, 0.005);
+  }
+}
+
 // The smallest faults that the checks' headers claim to see in 3 s of a calm hover, from both sides.
 TEST_F(VelocityConsistencyTest, SeesTheSmallestFaultInThreeSecondsAndNotThreeQuartersOfIt) {
   const auto reported_after = [this](double force_m_s2, double climb_m_s, double turn_rad) {

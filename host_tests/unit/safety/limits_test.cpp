@@ -338,6 +338,17 @@ TEST(Envelope, EachCommandRisesAtItsOwnPaceToItsOwnRange) {
   EXPECT_EQ(flight.supervisor.stats().limited_commands, limited) << "nothing was cut";
 }
 
+// A command that could not leave leaves its time to the next one, once.
+TEST(Envelope, TheSlewLimitCoversTheTimeThatACommandWasHeld) {
+  Flight flight;
+  const ctl::Command<double> climb{.climb_m_s = 2.0};
+  EXPECT_EQ(flight.supervisor.hold_command(CommandSource::kLaw, milliseconds(10)).command.climb_m_s, 0.0);
+  EXPECT_NEAR(flight.supervisor.limit_command(CommandSource::kLaw, climb, milliseconds(10)).command.climb_m_s, 0.8,
+              1e-12);
+  EXPECT_NEAR(flight.supervisor.limit_command(CommandSource::kLaw, climb, milliseconds(10)).command.climb_m_s, 1.2,
+              1e-12);
+}
+
 TEST(SupervisorStats, CountTheFailsafesSteps) {
   Supervisor<double> fresh{Limits{}, Envelope{}};
   EXPECT_EQ(fresh.failsafe_state(), FailsafeState::kSilent);
