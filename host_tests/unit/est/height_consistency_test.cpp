@@ -90,5 +90,27 @@ TEST_F(HeightConsistencyTest, NumbersThatAreNoneLeaveNoTrace) {
   EXPECT_GT(fly({.pose_m_s = 0.1}, 100.0), 0.0);
 }
 
+// The weight grows by ratio - 1, beyond twice the allowed difference by its square, at most four a second.
+TEST(Cusum, WeighsByTheSizeOfTheDisagreement) {
+  const auto ticks_to = [](double ratio) {
+    Cusum<double> cusum;
+    int ticks = 0;
+    for (; !cusum.exceeds_threshold() && ticks < 1000; ++ticks) {
+      cusum.add(0.2 * ratio, 0.2, 0.001);
+    }
+    return ticks;
+  };
+  EXPECT_EQ(ticks_to(0.99), 1000);
+  EXPECT_NEAR(ticks_to(1.8), 625, 1);
+  EXPECT_NEAR(ticks_to(3.0), 187.5, 1);
+  EXPECT_NEAR(ticks_to(99.0), 125, 1);
+  Cusum<double> full;
+  full.add(99.0, 1.0, 10.0);
+  full.add(0.0, 1.0, 0.49);
+  EXPECT_TRUE(full.exceeds_threshold());
+  full.add(0.0, 1.0, 0.02);
+  EXPECT_FALSE(full.exceeds_threshold());
+}
+
 }  // namespace
 }  // namespace m100::est

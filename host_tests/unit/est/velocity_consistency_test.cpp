@@ -344,61 +344,6 @@ TEST_F(VelocityConsistencyTest, SeesTheSmallestFaultInThreeSecondsAndNotThreeQua
   EXPECT_EQ(reported_after(0.0, 0.0, 0.25), ConsistencyCheck::kNone);
 }
 
-// Force and position alternate about a steady flight, on each axis by its own size: the mean squares of the header, and
-// a memory of three seconds.
-TEST(MotionNoise, IsTheMeanSquareOfSuccessiveDifferences) {
-  SpecificForce<double> force;
-  MotionNoise<double> noise;
-  Estimate<double> estimate;
-  estimate.x.velocity_m_s = 0.3;
-  estimate.y.velocity_m_s = -0.2;
-  estimate.climb_m_s = 0.1;
-  const auto fly = [&](int ticks, double size) {
-    for (int tick = 1; tick <= ticks; ++tick) {
-      const double sign = tick % 2 == 0 ? size : -size;
-      ImuSample<double> imu{.force_is_new = true};
-      imu.force_b = {0.1 * sign, -0.05 * sign, kGravity_m_s2 + 0.04 * sign};
-      estimate.x.position_m = 0.003 * tick + 0.001 * sign;
-      estimate.y.position_m = -0.002 * tick + 0.002 * sign;
-      estimate.height_m = 0.001 * tick + 0.003 * sign;
-      force.update(imu);
-      force.learn({0.0, 0.0}, 0.0, false, kTick_s);
-      noise.update(imu, force, estimate, true, kTick_s);
-    }
-  };
-  EXPECT_EQ(noise.magnitude(), 0.0);
-  fly(8000, 1.0);
-  const double force_m2_s3 = 0.25 * (0.2 * 0.2 + 0.1 * 0.1) * kTick_s;
-  EXPECT_NEAR(noise.force_m2_s3().horizontal, force_m2_s3, 1e-9);
-  EXPECT_NEAR(noise.force_m2_s3().vertical, 0.5 * 0.08 * 0.08 * kTick_s, 1e-9);
-  EXPECT_NEAR(noise.position_m2().horizontal, 0.25 * (0.004 * 0.004 + 0.008 * 0.008), 1e-10);
-  EXPECT_NEAR(noise.position_m2().vertical, 0.5 * 0.012 * 0.012, 1e-10);
-  fly(300, 0.0);
-  EXPECT_NEAR(noise.force_m2_s3().horizontal, force_m2_s3 * std::exp(-1.0), 0.01 * force_m2_s3);
-}
-
-// The weight grows by ratio - 1, beyond twice the allowed difference by its square, at most four a second.
-TEST(Cusum, WeighsByTheSizeOfTheDisagreement) {
-  const auto ticks_to = [](double ratio) {
-    Cusum<double> cusum;
-    int ticks = 0;
-    for (; !cusum.exceeds_threshold() && ticks < 1000; ++ticks) {
-      cusum.add(0.2 * ratio, 0.2, 0.001);
-    }
-    return ticks;
-  };
-  EXPECT_EQ(ticks_to(0.99), 1000);
-  EXPECT_NEAR(ticks_to(1.8), 625, 1);
-  EXPECT_NEAR(ticks_to(3.0), 187.5, 1);
-  EXPECT_NEAR(ticks_to(99.0), 125, 1);
-  Cusum<double> full;
-  full.add(99.0, 1.0, 10.0);
-  full.add(0.0, 1.0, 0.49);
-  EXPECT_TRUE(full.exceeds_threshold());
-  full.add(0.0, 1.0, 0.02);
-  EXPECT_FALSE(full.exceeds_threshold());
-}
-
 TEST(ConsistencyCheck, EveryCheckIsFoundByItsName) {
   for (std::size_t i = 1; i < kCheckCount; ++i) {
     EXPECT_EQ(check_of(name(static_cast<ConsistencyCheck>(i))), static_cast<ConsistencyCheck>(i));

@@ -275,26 +275,6 @@ TEST(FlightLimit, TellsTheCauseOfTheDescentAndEachFact) {
   }
 }
 
-TEST(FailsafeCondition, EachHasItsOwnBitOfTheLog) {
-  using enum FailsafeCondition;
-  std::uint32_t bit = 1;
-  for (const FailsafeCondition condition : {kCommandable,        kOperatorReleases,
-                                            kTelemetryDead,      kCommandInvalid,
-                                            kEstimateLost,       kFresh,
-                                            kRecovered,          kCoastOver,
-                                            kLevelOver,          kNeutralOver,
-                                            kOperatorEngages,    kRollModelMismatch,
-                                            kPitchModelMismatch, kYawRateModelMismatch,
-                                            kClimbModelMismatch, kTrimDrifted,
-                                            kReserveSpent,       kOutsideFence,
-                                            kAuthorityExceeded,  kTaskFlies,
-                                            kLimitCycle,         kLimitCyclePersists,
-                                            kOnGround,           kFlightFailure}) {
-    EXPECT_EQ(static_cast<std::uint32_t>(condition), bit);
-    bit <<= 1;
-  }
-}
-
 // No law of ours commands more than twice the envelope.
 TEST(FlightLimit, ACommandBeyondTwiceItsRangeIsUnsound) {
   struct Case {

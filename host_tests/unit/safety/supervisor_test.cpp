@@ -226,5 +226,25 @@ TEST_F(FailsafeStates, LeansByNoMoreThanItsLimitWhateverTheDirection) {
   EXPECT_EQ(supervisor_.stats().limited_commands, limited + 1);
 }
 
+TEST(FailsafeCondition, EachHasItsOwnBitOfTheLog) {
+  using enum FailsafeCondition;
+  std::uint32_t bit = 1;
+  for (const FailsafeCondition condition : {kCommandable,        kOperatorReleases,
+                                            kTelemetryDead,      kCommandInvalid,
+                                            kEstimateLost,       kFresh,
+                                            kRecovered,          kCoastOver,
+                                            kLevelOver,          kNeutralOver,
+                                            kOperatorEngages,    kRollModelMismatch,
+                                            kPitchModelMismatch, kYawRateModelMismatch,
+                                            kClimbModelMismatch, kTrimDrifted,
+                                            kReserveSpent,       kOutsideFence,
+                                            kAuthorityExceeded,  kTaskFlies,
+                                            kLimitCycle,         kLimitCyclePersists,
+                                            kOnGround,           kFlightFailure}) {
+    EXPECT_EQ(static_cast<std::uint32_t>(condition), bit);
+    bit <<= 1;
+  }
+}
+
 }  // namespace
 }  // namespace m100::safety
