@@ -99,7 +99,10 @@ TEST(MonotonicClock, ReallySleepsAndDoesNotForADeadlineBeforeItsMachineStarted) 
 
 struct FileStorageTest : ::testing::Test {
   std::filesystem::path path = std::filesystem::temp_directory_path() / ("m100_log_" + std::to_string(getpid()));
-  void SetUp() override { std::filesystem::remove(path); }
+  void SetUp() override {
+    std::filesystem::remove(path);
+    free_descriptor_zero();
+  }
   void TearDown() override { std::filesystem::remove(path); }
 };
 

@@ -41,7 +41,7 @@ class Manager {
   }
 
  private:
-  int socket_ = socket(AF_UNIX, SOCK_DGRAM, 0);
+  int socket_ = not_zero(socket(AF_UNIX, SOCK_DGRAM, 0));
   sockaddr_un address_{};
   std::string name_;
 };
@@ -59,10 +59,11 @@ TEST(ServiceWatchdog, SaysThatItIsReadyAndThenTenTimesASecondThatItLives) {
   }
 }
 
-// Names of each kind, and up to the longest; it leaves no file open.
+// Names of each kind, and up to the longest, with descriptor 0 as well; it leaves no file open.
 TEST(ServiceWatchdog, SaysThatItIsEndingSoThatWritingTheLogIsNoHang) {
   for (const auto& [first, size] : {std::pair{'@', std::size_t{40}}, {'/', 40}, {'@', 107}, {'/', 107}, {'@', 108}}) {
     const Manager manager(first, size);
+    free_descriptor_zero();
     const auto open = open_files();
     {
       ServiceWatchdog watchdog;

@@ -18,7 +18,7 @@ namespace {
 /// Another program on the loopback of this machine.
 class Peer {
  public:
-  Peer() : descriptor_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+  Peer() : descriptor_(not_zero(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0))) {
     sockaddr_in address = at(0);
     EXPECT_EQ(::bind(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
     socklen_t size = sizeof(address);
@@ -66,7 +66,10 @@ struct UdpPortTest : ::testing::Test {
   const std::uint16_t number = free_port();
   UdpPort port{number};
   Peer peer;
-  void SetUp() override { ASSERT_EQ(port.open(), core::Status::kOk); }
+  void SetUp() override {
+    free_descriptor_zero();
+    ASSERT_EQ(port.open(), core::Status::kOk);
+  }
 
   /// Repeats the read until bytes come.
   std::string read(std::size_t at_most) {
