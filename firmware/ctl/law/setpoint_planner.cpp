@@ -112,7 +112,7 @@ void SetpointPlanner<T>::check(Axis& axis, const est::AxisEstimate<T>& estimate,
     return;
   }
   const T error_m = estimate.position_m - axis.motion.at(time_s - lead_s).position_m;
-  axis.is_off = magnitude(error_m) > static_cast<T>(kMaxError_m);
+  axis.is_off = axis.is_off || magnitude(error_m) > static_cast<T>(kMaxError_m);
   const bool has_changed = magnitude(estimate.disturbance_m_s2 - axis.planned_m_s2) > static_cast<T>(kMaxChange_m_s2);
   if ((!axis.is_off && !has_changed) || axis.is_due || axis.replans >= kMaxReplans) {
     return;

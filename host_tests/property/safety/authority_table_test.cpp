@@ -69,6 +69,7 @@ TEST(AuthorityTable, GivingBackIsRepeatedAtMostFiveTimesASecondAndRequestsEveryT
         static_cast<AuthorityCondition>((random() | random()) & (i % 50 < 40 ? 0x7CCU : 0x7CCU & random()));
     const auto edges = static_cast<AuthorityCondition>(random() % 8 == 0 ? 1U << (random() % 25U) : 0U);
     const AuthorityStep made = step(state, levels | edges, kTick);
+    ASSERT_TRUE(made.moved || (made.state.stage == state.stage && made.state.reason == state.reason));
     state = made.state;
     since_request += kTick;
     if (made.action == AuthorityAction::kReleaseControl) {

@@ -10,12 +10,10 @@
 namespace m100::scenario {
 namespace {
 
-/// Measured results of this test, m. The flights are equal, bit for bit, on every machine. A limit is the measured
-/// value plus 50 % for intended changes of the law; a larger regression has to be explained here.
+/// Measured results of this test, m.
 struct Measured {
-  double calm_m, headings_m, at_25_hz_m, offset_m, sinusoid_m, waypoints_m, dropout_peak_m;
+  double calm_m, headings_m, at_25_hz_m;
 };
-constexpr double kMargin = 1.5;
 
 struct Plant {
   const char* name;
@@ -42,25 +40,6 @@ TEST_P(ClosedLoop, KeepsItsMargins) {
     EXPECT_LE(m.peak_sensitivity, 1.6);
     EXPECT_GE(m.delay_margin_s, 0.1);
   }
-}
-
-TEST_P(ClosedLoop, HoversInWindWithGusts) {
-  World world = GetParam().world;
-  world.wind_m_s2 = 1.5;
-  world.gust_m_s2 = 0.5;
-  double x2 = 0.0, y2 = 0.0;
-  constexpr int kSeeds = 5;
-  for (int seed = 1; seed <= kSeeds; ++seed) {
-    world.seed = static_cast<std::uint32_t>(seed);
-    const Result r = fly<double, double>(world, vehicle_of(world), hover(70.0));
-    report("hover, wind and gusts", r);
-    x2 += r.x_rms_m * r.x_rms_m / kSeeds;
-    y2 += r.y_rms_m * r.y_rms_m / kSeeds;
-  }
-  EXPECT_LE(std::sqrt(x2), 0.05);
-  EXPECT_LE(std::sqrt(y2), 0.05);
-  world.pose_delay_s = 0.02;
-  report("the same, poses 20 ms", fly<double, double>(world, vehicle_of(world), hover(70.0)));
 }
 
 // Catches a law or filter that works only in one arithmetic.
@@ -109,36 +88,6 @@ TEST_P(ClosedLoop, FliesWhenCommandsLeaveEvery40Milliseconds) {
   EXPECT_LE(r.tilt_rms_deg, 0.7);
 }
 
-// The paper's own model on these plants: first order, no delay, gain 1 (with the printed gain the result is worse).
-TEST_P(ClosedLoop, TheModelThatLacksDelayAndSecondOrderIsWorse) {
-  RecordProperty("paper", "III-D.2");
-  model::Vehicle blind = vehicle_of(GetParam().world);
-  for (model::StickAxis* axis : {&blind.roll, &blind.pitch}) {
-    axis->natural_frequency_rad_s = 0.0;
-    axis->time_constant_s = axis == &blind.roll ? 0.472 : 0.4115;
-    axis->transport_delay_s = 0.0;
-  }
-  blind.mpc.input = 35.0;
-  blind.mpc.tilt = 20.0;
-  const model::Vehicle knowing = vehicle_of(GetParam().world);
-  const Result with = fly<double, double>(GetParam().world, knowing, hover(30.0));
-  const Result without = fly<double, double>(GetParam().world, blind, hover(30.0));
-  report("model with delay and order", with);
-  report("the paper's model", without);
-  EXPECT_GT(without.tilt_rms_deg, with.tilt_rms_deg);
-}
-
-TEST_P(ClosedLoop, LeavesNoSteadyOffsetInSteadyWindWithTrimAndGainErrors) {
-  World world = GetParam().world;
-  world.wind_m_s2 = 1.5;
-  world.trim_rad = 0.03;
-  world.command_gain = 0.95;
-  const Result r = fly<double, double>(world, vehicle_of(world), hover(40.0));
-  report("steady wind, trim", r);
-  EXPECT_NEAR(r.x_mean_m, 0.0, kMargin * GetParam().measured.offset_m);
-  EXPECT_NEAR(r.y_mean_m, 0.0, kMargin * GetParam().measured.offset_m);
-}
-
 TEST_P(ClosedLoop, HoldsItsTiltStillInCalm) {
   const Result r = fly<double, double>(GetParam().world, vehicle_of(GetParam().world), hover(40.0));
   report("hover, calm", r);
@@ -148,48 +97,8 @@ TEST_P(ClosedLoop, HoldsItsTiltStillInCalm) {
   EXPECT_LE(r.z_rms_m, kMargin * GetParam().measured.calm_m);
 }
 
-TEST_P(ClosedLoop, FollowsASinusoid) {
-  Flight flight;
-  flight.duration_s = 40.0;
-  flight.reference = [](double now_s, double lead_s) { return sinusoid(2.0, 0.9, now_s, lead_s); };
-  const Result r = fly<double, double>(GetParam().world, vehicle_of(GetParam().world), flight);
-  report("sinusoid 2 m 0.9 rad/s", r);
-  EXPECT_LE(r.x_rms_m, kMargin * GetParam().measured.sinusoid_m);
-}
-
-TEST_P(ClosedLoop, FollowsQuinticWaypoints) {
-  const Result r = fly_waypoints(GetParam().world, vehicle_of(GetParam().world));
-  report("waypoints every 2.5 s", r);
-  EXPECT_LE(r.x_rms_m, kMargin * GetParam().measured.waypoints_m);
-  EXPECT_LE(r.y_rms_m, kMargin * GetParam().measured.waypoints_m);
-}
-
-TEST_P(ClosedLoop, StaysWithin15CentimetresWhenThePoseDropsOut) {
-  World world = GetParam().world;
-  world.wind_m_s2 = 1.5;
-  world.gust_m_s2 = 0.3;  // with 0.5 the gusts alone reach 0.14 m
-  Flight flight = hover(60.0);
-  flight.pose_lost = [](double now_s) { return now_s > 15.0 && now_s - 3.0 * static_cast<int>(now_s / 3.0) < 0.2; };
-  const Result r = fly<double, double>(world, vehicle_of(world), flight);
-  report("pose dropouts 0.2 s", r);
-  EXPECT_LE(r.position_peak_m, kMargin * GetParam().measured.dropout_peak_m);
-  EXPECT_EQ(r.ekf.recoveries, 0U);
-}
-
-constexpr Measured kMeasuredA{.calm_m = 0.0009,
-                              .headings_m = 0.0012,
-                              .at_25_hz_m = 0.0013,
-                              .offset_m = 0.0009,
-                              .sinusoid_m = 0.0021,
-                              .waypoints_m = 0.0026,
-                              .dropout_peak_m = 0.080};
-constexpr Measured kMeasuredB{.calm_m = 0.0009,
-                              .headings_m = 0.0012,
-                              .at_25_hz_m = 0.0014,
-                              .offset_m = 0.0025,
-                              .sinusoid_m = 0.0040,
-                              .waypoints_m = 0.0045,
-                              .dropout_peak_m = 0.094};
+constexpr Measured kMeasuredA{.calm_m = 0.0009, .headings_m = 0.0012, .at_25_hz_m = 0.0013};
+constexpr Measured kMeasuredB{.calm_m = 0.0009, .headings_m = 0.0012, .at_25_hz_m = 0.0014};
 INSTANTIATE_TEST_SUITE_P(Plants, ClosedLoop,
                          ::testing::Values(Plant{"A", plant_a(), kMeasuredA}, Plant{"B", plant_b(), kMeasuredB}),
                          [](const auto& tested) { return tested.param.name; });

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <deque>
-#include <numbers>
 
 #include "firmware/mpc/generated/gain_table.h"
 
@@ -16,7 +14,6 @@ namespace {
 
 constexpr core::Duration kLead = std::chrono::milliseconds(50);
 constexpr double kTick_s = 0.01;
-const double kCombined = std::tan(std::numbers::pi / 6.0);
 
 ref::Window<double> setpoint(double x_m, double y_m) {
   ref::Window<double> window;
@@ -26,134 +23,191 @@ ref::Window<double> setpoint(double x_m, double y_m) {
   return window;
 }
 
-/// An aircraft that follows the window after its lead, with a share of the acceleration, and the planner in front of
-/// it.
-class Flight {
- public:
-  explicit Flight(double gain = 1.0)
-      : gain_(gain),
-        planner_(ctl::braking_of(mpc::generated::kVehicle, 0.408),
-                 mpc::GainTables<double>{.x = mpc::generated::kX<double>, .y = mpc::generated::kY<double>}, kCombined) {
+/// The planner and, beside it, the motion of x that its header's limits give, which the aircraft follows exactly.
+struct PlannerNumbers : ::testing::Test {
+  static constexpr double kLead_s = 0.05, kReaction_s = 0.4, kActs_s = 0.1;
+  mpc::GainTables<double> gains{.x = mpc::generated::kX<double>, .y = mpc::generated::kY<double>};
+  SetpointPlanner<double> planner{{.reaction_s = kReaction_s, .acts_s = kActs_s}, changed(gains), 0.6};
+  est::Estimate<double> estimate;
+  ref::TimeOptimal<double> motion;
+  ref::Window<double> window;
+  double time_s = 0.0;  ///< of the motion
+  core::TimePoint now{std::chrono::seconds(1)};
+
+  static const mpc::GainTables<double>& changed(mpc::GainTables<double>& gains) {
+    gains.x.input_gain = 1.1;
+    gains.x.input_max_rad = 0.3;  // a slope of 0.33
+    gains.y.input_gain = 0.9;
+    gains.y.input_min_rad = -0.35;  // 0.315
+    gains.y.acceleration_per_tilt = 9.0;
+    return gains;
   }
-  /// @returns the window of this tick.
-  ref::Window<double> tick(double x_m, double y_m, bool constant = true) {
-    ref::Window<double> window = setpoint(x_m, y_m);
-    window.constant = constant;
-    planner_.update(window, estimate_, now_, kLead, window.x.size());
-    now_ += core::kTickPeriod;
-    coming_.push_back(window);
-    if (static_cast<long>(coming_.size()) > kLead / core::kTickPeriod) {
-      move(estimate_.x, coming_.front().x[0], 1.0);
-      move(estimate_.y, coming_.front().y[0], -1.0);
-      coming_.pop_front();
+  static ref::AxisLimits<double> limits(double tilted_m_s2, double authority, double wind_m_s2, double at_rest_m_s2) {
+    const double wind_then_m_s2 = wind_m_s2 + (at_rest_m_s2 - wind_m_s2) / 3.0;
+    return {.speed_m_s = 17.0,
+            .up_m_s2 = std::max(authority * tilted_m_s2 + wind_then_m_s2, 0.25 * tilted_m_s2),
+            .down_m_s2 = std::max(authority * tilted_m_s2 - wind_then_m_s2, 0.25 * tilted_m_s2),
+            .braking_share = 0.95,
+            .jerk_m_s3 = 2.0 * tilted_m_s2 / (kReaction_s - kActs_s),
+            .release_m_s3 = 0.5 * tilted_m_s2 / kReaction_s};
+  }
+  static ref::AxisReference<double> ahead(const est::AxisEstimate<double>& axis, double per_slope_m_s2) {
+    const double a_m_s2 = per_slope_m_s2 * std::tan(axis.tilt_rad) + axis.disturbance_m_s2;
+    return {.position_m = axis.position_m + kLead_s * axis.velocity_m_s + 0.5 * kLead_s * kLead_s * a_m_s2,
+            .velocity_m_s = axis.velocity_m_s + kLead_s * a_m_s2,
+            .acceleration_m_s2 = a_m_s2};
+  }
+  void tick(double x_m, double y_m) {
+    window = setpoint(x_m, y_m);
+    planner.update(window, estimate, now, kLead, window.x.size());
+    now += core::kTickPeriod;
+  }
+  static bool equal(const auto& axis, const ref::TimeOptimal<double>& wanted, double first_s) {
+    for (std::size_t k = 0; k < axis.size(); ++k) {
+      const ref::AxisReference<double> r = wanted.at(first_s + 0.1 * static_cast<double>(k));
+      if (std::abs(axis[k].position_m - r.position_m) + std::abs(axis[k].velocity_m_s - r.velocity_m_s) +
+              std::abs(axis[k].acceleration_m_s2 - r.acceleration_m_s2) >
+          1e-8) {
+        return false;
+      }
     }
-    return window;
+    return true;
   }
-  est::Estimate<double>& estimate() { return estimate_; }
-
- private:
-  void move(est::AxisEstimate<double>& axis, const ref::AxisReference<double>& reference, double sign) const {
-    const double error_m_s2 =
-        4.0 * (reference.velocity_m_s - axis.velocity_m_s) + 4.0 * (reference.position_m - axis.position_m);
-    const double wanted_m_s2 = std::clamp(reference.acceleration_m_s2 + error_m_s2, -4.6, 4.6);
-    const double a_m_s2 = gain_ * wanted_m_s2;
-    axis.tilt_rad = sign * std::atan(a_m_s2 / model::kGravity_m_s2);
-    axis.position_m += kTick_s * (axis.velocity_m_s + 0.5 * kTick_s * a_m_s2);
-    axis.velocity_m_s += kTick_s * a_m_s2;
+  /// From rest to `goal_m`, followed for `for_s`.
+  void follow(double goal_m, double for_s) {
+    const est::AxisEstimate<double> start = estimate.x;
+    tick(goal_m, 0.0);
+    motion.plan(ahead(start, 9.8066), goal_m, limits(9.8066 * 0.33, 1.0, 0.0, 0.0));
+    ASSERT_TRUE(equal(window.x, motion, 0.0));
+    time_s = 0.0;
+    keep_up();
+    follow_on(goal_m, for_s);
   }
-
-  double gain_;
-  SetpointPlanner<double> planner_;
-  est::Estimate<double> estimate_{};
-  core::TimePoint now_{std::chrono::seconds(1)};
-  std::deque<ref::Window<double>> coming_;
+  void follow_on(double goal_m, double until_s) {
+    for (; time_s < until_s - 1e-9; keep_up()) {
+      tick(goal_m, 0.0);
+      ASSERT_TRUE(window.constant || equal(window.x, motion, time_s)) << time_s;
+    }
+  }
+  /// The aircraft is where the motion was one lead before.
+  void keep_up() {
+    time_s += kTick_s;
+    const ref::AxisReference<double> at = motion.at(time_s - kLead_s);
+    estimate.x.position_m = at.position_m;
+    estimate.x.velocity_m_s = at.velocity_m_s;
+    estimate.x.tilt_rad = std::atan((at.acceleration_m_s2 - estimate.x.disturbance_m_s2) / 9.8066);
+  }
 };
 
-TEST(SetpointPlanner, MakesAMotionOfAJumpAndEndsAtTheSetPoint) {
-  Flight flight;
-  flight.tick(0.0, 0.0);
-  int moving = 0;
-  double farthest_m = 0.0, largest_m_s2 = 0.0;
-  for (int i = 0; i < 500; ++i) {
-    const ref::Window<double> window = flight.tick(6.0, 0.0);
-    moving += window.constant ? 0 : 1;
-    for (const ref::AxisReference<double>& at : window.x) {
-      farthest_m = std::max(farthest_m, at.position_m);
-      largest_m_s2 = std::max(largest_m_s2, std::abs(at.acceleration_m_s2));
+// Each axis with its own limits, shared in the direction of the goal; one axis is planned a tick.
+TEST_F(PlannerNumbers, PlansWithTheLimitsOfItsEquations) {
+  struct Case {
+    double x_m, y_m, wind_m_s2, slope_x, slope_y;  ///< the slopes: shared, by the table, at least a quarter
+  };
+  const double away_m = std::hypot(3.0, 4.0);
+  for (const Case& one : {Case{3.5, -4.25, 0.4, 0.33, 0.315}, Case{0.95 + 0.5, -8.0, -0.4, 0.15, 0.315},
+                          Case{0.5 + 0.45 * away_m, -0.25 + away_m * 0.89302855497459, 2.7, 0.27, 0.315},
+                          Case{9.0, -0.2, -3.9, 0.33, 0.15}}) {
+    planner.reset();
+    estimate.x = {0.5, 0.2, 0.05, 0.0, one.wind_m_s2};
+    estimate.y = {-0.25, -0.1, 0.04, 0.0, -one.wind_m_s2};
+    tick(one.x_m, one.y_m);
+    motion.plan(ahead(estimate.x, 9.8066), one.x_m, limits(9.8066 * one.slope_x, 1.0, one.wind_m_s2, one.wind_m_s2));
+    EXPECT_TRUE(equal(window.x, motion, 0.0)) << one.x_m;
+    EXPECT_FALSE(window.constant);
+    tick(one.x_m, one.y_m);
+    EXPECT_TRUE(equal(window.x, motion, 0.01)) << one.x_m;
+    motion.plan(ahead(estimate.y, -9.0), one.y_m, limits(9.0 * one.slope_y, 1.0, -one.wind_m_s2, -one.wind_m_s2));
+    EXPECT_TRUE(equal(window.y, motion, 0.0)) << one.y_m;
+  }
+}
+
+TEST_F(PlannerNumbers, LeavesACourseAndANearGoalAlone) {
+  for (const auto& [goal_m, velocity_m_s] : {std::pair{0.048, 0.0}, {0.0, 0.048}, {-0.052, 0.0}, {0.0, -0.052}}) {
+    planner.reset();
+    estimate.x.velocity_m_s = velocity_m_s;
+    tick(goal_m, 0.0);
+    EXPECT_EQ(window.constant, std::abs(goal_m + velocity_m_s) < 0.05);
+  }
+  tick(3.0, 0.03);
+  EXPECT_FALSE(window.constant);
+  EXPECT_EQ(window.y[7].position_m, 0.03);
+  window.constant = false;
+  window.x.fill({.position_m = 6.0});
+  planner.update(window, estimate, now, kLead, window.x.size());
+  EXPECT_EQ(window.x[0].position_m, 6.0);
+}
+
+TEST_F(PlannerNumbers, EndsAtTheSetPointAndContinuesToANewOne) {
+  follow(6.0, 0.02);
+  follow_on(6.0, motion.duration_s() - 0.005);
+  EXPECT_FALSE(window.constant);
+  follow_on(6.0, motion.duration_s() + 0.1);
+  EXPECT_TRUE(window.constant);
+  EXPECT_EQ(window.x[0].position_m, 6.0);
+  follow(10.0, 1.2);
+  const ref::AxisReference<double> from = motion.at(time_s);
+  tick(-2.0, 0.0);
+  motion.plan(from, -2.0, limits(9.8066 * 0.33, 1.0, 0.0, 0.0));
+  EXPECT_TRUE(equal(window.x, motion, 0.0));
+}
+
+// Both sides of each bound: the motion is planned again when the aircraft is 0.3 m off it or the wind has changed by
+// 0.5 m/s^2, one reaction time after it began and before its end.
+TEST_F(PlannerNumbers, PlansAgainBeyondItsBounds) {
+  struct Case {
+    double at_s, off_m, wind_m_s2;
+    bool again;
+  };
+  for (const Case& one : {Case{0.39, 0.4, 0.0, false}, Case{0.40, 0.31, 0.0, true}, Case{1.2, -0.31, 0.0, true},
+                          Case{1.2, -0.29, 0.0, false}, Case{0.39, 0.0, 0.8, false}, Case{0.40, 0.0, 0.51, true},
+                          Case{1.2, 0.0, 0.49, false}, Case{1.2, 0.0, -0.52, true}, Case{1.2, 0.29, -0.49, false}}) {
+    planner.reset();
+    estimate = {};
+    follow(9.0, one.at_s);
+    estimate.x.position_m += one.off_m;
+    estimate.x.disturbance_m_s2 = one.wind_m_s2;
+    const ref::AxisReference<double> from = one.off_m != 0.0 ? ahead(estimate.x, 9.8066) : motion.at(time_s);
+    tick(9.0, 0.0);
+    EXPECT_EQ(equal(window.x, motion, time_s), !one.again) << one.at_s << " " << one.off_m << " " << one.wind_m_s2;
+    motion.plan(from, 9.0, limits(9.8066 * 0.33, 1.0, one.wind_m_s2, 0.0));
+    EXPECT_EQ(equal(window.x, motion, 0.0), one.again) << one.at_s << " " << one.off_m << " " << one.wind_m_s2;
+  }
+}
+
+// The share of the commanded tilt that the aircraft reaches is its gain, where the command was constant for a reaction
+// time and at least half of what the plan may use.
+TEST_F(PlannerNumbers, LearnsTheAuthorityThatTheAircraftShows) {
+  struct Case {
+    double at_s, share, authority;
+  };
+  for (const Case& one : {Case{1.0, 0.9, 0.9}, Case{1.0, 0.7, 0.8}, Case{1.0, 1.3, 1.0}, Case{0.5, 0.9, 1.0}}) {
+    planner.reset();
+    estimate = {};
+    follow(30.0, one.at_s);
+    estimate.x.position_m -= 0.31;
+    estimate.x.tilt_rad = std::atan(one.share * std::tan(estimate.x.tilt_rad));
+    tick(30.0, 0.0);
+    motion.plan(ahead(estimate.x, 9.8066), 30.0, limits(9.8066 * 0.33, one.authority, 0.0, 0.0));
+    EXPECT_TRUE(equal(window.x, motion, 0.0)) << one.at_s << " " << one.share;
+  }
+}
+
+TEST_F(PlannerNumbers, PlansTenTimesForOneGoal) {
+  for (const double goal_m : {200.0, 220.0}) {
+    int again = 0;
+    for (int push = 0; push < 13; ++push) {
+      for (int k = 0; k < 45; ++k) {  // follows the window, without its lead
+        tick(goal_m, 0.0);
+        estimate.x.position_m = window.x[0].position_m - kLead_s * window.x[0].velocity_m_s;
+        estimate.x.velocity_m_s = window.x[0].velocity_m_s;
+      }
+      const double before_m = window.x[0].position_m;
+      estimate.x.position_m -= 1.0;
+      tick(goal_m, 0.0);
+      again += window.x[0].position_m < before_m - 0.5 ? 1 : 0;
     }
-    EXPECT_EQ(window.y[20].position_m, 0.0);
-  }
-  EXPECT_LE(farthest_m, 6.0 + 1e-6);
-  EXPECT_LE(largest_m_s2, model::kGravity_m_s2 * std::tan(25.0 * std::numbers::pi / 180.0) + 1e-6);
-  EXPECT_GT(moving, 230);  // 2 sqrt(6 m / 4.57 m/s^2) = 2.3 s without any limit of the jerk
-  EXPECT_LT(moving, 280);
-  const ref::Window<double> end = flight.tick(6.0, 0.0);
-  EXPECT_TRUE(end.constant);
-  EXPECT_EQ(end.x[0].position_m, 6.0);
-}
-
-TEST(SetpointPlanner, BothAxesTogetherKeepTheLawsLimit) {
-  Flight flight;
-  flight.tick(0.0, 0.0);
-  double largest = 0.0;
-  for (int i = 0; i < 300; ++i) {
-    const ref::Window<double> window = flight.tick(6.0, -4.0);
-    largest = std::max(largest, std::hypot(window.x[0].acceleration_m_s2, window.y[0].acceleration_m_s2));
-  }
-  EXPECT_LE(largest, kCombined * model::kGravity_m_s2 + 1e-6);
-  EXPECT_GT(largest, 0.9 * kCombined * model::kGravity_m_s2);
-}
-
-TEST(SetpointPlanner, LeavesACourseAndANearGoalAlone) {
-  Flight flight;
-  flight.tick(0.0, 0.0);
-  EXPECT_EQ(flight.tick(6.0, 0.0, false).x[0].position_m, 6.0);
-  Flight near;
-  near.tick(0.0, 0.0);
-  for (int i = 0; i < 10; ++i) {
-    EXPECT_TRUE(near.tick(0.04, 0.0).constant);
-  }
-}
-
-TEST(SetpointPlanner, ANewGoalOnTheWayContinuesTheMotion) {
-  Flight flight;
-  flight.tick(0.0, 0.0);
-  ref::AxisReference<double> before{};
-  for (int i = 0; i < 600; ++i) {
-    const ref::AxisReference<double> now = flight.tick(i < 120 ? 10.0 : -2.0, 0.0).x[0];
-    EXPECT_LT(std::abs(now.position_m - before.position_m), 0.1) << i;
-    EXPECT_LT(std::abs(now.velocity_m_s - before.velocity_m_s), 0.1) << i;
-    before = now;
-  }
-  EXPECT_EQ(before.position_m, -2.0);
-}
-
-// Catches a plan that trusts the vehicle file's gain when the aircraft has shown another one.
-TEST(SetpointPlanner, AnAircraftWithLessGainBrakesSooner) {
-  Flight weak(0.8);
-  weak.tick(0.0, 0.0);
-  double farthest_m = 0.0;
-  for (int i = 0; i < 1500; ++i) {
-    weak.tick(30.0, 0.0);
-    farthest_m = std::max(farthest_m, weak.estimate().x.position_m);
-  }
-  // Braking at 0.95 of the file's authority ends (1 / 0.8 - 1 / 0.95) v^2 / 2a = 2.8 m too far from 11.5 m/s.
-  EXPECT_LT(farthest_m, 31.0);
-}
-
-TEST(SetpointPlanner, PlansFromWhereTheAircraftIsAfterItWasPushedAway) {
-  for (const bool in_x : {true, false}) {
-    Flight flight;
-    const auto tick = [&] { return flight.tick(in_x ? 10.0 : 0.0, in_x ? 0.0 : 10.0); };
-    flight.tick(0.0, 0.0);
-    for (int i = 0; i < 100; ++i) {
-      tick();
-    }
-    est::AxisEstimate<double>& axis = in_x ? flight.estimate().x : flight.estimate().y;
-    axis.position_m -= 1.0;
-    const ref::Window<double> first = tick(), second = tick();  // one axis is planned a tick
-    const double planned_m = in_x ? second.x[0].position_m : second.y[0].position_m;
-    EXPECT_NEAR(planned_m, axis.position_m + 0.05 * axis.velocity_m_s, 0.1) << first.constant;
+    EXPECT_EQ(again, 10);
   }
 }
 

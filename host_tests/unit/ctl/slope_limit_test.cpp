@@ -52,21 +52,31 @@ TEST(SlopeLimit, KeepsTheTiltOfAnAircraftThatDoesNotFollow) {
   EXPECT_NEAR(std::atan(slope) / kDegree, 31.5, 0.5) << "at rest a third of the error is left";
 }
 
-// Catches a LEVEL state that commands its full tilt although the aircraft already tilts further.
+// Catches a LEVEL state that commands its full tilt although the aircraft already tilts further, or is about to, and a
+// limit of each axis alone: over the diagonal against a wind the aircraft then tilted by 50 degrees.
 TEST(SlopeLimit, IsKeptByTheCommandThatBrakes) {
-  const Braking braking = ctl::braking_of(mpc::generated::kVehicle, 0.408);
+  const Braking braking = ctl::braking_of(mpc::generated::kVehicle, 0.5);
   est::Estimate<double> fast;
   fast.prediction_valid = true;
-  fast.x.velocity_m_s = 6.0;
-  fast.y.velocity_m_s = 6.0;
-  const auto reported_rad = [&](double tilt_rad) {
-    fast.x.tilt_rad = -tilt_rad;
-    fast.y.tilt_rad = tilt_rad;
+  fast.x.velocity_m_s = 12.0;
+  fast.y.velocity_m_s = 12.0;
+  for (const double share : {0.4, 0.9, 0.95}) {
+    fast.yaw_rad = 7.0 * share - 4.0;
+    fast.x.disturbance_m_s2 = fast.y.disturbance_m_s2 = 20.0 * share - 8.0;
+    fast.x.tilt_rad = -30.0 * share * kDegree;
+    fast.x.tilt_rate_rad_s = -0.2;
+    fast.y.tilt_rad = 20.0 * share * kDegree;
+    fast.y.tilt_rate_rad_s = 0.4;
     const Command<double> command = brake_and_hold(fast, braking);
-    return std::acos(std::cos(command.roll_rad) * std::cos(command.pitch_rad));
-  };
-  EXPECT_GT(reported_rad(10.0 * kDegree) / kDegree, 28.0);
-  EXPECT_LT(reported_rad(25.0 * kDegree) / kDegree, 24.0) << "33.4 degrees together";
+    const double slope = std::tan(std::acos(std::cos(command.roll_rad) * std::cos(command.pitch_rad)));
+    const auto soon = [&](const est::AxisEstimate<double>& axis) {
+      const double now = std::tan(axis.tilt_rad);
+      return now + braking.acts_s * axis.tilt_rate_rad_s * (1.0 + now * now);
+    };
+    const double together = std::hypot(soon(fast.x), soon(fast.y));
+    EXPECT_NEAR(slope, kLimit - 2.0 * std::max(together - kLimit, 0.0), 1e-9) << share;
+    EXPECT_EQ(slope<0.99 * kLimit, share> 0.5);
+  }
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Times to the tick and allowed differences are those of the present constants: a change of one has to be intended.
 #include "firmware/est/consistency/height_consistency.h"
 
 #include <gtest/gtest.h>
@@ -43,13 +44,13 @@ class HeightConsistencyTest : public ::testing::Test {
 TEST_F(HeightConsistencyTest, ADriftIsNoticedBeforeItIsTwoMetres) {
   RecordProperty("promise", "R14, R18");
   struct Drift {
-    double speed_m_s, within_s;
+    double speed_m_s, after_s;
   };
-  for (const Drift& drift : {Drift{0.4, 5.0}, Drift{0.07, 25.0}, Drift{-0.07, 25.0}, Drift{0.03, 65.0}}) {
+  for (const Drift& drift : {Drift{0.4, 3.55}, Drift{0.07, 15.46}, Drift{-0.07, 15.46}, Drift{0.03, 34.02}}) {
     check_ = {};
     const double after_s = fly({.pose_m_s = drift.speed_m_s}, 100.0);
-    EXPECT_GT(after_s, 1.0) << drift.speed_m_s;
-    EXPECT_LT(after_s, drift.within_s) << drift.speed_m_s;
+    EXPECT_NEAR(after_s, drift.after_s, 0.005) << drift.speed_m_s;
+    EXPECT_NEAR(check_.allowed_m(), 0.84 * std::sqrt(std::max(1.0, after_s / 30.0)), 1e-6);
     EXPECT_EQ(std::signbit(check_.drift_m()), std::signbit(drift.speed_m_s));
     EXPECT_GT(std::abs(check_.drift_m()), check_.allowed_m());
     EXPECT_NEAR(check_.unexplained_drift_m(), check_.drift_m() - std::copysign(0.84, drift.speed_m_s), 1e-9);
@@ -87,6 +88,28 @@ TEST_F(HeightConsistencyTest, NumbersThatAreNoneLeaveNoTrace) {
   check_.update({}, {}, false, kStep_s);
   EXPECT_LT(fly({}, 20.0), 0.0);
   EXPECT_GT(fly({.pose_m_s = 0.1}, 100.0), 0.0);
+}
+
+// The weight grows by ratio - 1, beyond twice the allowed difference by its square, at most four a second.
+TEST(Cusum, WeighsByTheSizeOfTheDisagreement) {
+  const auto ticks_to = [](double ratio) {
+    Cusum<double> cusum;
+    int ticks = 0;
+    for (; !cusum.exceeds_threshold() && ticks < 1000; ++ticks) {
+      cusum.add(0.2 * ratio, 0.2, 0.001);
+    }
+    return ticks;
+  };
+  EXPECT_EQ(ticks_to(0.99), 1000);
+  EXPECT_NEAR(ticks_to(1.8), 625, 1);
+  EXPECT_NEAR(ticks_to(3.0), 187.5, 1);
+  EXPECT_NEAR(ticks_to(99.0), 125, 1);
+  Cusum<double> full;
+  full.add(99.0, 1.0, 10.0);
+  full.add(0.0, 1.0, 0.49);
+  EXPECT_TRUE(full.exceeds_threshold());
+  full.add(0.0, 1.0, 0.02);
+  EXPECT_FALSE(full.exceeds_threshold());
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Times to the tick and allowed differences are those of the present constants: a change of one has to be intended.
 #include "firmware/est/consistency/path_consistency.h"
 
 #include <gtest/gtest.h>
@@ -7,6 +8,8 @@
 #include <cmath>
 #include <functional>
 #include <random>
+
+#include "firmware/est/consistency/motion_noise.h"
 
 namespace m100::est {
 namespace {
@@ -73,7 +76,11 @@ TEST_F(PathConsistencyTest, BeforeAnyMotionThereIsNoEvidenceAndNoDistance) {
 TEST_F(PathConsistencyTest, IsSilentForTenMinutesOfHoverAndOfTravel) {
   RecordProperty("promise", "R17");
   EXPECT_EQ(fly(300.0, hovers, truly), 300.0);
+  EXPECT_NEAR(check_.allowed_m(), 0.0042657761, 1e-6);
+  EXPECT_NEAR(check_.residual_m(), 0.0012407526, 1e-6);
   EXPECT_EQ(fly(300.0, travels, truly), 300.0);
+  EXPECT_NEAR(check_.allowed_m(), 0.0056234405, 1e-6);
+  EXPECT_NEAR(check_.residual_m(), 0.0060480519, 1e-6);
 }
 
 // An attitude that drifts by a tenth of a degree within two seconds shows a force that does not exist.
@@ -96,11 +103,11 @@ TEST_F(PathConsistencyTest, NamesAStandingBody) {
   const auto pushed = [](double t_s) -> Vector2 {
     return hovers(t_s) + Vector2(0.1, 0.0);
   };  // no control holds it against the air
-  EXPECT_LT(fly(30.0, pushed,
-                [&](const Vector2&, const Vector2&, double) {
-                  return Seen{stands, Vector2::Zero()};
-                }),
-            4.0);
+  EXPECT_NEAR(fly(30.0, pushed,
+                  [&](const Vector2&, const Vector2&, double) {
+                    return Seen{stands, Vector2::Zero()};
+                  }),
+              0.84, 0.005);
 }
 
 // In calm air a body that stands differs from a hover by less than the limit at any moment; only the sum over some
@@ -113,8 +120,7 @@ TEST_F(PathConsistencyTest, NamesAStandingBodyInACalmHoverByTheSumOfSeconds) {
   const double seen_s = fly(60.0, calmly, [&](const Vector2&, const Vector2&, double) {
     return Seen{stands, Vector2::Zero()};
   });
-  EXPECT_LT(seen_s, 8.0);
-  EXPECT_GT(seen_s, 0.5) << "no single moment tells it";
+  EXPECT_NEAR(seen_s, 4.98, 0.005) << "no single moment tells it";
 }
 
 TEST_F(PathConsistencyTest, NamesADriftAsItBegins) {
@@ -123,7 +129,7 @@ TEST_F(PathConsistencyTest, NamesADriftAsItBegins) {
   const double seen_s = fly(10.0, hovers, [](const Vector2& position_m, const Vector2& speed_m_s, double t_s) {
     return Seen{position_m + Vector2(0.3 * t_s, 0.0), speed_m_s + Vector2(0.3, 0.0)};
   });
-  EXPECT_LT(seen_s, 0.5);
+  EXPECT_NEAR(seen_s, 0.13, 0.005);
 }
 
 TEST_F(PathConsistencyTest, NamesAFrameThatIsTurnedOnceSomethingMoves) {
@@ -132,7 +138,7 @@ TEST_F(PathConsistencyTest, NamesAFrameThatIsTurnedOnceSomethingMoves) {
     const double c = std::cos(0.35), s = std::sin(0.35);
     return Seen{{c * p.x() - s * p.y(), s * p.x() + c * p.y()}, {c * v.x() - s * v.y(), s * v.x() + c * v.y()}};
   };
-  EXPECT_LT(fly(10.0, travels, turned), 5.0);
+  EXPECT_NEAR(fly(10.0, travels, turned), 1.50, 0.005);
 }
 
 // A pose whose time stamp is wrong by 80 ms shows the same path with a small shift: this is found elsewhere and is no
@@ -154,7 +160,9 @@ TEST_F(PathConsistencyTest, IsSilentOverGaps) {
     const double wrong_m = gap ? 0.2 * phase_s : 0.1 * std::exp(-(phase_s - 0.5) / 0.1);
     return Seen{p + Vector2(wrong_m, 0.0), v + Vector2(wrong_m_s, 0.0), phase_s < 0.14 || !gap};
   };
-  EXPECT_EQ(fly(100.0, travels, gaps), 100.0);
+  EXPECT_EQ(fly(98.6, travels, gaps), 98.6);
+  EXPECT_NEAR(check_.allowed_m(), 0.0053629624, 1e-6);
+  EXPECT_NEAR(check_.residual_m(), 0.0059553552, 1e-6);
 }
 
 // Would catch a check that applies a gap before the restart to the time after it: the path of that time no longer
@@ -200,7 +208,8 @@ TEST(PathConsistencyVertical, NamesAHeightThatStandsAndNoHonestOne) {
   }
   EXPECT_GE(check.evidence(), 1.0);
   EXPECT_GT(seen_s, 60.0) << "an honest height was called a sensor fault";
-  EXPECT_LT(seen_s, 63.0);
+  EXPECT_NEAR(seen_s, 61.28, 0.005);
+  EXPECT_NEAR(check.allowed_m(), 0.0040434434, 1e-6);
 }
 
 // An aircraft that leans by 25 degrees against a gust and returns turns part of the offsets of x and y upwards: offsets
@@ -220,7 +229,8 @@ TEST(PathConsistencyVertical, IsSilentOverOffsetsThatALeanTurnsUpwards) {
                    true, kTick_s);
       spoke_s = t_s;
     }
-    EXPECT_EQ(spoke_s > 39.0, reported) << spoke_s;
+    EXPECT_NEAR(spoke_s, reported ? 39.99 : 31.15, 0.005);
+    EXPECT_NEAR(check.allowed_m(), reported ? 0.0043813037 : 0.0052806344, 1e-6);
   }
 }
 
@@ -242,8 +252,42 @@ TEST_F(PathConsistencyTest, IsSilentOverWorseSensorsThatWereMeasured) {
                     true, kTick_s);
       spoke_s = t_s;
     }
-    EXPECT_EQ(spoke_s > 59.0, reported) << spoke_s;
+    EXPECT_NEAR(spoke_s, reported ? 60.0 : 3.35, 0.005);
+    EXPECT_NEAR(check_.allowed_m(), reported ? 0.015905796 : 0.0092063246, 1e-6);
   }
+}
+
+// Force and position alternate about a steady flight, on each axis by its own size: the mean squares of the header, and
+// a memory of three seconds.
+TEST(MotionNoise, IsTheMeanSquareOfSuccessiveDifferences) {
+  SpecificForce<double> force;
+  MotionNoise<double> noise;
+  Estimate<double> estimate;
+  estimate.x.velocity_m_s = 0.3;
+  estimate.y.velocity_m_s = -0.2;
+  estimate.climb_m_s = 0.1;
+  const auto fly = [&](int ticks, double size) {
+    for (int tick = 1; tick <= ticks; ++tick) {
+      const double sign = tick % 2 == 0 ? size : -size;
+      ImuSample<double> imu{.force_is_new = true};
+      imu.force_b = {0.1 * sign, -0.05 * sign, 9.8066 + 0.04 * sign};
+      estimate.x.position_m = 0.003 * tick + 0.001 * sign;
+      estimate.y.position_m = -0.002 * tick + 0.002 * sign;
+      estimate.height_m = 0.001 * tick + 0.003 * sign;
+      force.update(imu);
+      force.learn({0.0, 0.0}, 0.0, false, kTick_s);
+      noise.update(imu, force, estimate, true, kTick_s);
+    }
+  };
+  EXPECT_EQ(noise.magnitude(), 0.0);
+  fly(8000, 1.0);
+  const double force_m2_s3 = 0.25 * (0.2 * 0.2 + 0.1 * 0.1) * kTick_s;
+  EXPECT_NEAR(noise.force_m2_s3().horizontal, force_m2_s3, 1e-9);
+  EXPECT_NEAR(noise.force_m2_s3().vertical, 0.5 * 0.08 * 0.08 * kTick_s, 1e-9);
+  EXPECT_NEAR(noise.position_m2().horizontal, 0.25 * (0.004 * 0.004 + 0.008 * 0.008), 1e-10);
+  EXPECT_NEAR(noise.position_m2().vertical, 0.5 * 0.012 * 0.012, 1e-10);
+  fly(300, 0.0);
+  EXPECT_NEAR(noise.force_m2_s3().horizontal, force_m2_s3 * std::exp(-1.0), 0.01 * force_m2_s3);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <thread>
@@ -20,11 +21,25 @@ namespace m100::hal {
 /// an attempt until it succeeds. If it never does, ctest's time limit ends the test.
 inline constexpr std::chrono::milliseconds kPatience{1};
 
+/// How many files this process has open.
+inline auto open_files() {
+  return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator());
+}
+/// The next file that is opened gets descriptor 0, which is one like any other.
+inline void free_descriptor_zero() { ::close(STDIN_FILENO); }
+/// The same file with a descriptor that leaves 0 to what is tested.
+inline int not_zero(int descriptor) {
+  const int other = fcntl(descriptor, F_DUPFD_CLOEXEC, 10);
+  ::close(descriptor);
+  return other;
+}
+
 /// The far side of a pseudo-terminal, whose name can be moved to another one, as udev does with adapters.
 class FarSide {
  public:
-  FarSide() : descriptor_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
+  FarSide() : descriptor_(not_zero(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK))) {
     EXPECT_GE(descriptor_, 0);
+    free_descriptor_zero();
     EXPECT_EQ(grantpt(descriptor_), 0);
     EXPECT_EQ(unlockpt(descriptor_), 0);
   }

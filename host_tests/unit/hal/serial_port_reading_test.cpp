@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// When a port calls read(), and for how much.
+// What a port asks of its driver: when it calls read(), and for how much; its settings and its mark.
+#include <dlfcn.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -9,6 +15,24 @@
 
 #include "hal/linux/serial_port.h"
 #include "host_tests/unit/hal/far_side.h"
+
+// A pseudo-terminal in the place of a device whose driver grants other settings, or that is no pseudo-terminal.
+static void (*change_granted)(termios&) = nullptr;
+static dev_t pretended_device = 0;
+
+extern "C" int tcgetattr(int descriptor, termios* settings) noexcept {
+  static const auto real = reinterpret_cast<int (*)(int, termios*)>(dlsym(RTLD_NEXT, "tcgetattr"));
+  const int result = real(descriptor, settings);
+  if (change_granted != nullptr) {
+    change_granted(*settings);
+  }
+  return result;
+}
+extern "C" int fstat(int descriptor, struct stat* out) noexcept {
+  const int result = fstatat(descriptor, "", out, AT_EMPTY_PATH);
+  out->st_rdev = pretended_device != 0 ? pretended_device : out->st_rdev;
+  return result;
+}
 
 namespace m100::hal {
 namespace {
@@ -78,6 +102,15 @@ TEST(SerialPort, BytesThatCameAfterTheMarkWaitForTheNext) {
     }
     EXPECT_EQ(port.read(destination).value_or(9), 0U);
   }
+  waits = -1;  // a driver's nonsense is nothing
+  port.mark_arrived();
+  EXPECT_EQ(port.read(destination).value_or(9), 0U);
+  port.close();
+  ASSERT_EQ(port.open(), core::Status::kOk);
+  far.send("gh");
+  EXPECT_EQ(port.read(destination).value_or(9), 0U);
+  waits = 2;
+  EXPECT_EQ(read_some(port, destination).value(), 2U) << "no mark of before";
 }
 
 int error_of_the_count = 0;
@@ -98,6 +131,39 @@ TEST(SerialPort, ADeviceThatCannotBeCountedIsGoneAndAnInterruptedCountIsNot) {
   error_of_the_count = EIO;
   EXPECT_EQ(port.read(destination).status(), core::Status::kUnavailable);
   EXPECT_FALSE(port.is_open());
+}
+
+TEST(SerialPort, RefusesADriverThatGrantsOtherSettings) {
+  FarSide far;
+  const auto open = open_files();
+  for (void (*const other)(termios&) : {+[](termios& granted) { cfsetospeed(&granted, B9600); },
+                                        +[](termios& granted) { granted.c_cflag &= ~static_cast<tcflag_t>(CSIZE); }}) {
+    change_granted = other;
+    SerialPort port(far.name(), 230400);
+    EXPECT_EQ(port.open(), core::Status::kUnavailable);
+    EXPECT_FALSE(port.is_open());
+    change_granted = nullptr;
+    EXPECT_EQ(open_files(), open);
+  }
+}
+
+// A serial line is marked for exclusive use as long as it is open; a pseudo-terminal, of eight majors, is not.
+TEST(SerialPort, MarksADeviceThatForgetsTheMarkWithItsHolder) {
+  FarSide far;
+  for (const unsigned major_number : {4U, 135U, 136U, 143U, 144U, 188U}) {
+    pretended_device = makedev(major_number, 1);
+    SerialPort port(far.name(), 230400);
+    ASSERT_EQ(port.open(), core::Status::kOk);
+    pretended_device = 0;
+    int marked = 9;
+    EXPECT_EQ(ioctl(port.descriptor(), TIOCGEXCL, &marked), 0);
+    EXPECT_EQ(marked != 0, major_number < 136 || major_number > 143) << major_number;
+    const int witness = ::dup(port.descriptor());
+    port.close();
+    EXPECT_EQ(ioctl(witness, TIOCGEXCL, &marked), 0);
+    EXPECT_EQ(marked, 0);
+    ::close(witness);
+  }
 }
 
 }  // namespace

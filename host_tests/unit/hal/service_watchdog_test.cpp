@@ -9,22 +9,28 @@
 #include <cstring>
 #include <string>
 
+#include "host_tests/unit/hal/far_side.h"
+
 namespace m100::hal {
 namespace {
 
 /// The service manager's end of the socket.
 class Manager {
  public:
-  Manager() {
+  /// @param first '@': an abstract name; '/': a file. @param size of the name.
+  explicit Manager(char first = '@', std::size_t size = 40) : name_(first == '@' ? "@m100_" : "/tmp/m100_") {
+    name_ += std::to_string(getpid()) + std::string(size, 'x');
+    name_.resize(size);
     address_.sun_family = AF_UNIX;
-    const std::string path = "m100_watchdog_" + std::to_string(getpid());  // an abstract socket name
-    std::memcpy(address_.sun_path + 1, path.data(), path.size());
-    const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + path.size());
+    std::memcpy(address_.sun_path, name_.data(), size);
+    address_.sun_path[0] = first == '@' ? '\0' : first;
+    const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + size);
     EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&address_), length), 0);
-    setenv("NOTIFY_SOCKET", ("@" + path).c_str(), 1);
+    setenv("NOTIFY_SOCKET", name_.c_str(), 1);
   }
   ~Manager() {
     close(socket_);
+    unlink(name_.c_str());
     unsetenv("NOTIFY_SOCKET");
   }
   /// @returns what has arrived; empty: nothing.
@@ -35,8 +41,9 @@ class Manager {
   }
 
  private:
-  int socket_ = socket(AF_UNIX, SOCK_DGRAM, 0);
+  int socket_ = not_zero(socket(AF_UNIX, SOCK_DGRAM, 0));
   sockaddr_un address_{};
+  std::string name_;
 };
 
 TEST(ServiceWatchdog, SaysThatItIsReadyAndThenTenTimesASecondThatItLives) {
@@ -52,13 +59,19 @@ TEST(ServiceWatchdog, SaysThatItIsReadyAndThenTenTimesASecondThatItLives) {
   }
 }
 
+// Names of each kind, and up to the longest, with descriptor 0 as well; it leaves no file open.
 TEST(ServiceWatchdog, SaysThatItIsEndingSoThatWritingTheLogIsNoHang) {
-  const Manager manager;
-  ServiceWatchdog watchdog;
-  watchdog.start(std::chrono::seconds(1));
-  (void)manager.heard();
-  watchdog.stop();
-  EXPECT_EQ(manager.heard(), "STOPPING=1");
+  for (const auto& [first, size] : {std::pair{'@', std::size_t{40}}, {'/', 40}, {'@', 107}, {'/', 107}, {'@', 108}}) {
+    const Manager manager(first, size);
+    free_descriptor_zero();
+    const auto open = open_files();
+    {
+      ServiceWatchdog watchdog;
+      watchdog.stop();
+      EXPECT_EQ(manager.heard(), size < 108 ? "STOPPING=1" : "") << first << size;
+    }
+    EXPECT_EQ(open_files(), open);
+  }
 }
 
 // The tick must not wait for a manager that reads nothing and so fills the socket.
@@ -76,10 +89,6 @@ TEST(ServiceWatchdog, IsSilentWhereThereIsNoManager) {
   ServiceWatchdog watchdog;
   watchdog.start(std::chrono::seconds(1));
   watchdog.feed();
-  setenv("NOTIFY_SOCKET", std::string(200, 'x').c_str(), 1);  // longer than a socket name may be
-  ServiceWatchdog other;
-  other.start(std::chrono::seconds(1));
-  unsetenv("NOTIFY_SOCKET");
 }
 
 }  // namespace

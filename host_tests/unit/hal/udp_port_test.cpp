@@ -10,13 +10,15 @@
 #include <string>
 #include <vector>
 
+#include "host_tests/unit/hal/far_side.h"
+
 namespace m100::hal {
 namespace {
 
 /// Another program on the loopback of this machine.
 class Peer {
  public:
-  Peer() : descriptor_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+  Peer() : descriptor_(not_zero(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0))) {
     sockaddr_in address = at(0);
     EXPECT_EQ(::bind(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
     socklen_t size = sizeof(address);
@@ -64,7 +66,10 @@ struct UdpPortTest : ::testing::Test {
   const std::uint16_t number = free_port();
   UdpPort port{number};
   Peer peer;
-  void SetUp() override { ASSERT_EQ(port.open(), core::Status::kOk); }
+  void SetUp() override {
+    free_descriptor_zero();
+    ASSERT_EQ(port.open(), core::Status::kOk);
+  }
 
   /// Repeats the read until bytes come.
   std::string read(std::size_t at_most) {
@@ -151,11 +156,15 @@ TEST_F(UdpPortTest, AnswersTheGivenPeerAndNobodyBefore) {
   EXPECT_EQ(peer.receive(), "hi") << "one packet, and none from before";
   EXPECT_TRUE(peer.is_empty());
   EXPECT_TRUE(intruder.is_empty());
+  EXPECT_TRUE(port.send(greeting));
+  EXPECT_FALSE(port.send(std::vector<std::byte>(70000))) << "longer than a packet may be";
 }
 
 TEST_F(UdpPortTest, TwoProgramsCannotHaveOnePort) {
   UdpPort second(number);
+  const auto open = open_files();
   EXPECT_EQ(second.open(), core::Status::kRefused);
+  EXPECT_EQ(open_files(), open);
   std::array<std::byte, 4> bytes{};
   EXPECT_EQ(second.read(bytes).status(), core::Status::kUnavailable);
   EXPECT_EQ(second.write(bytes).status(), core::Status::kUnavailable);

@@ -69,6 +69,8 @@ const Edge kEdges[] = {
      FailsafeState::kLevel, FailsafeReason::kFenceLeft},
     {"OnTheGroundFor500Ms", [](Observation& o, Duration d) { o.flight.on_ground_for = milliseconds(500) + d - kMin; },
      FailsafeState::kSilent, FailsafeReason::kOnGround},
+    {"Unhealthy", [](Observation& o, Duration d) { o.estimate.healthy = d == Duration{0}; }, FailsafeState::kLevel,
+     FailsafeReason::kEstimateLost},
     {"OutOfControl",
      [](Observation& o, Duration d) {
        o.flight.failure = d > Duration{0} ? FlightFailure::kTilt : FlightFailure::kNone;
@@ -135,6 +137,8 @@ TEST(FlightLimit, StatesLastAsLongAsTheySay) {
     EXPECT_EQ(flight.later(milliseconds(700) - kMin + more, old),
               more == kMin ? FailsafeState::kLevel : FailsafeState::kCoast);
     if (more == kMin) {
+      EXPECT_EQ(flight.supervisor.last_step().reason, FailsafeReason::kCoastOver);
+      EXPECT_EQ(flight.supervisor.descent().reason, FailsafeReason::kPoseOld);
       Flight longer = flight;
       EXPECT_EQ(flight.later(milliseconds(1000) - kMin, old), FailsafeState::kLevel);
       EXPECT_EQ(longer.later(milliseconds(1000), old), FailsafeState::kRelease);
@@ -247,6 +251,30 @@ TEST(FlightLimit, TwoGapsAreTwoCoastsOnceThePlaceIsKnownAgain) {
   }
 }
 
+// The first descent is kept while the failsafe goes further down; each reported fact has its own bit of the log.
+TEST(FlightLimit, TellsTheCauseOfTheDescentAndEachFact) {
+  Flight lost;
+  Observation old = good({});
+  old.estimate.pose_age = milliseconds(61);
+  ASSERT_EQ(lost.tick(old).failsafe_state, FailsafeState::kCoast);
+  old.estimate.healthy = false;
+  ASSERT_EQ(lost.tick(old).failsafe_state, FailsafeState::kLevel);
+  EXPECT_EQ(lost.supervisor.descent().reason, FailsafeReason::kEstimateLost);
+  EXPECT_EQ(lost.later(milliseconds(1000), old), FailsafeState::kRelease);
+  EXPECT_EQ(lost.supervisor.descent().reason, FailsafeReason::kEstimateLost);
+  for (std::size_t fact = 0; fact < 6; ++fact) {
+    Flight flight;
+    Observation seen = good({});
+    bool& is_set = fact < 4    ? seen.model.mismatch[fact]
+                   : fact == 4 ? seen.model.trim_drifted
+                               : seen.limit_cycle.detected;
+    is_set = true;
+    const auto before = static_cast<std::uint32_t>(flight.supervisor.conditions());
+    EXPECT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kNominal);
+    EXPECT_EQ(static_cast<std::uint32_t>(flight.supervisor.conditions()) ^ before, 1U << (fact < 5 ? 11 + fact : 20));
+  }
+}
+
 // No law of ours commands more than twice the envelope.
 TEST(FlightLimit, ACommandBeyondTwiceItsRangeIsUnsound) {
   struct Case {
@@ -288,6 +316,17 @@ TEST(Envelope, EachCommandRisesAtItsOwnPaceToItsOwnRange) {
   const std::uint32_t limited = flight.supervisor.stats().limited_commands;
   flight.tick(good({}), {.roll_rad = 0.3, .pitch_rad = -0.3, .climb_m_s = 2.0, .yaw_rate_rad_s = -1.7});
   EXPECT_EQ(flight.supervisor.stats().limited_commands, limited) << "nothing was cut";
+}
+
+// A command that could not leave leaves its time to the next one, once.
+TEST(Envelope, TheSlewLimitCoversTheTimeThatACommandWasHeld) {
+  Flight flight;
+  const ctl::Command<double> climb{.climb_m_s = 2.0};
+  EXPECT_EQ(flight.supervisor.hold_command(CommandSource::kLaw, milliseconds(10)).command.climb_m_s, 0.0);
+  EXPECT_NEAR(flight.supervisor.limit_command(CommandSource::kLaw, climb, milliseconds(10)).command.climb_m_s, 0.8,
+              1e-12);
+  EXPECT_NEAR(flight.supervisor.limit_command(CommandSource::kLaw, climb, milliseconds(10)).command.climb_m_s, 1.2,
+              1e-12);
 }
 
 TEST(SupervisorStats, CountTheFailsafesSteps) {

@@ -212,13 +212,38 @@ TEST_F(FailsafeStates, LeansByNoMoreThanItsLimitWhateverTheDirection) {
       granted = tick(good(), wanted).command;
       EXPECT_LE(std::acos(std::cos(granted.roll_rad) * std::cos(granted.pitch_rad)), 0.5236 + 1e-4);
     }
+    EXPECT_NEAR(std::hypot(granted.pitch_rad, granted.roll_rad), 0.5235987755982988, 1e-12);
     EXPECT_NEAR(granted.pitch_rad / granted.roll_rad, pitch_rad / roll_rad, 1e-9) << "the direction is kept";
   }
   const ctl::Command<double> right{.roll_rad = 0.3, .pitch_rad = 0.4};
   for (int i = 0; i < 20; ++i) {
     tick(good(), right);
   }
+  const std::uint32_t limited = supervisor_.stats().limited_commands;
   EXPECT_EQ(tick(good(), right).command.pitch_rad, 0.4) << "what is inside is left alone";
+  EXPECT_EQ(supervisor_.stats().limited_commands, limited);
+  tick(good(), {.roll_rad = 0.36, .pitch_rad = 0.48});
+  EXPECT_EQ(supervisor_.stats().limited_commands, limited + 1);
+}
+
+TEST(FailsafeCondition, EachHasItsOwnBitOfTheLog) {
+  using enum FailsafeCondition;
+  std::uint32_t bit = 1;
+  for (const FailsafeCondition condition : {kCommandable,        kOperatorReleases,
+                                            kTelemetryDead,      kCommandInvalid,
+                                            kEstimateLost,       kFresh,
+                                            kRecovered,          kCoastOver,
+                                            kLevelOver,          kNeutralOver,
+                                            kOperatorEngages,    kRollModelMismatch,
+                                            kPitchModelMismatch, kYawRateModelMismatch,
+                                            kClimbModelMismatch, kTrimDrifted,
+                                            kReserveSpent,       kOutsideFence,
+                                            kAuthorityExceeded,  kTaskFlies,
+                                            kLimitCycle,         kLimitCyclePersists,
+                                            kOnGround,           kFlightFailure}) {
+    EXPECT_EQ(static_cast<std::uint32_t>(condition), bit);
+    bit <<= 1;
+  }
 }
 
 }  // namespace
