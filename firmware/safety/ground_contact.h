@@ -6,11 +6,12 @@
 namespace m100::safety {
 
 /// Measures for how long the autopilot's flight status has said "on the ground" since it said "in the air". A hop of
-/// less than half a second does not end the contact and does not count. A status that never said "in the air" is no
-/// evidence of a landing.
+/// less than a second does not end the contact and does not count: at hover thrust the aircraft leaves the ground by
+/// millimetres, and takes more than half a second to come back. A status that never said "in the air" is no evidence
+/// of a landing.
 class GroundContact {
  public:
-  static constexpr core::Duration kHop = std::chrono::milliseconds(500);
+  static constexpr core::Duration kHop = std::chrono::seconds(1);
 
   /// @param received_at when the newest status came
   void update(bool on_ground, core::TimePoint received_at) {

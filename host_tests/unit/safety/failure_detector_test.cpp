@@ -191,9 +191,9 @@ TEST(GroundContact, CountsFromTheLastStatusInTheAir) {
   EXPECT_EQ(contact.duration(), std::chrono::milliseconds(400));
   contact.update(false, at(1500));
   contact.update(true, at(1600));
-  contact.update(false, at(2090));
+  contact.update(false, at(2590));
   EXPECT_EQ(contact.duration(), std::chrono::milliseconds(500)) << "a hop";
-  contact.update(false, at(2100));
+  contact.update(false, at(2600));
   EXPECT_EQ(contact.duration(), core::Duration{0});
 }
 
