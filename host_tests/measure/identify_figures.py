@@ -8,7 +8,7 @@ from measure.lab_figures import LAB, MEASURED, asked, table
 from measure.marked import Figure
 from measure.workspace import Source
 
-UNSEEN = ("--unseen", "--logs", 10, "--seed", 780000)
+UNSEEN = ("--unseen", "--logs", 31, "--seed", 912000)
 KIND = re.compile(r"^(?P<kind>\S.*?) +" + " +".join(rf"(?P<n{k}>\d+)" for k in range(8)) + r" +[\d.]+$")
 GROUPS = {"healthy": "^healthy", "a missing effect": "^lacks", "a change in flight": " (changes|grows) |later$"}
 MAP = "host_tests/lab/columns/m100_csv.toml"
