@@ -79,7 +79,8 @@ std::vector<double> repeated(const Folder& folder, const std::string& quantity, 
 }  // namespace
 
 void compare_laws(Folder& folder) {
-  const model::Vehicle first = companion::load_vehicle(folder.file("vehicle.toml")).vehicle;
+  companion::VehicleFile first_file = companion::load_vehicle(folder.file("vehicle.toml"));
+  const model::Vehicle& first = first_file.vehicle;
   companion::VehicleFile corrected = companion::load_vehicle(folder.file("corrected.toml"));
   const model::Vehicle truth = corrected.vehicle;
   const gains::TunedMargins kept = gains::margins_over(truth, {{"the corrected model", truth}});
@@ -113,7 +114,9 @@ void compare_laws(Folder& folder) {
   folder.set_number("kept.corrected_climb", is_worse[1] ? 0.0 : 1.0);
   const model::Vehicle climbs = is_worse[1] ? slowed : corrected.vehicle;
   corrected.vehicle = loop::with_channel(is_worse[0] ? slowed : corrected.vehicle, climbs, "climb");
-  companion::save_vehicle(folder.file("corrected.toml"), corrected.vehicle, corrected.sources);
+  auto sources = is_worse[0] ? first_file.sources : corrected.sources;
+  sources["axis.climb"] = (is_worse[1] ? first_file : corrected).sources["axis.climb"];
+  companion::save_vehicle(folder.file("corrected.toml"), corrected.vehicle, sources);
 }
 
 std::vector<std::string> law_verdicts(const Folder& folder) {

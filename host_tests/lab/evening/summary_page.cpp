@@ -74,6 +74,14 @@ bool is_taken_over(const Folder& folder, const std::string& channel) {
   return found != folder.numbers().end() && found->second > 0.0;
 }
 
+/// Whether a model of the climb was found that predicts better, and not kept (compare_laws()).
+bool is_kept_back(const Folder& folder, const std::string& channel) {
+  const auto& numbers = folder.numbers();
+  const auto kept = numbers.find("kept.corrected_climb");
+  return channel == "climb" && kept != numbers.end() && kept->second == 0.0 &&
+         numbers.at("ahead.climb.after") < numbers.at("ahead.climb.before");
+}
+
 /// One sentence: the corrections that the excited flight gave to the first vehicle file.
 std::string found_in_short(const Folder& folder) {
   std::string out = "found in the excited flight: ";
@@ -84,7 +92,11 @@ std::string found_in_short(const Folder& folder) {
     out += axis + ": transport delay [s] " + change("transport_delay_s") + ", trim [counts] " + change("trim_counts") +
            "; ";
   }
-  const auto rate = [&](const char* channel) { return is_taken_over(folder, channel) ? "corrected" : "unchanged"; };
+  const auto rate = [&](const char* channel) {
+    return is_taken_over(folder, channel)  ? "corrected"
+           : is_kept_back(folder, channel) ? "found, but not kept, because it flies worse in height"
+                                           : "unchanged";
+  };
   const bool has_drag = is_taken_over(folder, "translation");
   return out + "climb speed: " + rate("climb") + "; yaw rate: " + rate("yaw_rate") +
          "; drag [1/s]: " + (has_drag ? number(folder, "linear_drag_per_s") : "unchanged") + ".";
@@ -221,7 +233,9 @@ void found(const Folder& folder, plot::Page& page) {
                    (is_taken_over(folder, name)
                         ? " was identified from the flight that moved throttle and yaw; the corrected flight used it."
                         : " stays as in the first vehicle file: the model identified from the flight that moved "
-                          "throttle and yaw does not predict that flight better."));
+                          "throttle and yaw " +
+                              std::string(is_kept_back(folder, name) ? "predicts better, but flies worse in height."
+                                                                     : "does not predict that flight better.")));
   }
 }
 
