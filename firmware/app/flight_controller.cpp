@@ -168,11 +168,14 @@ safety::SupervisedCommand<T> FlightController<T, S>::supervise(const ctl::Comman
   seen.model = monitors_.model();
   const safety::CommandSource source = supervisor_.update_failsafe(commanded, seen);
   const bool brakes = source == safety::CommandSource::kBrakeAndHold;
-  const bool waits = source == safety::CommandSource::kLaw && !leaves;
-  const safety::SupervisedCommand<T> supervised =
-      waits && config_.solves_when_due ? supervisor_.hold_command(source, timer_.elapsed())
-      : waits                          ? supervisor_.preview_command(source, commanded, timer_.elapsed())
-              : supervisor_.limit_command(source, brakes ? brake_and_hold() : commanded, timer_.elapsed());
+  safety::SupervisedCommand<T> supervised;
+  if (leaves || source != safety::CommandSource::kLaw) {
+    supervised = supervisor_.limit_command(source, brakes ? brake_and_hold() : commanded, timer_.elapsed());
+  } else if (config_.solves_when_due) {
+    supervised = supervisor_.hold_command(source, timer_.elapsed());
+  } else {
+    supervised = supervisor_.preview_command(source, commanded, timer_.elapsed());
+  }
   start_when_nominal(before, now);
   orders_.release_unused(supervised.failsafe_state, link_, now);
   return supervised;

@@ -69,13 +69,13 @@ class Supervisor {
   CommandSource update_failsafe(const ctl::Command<T>& wanted, const Observation& seen);
   /// ... then the limits. @param command the law's or brake_and_hold, as update_failsafe() chose; unused for kNeutral.
   SupervisedCommand<T> limit_command(CommandSource passes, const ctl::Command<T>& command, T step_s);
-  /// Instead of the limits, for a caller whose next command cannot leave yet: the last command stays, and the slew
-  /// limit of the next one covers `elapsed`, too.
+  /// Instead of limit_command(), while no command can leave: the last command stays, and the slew limit of the next one
+  /// covers `elapsed`, too.
   SupervisedCommand<T> hold_command(CommandSource passes, core::Duration elapsed) {
     held_for_ += elapsed;
     return limit_command(passes, last_, T(0));
   }
-  /// For such a caller, too, what would be granted if it could leave.
+  /// The same; @returns what would be granted if `command` could leave now, for the log.
   SupervisedCommand<T> preview_command(CommandSource passes, const ctl::Command<T>& command, core::Duration elapsed) {
     const ctl::Command<T> last = last_;
     held_for_ += elapsed;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The law's equations (flight_law.h), written a second time with the parts that have tests of their own.
+// Compares the law with a reference implementation of its equations (flight_law.h), of parts that have their own tests.
 #include "firmware/ctl/law/flight_law.h"
 
 #include <gtest/gtest.h>
@@ -17,12 +17,12 @@ using References = std::array<ref::AxisReference<double>, kHorizon + 1>;
 
 double seen_slope(double tilt_rad) { return std::tan(std::clamp(tilt_rad, -0.9, 0.9)); }
 
-/// One horizontal axis of the law.
-struct AxisAgain {
-  AxisAgain(const mpc::GainTable<double>& gains, const model::StickAxis& stick, mpc::Law law)
+/// One horizontal axis of the reference implementation.
+struct ReferenceAxis {
+  ReferenceAxis(const mpc::GainTable<double>& gains, const model::StickAxis& stick, mpc::Law law)
       : table(gains), axis(stick), mpc(gains, law), predictor(gains.delay) {}
 
-  double soon(const est::AxisEstimate<double>& now) const {
+  double predicted_slope(const est::AxisEstimate<double>& now) const {
     const double slope = seen_slope(now.tilt_rad);
     return slope + (axis.transport_delay_s + 0.04) * now.tilt_rate_rad_s * (1.0 + slope * slope);
   }
@@ -85,8 +85,8 @@ struct FlightLawTest : ::testing::TestWithParam<mpc::Law> {
   const mpc::GainTables<double> gains = tables();
   const model::Vehicle vehicle = mpc::generated::kVehicle;
   FlightLaw<double> law{vehicle, gains, {.horizontal = GetParam()}};
-  AxisAgain x{gains.x, model::flown_pitch(vehicle), GetParam()};
-  AxisAgain y{gains.y, model::flown_roll(vehicle), GetParam()};
+  ReferenceAxis x{gains.x, model::flown_pitch(vehicle), GetParam()};
+  ReferenceAxis y{gains.y, model::flown_roll(vehicle), GetParam()};
   FallbackLaw<double> slow_x, slow_y;
   est::Estimate<double> estimate;
   ref::Window<double> window;
@@ -102,7 +102,7 @@ struct FlightLawTest : ::testing::TestWithParam<mpc::Law> {
       window.y[k] = {-0.1 - 0.2 * s, -0.2 + 0.1 * s, 0.3 * s * s};
     }
   }
-  /// One tick of the law and one of the second writing: equal commands.
+  /// One tick of the law and of the reference implementation: equal commands.
   void compare(const Command<double>& applied, int ticks, bool tilt_limited) {
     const core::Slope<double> commanded = core::slope_of(core::attitude_sin_cos(
         core::Euler<double>{.roll_rad = applied.roll_rad, .pitch_rad = applied.pitch_rad, .yaw_rad = 0.7}));
@@ -118,7 +118,8 @@ struct FlightLawTest : ::testing::TestWithParam<mpc::Law> {
       slope_x = slow_x.slope(estimate.x, window.x[0], gains.x, fallback_per_s, 0.01 * ticks);
       slope_y = slow_y.slope(estimate.y, window.y[0], gains.y, fallback_per_s, 0.01 * ticks);
     }
-    const double most = max_slope(x.soon(estimate.x), y.soon(estimate.y), std::tan(core::kPi / 6.0));
+    const double most =
+        max_slope(x.predicted_slope(estimate.x), y.predicted_slope(estimate.y), std::tan(core::kPi / 6.0));
     const double share = std::min(1.0, most / std::hypot(slope_x, slope_y));
     const core::Euler<double> wanted =
         core::attitude_of(core::Slope<double>{share * slope_x, share * slope_y}, 0.7, core::sin_cos_of(0.7));

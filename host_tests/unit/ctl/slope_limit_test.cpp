@@ -69,11 +69,11 @@ TEST(SlopeLimit, IsKeptByTheCommandThatBrakes) {
     fast.y.tilt_rate_rad_s = 0.4;
     const Command<double> command = brake_and_hold(fast, braking);
     const double slope = std::tan(std::acos(std::cos(command.roll_rad) * std::cos(command.pitch_rad)));
-    const auto soon = [&](const est::AxisEstimate<double>& axis) {
+    const auto predicted_slope = [&](const est::AxisEstimate<double>& axis) {
       const double now = std::tan(axis.tilt_rad);
       return now + braking.acts_s * axis.tilt_rate_rad_s * (1.0 + now * now);
     };
-    const double together = std::hypot(soon(fast.x), soon(fast.y));
+    const double together = std::hypot(predicted_slope(fast.x), predicted_slope(fast.y));
     EXPECT_NEAR(slope, kLimit - 2.0 * std::max(together - kLimit, 0.0), 1e-9) << share;
     EXPECT_EQ(slope<0.99 * kLimit, share> 0.5);
   }
