@@ -20,9 +20,9 @@ float curved(float u, float exponent) {
   return u < 0.F ? -value : value;
 }
 
-float ceiling(float value) {
+float floored(float value) {
   const auto whole = static_cast<float>(static_cast<int>(value));
-  return value > whole ? whole + 1.F : whole;
+  return value < whole ? whole - 1.F : whole;
 }
 
 float side(float asymmetry, bool positive) { return 2.F * (positive ? asymmetry : 1.F) / (1.F + asymmetry); }
@@ -34,19 +34,17 @@ core::Expected<Stick> StickMap::to_stick(float command_si) const {
     return core::Status::kOutOfRange;
   }
   const float wanted = core::clamp(sign * command_si / scale_si_per_vrc, -4.F * kTravel_vrc, 4.F * kTravel_vrc);
-  float offset_vrc = curved(wanted / side(gain_asymmetry, wanted > 0.F), 1.F / exponent);
-  const float size_vrc = offset_vrc < 0.F ? -offset_vrc : offset_vrc;
-  if (offset_vrc != 0.F) {
-    float pushed_vrc = size_vrc;
-    if (shape == model::DeadZoneShape::kContinuous) {
-      pushed_vrc = size_vrc + dead_zone_vrc;
-    } else if (size_vrc < dead_zone_vrc) {
-      pushed_vrc = ceiling(dead_zone_vrc);
-    }
-    offset_vrc = offset_vrc < 0.F ? -pushed_vrc : pushed_vrc;
+  const float offset_vrc = curved(wanted / side(gain_asymmetry, wanted > 0.F), 1.F / exponent);
+  float counts = neutral_vrc + offset_vrc;
+  if (offset_vrc != 0.F && shape == model::DeadZoneShape::kContinuous) {
+    counts += offset_vrc < 0.F ? -dead_zone_vrc : dead_zone_vrc;
+  } else if (offset_vrc != 0.F && dead_zone_vrc > 0.F) {
+    // The first whole counts outside of the dead zone, whose edge itself does nothing.
+    const float below = -floored(dead_zone_vrc - neutral_vrc) - 1.F;
+    const float above = floored(neutral_vrc + dead_zone_vrc) + 1.F;
+    counts = offset_vrc < 0.F ? core::clamp(counts, kLow_vrc, below) : core::clamp(counts, above, kHigh_vrc);
   }
-  const float counts = core::clamp(neutral_vrc + offset_vrc, kLow_vrc, kHigh_vrc);
-  return Stick{static_cast<std::uint16_t>(counts + 0.5F)};
+  return Stick{static_cast<std::uint16_t>(core::clamp(counts, kLow_vrc, kHigh_vrc) + 0.5F)};
 }
 
 float StickMap::to_command(Stick stick) const {

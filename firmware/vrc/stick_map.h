@@ -21,8 +21,8 @@ struct StickMap {
   float sign = 1.F;            ///< -1 where the larger stick is the smaller command (yaw)
 
   /// The stick that gives a command, rounded to a count. Dead zone compensation (paper, III-B.5): continuous, half the
-  /// width is added; jump, a command inside is moved to the edge, except zero, which is neutral. Saturates at the
-  /// travel. kOutOfRange: the command is not finite.
+  /// width is added; jump, a command inside is moved to the first counts outside, except zero, which is neutral.
+  /// Saturates at the travel. kOutOfRange: the command is not finite.
   core::Expected<Stick> to_stick(float command_si) const;
   /// The command that the autopilot derives from a stick: after rounding and saturation, this is the one that acts.
   float to_command(Stick stick) const;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include "firmware/model/axis_effects.h"
@@ -68,8 +69,9 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"HugeIsNotWrapped", kRoll, 1e30F, 1684}, Case{"HugeNegativeIsNotWrapped", kRoll, -1e30F, 364},
         Case{"LinearRangeDownwards", kRoll, -0.1F, 964},  // 1080 - 115.6, to the nearest
         Case{"ContinuousCountsFromTheEdgeDownwards", kContinuous, -0.1F, 863},
-        Case{"YawRightIsTheLargerStick", kYaw, -0.5F, 1247}, Case{"JustInsideTheJumpIsItsEdge", kWhole, 19.9e-3F, 1044},
-        Case{"AtTheJumpIsTheEdge", kWhole, 20e-3F, 1044}, Case{"BeyondTheJumpIsLinear", kWhole, 21e-3F, 1045},
+        Case{"YawRightIsTheLargerStick", kYaw, -0.5F, 1247},
+        Case{"JustInsideTheJumpIsPastItsEdge", kWhole, 19.9e-3F, 1045},
+        Case{"AtTheJumpIsPastItsEdge", kWhole, 20e-3F, 1045}, Case{"BeyondTheJumpIsLinear", kWhole, 21e-3F, 1045},
         // Asymmetry 1.5: to the positive side 2 * 1.5 / 2.5 = 1.2 of the mean gain, to the other 0.8.
         Case{"LessThanACountIsAsymmetricToo", kBetween, 0.49e-3F, 1024},  // 0.41 counts; 0.61 would be the next
         Case{"AsymmetricUp", kAsymmetric, 0.12F, 1124}, Case{"AsymmetricDown", kAsymmetric, -0.12F, 874},
@@ -78,6 +80,25 @@ INSTANTIATE_TEST_SUITE_P(
         // Exponent 2: half of the travel of 660 counts gives a quarter of the command.
         Case{"CurvedUp", kCurved, 0.0825F, 1189}, Case{"CurvedDown", kCurved, -0.0825F, 859}),
     [](const auto& tested) { return tested.param.name; });
+
+// Catches an edge that is a whole number of counts, which does nothing, and a trim between two counts that moves the
+// stick back inside by rounding.
+TEST(StickMap, TheSmallestCommandGivesTheFirstStickOutsideOfTheJump) {
+  for (float neutral = 1010.F; neutral < 1030.F; neutral += 0.3F) {
+    for (float width = 0.75F; width < 33.F; width += 0.25F) {
+      const StickMap map{.scale_si_per_vrc = 1e-3F, .neutral_vrc = neutral, .dead_zone_vrc = width};
+      for (const float command : {1e-6F, -1e-6F}) {
+        const core::Expected<Stick> stick = map.to_stick(command);
+        ASSERT_TRUE(stick.has_value());
+        const auto counts = static_cast<int>(*stick);
+        const auto inner = static_cast<std::uint16_t>(command > 0.F ? counts - 1 : counts + 1);
+        EXPECT_GT(map.to_command(*stick) * command, 0.F) << neutral << " " << width;
+        // Nothing, or a stick that is on the edge but for the rounding of a float.
+        EXPECT_LT(std::abs(map.to_command(Stick{inner})), 1e-3F * (width + 1e-3F)) << neutral << " " << width;
+      }
+    }
+  }
+}
 
 TEST(StickMap, RefusesWhatIsNotANumber) {
   EXPECT_EQ(kRoll.to_stick(std::numeric_limits<float>::quiet_NaN()).status(), core::Status::kOutOfRange);
