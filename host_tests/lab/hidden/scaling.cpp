@@ -20,7 +20,7 @@
 namespace m100::lab::hidden {
 namespace {
 
-constexpr double kMax_MB = 150.0;  // limit for an hour
+constexpr double kMax_MB = 120.0;  // limit for an hour
 
 struct Cost {
   double minutes = 0.0;

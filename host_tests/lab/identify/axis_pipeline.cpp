@@ -134,9 +134,7 @@ class AxisPipeline {
     if (!clean) {
       return;
     }
-    IntersampleHypotheses hypotheses =
-        intersample_hypotheses(problem_->training().signals.data, problem_->free_ranges());
-    const std::optional<WeakEffect> trace = weak_effect(std::move(hypotheses.runs), problem_->training().signals.data,
+    const std::optional<WeakEffect> trace = weak_effect(problem_->training().signals.data, problem_->free_ranges(),
                                                         problem_->axis_family(), chosen_.final_model.fit);
     if (!trace) {
       return;
@@ -241,8 +239,7 @@ class AxisPipeline {
   /// A change must remain under the structure that is selected on one side of it.
   void detect_change_point() {
     FreeRun run = problem_->free_run();
-    weight_by_input_uncertainty({&run, 1}, problem_->training().signals.data,
-                                problem_->axis_family().model(chosen_.final_model.fit));
+    weight_by_input_uncertainty(run, problem_->axis_family().model(chosen_.final_model.fit));
     const ChangePoint first = change_point_under(run, chosen_);
     if (!first.found) {
       if (first.likely && chosen_.steps.empty() &&

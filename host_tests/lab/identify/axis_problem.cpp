@@ -102,9 +102,9 @@ AxisProblem::AxisProblem(const Request& request, double stick_earlier_s, const s
     : request_(request),
       training_(*request.log, request.axis, request.train, requested_ranges(request, true), stick_earlier_s,
                 flight_trims),
-      validation_(request.validation_log != nullptr ? *request.validation_log : *request.log, request.axis,
-                  request.validate, requested_ranges(request, false), stick_earlier_s,
-                  in_one_log(request) ? flight_trims : std::vector<double>{}) {
+      validation_(in_one_log(request) ? AxisDataSet(training_, request.validate)
+                                      : AxisDataSet(*request.validation_log, request.axis, request.validate,
+                                                    requested_ranges(request, false), stick_earlier_s)) {
   check_declared(request.declared, kBases, AxisFamily::supports, "a stick axis");
   check_blocks(training_.blocks.size(), request.log->file, validation_.blocks.size(), validation_.log.file);
   check_moved(training_, "training");
@@ -200,6 +200,8 @@ double AxisProblem::reported(const Fit& fit, std::size_t parameter, double coord
 
 void AxisProblem::examine(const Selection& selection, IdentifyResult& result) const {
   const Fit& fit = selection.final_model.fit;
+  training_.blocks.release_buffers();
+  validation_.blocks.release_buffers();
   result.unexplained = residual_findings(request_, training_, validation_, family_->model(fit));
   add_doubts(selection, result);
   undersampled(family_->model(fit), result);

@@ -150,12 +150,16 @@ void repair_response(const logs::FlightLog& log, const std::string& axis, const 
 
 }  // namespace
 
+double slope_at(const std::vector<double>& values, std::size_t sample, double period_s) {
+  const std::size_t from = sample > 5 ? sample - 5 : 0;
+  const std::size_t to = std::min(values.size() - 1, sample + 5);
+  return to > from ? (values[to] - values[from]) / (static_cast<double>(to - from) * period_s) : 0.0;
+}
+
 std::vector<double> slope(const std::vector<double>& values, double period_s) {
   std::vector<double> out(values.size());
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const std::size_t from = i > 5 ? i - 5 : 0;
-    const std::size_t to = std::min(values.size() - 1, i + 5);
-    out[i] = to > from ? (values[to] - values[from]) / (static_cast<double>(to - from) * period_s) : 0.0;
+    out[i] = slope_at(values, i, period_s);
   }
   return out;
 }

@@ -27,7 +27,9 @@ struct AxisSignals {
 AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, const std::vector<Range>& requested,
                          double stick_earlier_s = 0.0);
 
-/// Central difference over +-5 samples, i.e. over ten sample periods.
+/// Central difference over +-5 samples, i.e. over ten sample periods; at the ends over those that exist.
+double slope_at(const std::vector<double>& values, std::size_t sample, double period_s);
+/// The same at all samples.
 std::vector<double> slope(const std::vector<double>& values, double period_s);
 
 }  // namespace m100::lab::identify

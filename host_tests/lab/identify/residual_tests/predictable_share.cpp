@@ -101,7 +101,7 @@ Thinned thin(const ResidualInput& input, std::size_t samples) {
   return out;
 }
 
-Vector mean_of(const std::vector<double>& values, const Thinned& thinned) {
+Vector mean_of(std::span<const double> values, const Thinned& thinned) {
   if (values.size() == thinned.begin.size()) {
     return Eigen::Map<const Vector>(values.data(), static_cast<Eigen::Index>(values.size()));
   }

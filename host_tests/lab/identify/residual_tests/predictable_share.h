@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "firmware/core/eigen.h"
@@ -25,7 +26,7 @@ struct Thinned {
 /// Precondition: block_begin of the input ascends from 0 and stays below `samples`.
 Thinned thin(const ResidualInput& input, std::size_t samples);
 /// One value for each mean. `values` has one value for each sample; if it is already thinned, it is returned unchanged.
-Eigen::VectorXd mean_of(const std::vector<double>& values, const Thinned& thinned);
+Eigen::VectorXd mean_of(std::span<const double> values, const Thinned& thinned);
 
 /// For each group: the largest share of the variance of any target that it predicts, cross-validated. With it the
 /// largest share that any group reaches on any of `shifts` circular shifts of a target, as an estimate of what chance

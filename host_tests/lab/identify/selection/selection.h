@@ -41,7 +41,7 @@ struct CrossValidatedFit {
   std::vector<double> cv_block;  ///< sum of squares of each block, predicted by the fit to the other folds
   double cv = 0.0;               ///< their sum
   double effective_samples = 0.0;
-  std::vector<std::vector<double>> errors;  ///< of the fit to all blocks, block by block
+  std::vector<std::vector<double>> errors;  ///< of the fit to all blocks, block by block; empty in a Selection
 };
 
 struct SelectionStep {

@@ -172,6 +172,11 @@ double AxisBlocks::fit_percent(const model::StickAxis& axis) const {
   return spread > 0.0 ? 100.0 * (1.0 - error / std::sqrt(spread)) : 0.0;
 }
 
+void AxisBlocks::release_buffers() const {
+  commands_.release();
+  driven_ = {};
+}
+
 namespace {
 
 /// Squared errors by the age of the prediction.

@@ -150,13 +150,13 @@ Fit AxisFamily::run(Fit start, std::span<const int> weights, int iterations) con
     box.push_back({to_fitted(*p.number, p.number->fit.low), to_fitted(*p.number, p.number->fit.high), p.number->step});
   }
   const std::size_t rows = samples_of(weights);
-  scratch_.resize(std::max(scratch_.size(), (parameters.size() + 2) * rows));
+  std::vector<double> scratch((parameters.size() + 2) * rows);
   std::vector<double> x = start.parameters;
   const auto residual = [&](std::span<const double> at, std::span<double> out) {
     start.parameters.assign(at.begin(), at.end());
     training_.error(model(start), weights, out);
   };
-  start.sum_of_squares = levenberg_marquardt(residual, std::span<double>(x), box, rows, scratch_, {iterations, 1e-4});
+  start.sum_of_squares = levenberg_marquardt(residual, std::span<double>(x), box, rows, scratch, {iterations, 1e-4});
   start.parameters = x;
   start.free_parameters = parameters.size();
   return start;

@@ -66,7 +66,6 @@ class AxisFamily final : public Family {
   double sum_of_squares(const Fit& fit, std::span<const int> weights) const;
   const AxisBlocks& training_;
   AxisScale scale_;
-  mutable std::vector<double> scratch_;  ///< of the fits: 20 MB for an hour of log, reused by thousands of fits
 };
 
 }  // namespace m100::lab::identify

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <string>
 #include <utility>
 
@@ -12,17 +11,8 @@ namespace {
 
 using logs::Signal;
 
-template <typename Function>
-std::vector<double> map(const std::vector<double>& values, Function&& function) {
-  std::vector<double> out(values.size());
-  std::transform(values.begin(), values.end(), out.begin(), function);
-  return out;
-}
-
-std::vector<double> product(const std::vector<double>& a, const std::vector<double>& b) {
-  std::vector<double> out(a.size());
-  std::transform(a.begin(), a.end(), b.begin(), out.begin(), std::multiplies<>());
-  return out;
+auto value_of(const std::vector<double>& channel) {
+  return [&channel](std::size_t sample) { return channel[sample]; };
 }
 
 /// Makes the columns of one stretch of the log.
@@ -30,14 +20,14 @@ class Stretch {
  public:
   Stretch(std::size_t begin, std::size_t end, const Thinned& rows) : begin_(begin), end_(end), rows_(rows) {}
 
-  /// The channel delayed by each lag; lags reach into the samples before the stretch.
-  RegressorGroup lagged(const std::string& source, const std::vector<double>& channel,
-                        const std::vector<std::size_t>& lags) const {
+  /// A function of the sample, delayed by each lag; lags reach into the samples before the stretch.
+  template <typename Channel>
+  RegressorGroup lagged(const std::string& source, const Channel& channel, const std::vector<std::size_t>& lags) const {
     RegressorGroup group{source, {}};
     std::vector<double> column(end_ - begin_);
     for (const std::size_t lag : lags) {
       for (std::size_t i = begin_; i < end_; ++i) {
-        column[i - begin_] = channel[i >= lag ? i - lag : 0];
+        column[i - begin_] = channel(i >= lag ? i - lag : 0);
       }
       const Eigen::VectorXd means = mean_of(column, rows_);
       group.columns.emplace_back(means.begin(), means.end());
@@ -71,50 +61,52 @@ std::vector<RegressorGroup> axis_regressors(const logs::FlightLog& log, const Ax
   for (const double s : {0.0, 0.1, 0.2, 0.3, 0.5, 0.8}) {
     few.push_back(lag(s));
   }
-  const std::vector<double>& u = signals.data.stick;
-  const auto square = [](double v) { return v * std::abs(v); };
-  const auto even = [](double v) { return v * v; };
+  using Sample = std::size_t;
+  const auto u = value_of(signals.data.stick);
+  const auto square = [](auto channel) { return [channel](Sample i) { return channel(i) * std::abs(channel(i)); }; };
+  const auto even = [](auto channel) { return [channel](Sample i) { return channel(i) * channel(i); }; };
+  const auto times_stick = [u](auto channel) { return [u, channel](Sample i) { return u(i) * channel(i); }; };
   std::vector<RegressorGroup> out;
   out.push_back(stretch.lagged(signals.stick_name, u, many));
-  RegressorGroup powers = stretch.lagged(signals.stick_name + " powers", map(u, square), few);
-  append(powers, stretch.lagged("", map(u, even), few));
-  append(powers, stretch.lagged("", map(u, [](double v) { return v * v * v; }), few));
+  RegressorGroup powers = stretch.lagged(signals.stick_name + " powers", square(u), few);
+  append(powers, stretch.lagged("", even(u), few));
+  append(powers, stretch.lagged(
+                     "", [&](Sample i) { return u(i) * u(i) * u(i); }, few));
   out.push_back(std::move(powers));
-  out.push_back(stretch.lagged(signals.stick_name + " * its rate", product(u, slope(u, log.period_s)), few));
-  std::vector<double> time(u.size());
-  for (std::size_t i = 0; i < time.size(); ++i) {
-    time[i] = log.time_s(i) - 0.5 * (log.time_s(begin) + log.time_s(end));
-  }
+  const auto rate = [&](Sample i) { return slope_at(signals.data.stick, i, log.period_s); };
+  out.push_back(stretch.lagged(signals.stick_name + " * its rate", times_stick(rate), few));
+  const auto time = [&](Sample i) { return log.time_s(i) - 0.5 * (log.time_s(begin) + log.time_s(end)); };
   RegressorGroup trend = stretch.lagged("time", time, {0});
-  append(trend, stretch.lagged("", map(time, even), {0}));
+  append(trend, stretch.lagged("", even(time), {0}));
   out.push_back(std::move(trend));
-  out.push_back(stretch.lagged(signals.stick_name + " * time", product(u, time), few));
+  out.push_back(stretch.lagged(signals.stick_name + " * time", times_stick(time), few));
   if (!signals.other_name.empty()) {
-    const std::vector<double>& other = signals.data.other;
+    const auto other = value_of(signals.data.other);
     RegressorGroup both = stretch.lagged(signals.other_name, other, few);
-    append(both, stretch.lagged("", map(other, square), few));
-    append(both, stretch.lagged("", map(other, even), few));
+    append(both, stretch.lagged("", square(other), few));
+    append(both, stretch.lagged("", even(other), few));
     out.push_back(std::move(both));
-    out.push_back(stretch.lagged(signals.stick_name + " * " + signals.other_name, product(u, other), few));
+    out.push_back(stretch.lagged(signals.stick_name + " * " + signals.other_name, times_stick(other), few));
   }
   for (const Signal signal : {Signal::kStickRoll, Signal::kStickPitch, Signal::kStickThrottle, Signal::kStickYaw}) {
     const std::string name(logs::name_of(signal));
     if (!log.has(signal) || name == signals.stick_name || name == signals.other_name) {
       continue;
     }
-    out.push_back(stretch.lagged(name, log.of(signal), few));
-    out.push_back(stretch.lagged(signals.stick_name + " * " + name, product(u, log.of(signal)), few));
+    const auto stick = value_of(log.of(signal));
+    out.push_back(stretch.lagged(name, stick, few));
+    out.push_back(stretch.lagged(signals.stick_name + " * " + name, times_stick(stick), few));
   }
   for (const auto& [name, channel] : log.extra) {
     double mean = 0.0;
     for (const double value : channel) {
       mean += value / static_cast<double>(channel.size());
     }
-    const std::vector<double> centred = map(channel, [mean](double v) { return v - mean; });
+    const auto centred = [value = value_of(channel), mean](Sample i) { return value(i) - mean; };
     RegressorGroup group = stretch.lagged(name, centred, few);
-    append(group, stretch.lagged("", map(centred, even), {0}));
+    append(group, stretch.lagged("", even(centred), {0}));
     out.push_back(std::move(group));
-    out.push_back(stretch.lagged(signals.stick_name + " * " + name, product(u, centred), few));
+    out.push_back(stretch.lagged(signals.stick_name + " * " + name, times_stick(centred), few));
   }
   return out;
 }
@@ -125,10 +117,11 @@ std::vector<RegressorGroup> axis_activity(const AxisSignals& signals, std::size_
   const double period_s = signals.data.period_s;
   const auto lag = [&](double s) { return static_cast<std::size_t>(std::lround(s / period_s)); };
   const std::vector<std::size_t> lags{lag(0.0), lag(0.15), lag(0.3), lag(0.6), lag(1.0)};
-  const auto size = [](double v) { return std::abs(v); };
-  const std::vector<double>& u = signals.data.stick;
-  RegressorGroup group = stretch.lagged(signals.stick_name + " activity", map(u, size), lags);
-  append(group, stretch.lagged("", map(slope(u, period_s), size), lags));
+  const std::vector<double>& stick = signals.data.stick;
+  const auto size = [&](std::size_t i) { return std::abs(stick[i]); };
+  const auto speed = [&](std::size_t i) { return std::abs(slope_at(stick, i, period_s)); };
+  RegressorGroup group = stretch.lagged(signals.stick_name + " activity", size, lags);
+  append(group, stretch.lagged("", speed, lags));
   return {std::move(group)};
 }
 

@@ -31,6 +31,8 @@ class StickCommands {
   const Stretch& operator[](std::size_t stretch) const { return stretches_[stretch]; }
   /// Commands from `past` to `end`, valid until a third axis is asked for. Always give the same data.
   const std::vector<double>& of(const AxisData& data, const model::StickAxis& axis, std::size_t stretch) const;
+  /// Frees both results.
+  void release() const { results_ = {}; }
 
  private:
   struct Result {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "host_tests/lab/identify/model/axis/axis_regressors.h"
 #include "host_tests/lab/identify/residual_tests/predictable_share.h"
@@ -36,7 +37,7 @@ struct SettledRun {
   std::size_t begin;
   std::size_t end;
   std::span<const double> error;
-  std::span<const double> input_uncertainty;  ///< part of the error that slow rows may cause; empty: none
+  std::span<const double> input_uncertainty;  ///< part of the error that the unknown stick between rows may cause
 };
 
 /// Appends the samples of a free run to the input, with their regressors.
@@ -57,15 +58,26 @@ void append(const AxisDataSet& part, std::optional<std::size_t> first_flight, co
       input.flight.push_back(*first_flight + flight_of(data, i));
     }
   }
-  if (!run.input_uncertainty.empty()) {
-    input.input_uncertainty.resize(residual.size());  // in a part with fast rows the stick is known
-    input.input_uncertainty.insert(input.input_uncertainty.end(), run.input_uncertainty.begin(),
-                                   run.input_uncertainty.end());
-  }
   residual.insert(residual.end(), run.error.begin(), run.error.end());
   const Thinned rows = thin_run(data.period_s, length, run.end - run.begin);
+  const Eigen::VectorXd input_uncertainty = mean_of(run.input_uncertainty, rows);
+  input.input_uncertainty.insert(input.input_uncertainty.end(), input_uncertainty.begin(), input_uncertainty.end());
   merge(input.groups, axis_regressors(part.log, part.signals, run.begin, run.end, rows));
   merge(input.activity, axis_activity(part.signals, run.begin, run.end, rows));
+}
+
+/// The blocks of a range in which each lasts from gap to gap, and their errors, one after the other.
+std::pair<std::vector<AxisBlocks::Block>, std::vector<double>> whole_run(const AxisData& data, const Range& range,
+                                                                         const model::StickAxis& model,
+                                                                         double whole_s) {
+  const AxisBlocks whole(data, {range}, whole_s);
+  std::vector<double> error(whole.samples());
+  whole.error(model, {}, error);
+  std::vector<AxisBlocks::Block> blocks;
+  for (std::size_t number = 0; number < whole.size(); ++number) {
+    blocks.push_back(whole[number]);
+  }
+  return {std::move(blocks), std::move(error)};
 }
 
 /// Appends the final residual as one free run per range (from gap to gap), with its regressors.
@@ -78,18 +90,14 @@ void append_free_run(const AxisDataSet& part, const model::StickAxis& model, std
   for (const Range& range : part.ranges) {
     const Range run{std::max(range.first - kSettle_s, data.start_s), range.second};
     const double whole_s = range.second - range.first + 2.0 * kSettle_s;
-    const AxisBlocks whole(data, {run}, whole_s);
-    std::vector<double> error(whole.samples());
-    whole.error(model, {}, error);
     const std::vector<double> input_uncertainty = intersample_error(data, {run}, model, whole_s);
+    const auto [blocks, error] = whole_run(data, run, model, whole_s);
     std::size_t from = 0;
-    for (std::size_t number = 0; number < whole.size(); ++number) {
-      const AxisBlocks::Block& block = whole[number];
+    for (const AxisBlocks::Block& block : blocks) {
       const std::size_t samples = block.end - block.begin;
       if (samples >= settling + length / 2) {  // the end of a run also shortens a block
         const auto settled = [&](const std::vector<double>& values) {
-          return values.empty() ? std::span<const double>{}
-                                : std::span(values).subspan(from + settling, samples - settling);
+          return std::span(values).subspan(from + settling, samples - settling);
         };
         append(part, first_flight, {block.begin + settling, block.end, settled(error), settled(input_uncertainty)},
                input);
@@ -103,9 +111,8 @@ void append_free_run(const AxisDataSet& part, const model::StickAxis& model, std
 
 std::vector<double> intersample_error(const AxisData& data, const std::vector<Range>& ranges,
                                       const model::StickAxis& model, double block_s) {
-  const AxisBlocks blocks(data, ranges, block_s);
-  std::vector<double> out(blocks.samples(), 0.0);
-  const std::vector<double> line = blocks.response(model);
+  const std::vector<double> line = AxisBlocks(data, ranges, block_s).response(model);
+  std::vector<double> out(line.size(), 0.0);
   if (!is_stick_undersampled(data)) {
     AxisData earlier = data;
     std::copy(data.stick.begin() + 1, data.stick.end(), earlier.stick.begin());
@@ -168,9 +175,6 @@ std::vector<std::string> residual_findings(const Request& request, const AxisDat
   } else {
     append_free_run(training, model, 0, input);
     append_free_run(validation, model, one_log ? 0 : flights.size() + 1, input);
-  }
-  if (!input.input_uncertainty.empty()) {
-    input.input_uncertainty.resize(input.residuals[0].size());
   }
   return test_residual(input, ResidualOptions{}).unexplained;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -21,17 +22,27 @@ struct AxisDataSet {
   /// @throws InputError as axis_signals does.
   AxisDataSet(const logs::FlightLog& flight_log, const std::string& axis, const std::vector<Range>& given,
               const std::vector<Range>& requested, double stick_earlier_s = 0.0, const std::vector<double>& trims = {})
-      : log(flight_log),
-        signals(without_trims(axis_signals(flight_log, axis, requested, stick_earlier_s), trims)),
-        ranges(given),
-        blocks(signals.data, given) {}
+      : AxisDataSet(flight_log,
+                    std::make_shared<const AxisSignals>(
+                        without_trims(axis_signals(flight_log, axis, requested, stick_earlier_s), trims)),
+                    given) {}
+  /// Other ranges of the same log: the signals are shared with `other`.
+  AxisDataSet(const AxisDataSet& other, const std::vector<Range>& given)
+      : AxisDataSet(other.log, other.shared_signals_, given) {}
   AxisDataSet(const AxisDataSet&) = delete;
   AxisDataSet& operator=(const AxisDataSet&) = delete;
 
   const logs::FlightLog& log;
-  AxisSignals signals;
+  const AxisSignals& signals;
   std::vector<Range> ranges;
   AxisBlocks blocks;
+
+ private:
+  AxisDataSet(const logs::FlightLog& flight_log, std::shared_ptr<const AxisSignals> shared,
+              const std::vector<Range>& given)
+      : log(flight_log), signals(*shared), ranges(given), blocks(signals.data, given), shared_signals_(shared) {}
+
+  std::shared_ptr<const AxisSignals> shared_signals_;  ///< an hour of them takes 9 MB
 };
 
 /// Tests whether the residual of the final model, in free runs over both parts, is still predictable.

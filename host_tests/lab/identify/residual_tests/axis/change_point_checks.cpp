@@ -13,17 +13,14 @@ namespace m100::lab::identify {
 
 double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                  const Fit& fit, const ChangePoint& change) {
-  double minimum = std::numeric_limits<double>::infinity();
   if (!is_stick_undersampled(data)) {
-    return minimum;
+    return std::numeric_limits<double>::infinity();
   }
-  IntersampleHypotheses hypotheses = intersample_hypotheses(data, ranges);
-  weight_by_input_uncertainty(hypotheses.runs, data, family.model(fit));
   const std::vector<FreeParameter> free_parameters =
       free_parameters_within_row(family, fit);  // a stick held at its last row is late
   const ParameterJump jump{change.free_parameter, change.change.at_s,
                            change.after.*change.free_parameter.member - change.before.*change.free_parameter.member};
-  for (const FreeRun& run : hypotheses.runs) {
+  return IntersampleHypotheses(data, ranges, family.model(fit)).min_over_all([&](const FreeRun& run) {
     const WhitenedFit without = fit_whitened(run, family.model(fit), free_parameters);
     WhitenedFit with = fit_whitened(run, change.before, free_parameters, &jump);
     WhitenedFit from_without = fit_whitened(run, without.before, free_parameters, &jump);
@@ -43,9 +40,8 @@ double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>&
       const Rows unbroken = run.error(without.before).array() - without.offset;
       ratio = std::max(ratio, whitened_rows(run.segments()) * std::log(power(unbroken) / power(error)));
     }
-    minimum = std::min(minimum, ratio);
-  }
-  return minimum;
+    return ratio;
+  });
 }
 
 std::optional<Change> second_change_point(const AxisData& data, const std::vector<Range>& ranges,
@@ -69,7 +65,7 @@ std::optional<Change> second_change_point(const AxisData& data, const std::vecto
     }
     const Fit own = family.with_parameters_of(fit, *model);
     FreeRun side_run(data, kept);
-    weight_by_input_uncertainty({&side_run, 1}, data, family.model(own));
+    weight_by_input_uncertainty(side_run, family.model(own));
     const ChangePoint second = change_point(side_run, family, own);
     if (second.found && second.change.likelihood_ratio > kAsMuch * change.change.likelihood_ratio) {
       return second.change;

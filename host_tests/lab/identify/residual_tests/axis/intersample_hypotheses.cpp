@@ -8,18 +8,13 @@
 #include "firmware/sysid/axis_dynamics.h"
 #include "host_tests/lab/identify/model/whitening.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_change_point.h"
-#include "host_tests/lab/identify/residual_tests/axis/axis_residual.h"
 
 namespace m100::lab::identify {
 
-IntersampleHypotheses intersample_hypotheses(const AxisData& data, const std::vector<Range>& ranges) {
-  IntersampleHypotheses out;
-  out.held = {hold_between_rows(data, false), hold_between_rows(data, true)};
-  out.runs.emplace_back(data, ranges);
-  for (const AxisData& hypothesis : out.held) {
-    out.runs.emplace_back(hypothesis, ranges);
-  }
-  return out;
+IntersampleHypotheses::IntersampleHypotheses(const AxisData& data, const std::vector<Range>& ranges,
+                                             const model::StickAxis& model)
+    : ranges_(ranges), as_logged_(data, ranges) {
+  weight_by_input_uncertainty(as_logged_, model);
 }
 
 bool sharpens_rows(const AxisData& data, const model::StickAxis& model) {
@@ -69,7 +64,8 @@ std::vector<double> step_time_innovations(const AxisData& data, std::size_t mean
 
 /// Variance of each innovation if every step of the stick between two rows happened at one moment of the row, uniformly
 /// distributed: (step times row) squared over twelve.
-Rows step_time_variance(const FreeRun& run, const AxisData& data, const model::StickAxis& model, const Ar& filter) {
+Rows step_time_variance(const FreeRun& run, const model::StickAxis& model, const Ar& filter) {
+  const AxisData& data = run.data();
   const auto row = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s)));
   const double row_in_samples = std::min(static_cast<double>(row), data.logged_stick_row_s() / data.period_s);
   const std::size_t mean = run.mean();
@@ -124,9 +120,9 @@ std::vector<FreeParameter> free_parameters_within_row(const AxisFamily& family, 
   return out;
 }
 
-void weight_by_input_uncertainty(std::span<FreeRun> hypotheses, const AxisData& data, const model::StickAxis& model) {
-  const Rows error = hypotheses.front().error(model);
-  const std::vector<Segment>& segments = hypotheses.front().segments();
+void weight_by_input_uncertainty(FreeRun& run, const model::StickAxis& model) {
+  const Rows error = run.error(model);
+  const std::vector<Segment>& segments = run.segments();
   const Ar filter = autoregression(error, segments);
   Rows white = error;
   whiten(filter, segments, white);
@@ -134,34 +130,27 @@ void weight_by_input_uncertainty(std::span<FreeRun> hypotheses, const AxisData& 
   if (!(power > 0.0)) {
     return;
   }
-  const Rows moments = step_time_variance(hypotheses.front(), data, model, filter);
-  const Rows weights = (1.0 + step_time_share(white, moments, power) * moments.array()).rsqrt();
-  for (FreeRun& hypothesis : hypotheses) {
-    hypothesis.set_weights(weights);
-  }
+  const Rows moments = step_time_variance(run, model, filter);
+  run.set_weights((1.0 + step_time_share(white, moments, power) * moments.array()).rsqrt());
 }
 
 double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                  const Fit& fit, const std::string& effect) {
-  double minimum = std::numeric_limits<double>::infinity();
   const Structure reduced = family.without(fit.structure, effect);
   // No time of a step within its row makes a trim, which the free offset of a whitened fit would absorb.
   if (reduced == fit.structure || effect == "trim_offset") {
-    return minimum;
+    return std::numeric_limits<double>::infinity();
   }
-  IntersampleHypotheses hypotheses = intersample_hypotheses(data, ranges);
-  weight_by_input_uncertainty(hypotheses.runs, data, family.model(fit));
   const Fit plain = family.fit(reduced, std::vector<int>(family.block_count(), 1), &fit);
-  for (const FreeRun& run : hypotheses.runs) {
+  return IntersampleHypotheses(data, ranges, family.model(fit)).min_over_all([&](const FreeRun& run) {
     const WhitenedFit with = fit_whitened(run, family.model(fit), free_parameters_within_row(family, fit));
     double without = std::numeric_limits<double>::infinity();
     for (const Fit& start : {plain, family.with_parameters_of(plain, with.before)}) {
       without =
           std::min(without, fit_whitened(run, family.model(start), free_parameters_within_row(family, start)).score);
     }
-    minimum = std::min(minimum, without - with.score);
-  }
-  return minimum;
+    return without - with.score;
+  });
 }
 
 }  // namespace m100::lab::identify

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <span>
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -9,18 +9,43 @@
 #include "host_tests/lab/identify/model/axis/axis_family.h"
 #include "host_tests/lab/identify/model/axis/free_run.h"
 #include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/identify/residual_tests/axis/axis_residual.h"
 
 namespace m100::lab::identify {
 
-/// Hypotheses about the stick between its rows: interpolated; held at its last row; already at its next row. Only
-/// what all confirm is certain: of a stick with two positions, a dead zone or a limit moves interpolated values alone.
-struct IntersampleHypotheses {
-  std::vector<AxisData> held;  ///< data of the second and third run
-  std::vector<FreeRun> runs;
-};
+/// Hypotheses about the stick between its rows: interpolated, as logged; held at its last row; already at its next row.
+/// Only what all confirm is certain: of a stick with two positions, a dead zone or a limit moves interpolated values
+/// alone. All runs have the weights of weight_by_input_uncertainty().
+class IntersampleHypotheses {
+ public:
+  /// The data must outlive this object. @param model  that the weights are estimated with
+  IntersampleHypotheses(const AxisData& data, const std::vector<Range>& ranges, const model::StickAxis& model);
 
-/// The data must outlive the hypotheses.
-IntersampleHypotheses intersample_hypotheses(const AxisData& data, const std::vector<Range>& ranges);
+  const FreeRun& as_logged() const { return as_logged_; }
+  /// Smallest value of `ratio`, a function of a FreeRun, under the two hypotheses that hold the stick. Each run exists
+  /// only while its ratio is computed, because that of an hour takes 15 MB.
+  template <typename Ratio>
+  double min_over_held(const Ratio& ratio) const {
+    return std::min(ratio_of_held(false, ratio), ratio_of_held(true, ratio));
+  }
+  /// The smallest under all three.
+  template <typename Ratio>
+  double min_over_all(const Ratio& ratio) const {
+    return std::min(ratio(as_logged_), min_over_held(ratio));
+  }
+
+ private:
+  template <typename Ratio>
+  double ratio_of_held(bool next, const Ratio& ratio) const {
+    const AxisData held = hold_between_rows(as_logged_.data(), next);
+    FreeRun run(held, ranges_);
+    run.set_weights(as_logged_.weights());
+    return ratio(run);
+  }
+
+  std::vector<Range> ranges_;
+  FreeRun as_logged_;
+};
 
 /// Whether a lead zero only restores what an undersampled stick loses: a line between two rows smooths by (w T)^2 / 12,
 /// a held stick by half of that, and a lead zero restores (w t)^2 / 2, so up to half a row it may do no more.
@@ -31,11 +56,10 @@ bool sharpens_rows(const AxisData& data, const model::StickAxis& model);
 /// number of movements. So a few steps leave a larger error than a stick that moves all the time.
 double step_time_error_s(const AxisData& data, double from_s, double to_s);
 
-/// Weighs the innovations of all hypotheses by the uncertainty that an undersampled stick causes. Each step between two
-/// rows may have happened at any moment of the row, which adds a variance to the rows after it; the share of this
-/// variance relative to that of the air is estimated by maximum likelihood. Does nothing where the stick is not
-/// undersampled. Precondition: the first hypothesis is of `data`.
-void weight_by_input_uncertainty(std::span<FreeRun> hypotheses, const AxisData& data, const model::StickAxis& model);
+/// Weighs the innovations by the uncertainty that an undersampled stick causes. Each step between two rows may have
+/// happened at any moment of the row, which adds a variance to the rows after it; the share of this variance relative
+/// to that of the air is estimated by maximum likelihood. Does nothing where the stick is not undersampled.
+void weight_by_input_uncertainty(FreeRun& run, const model::StickAxis& model);
 
 /// All parameters of a structure as free_parameters_of(), with the delay free down to one row below zero: a row shows
 /// the stick since the row before, so a response without delay may begin up to a row early. time_offset() finds earlier

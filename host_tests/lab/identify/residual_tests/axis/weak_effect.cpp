@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -63,14 +62,14 @@ double score_of(const FreeRun& run, const AxisFamily& family, const std::vector<
 
 class WeakEffectSearch {
  public:
-  WeakEffectSearch(std::span<const FreeRun> hypotheses, const AxisFamily& family, const Fit& fit)
-      : hypotheses_(hypotheses), family_(family), shapes_(shapes_of(hypotheses.front(), family, fit)) {}
+  WeakEffectSearch(const IntersampleHypotheses& hypotheses, const AxisFamily& family, const Fit& fit)
+      : hypotheses_(hypotheses), family_(family), shapes_(shapes_of(hypotheses.as_logged(), family, fit)) {}
 
   std::optional<WeakEffect> run() {
     std::vector<StartingPoint> promising;
     double asked = 0.0;
     for (const Fitted& shape : shapes_) {
-      const FreeRun& log = hypotheses_.front();
+      const FreeRun& log = hypotheses_.as_logged();
       const ScoreTest left(log, shape.white, free_parameters_within_row(family_, shape.fit));
       for (const Family::Edit& edit : family_.edits(shape.fit.structure)) {
         for (const Fit& start : family_.starts_with_effect(edit, shape.fit)) {
@@ -99,7 +98,7 @@ class WeakEffectSearch {
   };
 
   void consider(const std::string& name, const Fitted& shape, const Fit& start) {
-    const FreeRun& log = hypotheses_.front();
+    const FreeRun& log = hypotheses_.as_logged();
     const Fitted with = fitted(log, family_, start);
     const double more =
         static_cast<double>(with.fit.parameters.size()) - static_cast<double>(shape.fit.parameters.size());
@@ -119,9 +118,10 @@ class WeakEffectSearch {
     for (const Fitted& other : shapes_) {
       without.push_back(other.fit);
     }
-    for (std::size_t k = 1; k < hypotheses_.size() && ratio > chance_; ++k) {
-      ratio =
-          std::min(ratio, score_of(hypotheses_[k], family_, without) - score_of(hypotheses_[k], family_, {with.fit}));
+    if (ratio > chance_) {
+      ratio = std::min(ratio, hypotheses_.min_over_held([&](const FreeRun& run) {
+        return score_of(run, family_, without) - score_of(run, family_, {with.fit});
+      }));
     }
     if (ratio > chance_ && (!out_ || ratio - price > worth_)) {
       out_ = WeakEffect{name, ratio};
@@ -129,7 +129,7 @@ class WeakEffectSearch {
     }
   }
 
-  std::span<const FreeRun> hypotheses_;
+  const IntersampleHypotheses& hypotheses_;
   const AxisFamily& family_;
   std::vector<Fitted> shapes_;
   /// Ratio that the best of all tests exceeds by chance in one log of a thousand: the union of the tails of chi-square
@@ -141,14 +141,11 @@ class WeakEffectSearch {
 
 }  // namespace
 
-std::optional<WeakEffect> weak_effect(std::vector<FreeRun> hypotheses, const AxisData& data, const AxisFamily& family,
+std::optional<WeakEffect> weak_effect(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                       const Fit& fit) {
   constexpr double kMin_s = 10.0;
-  if (hypotheses.front().seconds() < kMin_s) {
-    return std::nullopt;
-  }
-  weight_by_input_uncertainty(hypotheses, data, family.model(fit));
-  return WeakEffectSearch(hypotheses, family, fit).run();
+  const IntersampleHypotheses hypotheses(data, ranges, family.model(fit));
+  return hypotheses.as_logged().seconds() < kMin_s ? std::nullopt : WeakEffectSearch(hypotheses, family, fit).run();
 }
 
 }  // namespace m100::lab::identify

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "host_tests/lab/identify/model/axis/axis_family.h"
-#include "host_tests/lab/identify/model/axis/free_run.h"
+#include "host_tests/lab/identify/request.h"
 
 namespace m100::lab::identify {
 
@@ -21,11 +21,9 @@ struct WeakEffect {
 /// likelihood ratio shows; such an effect rules out the verdict "nothing missing". Each effect starts at several sizes,
 /// and is fitted where a step toward it promises a gain; where the model jumps at its dead zone's edge, also together
 /// with a dead zone without the jump. Cost: a simulation for each starting point, a few fits.
-/// @param hypotheses  about the stick between its rows, at least one: first as logged, then the others. An effect is
-///   certain only if each of them confirms it; rows after a step of an undersampled stick count less.
-/// @param data  of the first hypothesis
+/// An effect is certain only if each of the IntersampleHypotheses confirms it.
 /// @returns nothing where no effect of significant size exceeds the ratio that chance exceeds in one log of a thousand.
-std::optional<WeakEffect> weak_effect(std::vector<FreeRun> hypotheses, const AxisData& data, const AxisFamily& family,
+std::optional<WeakEffect> weak_effect(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                       const Fit& fit);
 
 }  // namespace m100::lab::identify
