@@ -27,13 +27,13 @@ constexpr auto& value_of(C& command, std::size_t axis) {
 
 /// Limits that abort an excitation: distances in m and speeds in m/s along the moved axis; for yaw in rad and rad/s.
 struct ExcitationLimits {
-  double distance = 0.0;  ///< from where it began, braking distance included: |s| + v^2 / (2 a), v outwards
+  double distance = 0.0;  ///< from the reference, braking distance included: |s| + v^2 / (2 a), v outwards
   double braking = 1.0;   ///< a
   double speed = 0.0;
   double tilt_rad = 0.0;  ///< of both axes together
 };
 
-/// One stretch of samples on one stick. Between two stretches the law flies back to the place.
+/// Consecutive samples on one stick. Between two pieces the law flies back to the reference.
 struct ExcitationPiece {
   ExcitedStick axis = ExcitedStick::kRoll;
   std::size_t begin = 0;  ///< in ExcitationPlan::counts
@@ -43,7 +43,7 @@ struct ExcitationPiece {
 /// Stick movements for identification, computed before the flight; the caller owns the viewed data. Empty: none.
 struct ExcitationPlan {
   core::Duration period = std::chrono::milliseconds(20);
-  std::span<const std::int16_t> counts{};  ///< from the trim: right, forward, up, right
+  std::span<const std::int16_t> counts{};  ///< from the trim; positive: roll right, pitch forward, climb, yaw right
   std::span<const ExcitationPiece> pieces{};
   std::array<ExcitationLimits, kStickAxes> limits{};
 };
@@ -66,9 +66,9 @@ class Excitation {
   /// Why it was aborted.
   enum class Abort : std::uint8_t {
     kNone,
-    kFailsafe,  ///< control is gone (the pilot's switch), or the failsafe left its top
-    kFence,     ///< the aircraft could not stop before a side of the fence
-    kDistance,  ///< or not within the excitation's own distance
+    kFailsafe,  ///< the failsafe left kNominal, for example because the pilot took control
+    kFence,     ///< the geofence limiter brakes: the aircraft might not stop before a side of the fence
+    kDistance,  ///< the aircraft might not stop within ExcitationLimits::distance
     kTilt,
     kSpeed,
     kNotAtRest,  ///< the law did not bring the aircraft to rest at the place within kPatience
@@ -78,7 +78,7 @@ class Excitation {
 
   explicit Excitation(const ExcitationPlan& plan) : plan_(plan) {}
 
-  /// Starts with the first piece, if there is one: the failsafe reached its top.
+  /// The failsafe reached kNominal: starts with the first piece, if there is one.
   void start(core::TimePoint now);
 
   /// Once per tick, before update(): the roll and pitch sticks, in counts from their trims, that would hold the
@@ -105,7 +105,7 @@ class Excitation {
   /// Distance from the place of rest, and speed, along axis().
   T distance() const { return distance_; }
   T speed() const { return speed_; }
-  /// It lasts from the start in kNominal to the end or the abort; while it lasts, ended() is now.
+  /// The excitation lasts from start() to its end or abort; until then ended() is the time of the last update().
   core::TimePoint began() const { return began_; }
   core::TimePoint ended() const { return ended_; }
   static std::string_view name(Abort abort);
@@ -125,7 +125,7 @@ class Excitation {
   core::TimePoint began_{};
   core::TimePoint ended_{};
   core::TimePoint since_{};     ///< of the state
-  core::TimePoint restless_{};  ///< when it was last not at rest
+  core::TimePoint restless_{};  ///< when the aircraft was last not at rest
   HoldingSticks<T> holding_;
   T rested_{0};  ///< ticks in the mean of holding_
   T distance_{0};

@@ -10,7 +10,7 @@
 
 namespace m100::est {
 
-/// Largest part of the force's offset that is still unknown after its first seconds (measured logs: a few tenths).
+/// Largest part of the specific force's offset (logs: a few 0.1 m/s^2) that is still unknown after the first seconds.
 inline constexpr double kForceOffset_m_s2 = 0.2;
 
 /// One horizontal axis of the yaw-free world frame. Axis x moves by pitch: x'' = +g tan(tilt); axis y by roll:
@@ -23,10 +23,9 @@ struct AxisEstimate {
   T tilt_rate_rad_s{0};
   T disturbance_m_s2{0};  ///< acts as an acceleration: wind, unmodelled drag
   T input_offset_rad{0};  ///< acts at the input: errors of trim and command gain (estimated as an angle)
-  // The observer's own estimate of its errors in position and velocity; it includes the uncertainty of the poses' time
-  // of capture.
+  // The observer's own estimate of its errors, including the uncertainty of the poses' time of capture.
   T position_variance_m2{0};
-  T filter_variance_m2{0};      ///< of the position, from the filter alone, without CovarianceInflation
+  T filter_variance_m2{0};      ///< of the position, without CovarianceInflation
   T position_velocity_m2_s{0};  ///< covariance of position and velocity
   T velocity_variance_m2_s2{0};
 };
@@ -39,14 +38,14 @@ struct Refusal {
   T turned_rad{0};  ///< from the predicted heading
 };
 
-/// The state at the present tick: everything the control law may look at.
+/// The state at the present tick: all that the control law may use.
 template <typename T>
 struct Estimate {
   AxisEstimate<T> x;
   AxisEstimate<T> y;
   T height_m{0};
   T climb_m_s{0};
-  T climb_offset_m_s{0};  ///< steady difference between commanded and flown climb speed
+  T climb_offset_m_s{0};  ///< steady flown minus commanded climb speed
   T yaw_rad{0};
   T yaw_rate_rad_s{0};
   core::Duration pose_age{0};       ///< of the newest pose that was used
@@ -54,15 +53,15 @@ struct Estimate {
   core::Duration refused_for{0};    ///< from the first to the last of the refused poses that agree with each other
   Refusal<T> refusal;
   bool prediction_valid = false;   ///< started, settled and the attitude is known: the model's prediction is valid
-  bool healthy = false;            ///< predicts, and a pose was used in the last second
-  bool attitude_is_known = false;  ///< a usable one came lately
+  bool healthy = false;            ///< prediction_valid, and a pose was used in the last second
+  bool attitude_is_known = false;  ///< the newest used one is at most 0.45 s old (0.1 s if newer ones were refused)
   mutable core::CachedSinCos<T> heading_sin_cos{};
 
   /// Sine and cosine of the yaw, computed once for all callers.
   const core::SinCos<T>& heading() const { return heading_sin_cos.of(yaw_rad); }
 };
 
-/// What the supervisor needs to know of it.
+/// What the supervisor needs to know of the estimate.
 template <typename T>
 EstimateStatus status_of(const Estimate<T>& estimate) {
   constexpr T kErrorSigmas = T(3);

@@ -18,8 +18,8 @@ struct DisturbanceAcceleration {
   core::Vector<T, 2> mean_w_m_s2 = core::Vector<T, 2>::Zero();  ///< mean over a tenth of a second
 };
 
-/// The measurements of one tick, converted to our frames (world NWU, body FLU), SI units. Each part carries a flag that
-/// says whether it is new. T is float or double.
+/// The measurements of one tick, converted to our frames (world NWU, body FLU), SI units. Pose and attitude carry a
+/// flag that is true if they are new. T is float or double.
 template <typename T>
 struct Measurement {
   /// From the autopilot's telemetry.

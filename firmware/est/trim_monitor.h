@@ -21,12 +21,12 @@ struct TrimReport {
   T roll_counts{0};
   T pitch_counts{0};
   bool converged = false;  ///< enough hover was observed
-  bool drifted = false;    ///< settled, and one of them is beyond the limit
+  bool drifted = false;    ///< converged, and at least one trim deviates by more than kLimit_counts
 };
 
-/// Averages the observer's input offset in hover: the command that remains when the aircraft stands level in still air.
-/// In motion the offset includes errors of the command gain too, so only hover counts. The result is reported, never
-/// acted upon: the control law already compensates the offset itself.
+/// Averages the observer's input offset in hover: the command that a level hover in still air needs. In motion the
+/// offset includes errors of the command gain too, so only hover counts. The result is reported, never acted upon: the
+/// control law already compensates the offset itself.
 ///
 /// Memory: eight numbers. Cost: a sine, a cosine and some ten products.
 template <typename T>
@@ -42,7 +42,7 @@ class TrimMonitor {
         pitch_counts_per_rad_(static_cast<T>(1.0 / vehicle.pitch.scale_per_count)) {}
 
   /// Once per tick.
-  /// @param holds the reference stands still and the commands are ours
+  /// @param holds the reference does not move and the commands are ours
   void update(const Estimate<T>& estimate, bool holds, T step_s) {
     now_ = counts(estimate, estimate.x.input_offset_rad, estimate.y.input_offset_rad);
     if (!holds || !estimate.healthy || !still(estimate.x.velocity_m_s) || !still(estimate.y.velocity_m_s)) {
@@ -65,11 +65,11 @@ class TrimMonitor {
     return counts(estimate, estimate.x.input_offset_rad + kPerGravity * estimate.x.disturbance_m_s2,
                   estimate.y.input_offset_rad - kPerGravity * estimate.y.disturbance_m_s2);
   }
-  /// The input offset of this tick as stick counts, whether in hover or not.
+  /// Sticks that cancel the input offset of this tick, in counts from the vehicle file's trims, in hover or not.
   const TrimCounts<T>& now() const { return now_; }
 
  private:
-  // Turns offsets from the yaw-free frame into the body frame; a = g (x, -y) in the world's x and y.
+  // The counts that cancel tilts x and y of the yaw-free frame (a = g (x, -y)), turned into the body frame.
   TrimCounts<T> counts(const Estimate<T>& estimate, T x_rad, T y_rad) const {
     const T sine = core::sin(estimate.yaw_rad);
     const T cosine = core::cos(estimate.yaw_rad);

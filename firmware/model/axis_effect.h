@@ -12,9 +12,9 @@
 
 namespace m100::model {
 
-// What one row of the table of axis effects (axis_effects.h) may say.
+// The types of the rows of the table of axis effects (axis_effects.h).
 
-/// Decides the names of three keys of a vehicle file and some ranges.
+/// The unit of an axis; it selects the key of a number in a vehicle file and its range (FileEntry).
 enum class AxisUnit : std::uint8_t { kTilt_rad, kYawRate_rad_s, kClimb_m_s };
 
 struct Bounds {
@@ -22,7 +22,7 @@ struct Bounds {
   double high = 0.0;
 };
 
-/// At most kMax of something, in the order given.
+/// At most kMax elements, in the order given.
 template <typename T, std::size_t kMax>
 struct InlineVector {
   std::array<T, kMax> items{};
@@ -39,7 +39,7 @@ struct InlineVector {
 };
 
 /// The place of a number in vehicle and plant files. Sections keep the order that they have had from the beginning, so
-/// that their text and digest stay; a number that joined later (kLate) stands last and is written only where it is set.
+/// that their text and digest stay; a number that was added later (kLate) comes last and is written only if it is set.
 struct FileEntry {
   static constexpr int kLate = 100;
   std::array<std::string_view, 3> key{};  ///< by AxisUnit; empty: a section of that axis has no such key
@@ -55,47 +55,48 @@ constexpr FileEntry everywhere(std::string_view key, Bounds range, int place = F
 
 /// How identification looks for a number that changes in flight.
 struct MidFlight {
-  /// The unit of `step`, `low`, `high` and `least`.
+  /// The unit of `step`, `low`, `high` and `min_relevant`.
   enum class Of : std::uint8_t {
     kPlain,   ///< the number's own
     kItself,  ///< the number's magnitude
-    kStick,   ///< step and least: one count of the log's stick; low and high: its largest deflection
+    kStick,   ///< step and min_relevant: one count of the log's stick; low and high: its largest deflection
   };
-  std::string_view name{};    ///< in the answer; empty: no change of this number is looked for
+  std::string_view name{};    ///< in the result; empty: no change of this number is looked for
   std::string_view suffix{};  ///< of the reported values before and after: their unit
   Of of = Of::kPlain;
-  double step = 0.0;  ///< of the derivative
-  double low = 0.0;   ///< bounds of the value on either side of the change
+  double step = 0.0;  ///< of the numerical derivative
+  double low = 0.0;   ///< bounds of the value before and after the change
   double high = 0.0;
-  double min_relevant = 0.0;  ///< a smaller change has no name
-  bool at_the_stick = false;  ///< the transport delay comes after it
+  double min_relevant = 0.0;  ///< a smaller change is not named
+  bool at_the_stick = false;  ///< it acts before the transport delay
 };
 
 /// One number of an effect. Fits work in units of what the data show (FitUnit), so that bounds suit any aircraft.
 struct AxisNumber {
   enum class FitUnit : std::uint8_t {
     kPlain,    ///< the number's own unit
-    kStick,    ///< largest stick of the log
+    kStick,    ///< largest deflection of the stick in the log
     kCommand,  ///< largest response
     kRate,     ///< largest slope of the response
     kGain,     ///< first guess of the scale
   };
   std::string_view parameter;  ///< name in reports and JSON
   double StickAxis::*member = nullptr;
-  std::string_view field{};  ///< name of the member where the key of roll and pitch is another
+  std::string_view field{};  ///< name of the member, if it differs from the key of roll and pitch
   FileEntry file{};
   FitUnit unit = FitUnit::kPlain;
   Bounds fit{};               ///< bounds in `unit`; a fit that ends at one is no effect but a misfit
   bool logarithmic = false;   ///< fitted as its logarithm
-  double step = 2e-4;         ///< of the derivative: small against what matters, large against kinks
-  double min_relevant = 0.0;  ///< distance from `neutral` that means something (of a logarithm where it is one)
+  double step = 2e-4;         ///< of the numerical derivative: small against what matters, large against kinks
+  double min_relevant = 0.0;  ///< smallest distance from `neutral` that counts; of the logarithms if `logarithmic`
   double neutral = 0.0;
-  bool must_exceed_air = false;  ///< nothing below the air's own mean over the flight
+  bool must_exceed_air = false;  ///< ignored below the rms error of the fit: it may be the air's mean over the flight
   MidFlight change{};
   constexpr std::string_view field_name() const { return field.empty() ? file.key[0] : field; }
 };
 
-/// A medium size of the effect's first number, for forecasts and additions to measured flights.
+/// A medium size of the effect's first number, for forecasts and additions to measured flights: `size` alone, added to
+/// the axis' own number, or as a share of the largest response or of its largest rate.
 struct Typical {
   enum class Of : std::uint8_t { kAlone, kBesideOwn, kLargestResponse, kFastestResponse };
   double size = 0.0;  ///< 0: the effect is not made this way
@@ -107,8 +108,8 @@ struct AxisEffect {
   InlineVector<AxisNumber, 3> numbers{};
   InlineVector<std::array<double, 3>, 3> starts{};  ///< of a fit, in the units of the numbers; one row per start
   std::string_view variant{};                       ///< a second form of the effect, fitted too
-  std::string_view needs{};                         ///< without this effect it cannot be
-  std::string_view not_beside{};                    ///< this effect contains it
+  std::string_view needs{};                         ///< the effect that it requires
+  std::string_view not_beside{};                    ///< the effect that contains it: never both
   bool needs_other_stick = false;
   Typical typical{};
   InFlight in_flight = InFlight::kLeftToTheObserver;

@@ -35,8 +35,8 @@ inline constexpr AxisNumber kDelay{
              5},
     .fit = {0.0, 0.5},
     .step = 5e-4,
-    // The time at which a stick moved between two rows is unknown: two clocks that drift
-    // against each other look like a change by half a row.
+    // The time at which a stick moved between two rows of the log is unknown: two clocks that drift against each other
+    // look like a change by half the time between rows.
     .change = {
         .name = "transport_delay", .suffix = "_s", .step = 0.005, .low = 0.0, .high = 0.6, .min_relevant = 0.008}};
 /// A change of a number that is never zero, relative to its value.
@@ -68,7 +68,7 @@ constexpr AxisNumber min_relevant(AxisNumber number, double min_relevant) {
 
 /// Every effect that a stick axis may have, the two base models first. The keys of vehicle and plant files, bounds and
 /// starts of the fits, names in reports, JSON and confusion matrices, forecasts, and what is done about an effect in
-/// flight are all read from here; the law of an effect that changes the command stands in StickLaw (stick_axis.h).
+/// flight are all read from here; the law of an effect that changes the command is in StickLaw (stick_axis.h).
 inline constexpr std::array kAxisEffects{
     AxisEffect{.name = "first_order",
                .numbers = {detail::kScale, AxisNumber{.parameter = "time_constant_s",
@@ -242,7 +242,7 @@ inline constexpr std::array kAxisEffects{
                .sentence = "The other axis leaks in: what is left appears as a disturbance."},
 };  // kAxisEffects
 
-/// The effect of that name, or nothing.
+/// The effect of that name, or nullptr.
 constexpr const AxisEffect* axis_effect(std::string_view name) {
   for (const AxisEffect& effect : kAxisEffects) {
     if (effect.name == name) {

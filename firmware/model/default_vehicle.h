@@ -35,8 +35,7 @@ constexpr Vehicle paper_vehicle() {
 
 /// The configuration that the paper flew, for an aircraft that is otherwise `aircraft` (trims, limits, noise, yaw
 /// gain): axes of first order without delay, as printed (Table I, III-D.2, III-D.3), dead zones of III-B.5, the input
-/// weight of its authors' code, and the height PID of III-E.2. Its observer is of second order, here it is of first
-/// order.
+/// weight of its authors' code, and the height PID of III-E.2. The paper's observer, however, is of second order.
 constexpr Vehicle paper_configuration(const Vehicle& aircraft) {
   const auto axis = [](const StickAxis& trimmed, double scale, const paper::FirstOrder& model, double dead_zone) {
     return StickAxis{.scale_per_count = scale * model.gain,

@@ -14,7 +14,7 @@ enum class InFlight : std::uint8_t {
   kNowhere,             ///< it belongs to the log or to another loop: the horizontal controller does not handle it
 };
 
-/// The same as the end of a sentence, for reports.
+/// The part that handles an effect, as words that end a sentence of a report.
 constexpr std::string_view words(InFlight who) {
   switch (who) {
     case InFlight::kInvertedAtTheStick:

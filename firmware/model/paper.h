@@ -6,7 +6,7 @@
 namespace m100::model::paper {
 
 // Every number of Sa et al., "Dynamic System Identification, and Control for a cost effective open-source VTOL MAV",
-// once, with its source. None of them flies by default: the default vehicle is identified from the measured log.
+// once, with its source. Its identified models do not fly by default: the default vehicle is from the measured log.
 
 struct FirstOrder {
   double gain;

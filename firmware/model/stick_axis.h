@@ -19,7 +19,7 @@ enum class DeadZoneShape : std::uint8_t {
 ///
 /// Stick to command: StickLaw. Command a to response y:
 ///   second order: y'' = w^2 (a + lead_zero a' - y) - 2 z w y', a the command of transport_delay_s ago
-///   first order : y'  = (a - y) / time_constant_s
+///   first order : y'  = (a + lead_zero a' - y) / time_constant_s
 /// An axis is of first order if and only if time_constant_s > 0. A number at its default: no such effect.
 struct StickAxis {
   double scale_per_count = 0.0;  ///< unit of the axis per count
@@ -47,11 +47,11 @@ struct StickAxis {
   constexpr bool is_identified() const { return time_constant_s > 0.0 || natural_frequency_rad_s > 0.0; }
 };
 
-/// x^exponent for 0 <= x <= 8, 0.1 <= exponent <= 10, by + - * / only (promise R6). In double good to 1e-11.
+/// x^exponent for x <= 8 and 0.1 <= exponent <= 10 by + - * / only (promise R6), in double to 1e-11; 0 for x <= 1e-12.
 template <typename Real>
 Real power(Real x, Real exponent);
 
-/// The power that a StickLaw takes; identification has a faster one for many values.
+/// The power function of a StickLaw; identification has a faster one for many values.
 template <typename Real>
 struct Power {
   Real exponent;
@@ -59,13 +59,13 @@ struct Power {
   Real operator()(Real x) const { return power(x, exponent); }
 };
 
-/// Converts stick counts to a command in the unit of the axis: everything before delay and dynamics, one function for
+/// Converts stick counts to a command in the unit of the axis: all stages before delay and dynamics, one function for
 /// each stage. The residual monitor and identification call command(), sample by sample; the simulated aircraft calls
 /// the stages, because its delay lies between them.
 ///
 ///   v = moved(u)                                            u stick in counts from neutral
 ///   c = drifted(shaped(v) + leak of the other stick, t)     t = 0: no drift yet
-///   a = limited(c)
+///   a = limited(c)                                          command() limits the tilt before it, the slew after it
 /// Cost: some 30 flops, one power where there is a stick curve.
 template <typename Real, typename Curve = Power<Real>>
 class StickLaw {
@@ -91,7 +91,7 @@ class StickLaw {
   Real command(Real stick_counts, Real other_counts, Real t_s) {
     return from_curved(curved(moved(stick_counts)), other_counts, t_s);
   }
-  /// Whether only the gain is left after curved().
+  /// Whether gained() is the only stage after curved() that does anything.
   bool ends_with_gain() const {
     return drift_per_s_ == Real(0) && leak_per_count_ == Real(0) && !(tilt_limit_ > Real(0)) &&
            !(saturation_ > Real(0)) && !(slew_per_sample_ > Real(0));
@@ -99,7 +99,7 @@ class StickLaw {
   Real gained(Real curved_counts) const {
     return curved_counts * (curved_counts < Real(0) ? negative_gain_ : positive_gain_);
   }
-  /// The stages after curved().
+  /// Applies the stages after curved(). @returns the sample's command
   Real from_curved(Real curved_counts, Real other_counts, Real t_s) {
     Real command = drifted(gained(curved_counts) + leak_per_count_ * other_counts, t_s);
     if (tilt_limit_ > Real(0)) {
@@ -137,7 +137,7 @@ class StickLaw {
   }
   /// The stages without memory: trim, dead zone and stick curve. @returns counts
   Real curved(Real counts) const { return dead_zone_and_curve(counts - trim_counts_); }
-  /// The same and the gain. @returns the command without drift and leak
+  /// curved() and the gain. @returns the command without drift and leak
   Real shaped(Real counts) const { return gained(curved(counts)); }
   Real drifted(Real command, Real t_s) const { return command * (Real(1) + drift_per_s_ * t_s); }
   Real limited(Real command) const {

@@ -23,7 +23,7 @@ constexpr double slope_at_limit(double tilt_limit_rad) {
   return sine / cosine;
 }
 
-/// The largest horizontal acceleration at that tilt, without drag, wind and tilt gain.
+/// The horizontal acceleration at a tilt limit, without drag, wind and tilt gain.
 constexpr double acceleration_at_limit_m_s2(double tilt_limit_rad) {
   return kGravity_m_s2 * slope_at_limit(tilt_limit_rad);
 }

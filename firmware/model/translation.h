@@ -107,7 +107,7 @@ struct Translation : TranslationNumbers {
   double mass_kg = 3.3;                         ///< paper, IV-A
   double tilt_limit_rad = 0.43633231299858238;  ///< 25 deg
 
-  /// The same with one number changed. The key must be one of the table below.
+  /// A copy with one number changed. The key must be one of kTranslationNumbers.
   constexpr Translation with(std::string_view key, double value) const;
 };
 
@@ -169,8 +169,8 @@ constexpr double number_of(const TranslationNumbers& numbers, std::string_view k
   return 0.0;
 }
 
-/// Acceleration of a vehicle by all external forces that the numbers describe, times `share`: the mass for which the
-/// numbers hold over the actual mass.
+/// Acceleration of a vehicle by all external forces that the numbers describe.
+/// @param share ratio of the mass for which the numbers are valid to the vehicle's mass
 inline Acceleration outer_acceleration(const TranslationNumbers& numbers, const Moment& at, double share) {
   Acceleration sum{};
   for (const TranslationEffect& effect : kTranslationEffects) {

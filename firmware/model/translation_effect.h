@@ -31,12 +31,12 @@ struct Moment {
   double heading_sine = 0.0;
 };
 
-/// A whole log's thrust, which an effect may change in place. All spans have one length.
+/// A whole log's thrust, which an effect may change in place. All spans have the same length.
 struct ThrustSeries {
   double period_s;
   std::span<double> thrust_m_s2;
   std::array<std::span<double>, 3> direction_w;  ///< the body's z axis
-  std::span<double> spare;                       ///< room for a copy of one of them
+  std::span<double> spare;                       ///< scratch for a copy of one of the series
 };
 
 /// One reported number of an effect.
@@ -59,7 +59,7 @@ enum class Start : std::uint8_t {
 /// One parameter in which the prediction is not linear.
 struct SearchedParameter {
   double low = 0.0;
-  double high = 0.0;  ///< 0 where low is too: there is none
+  double high = 0.0;  ///< not above low: there is no such parameter
   double first_step = 0.0;
   double last_step = 0.0;
   double repeated_step = 0.0;  ///< when a fit is repeated on other blocks
@@ -71,22 +71,21 @@ struct SearchedParameter {
 
 /// How identification looks for an effect that begins, ends or changes its size in flight.
 struct MidFlightForce {
-  std::string_view name = {};  ///< in the answer; empty: no change of this effect is looked for
+  std::string_view name = {};  ///< in the result; empty: no change of this effect is looked for
   std::string_view unit = {};  ///< of the reported change, as the JSON spells it
-  double min_relevant = 0.0;   ///< a smaller change has no name
+  double min_relevant = 0.0;   ///< a smaller change is not named
 };
 
 /// What a log must have for an effect to show in it.
 struct Needs {
   bool velocity = false;
   bool thrust_set_point = false;
-  bool tilt_in_thrust =
-      false;  ///< acceleration not from the accelerometer, whose horizontal axes see nothing of thrust
+  bool tilt_in_thrust = false;  ///< acceleration not from the accelerometer, whose x and y do not show thrust
 };
 
-/// Through what an effect acts.
+/// How an effect acts on the vehicle.
 enum class Acts : std::uint8_t {
-  kAsForce,   ///< an outer force: an accelerometer feels it, and a thrust measured by one contains its share
+  kAsForce,   ///< an outer force: an accelerometer measures it, and a thrust measured by one contains a part of it
   kInThrust,  ///< a change of the thrust itself
   kOnThrust,  ///< beside the thrust, and along it in part: a thrust measured by an accelerometer contains that part
 };
@@ -94,7 +93,7 @@ enum class Acts : std::uint8_t {
 /// How an effect depends on the velocity relative to the air, and with it on the wind.
 enum class Drag : std::uint8_t {
   kNone,
-  kProportional,  ///< a wind and a constant acceleration are then the same
+  kProportional,  ///< the effect of a wind is then a constant acceleration
   kProgressive,   ///< the speed of the wind matters, not only the acceleration that it causes
 };
 
@@ -113,7 +112,7 @@ struct TranslationEffect {
   double min_relevant = 0.0;  ///< a smaller size() has no meaning for a controller
   double (*size)(std::span<const double> parameters) = first_of;
 
-  std::size_t columns = 0;  ///< linear parameters; none may be searched at the same time as wind speed
+  std::size_t columns = 0;  ///< number of linear parameters; none if the speed of a wind is searched instead
   /// Acceleration for a linear parameter of one. `searched` is the effect's first searched parameter, or 0.
   Acceleration (*column)(std::size_t which, const Moment& at, double searched) = nullptr;
   Acts acts = Acts::kAsForce;
@@ -121,8 +120,7 @@ struct TranslationEffect {
 
   std::array<SearchedParameter, kMaxSearched> searched = {};
   void (*reshape)(const ThrustSeries& series, double searched) = nullptr;
-  bool is_periodic =
-      false;  ///< an outer force with a period: it must foretell, and must not be the vehicle's own motion
+  bool is_periodic = false;  ///< a force with a period: must stay in phase, and not be the vehicle's own motion
 
   /// The reported numbers; null: they are the linear parameters.
   void (*report)(std::span<const double> searched, std::span<const double> linear, std::span<double> out) = nullptr;
@@ -157,7 +155,7 @@ struct TranslationEffect {
 
 // Sizes that several effects share.
 
-/// Signed: an effect that cannot push the other way has no size when it does.
+/// With its sign: a negative size, of an effect that cannot act in the other direction, is never relevant.
 inline double first_of(std::span<const double> parameters) { return parameters[0]; }
 inline double magnitude(std::span<const double> parameters) {
   return parameters[0] < 0.0 ? -parameters[0] : parameters[0];
@@ -178,7 +176,7 @@ inline void report_gain(std::span<const double>, std::span<const double> linear,
   out[0] = 1.0 + linear[0];
 }
 
-/// Bounds of an acceleration that air or an unbalance can cause.
+/// Largest acceleration that air or an unbalance can cause.
 inline constexpr double kMaxAcceleration_m_s2 = 20.0;
 
 }  // namespace m100::model

@@ -6,9 +6,9 @@
 
 namespace m100::model {
 
-/// Weights of the horizontal MPC (paper, Eq. 2), SI units: cost per m^2, (m/s)^2, rad^2. The paper's code has input 35,
-/// the robustness that its model without delay needed. With the delay predicted, less is enough: `m100-lab gains
-/// --tune` chooses the input weight for a vehicle file by its margins; these are the defaults of a vehicle file.
+/// Weights of the horizontal MPC (paper, Eq. 2), SI units: cost per m^2, (m/s)^2, rad^2. The paper's code has an input
+/// weight of 35, because its model without delay needs the robustness. With the delay predicted, less is enough:
+/// `m100-lab gains --tune` chooses it for a vehicle file by its margins; these are the defaults of a vehicle file.
 struct MpcWeights {
   double position = 40.0;
   double velocity = 20.0;
@@ -17,7 +17,7 @@ struct MpcWeights {
   double input_rate = 0.3;
 };
 
-/// Noise that the disturbance EKF assumes. Process noise as power density per second, measurement noise as sigma.
+/// Noise that the disturbance EKF assumes: process noise as sigma per sqrt(s), measurement noise as sigma.
 struct EstimatorNoise {
   double position_process_m = 1e-4;         ///< per sqrt(s)
   double velocity_process_m_s = 0.001;      ///< per sqrt(s)
@@ -33,7 +33,7 @@ struct EstimatorNoise {
 
 /// Height PID (paper, III-E.2). The integral is limited to [integral_min, integral_max] m/s.
 struct AltitudeGains {
-  /// true: the three gains follow from the climb dynamics (ctl::design_altitude); false: those below fly.
+  /// true: the three gains follow from the climb dynamics (ctl::design_altitude); false: those below are used.
   bool design = true;
   double proportional_per_s = 1.963;
   double integral_per_s2 = 6.190;
@@ -78,7 +78,7 @@ struct Vehicle {
   Design robust{};  ///< of mode robust
 };
 
-/// What flies: the numbers of the design where it has them, otherwise those of the vehicle.
+/// The axes, noise and weights that fly: those of the design where it has them, otherwise those of the vehicle.
 constexpr const StickAxis& flown_roll(const Vehicle& vehicle) {
   return vehicle.design.roll.is_identified() ? vehicle.design.roll : vehicle.roll;
 }

@@ -9,7 +9,7 @@
 
 namespace m100::mpc::M100_LANES_NAMESPACE {
 
-/// With this many wrong places or more, a guess is nearer to the answer than the kept active set.
+/// With at least this many wrong inputs, guess_by_clipping() is nearer to the optimal active set than the kept one is.
 inline constexpr int kStale = 7;
 
 /// Dual active-set iteration for  min 1/2 (u - uu)' H (u - uu), low <= u <= high  on the swept tableau
@@ -23,7 +23,7 @@ class ActiveSet {
   M100_INLINE ActiveSet(const GainTable<T>& table, Tableau<T>& tableau, const T* unconstrained, T low_rad, T high_rad)
       : work_(table, tableau, unconstrained, low_rad, high_rad) {}
 
-  /// One try. @returns whether the iteration ended by itself; false at the cap.
+  /// One try. @returns whether the iteration ended by itself; false: it was stopped at kMaxChanges.
   M100_INLINE bool run() {
     changes_ = 0;
     evaluate();
@@ -58,7 +58,7 @@ class ActiveSet {
  private:
   M100_INLINE T limit(std::size_t i) const { return work_.tableau.side[i] > T(0) ? work_.high_rad : work_.low_rad; }
 
-  /// t from the tableau as it is.
+  /// Computes t (work_.column) from the tableau and the sides.
   M100_INLINE void evaluate() {
     const Pack<T> zero = spread(T(0));
     const Pack<T> low = spread(work_.low_rad);
@@ -150,7 +150,7 @@ class ActiveSet {
     }
   }
 
-  /// Drops active inputs whose multiplier has the wrong sign, the worst first, until none is left.
+  /// Drops active inputs whose multiplier has the wrong sign, the worst first, until none is left (false: kMaxChanges).
   M100_INLINE bool drop_wrong() {
     while (changes_ < kMaxChanges) {
       Largest<T> most(Tolerance<T>::kMultiplier);
@@ -216,8 +216,8 @@ class ActiveSet {
     return first;
   }
 
-  /// Raises the multiplier of input i until it is at its limit, dropping on the way each active input whose multiplier
-  /// would change sign.
+  /// Raises the multiplier of input i until the input is at its limit, dropping each active input whose multiplier
+  /// would change sign. @returns false: stopped at kMaxChanges.
   M100_INLINE bool enter(std::size_t i) {
     const T side = work_.column[i] > work_.high_rad ? T(1) : T(-1);
     const T target = side > T(0) ? work_.high_rad : work_.low_rad;

@@ -8,7 +8,8 @@
 namespace m100::mpc::M100_LANES_NAMESPACE {
 
 /// Tolerances in the arithmetic of T: how far an input may be outside its limit [rad] and how far a multiplier may have
-/// the wrong sign [cost/rad] before the iteration acts, and the residual that the certificate accepts.
+/// the wrong sign [cost/rad] before the iteration acts, the residual that the certificate accepts, and that above which
+/// the sequence is refined [cost/rad].
 template <typename T>
 struct Tolerance;
 template <>
@@ -107,8 +108,8 @@ M100_INLINE void refine(ActiveSetWork<T>& work, T* inputs) {
   clamp(work, inputs);
 }
 
-/// The sequence with limits met exactly, refined if the precision of T requires it. @returns the largest violation of
-/// the optimality conditions.
+/// The sequence with limits met exactly, refined once if its residual exceeds kRefine. @returns the largest violation
+/// of the optimality conditions.
 template <typename T>
 M100_INLINE T finish(ActiveSetWork<T>& work, T* inputs) {
   clamp(work, inputs);

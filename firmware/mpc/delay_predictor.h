@@ -11,7 +11,7 @@
 
 namespace m100::mpc {
 
-/// The observer's estimate of one axis now; tilt and tilt rate as measured.
+/// The observer's estimate of one axis now; tilt and tilt rate are those of the attitude, not chi of a LeadZero.
 template <typename T>
 struct AxisState {
   T position_m{0};

@@ -18,7 +18,7 @@ constexpr std::size_t packed_row(std::size_t row) {
   const std::size_t block = row / kPack;
   return kPack * (block + 1) * (2 * block + row % kPack);
 }
-/// How far row + 1 is from row.
+/// Distance from the first element of a row to that of the next one.
 constexpr std::size_t padded_row(std::size_t row) { return kPack * (row / kPack + 1); }
 inline constexpr std::size_t kPackedSize = packed_row(kHorizon);
 
@@ -53,9 +53,9 @@ struct DelayModel {
 };
 
 inline constexpr std::size_t kSetpointStates = 8;  ///< parameters of the law, the two rests included
-inline constexpr std::size_t kLawNumbers = 9;      ///< per affine law: one for each of them, and a constant
+inline constexpr std::size_t kLawNumbers = 9;      ///< per affine law: one for each parameter, and a constant
 inline constexpr std::size_t kNodePlanes = 3;      ///< per node of the tree
-inline constexpr std::size_t kPlaneNumbers = 7;    ///< per plane: a constant, and one for each of the first six
+inline constexpr std::size_t kPlaneNumbers = 7;    ///< per plane: a constant, and one for each of z_0 to z_5
 inline constexpr std::size_t kNodeNumbers = kNodePlanes * kPlaneNumbers;
 
 /// A node with up to three planes. Bit i of the index of the child is set if z is not on the negative side of plane i.
@@ -67,21 +67,20 @@ struct SetpointNode {
 ///   z = (position error, velocity, tilt - target, tilt rate, previous input - steady input, steady input, rd, rs):
 /// steady input = target / input_gain - input_offset; rd, rs are the rests of disturbance and input target if the
 /// targets are not quite the steady ones (for example rounded): planes ignore them, laws do not. If mirror' z is
-/// negative, z and the answer are mirrored.
+/// negative, z and the resulting input are negated.
 template <typename T>
 struct SetpointTree {
   static constexpr std::uint16_t kLeaf = 0x8000;  ///< child = kLeaf + row of laws
   std::span<const SetpointNode> nodes{};          ///< empty: there is no set-point law
-  std::span<const T>
-      planes{};               ///< kNodeNumbers per node: the three constants, the three factors of z_0, ...; one 0 more
-  std::span<const T> laws{};  ///< rows of kLawNumbers: u_0 before clipping
-  std::array<T, kSetpointStates> box{};  ///< the law is valid for |z_i| <= box_i
+  std::span<const T> planes{};                    ///< per node: 3 constants, 3 factors of z_0, ...; then a last 0
+  std::span<const T> laws{};                      ///< rows of kLawNumbers: u_0 before clipping
+  std::array<T, kSetpointStates> box{};           ///< the law is valid for |z_i| <= box_i
   std::array<T, kPlaneNumbers - 1> mirror{};
   std::uint32_t depth = 0;  ///< most nodes on any path
 };
 
 /// All constants of one axis' controller that depend on the vehicle, computed by `m100-lab gains`. Plain data:
-/// constexpr tables stay in flash. One table: 4.4 KiB in float without the set-point law.
+/// constexpr tables stay in flash. One table: about 6 KiB in float without the set-point law.
 ///
 /// The unconstrained optimum. With positions counted from r_20, A the model's transition, q the shift by one stage,
 /// 1 + sum a_i q^i = det(I - q A') and C that polynomial as a 20 x 20 upper triangular band matrix:

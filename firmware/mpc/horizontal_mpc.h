@@ -17,7 +17,7 @@ struct Tableau {
   std::array<T, kHorizon> side;      ///< +1 at the upper limit, -1 at the lower, 0 free
 };
 
-/// Counts since the start; wrap.
+/// How often each path gave the solution since the start, and how often the active set was tried again. They wrap.
 struct MpcCounters {
   std::uint32_t setpoint = 0;
   std::uint32_t table = 0;
@@ -31,12 +31,12 @@ struct MpcCounters {
 ///   minimise sum_k |x_k - r_k|^2_Q + R (u_k - s_k)^2 + Rd (u_k - u_{k-1})^2 + |x_20 - r_20|^2_P
 ///   subject to u_min <= u_k <= u_max
 ///
-/// Set-point law (constant reference inside the table's box): a search tree, first input only.
-/// Preview law (any reference): one table product; if limits bind, a dual active-set iteration on a swept tableau that
-/// is kept across ticks, one rank-one update per change, certified by the optimality conditions. If the certificate
-/// fails, it is tried once more from the empty set; each try makes at most kMaxChanges changes. If both fail: the
-/// clipped sequence, flagged. With Law::kLqr it is the baseline: no set-point law, no iteration, the preview law's
-/// table product clipped. T is float or double; the same bits on every machine. Cost and memory: README.md.
+/// Set-point law (constant reference inside the table's box): a search tree, first input only. Preview law (any
+/// reference): one table product; if limits bind, a dual active-set iteration on a swept tableau that is kept across
+/// ticks, one rank-one update per change, certified by the optimality conditions. If the certificate fails or
+/// kMaxChanges changes are not enough, a second try starts from the empty set. If both tries fail: the clipped
+/// sequence, flagged. With Law::kLqr it is the baseline: no set-point law, no iteration, the preview law's table
+/// product clipped. T is float or double; the same bits on every machine. Cost and memory: README.md.
 template <typename T>
 class HorizontalMpc {
  public:
@@ -50,8 +50,7 @@ class HorizontalMpc {
   /// set-point law, kNodeNumbers numbers of planes for each node and one more, and whole rows of laws.
   explicit HorizontalMpc(const GainTable<T>& table, Law law = Law::kMpc);
 
-  /// Solves by the set-point law where it is valid, otherwise by the preview law. Inputs that are not finite give
-  /// kClipped.
+  /// Solves by the set-point law where it is valid, otherwise by the preview law. Data that are not finite: kClipped.
   void solve(const Problem<T>& problem, Solution<T>& solution);
   Solution<T> solve(const Problem<T>& problem) {
     Solution<T> solution;

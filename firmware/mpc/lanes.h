@@ -53,7 +53,7 @@ M100_INLINE void scale_column(T* to, const T* from, T factor) {
   }
 }
 
-/// to += column * factor, likewise.
+/// to += column * factor, both in memory, see scale_column().
 template <typename T>
 M100_INLINE void add_column(T* to, const T* column, T factor) {
   const Pack<T> same = spread(factor);
@@ -95,7 +95,7 @@ template <typename T>
 inline constexpr std::array<T, kHorizon> kCount{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19};
 
 /// The largest of 20 numbers above a floor, and its first index; kHorizon if none is above the floor. A NaN is never
-/// the largest. The answer does not depend on the number of lanes.
+/// the largest. The result does not depend on the number of lanes.
 template <typename T>
 class Largest {
  public:
@@ -107,7 +107,7 @@ class Largest {
     value_ = choose<T>(better, value, value_);
     place_ = choose<T>(better, place, place_);
   }
-  /// @returns the place.
+  /// @returns the first index of the largest number; kHorizon if none is above the floor.
   M100_INLINE std::size_t found() {
 #ifdef M100_LANES_SCALAR
     return static_cast<std::size_t>(place_);

@@ -10,18 +10,18 @@ namespace m100::mpc {
 inline constexpr std::size_t kHorizon = 20;       ///< N
 inline constexpr std::size_t kMaxStates = 4;      ///< position, velocity, tilt [, tilt rate]
 inline constexpr double kPredictionStep_s = 0.1;  ///< between two inputs of the sequence
-inline constexpr std::uint16_t kMaxChanges = 64;  ///< of the active set in one try; then the answer is clipped
+inline constexpr std::uint16_t kMaxChanges = 64;  ///< of the active set in one try
 
 /// One axis' quadratic program (paper, Eq. 2, one axis at hover): all data that changes from tick to tick.
 ///
-/// All of it refers to the moment at which the input computed now begins to act: state and reference are one transport
+/// All data refer to the moment at which the input computed now begins to act: state and reference are one transport
 /// delay ahead of the tick (see delay_predictor.h).
 template <typename T>
 struct Problem {
   std::array<T, kMaxStates> state{};  ///< m, m/s, rad, rad/s; the last unused for a first-order model
   T previous_input_rad{0};
   T disturbance_m_s2{0};
-  T input_offset_rad{0};                       ///< the vehicle answers to u + offset (trim); targets must include it
+  T input_offset_rad{0};                       ///< the vehicle responds to u + offset (trim); input_ref_rad is for u
   std::array<T, kHorizon> position_ref_m{};    ///< r_1..r_20
   std::array<T, kHorizon> velocity_ref_m_s{};  ///< r_1..r_20
   std::array<T, kHorizon> tilt_ref_rad{};      ///< r_1..r_20
@@ -30,7 +30,7 @@ struct Problem {
   bool constant_reference = false;  ///< positions and targets constant, velocity 0: the set-point law can be used
 };
 
-/// Which law answered.
+/// Which law gave the solution.
 enum class Path : std::uint8_t {
   kSetpoint,   ///< the explicit law: exact, first input only
   kTable,      ///< no limit binds: exact

@@ -5,7 +5,7 @@
 
 namespace m100::mpc::M100_LANES_NAMESPACE {
 
-/// Eight numbers times eight, added in one order on every machine: lanes i and i + 4 first, then lanes 0, 2 and 1, 3.
+/// Inner product of eight numbers, added in one order on every machine: i and i + 4 first, then lanes 0, 2 and 1, 3.
 template <typename T>
 M100_INLINE T dot8(const T* row, const T* z) {
 #ifdef M100_LANES_SCALAR
@@ -60,8 +60,8 @@ class NodeWalk {
   Pack<T> z_[kPlaneNumbers - 1];  // NOLINT(modernize-avoid-c-arrays): registers
 };
 
-/// The set-point law; see SetpointTree. @returns whether the problem is inside its box; then `input_rad` is u_0.
-/// Cost: at most 3 depth products of six numbers, and two of eight.
+/// The set-point law; see SetpointTree. @returns whether the problem is inside its box and the tree is sound; then
+/// `input_rad` is u_0. Cost: at most 3 depth + 1 inner products of six numbers, and one of eight.
 template <typename T>
 bool solve_setpoint(const GainTable<T>& table, const Problem<T>& problem, T& input_rad) {
   const SetpointTree<T>& tree = table.setpoint;

@@ -3,7 +3,7 @@
 
 #include "firmware/mpc/lanes.h"
 
-// The operations of swept.h for registers that hold a pack of four numbers: everything is unrolled, so that every
+// The operations of swept.h for registers that hold a pack of four numbers: all loops are unrolled, so that every
 // address is a constant, or a constant plus the number of a column.
 namespace m100::mpc::M100_LANES_NAMESPACE {
 

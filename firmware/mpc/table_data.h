@@ -87,7 +87,7 @@ constexpr GainTable<T> table_of(std::span<const double, kTableNumbers> list, con
   return table;
 }
 
-/// Numbers in T from numbers in double; for constants.
+/// Converts constants from double to T.
 template <typename T, std::size_t kCount>
 constexpr std::array<T, kCount> rounded(const std::array<double, kCount>& numbers) {
   std::array<T, kCount> out{};

@@ -7,7 +7,7 @@
 namespace m100::mpc {
 namespace {
 
-/// Takes little-endian numbers from the front of a span of bytes; reading past the end gives zeros and is remembered.
+/// Takes little-endian numbers from the front of a span of bytes; past the end it gives zeros, and done() stays false.
 class Reader {
  public:
   explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}

@@ -27,7 +27,7 @@ inline constexpr std::size_t kMaxTableFileBytes =
 template <typename T>
 class TableStorage {
  public:
-  /// Reads a file's bytes. It is refused as a whole with
+  /// Reads a file's bytes. If it fails, tables() must not be used:
   ///   kDataLoss: a bit of the file has changed;
   ///   kInvalidArgument: not a table file, another version, or impossible sizes or limits;
   ///   kRefused: the table was made from another vehicle file.

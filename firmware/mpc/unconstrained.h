@@ -63,7 +63,7 @@ M100_INLINE Signal<T> with_tail(const T* numbers, T* tail) {
 #endif
 }
 
-/// g_16..g_19 += taps value: the part of the terminal weight.
+/// g_16..g_19 += taps value: the terms of the terminal weight.
 template <typename T>
 M100_INLINE void add_terminal(Column<T>& sum, const std::array<T, kMaxStates>& taps, T value) {
   static_assert(kMaxStates == kPack);
@@ -74,7 +74,7 @@ M100_INLINE void add_terminal(Column<T>& sum, const std::array<T, kMaxStates>& t
   }
 }
 
-/// g of gain_table.h into `filtered`.
+/// Writes g (see GainTable) to `filtered`.
 template <typename T, std::size_t kStates, bool kConstantTargets>
 M100_INLINE void filter_references(const GainTable<T>& table, const Problem<T>& problem, T origin_m, T* filtered) {
   alignas(32) T near[kHorizon + kPack];  // NOLINT(modernize-avoid-c-arrays): scratch, not initialised on purpose
@@ -110,12 +110,12 @@ M100_INLINE void filter_references(const GainTable<T>& table, const Problem<T>& 
   filtered[0] = table.rate_weight * (problem.previous_input_rad + problem.input_offset_rad) + filtered[0];
 }
 
-/// Which inputs of the optimum without limits vary over the horizon. Each case has a function of its own: in one common
-/// body the compilers share work between the cases and spill registers.
+/// Which data of the problem vary over the horizon. Each case has a function of its own: in one common body the
+/// compilers share work between the cases and spill registers.
 enum class Shape : std::uint8_t {
-  kMovingTargets,      ///< everything varies over the horizon
-  kConstantTargets,    ///< tilt and input target are constant
-  kConstantReference,  ///< everything is constant and the reference is at rest: only the origin is needed
+  kMovingTargets,      ///< reference and targets vary
+  kConstantTargets,    ///< tilt and input target are constant, the reference varies
+  kConstantReference,  ///< targets are constant and the reference is at rest: of its positions only the last is read
 };
 
 /// The optimum without limits, u + input_offset, into `inputs`. @returns whether it keeps the limits.

@@ -25,12 +25,11 @@ struct Curve {
   static Curve figure_of_eight(double length_m, double width_m, double speed_m_s, double turns);
 };
 
-/// Position on a curve as a function of time. The rate of the phase rises over `ramp_s` by 35 s^4 - 84 s^5 + 70 s^6 -
-/// 20 s^7 and falls in the same way: the first four time derivatives of the position are continuous, at the ends too.
+/// Position on a curve as a function of time. The rate of the phase rises by 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7, s = t /
+/// ramp_s, and falls in the same way: the first four time derivatives of the position are continuous, at the ends too.
 class CurveTimes {
  public:
-  /// @param acceleration_m_s2 largest along the path during the ramp. A curve that is too short for its speed is flown
-  ///   more slowly.
+  /// @param acceleration_m_s2 largest along the path, in the ramp. A curve too short for its speed is flown slower.
   CurveTimes(const Curve& curve, double acceleration_m_s2);
 
   /// Number of pieces of degree 7 that keep the position to 1e-6 of the curve's size.
@@ -49,7 +48,7 @@ class CurveTimes {
   std::size_t cruise_pieces_ = 0;
 };
 
-/// Sizes from 5 cm to 500 m, speed 1 cm/s to 100 m/s, up to 100 turns.
+/// Whether a and |b| are 5 cm to 500 m, the speed is 1 cm/s to 100 m/s, and the turns are above 0.01, up to 100.
 bool usable(const Curve& curve);
 
 }  // namespace m100::ref

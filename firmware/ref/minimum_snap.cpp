@@ -75,8 +75,7 @@ void subtract_product(Rows<kColumns>& into, const Block& by, const Rows<kColumns
   }
 }
 
-/// Gaussian elimination without pivoting (the blocks are positive definite): upper and right become A^-1 upper and A^-1
-/// right.
+/// Gaussian elimination without pivoting (a is positive definite): upper and right become a^-1 upper and a^-1 right.
 void solve(Block a, Block& upper, Right& right) {
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t r = 0; r < 3; ++r) {

@@ -44,7 +44,7 @@ class TimeOptimal<T>::Search {
         peak_m_s2_(max_of(limits.up_m_s2, from.acceleration_m_s2)),
         braking_m_s2_(max_of(limits.braking_share * limits.down_m_s2, -from.acceleration_m_s2)),
         speed_m_s_(limits.speed_m_s) {
-    if (stops_upwards(from)) {  // turns round first, and so begins with a braking
+    if (stops_upwards(from)) {  // has to reverse first, and so begins by braking
       peak_m_s2_ = max_of(limits.braking_share * limits.up_m_s2, from.acceleration_m_s2);
     }
   }
@@ -52,7 +52,7 @@ class TimeOptimal<T>::Search {
   /// Whether the mere stop from a state begins by raising the acceleration.
   bool stops_upwards(const AxisReference<T>& state) const { return level_speed(state) < T(0); }
 
-  /// Where the aircraft comes to rest if it brakes at once, if it moves upwards (not stops_upwards()).
+  /// Where the aircraft comes to rest if it brakes at once. Requires !stops_upwards().
   T stop_m() const { return stopped(from_, nullptr); }
 
   void run(Piece* pieces) {
@@ -90,9 +90,9 @@ class TimeOptimal<T>::Search {
     const T a = state.acceleration_m_s2;
     return state.velocity_m_s + T(0.5) * a * (a < T(0) ? -a : a) / release_m_s3_;
   }
-  /// A rise or fall with the jerk and the release after it change the speed by peak^2 over this.
+  /// An acceleration that goes to a peak at jerk_m_s3_ and back at release_m_s3_ changes the speed by peak^2 over this.
   T ramps_m_s3() const { return T(2) * jerk_m_s3_ * release_m_s3_ / (jerk_m_s3_ + release_m_s3_); }
-  /// After the rise to the peak and its hold.
+  /// The state after the rise to `peak` and its hold.
   AxisReference<T> risen(T peak, T hold_s, Piece* pieces) const {
     const T rise_s = max_of((peak - from_.acceleration_m_s2) / jerk_m_s3_, T(0));
     if (pieces != nullptr) {
@@ -105,12 +105,12 @@ class TimeOptimal<T>::Search {
   T stopped(const AxisReference<T>& state, Piece* pieces) const {
     const T a = state.acceleration_m_s2;
     const T level_m_s = state.velocity_m_s + T(0.5) * a * a / jerk_m_s3_;
-    // Too slow for a trough: the fall itself is the release, with a jerk between the two.
+    // Too slow to brake: acceleration and speed reach zero together, at a jerk between release_m_s3_ and jerk_m_s3_.
     const T fall_m_s3 = level_m_s < T(0) ? T(-0.5) * a * a / state.velocity_m_s : jerk_m_s3_;
     T trough = core::sqrt(level_m_s * ramps_m_s3());
     T hold_s = T(0);
     T release_m_s3 = release_m_s3_;
-    if (a < T(0) && stops_upwards(state)) {  // brakes too hard already: a quicker release
+    if (a < T(0) && stops_upwards(state)) {  // brakes too hard already: the braking ends at a higher jerk
       trough = -a;
       release_m_s3 = state.velocity_m_s > T(0) ? min_of(T(0.5) * a * a / state.velocity_m_s, jerk_m_s3_) : jerk_m_s3_;
     } else if (trough > braking_m_s2_) {
@@ -128,7 +128,7 @@ class TimeOptimal<T>::Search {
   }
   T end_m(T peak, T hold_s) const { return stopped(risen(peak, hold_s, nullptr), nullptr); }
 
-  /// Where a rising function crosses zero: secants, and an end that is kept twice counts half (Illinois).
+  /// The zero of a rising function, or `low` if the function is not negative there: regula falsi, Illinois variant.
   template <typename F>
   static T find(T low, T high, F function) {
     T at_low = function(low), at_high = function(high);
@@ -175,7 +175,7 @@ class TimeOptimal<T>::Search {
   T peak_{0}, hold_s_{0}, cruise_s_{0};
 };
 
-/// A place on the motion that only moves forward.
+/// Evaluates the motion at ascending times.
 template <typename T>
 class TimeOptimal<T>::Walk {
  public:
@@ -233,7 +233,7 @@ void TimeOptimal<T>::plan(const AxisReference<T>& from, T goal_m, const AxisLimi
                                   .acceleration_m_s2 = -begin.acceleration_m_s2};
   Search up(begin, limits);
   Search down(mirrored, turned);
-  // The mere stop, which one of the two directions makes, ends below the goal, or beyond it.
+  // Where the mere stop ends: the direction in which it begins by lowering the acceleration computes it.
   const T stop_m = up.stops_upwards(begin) ? -down.stop_m() : up.stop_m();
   const bool goes_up = stop_m < T(0);
   (goes_up ? up : down).run(pieces_.data() + 1);

@@ -21,9 +21,9 @@ struct AxisLimits {
 };
 
 /// The fastest motion of one axis from any position, velocity and acceleration to rest at a goal, with limited speed,
-/// acceleration and jerk: the acceleration rises to a peak, stays, falls to a trough, stays, and returns to zero, with
-/// a cruise in the middle if the speed limit is reached. At most seven pieces of constant jerk, and one before them if
-/// the first acceleration exceeds its limit.
+/// acceleration and jerk: the acceleration rises to a peak, stays, falls to a minimum (`trough`), stays, and returns to
+/// zero, with a cruise in the middle if the speed limit is reached. At most seven pieces of constant jerk, and one
+/// before them if the first acceleration exceeds its limit.
 ///
 /// All durations are closed forms of one unknown, the peak (or how long it stays): the end moves monotonically with it,
 /// so at most kMaxSteps steps of a bracketed secant find it. A speed above its limit at the beginning is not increased.

@@ -45,10 +45,10 @@ using Motion = std::array<std::array<double, 5>, kDimensions>;
 
 /// The pieces of a flight, one after the other, relative to its start; before the first and after the last piece the
 /// reference stays at their ends. Fixed capacity, no allocation. Building may take milliseconds and belongs before the
-/// flight; window() is bounded: ten comparisons to find the present piece, and 42 polynomials.
+/// flight; window() is bounded: ten comparisons to find the present piece, and 44 polynomials.
 ///
-/// A set point (hold, step) fills the whole window at once, without preview (the paper's steps are chosen by hand), and
-/// sets Window::constant. Everything else is previewed.
+/// A set point (hold, step) enters the window only when it begins, without preview (the paper's steps are chosen by
+/// hand), and sets Window::constant while nothing else follows in the window. All other pieces are previewed.
 template <typename T>
 class Trajectory {
  public:
@@ -61,7 +61,7 @@ class Trajectory {
 
   /// Clears the trajectory and holds a position without end.
   void hold(const Waypoint<T>& place);
-  /// Appends a jump to a position, held for `duration`. kResourceExhausted, kOutOfRange (not finite, or no duration).
+  /// Appends a jump to a position, held for `duration`. kResourceExhausted, kOutOfRange (beyond 1 km, or no duration).
   core::Status append_step(const Waypoint<T>& place, core::Duration duration);
   /// Appends a straight line from rest to rest, degree 5, in a given time or as fast as the limits allow.
   core::Status append_quintic(const Waypoint<T>& place, core::Duration duration);
@@ -70,15 +70,13 @@ class Trajectory {
   /// (integral of the squared fourth derivative) for times shared by distance. All times are then scaled by one factor
   /// until speed, acceleration, tilt and yaw rate just keep their limits (within 1 %).
   core::Status append_minimum_snap(std::span<const Waypoint<T>> waypoints, const SpeedLimits& limits);
-  /// Appends a way from the present end, at rest, through the waypoints at their times, at least kMinWaypointSpacing
-  /// apart, to rest at the last, with the least snap. Limits are not checked. kInvalidArgument: no waypoint, or times
-  /// too close together.
+  /// Appends a way from the present end, at rest, through the waypoints at their times, kMinWaypointSpacing to one hour
+  /// apart (otherwise kInvalidArgument), to rest at the last, with the least snap. Limits are not checked.
   core::Status append_timed(std::span<const TimedWaypoint<T>> waypoints);
   /// Appends a curve from the present end, at rest at both ends. Half of the acceleration limit is used for speeding up
   /// and slowing down; whether the rest is enough for the bends is not checked.
   core::Status append_curve(const Curve& curve, const SpeedLimits& limits);
-  /// Appends polynomials of x, y, z, yaw in normalised time, world frame. Whether they begin at the present end is not
-  /// checked.
+  /// Appends polynomials of x, y, z, yaw in normalised time, world frame. That they begin at end() is not checked.
   core::Status append_polynomial(const std::array<Polynomial<double>, kDimensions>& axes, core::Duration duration);
   /// Appends one round of a horizontal square (paper, IV-C.4: 1 x 1 m) from the present end as a corner, along +x
   /// first, at rest in every corner for `pause`.
@@ -90,7 +88,7 @@ class Trajectory {
   ///   continues a motion is not delayed.
   void postpone(core::TimePoint now, core::Duration elapsed);
   core::Duration duration() const { return duration_; }
-  const Waypoint<T>& end() const { return end_; }  ///< the present end
+  const Waypoint<T>& end() const { return end_; }  ///< where the last piece ends
   std::size_t pieces() const { return count_; }
   core::Duration piece_end(std::size_t piece) const { return pieces_[piece].begin + pieces_[piece].duration; }
   /// The motion at a time since the start, for checks and pictures, not for the tick.
@@ -104,7 +102,7 @@ class Trajectory {
     fill(window, now, lead);
     return window;
   }
-  /// The same without a copy.
+  /// window() without a copy.
   /// @param points of x and y to fill, 1 to kHorizon + 1; the rest is unchanged
   void fill(Window<T>& window, core::TimePoint now, core::Duration lead, std::size_t points = kHorizon + 1) const;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Appends ways through points and round curves to a Trajectory.
+// Appends courses through waypoints, curves and polynomials to a Trajectory.
 #include "firmware/model/vehicle.h"
 #include "firmware/ref/trajectory_detail.h"
 
@@ -30,7 +30,7 @@ double factor_of(const std::array<AxisReference<double>, kDimensions>& at, const
   return larger(factor, (yaw_rate < 0.0 ? -yaw_rate : yaw_rate) / limits.yaw_rate_rad_s);
 }
 
-/// The factor by which a whole course must be slower, evaluated at 32 points of each piece.
+/// The factor by which all times of a course must be multiplied, evaluated at 33 points of each piece.
 double time_factor(std::span<const Node> nodes, std::span<const double> durations_s, const SpeedLimits& limits) {
   constexpr int kSamples = 32;
   double factor = 0.0;

@@ -55,7 +55,7 @@ Waypoint<T> waypoint(const std::array<double, kDimensions>& at) {
   return place;
 }
 
-/// The equivalent yaw that is nearest to another one.
+/// yaw_rad plus whole turns, nearest to from_rad.
 inline double near(double yaw_rad, double from_rad) { return from_rad + core::wrap_pi(yaw_rad - from_rad); }
 
 inline double larger(double a, double b) { return a > b ? a : b; }

@@ -25,7 +25,7 @@ struct Window {
   AxisReference<T> height{};
   T yaw_rad{0};
   T yaw_rate_rad_s{0};
-  bool constant = false;  ///< true: one set point over the whole horizon; the explicit law may be used
+  bool constant = false;  ///< true: one position at rest over the whole horizon; the explicit law may be used
 };
 
 }  // namespace m100::ref

@@ -8,9 +8,9 @@ namespace m100::sysid {
 namespace {
 
 template <typename Real>
-constexpr Real kLimit = Real(2.5);  ///< times the expected residual: over
+constexpr Real kLimit = Real(2.5);  ///< ratio from which a block is over the limit
 template <typename Real>
-constexpr Real kFarLimit = Real(5);  ///< times the expected residual: departed at once
+constexpr Real kFarLimit = Real(5);  ///< ratio from which a single block shows a departure
 /// The response has departed when gain or delay exceed these limits by three standard errors. Delay: that of a
 /// healthy aircraft. A tired battery takes 12 % of a loop's frequency, a load of 0.4 kg another 6 %; 2 zeta / w is
 /// then longer by 33 ms. (60 ms must be noticed.) Gain: midway between the error of an identified gain (10 %) and the
@@ -22,7 +22,7 @@ constexpr Real kGainLimit = Real(0.2);
 template <typename Real>
 constexpr Real kSigmas = Real(3);
 template <typename Real>
-constexpr Real kEnoughSwing = Real(3);  ///< times the floor: below, the loop reacts to wander (ResponseFit)
+constexpr Real kEnoughSwing = Real(3);  ///< in floors: with a smaller swing, the loop reacts to wander (ResponseFit)
 
 }  // namespace
 

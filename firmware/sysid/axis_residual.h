@@ -12,11 +12,11 @@
 
 namespace m100::sysid {
 
-/// The residual of a channel. It names no cause: that takes the whole log and a host.
+/// The residual of a channel. It names no cause: only identification of the whole log finds one.
 template <typename Real>
 struct ResidualReport {
   Real block_rms = Real(0);        ///< of the last complete block, unit of the axis
-  Real ratio = Real(0);            ///< at the block's end, residual about its mean over that of a right model
+  Real ratio = Real(0);            ///< of the last block: rms residual about its mean, over that of a right model
   std::uint32_t blocks = 0;        ///< complete blocks so far
   std::uint32_t blocks_over = 0;   ///< the newest blocks in a row that are over the limit
   ResponseError<Real> response;    ///< gain and delay over the last three blocks
@@ -30,9 +30,9 @@ struct ResidualReport {
 /// Memory: fixed, about 1.6 kB for Real = double.
 /// Cost: per sample one static law and one step, some 80 flops; 100 more at a block's start and end.
 ///
-/// The error that a right model is expected to have at a block's end: the floor of the identified axis, the
-/// prediction's slope times kTiming_s (of a line with clocks of its own) and its swing times kGain (half of an
-/// identified interval). est::TrimMonitor handles offsets: here squares are taken about their mean in the block.
+/// The expected error of a right model is the root of the sum of the squares of: the floor of the identified axis, the
+/// prediction's slope times kTiming_s (of a line with clocks of its own), and its swing times kGain (half of an
+/// identified interval). est::TrimMonitor handles offsets: here errors are taken about their mean in the block.
 template <typename Real>
 class AxisResidual {
  public:
@@ -44,7 +44,7 @@ class AxisResidual {
   /// @param expected_rms  floor: residual of the identified axis on the validation part, unit of the axis, > 0
   AxisResidual(const model::StickAxis& axis, Real expected_rms, Real sample_period_s);
 
-  /// One tick. Sticks as they were sent, counts from neutral; `measured` in the unit of the axis.
+  /// One tick. Sticks in counts from neutral, see ResidualMonitor::Sample; `measured` in the unit of the axis.
   void update(Real stick_counts, Real other_counts, Real measured);
   /// No measurement in this tick, or a stick that is not ours: discards the block; a new one starts after 11 samples.
   void interrupt();

@@ -14,7 +14,7 @@ class DelayedCommand {
  public:
   static constexpr std::size_t kCapacity = 64;  ///< most samples of delay, plus two
 
-  /// Precondition (asserted): the delay fits, or value() would read commands that are newer than it says.
+  /// Precondition (asserted): the delay fits into the ring; otherwise value() would return too new a command.
   DelayedCommand(Real delay_s, Real sample_period_s) : samples_(delay_s / sample_period_s) {
     M100_ASSERT(delay_s <= sample_period_s * static_cast<Real>(kCapacity - 2));
   }

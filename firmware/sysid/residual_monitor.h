@@ -10,10 +10,11 @@
 
 namespace m100::sysid {
 
-/// The four stick axes side by side.
+/// The monitored stick axes, in the order of the arrays of ResidualMonitor::Sample.
 enum class MonitoredAxis : std::uint8_t { kRoll, kPitch, kYawRate, kClimb };
 inline constexpr std::size_t kMonitoredAxes = 4;
 
+/// Computes the residuals of all monitored stick axes, each by an AxisResidual.
 template <typename Real>
 class ResidualMonitor {
  public:
@@ -24,11 +25,11 @@ class ResidualMonitor {
     Real yaw_rate_rad_s = Real(0.05);
     Real climb_m_s = Real(0.07);
   };
-  /// @param line_s  from the tick that sends a stick to the autopilot, plus from the measured attitude to the tick that
-  ///        reads it: the delay that the vehicle file's (autopilot's stick to attitude) does not include.
+  /// @param line_s  time from the tick that sends a stick until the autopilot has it, plus from the measurement of the
+  ///        attitude to the tick that reads it: the vehicle file's delay (from stick to attitude) does not include them
   ResidualMonitor(const model::Vehicle& vehicle, const Expected& expected, Real sample_period_s, Real line_s);
 
-  /// Sticks as sent, in counts from their trims: neutral plus the trim, as far as it is known.
+  /// Sticks as sent, in counts from 1024, less what the trims differ from the vehicle file's, where that is known.
   struct Sample {
     std::array<Real, kMonitoredAxes> stick_counts{};
     std::array<Real, kMonitoredAxes> measured{};

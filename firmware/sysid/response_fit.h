@@ -12,7 +12,7 @@ template <typename Real>
 struct ResponseError {
   Real gain = Real(0);          ///< share by which the response is larger than predicted
   Real gain_sigma = Real(0);    ///< its standard error
-  Real late_s = Real(0);        ///< how much later than predicted it comes
+  Real late_s = Real(0);        ///< how much later than predicted the response is
   Real late_sigma_s = Real(0);  ///< its standard error
   Real swing = Real(0);         ///< standard deviation of the prediction, unit of the axis
 };

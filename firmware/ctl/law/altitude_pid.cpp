@@ -4,7 +4,7 @@
 namespace m100::ctl {
 namespace {
 
-// Natural frequency times the loop's delay; with the damping, 6 dB in every corner (`m100-lab gains`).
+// Natural frequency times delay; with kDamping it leaves 6 dB of gain margin in every corner (`m100-lab gains`).
 constexpr double kBandwidth = 0.42;
 constexpr double kDamping = 1.02;
 constexpr double kFeedback_s = 0.03;  // pose age, tick and stick period, which no vehicle file states

@@ -9,10 +9,11 @@ namespace m100::ctl {
 
 /// Gains of the height loop from the climb dynamics of the vehicle, for use with the climb speed of the observer.
 ///
-/// With the climb loop seen as one lag T (tau, or 2 z / w of a second order) plus its delay D, u = Kp e - Kd w gives
-/// T s^2 + (1 + Kd) s + Kp. The natural frequency is set to kBandwidth / (D + T2), T2 the part of the lag that the
-/// one-lag picture leaves out (half of 1/w for a second order), the damping to kDamping. Limits are taken from `base`.
-/// With AltitudeGains::design = false the vehicle file's own gains fly; their defaults are the paper's (III-E.2).
+/// With the climb loop modelled as one lag T (tau, or 2 z / w of a second order) plus its delay D, u = Kp e - Kd w
+/// gives T s^2 + (1 + Kd) s + Kp. The natural frequency is set to kBandwidth / (D + T2 + kFeedback_s), within 1 to
+/// 4 rad/s. T2 is the lag that this model leaves out (0.5 / w for a second order). The damping is kDamping; if that
+/// requires no Kd, Kp is reduced for it. Limits are taken from `base`. With AltitudeGains::design = false the vehicle
+/// file's own gains are used; their defaults are the paper's (III-E.2).
 model::AltitudeGains design_altitude(const model::StickAxis& climb, const model::AltitudeGains& base);
 
 /// Reference of the height loop.

@@ -19,8 +19,7 @@ namespace m100::ctl {
 /// twice that speed. It brakes as hard as the fence assumes: a gentler stop would end beyond the fence. Both slopes
 /// together are at most tan(30 degrees), the law's own limit, reduced by any tilt beyond it (slope_limit.h), and keep
 /// their direction. While no pose arrives the velocity is the model's prediction; if its sigma is too large, only trim
-/// and wind are compensated. Without a prediction the command is level. No climb, no turn: the autopilot holds the
-/// height.
+/// and wind are compensated. Without a prediction the command is level. No climb, no turn: the autopilot keeps height.
 template <typename T>
 Command<T> brake_and_hold(const est::Estimate<T>& estimate, const Braking& braking) {
   const T ahead_s = static_cast<T>(braking.reaction_s);

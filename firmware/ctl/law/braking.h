@@ -7,11 +7,11 @@ namespace m100::ctl {
 
 /// How a vehicle can brake: the one model that the fence, the level state and the speed limit use.
 struct Braking {
-  /// On each horizontal axis, in still air, while the other axis brakes too.
+  /// Deceleration on each horizontal axis, in still air, while the other axis brakes too.
   double acceleration_m_s2 = 0.0;
   /// The steady disturbance against which it can hold its position: at most 4 m/s^2.
   double max_disturbance_m_s2 = 0.0;
-  /// From the decision to stop until the attitude is reversed.
+  /// Time from the decision to stop until the attitude is reversed.
   double reaction_s = 0.0;
   /// effective_delay_s() of the slower axis.
   double acts_s = 0.0;
@@ -22,8 +22,7 @@ struct Braking {
   double drag_per_s = 0.0;
 };
 
-/// Time until a command that is sent now has begun to act, and the next one can act: transport delay + command period
-/// (40 ms).
+/// Time until a command sent now has begun to act, and the next one can: transport delay + command period (40 ms).
 double effective_delay_s(const model::StickAxis& axis);
 
 /// @param slope_limit the largest slope (tangent of tilt) that the control law gives to one horizontal axis while the

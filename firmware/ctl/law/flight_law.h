@@ -23,7 +23,7 @@ struct FlightLawOptions {
   /// Limit of the commanded tilt of both axes together, 0 to 90 degrees. The measured tilt exceeds it only briefly
   /// (slope_limit.h): the promise is 35 degrees, the attitude loop overshoots by 7 %.
   double combined_tilt_limit_rad = 0.5235987755982988;  // 30 deg
-  /// Law of the horizontal axes; the baseline shares everything but the optimisation with the MPC.
+  /// Law of the horizontal axes; the baseline (kLqr) differs from the MPC only in the optimisation.
   mpc::Law horizontal = mpc::Law::kMpc;
 };
 
@@ -41,8 +41,8 @@ struct LawReport {
   mpc::Path path_x = mpc::Path::kTable;
   mpc::Path path_y = mpc::Path::kTable;
   unsigned changes = 0;       ///< of the active sets of both axes
-  bool tilt_limited = false;  ///< by the combined limit
-  bool fallback = false;      ///< by the fallback law
+  bool tilt_limited = false;  ///< the combined limit reduced the tilt
+  bool fallback = false;      ///< the fallback law flies; paths and changes are still those of the tables' law
 };
 
 /// The control law: MPC (or its baseline) in x and y, PID in height, P in yaw.
@@ -80,11 +80,11 @@ class FlightLaw {
   void plan(ref::Window<T>& window, const est::Estimate<T>& estimate, core::TimePoint now, std::size_t points) {
     fallback() ? planner_.reset() : planner_.update(window, estimate, now, lead(), points);
   }
-  /// From now on, until reset(), the fallback law (fallback_law.h) flies both horizontal axes, bandwidth in rad/s.
+  /// From now on, until reset(), the fallback law (fallback_law.h) flies both horizontal axes with this bandwidth.
   void start_fallback(T rate_per_s) { fallback_per_s_ = rate_per_s; }
   bool fallback() const { return fallback_per_s_ > T(0); }
-  /// For a start in the air: clears the integral, the active sets and the fallback law. The delay lines keep the
-  /// commands that were sent.
+  /// For a start in the air: clears the integral, the active sets, the fallback law and the planned motion. The delay
+  /// lines keep the commands that were sent.
   void reset();
 
  private:
@@ -96,7 +96,7 @@ class FlightLaw {
     T first_lag_s{0};    ///< T1
     T second_lag_s2{0};  ///< T2
     T acts_s{0};         ///< effective_delay_s()
-    T soon{0};           ///< the slope by then
+    T soon{0};           ///< slope predicted for acts_s from now
     mpc::Path path = mpc::Path::kTable;
     unsigned changes = 0;
   };

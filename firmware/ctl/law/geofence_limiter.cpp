@@ -16,7 +16,7 @@ constexpr double kMinBraking_m_s2 = 0.05;
 constexpr double kGustShare = 0.3;  // of the wind, as an amplitude
 constexpr double kReliefShare = 1.0 / 3.0;
 constexpr double kBlend_m = 0.4;   // braking grows to its full size over this distance
-constexpr double kBehind_m = 3.0;  // a goal this far behind the aircraft takes all the tilt
+constexpr double kBehind_m = 3.0;  // a goal this far behind the aircraft makes the law use all the tilt
 constexpr double kSigmas = 3.0;
 
 }  // namespace
@@ -46,8 +46,8 @@ GeofenceLimiter<T>::GeofenceLimiter(const core::Fence& fence, const Braking& bra
 
 template <typename T>
 T GeofenceLimiter<T>::stop_m(T speed_m_s, T tilted_m_s2, T wind_m_s2) const {
-  // The estimated wind may hide drag of the vehicle's own speed: it is then larger than estimated, but at most a wind
-  // of the class. As the aircraft slows down this drag vanishes, a third of it on average over the braking distance.
+  // Drag by the vehicle's own speed may hide a part of the wind, which is then stronger than estimated, but at most
+  // that of the fence's wind class. Braking removes this drag, a third of it on average over the braking distance.
   const T relief_m_s2 = core::clamp(wind_m_s2_ - wind_m_s2, T(0), unknown_drag_per_s_ * speed_m_s);
   const T blows_m_s2 = wind_m_s2 + static_cast<T>(kReliefShare) * relief_m_s2;
   const T disturbance_acceleration_m_s2 = (blows_m_s2 > T(0) ? blows_m_s2 : T(0)) + unseen_m_s2_;
@@ -85,7 +85,7 @@ void GeofenceLimiter<T>::limit_axis(Axis window, const Side& side, const est::Ax
   const T sigma_m = core::sqrt(estimate.position_variance_m2);
   const T share =
       core::clamp((static_cast<T>(kSigmas) * sigma_m - room_m) * static_cast<T>(1.0 / kBlend_m) + T(1), T(0), T(1));
-  // Below walking pace the goal decides: at rest beside a side nothing has to be braked.
+  // Below this speed the reference is not moved: at rest beside a side nothing has to be braked.
   constexpr T kSlow_m_s = static_cast<T>(0.3);
   if (share <= T(0) || speed_m_s < kSlow_m_s) {
     return;

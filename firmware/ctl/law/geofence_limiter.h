@@ -20,12 +20,12 @@ namespace m100::ctl {
 /// acceleration by tilt, wind and gusts of the wind class until then, and
 ///   a = braking - gusts - offset - the wind that blows towards the side.
 /// The offset is that of the specific force (est::kForceOffset_m_s2), which alone shows changes of the wind while no
-/// pose arrives. That wind is the present estimate plus a third of the drag that the speed may hide in it: braking
+/// pose arrives. The wind is the present estimate plus a third of the drag that the speed may hide in it: braking
 /// removes the drag and leaves the wind, at most one of the class. Over the braking distance a disturbance that grows
 /// by c (v - v') costs as much as a constant third of c v. A state is admitted if position plus stopping distance plus
-/// three sigmas of position end before the side. If not, the reference is moved gradually to a place behind the
-/// aircraft, so that the law brakes with all its tilt. The estimate continues when the pose is lost, so the same
-/// applies while coasting. T is float or double.
+/// three sigmas of position end before the side. Over the last 0.4 m before that limit, at 0.3 m/s or more, the
+/// reference is moved gradually to a place behind the aircraft, so that the law finally brakes with all its tilt. The
+/// estimate continues when the pose is lost, so the same applies while coasting. T is float or double.
 template <typename T>
 class GeofenceLimiter {
  public:
@@ -33,19 +33,18 @@ class GeofenceLimiter {
 
   /// Moves a set point that is beyond a side, or too near to it, inside: before a motion to it is planned.
   void limit_goal(ref::Window<T>& window) const;
-  /// @param points how many points of the window in x and y are checked, beginning with the first.
+  /// Limits the reference. @param points number of points in x and y that are limited, beginning with the first.
   void limit(ref::Window<T>& window, const est::Estimate<T>& estimate, std::size_t points = ref::kHorizon + 1);
-  /// Of the last hold(): distance from the point where the aircraft can stop to the nearest side, without the three
-  /// sigmas. Negative: the aircraft may stop too late.
+  /// Of the last limit(): distance from the point where the aircraft can stop to the side towards which it flies,
+  /// without the three sigmas; the smaller of x and y. Negative: the aircraft may stop too late.
   T reserve_m() const { return reserve_m_; }
-  /// Of the last hold(): how far the estimated place is beyond the nearest side, floor and ceiling too; negative:
-  /// inside.
+  /// Of the last limit(): how far the estimate is beyond the nearest side, floor or ceiling; negative: inside.
   T outside_m() const { return outside_m_; }
   GeofenceStatus status() const {
     return {.reserve_m = static_cast<double>(reserve_m_), .outside_m = static_cast<double>(outside_m_)};
   }
   const Braking& braking() const { return braking_; }
-  /// Of the last hold(): the reference was moved because of the speed.
+  /// Of the last limit(): the reference was moved because of the speed.
   bool brakes() const { return brakes_; }
 
  private:
@@ -55,7 +54,7 @@ class GeofenceLimiter {
   };
   using Axis = std::span<ref::AxisReference<T>>;
   static Side side_of(const core::Fence::Side& side);
-  /// At a speed towards the side; a tilt's acceleration and a wind that act towards it are positive.
+  /// Stopping distance at a speed towards a side; acceleration by tilt and by wind, positive towards that side.
   T stop_m(T speed_m_s, T tilted_m_s2, T wind_m_s2) const;
   void update_outside(const Side& side, T position_m);
   void limit_axis(Axis window, const Side& side, const est::AxisEstimate<T>& estimate, T tilt_sign);
@@ -63,8 +62,8 @@ class GeofenceLimiter {
   Braking braking_;
   Side x_, y_, z_;
   T braking_m_s2_, reaction_s_, unknown_drag_per_s_;
-  T wind_m_s2_;    ///< of the class
-  T unseen_m_s2_;  ///< its gusts, and the error of the estimated wind while no pose arrives
+  T wind_m_s2_;    ///< acceleration by a wind of the fence's class
+  T unseen_m_s2_;  ///< acceleration by its gusts, and the error of the estimated wind while no pose arrives
   T reserve_m_{0};
   T outside_m_{0};
   bool brakes_ = false;

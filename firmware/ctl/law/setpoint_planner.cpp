@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kMaxSpeed_m_s = 17.0;  ///< of the aircraft, by its maker
 constexpr double kMinGoal_m = 0.05;     ///< a nearer goal is within the tracking error: not planned
-constexpr double kMinShare = 0.25;      ///< of the slope for the axis that moves less, and of authority in a wind
+constexpr double kMinShare = 0.25;      ///< smallest share of the slope: of the axis that moves less, and in a wind
 
 template <typename T>
 T magnitude(T value) {
@@ -45,7 +45,7 @@ T SetpointPlanner<T>::measured_m_s2(const Axis& axis, const est::AxisEstimate<T>
   return axis.per_slope_m_s2 * core::tan(estimate.tilt_rad) + estimate.disturbance_m_s2;
 }
 
-/// The state ahead, at the present acceleration.
+/// The state ahead_s from now, at the present acceleration.
 template <typename T>
 ref::AxisReference<T> SetpointPlanner<T>::measured(const Axis& axis, const est::AxisEstimate<T>& estimate,
                                                    T ahead_s) const {
@@ -105,7 +105,7 @@ void SetpointPlanner<T>::set_goal(Axis& axis, const est::AxisEstimate<T>& estima
   }
 }
 
-/// The motion is planned again if the aircraft has left it. A motion acts only one reaction time after it was planned.
+/// Plans again if the aircraft has left the motion or the disturbance has changed; not within one reaction time.
 template <typename T>
 void SetpointPlanner<T>::check(Axis& axis, const est::AxisEstimate<T>& estimate, T time_s, T lead_s) {
   if (time_s < reaction_s_ || time_s > axis.motion.duration_s()) {
@@ -124,7 +124,7 @@ void SetpointPlanner<T>::check(Axis& axis, const est::AxisEstimate<T>& estimate,
   }
 }
 
-/// The aircraft was asked for one tilt for a reaction time: the share that it has of it is its gain.
+/// If one tilt was commanded for a whole reaction time, the share that the aircraft has reached scales the authority.
 template <typename T>
 void SetpointPlanner<T>::learn_authority(Axis& axis, const est::AxisEstimate<T>& estimate, T time_s) const {
   const T planned_m_s2 = axis.motion.at(time_s).acceleration_m_s2;

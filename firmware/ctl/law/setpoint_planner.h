@@ -26,8 +26,7 @@ namespace m100::ctl {
 /// since it was planned: a wind looks weaker the faster one flies with it. All limits take the disturbance a third of
 /// the way back to its value when the goal was set: what returns in braking, as a mean over the braking distance.
 ///
-/// One axis is planned a tick. After the end of the motion the window is the set point itself again. T is float or
-/// double.
+/// One axis is planned a tick. After the motion's end the window is the set point itself again. T is float or double.
 template <typename T>
 class SetpointPlanner {
  public:
@@ -35,8 +34,8 @@ class SetpointPlanner {
   /// Share of the tilt that the final release removes in Braking::reaction_s: the feedback needs one reaction time to
   /// see an error of the release, and another one to correct it.
   static constexpr double kRelease = 0.5;
-  static constexpr double kMinAuthority = 0.8;  ///< of the gain: the box of the certificate
-  static constexpr double kMaxError_m = 0.3;    ///< twice what the shipped vehicle leaves a motion by (6 m: 0.15)
+  static constexpr double kMinAuthority = 0.8;  ///< share of the identified gain: the least in the certificate's box
+  static constexpr double kMaxError_m = 0.3;    ///< twice the shipped vehicle's largest deviation in a motion of 6 m
   static constexpr double kMaxChange_m_s2 = 0.5;
   static constexpr unsigned kMaxReplans = 10;
 
@@ -55,11 +54,11 @@ class SetpointPlanner {
     core::TimePoint begin{};  ///< the motion's time 0 is one lead later
     T goal_m{0};
     T max_slope{0};       ///< of the table
-    T per_slope_m_s2{0};  ///< acceleration, with its sign
-    T slope{0};           ///< towards the present goal
+    T per_slope_m_s2{0};  ///< acceleration per slope, with the axis' sign
+    T slope{0};           ///< largest slope for the motion to the present goal
     T at_rest_m_s2{0};    ///< disturbance when the goal was set
     T planned_m_s2{0};    ///< disturbance that the motion was planned with
-    T authority{1};       ///< share of the slope that the aircraft was seen to reach
+    T authority{1};       ///< share of the commanded slope that the aircraft was measured to reach
     unsigned replans = 0;
     bool is_due = false;
     bool is_off = false;  ///< the aircraft is not where the motion is: plan from the estimate

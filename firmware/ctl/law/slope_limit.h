@@ -7,14 +7,14 @@
 namespace m100::ctl {
 
 /// The slope (tangent of the tilt) of one axis `ahead_s` from now, if its tilt rate stays constant.
-/// @param slope of now.
+/// @param slope the present one
 template <typename T>
 T predicted_slope(const est::AxisEstimate<T>& axis, T slope, T ahead_s) {
   return slope + ahead_s * axis.tilt_rate_rad_s * (T(1) + slope * slope);
 }
 
-/// The largest slope that may be commanded while both axes are about to have these slopes: `limit`, minus twice the
-/// amount by which they exceed it together, but at least half of it.
+/// The largest slope of both axes together that may be commanded while they are about to have these slopes: `limit`,
+/// minus twice the amount by which they exceed it together, but at least half of `limit`.
 ///
 /// The flown tilt differs from the commanded one. A trim that is wrong by 56 counts adds 3 degrees of tilt to the
 /// command, in any direction; so does an attitude loop that tilts more than commanded, or overshoots. The observer's

@@ -25,7 +25,7 @@ class ControlAuthorityMonitor {
   /// Once per tick. @param flies whether the law flies; if not, nothing is watched.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& window, bool flies, T step_s);
 
-  /// How long the position has not been held, on the worse axis.
+  /// How long both conditions have been true, on the worse axis.
   T exceeded_s() const { return x_.exceeded_s > y_.exceeded_s ? x_.exceeded_s : y_.exceeded_s; }
   /// The averaged disturbance, on the axis that is worse.
   T disturbance_acceleration_m_s2() const;

@@ -7,8 +7,8 @@ namespace m100::ctl {
 
 /// Whether the wind is stronger than the aircraft.
 struct ControlAuthorityStatus {
-  core::Duration exceeded_for{0};              ///< how long the wind has kept the aircraft from its place
-  double disturbance_acceleration_m_s2 = 0.0;  ///< of that wind, averaged over 2 s
+  core::Duration exceeded_for{0};              ///< how long the wind has kept the aircraft from its reference
+  double disturbance_acceleration_m_s2 = 0.0;  ///< estimated, averaged over 2 s, magnitude on the worse axis
 };
 
 }  // namespace m100::ctl

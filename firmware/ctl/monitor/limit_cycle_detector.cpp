@@ -7,7 +7,7 @@
 namespace m100::ctl {
 namespace {
 
-constexpr double kComesBack = 0.25;  ///< of the half-wave before: by so much the tilt comes back from a turning point
+constexpr double kComesBack = 0.25;  ///< share of the half-wave before, by which the tilt comes back after turning
 constexpr double kPiSquare = core::kPi * core::kPi;
 
 template <typename T>

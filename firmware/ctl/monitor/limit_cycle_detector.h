@@ -12,7 +12,7 @@ namespace m100::ctl {
 template <typename T>
 struct LimitCycleReport {
   bool detected = false;
-  T height_rad{0};    ///< of the highest half-wave in the row, from trough to crest
+  T height_rad{0};    ///< of the highest half-wave in the row, peak to peak
   T frequency_hz{0};  ///< of the last half-wave
 };
 
@@ -23,25 +23,26 @@ struct LimitCycleReport {
 /// half-waves meet all of these conditions:
 ///   - higher than kMinHeight_rad: ten times the sigma of the tilt in a healthy hover, noise included, which is half a
 ///     degree;
-///   - kTimes as high as the disturbance of the aircraft meanwhile explains (below), and higher than the reference's
-///     own oscillation by more than that;
-///   - between kShortest_s and kLongest_s long, which is 0.3 to 3 Hz: a third and three times the crossover (1.1 Hz) of
-///     a loop for such an aircraft. Outside this band the loop has not enough gain, or not enough lag, to oscillate;
-///   - at least kKept times as high as the highest of the row, and as long as the one before within a factor kRegular.
+///   - higher than the sum of the reference's own oscillation and kMinRatio times what the disturbance of the aircraft
+///     in that time explains (below);
+///   - kMinHalfWave_s to kMaxHalfWave_s long, which is 0.3 to 3 Hz: a third and three times the crossover (1.1 Hz) of a
+///     loop for such an aircraft. Outside this band the loop has not enough gain, or not enough lag, to oscillate;
+///   - at least kMinHeightRatio times as high as the highest in the row, and as long as the one before within a factor
+///     kMaxPeriodRatio.
 /// The response to a step dies out; and when the reference jumps, counting begins anew. Turbulence excites the same
 /// band, and tilts the aircraft as far. The two are distinguished by cause and effect. With x'' = g t + d, the equation
 ///   s^2 / (s + a)^2 x  -  g / (s + a)^2 t  =  1 / (s + a)^2 d      (a = kFrom_per_s, near the crossover)
 /// is true for any motion; its left side needs position and tilt only. A loop answers a disturbance with a tilt that is
 /// |T| times as large, T its complementary sensitivity, and |T| is at most the peak sensitivity plus one. So a repeated
-/// oscillation of more than kTimes the size that this disturbance explains is the loop's own: its peak sensitivity
-/// would have to be 4, while 1.6 is the design value and 3.4 the worst published corner of a mode. The disturbance that
-/// the observer estimates has to meet the same condition.
+/// oscillation of more than kMinRatio times the size that this disturbance explains is the loop's own: its peak
+/// sensitivity would have to be 4, while 1.6 is the design value and 3.4 the worst published corner of a mode. The
+/// disturbance that the observer estimates has to meet the same condition.
 ///
 /// At f Hz detection takes (kHalfWaves + 0.5) / 2 f after the oscillation has become that high: 2.8 s at 1 Hz, 2.1 s at
 /// 1.3 Hz. Errors of poses and tilts count as a disturbance, too, so that an oscillation below 0.2 rad may take longer.
 /// Not detected: a smaller oscillation, one in a wind that moves the aircraft more than a fifth as far, and one under a
-/// reference that jumps more often than that. Cost: some 60 operations per axis and tick, no library function, no heap.
-/// T is float or double.
+/// reference that jumps again before detection. Cost: some 60 operations per axis and tick, no library function or
+/// heap. T is float or double.
 template <typename T>
 class LimitCycleDetector {
  public:
@@ -57,7 +58,7 @@ class LimitCycleDetector {
   /// Jumps of the reference, in position and speed: smaller ones tilt the aircraft by less than two degrees.
   static constexpr double kJump_m = 0.02;
   static constexpr double kJump_m_s = 0.1;
-  static constexpr double kStall_s = 0.025;  ///< a longer step begins anew
+  static constexpr double kStall_s = 0.025;  ///< after a longer step, counting begins anew
 
   /// Once per tick. @param flies the law flies, and nothing else moves the sticks; if false, nothing is watched.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& window, bool flies, T step_s);
@@ -91,10 +92,10 @@ class LimitCycleDetector {
   };
   struct Axis {
     bool rises = true;       ///< since the last turning point
-    T turning_point_rad{0};  ///< the tilt there
-    T age_s{0};              ///< since then
-    T extreme_rad{0};        ///< the highest tilt since then, or lowest
-    T extreme_age_s{0};      ///< since that
+    T turning_point_rad{0};  ///< tilt at the last turning point
+    T age_s{0};              ///< since the last turning point
+    T extreme_rad{0};        ///< highest (if it rises) or lowest tilt since the last turning point
+    T extreme_age_s{0};      ///< since that extreme
     T height_rad{0};         ///< of the last half-wave, or the highest in the row
     T length_s{0};           ///< of the last half-wave
     std::uint32_t count{0};  ///< half-waves in a row

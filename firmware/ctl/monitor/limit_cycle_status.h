@@ -5,9 +5,9 @@ namespace m100::ctl {
 
 /// The aircraft's own oscillation.
 struct LimitCycleStatus {
-  double height_rad = 0.0;    ///< of the tilt, trough to crest, when last noticed
-  double frequency_hz = 0.0;  ///< at that time
-  bool detected = false;      ///< it was noticed in this flight, and the fallback law flies since then
+  double height_rad = 0.0;    ///< of the tilt, peak to peak, when last detected
+  double frequency_hz = 0.0;  ///< when last detected
+  bool detected = false;      ///< it was detected in this flight, and the fallback law has flown since then
   bool persists = false;      ///< it continues under the fallback law
 };
 

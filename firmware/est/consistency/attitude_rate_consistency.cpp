@@ -9,7 +9,7 @@ namespace {
 
 /// After a manoeuvre the autopilot corrects its own attitude, by up to 0.02 rad in a second or two (measured logs),
 /// which no rate shows: a memory of a quarter of a second leaves 0.002 rad of it. Attitude and rates may be two ticks
-/// apart in time, and a tenth apart in scale. In both measured logs the sum then reaches 0.18 s of the 0.5 s.
+/// apart in time, and a tenth apart in scale. In both measured logs the Cusum then reaches 0.18 s of the 0.5 s.
 constexpr double kCorrected_rad = 0.002, kMemory_s = 0.25, kRatesLate_s = 0.02, kRatesShare = 0.1;
 constexpr double kTurnedLately_s = 1.0;
 constexpr double kAttitudeGap_s = 0.05;
@@ -63,7 +63,7 @@ void AttitudeRateConsistency<T>::update(const ImuSample<T>& imu, T step_s) {
   unturned_rad_ += tilt_change_rad - reported_rad - unturned_rad_ * fades;
   turned_rad_ += reported_rad - turned_rad_ * fades;
   const T forgets = T(1) - passed_s * static_cast<T>(1.0 / kTurnedLately_s);
-  // Only a turn that attitude and rates both show excuses a difference: noisy rates alone are no sign of a delay. Two
+  // Only a turn that attitude and rates both show excuses a difference: noisy rates alone do not show a delay. Two
   // ticks apart, both still show 0.8 of the fastest turn at 10 Hz.
   const T known_s = larger(passed_s, static_cast<T>(kShortest_s));
   const T reported2 = smaller(rate_rad_s.squaredNorm(), tilt_change_rad.squaredNorm() / (known_s * known_s));
@@ -75,7 +75,7 @@ void AttitudeRateConsistency<T>::update(const ImuSample<T>& imu, T step_s) {
   weigh(passed_s);
 }
 
-/// Sums what the fastest recent rate cannot explain: attitude and rates a little apart in time differ by less than it.
+/// Sums changes that exceed the fastest recent rate: a small delay between attitude and rates causes no such change.
 template <typename T>
 void AttitudeRateConsistency<T>::add_jump(const Vector2& unturned_rad, T fastest2, T passed_s) {
   constexpr T kCorrected = static_cast<T>(kCorrected_rad);

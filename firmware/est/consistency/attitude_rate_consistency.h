@@ -11,12 +11,11 @@ namespace m100::est {
 ///
 ///   e' = tilt' - (tilt rate from the body rates) - e / 0.25 s     roll and pitch together
 ///
-/// |e| is weighed by its allowed value and summed (Cusum); the bounds stand in the source. The check finds a tilt
-/// that stands still, has other units or has other axes than its rates. It finds nothing where both are wrong in the
-/// same way.
+/// |e| is weighed by its allowed value and summed (Cusum); the bounds are in the source. The check finds a tilt that
+/// does not move, or has other units or axes than its rates. It finds nothing if both are wrong in the same way.
 ///
-/// In motion the allowed value would hide a tilt that jumps. What one attitude changes beyond every recent rate is
-/// summed on its own, and is weighed where it is the larger share of its allowed value.
+/// In motion the allowed value would hide a tilt that jumps. Therefore changes beyond every recent rate are summed
+/// separately. This sum replaces e while it is the larger multiple of its own allowed value.
 ///
 /// Seventeen numbers; no heap. Cost: three square roots and about 50 products an attitude, plus the shared sines and
 /// cosines of its angles. T is float or double.
@@ -28,7 +27,7 @@ class AttitudeRateConsistency {
 
   /// Attitude and rates contradict each other.
   bool contradicts() const { return cusum_.exceeds_threshold(); }
-  /// The difference of the two, and its allowed value; rad.
+  /// The difference of attitude and rates that is weighed, and its allowed value; rad.
   T residual_rad() const { return residual_rad_; }
   T allowed_rad() const { return allowed_rad_; }
 

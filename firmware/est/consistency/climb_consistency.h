@@ -12,7 +12,7 @@ namespace m100::est {
 /// Hypothesis: the pose's height moves without the aircraft. Statistic: |climb_pose - climb_autopilot|. Allowed: 0.2
 /// m/s, which is a time of capture that is wrong by 80 ms while the aircraft starts its climb at 2.5 m/s^2, plus the
 /// error of the observer in a climb (PathMonitor); in hover its climb speed is wrong by 0.03 m/s. False alarms: six
-/// sigmas of that noise. Smallest fault seen in 3 s: 0.24 m/s.
+/// times that error. Smallest fault detected in 3 s: 0.24 m/s.
 ///
 /// No heap. Cost: a comparison a tick. T is float or double.
 template <typename T>

@@ -10,17 +10,16 @@ namespace m100::est {
 /// Checks that the tilt reported by the autopilot responds to our own commands: the third source where poses and
 /// attitude contradict each other. A rotor's force has no part along the body's horizontal axes, so a specific force
 /// that is rotated by a false attitude is false too: force and attitude then agree with each other against the pose,
-/// and these two alone cannot show which side is wrong. The commands are ours, and the model of the response is the
-/// vehicle file's.
+/// and these two alone cannot show which is wrong. The commands are ours; the vehicle file models the response to them.
 ///
 ///   w  the reported tilt, u the tilt that commands and model predict, each less its mean over half a second; e = w - u
-///   the tilt does not respond where the mean of |e|^2 over a second exceeds that of |w|^2, plus the square of the
-///   error that a correct model may leave, for kLasts_s: the prediction then explains less than nothing of the tilt
+///   the tilt does not respond if the mean of |e|^2 over a second exceeds that of |w|^2, plus the square of the error
+///   that a correct model may leave, for kAlarm_s: subtracting the prediction then makes the tilt no smaller
 ///
 /// Subtracting the mean removes the trim, and what the observer learns of it: the command follows that in seconds, and
-/// the tilt does not change. A response that is k times as large and late by t at w rad/s passes as long as
-/// |1 - k exp(-i w t)| < k: any gain above a half, any delay below 60 degrees of the oscillation. This check alone must
-/// not accuse: a hand, a tether or a load tilts the aircraft as well.
+/// the tilt does not change. A response with gain k and phase lag p passes if |1 - k exp(-i p)| < k: without lag any
+/// gain above a half, with gain 1 any lag below 60 degrees. This check alone must not reject the attitude: a hand, a
+/// tether or a load tilts the aircraft as well.
 ///
 /// Seven numbers; no heap. Cost: about 20 products a tick. T is float or double.
 template <typename T>
@@ -34,7 +33,7 @@ class CommandConsistency {
   void update(const Estimate<T>& estimate, const Vector2& model_tilt_rad, bool ours, T step_s);
 
   bool contradicts_command() const { return lasts_s_ > static_cast<T>(kAlarm_s); }
-  /// Difference of reported and commanded tilt, and its allowed value; rad.
+  /// Root mean square of e over a second, and its allowed value; rad.
   T residual_rad() const { return core::sqrt(residual_rad2_); }
   T allowed_rad() const { return core::sqrt(allowed_rad2()); }
 
@@ -52,7 +51,7 @@ class CommandConsistency {
   Vector2 mean_model_rad_ = Vector2::Zero();
   T residual_rad2_{0};  ///< mean of |e|^2
   T reported_rad2_{0};  ///< mean of |w|^2
-  T lasts_s_{0};        ///< how long apart_rad2_ has exceeded its allowed value
+  T lasts_s_{0};        ///< how long residual_rad2_ has exceeded its allowed value
 };
 
 extern template class CommandConsistency<float>;

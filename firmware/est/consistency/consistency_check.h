@@ -9,8 +9,7 @@
 namespace m100::est {
 
 /// The checks of the pose's motion against the autopilot's measurements of the same motion (VelocityConsistency), and
-/// of the autopilot's attitude against its own rates (AttitudeRateConsistency) and against our commands
-/// (CommandConsistency).
+/// of the autopilot's attitude against its rates (AttitudeRateConsistency) and our commands (CommandConsistency).
 enum class ConsistencyCheck : std::uint8_t {
   kNone,
   kForce,    ///< change of horizontal velocity, against the specific force; m/s
@@ -24,7 +23,7 @@ enum class ConsistencyCheck : std::uint8_t {
 inline constexpr std::size_t kCheckCount = 8;
 std::string_view name(ConsistencyCheck check);
 std::string_view unit_of(ConsistencyCheck check);
-/// The check of a name; nullopt: there is no such check.
+/// The check of a name; nullopt: there is no such check, or the name is that of kNone.
 std::optional<ConsistencyCheck> check_of(std::string_view name);
 
 /// A set of checks, one bit each.

@@ -16,9 +16,9 @@ constexpr double kVelocityMemory_s = 4.0;
 constexpr double kHovers_m_s = 1.0, kHoverMemory_s = 0.5;
 constexpr double kDisturbanceMemory_s = 10.0;
 constexpr double kFirstMean_s = 0.5;
-constexpr double kGap_s = 0.05;  ///< longer without an attitude, or between two ticks, the motion was not observed
+constexpr double kGap_s = 0.05;  ///< if no attitude or no tick came for longer, the motion was not observed
 constexpr double kSane = 1e6;
-constexpr double kMax_m_s = 20.0;  ///< while untrusted for minutes on the ground, it would diverge
+constexpr double kMax_m_s = 20.0;  ///< the velocity would diverge while poses are untrusted for minutes on the ground
 /// Reported variance of the velocity: (0.4 m/s)^2.
 constexpr double kVariance_m2_s2 = 0.16;
 

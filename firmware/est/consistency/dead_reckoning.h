@@ -10,10 +10,10 @@
 
 namespace m100::est {
 
-/// Horizontal motion estimated without the poses; the aircraft brakes by it when the poses are faulty. The observer
-/// cannot serve for that: within half a second it has learned a false wind and a false speed from faulty poses.
+/// Horizontal motion by which the aircraft brakes when the poses are contradicted: they enter it slowly, and only while
+/// trusted. The observer cannot serve for that: within half a second faulty poses give it a false wind and speed.
 ///
-///   v' = g tan(tilt) + p + (v_pose - v) / 4 s     tilt: the autopilot's attitude; v_pose: the observer's velocity
+///   v' = g tan(tilt) + p + (v_pose - v) / 4 s     tilt: the autopilot's; v_pose: the observer's velocity
 ///   p  = median(d, f - g tan(tilt), q)            d: the observer's disturbance; f: the measured force
 ///   q' = (p - q) / 10 s                           the mean of p in the flight until now
 ///
@@ -24,8 +24,7 @@ namespace m100::est {
 /// m/s^2 adds 0.1 m/s per second.
 ///
 /// While the pilot flies, the velocity decays to zero: nothing contradicts the speed of a faulty pose before control is
-/// taken, and a pilot who is about to hand over hovers. Poses faster than 1 m/s are used: the pilot then does not
-/// hover.
+/// taken, and a pilot who is about to hand over hovers. Poses faster than 1 m/s are used: he does not hover then.
 ///
 /// Where no attitude has come for 50 ms, or a tick was longer, the motion was not observed, and v continues from the
 /// observer's velocity, unless that is contradicted.
@@ -37,7 +36,7 @@ class DeadReckoning {
   using Vector2 = core::Vector<T, 2>;
 
   /// Once per tick.
-  /// @param measured_h_m_s2 from VelocityConsistency; without it q takes its place
+  /// @param measured_h_m_s2 f, from VelocityConsistency; nullopt: q replaces f - g tan(tilt)
   /// @param trusted nothing contradicts the poses
   /// @param pilots the pilot flies
   void update(const ImuSample<T>& imu, const Estimate<T>& estimate, const std::optional<Vector2>& measured_h_m_s2,
@@ -58,7 +57,7 @@ class DeadReckoning {
  private:
   void begin_if_due(const Estimate<T>& estimate, bool pilots);
 
-  T seen_s_{0};          ///< how long p has been averaged; at most its memory
+  T seen_s_{0};          ///< how long the motion has been estimated; at most 10 s, the memory of q
   T attitude_age_s_{0};  ///< at most one second
   Vector2 velocity_w_m_s_ = Vector2::Zero();
   Vector2 disturbance_acceleration_w_m_s2_ = Vector2::Zero();

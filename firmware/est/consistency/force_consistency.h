@@ -15,16 +15,16 @@ namespace m100::est {
 /// of the last two seconds that the force does not show,
 ///   g' = v_pose' - (f + o) - g / 2 s      f + o: SpecificForce
 /// Allowed, for an unlimited time, as a sum of
-///   calm   0.1 m/s: three sigmas of the observer's velocity in calm air, 0.03 m/s, and beyond them what a start in
-///          wind left; the rotors' 0.1 m/s^2 at 100 Hz add 0.1 sqrt(0.01 s x 2 s / 2) = 0.01 m/s
+///   calm   0.1 m/s: three sigmas of the observer's velocity in calm air, 0.03 m/s; the rotors' 0.1 m/s^2 at 100 Hz
+///          add 0.1 sqrt(0.01 s x 2 s / 2) = 0.01 m/s
 ///   moves  a time of capture that is wrong by 80 ms (the largest in the simulator's worlds), times the acceleration of
 ///          the last second
-///   wind   the observer learns a disturbance in 0.15 s; gusts change that of a wind by a third
-///   swing  the disturbance that the force shows and the observer has not learned yet (a slung load), for as long as it
-///          learns, at most 0.35 m/s: the 80 ms at the largest acceleration of the law, 4.3 m/s^2 at 25 degrees of
-///          tilt.
-/// False alarms: an alarm needs twice the allowed value for half a second, six sigmas of the noise. Smallest fault seen
-/// in 3 s of calm hover: a false acceleration of 0.13 m/s^2.
+///   wind   the acceleration by wind times 0.05 s: gusts change it by a third, which the observer learns in 0.15 s
+///   swing  the disturbance that the force shows and the observer has not learned yet (a slung load), times 0.15 s;
+/// in all at most 0.35 m/s: 80 ms at the largest acceleration of the law, 4.3 m/s^2 at 25 degrees of tilt. In addition
+/// three times start_sigma_m_s() and, for kFirstLook_s, the unknown error of the sensor. False alarms: an alarm takes
+/// half a second at twice the allowed value, six sigmas of the noise. Smallest fault detected in 3 s of calm hover: a
+/// false acceleration of 0.13 m/s^2.
 ///
 /// No heap. Cost: six square roots and about 60 products a tick, SpecificForce included. T is float or double.
 template <typename T>
@@ -34,7 +34,7 @@ class ForceConsistency {
 
   /// Once per tick, after the observer. Lets `force` learn its sensor's error.
   /// @param suspect force and poses disagreed in the tick before
-  /// @param wind_w_m_s2 acceleration by wind while everything still agreed (DeadReckoning)
+  /// @param wind_w_m_s2 acceleration by wind, world, while all checks agreed (DeadReckoning)
   void update(const Estimate<T>& estimate, SpecificForce<T>& force, const Vector2& wind_w_m_s2, bool suspect, T step_s);
   /// The motion was not observed: the sum continues from the next velocity.
   void restart() { velocity_known_ = false; }
@@ -45,7 +45,7 @@ class ForceConsistency {
   CheckEvidence<T>& evidence() { return evidence_; }
   /// Sigma of the velocity beyond calm air, the least since the start; m/s.
   T start_sigma_m_s() const { return start_sigma_m_s_; }
-  /// Of the observer, in the newest tick; m/s.
+  /// The observer's horizontal velocity in the newest tick.
   const Vector2& velocity_w_m_s() const { return velocity_w_m_s_; }
   T magnitude() const { return residual_w_m_s_.squaredNorm(); }
   void reset();
@@ -66,8 +66,8 @@ class ForceConsistency {
   Vector2 velocity_w_m_s_ = Vector2::Zero();
   T climb_m_s_{0};
   Vector2 residual_w_m_s_ = Vector2::Zero();
-  T summed_s_{0};  ///< over how long residual_w_m_s_ is a sum
-  /// What the observer may know of the force beyond the tilt's, and the rest of it; forward and left.
+  T summed_s_{0};  ///< time over which residual_w_m_s_ is summed, with the same memory
+  /// The measured disturbance: the part that the observer may have learned, and the rest; forward and left.
   Vector2 learned_push_h_m_s2_ = Vector2::Zero();
   Vector2 new_push_h_m_s2_ = Vector2::Zero();
   CheckEvidence<T> evidence_;

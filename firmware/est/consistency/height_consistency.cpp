@@ -6,8 +6,8 @@ namespace {
 
 /// Largest wander of the autopilot's height against true poses in 30 s (measured logs: 0.25 to 0.84 m).
 constexpr double kHeightWander_m = 0.84, kWander_s = 30.0;
-constexpr double kClimbAge_s = 0.2;  ///< the item comes at 10 Hz or more
-constexpr double kPoseUsed_s = 0.3;  ///< as VelocityConsistency: without poses the height is a prediction
+constexpr double kClimbAge_s = 0.2;  ///< an older climb speed is not integrated: it comes at 10 Hz or more
+constexpr double kPoseUsed_s = 0.3;  ///< PathMonitor::kPoseUsed: with an older pose the height is a prediction
 constexpr double kLongest_s = 3600.0;
 constexpr double kSane_m = 1e4;
 
@@ -16,7 +16,7 @@ T magnitude(T value) {
   return value < T(0) ? -value : value;
 }
 
-/// The mean, where both have the same sign and neither is more than twice the other.
+/// The mean if both have the same sign and neither is more than twice the other, otherwise zero.
 template <typename T>
 T agreed(T a, T b) {
   const bool agree =

@@ -14,10 +14,10 @@ namespace m100::est {
 ///   h = pose height - autopilot's height        c = pose height - integral of the autopilot's climb speed
 /// d is their mean where they have the same sign and neither is more than twice the other, otherwise zero: an error of
 /// one of the autopilot's channels (a barometer's step, an offset of the climb speed) contradicts nothing. Allowed:
-/// kHeightWander_m for the first 30 s, then kHeightWander_m sqrt(t / 30 s): the wander of an honest barometer, which
+/// kHeightWander_m for the first 30 s, then kHeightWander_m sqrt(t / 30 s): the wander of a healthy barometer, which
 /// grows like a random walk. Weighed and summed by Cusum. False alarms: none in the measured logs, whose largest wander
-/// is 0.84 m in 30 s; the climb speed has to agree as well. Smallest fault: no drift within 3 s (the climb check sees
-/// 0.4 m/s); 0.07 m/s after 14 s and 1.0 m, 0.03 m/s after 38 s and 1.1 m.
+/// is 0.84 m in 30 s; the climb speed has to agree as well. Smallest fault: no drift within 3 s (ClimbConsistency finds
+/// fast ones); 0.07 m/s after 14 s and 1.0 m, 0.03 m/s after 38 s and 1.1 m.
 ///
 /// Ten numbers; no heap. Cost: a square root and ten products a tick. T is float or double.
 template <typename T>
@@ -28,10 +28,11 @@ class HeightConsistency {
   void update(const ImuSample<T>& imu, const Estimate<T>& estimate, bool ours, T step_s);
 
   bool contradicts() const { return cusum_.exceeds_threshold(); }
-  /// The drift of the pose's height on which height and climb speed agree; positive: the pose reads high. m
+  /// The drift of the pose's height on which the autopilot's height and climb speed agree, otherwise zero; positive:
+  /// the pose reads high; m.
   T drift_m() const { return drift_m_; }
   T allowed_m() const { return allowed_m_; }
-  /// The part of the drift that no honest barometer explains; m.
+  /// The part of the drift beyond kHeightWander_m (0.84 m, at any time); m.
   T unexplained_drift_m() const;
 
  private:
@@ -43,7 +44,7 @@ class HeightConsistency {
   T offset_m_{0};   ///< pose height - autopilot's height at the start
   T by_height_m_{0};
   T by_climb_m_{0};
-  T height_m_{0};  ///< of the poses, in the tick before
+  T height_m_{0};  ///< the observer's, in the tick before
   T climb_m_s_{0};
   T climb_age_s_{1};
   T drift_m_{0};

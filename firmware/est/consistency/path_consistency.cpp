@@ -68,7 +68,7 @@ struct TickTerms {
   T a_s;  ///< the step as a share of a time of correlation
   T step_s;
   int axes;
-  bool bridges;  ///< the evidence stays, and nothing is added to it
+  bool bridges;  ///< in a gap of the poses: no evidence is added
   bool settled;
 };
 
@@ -82,7 +82,7 @@ void add_evidence(const TickTerms<T>& terms, PathStatistic<T>& path) {
   // A horizontal path turns back slowly: half fades in a time 1 / a. A height oscillates at 5 rad/s: all of it fades.
   const T fades = (terms.axes == 2 ? T(0.5) : T(1)) * terms.a_s;
   path.seen_m2 += (terms.moved2_m2 - path.seen_m2) * fades;
-  path.seen_m2 = terms.moved2_m2 > path.seen_m2 ? terms.moved2_m2 : path.seen_m2;  // still zero where a path turns back
+  path.seen_m2 = terms.moved2_m2 > path.seen_m2 ? terms.moved2_m2 : path.seen_m2;  // w itself passes through zero
   if (terms.settled) {
     const T axes = static_cast<T>(terms.axes);
     const T per_sigma2 = static_cast<T>(0.5 * kSigmas2) * axes / (terms.noise_m * terms.noise_m);
@@ -117,7 +117,7 @@ void PathConsistency<T, kAxes>::begin(const PathInput& motion) {
 }
 
 /// The difference of the two paths without the part that a wrong time of capture explains, found by least squares over
-/// the last seconds. A path that stands still, or that is unrelated, is not explained by such a time.
+/// the last seconds. A wrong time explains neither a path that does not move nor one that is unrelated.
 template <typename T, int kAxes>
 typename PathConsistency<T, kAxes>::Vector PathConsistency<T, kAxes>::correct_timing(std::size_t scale,
                                                                                      const Vector& seen_m, T step_s) {

@@ -36,7 +36,7 @@ struct PathStatistic {
 ///   answers  (|e|^2 - |w|^2) / 2 sigma^2 - 1 for each axis per time of correlation, with sigma a third of the noise of
 ///            an axis: the logarithm of the likelihood ratio of a pose that does not depend on our motion against one
 ///            that shows it; an error in proportion to the motion (time, scale) is no evidence, and needs no allowance.
-///            Finds a body that stands still, or moves on its own
+///            Finds a pose that does not move, or that moves independently of the aircraft
 ///
 /// The input is the observer's position, not the poses, because it already accounts for their age and their gaps.
 ///
@@ -55,8 +55,8 @@ class PathConsistency {
     Vector position_m = Vector::Zero();  ///< the observer's position
     Vector speed_m_s = Vector::Zero();   ///< the observer's velocity
     T position_sigma_m{0};               ///< one sigma of the position, as the observer reports it
-    T position_noise_m2{0};              ///< white, of one axis, as measured
-    T force_noise_m2_s3{0};              ///< likewise: variance times the time that a sample covers
+    T position_noise_m2{0};              ///< measured variance of the white noise of one axis, per tick
+    T force_noise_m2_s3{0};              ///< measured variance of the white noise times the time that a sample covers
     T tilt_acceleration_m2_s4{0};        ///< square of the acceleration by tilt beyond its mean; for the height only
   };
 
@@ -105,9 +105,9 @@ class PathConsistency {
   Vector position_m_ = Vector::Zero();
   Vector shift_m_ = Vector::Zero();  ///< from the observer's position to the bridged one
   T position_sigma_m_{0};            ///< the largest recent value, fading
-  T tilt_acceleration_m_s2_{0};      ///< likewise
-  T position_noise_m2_{0};           ///< newest input
-  T force_noise_m2_s3_{0};           ///< likewise, beyond the part that the scales include
+  T tilt_acceleration_m_s2_{0};      ///< the largest recent value, fading
+  T position_noise_m2_{0};           ///< newest input, less the part that the scales include
+  T force_noise_m2_s3_{0};           ///< newest input, less the part that the scales include
   std::size_t scale_index_ = 0;      ///< the scale that is judged in this tick; the scales take turns
 };
 

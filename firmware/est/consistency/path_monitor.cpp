@@ -9,8 +9,7 @@ namespace {
 
 /// Longer without a used pose is a gap of the path: the observer's position is then its own prediction.
 constexpr double kUsedLately_s = 0.15;
-/// An error of the velocity passes the slow high-pass as t exp(-a t), a = 0.75 1/s, of which the largest value is 1 /
-/// (a e).
+/// An error of the velocity passes the slow high-pass as t exp(-a t), a = 0.75 1/s, with the maximum 1 / (a e).
 constexpr double kPathOfVelocity_s = 0.49;
 constexpr double kMaxSigma_m = 0.5;
 /// The height filter reports no variance. A jolt of 1 m/s makes at most 0.23 / a of a path, 0.15 m of the slower one,
@@ -101,7 +100,7 @@ void PathMonitor<T>::update_horizontal(const Estimate<T>& estimate, const ForceC
       {.force_m_s2 = force_w_m_s2,
        .position_m = Vector2(estimate.x.position_m, estimate.y.position_m),
        .speed_m_s = velocity.velocity_w_m_s(),
-       // The filter's own variance, without CovarianceInflation: a faulty sensor would raise that and excuse itself.
+       // Without CovarianceInflation: a faulty sensor would raise the inflated variance, and so excuse itself.
        .position_sigma_m = core::sqrt(core::clamp(estimate.x.filter_variance_m2, estimate.y.filter_variance_m2,
                                                   static_cast<T>(kMaxSigma_m * kMaxSigma_m))) +
                            static_cast<T>(kPathOfVelocity_s) * velocity.start_sigma_m_s(),
@@ -110,8 +109,8 @@ void PathMonitor<T>::update_horizontal(const Estimate<T>& estimate, const ForceC
       pose_used, step_s);
 }
 
-/// A hover moves more vertically than horizontally (the climb wanders by 5 cm/s in the measured logs), so a body that
-/// stands still shows here first.
+/// A hover moves more vertically than horizontally (the climb wanders by 5 cm/s in the measured logs), so a pose that
+/// does not move is detected here first.
 template <typename T>
 void PathMonitor<T>::update_vertical(const Estimate<T>& estimate, const SpecificForce<T>& force,
                                      T vertical_acceleration_m_s2, bool pose_used, T step_s) {

@@ -24,8 +24,7 @@ class PathMonitor {
   static constexpr core::Duration kPoseUsed = std::chrono::milliseconds(300);
 
   /// Once per tick, before the force is compared.
-  /// @returns whether the observer's velocity is its own prediction, or is being corrected by the first poses after a
-  ///   gap
+  /// @returns whether the observer's velocity is its own prediction, or the first poses after a gap still correct it
   bool recovers_from_gap(const Estimate<T>& estimate, T step_s);
   /// Once per tick, after the force was compared; it uses the same force, and starts once the sensor's error has been
   /// learned for a second.
@@ -61,13 +60,13 @@ class PathMonitor {
   PathConsistency<T> horizontal_;
   PathConsistency<T, 1> vertical_;
   MotionNoise<T> noise_;
-  bool vertical_turn_ = false;  ///< the height is followed in this tick, in the next one the horizontal path
+  bool vertical_turn_ = false;                     ///< this tick compares the height, the next one the horizontal path
   Vector2 force_before_w_m_s2_ = Vector2::Zero();  ///< in the tick before
   T vertical_before_m_s2_{0};
   Vector2 mean_tilt_acceleration_h_m_s2_ = Vector2::Zero();  ///< over a second
   T measured_climb_m_s_{0};                                  ///< newest climb speed of the autopilot
-  T measured_gain_m_s_{0};                                   ///< change of climb speed since then, by the force
-  T jolt_m_s_{0};  ///< largest change beyond that, since the height was compared
+  T measured_gain_m_s_{0};  ///< change of climb speed since measured_climb_m_s_ came, by the force
+  T jolt_m_s_{0};           ///< largest change that the force missed, since the height was compared
   T climb_error_m_s_{0};
   T gap_recovery_s_{0};  ///< for how long poses still correct what the observer predicted without them
   T last_age_s_{0};

@@ -4,14 +4,14 @@
 namespace m100::est {
 namespace {
 
-/// The error is constant over a flight, the tilt's error varies within seconds.
+/// The sensor's error is constant over a flight, the tilt's error varies within seconds.
 constexpr double kBiasMemory_s = 20.0;
 /// While force and poses disagree, a tick learns from this much of their difference at most: the rest may be a fault.
 constexpr double kMaxSuspectOffset_m_s2 = 0.5;
 /// A flight within 35 degrees of tilt measures 1 to 1.22 g in the mean; climb and gusts vary it.
 constexpr double kMin_g = 0.8, kMax_g = 1.4;
-/// Larger than any sensor's range, in g or in m/s^2: such a force is ignored, because its square may overflow in single
-/// precision.
+/// A force above this, in g or in m/s^2, is beyond any sensor's range. It is ignored, as is one that is not finite: the
+/// square of a huge value overflows in single precision.
 constexpr double kMaxForce = 400.0;
 constexpr double kMovedLately_s = 1.0;
 

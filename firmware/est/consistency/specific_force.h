@@ -10,10 +10,10 @@
 namespace m100::est {
 
 /// The autopilot's specific force f in horizontal axes at the aircraft's heading (forward, left) and upward, and the
-/// constant error o of its sensor, which is fixed to the body and learned over 20 s from the motion of the poses.
+/// correction o of its sensor's constant error, fixed to the body and learned over 20 s from the motion of the poses.
 ///
 /// The unit is found by the mean length: about 1 is g, about 9.8 is m/s^2. If it is neither, gravity has been removed
-/// from the acceleration, in unknown axes, and it is no evidence.
+/// from the acceleration, in unknown axes, and the force is not used.
 ///
 /// No heap. Cost: two square roots and about 50 products a tick. T is float or double.
 template <typename T>
@@ -24,8 +24,8 @@ class SpecificForce {
   /// A new message of the autopilot.
   void update(const ImuSample<T>& imu);
 
-  /// What one tick of the poses' motion showed beyond the force, and the part of it that was learned as an error of the
-  /// sensor; m/s, forward and left.
+  /// Change of the poses' velocity in one tick that the force did not show, and the part of it that was learned as the
+  /// sensor's error; m/s, forward and left.
   struct Unmeasured {
     Vector2 change_h_m_s = Vector2::Zero();
     Vector2 learned_h_m_s = Vector2::Zero();
@@ -47,16 +47,16 @@ class SpecificForce {
   core::Vector<T, 3> raw_m_s2() const { return {force_h_m_s2_.x(), force_h_m_s2_.y(), lifted_m_s2_}; }
   /// acceleration_h_m_s2() averaged over kForceMean_s.
   const Vector2& mean_h_m_s2() const { return mean_h_m_s2_; }
-  /// The largest recent mean, fading over a second.
+  /// The largest recent magnitude of mean_h_m_s2(), fading over a second.
   T moved_m_s2() const { return moved_m_s2_; }
   /// Unit of the newest force in m/s^2; zero: it is not known, or gravity is not in it.
   T scale_m_s2() const { return scale_m_s2_; }
-  /// A force has come since the start.
+  /// A valid force has come since the start or the last reset().
   bool is_received() const { return size_ != T(0); }
   /// For how long the error has been learned; at most its memory, 20 s.
   T learned_s() const { return learned_s_; }
 
-  /// Sum of all that is remembered: not finite after a number that was none.
+  /// Sum of the magnitudes of the stored values: not finite if one of them is not.
   T magnitude() const;
   void reset();
 
@@ -69,10 +69,10 @@ class SpecificForce {
   T learned_s_{0};
   T size_{0};                                           ///< mean length, as sent
   Vector2 force_h_m_s2_ = Vector2::Zero();              ///< newest
-  T lifted_m_s2_{0};                                    ///< the same upward, without gravity
+  T lifted_m_s2_{0};                                    ///< newest upward, without gravity
   Vector2 tilt_acceleration_h_m_s2_ = Vector2::Zero();  ///< at the same time
-  Vector2 offset_h_m_s2_ = Vector2::Zero();             ///< error of the sensor: body x and y
-  T offset_up_m_s2_{0};                                 ///< likewise: body z
+  Vector2 offset_h_m_s2_ = Vector2::Zero();             ///< correction of the sensor: body x and y
+  T offset_up_m_s2_{0};                                 ///< correction of the sensor: body z
   Vector2 mean_h_m_s2_ = Vector2::Zero();
   T moved_m_s2_{0};
 };

@@ -13,7 +13,7 @@ constexpr double kSane = 1e9;
 
 }  // namespace
 
-/// Runs without a pose, too, because the prediction then needs it.
+/// Runs without a pose, too, because then the observer's prediction needs the disturbance.
 template <typename T>
 void VelocityConsistency<T>::update_disturbance(const core::SinCos<T>& yaw, bool is_known, T step_s) {
   const T averages = disturbance_acceleration_.is_known ? step_s * static_cast<T>(1.0 / kForceMean_s) : T(1);
@@ -24,7 +24,7 @@ void VelocityConsistency<T>::update_disturbance(const core::SinCos<T>& yaw, bool
       (disturbance_acceleration_.now_w_m_s2 - disturbance_acceleration_.mean_w_m_s2) * averages;
 }
 
-/// The first contradiction is reported until its own check takes it back.
+/// The first contradiction is reported until the check that found it no longer contradicts.
 template <typename T>
 void VelocityConsistency<T>::report_if(bool contradicts, const Contradiction<T>& found) {
   if (contradicts && report_.check == ConsistencyCheck::kNone) {

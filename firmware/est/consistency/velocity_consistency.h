@@ -39,20 +39,19 @@ class VelocityConsistency {
   explicit VelocityConsistency(CheckSet off = 0) : disabled_checks_(off) {}
 
   /// Once per tick, after the observer.
-  /// @param disturbance_acceleration_w_m_s2 acceleration by wind in the world while everything still agreed
-  /// (DeadReckoning)
+  /// @param disturbance_acceleration_w_m_s2 acceleration by wind, world, while all checks agreed (DeadReckoning)
   void update(const ImuSample<T>& imu, const Estimate<T>& estimate,
               const core::Vector<T, 2>& disturbance_acceleration_w_m_s2, core::Duration elapsed);
 
   const Contradiction<T>& report() const { return report_; }
-  /// The force has been compared with the poses for two seconds (or does not come, or its check is off). A pose that
-  /// moves without the force showing it has been detected by then.
+  /// The force has been compared with the poses for two seconds, by when a pose that moves without the force showing it
+  /// has been detected; or it cannot be: the force does not come, its unit is not known, or its check is off.
   bool is_converged() const {
     return force_scale_m_s2() == T(0) || is_disabled(ConsistencyCheck::kForce) || specific_force_.learned_s() >= T(2);
   }
   /// Unit of the newest specific force in m/s^2; zero: it is not known, or gravity is not in it.
   T force_scale_m_s2() const { return specific_force_.scale_m_s2(); }
-  /// Force or path disagree by more than is allowed, but not yet for long enough to raise the alarm.
+  /// The force disagrees by more than is allowed, or the path has half of its evidence for an alarm, alarm or not.
   bool is_suspect() const { return suspect_; }
   /// Measured horizontal acceleration, averaged over kForceMean_s, without the sensor's error: forward and left of the
   /// heading. nullopt: the force does not come, or its unit is not known.
@@ -62,7 +61,8 @@ class VelocityConsistency {
   }
   /// The largest recent acceleration, without the rotors' vibration.
   T moved_m_s2() const { return specific_force_.moved_m_s2(); }
-  /// The disturbance acceleration; not known where the force does not come or the operator has switched its check off.
+  /// The disturbance acceleration; not known before the sensor's error was learned for 3 s, while the force or the
+  /// observer's prediction is missing, or if the operator has switched the check of the force off.
   const DisturbanceAcceleration<T>& disturbance_acceleration() const { return disturbance_acceleration_; }
 
  private:
@@ -75,7 +75,7 @@ class VelocityConsistency {
   void report_if(bool contradicts, const Contradiction<T>& found);
 
   CheckSet disabled_checks_;
-  bool suspect_ = false;  ///< more than is allowed: the effect of a sensor fault must not be learned as an error
+  bool suspect_ = false;  ///< is_suspect(): the effect of a sensor fault must not be learned as the sensor's error
   core::Duration force_age_{0};
   SpecificForce<T> specific_force_;
   ForceConsistency<T> force_;

@@ -9,7 +9,7 @@
 
 namespace m100::est {
 
-/// Largest age of a pose that is used; older ones say too little about the present.
+/// Largest age of a pose that is used: an older one hardly determines the present state.
 inline constexpr double kMaxPoseAge_s = 0.25;
 inline constexpr std::size_t kHistoryTicks = 32;
 static_assert(kMaxPoseAge_s <= static_cast<double>(kHistoryTicks) * kTick_s,
@@ -37,9 +37,9 @@ struct MeasurementAge {
 /// The accelerations of the last ticks, each constant over its tick, to compare a position measured a time a ago with
 /// the present state, exactly as the model integrates:
 ///   p(t - a) = p(t) - a v(t) + a^2/2 d + sum_j T^2 w_j acc_j
-/// acc is the acceleration without the disturbance d, j counts ticks backwards, and w_j T^2 is the integral of (s - (t
-/// - a)) over tick j: (a/T - j - 1/2) for whole ticks, f^2/2 for the last, of which only f T lies inside.
-/// Cost: one product per tick of age.
+/// T is the tick, acc the acceleration without the disturbance d, and j counts ticks backwards. w_j T^2 is the integral
+/// of (s - (t - a)) over tick j: w_j = a/T - j - 1/2 for whole ticks, f^2/2 for the oldest, of which only f T lies
+/// inside. Cost: one product per tick of age.
 template <typename S>
 class AccelerationHistory {
  public:
@@ -48,7 +48,7 @@ class AccelerationHistory {
     acceleration_[newest_] = acceleration;
   }
 
-  /// The sum above, in metres.
+  /// sum_j T^2 w_j acc_j for an age of a = age_ticks T; m.
   S displacement(core::Arithmetic<S>& arithmetic, S age_ticks) const {
     using Number = core::Arithmetic<S>;
     const S one = Number::template number<double>(1.0);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Records the correction of the state by a pose, and computes the variances that the observer reports
-// (CovarianceInflation).
+// Corrects an axis by a pose, records that for CovarianceInflation, and computes the reported estimate of an axis.
 #include "firmware/core/maths.h"
 #include "firmware/est/filter/disturbance_ekf.h"
 #include "firmware/est/filter/units.h"
@@ -34,7 +33,7 @@ AxisEstimate<Real> DisturbanceEkf<S, Real>::estimate_of(const AxisFilter<S>& f,
   };
   const Real tilt_rad = real(f.state(Filter::kTilt));
   const Real velocity_m_s = real(f.state(Filter::kV)) * kPerUnit;
-  // A constant error of the poses' time: position is wrong by velocity times it, velocity by acceleration times it.
+  // A time of capture that is wrong by dt makes the position wrong by velocity dt, the velocity by acceleration dt.
   const Real way_m = velocity_m_s * pose_.time_sigma_s;
   const Real speed_change_m_s = static_cast<Real>(model::kGravity_m_s2) * tilt_rad * pose_.time_sigma_s;
   const Real own_m2 = covariance(Filter::kP, Filter::kP);

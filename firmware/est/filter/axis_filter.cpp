@@ -9,9 +9,9 @@ namespace m100::est {
 namespace {
 
 constexpr double kDisturbanceLimit = 8.0 * kTimeUnit_s * kTimeUnit_s;
-// Of each state; up to that of the tilt, tangent_of() has an error of at most 4e-9.
+// Largest magnitude of each state, in filter units. Up to the limit of the tilt, tangent_of() is exact to 4e-9.
 constexpr std::array kLimits{100.0, 25.0 * kTimeUnit_s, 0.7, 10.0 * kTimeUnit_s, kDisturbanceLimit, 0.3};
-constexpr double kInitialSigmas = 8.0;  // over the scale: variance 64
+constexpr double kInitialSigmas = 8.0;  // in units of the scale: scaled variance 64
 
 // Transition matrix over p, v, tilt, rate, d, m.
 struct Transition {
@@ -129,7 +129,7 @@ template <typename S>
 FusionResult AxisFilter<S>::fuse_attitude(S tilt, S rate, const MeasurementAge<S>& age) {
   auto& a = covariance_.arithmetic();
   typename ScaledCovariance<S, kStates>::Column h{};
-  // Measured: tilt - a rate + a^2/2 rate', rate - a rate'.
+  // Expected at the age a: tilt - a rate + a^2/2 rate', and rate - a rate'.
   const S turned = a.narrow(a.product(age.units, x_[kRate]) - a.product(age.half_square, angular_acceleration_));
   const S spun = a.narrow(a.product(age.units, angular_acceleration_));
   const S tilt_error = a.narrow(a.widen(tilt) - a.widen(x_[kTilt]) + a.widen(turned));

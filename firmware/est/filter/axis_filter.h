@@ -51,57 +51,55 @@ class AxisFilter {
   explicit AxisFilter(const AxisModel& model);
   AxisFilter(const AxisModel& model, const Scales& scales);
 
-  /// Starts at a position (m) with a velocity (m per kTimeUnit_s) and the measured tilt; disturbance and offset are
-  /// unknown.
+  /// Starts at a position (m), a velocity (m per kTimeUnit_s) and a measured tilt; d and m start at 0, as unknown.
   void start(S position, S velocity, S tilt);
   /// Advances one tick; commands in rad.
   void predict(const ActingInputs<S>& input);
   /// How a measured disturbance is used.
   enum class DisturbanceUse : std::uint8_t { kStored, kHeld, kTracked };
-  /// Uses the disturbance that the specific force shows (m per unit squared). kStored: at a pose; it is stored as the
-  /// one that corresponds to the present d. kHeld: the stored one stays. kTracked: no pose comes, and d changes as the
-  /// measured disturbance does, less the drag that this filter models itself; in motion d lags, so it is also kept
-  /// within the force's offset (kForceOffset_m_s2) of the measured one.
+  /// Uses the disturbance that the specific force shows (m per unit squared), less the drag that this filter models.
+  /// kStored (at a pose): stores it as the value that corresponds to the present d. kHeld: ignores it. kTracked (no
+  /// pose comes): d changes by as much as it has since it was stored, and is kept within kForceOffset_m_s2 of it,
+  /// because in motion d lags.
   void fuse_specific_force(S disturbance, DisturbanceUse use);
-  /// Tilt (rad) and tilt rate (rad per unit) of `age` ago.
+  /// Fuses tilt (rad) and tilt rate (rad per unit) of `age` ago; refuses both if either is outside its gate.
   FusionResult fuse_attitude(S tilt, S rate, const MeasurementAge<S>& age);
 
-  /// Innovation of a position (m) of `age` ago, and whether it is inside the gate: kGateSigmas sigmas, or the distance
-  /// that an unseen change of the wind may have caused while no pose came.
+  /// Innovation of a position (m) of `age` ago, and whether it is inside the gate, see inside_gate().
   struct PoseInnovation {
     typename ScaledCovariance<S, kStates>::Projection projection;
     S innovation{};
-    int scale = 0;  ///< of the variance in the projection
+    int scale = 0;  ///< the variance projection.s is in units of 4^scale m^2
     bool inside = false;
-    /// Innovation squared over its variance, expected 1.
+    /// The square of the innovation over its variance; its expectation is 1.
     float normalised_square() const {
       using Number = core::Arithmetic<S>;
       const auto scaled = Number::template real<float>(innovation) * power_of_two<float>(-scale);
       return scaled * scaled / Number::template real<float>(projection.s);
     }
   };
+  /// @param unseen_m distance that the gate allows whatever the sigmas are
   /// @param sender_variance_m2 used if larger than the vehicle file's variance, see larger_variance(); 0: none
   PoseInnovation test_pose(S position, const MeasurementAge<S>& age, S unseen_m, float sender_variance_m2);
   void fuse_pose(const PoseInnovation& test);
   void check() { covariance_.check(); }  ///< once after the corrections of a tick: keeps the covariance valid
-  /// Sets position (of `age` ago) and velocity from outside and discards their covariances with the other states; d and
-  /// m stay.
+  /// Sets position (of `age` ago) and velocity, and discards their covariances with the other states; d and m stay.
   void reset_position(S position, S velocity, const MeasurementAge<S>& age);
 
   /// The tilt that the model predicts from the commands alone, without measurements; rad.
   S model_tilt() const { return model_response_.output; }
   S state(StateIndex i) const { return x_[static_cast<std::size_t>(i)]; }
-  /// Sigma squared of a state over 4^scale; see ScaledCovariance.
+  /// Covariance of two states in scaled units: P / 2^(scale of row + scale of col); see ScaledCovariance.
   S scaled_covariance(int row, int col) const { return covariance_(row, col); }
   const Scales& scales() const { return scales_; }
   CovarianceHealth health() const { return covariance_.health(); }
-  /// All states are finite and inside their ranges (by construction, unless a float overflowed).
+  /// All states are inside their ranges and all variances valid (by construction, unless a float overflowed).
   bool is_sane() const;
 
  private:
   struct Coefficients {
     S gravity{}, half_gravity{}, drag{}, square_drag{};
-    // Scaled covariance: d(v)/d(tilt, rate, m) is v_* times 1/cos^2; the others do not depend on the state.
+    // For the scaled covariance: d(v)/d(tilt, rate, m) = v_* / cos^2, d(v)/d(v) = tick_drag - tick_square_drag |v|.
     S v_tilt{}, v_rate{}, v_m{}, tick_drag{}, tick_square_drag{};
     S pose_variance{}, tilt_variance{}, rate_variance{};
     S pose_rate{}, pose_d{}, tilt_rate{};
@@ -123,9 +121,8 @@ class AxisFilter {
 };
 
 /// Exponents of the covariance scales, 4 to 8 times the steady-state sigmas (units of the filter), from 5 s of the
-/// filter with poses 20 ms old. The same for every S, unless a sigma is a power of two to within its rounding. About 2
-/// ms on a desktop core; at start-up only. In S, because a board that flies in float has no room for a filter in
-/// double.
+/// filter with poses 20 ms old. The same for every S, unless a sigma is a power of two to within its rounding. About
+/// 2 ms on a desktop core; at start-up only. In S: a board that flies in float has no room for a filter in double.
 template <typename S>
 typename AxisFilter<S>::Scales steady_scales(const AxisModel& model);
 

@@ -24,7 +24,7 @@ class CommandHistory {
   /// Once per whole tick. A command that is not finite is replaced by the one before.
   /// @returns whether it was finite
   bool store(const ctl::Command<Real>& command, const core::SinCos<Real>& heading);
-  /// Tilt about x and about y [rad], climb speed [m per unit of time].
+  /// The tilt that accelerates along x, that along y [rad], and the climb speed [m per unit of time] that act now.
   ActingInputs<S> x() { return acting(delay_x_, &PastCommand::x); }
   ActingInputs<S> y() { return acting(delay_y_, &PastCommand::y); }
   ActingInputs<S> climb() { return acting(delay_climb_, &PastCommand::climb); }

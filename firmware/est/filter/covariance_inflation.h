@@ -16,8 +16,8 @@ namespace m100::est {
 /// v t + a t^2 / 2 and v by a t. The added errors of position and velocity are reported as uncorrelated.
 ///
 /// Where the innovations are smaller than predicted (poses better than the vehicle file says, no wind), the filter's
-/// own covariance is multiplied by their mean normalised square (NIS), at least by 0.25, and only while poses come.
-/// Memory: ten numbers. Cost: about 50 products a pose, 25 a tick. T is float or double.
+/// own covariance is multiplied by their mean normalised square (NIS), by 0.25 to 1, and only while poses come. Memory:
+/// ten numbers. Cost: about 50 products a pose, 25 a tick. T is float or double.
 template <typename T>
 class CovarianceInflation {
  public:
@@ -29,14 +29,14 @@ class CovarianceInflation {
   /// Takes a pose that was used.
   /// @param correction_m, correction_m_s the corrections that it made to position and velocity
   /// @param nis square of the innovation over its variance
-  /// @param interval_s since the last pose that was used
+  /// @param interval_s time since the pose before it was used
   void update(T innovation_m, T correction_m, T correction_m_s, T nis, T interval_s);
 
   /// The covariance to report.
   /// @param own covariance of the filter
-  /// @param age_s of the newest pose that was used
-  /// @param since_s since it was used
-  /// @param force_known the force measures the disturbance: the acceleration's error is then the force's offset
+  /// @param age_s time since the newest used pose was captured
+  /// @param since_s time since that pose was used
+  /// @param force_known the force measures the disturbance: the acceleration's error is then kForceOffset_m_s2
   Covariance inflated(const Covariance& own, T age_s, T since_s, bool force_known = false) const;
 
  private:

@@ -25,8 +25,8 @@ namespace m100::est {
 enum class ResetReason : std::uint8_t {
   kNone,
   kPoseMoved,    ///< refused poses agreed with each other: position and velocity taken from them
-  kLongDropout,  ///< no pose for more than 0.5 s, and the next ones were outside the gate
-  kAttitude,     ///< attitudes were refused for 0.5 s: restart
+  kLongDropout,  ///< no pose used for 0.5 s, and the next outside the gate, or the gate no longer valid
+  kAttitude,     ///< 50 attitudes in a row were outside the filters' gate (0.5 s at 100 Hz): restart
   kNotFinite,    ///< a state was not finite: restart
 };
 std::string_view name(ResetReason recovery);
@@ -35,8 +35,8 @@ std::string_view name(ResetReason recovery);
 struct EkfCounters {
   std::uint32_t poses_used = 0;
   std::uint32_t poses_refused = 0;      ///< by the innovation gate
-  std::uint32_t poses_stale = 0;        ///< older than kMaxPoseAge_s
-  std::uint32_t attitudes_refused = 0;  ///< by the gate, or beyond 1.2 rad
+  std::uint32_t poses_stale = 0;        ///< older than kMaxPoseAge_s, or captured in the future
+  std::uint32_t attitudes_refused = 0;  ///< by the gate, or beyond 1.2 rad or 20 rad/s
   std::uint32_t not_finite = 0;         ///< measurements or commands that were not finite, dropped
   std::uint32_t recoveries = 0;
   ResetReason last_recovery = ResetReason::kNone;
@@ -49,22 +49,21 @@ struct EkfCounters {
 ///
 /// The command is the one in force since the last tick (after supervisor, rate limit and stick rounding: the one that
 /// the autopilot received); it acts a transport delay later. Poses may be up to 0.25 s old and carry their age. A
-/// measurement or command that is not finite is dropped and counted; such a state lasts for at most one call.
+/// measurement or command that is not finite is dropped and counted; a state that is not finite lasts for one call.
 ///
 /// Gate: a pose beyond 6 sigmas in x, y or z, or 0.35 rad in yaw, is refused; the sigmas include the distance flown
-/// during the uncertainty of the time of capture. After a dropout of t < 0.5 s the gate also passes what wind can have
-/// caused meanwhile (1.5 m/s^2 t^2). After 0.1 s without a pose the disturbance follows the force
-/// (Measurement::disturbance_acceleration): the drag of the speed, which braking removes, and gusts. Recovery: refused
-/// poses that agree with each other for 0.5 s (at most once in 2 s), or 3 of them after a dropout of more than 0.5 s,
-/// set the position and, by their difference over at least 0.1 s, the velocity; disturbance and offset stay. The reason
-/// is in the counters. S: double, float or core::Fixed; inputs and outputs are of type Real. Cost: firmware/README.md;
-/// after a stall one call catches up at most kMaxTicks ticks, and no pose is used until the state has reached the
-/// present.
+/// during the uncertainty of the time of capture. Until t = 0.5 s after the last used pose, the gate also passes what
+/// wind can have caused, 1.5 m/s^2 (t^2 + (0.15 s)^2), and the lag of the disturbance (lag_m()); never more than 1 m.
+/// After 0.1 s without a pose the disturbance changes as the force does (Measurement::disturbance_acceleration): the
+/// drag of the speed, which braking removes, and gusts. Recovery: at least 10 refused poses that agree with each other
+/// for half a second (at most once in 2 s), or 3 over at least 0.1 s after a dropout of 0.5 s, set the position and, by
+/// their difference, the velocity; disturbance and offset stay. S: double, float or core::Fixed; inputs and outputs are
+/// of type Real. Cost: firmware/README.md; after a stall one call catches up at most kMaxTicks ticks, and no pose is
+/// used until the state has reached the present.
 template <typename S, typename Real>
 class DisturbanceEkf {
  public:
-  /// Covers the longest stall after which a flight goes on (SerialLink::kOwnStall), so that the law acts on the present
-  /// position.
+  /// Covers the longest stall after which a flight goes on (SerialLink::kOwnStall), so that the state is the present.
   static constexpr int kMaxTicks = 50;
 
   explicit DisturbanceEkf(const model::Vehicle& vehicle);
@@ -73,7 +72,7 @@ class DisturbanceEkf {
   /// passed (core::TickCount), 0 to kMaxTicks.
   const Estimate<Real>& update(const Measurement<Real>& measured, const ctl::Command<Real>& applied_command,
                                core::Duration elapsed);
-  /// Of the last tick.
+  /// The result of the last update().
   const Estimate<Real>& estimate() const { return estimate_; }
 
   EkfCounters counters() const;
@@ -89,13 +88,13 @@ class DisturbanceEkf {
   void fuse_attitude(const typename Measurement<Real>::Attitude& attitude);
   void fuse_pose(const core::Pose<Real>& pose);
   void fuse_specific_force(const DisturbanceAcceleration<Real>& disturbance_acceleration);
-  /// Weight of a pose on one axis, and the distance from the state that the gate allows in addition.
+  /// Measurement variance of a pose on one axis, and the distance that the gate allows whatever the sigmas are.
   struct Weight {
     float variance_m2 = 0.F;
     S unseen_m{};
   };
-  /// The variance is the larger of the vehicle file's and the sender's, plus the distance flown in the uncertainty of
-  /// the time of capture: the gate uses all of that, the filter at most kMaxTimingError_m.
+  /// The variance is the larger of the vehicle file's and the sender's, plus the square of the distance flown in the
+  /// uncertainty of the time of capture: the gate uses all of this distance, the filter at most kMaxTimingError_m.
   Weight weight(Real sender_variance_m2, Real time_sigma_s, S speed, Real unseen_m) const;
   void begin(const core::Pose<Real>& pose);
   void record_fused(core::Duration pose_age, Real time_sigma_s);
@@ -143,7 +142,7 @@ class DisturbanceEkf {
     std::uint32_t refused_in_a_row = 0;
     Refusal<Real> refusal;
   } pose_;
-  PoseAgreement<Real> agreement_;  ///< of poses that do not agree with the state
+  PoseAgreement<Real> agreement_;  ///< of the poses before the start, and of refused ones
   EkfCounters counters_;
   Estimate<Real> estimate_;
 };

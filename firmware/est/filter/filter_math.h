@@ -22,14 +22,14 @@ S limited(S value, double limit) {
   return value > high ? high : (value < low ? low : value);
 }
 
-/// false for NaN.
+/// Whether |value| <= limit; false for NaN.
 template <typename S>
 bool inside(S value, double limit) {
   return value <= core::Arithmetic<S>::template number<double>(limit) &&
          value >= core::Arithmetic<S>::template number<double>(-limit);
 }
 
-/// Commands that act in this tick, the previous and the next one.
+/// The commands that act in this, the previous and the next tick.
 template <typename S>
 struct ActingInputs {
   S now{};
@@ -37,8 +37,8 @@ struct ActingInputs {
   S after{};
 };
 
-/// Time constant with which the filters model an output that follows at once, as first order: 1 / tau must stay within
-/// their number range.
+/// Time constant with which the filters model an output that follows its command at once: 1 / tau must stay within the
+/// range of fixed point.
 inline constexpr double kFastestTimeConstant_s = 0.01;
 
 /// Response of an axis over one tick, as the filters use it: a first-order axis that is faster than
@@ -73,7 +73,7 @@ struct ResponseStep {
             .r_jump = number(step.r_jump * kTimeUnit_s)};
   }
 
-  /// @param offset steady difference between the command and the final value of the output
+  /// @param offset final value of the output minus the command
   State advance(core::Arithmetic<S>& a, const State& from, const ActingInputs<S>& input, S offset) const {
     const S wanted = a.narrow(a.widen(input.now) + a.widen(offset));
     const S wanted_after = a.narrow(a.widen(input.after) + a.widen(offset));
@@ -85,7 +85,7 @@ struct ResponseStep {
   }
 };
 
-/// 2^exponent, -1022 to 1023.
+/// 2^exponent, for exponents from -1022 to 1023 in double, from -126 to 127 in float.
 template <typename Real = double>
 constexpr Real power_of_two(int exponent) {
   if constexpr (sizeof(Real) == sizeof(double)) {
@@ -95,11 +95,11 @@ constexpr Real power_of_two(int exponent) {
   }
 }
 
-/// Measurement variance of a position: the larger of the vehicle file's and the one that the sender of the pose claims.
-/// Fixed point uses at most 90 scaled units of it, 37 mm on a horizontal axis; a square of that size fits into the
-/// range of the variances.
-/// @param scaled the vehicle file's, scaled
-/// @param sender_variance_m2 at most 1 m^2 is used; 0 or NaN: none claimed
+/// Measurement variance of a position in units of 4^scale m^2: the larger of the vehicle file's and the one that the
+/// sender of the pose reports. Fixed point uses at most 90 units of the sender's (at a scale of -8 a sigma of 37 mm),
+/// which fit into the range of the variances.
+/// @param scaled the vehicle file's variance, in the same units
+/// @param sender_variance_m2 at most 1 m^2 is used; 0 or NaN: none reported
 /// @param scale the unit of the position is 2^scale m
 template <typename S>
 S larger_variance(S scaled, float sender_variance_m2, int scale) {
@@ -137,7 +137,7 @@ bool inside_gate(core::Arithmetic<S>& a, S innovation, S s, int scale, S unseen_
   return inside_sigmas || size <= unseen_m;
 }
 
-/// The same gate in metres, for messages and the log.
+/// The largest innovation that inside_gate() accepts, for messages and the log; m.
 template <typename Real, typename S>
 Real gate_m(S s, int scale, Real unseen_m) {
   const Real sigmas_m = static_cast<Real>(kGateSigmas) * power_of_two<Real>(scale) *

@@ -10,11 +10,11 @@
 
 namespace m100::est {
 
-/// Kalman filter of height z, climb speed w, its rate, and the climb offset b (steady difference between commanded and
-/// flown climb speed).
+/// Kalman filter of height z, climb speed w, its rate, and the climb offset b (flown minus commanded climb speed, when
+/// steady).
 ///   z' = w, w follows (u + b) as the climb axis of the vehicle file does (model::AxisStep), b' = 0
-/// The internal time unit is 0.64 s. Measurement: height of `age` ago. Ranges: |z| <= 100 m, |w| <= 10 m/s, |b| <= 1
-/// m/s.
+/// The internal time unit is 0.64 s. Measurement: height of `age` ago. Ranges: |z| <= 100 m, |w| <= 10 m/s, rate of w
+/// within 50 m/s^2, |b| <= 1 m/s.
 template <typename S>
 class HeightFilter {
  public:
@@ -29,7 +29,7 @@ class HeightFilter {
   struct PoseInnovation {
     typename Covariance::Projection projection;
     S innovation{};
-    int scale = 0;  ///< of the variance in the projection
+    int scale = 0;  ///< the variance projection.s is in units of 4^scale m^2
     bool inside = false;
   };
   PoseInnovation test_pose(S height, const MeasurementAge<S>& age, S unseen_m, float sender_variance_m2);

@@ -7,14 +7,14 @@
 namespace m100::est {
 
 /// Horizontal velocity from the tilt of our commands and from the poses alone: for flights whose attitude is
-/// contradicted or does not come. An attitude that is false falsifies the observer and the specific force's direction;
-/// with one false channel the poses are right.
+/// contradicted or does not come. A false attitude falsifies the observer and the specific force's direction; if it is
+/// the only false channel, the poses are right.
 ///
 /// Critically damped alpha-beta filter (fading memory) around the model's acceleration a:
 ///   each tick  v += a h, p += v h
 ///   each pose  e = pose - (p - v age), x = min(w t, 1/2):  p += x (2 - x) e, v += x^2 / t e
-/// where t is the time since the pose before and w = 8 1/s. An acceleration that is wrong by 0.5 m/s^2 leaves
-/// 2 x 0.5 / w = 0.13 m/s; poses that are wrong by 2 cm at 100 Hz (10 ms of jitter at 2 m/s) leave 0.05 m/s.
+/// where t is the time since the pose before and w = 8 1/s. An acceleration that is wrong by b leaves 2 b / w, 0.13 m/s
+/// for 0.5 m/s^2; poses that are wrong by 2 cm at 100 Hz (10 ms of jitter at 2 m/s) leave 0.05 m/s.
 ///
 /// Five numbers; no heap. Cost: about 15 products a tick. T is float or double.
 template <typename T>
@@ -22,7 +22,7 @@ class ModelVelocity {
  public:
   using Vector2 = core::Vector<T, 2>;
 
-  /// Once per tick, before its pose. @param acceleration_w_m_s2 of the commands' tilt and the wind
+  /// Once per tick, before the pose of that tick. @param acceleration_w_m_s2 by the commanded tilt and the wind
   void predict(const Vector2& acceleration_w_m_s2, T step_s) {
     since_pose_s_ = core::clamp(since_pose_s_ + step_s, step_s, static_cast<T>(kUnknown_s));
     velocity_w_m_s_ += acceleration_w_m_s2 * step_s;
@@ -43,14 +43,14 @@ class ModelVelocity {
     since_pose_s_ = T(0);
   }
 
-  /// A pose came lately.
+  /// A pose came in the last kUnknown_s.
   bool is_known() const { return since_pose_s_ < static_cast<T>(kUnknown_s); }
   const Vector2& velocity_w_m_s() const { return velocity_w_m_s_; }
 
  private:
   static constexpr double kBandwidth_per_s = 8.0;
-  static constexpr double kFar_m = 1.0;      ///< a pose elsewhere begins anew, at rest
-  static constexpr double kUnknown_s = 2.0;  ///< as long as a false trim of half a degree takes to 0.2 m/s
+  static constexpr double kFar_m = 1.0;      ///< a pose that is farther away restarts the filter there, at rest
+  static constexpr double kUnknown_s = 2.0;  ///< in this time a trim that is wrong by half a degree adds 0.2 m/s
 
   T since_pose_s_ = static_cast<T>(kUnknown_s);
   Vector2 position_w_m_ = Vector2::Zero();

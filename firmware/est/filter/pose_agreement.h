@@ -12,8 +12,8 @@
 
 namespace m100::est {
 
-/// Poses in a row that agree with each other, whether or not they agree with the state: an aircraft flies at most 6 m/s
-/// from one to the next, and 30 mm are noise.
+/// A row of poses each of which agrees with the one before, whether or not it agrees with the state: they are at most
+/// 30 mm (noise) plus 6 m/s times the time between their captures apart.
 template <typename Real>
 class PoseAgreement {
  public:
@@ -36,8 +36,8 @@ class PoseAgreement {
     }
     return follows;
   }
-  /// The velocity from the first pose of the row to this one, plus what the tilt has added meanwhile; m per unit of
-  /// time.
+  /// The mean velocity from the first pose of the row to this one, plus what the tilt has added since the middle of
+  /// that time; m per unit of time.
   Vector3 velocity(const core::Pose<Real>& pose, core::TimePoint now, Real tilt_x_rad, Real tilt_y_rad) const {
     const Real span_s = core::seconds<Real>(since_first_ - pose.age(now));
     constexpr Real kGravity = static_cast<Real>(model::kGravity_m_s2);
@@ -50,7 +50,7 @@ class PoseAgreement {
   std::uint32_t count() const { return count_; }
   /// From the capture of the row's first pose to that of this one.
   core::Duration span(const core::Pose<Real>& pose, core::TimePoint now) const { return since_first_ - pose.age(now); }
-  /// How long the row has been coming; later silence does not count.
+  /// Time from the arrival of the row's first pose to that of its last; later silence does not count.
   core::Duration lasted() const { return count_ > 1 ? came_until_ - came_since_ : core::Duration{0}; }
   core::Duration& since_last() { return since_last_; }
   core::Duration& since_first() { return since_first_; }

@@ -12,8 +12,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::uint32_t kAgreeingPoses = 10;
-constexpr core::Duration kAgreeingFor =
-    milliseconds(500);  // longer than the failsafe waits: the operator handles a jump
+constexpr core::Duration kAgreeingFor = milliseconds(500);  // longer than Limits::gate_shut: the failsafe reacts first
 constexpr std::uint32_t kAgreeingAfterDropout = 3;
 constexpr core::Duration kBaseline = milliseconds(100);  // for a velocity from two poses
 

@@ -21,9 +21,9 @@ constexpr void unroll([[maybe_unused]] F&& f) {
 
 /// Repairs that kept a covariance valid. All counters are health outputs.
 struct CovarianceHealth {
-  std::uint32_t floors = 0;       ///< variances raised to the floor
+  std::uint32_t floors = 0;       ///< variances raised to the floor, and decoupled from the other states
   std::uint32_t ceilings = 0;     ///< sigmas halved at the ceiling
-  std::uint32_t repairs = 0;      ///< losses of positivity, answered by shrinking the correlations
+  std::uint32_t repairs = 0;      ///< losses of positivity, after which the correlations were reduced
   std::uint32_t saturations = 0;  ///< fixed point only: stores that did not fit
 };
 
@@ -33,7 +33,7 @@ struct CovarianceHealth {
 /// phi_ij 2^(e_j - e_i), h_j 2^(e_j - e_m).
 ///
 /// Only the lower triangle is stored, so the matrix is always symmetric. Every coefficient must be below 8 in size.
-/// Invariants: each variance lies in [kFloor, kCeiling]; check() restores positivity.
+/// predict() quarters a variance above kCeiling; check() raises one below kFloor, and restores positivity.
 template <typename S, int kN>
 class ScaledCovariance {
  public:
@@ -69,12 +69,12 @@ class ScaledCovariance {
     at(i, i) = arithmetic_.template number<double>(variance);
   }
 
-  /// P <- phi P phi' + diag(q). Shape::kRows says for each row which entries of phi are 0, 1 or x (any value); a row of
-  /// the identity matrix costs nothing.
+  /// P <- phi P phi' + diag(q). Shape::kRows marks for each row which entries of phi are 0, 1 or x (any value); a row
+  /// of the identity matrix costs nothing.
   template <typename Shape>
   void predict(const Matrix& phi, const Column& q);
 
-  /// Shape::kRow: entries of h that are 0, 1 or x.
+  /// For a measurement with row h and variance r. Shape::kRow marks which entries of h are 0, 1 or x (any value).
   template <typename Shape>
   Projection project(const Column& h, S r);
 
@@ -114,12 +114,12 @@ class ScaledCovariance {
     }
     return count;
   }
-  /// The only row of a measurement, as predict() takes rows.
+  /// The row of a measurement as the only row of a Shape for weighted_sum().
   template <typename Shape>
   struct OnlyRow {
     static constexpr std::array kRows{Shape::kRow};
   };
-  /// Sum of weight(k) number(k) over the entries of row kRow of a Shape that are not 0.
+  /// Sum of weight(k) number(k) over the entries k of row kRow of a Shape that are not 0; an entry 1 has weight 1.
   template <typename Shape, int kRow, typename Number, typename Weight>
   typename core::Arithmetic<S>::Wide weighted_sum(Number&& number, Weight&& weight) {
     typename core::Arithmetic<S>::Wide sum{};

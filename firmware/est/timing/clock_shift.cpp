@@ -6,22 +6,22 @@
 namespace m100::est {
 namespace {
 
-/// Half of a tick: the arrivals are known to one tick, and the least of a window to better.
+/// Half of a tick: the arrivals are known to one tick, and the smallest shift of a window more exactly.
 constexpr float kMinShift_s = 0.005F;
-constexpr float kShareOfSpread = 0.25F;     // the least of eight lies a ninth of the spread above none
-constexpr float kAnotherRate = 4.F;         // of what can be seen: not by the noise of one window
-constexpr float kForgets = 1.F / 32.F;      // of the reference, per window: a quartz drifts by 0.3 ms meanwhile
-constexpr float kAdapts = 1.F / 64.F;       // of the spacing, per window
-constexpr float kUneven = 1.F / 64.F;       // of the mean square, per pose
-constexpr float kLargestUneven = 0.25F;     // of a spacing, of one step: one clock step is not irregularity
-constexpr float kRegular = 0.125F;          // of a spacing: clocks are slewed by at most a tenth
+constexpr float kShareOfSpread = 0.25F;     // the smallest of eight jitters is a ninth of the spread on average
+constexpr float kAnotherRate = 4.F;         // times the detectable shift: more than the noise of one window
+constexpr float kForgets = 1.F / 32.F;      // share of a shift forgotten per window: a quartz drifts 0.3 ms in 32
+constexpr float kAdapts = 1.F / 64.F;       // weight of a window in the spacing
+constexpr float kUneven = 1.F / 64.F;       // weight of a step in the mean square
+constexpr float kLargestUneven = 0.25F;     // most that one step counts, in spacings: a clock step is no irregularity
+constexpr float kRegular = 0.125F;          // in spacings: clocks are slewed by at most a tenth
 constexpr float kLargestCaptures = 1000.F;  // in one step
 
 float size(float value) { return value < 0.F ? -value : value; }
 
 }  // namespace
 
-/// Captures in `step_s`, at least one.
+/// Number of captures in `step_s`, rounded, 1 to kLargestCaptures.
 float ClockShift::captures(float step_s) const {
   const float many = step_s / spacing_s_ + 0.5F;
   const float bounded = many < kLargestCaptures ? many : kLargestCaptures;
@@ -91,7 +91,7 @@ float ClockShift::judge(float spread_s) {
       deficit_s_ -= deficit_s;
       return deficit_s;
     }
-  } else if (size(deficit_s) > kAnotherRate * seen_s) {  // stamps and arrivals agree: the source's rate is another
+  } else if (size(deficit_s) > kAnotherRate * seen_s) {  // stamps and arrivals agree: the source's rate has changed
     spacing_s_ = stamps_s_ / captures_;
     deficit_s_ = 0.F;
   } else if (size(deficit_s) < seen_s) {

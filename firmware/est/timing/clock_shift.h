@@ -10,9 +10,9 @@ namespace m100::est {
 /// If poses arrive later than their stamps say, either the transport has become slower or the source's clock has lost
 /// time. If the transport is slower, the stamps stay one capture interval apart. If the clock has lost time, they are
 /// less than that apart, while the arrivals stay regular. So, over windows of some poses,
-///   shift   = least (arrival - stamp) of the window, minus that of earlier windows
+///   shift   = smallest (arrival - stamp) of the window, minus that of earlier windows
 ///   deficit = number of captures x their interval - advance of the stamps
-/// and the clock is the cause where shift and deficit differ by less than half of the shift. A source that stamps or
+/// and the clock is the cause if shift and deficit differ by less than half of the shift. A source that stamps or
 /// captures irregularly does not show the difference; then the shift is only reported as unexplained_s().
 ///
 /// Cost: five products and a division a pose.
@@ -25,18 +25,18 @@ class ClockShift {
     float poses = 1.F;     ///< that came in this step
   };
   /// @param spread_s 99th percentile of the jitter of the arrivals
-  /// @returns the time that the clock has lost since the last call that returned some; 0: none, or too little to see
+  /// @returns the time that the clock has lost since the last nonzero result (negative: gained); 0: none, or too little
   float update(const Step& step, float spread_s);
   /// Deviation of the stamps from a whole number of captures in the time between two arrivals.
   float uneven_s(float stamps_s, float arrivals_s) const { return stamps_s - captures(arrivals_s) * spacing_s_; }
   float spacing_s() const { return spacing_s_; }
-  /// How much later the poses came in the last window, where the irregular source hides whether the clock is the cause.
+  /// How much later the poses came in the last window, if the source is too irregular to show the cause; otherwise 0.
   float unexplained_s() const { return unexplained_s_; }
   /// Whether the source is known, and captures and stamps regularly.
   bool is_regular() const;
 
  private:
-  static constexpr std::uint32_t kWindow = 8;   ///< poses: the least of them has an eighth of their jitter
+  static constexpr std::uint32_t kWindow = 8;   ///< poses: the smallest of their jitters is a ninth of the spread
   static constexpr std::uint32_t kLearns = 30;  ///< poses, before the first is judged
   float captures(float step_s) const;
   void learn(const Step& step);
@@ -51,7 +51,7 @@ class ClockShift {
   float least_shift_s_ = 0.F;       ///< of the window
   float deficit_at_least_s_ = 0.F;  ///< at the same pose
   float stamps_s_ = 0.F;            ///< sum of the steps of the window
-  float captures_ = 0.F;            ///< the same
+  float captures_ = 0.F;            ///< their number in the window
   std::uint32_t poses_ = 0;
   bool has_window_ = false;
 };

@@ -7,14 +7,14 @@ namespace m100::est {
 namespace {
 
 constexpr float kMemory = 3000.F;  // poses
-constexpr float kRise = 3e-4F;     // share of the elapsed time: three times the drift of a poor quartz
+constexpr float kRise = 3e-4F;     // rise of the envelope per elapsed time: three times the drift of a poor quartz
 constexpr float kMaxDrift = 0.02F;
-/// So many long steps in a row show a slower source. If one capture in twenty is lost, this happens once in 160000.
+/// So many long steps in a row show a slower source. With one capture in twenty lost, that happens once in 160000.
 constexpr std::uint32_t kSlowerSource = 4;
 constexpr core::Duration kLongest = std::chrono::seconds(10);  // without a pose: restart
-/// Before the envelope; no message is early. Arrivals are known to one tick, and so is the envelope after a few poses.
+/// A pose so long before the envelope shows a set clock. Arrivals, and soon the envelope, are known to one tick.
 constexpr float kEarly_s = 3.F * core::seconds<float>(core::kTickPeriod);
-constexpr float kUneven = 0.25F;  // of a spacing: more between stamps than the captures in the time between arrivals
+constexpr float kUneven = 0.25F;  // in spacings: stamps that deviate more from whole captures may show a set clock
 
 }  // namespace
 
@@ -60,7 +60,7 @@ void PoseClock::note_shift(const ClockShift::Step& step) {
   }
 }
 
-/// Estimates the offset of the clocks anew; what is known of rate, spacing and jitter stays.
+/// Estimates the offset of the clocks anew; from kMinPoses on, what is known of rate, spacing and jitter stays.
 void PoseClock::restart(core::SenderTime captured, core::TimePoint arrived) {
   if (count_ < kMinPoses) {
     begin(captured, arrived);

@@ -9,7 +9,7 @@
 
 namespace m100::est {
 
-/// Converts seconds to a Duration; to the microsecond up to 8 s.
+/// Converts seconds to a Duration; exact to the microsecond up to 8 s in float.
 template <typename T>
 core::Duration duration_of(T seconds) {
   return core::Duration(static_cast<core::Duration::rep>(seconds * T(1e6) + (seconds < T(0) ? T(-0.5) : T(0.5))));
@@ -49,31 +49,32 @@ class PoseClock {
  public:
   /// What is known of a pose besides its times.
   struct Context {
-    bool clock_was_set = false;  ///< by the order of the stamps, which also doubled poses disturb
-    std::uint32_t poses = 1;     ///< that came since the call before
+    bool clock_was_set = false;  ///< concluded from the order of the stamps, which doubled poses also disturb
+    std::uint32_t poses = 1;     ///< number that came since the call before
   };
   /// @param captured if it is not later than in the previous call, the sender's clock was set
   /// @returns our time of capture plus the constant latency: when the pose would have arrived without jitter. `arrived`
-  ///   itself until 30 poses have come, or where the sender's time stamps do not follow the arrivals.
+  ///   itself before the 30th pose (counted again after 10 s without one), for a pose that shows that the clock was
+  ///   set, and while the sender's time stamps do not follow the arrivals.
   core::TimePoint update(core::SenderTime captured, core::TimePoint arrived, const Context& context);
   core::TimePoint update(core::SenderTime captured, core::TimePoint arrived) {
     return update(captured, arrived, Context{});
   }
 
-  /// Between two captures of the source; zero until it is known.
+  /// Time between two captures of the source; zero until it is known.
   core::Duration interval() const;
   /// How much faster our clock runs than the sender's, as a ratio; zero until it is known.
   float drift() const { return count_ < kMinPoses ? 0.F : drift_; }
-  /// 99th percentile of the jitter that note() removed.
+  /// 99th percentile of the jitter that update() removes.
   core::Duration lateness() const;
-  /// How far the sender's clock was set or slewed since the beginning, all together; how often.
+  /// By how much the sender's clock was set or slewed since the beginning, in sum (positive: forward), and how often.
   core::Duration set_by() const { return set_by_; }
   std::uint32_t times_set() const { return times_set_; }
-  /// How much later poses come, for a reason that is not known: the clock was set back, or their way takes longer.
+  /// How much later poses come, for an unknown reason: the clock was set back, or their transport takes longer.
   core::Duration unexplained() const { return duration_of(shift_.unexplained_s()); }
-  /// Both sides have compared their clocks, and the sender's has lost so much: poses that look late by it are not.
+  /// A comparison of the clocks showed that the sender's has lost this much: poses that look late by it are not late.
   void lose(core::Duration lost);
-  /// Whether note() removes jitter.
+  /// Whether update() removes jitter.
   bool is_regular() const { return count_ >= kMinPoses && (is_proven() || lateness_.value_s() < kMaxLateness_s); }
 
  private:
@@ -94,7 +95,7 @@ class PoseClock {
   std::uint32_t count_ = 0;
   std::uint32_t in_time_ = 0;    ///< poses in a row not far later than their stamps; stays at kProven
   float spacing_s_ = 0.F;        ///< between two captures
-  float min_long_step_s_ = 0.F;  ///< shortest of the run of longer steps than usual
+  float min_long_step_s_ = 0.F;  ///< shortest in the present row of unusually long steps
   std::uint32_t long_steps_ = 0;
   // Least squares with forgetting, of s and of (y - s), both about their running means.
   float own_s_ = 0.F;
@@ -102,7 +103,7 @@ class PoseClock {
   float square_ = 0.F;
   float product_ = 0.F;
   float drift_ = 0.F;     ///< r - 1
-  float behind_s_ = 0.F;  ///< how far the envelope is before the arrival of the last pose
+  float behind_s_ = 0.F;  ///< how long the last pose arrived after the envelope
   Quantile lateness_{0.99F, 1e-3F};
   ClockShift shift_;
   core::Duration set_by_{0};

@@ -18,8 +18,7 @@ namespace m100::est {
 ///   pose(s) = c0 + c1 s + c2 s^2 + I(s - tau) = c0 + c1 s + c2 s^2 + I(s) - tau I'(s) + ...
 /// The polynomial absorbs the initial values of the integrals and all steady accelerations: wind, trim, offsets. Both
 /// axes share tau. The polynomial is eliminated from the normal equations at the end of the window, which leaves one
-/// number and its information, weighed by the residual of the window itself. Windows are summed with a memory of a
-/// minute.
+/// number and its information, weighed by the residual of the window. Windows are summed with a memory of a minute.
 ///
 /// In a still hover I' carries no information, and tau keeps its prior with that uncertainty: is_observable() is false.
 /// T is float or double. Cost: 2 integrals a tick, about 45 products a pose.
@@ -36,7 +35,7 @@ class PoseLatency {
   void add_acceleration(core::TimePoint at, const Vector2& acceleration_w_m_s2);
   /// A pose (world, m), with its time of capture before the correction by tau.
   void add_pose(core::TimePoint captured, const Vector2& position_w_m);
-  /// Discards the window that has begun: something other than the motion changed the poses.
+  /// Discards the window that has begun, and the integrals: they no longer belong to the same motion.
   void interrupt();
 
   T tau_s() const { return tau_s_; }

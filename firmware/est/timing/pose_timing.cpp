@@ -14,7 +14,7 @@ constexpr double kReportedSigma_s = 0.020;
 constexpr double kUnreported_s = 0.030;
 constexpr double kUnreportedSigma_s = 0.040;
 constexpr double kOldest_s = 0.25;         // largest latency of PoseLatency
-constexpr double kSlew = 0.02;             // seconds per second
+constexpr double kSlew = 0.02;             // largest change of the applied latency, s per s
 constexpr double kLeftOfJitter_s = 0.002;  // jitter that PoseClock leaves
 constexpr double kRawSigma_s = 0.015;      // jitter without PoseClock
 constexpr float kMinRises = 1e-5F;         // s per pose
@@ -37,8 +37,8 @@ void PoseTiming<T>::add_attitude(const Measurement<T>& measured, T yaw_rad) {
                                 : tilted_m_s2);
 }
 
-/// Where the transport of the poses becomes worse for good, the limit of freshness must follow within the time of a
-/// COAST. Poses that queued up during a pause also come late in a row, and say nothing about the poses after them.
+/// If the transport of the poses becomes slower for good, the limit of their freshness must follow within the time of a
+/// COAST. Poses that queued up during a pause also come late in a row, but do not show how late the next ones come.
 template <typename T>
 void PoseTiming<T>::update_jitter(float late_s) {
   const bool is_far = late_s > jitter_.value_s() + kFarLater_s;
@@ -65,7 +65,7 @@ void PoseTiming<T>::update_latency(core::Duration way) {
   report_.drift = clock_.drift();
 }
 
-/// A comparison that differs from the one before by more than both can be wrong shows how far the clock was set.
+/// A comparison that differs from the one before by more than the sum of their bounds shows how far the clock was set.
 template <typename T>
 void PoseTiming<T>::compare_clocks(const core::ClockOffset& offset) {
   const core::Duration lost = offset.to_ours - offset_.to_ours;

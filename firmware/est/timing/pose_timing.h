@@ -15,12 +15,12 @@ struct PoseTimingReport {
   core::Duration jitter{0};       ///< in addition: 99th percentile
   core::Duration interval{0};     ///< between two captures; zero: not known yet
   core::Duration unreported{0};   ///< from capture to the arrival without jitter, as applied
-  T sigma_s{0};                   ///< standard error of `untold`
-  bool observable = false;        ///< motion has determined it to 10 ms; otherwise it is the prior
+  T sigma_s{0};                   ///< standard error of `unreported`
+  bool observable = false;        ///< sigma_s is at most 10 ms; otherwise `unreported` is mostly the prior
   float drift = 0.F;              ///< of our clock against the sender's, as a ratio
   core::Duration set_by{0};       ///< how far the sender's clock was set or slewed since the beginning
   std::uint32_t times_set = 0;
-  core::Duration unexplained{0};  ///< PoseClock
+  core::Duration unexplained{0};  ///< PoseClock::unexplained()
 };
 
 /// Determines when poses were captured, on our clock, from their times of arrival, their sender's time stamps and the
@@ -52,11 +52,11 @@ class PoseTiming {
   std::uint32_t run_ = 0;
   core::TimePoint run_since_{};
   PoseTimingReport<T> report_;
-  T applied_s_{0};  ///< applied part of `untold`
+  T applied_s_{0};  ///< the latency that is applied (`unreported`)
   core::TimePoint last_{};
   float min_latency_s_ = 0.F;   ///< from the capture without jitter to the arrival
   core::ClockOffset offset_{};  ///< the last comparison of the clocks
-  bool offset_is_old_ = false;  ///< it is of before the sender's clock was set
+  bool offset_is_old_ = false;  ///< offset_ is from before the sender's clock was set
   std::uint32_t sequence_ = 0;  ///< of the last pose
   bool begun_ = false;
 };

@@ -5,8 +5,8 @@
 
 namespace m100::model::translation {
 
-/// A constant acceleration in the world. Together with a progressive drag the speed of the wind is searched instead;
-/// even then the report has the acceleration that the wind gives a vehicle at rest.
+/// A constant horizontal acceleration in the world frame. Beside a drag that grows faster than the speed, a search
+/// finds the speed of the wind instead; the report still has the acceleration that this wind gives a vehicle at rest.
 struct SteadyWind {
   static Acceleration column(std::size_t which, const Moment&, double) {
     return {which == 0 ? 1.0 : 0.0, which == 1 ? 1.0 : 0.0, 0.0};

@@ -5,7 +5,7 @@
 
 namespace m100::model::translation {
 
-/// Thrust is another than its set point: a = gain T b3.
+/// Thrust differs from its set point T by a factor: a = gain T b3.
 struct ThrustGain {
   double thrust_gain = 1.0;
   static constexpr std::array<double ThrustGain::*, 1> kMembers{&ThrustGain::thrust_gain};

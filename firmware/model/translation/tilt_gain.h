@@ -5,7 +5,7 @@
 
 namespace m100::model::translation {
 
-/// The horizontal acceleration of a tilt differs by a factor from what its angle implies: a = gain T b3.
+/// The horizontal acceleration of a tilt differs by a factor from what its angle implies: gain T b3 in x and y.
 struct TiltGain {
   double tilt_gain = 1.0;
   static constexpr std::array<double TiltGain::*, 1> kMembers{&TiltGain::tilt_gain};

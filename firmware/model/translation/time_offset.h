@@ -5,7 +5,7 @@
 
 namespace m100::model::translation {
 
-/// Thrust and attitude were logged on another clock than the motion: both are taken this much earlier.
+/// Thrust and attitude were logged on another clock than the motion: their values of offset_s earlier are used.
 struct TimeOffset {
   static void take_earlier(std::span<double> values, std::span<double> old, double samples) {
     const std::size_t last = values.size() - 1;

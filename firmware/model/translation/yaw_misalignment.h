@@ -5,7 +5,7 @@
 
 namespace m100::model::translation {
 
-/// The heading of the attitude and that of the motion differ by an angle about the vertical.
+/// The heading of the attitude and that of the motion differ: the thrust is turned by an angle about the vertical.
 struct YawMisalignment {
   static void reshape(const ThrustSeries& series, double angle_rad) {
     if (angle_rad == 0.0) {
