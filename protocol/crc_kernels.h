@@ -211,7 +211,7 @@ inline std::uint32_t after_header_start(const std::byte* header, std::size_t cou
 }
 
 /// Whether the checksum of a frame is right when `left` of its bytes remain, 1 to kCrc32BlockBytes. The last four are
-/// the checksum. After all bytes before them the register equals the checksum, after some of them its rest.
+/// the checksum. After all bytes before the checksum the register equals it; after some bytes of it, the rest of it.
 inline bool ends_well(std::uint32_t state, const std::byte* bytes, std::size_t left) {
   constexpr std::size_t kChecksumBytes = 4;
   if (left < kChecksumBytes) {

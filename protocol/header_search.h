@@ -21,7 +21,7 @@ inline constexpr std::uint64_t kOnes = 0x0101010101010101U;
 inline constexpr std::uint64_t kNotFirst = ~std::uint64_t{0xFF};
 inline constexpr std::uint64_t kStartBytes = kOnes * std::to_integer<std::uint64_t>(kStartByte);
 inline constexpr std::ptrdiff_t kWord = 8;
-/// Bytes needed to judge a word of places: the last of them must have room for a header.
+/// Bytes that must be there to judge the places of a word: the last place needs room for a header.
 inline constexpr std::ptrdiff_t kRoomForWord = kWord - 1 + kHeader;
 /// The last of the three bytes of a header that are always zero.
 inline constexpr std::ptrdiff_t kLastZero = 7;
@@ -31,7 +31,7 @@ inline const std::byte* find_start_byte(const std::byte* at, const std::byte* la
   return start != nullptr ? static_cast<const std::byte*>(start) : last;
 }
 
-/// Of the first eight bytes of a header: the start byte, and VER, RES0, RES1 all zero.
+/// Mask of the fixed bits in the first eight bytes of a header: the start byte, and VER, RES0, RES1, which are zero.
 inline constexpr std::uint64_t kFixedBits = 0xFFFFFF00C0FC00FFU;
 
 inline bool fixed_bits_hold(const std::byte* at) {

@@ -21,7 +21,7 @@ vrc::Stick within_travel(int counts) {
       core::clamp(counts, static_cast<int>(vrc::kStickLow), static_cast<int>(vrc::kStickHigh)));
 }
 
-/// A stick of the RC item, -10000..10000, in counts.
+/// Converts a stick of the RC item, -10000..10000, to stick counts.
 vrc::Stick stick_of(std::int16_t rc) {
   constexpr auto kCentre = static_cast<int>(vrc::kStickCentre);
   constexpr int kTravel = static_cast<int>(vrc::kStickHigh) - kCentre;

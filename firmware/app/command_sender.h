@@ -11,20 +11,19 @@
 
 namespace m100::app {
 
-/// Converts supervised commands to the sticks or the movement commands that are sent, and what was sent back to the
-/// command that the aircraft obeys. T is float or double.
+/// Converts supervised commands to the sticks or movement commands that are sent, and sticks (sent, or the pilot's)
+/// back to the command that the aircraft obeys. T is float or double.
 template <typename T>
 class CommandSender {
  public:
   CommandSender(const model::Vehicle& vehicle, link::Channel channel) : commands_(vehicle), channel_(channel) {}
 
   /// Once per tick, after the link received. @returns the command that the aircraft has obeyed since the last tick:
-  /// ours,
-  ///   after rounding to stick counts, or the pilot's if he is in control.
+  /// ours (sticks: after rounding to counts), or the pilot's if control is not ours.
   const ctl::Command<T>& update(bool in_control, const protocol::Telemetry& telemetry);
 
-  /// Sends the supervised command, if the link may carry one now. @param commanded the command before the
-  ///   supervisor. @returns as SerialLink::send; kRefused: the failsafe sends nothing.
+  /// Sends the supervised command, if the link may carry one now. @param commanded the command before the supervisor.
+  /// @returns as SerialLink::send, but kNotReady also if control is not ours; kRefused: the failsafe sends nothing.
   core::Status send(const safety::SupervisedCommand<T>& supervised, const ctl::Command<T>& commanded,
                     const ctl::Excitation<T>& excitation, link::SerialLink& link, core::TimePoint now);
 

@@ -30,13 +30,13 @@ struct FlightConfig {
       true;                           ///< false: no reaction to a limit cycle, and no report (tests of the law alone)
   est::CheckSet disabled_checks = 0;  ///< checks of pose against autopilot that the operator has switched off by name
   ctl::ExcitationPlan excitation{};   ///< empty: none. Virtual RC only; what it views must outlive the flight
-  /// Age of the attitude in a telemetry package when a tick reads it. Its parts, none of which the autopilot states:
-  /// half a period of 100 Hz inside the autopilot, 1.5 ms on the wire at 921600 (protocol, section 10), and half a tick
-  /// until the tick reads it.
+  /// Age of the attitude in a telemetry package when a tick reads it. The autopilot states none of its parts: half a
+  /// period of 100 Hz inside the autopilot, 1.5 ms on the wire at 921600 baud (protocol, section 10), and half a tick
+  /// until the tick reads it; together 11.5 ms, set to one tick.
   core::Duration attitude_age = std::chrono::milliseconds(10);
   std::uint32_t pose_baud = 115200;  ///< of the second UART
   link::SenderChoice pose_from{};    ///< whose poses are used
-  /// How long an order to fly stands if it is not served: start-up and the requests for control take time.
+  /// How long an order to fly stays valid if it is not served: start-up and the requests for control take time.
   core::Duration order_timeout = std::chrono::seconds(20);
 };
 

@@ -8,14 +8,14 @@ namespace m100::app {
 
 namespace {
 
-/// After braking begins the speed may still grow for a quarter of a second, until the tilt is reversed, by the larger
-/// of what our commands tilt and the force shows; and by this much in a gust, until the aircraft reacts.
+/// After braking begins, the tilt takes a quarter of a second to reverse. Until then the speed may grow by the tilt of
+/// our commands or by the measured force, whichever gives more, and in a gust by kGust_m_s.
 constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4;
-constexpr double kFar_m_s = 0.5;  ///< between the observer's velocity and the reckoned one: the poses are false
+constexpr double kFar_m_s = 0.5;  ///< the poses are false if observed and dead-reckoned velocity differ by more
 
 /// Largest distance of healthy poses from the observer's prediction by the reported attitude: the speed times the
 /// largest error of the time of capture that PathConsistency allows, and another 5 cm for noise and the lag after a
-/// gust (1008 healthy flights: README of est). The mean is over a few poses.
+/// gust (1008 healthy flights: README of est). kPosesMean is the weight of a new pose in the mean distance.
 constexpr double kMaxLate_s = 0.12, kLag_m = 0.05, kPosesMean = 0.25;
 constexpr double kSane = 1e6;  ///< resets an offset that is NaN, which would otherwise stay
 
@@ -49,7 +49,7 @@ est::Contradiction<T> FaultIsolation<T>::contradiction() const {
   return velocity_consistency_.report();
 }
 
-/// Force and observer follow an attitude that was false before control was ours; the poses do not.
+/// If the attitude was false before control was ours, force and observer agree with it; only the poses show the fault.
 template <typename T>
 void FaultIsolation<T>::update_pose_offset(const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
                                            const core::Vector<T, 2>& model_tilt_rad) {
@@ -118,7 +118,7 @@ void FaultIsolation<T>::update_unseen(const core::Vector<T, 2>& apart_m) {
   }
 }
 
-/// Refused, or coming again after a gap, while the failsafe ends the flight.
+/// Whether poses are refused, or come again after a gap, while the failsafe ends the flight.
 template <typename T>
 bool FaultIsolation<T>::poses_are_doubtful(const est::Estimate<T>& estimate, bool settles) {
   const bool missed = estimate.pose_age > est::PathMonitor<T>::kPoseUsed;
@@ -135,7 +135,7 @@ T FaultIsolation<T>::speed_after_turn(const core::Vector<T, 2>& model_tilt_rad, 
   return moved_m_s > turned_m_s ? moved_m_s : turned_m_s;
 }
 
-/// The reckoned velocity may have used a false attitude for a while before that is noticed; this one never does.
+/// The reckoned velocity may use a false attitude until that is noticed; this one, by commands and poses, does not.
 template <typename T>
 void FaultIsolation<T>::predict_from_commands(const est::Measurement<T>& measured, T step_s) {
   constexpr T kGravity_m_s2 = static_cast<T>(model::kGravity_m_s2);
@@ -202,7 +202,7 @@ double FaultIsolation<T>::speed_then_m_s(const est::Estimate<T>& estimate, core:
   const core::Vector<T, 2> disturbance_acceleration_m_s2(known.x.disturbance_m_s2 + kGravity_m_s2 * known.x.tilt_rad,
                                                          known.y.disturbance_m_s2 - kGravity_m_s2 * known.y.tilt_rad);
   const bool grows =
-      now_m_s > 0.0 && velocity_m_s.dot(disturbance_acceleration_m_s2) > T(0);  // zero: the speed is useless
+      now_m_s > 0.0 && velocity_m_s.dot(disturbance_acceleration_m_s2) > T(0);  // zero: no usable speed is known
   return grows ? static_cast<double>(
                      core::sqrt((velocity_m_s + disturbance_acceleration_m_s2 * core::seconds<T>(later)).squaredNorm()))
                : now_m_s;

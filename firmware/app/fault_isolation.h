@@ -20,13 +20,13 @@ namespace m100::app {
 /// Reacts to false poses: compares the poses with the autopilot, remembers that they gave the observer a false motion,
 /// and then supplies another motion for braking.
 ///
-/// Contradicted poses have given the observer a false motion. Poses that the gate refuses, or that come again while the
-/// flight ends, may have done so if the observer's motion is far from the one that is computed without them. The
-/// observer's motion then counts as false until the failsafe has ended. If the autopilot's attitude and rates
-/// contradict each other, the attitude does not follow our commands while pose and force disagree, or no usable
-/// attitude comes while the failsafe ends the flight, the motion is computed from the poses and the tilt predicted by
-/// the commands. If the computed speed grows although the aircraft brakes, it is useless: the aircraft is levelled by
-/// trim and wind, without waiting for it to slow down.
+/// Contradicted poses have given the observer a false motion. While the failsafe ends the flight (kLevel, kRelease),
+/// poses that the gate refuses or that come again after a gap may have done so, too: then the observer's velocity is
+/// compared with the dead-reckoned one. A motion that counts as false does so until the failsafe has ended. If the
+/// autopilot's attitude and rates contradict each other, the attitude does not follow our commands while pose and force
+/// disagree, or no usable attitude comes while the failsafe ends the flight, the motion is computed from the poses and
+/// the tilt predicted by the commands. If the computed speed exceeds what a braking aircraft can reach, it is useless:
+/// the aircraft then only holds trim and wind, and nothing waits for it to slow down.
 ///
 /// No heap. Cost: that of its parts. T is float or double.
 template <typename T>
@@ -35,8 +35,8 @@ class FaultIsolation {
   /// @param off checks that the operator has switched off.
   explicit FaultIsolation(est::CheckSet off) : disabled_checks_(off), velocity_consistency_(off) {}
 
-  /// Once per tick, after the observer. @param measured its pose. @param model_tilt_rad the tilt that the model
-  /// predicts from the commands. @param failsafe_state before this tick's review.
+  /// Once per tick, after the observer. @param measured of which the pose is used. @param model_tilt_rad the tilt that
+  /// the model predicts from the commands. @param failsafe_state before this tick's review.
   void update(const est::ImuSample<T>& imu, const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
               const core::Vector<T, 2>& model_tilt_rad, safety::FailsafeState failsafe_state, core::Duration elapsed);
 
@@ -53,17 +53,17 @@ class FaultIsolation {
   }
   /// The motion for braking: a contradicted estimate would follow the false poses.
   est::Estimate<T> motion(const est::Estimate<T>& estimate) const;
-  /// The motion by which the fence is held. While the force contradicts the poses, the velocity is that of dead
-  /// reckoning even before the contradiction is certain: an aircraft that flies at 2.4 m/s could then no longer stop in
-  /// time. The height is without the drift on which the autopilot's height and climb speed agree, as far as a healthy
-  /// barometer cannot explain it. nullopt: the estimate's motion.
+  /// The motion by which the fence is held. While force or path disagree with the poses, the velocity is that of dead
+  /// reckoning even before the alarm: an aircraft that flies at 2.4 m/s could not stop in time after it. The position
+  /// then includes what was flown unseen. The height is without the drift on which the autopilot's height and climb
+  /// speed agree, beyond the wander of a healthy barometer. nullopt: the estimate's motion.
   std::optional<est::Estimate<T>> fence_motion(const est::Estimate<T>& estimate) const;
-  /// Horizontal. Zero if the prediction is useless, so that nothing waits for the aircraft to slow down.
+  /// The horizontal speed; zero if there is no usable one, so that nothing waits for the aircraft to slow down.
   double speed_m_s(const est::Estimate<T>& estimate) const;
-  /// The same after `later`, if tilt and disturbance stay as they are; not less than now.
+  /// The horizontal speed after `later`, if tilt and disturbance stay as they are; not less than speed_m_s().
   double speed_then_m_s(const est::Estimate<T>& estimate, core::Duration later) const;
-  /// For how long poses have been refused (a contradicted pose counts as refused for long), and the speed for which the
-  /// hand-over waits. @param levels_limit_cycle nothing reduces the speed, so the hand-over does not wait for that.
+  /// For how long poses have been refused (at least limits.gate_shut while the observer's motion counts as false), and
+  /// the speed for which the hand-over waits. @param levels_limit_cycle nothing reduces the speed, so nothing waits.
   est::ConsistencyStatus status(const est::Estimate<T>& estimate, safety::FailsafeState failsafe_state,
                                 bool levels_limit_cycle, const safety::Limits& limits) const;
 
@@ -90,14 +90,14 @@ class FaultIsolation {
   est::DeadReckoning<T> dead_reckoning_;
   bool estimate_faulted_ = false;  ///< the observer's motion was learned from poses that are contradicted
   core::Vector<T, 2> unseen_m_ =
-      core::Vector<T, 2>::Zero();  ///< flown since the force contradicts the poses, beyond them
+      core::Vector<T, 2>::Zero();  ///< flown since force or path contradict the poses, and not shown by them
   T max_speed_m_s_{0};             ///< limit of the reckoned speed under braking
   bool attitude_fault_ = false;    ///< the attitude is contradicted, by its rates or by our own commands, or missing
   bool diverges_ = false;          ///< the reckoned motion is useless
-  bool misses_poses_ = false;      ///< none came for a while since the failsafe ends the flight
+  bool misses_poses_ = false;      ///< no pose was used for a while since the failsafe began to end the flight
   bool poses_confirm_commands_ =
-      false;  ///< the poses are where the commands lead, and far from where the attitude does
-  core::Vector<T, 2> pose_offset_m_ = core::Vector<T, 2>::Zero();  ///< from the observer's place to the poses, mean
+      false;  ///< the poses lie far from where the attitude leads, on the side to which the commands lead
+  core::Vector<T, 2> pose_offset_m_ = core::Vector<T, 2>::Zero();  ///< mean offset of the poses from the observer
   est::ModelVelocity<T> model_velocity_;
   core::Vector<T, 2> model_tilt_rad_ = core::Vector<T, 2>::Zero();  ///< tilt predicted from the commands, with the trim
 };

@@ -43,15 +43,15 @@ class FlightController {
   ///   SerialLink::send; kRefused: the failsafe sends nothing.
   core::Status tick(core::TimePoint now);
 
-  /// The operator's two orders. engage(): control is requested as the protocol requires, and the failsafe may step up;
-  /// the trajectory begins when it does. No effect while the law already flies. release(): neutral sticks, then control
-  /// goes back to the pilot. Both take effect in the next tick and are logged in its record.
+  /// The operator's two orders. engage(): control is requested as the protocol requires, and the failsafe may enter
+  /// kNominal, at which the trajectory begins. No effect while the law already flies. release(): neutral sticks, then
+  /// control goes back to the pilot. Both take effect in the next tick and are logged in its record.
   void engage() { orders_.add(log::kOrderEngage); }
   void release() { orders_.add(log::kOrderRelease); }
 
   /// Take-off and landing by the autopilot's own tasks, by the operator's order. `task_flies` is valid for the next
-  /// tick only; call it before each tick for as long as the autopilot flies its task. The failsafe is at level then,
-  /// with sticks that brake and hold, or that rest during a take-off. `begin_task` sends the request to the autopilot,
+  /// tick only; call it before each tick for as long as the autopilot flies its task. The failsafe is then in kLevel,
+  /// whose command brakes and holds, or is neutral during a take-off. `begin_task` sends the request to the autopilot,
   /// once. Another part watches the task, so an image without tasks contains no code for it.
   void task_flies(protocol::Task task) {
     orders_.add(task == protocol::Task::kTakeOff ? log::kOrderTakesOff : log::kOrderLands);
@@ -63,7 +63,7 @@ class FlightController {
   const link::PoseLink& pose_link() const { return poses_.link(); }
   const safety::Supervisor<T>& supervisor() const { return supervisor_; }
   const est::Estimate<T>& estimate() const { return estimate_; }
-  /// The poses have been compared with the autopilot for long enough to notice a body that moves by itself.
+  /// Whether poses and autopilot have been compared for long enough to detect a motion that the force does not show.
   bool is_converged() const { return fault_isolation_.is_converged(); }
   const ref::Window<T>& reference() const { return reference_; }
   const safety::SupervisedCommand<T>& grant() const { return supervised_; }
@@ -82,7 +82,7 @@ class FlightController {
   /// Whether the autopilot's telemetry contradicts the poses.
   est::Contradiction<T> contradiction() const { return fault_isolation_.contradiction(); }
   const TickStats& stats() const { return timer_.stats(); }
-  /// When the failsafe last reached NOMINAL from SILENT or LEVEL: where the trajectory's time began.
+  /// When the failsafe last reached NOMINAL from SILENT or LEVEL: the zero of the trajectory's time.
   core::TimePoint started() const { return orders_.served(); }
 
  private:
@@ -95,11 +95,11 @@ class FlightController {
   void prepare_start(core::TimePoint now);
   /// Replaces the jump to a set point by a motion, unless the configuration or an excitation forbids it.
   void plan(core::TimePoint now, std::size_t points);
-  /// With a frame of its own: another motion is not on the stack while the programs are solved.
+  /// Limits the reference to the fence. Not inlined: its copy of the estimate is not on the stack during the programs.
   void hold_fence(std::size_t points);
-  /// Whether a command of this tick can be sent. The slew limit covers the time since the last one that could.
+  /// Whether a command of this tick may leave (true if the law does not fly). The slew limit counts from the last one.
   bool may_leave(core::TimePoint now) const;
-  /// @returns the law's command, with the stick that the excitation's plan moves, where there is one.
+  /// @returns the law's command, with the command of the stick that the excitation moves, where there is one.
   ctl::Command<T> excite(ctl::Command<T> commanded, core::TimePoint now);
   bool levels_limit_cycle() const;
   /// The command of the level state: it brakes, then holds.

@@ -18,8 +18,8 @@ namespace m100::app {
 template <typename T>
 class FlightMonitors {
  public:
-  /// @param attitude_delay from the tick that sends a stick to the measured attitude's tick, without the vehicle's own
-  ///   delay. @param responds false: limit cycles are neither reported nor answered.
+  /// @param attitude_delay from the tick that sends a stick to the tick that reads the attitude, without the vehicle's
+  ///   own delay. @param responds false: limit cycles are neither reported nor answered.
   FlightMonitors(const model::Vehicle& vehicle, const ctl::Braking& braking, core::Duration attitude_delay,
                  bool responds);
 
@@ -34,8 +34,8 @@ class FlightMonitors {
     flight_state_.update(link, estimate, model_tilt_rad, isolation, elapsed);
   }
   /// Once per tick, after the sticks were sent. @param flies_sticks the aircraft obeys our sticks. @param holds the
-  /// reference stands still and no plan moves a stick. Where no attitude comes for one tick, the residual uses the
-  /// last: the autopilot has a clock of its own, and AxisResidual expects such timing.
+  /// reference is constant and no plan moves a stick. Where no attitude comes for one tick, the residual uses that of
+  /// the tick before: the autopilot has a clock of its own, and AxisResidual expects such timing.
   void update_model(const est::Measurement<T>& measured, const est::Estimate<T>& estimate, const vrc::Sticks& sticks,
                     bool flies_sticks, bool holds, core::Duration elapsed);
 

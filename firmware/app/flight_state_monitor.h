@@ -24,7 +24,7 @@ class FlightStateMonitor {
   safety::FailureDetector<T> detector_;
   safety::GroundContact ground_contact_;
   safety::FlightFailure failure_ = safety::FlightFailure::kNone;
-  /// The last known unit of the specific force: in a free fall its mean length leaves the range by which it is known.
+  /// The last known unit of the specific force: in a free fall its mean length leaves the range that shows the unit.
   T force_scale_m_s2_{0};
 };
 

@@ -10,8 +10,8 @@
 
 namespace m100::app {
 
-/// The operator's orders between two ticks, and the requests for control that follow from them. An order to fly stands
-/// until it is served, withdrawn, or too old. Control that is ours but not used goes back to the pilot.
+/// The operator's orders between two ticks, and the requests for control that follow from them. An order to fly is
+/// valid until it is served, withdrawn, or too old. Control that is ours but not used goes back to the pilot.
 class OperatorOrders {
  public:
   /// @param timeout how long an order to fly stays valid.
@@ -24,8 +24,8 @@ class OperatorOrders {
 
   /// Once per tick, before the link receives. @param in_reach the aircraft is where the course begins.
   void update(bool in_reach, safety::FailsafeState failsafe_state, link::SerialLink& link, core::TimePoint now);
-  /// Once per tick, after the supervisor: gives control back if the law does not use it because no pose arrives: unused
-  /// control blocks the pilot's sticks.
+  /// Once per tick, after the supervisor: gives control back that has been ours for 0.8 s with the failsafe in kSilent,
+  /// as when no pose arrives: unused control blocks the pilot's sticks.
   void release_unused(safety::FailsafeState failsafe_state, link::SerialLink& link, core::TimePoint now);
   /// The law flies: the order is served.
   void serve(core::TimePoint now) { until_ = served_ = now; }
@@ -42,11 +42,11 @@ class OperatorOrders {
   core::Duration timeout_;
   core::TimePoint served_{};
   core::TimePoint until_{};
-  bool stands_ = false;  ///< as of this tick
+  bool stands_ = false;  ///< an order to fly is valid, as of this tick
   core::TimePoint unused_since_{};
   std::uint32_t given_ = 0;   ///< since the last tick
   std::uint32_t acting_ = 0;  ///< in this tick
-  std::uint8_t tasks_ = 0;    ///< requested so far: their number on the wire
+  std::uint8_t tasks_ = 0;    ///< requests so far: the sequence number of the last
 };
 
 }  // namespace m100::app

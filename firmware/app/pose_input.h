@@ -19,7 +19,7 @@ class PoseInput {
   PoseInput(hal::Uart& uart, std::uint32_t baud, link::ByteTap* tap, link::SenderChoice from)
       : link_(uart, baud, tap, from) {}
 
-  /// @param stalled the tick covers a stall: then no pose is used, because those that waited are older than they state,
+  /// @param stalled the tick covers a stall: then no pose is used, because those that waited are older than they seem,
   ///   by an unknown time. The next tick has a fresh one. @returns the newest pose; is_new is false if none came.
   core::Pose<double> receive(bool stalled, core::TimePoint now) {
     const core::Expected<core::Pose<double>> came = link_.receive(now);

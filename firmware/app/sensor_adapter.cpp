@@ -11,7 +11,7 @@ namespace {
 
 constexpr float kMaxHeight_m = 1e4F;
 
-/// NaN and infinity fail it.
+/// False for NaN and infinity.
 template <typename T>
 bool within(T value, T limit) {
   return value >= -limit && value <= limit;
@@ -78,7 +78,7 @@ bool SensorAdapter::is_plausible(const core::Pose<T>& pose, core::TimePoint now)
   return good;
 }
 
-/// If more than a second has passed, or none, that clock was set.
+/// Time between attitudes by the autopilot's clock; zero: not known, or more than a second: that clock was set.
 core::Duration SensorAdapter::since_last(const protocol::Telemetry& telemetry) {
   const std::uint32_t ticks = telemetry.has(protocol::TelemetryItem::kTime) ? telemetry.time.ticks : 0U;
   const core::Duration passed = (ticks - last_ticks_) * link::TelemetryClock::kTick;

@@ -16,8 +16,8 @@ namespace m100::app {
 /// Limits of a working sensor; readings outside are dropped and counted.
 struct SensorLimits {
   float position_m = 100.F;           ///< the estimator's own range
-  float rate_rad_s = 20.F;            ///< twice the estimator's range; in degrees a slow turn is already beyond it
-  float norm_error = 0.01F;           ///< of the unit quaternion
+  float rate_rad_s = 20.F;            ///< twice the estimator's range; a slow turn in deg/s is already beyond it
+  float norm_error = 0.01F;           ///< of the length of the unit quaternion
   float tilt_rad = 1.2F;              ///< level flight with a larger tilt means swapped axes
   std::uint32_t stuck_readings = 50;  ///< bit-identical readings in a row: half a second of a sensor that is stuck
 };
@@ -45,7 +45,7 @@ class SensorAdapter {
   template <typename T>
   static est::ImuSample<T> imu_sample(const protocol::Telemetry& telemetry, const est::Measurement<T>& measured);
 
-  /// The world's vertical in body axes (FLU) by the newest attitude, plausible or not; nullopt: this package has none.
+  /// The world's vertical in body axes (FLU) by the newest attitude, plausible or not; nullopt: no unit quaternion.
   template <typename T>
   static std::optional<core::Vector<T, 3>> vertical_b(const protocol::Telemetry& telemetry);
 
@@ -64,7 +64,7 @@ class SensorAdapter {
   std::array<float, 7> last_reading_{};
   std::uint32_t same_readings_ = 0;
   std::uint32_t last_ticks_ = 0;  ///< of the autopilot's clock, of the newest attitude; 0: not known
-  /// Bits of x, y, z, yaw; at first those of no number.
+  /// Bits of x, y, z, yaw of the last pose; at first those of a NaN.
   std::array<std::uint64_t, 4> last_pose_{~std::uint64_t{0}};
 };
 

@@ -20,7 +20,7 @@ class TickTimer {
  public:
   static constexpr core::Duration kStall = 2 * core::kTickPeriod;  ///< promise R9
 
-  /// Precondition (asserted): `now` is never before the last one: every age in the program would be negative.
+  /// Precondition (asserted): `now` is not before the last one; otherwise ages in the program would be negative.
   void update(core::TimePoint now) {
     M100_ASSERT(stats_.ticks == 0 || now >= last_);
     elapsed_ = stats_.ticks == 0 ? core::kTickPeriod : now - last_;

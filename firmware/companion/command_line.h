@@ -105,7 +105,7 @@ inline void refuse_odd_numbers(CLI::App& app) {
   }
 }
 
-/// The message about a word that is an option its subcommand does not have; empty: it has it.
+/// The message if the word is an option that its subcommand does not have; empty: it has it.
 inline std::string unknown_option(const CLI::App& command, const std::string& word) {
   const std::string name = word.substr(0, word.find('='));
   if (command.get_option_no_throw(name) != nullptr) {

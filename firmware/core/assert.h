@@ -4,7 +4,7 @@
 namespace m100::core {
 
 /// Called when an invariant of our own code is violated. It must not return. The default stops the program; the flight
-/// program installs one that leaves neutral sticks and released control.
+/// program installs one that sends neutral sticks and releases control.
 using AssertionHandler = void (*)(const char* file, int line);
 
 /// Replaces the handler and returns the former one. Not thread-safe; call it before the first tick.

@@ -6,7 +6,7 @@
 namespace m100::core {
 
 /// Caches the sine and cosine of an angle that several callers use in one tick; recomputes them only for a different
-/// angle. The same numbers as sin_cos_of(); zeros of either sign count as equal.
+/// angle. Gives the numbers of sin_cos_of(); zeros of either sign count as equal.
 template <typename T>
 class CachedSinCos {
  public:
@@ -23,7 +23,7 @@ class CachedSinCos {
   SinCos<T> turn_;
 };
 
-/// The cached turns of roll and pitch.
+/// Cached sines and cosines of roll and pitch.
 template <typename T>
 struct RollPitchSinCos {
   CachedSinCos<T> roll;

@@ -63,14 +63,14 @@ class Arithmetic {
 };
 
 /// The version for Fixed: products and sums in 64 bits (Q16.48), rounding to nearest, saturating stores. Requires that
-/// a sum of products stays below 2^63, i.e. below 32768 in value; up to eight products of a coefficient below 8 with
-/// any Fixed do.
+/// a sum of products stays below 2^63, i.e. below 32768 in value; up to eight products of a Fixed with a coefficient
+/// below 8 meet this.
 template <>
 class Arithmetic<Fixed> {
  public:
   using Wide = std::int64_t;
 
-  /// The nearest Fixed; values beyond the range give its nearest end. Not for NaN.
+  /// The nearest Fixed; a value beyond +-127.99999 gives that limit. Not for NaN.
   template <typename Real>
   static constexpr Fixed number(Real value) {
     constexpr Real kOne = static_cast<Real>(std::int64_t{1} << Fixed::kFractionBits);

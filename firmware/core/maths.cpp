@@ -109,7 +109,7 @@ template <typename T>
   return within(angle_rad, static_cast<T>(kLargestAngle_rad)) ? sine_of(reduce(angle_rad), turn) : kNan<T>;
 }
 
-/// The same, reduced in double and rounded once.
+/// As sine_after(), but reduced in double and rounded once.
 template <typename T>
 [[gnu::noinline]] T far_sine_after(T angle_rad, std::int32_t turn) {
   return static_cast<T>(sine_after(static_cast<double>(angle_rad), turn));

@@ -53,8 +53,8 @@ constexpr T clamp(T value, T low, T high) {
   return value < low ? low : (value > high ? high : value);
 }
 
-/// The same angle in (-pi, pi], with pi rounded to T; |angle| <= kLargestAngle_rad, others give NaN. An angle that is
-/// already inside is returned unchanged.
+/// The angle wrapped into (-pi, pi], with pi rounded to T; |angle| <= kLargestAngle_rad, others give NaN. An angle that
+/// is already inside is returned unchanged.
 template <typename T>
 T wrap_pi(T angle_rad);
 

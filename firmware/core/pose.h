@@ -30,7 +30,7 @@ struct ClockOffset {
 template <typename T>
 struct Pose {
   bool is_new = false;         ///< came in this tick
-  std::uint32_t sequence = 0;  ///< counted by the sender, one per pose
+  std::uint32_t sequence = 0;  ///< counts the accepted poses, set by the link
   SenderTime captured{};       ///< on the sender's clock
   bool clock_was_set = false;  ///< the sender's clock, since the pose before: by the order of its time stamps
   /// Converts the sender's clock to ours: our time of a capture is captured + to_ours. The link sets it as if the pose

@@ -19,7 +19,7 @@ struct Tilt {
   T y_rad{0};
 };
 
-/// The same as slopes: the tangents of both angles.
+/// A tilt as slopes: the tangents of its two angles.
 template <typename T>
 struct Slope {
   T x{0};

@@ -11,7 +11,7 @@ using safety::AuthorityStage;
 bool awaits_ack_of(AuthorityStage stage, protocol::MessageId command) {
   switch (stage) {
     case AuthorityStage::kRequestingVersion:
-    case AuthorityStage::kInControl:  // whether our bytes arrive
+    case AuthorityStage::kInControl:  // the query tests whether our bytes arrive
       return command == protocol::ids::kVersionQuery;
     case AuthorityStage::kActivating:
       return command == protocol::ids::kActivation;

@@ -27,7 +27,7 @@ struct ChannelConfig {
   Channel channel = Channel::kVirtualRc;
   /// 0: the default of the channel (25 or 50 Hz). Virtual RC takes 5..25 Hz, movement control 1..50 Hz.
   double rate_hz = 0.0;
-  /// The rate of the paper, 100 Hz on either channel, beyond what DJI allows. Only by this name, never by a number.
+  /// The rate of the paper, 100 Hz on either channel, beyond what DJI allows. Only this member sets it, never rate_hz.
   bool paper_100_hz = false;
 };
 
@@ -91,7 +91,7 @@ class RateLimiter {
 protocol::VirtualRcData to_virtual_rc(const vrc::Sticks& sticks);
 
 /// Converts FLU and SI to DJI's movement command: degrees, nose up and clockwise positive, up positive. Saturated at
-/// its ranges; the encoder refuses numbers that are not finite.
+/// the command's ranges; the encoder refuses numbers that are not finite.
 protocol::Movement to_movement(const ctl::Command<double>& command);
 
 }  // namespace m100::link

@@ -8,7 +8,7 @@ namespace {
 
 using safety::AuthorityAction;
 
-/// DJI's thirty-two characters of the SDK of the M100's time (protocol, 4.2).
+/// DJI's SDK of the M100's time sends thirty-two of these characters as its bundle id (protocol, 4.2).
 constexpr char kBundleCharacter = '9';
 constexpr std::uint8_t kOnce = 1;
 

@@ -17,8 +17,8 @@
 
 namespace m100::link {
 
-/// Requests, flight commands and answers to bytes of a UART: sessions with their repeats, and the queue of what has not
-/// left yet.
+/// Turns requests, flight commands and answers into bytes of a UART. It holds the sessions, with their repeats, and the
+/// queue of what has not left yet.
 class CommandWriter {
  public:
   static constexpr std::uint8_t kEchoTransmissions = 8;  ///< 0.1 s apart: an answer that is 0.7 s late still counts
@@ -26,9 +26,8 @@ class CommandWriter {
   /// @param tap may be null.
   CommandWriter(hal::Uart& uart, const LinkConfig& config, ByteTap* tap) : uart_(uart), tap_(tap), config_(config) {}
 
-  /// What the authority table demands. @param version the autopilot's answer; empty: unknown. @returns kOk if it is on
-  /// its way;
-  ///   kReleaseControl is always kOk: the table repeats a release that did not leave.
+  /// Does what the authority table demands. @param version the autopilot's answer; empty: unknown.
+  /// @returns kOk: on its way. kReleaseControl is always kOk: the table repeats a release that did not leave.
   core::Status perform(safety::AuthorityAction action, const protocol::VersionAnswer& version,
                        protocol::TelemetryLayout layout, bool virtual_rc_on, core::TimePoint now);
   /// The version query that only tests whether our bytes arrive.
@@ -36,7 +35,7 @@ class CommandWriter {
   /// @returns kRefused: one is open already.
   core::Status request(const protocol::MotorRequest& request, core::TimePoint now);
   core::Status request(const protocol::TaskRequest& request, core::TimePoint now);
-  /// Queues one flight command; of at most one, which it replaces.
+  /// Queues one flight command; it replaces one that still waits. @returns kResourceExhausted: that one is half sent.
   core::Status write(const ChannelCommand& command);
 
   /// Queues what the sessions repeat. @param failed called with each command that nobody answered.
@@ -58,7 +57,7 @@ class CommandWriter {
     return sessions_.accept(message, now);
   }
   bool is_open(protocol::MessageId id) const { return sessions_.is_open(id); }
-  /// Requests that wait for their answer, or have not left yet, are void.
+  /// Cancels the requests that wait for their answer, except to the motors, and drops those that have not left yet.
   void cancel_requests();
   void write_answer(std::span<const std::byte> frame) { (void)outbox_.add_answer(frame); }
   bool has_command() const { return outbox_.has_command(); }

@@ -17,8 +17,8 @@ namespace m100::link {
 
 /// Bytes of a UART to frames, each with the time at which it arrived.
 ///
-/// The arrival of a frame is the time of the read, minus the line time of the bytes that follow it in the same read.
-/// Cost per tick: the bytes that came through the parser, at most kBatchesPerTick batches. No heap.
+/// The arrival of a frame is that of the read, less the line time of the bytes after it, but not before the previous
+/// read. Cost per tick: the bytes that came through the parser, at most kBatchesPerTick batches. No heap.
 class FrameReceiver {
  public:
 #ifdef M100_SMALL_MEMORY
@@ -32,7 +32,7 @@ class FrameReceiver {
   FrameReceiver(hal::Uart& uart, std::uint32_t baud, ByteTap* tap)
       : uart_(uart), tap_(tap), baud_(baud), false_headers_(baud) {}
 
-  /// Reads what has arrived since `last`, when it was called before.
+  /// Reads what has arrived since the previous call, which was at `last`.
   /// @param port_back called before the first frame of a port that is back.
   /// @param handle called with each frame and the time of its arrival.
   template <typename PortBack, typename Handle>

@@ -14,8 +14,8 @@ struct LinkConfig {
   ChannelConfig channel;
   std::uint32_t app_id = 0;                  ///< from DJI's developer site
   const protocol::Cipher* cipher = nullptr;  ///< the key of that app; null: nothing is encrypted or decrypted
-  bool encrypt_commands = false;             ///< sets 0x01 and 0x05; answers are taken either way
-  std::uint32_t baud = 230400;               ///< for the shares in LinkHealth only
+  bool encrypt_commands = false;             ///< of command sets 0x01, 0x05; answers may be plain or encrypted
+  std::uint32_t baud = 230400;               ///< for line times (arrival of frames) and the shares in LinkHealth
   /// Rate of each telemetry item. RC and control at 100 Hz, because they show a loss of control.
   std::array<protocol::Rate, 16> rates{protocol::Rate::k100Hz, protocol::Rate::k100Hz, protocol::Rate::k100Hz,
                                        protocol::Rate::k100Hz, protocol::Rate::k100Hz, protocol::Rate::k10Hz,

@@ -18,9 +18,9 @@ struct LinkHealth {
   double telemetry_rate_hz = 0.0;  ///< packages in the last full second
   double receive_share = 0.0;      ///< of the line's capacity, last full second
   double send_share = 0.0;
-  core::Duration telemetry_age{0};    ///< since the last package came
+  core::Duration telemetry_age{0};    ///< since the last package came; 0 before the first
   core::Duration longest_gap{0};      ///< between two packages, ever
-  core::Duration transport_delay{0};  ///< of the last package, beyond the fastest of all (the autopilot's own clock)
+  core::Duration transport_delay{0};  ///< of the last package beyond the fastest one, by the autopilot's clock
   /// Difference between the spacing of two packages at our end and by the autopilot's clock, counted by size.
   std::array<std::uint32_t, kJitterBins_us.size() + 1> jitter_histogram{};
   protocol::ParserStats parser;
@@ -29,7 +29,7 @@ struct LinkHealth {
   std::uint64_t bytes_sent = 0;
   std::uint32_t packages = 0;          ///< of telemetry
   std::uint32_t bad_packages = 0;      ///< good frame, but sizes do not fit
-  std::uint32_t old_packages = 0;      ///< telemetry that is repeated or overtaken; not counted above
+  std::uint32_t old_packages = 0;      ///< telemetry that is repeated or overtaken; not counted in `packages`
   std::uint32_t refused_items = 0;     ///< telemetry items that held a number that is not finite
   std::uint32_t undecipherable = 0;    ///< encrypted, but we have no key
   std::uint32_t commands_sent = 0;     ///< flight commands

@@ -9,11 +9,11 @@
 namespace m100::link {
 
 /// The pilot's mode switch. While Virtual RC is on, the RC item may show our own mode channel (A) instead of the real
-/// switch (protocol, 7). Then only the control item shows the switch. Once the RC item has shown F, it shows the real
-/// switch.
+/// switch (protocol, 7); then only the control item shows the switch. An RC item that shows F after our data have been
+/// in mode A for a while shows the real switch.
 class ModeSwitch {
  public:
-  /// If the RC item shows mode F this long after Virtual RC data (of mode A) began, it shows the real switch.
+  /// If the RC item can show our own mode (A), it does so at most this long after our Virtual RC data began.
   static constexpr core::Duration kOwnModeShows = std::chrono::milliseconds(200);
 
   /// A command was sent.
@@ -33,7 +33,7 @@ class ModeSwitch {
   /// Another autopilot may be at the other end.
   void reset() { rc_item_is_real_ = false; }
 
-  /// Whether the switch may stand at F.
+  /// Whether the switch is at F, or may be because the RC item shows our own mode.
   bool is_f(const protocol::Telemetry& telemetry, bool uses_virtual_rc) const {
     const bool shows_our_mode = uses_virtual_rc && !rc_item_is_real_ && telemetry.control.virtual_rc_on() &&
                                 telemetry.rc.mode == protocol::kRcModeA;

@@ -15,12 +15,12 @@ using safety::when;
 /// Two calls of receive() that are further apart mean that our own program stalled: control goes back.
 constexpr core::Duration kOwnStall = std::chrono::milliseconds(500);
 /// In control the version query is sent this long after the autopilot's last answer. Telemetry shows us in control
-/// whether our bytes arrive or not; only an answer proves that they arrive. With the retries it takes at most a
-/// second until the operator is told that they do not.
+/// whether our bytes arrive or not; only an answer proves that they arrive. With the retries it takes at most a second
+/// until the operator learns that they do not.
 constexpr core::Duration kEchoSpacing = std::chrono::milliseconds(200);
-constexpr core::Duration kFreshFor = std::chrono::milliseconds(100);  ///< its data are stale
+constexpr core::Duration kFreshFor = std::chrono::milliseconds(100);  ///< a telemetry package that is older is stale
 
-/// Messages that only a computer sends.
+/// Messages that only an onboard computer sends.
 bool is_our_question(protocol::MessageId id) {
   return id == protocol::ids::kVersionQuery || id == protocol::ids::kActivation || id == protocol::ids::kControlRequest;
 }

@@ -28,10 +28,10 @@ namespace m100::link {
 struct AuthorityView {
   safety::AuthorityStage stage = safety::AuthorityStage::kListening;
   safety::AuthorityReason reason = safety::AuthorityReason::kStarting;
-  protocol::AckMeaning answer;  ///< of the autopilot to the last command; says more if reason is kAnswer
+  protocol::AckMeaning answer;  ///< of the autopilot to the last command; gives the cause if reason is kAnswer
   bool in_control = false;      ///< commands may leave
   bool mode_f = false;
-  bool control_requested = false;  ///< the operator's ask is not served yet
+  bool control_requested = false;  ///< the operator's request is not served yet
   bool release_pending = false;    ///< control or Virtual RC may be ours; false: telemetry shows the transmitter
   bool port_gone = false;          ///< the device itself is gone: our bytes cannot leave
   bool link_alive = false;         ///< a frame within the last 500 ms
@@ -43,7 +43,7 @@ struct AuthorityView {
 /// One tick is receive(now), then at most one send(command, now). Nothing happens between two ticks, so every command
 /// that leaves was computed in this tick; a command that could not leave is dropped, not kept.
 ///
-/// Control that telemetry shows as ours while nobody wants it, or that may be ours while nothing is heard, is given
+/// Control that telemetry shows as ours while nobody wants it, or that may be ours while nothing is received, is given
 /// back five times a second until telemetry shows the transmitter (promise R15); authority().release_pending is true
 /// meanwhile.
 ///
@@ -72,7 +72,7 @@ class SerialLink {
   /// True if send() would not answer kNotReady or kRefused.
   bool due(core::TimePoint now) const { return authority_.in_control && !receiver_.is_behind() && limiter_.due(now); }
 
-  /// The operator asks for control: at most three requests, two seconds apart, then silence until the next call.
+  /// The operator requests control: at most three requests, two seconds apart, then silence until the next call.
   void request_control(core::TimePoint now);
   /// The operator gives control back.
   void release(core::TimePoint now);
@@ -128,7 +128,7 @@ class SerialLink {
   LinkMeter meter_;
   core::TimePoint last_step_{};
   core::TimePoint last_frame_{};
-  core::TimePoint last_echo_{};  ///< the autopilot last answered anything
+  core::TimePoint last_echo_{};  ///< when the autopilot last answered any command
   bool ever_received_ = false;
 };
 

@@ -35,7 +35,7 @@ struct TickRecord {
   std::array<double, 4> granted{};        ///< of the supervisor
   float pose_age = 0.0F;                  ///< s, R3
   float telemetry_age = 0.0F;             ///< s
-  float late = 0.0F;                      ///< s, this tick after its time
+  float late = 0.0F;                      ///< s, time since the last tick beyond one period
   float residual = 0.0F;                  ///< of the residual monitor: worst channel over its expected value
   std::array<std::uint16_t, 4> sticks{};  ///< roll, pitch, throttle, yaw as sent
   std::uint32_t facts = 0;
@@ -45,7 +45,7 @@ struct TickRecord {
   std::uint8_t sent = 0;               ///< 1: a control frame was sent in this tick
   std::uint8_t pose_new = 0;
   std::uint8_t imu_new = 0;
-  std::uint8_t link_state = 0;  ///< link::SerialLink's step of the start-up
+  std::uint8_t link_state = 0;  ///< safety::AuthorityStage
   std::uint8_t mpc_path_x = 0;
   std::uint8_t mpc_path_y = 0;
   std::uint8_t mpc_changes = 0;  ///< of the active sets, both axes; 255: as many or more
@@ -58,7 +58,7 @@ static_assert(sizeof(TickRecord) == 8 + 8 * (3 + 3 + 3 + 2 + 2 + 2 + 1 + 3 + 3 +
 inline constexpr std::uint32_t kOrderEngage = 1;
 inline constexpr std::uint32_t kOrderRelease = 2;
 inline constexpr std::uint32_t kOrderTakesOff = 4;  ///< the autopilot takes off by its own task, or is about to
-inline constexpr std::uint32_t kOrderLands = 8;     ///< likewise
+inline constexpr std::uint32_t kOrderLands = 8;     ///< the autopilot lands by its own task, or is about to
 inline constexpr std::uint32_t kOrderTask = 16;     ///< that task was requested before this tick
 
 inline constexpr std::string_view kTickFormat =
@@ -70,8 +70,8 @@ inline constexpr std::string_view kTickFormat =
     "uint8_t sent;uint8_t pose_new;uint8_t imu_new;uint8_t link_state;uint8_t mpc_path_x;uint8_t mpc_path_y;"
     "uint8_t mpc_changes;uint32_t orders;";
 
-/// One tick of an excitation: the stick that it moves, and the aircraft's distance from where it began. Distance and
-/// speed are along the axis, positive in the direction of the stick: m and m/s, for yaw rad and rad/s.
+/// One tick of an excitation: the stick that it moves, and the aircraft's distance from where the excitation began.
+/// Distance and speed are along the axis, positive in the direction of the stick: m and m/s, for yaw rad and rad/s.
 struct ExcitationRecord {
   std::uint64_t timestamp = 0;  ///< us
   float distance = 0.0F;

@@ -35,7 +35,7 @@ class UlogWriter {
 
   /// A record of the format with this id, as its bytes are in memory: no padding, the time stamp first.
   void append(std::uint16_t id, std::span<const std::byte> record);
-  /// A line of text with its time (ULog's logged string, level info), at most 60 000 bytes; readers list them.
+  /// A line of text with its time (ULog's logged string, level info), cut at 60 000 bytes.
   void append(core::TimePoint now, std::string_view text);
 
   std::uint32_t dropped() const { return ring_.dropped(); }

@@ -26,18 +26,18 @@ enum class AuthorityStage : std::uint8_t {
   kEnabling,           ///< Virtual RC switched on; telemetry does not show it yet
   kInControl,          ///< the only stage in which commands may leave
   kReleasing,          ///< control is being given back on purpose, until telemetry shows that it is
-  kSilent,             ///< control was lost or refused: only releases leave until the operator asks
-  kSilentCold,         ///< the same, and the autopilot may have restarted: start-up is due after the operator asks
+  kSilent,             ///< control was lost or refused: only releases leave until the operator requests control
+  kSilentCold,         ///< as kSilent, but the autopilot may have restarted: start-up is due, after a request
 };
 inline constexpr std::size_t kStageCount = 15;
 
 /// Conditions that the authority table tests. Levels are set for as long as they are true, edges for one step.
 enum class AuthorityCondition : std::uint32_t {
   kNone = 0,
-  // The operator (edges; kAsked is kept until it is served or refused).
+  // The operator (edges; kControlRequested is kept until it is served or refused).
   kControlRequested = 1U << 0U,
   kReleaseRequested = 1U << 1U,
-  // The link (levels, but for the restart).
+  // The link (levels; the restart and the push are edges).
   kLinkAlive = 1U << 2U,        ///< a good frame within the last 500 ms
   kItemsFresh = 1U << 3U,       ///< RC and control items within the last 500 ms
   kRestarted = 1U << 4U,        ///< the autopilot's clock jumped
@@ -49,16 +49,16 @@ enum class AuthorityCondition : std::uint32_t {
   kVirtualRcOn = 1U << 9U,
   // Configuration (level).
   kNeedsVirtualRc = 1U << 10U,
-  // The answer to what is open (edges).
+  // The answer to the open request (edges).
   kDone = 1U << 11U,
   kSendAgain = 1U << 12U,  ///< "in progress: send the request again"
-  kRetry = 1U << 13U,      ///< may pass: mobile app, internet, version
+  kRetry = 1U << 13U,      ///< its cause may pass: mobile app, internet, version
   kRefused = 1U << 14U,    ///< a repetition is useless
   kNotActivated = 1U << 15U,
   kNoAnswer = 1U << 16U,
   // Made by step() from ages and counters.
   kRequestSpaced = 1U << 17U,  ///< the last request for control is at least kRequestSpacing old
-  kTriesLeft = 1U << 18U,      ///< of the request that the stage is about
+  kTriesLeft = 1U << 18U,      ///< fewer than kRequestsPerAction requests for control so far
   kSwitchSpaced = 1U << 19U,   ///< the last Virtual RC "on" is at least kRequestSpacing old
   kSwitchesLeft = 1U << 20U,
   kTimeOver = 1U << 21U,        ///< the stage has lasted as long as it may
@@ -134,13 +134,13 @@ inline constexpr core::Duration kGrantTime = std::chrono::seconds(1);
 inline constexpr core::Duration kAgeLimit = std::chrono::seconds(6);
 
 /// Everything the table remembers. It stores ages instead of times, so that the state does not depend on the absolute
-/// time and an exhaustive walk ends.
+/// time and an exhaustive search of the states ends.
 struct AuthorityState {
   AuthorityStage stage = AuthorityStage::kListening;
   AuthorityReason reason = AuthorityReason::kStarting;
   bool control_requested = false;
-  std::uint8_t requests = 0;     ///< for control, since the operator asked
-  std::uint8_t switches = 0;     ///< Virtual RC "on", since the operator asked
+  std::uint8_t requests = 0;     ///< for control, since the operator's request
+  std::uint8_t switches = 0;     ///< Virtual RC "on", since the operator's request
   bool release_pending = false;  ///< control or Virtual RC may be ours, until telemetry shows otherwise
   bool must_release = false;     ///< a release is due whatever telemetry shows
   core::Duration since_entry{0};

@@ -26,8 +26,8 @@ constexpr StageSet operator|(AuthorityStage a, AuthorityStage b) { return StageS
 
 struct AuthorityTransition {
   StageSet from;
-  AuthorityCondition with;     ///< all of them
-  AuthorityCondition without;  ///< none of them
+  AuthorityCondition with;     ///< all of these hold
+  AuthorityCondition without;  ///< none of these does
   AuthorityStage to;
   AuthorityAction action;
   AuthorityReason reason;
@@ -84,7 +84,7 @@ inline constexpr auto kAuthorityTable = [] {
       AuthorityTransition{S::kAwaitingTelemetry, kItemsFresh, kNone, S::kReady, A::kNone, R::kNone},
       AuthorityTransition{S::kAwaitingTelemetry, kTimeOver, kNone, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
 
-      // The operator asks.
+      // The operator requests control.
       AuthorityTransition{S::kSilentCold, kControlRequested, kNone, S::kListening, A::kNone, R::kStarting},
       AuthorityTransition{S::kSilent, kControlRequested, kNone, S::kAwaitingTelemetry, A::kNone, R::kStarting},
       AuthorityTransition{S::kReady, kNone, kItemsFresh, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
@@ -223,7 +223,7 @@ static_assert(next(AuthorityStage::kObtaining, except(kFlying, kDeviceOurs) | kS
 static_assert(next(AuthorityStage::kObtaining, kFlying | kNoAnswer) == AuthorityStage::kConfirming,
               "telemetry says that it is granted");
 
-/// Every row that leads to a stage in which commands may leave requires the proof in telemetry.
+/// Every row that leads to a stage in which commands may leave requires control or Virtual RC as ours in telemetry.
 constexpr bool control_needs_proof() {
   for (const AuthorityTransition& row : kAuthorityTable) {
     if (may_command(row.to) && !any(row.with, kDeviceOurs | kVirtualRcOn)) {
@@ -234,7 +234,7 @@ constexpr bool control_needs_proof() {
 }
 static_assert(control_needs_proof());
 
-/// Every row that requests control, or Virtual RC, tests the two-second sign.
+/// Every row that requests control, or Virtual RC, requires that the last such request is two seconds old.
 constexpr bool requests_are_spaced() {
   for (const AuthorityTransition& row : kAuthorityTable) {
     const bool bad_request = row.action == AuthorityAction::kRequestControl && !all(row.with, kRequestSpaced);

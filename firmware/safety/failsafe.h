@@ -17,24 +17,24 @@ namespace m100::safety {
 ///             the predicted error reaches the fence
 ///   kLevel    a command that brakes, then holds trim and wind as last estimated; no climb, no turn: the autopilot
 ///             holds the height. Also the state while the autopilot takes off or lands by its own task
-///   kRelease  level and trimmed, and control is about to be given back
+///   kRelease  the command of kLevel if that came before, else level and trimmed; control is about to be given back
 ///   kSilent   nothing: control is not ours
 enum class FailsafeState : std::uint8_t { kSilent, kNominal, kCoast, kLevel, kRelease };
 
 /// Conditions that the table tests; a set of them is a bit mask.
 enum class FailsafeCondition : std::uint32_t {
   kNone = 0,
-  kCommandable = 1U << 0U,       ///< authority is ours and the mode switch stands at F
-  kOperatorReleases = 1U << 1U,  ///< given back on purpose
-  kTelemetryDead = 1U << 2U,     ///< the autopilot has been silent for 500 ms
+  kCommandable = 1U << 0U,       ///< authority is ours and the mode switch is at F
+  kOperatorReleases = 1U << 1U,  ///< the operator gives control back
+  kTelemetryDead = 1U << 2U,     ///< no telemetry package for 500 ms
   kCommandInvalid = 1U << 3U,    ///< the law's command is not finite or far out of range
-  kEstimateLost = 1U << 4U,      ///< gate shut for 0.3 s, or covariance beyond its limit
+  kEstimateLost = 1U << 4U,      ///< poses refused for 0.3 s, or the observer is not healthy (Estimate::healthy)
   kFresh = 1U << 5U,             ///< pose younger than fresh_limit() and telemetry than 100 ms
   kRecovered = 1U << 6U,         ///< fresh, and ten new poses in a row
-  kCoastOver = 1U << 7U,         ///< in kCoast for 700 ms in which the error never fell back to its first value
-  kLevelOver = 1U << 8U,         ///< in kLevel for 1 s, and slow enough for the pilot
+  kCoastOver = 1U << 7U,         ///< 700 ms in kCoast since the error was last no larger than at its beginning
+  kLevelOver = 1U << 8U,         ///< in kLevel for 1 s, and slow enough for the pilot or there for too long
   kNeutralOver = 1U << 9U,       ///< in kRelease for 0.5 s
-  kOperatorEngages = 1U << 10U,  ///< asked to fly, by a person
+  kOperatorEngages = 1U << 10U,  ///< the operator's order to fly is valid
   // Reported only: no row of the table tests the next five. They are in the log's field `facts`.
   kRollModelMismatch = 1U << 11U,   ///< the axis no longer follows its model, by the residual monitor; likewise below
   kPitchModelMismatch = 1U << 12U,  ///< in the order of sysid::MonitoredAxis
@@ -42,14 +42,14 @@ enum class FailsafeCondition : std::uint32_t {
   kClimbModelMismatch = 1U << 14U,
   kTrimDrifted = 1U << 15U,  ///< in hover, by est::TrimMonitor
   // Acted upon again.
-  kReserveSpent = 1U << 16U,       ///< 500 ms in kCoast, and the predicted error of the position reached the fence
+  kReserveSpent = 1U << 16U,       ///< 500 ms in kCoast, as for kCoastOver, and the predicted error reached the fence
   kOutsideFence = 1U << 17U,       ///< the aircraft is beyond a side of its fence
   kAuthorityExceeded = 1U << 18U,  ///< for 3 s the wind has been stronger than the aircraft
   kTaskFlies = 1U << 19U,          ///< the autopilot takes off or lands by its own task, by the operator's order
   kLimitCycle =
       1U << 20U,  ///< reported only: a limit cycle was detected, and the fallback law flies (ctl::LimitCycleDetector)
   kLimitCyclePersists = 1U << 21U,  ///< acted upon: the limit cycle persists under the fallback law
-  kOnGround = 1U << 22U,            ///< in flight the autopilot has said "on the ground" for 500 ms
+  kOnGround = 1U << 22U,            ///< in flight the autopilot has reported "on the ground" for 500 ms
   kFlightFailure = 1U << 23U,       ///< tilt beyond 45 degrees, tumbling, free fall or a crash (FailureDetector)
 };
 template <>
@@ -58,12 +58,12 @@ inline constexpr bool kIsCondition<FailsafeCondition> = true;
 /// Why a step was made. A row names its reason; if a condition has several causes, the supervisor finds the right one.
 enum class FailsafeReason : std::uint8_t {
   kNone,
-  kControlGone,      ///< authority or mode F: the link says which
+  kControlGone,      ///< control or mode F was lost: the link says which
   kGivenBack,        ///< by the operator
-  kTelemetrySilent,  ///< nothing from the autopilot for 500 ms
+  kTelemetrySilent,  ///< no telemetry package for 500 ms
   kCommandInvalid,   ///< the law's command was not finite or far out of range
-  kPoseRefused,      ///< the gate shut
-  kEstimateLost,     ///< not started, attitude gone, or covariance beyond its limit
+  kPoseRefused,      ///< the innovation gate refused the poses for 0.3 s
+  kEstimateLost,     ///< not started, attitude gone, or no pose used for a second
   kPoseOld,
   kTelemetryOld,
   kCoastOver,
@@ -76,7 +76,7 @@ enum class FailsafeReason : std::uint8_t {
   kAuthorityExceeded,  ///< the wind is stronger than the aircraft
   kTask,               ///< the autopilot takes off or lands, by the operator's order
   kLimitCycle,         ///< a limit cycle persists even under the fallback law
-  kOnGround,           ///< the autopilot's flight status says "on the ground"
+  kOnGround,           ///< the autopilot's flight status is "on the ground"
   kFlightFailure,      ///< FailureDetector: the observation says which failure
 };
 inline constexpr std::size_t kFailsafeReasonCount = 21;
@@ -93,7 +93,7 @@ struct FailsafeTransition {
   FailsafeReason why;
 };
 
-/// Read from the top, first match wins; no match: stay. Rows that take authority away come first in every state.
+/// Read from the top, first match wins; no match: stay. In every state the rows for a loss of control come first.
 inline constexpr std::array kFailsafeTransitions{
     // The pilot, the app or a mission took control: stop at once, and never request it again without the operator.
     FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kNone, FailsafeCondition::kCommandable,

@@ -26,7 +26,7 @@ core::Vector<T, 3> cross(const core::Vector<T, 3>& a, const core::Vector<T, 3>& 
   return {a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(), a.x() * b.y() - a.y() * b.x()};
 }
 
-/// How long a condition has held.
+/// Adds to the time for which a condition has held; zero while it does not hold.
 template <typename T>
 void count(T& lasts_s, bool holds, T step_s) {
   lasts_s = holds ? core::clamp(lasts_s + step_s, T(0), static_cast<T>(kLongest_s)) : T(0);

@@ -25,8 +25,8 @@ struct FlightSample {
 ///   tilt       beyond 45 degrees for 0.1 s; the law and the supervisor command at most 30
 ///   tumbling   more than one revolution per second for 0.25 s, which turns the aircraft by 90 degrees. Between both
 ///              limits of tilt a healthy aircraft turns by 60 degrees
-///   free fall  a specific force below 0.2 g for 0.3 s (PX4), while the climb speed, where it comes, is below half of
-///              what such a fall gains: one channel alone may be a sensor's fault
+///   free fall  a specific force below 0.2 g for 0.3 s (PX4), while the aircraft, if a climb speed comes, sinks at half
+///              of what such a fall gains or faster: one channel alone may be a sensor's fault
 ///   crash      tilted 30 degrees away from the command for 2 s (ArduPilot); or a force above 3 g, twice the largest of
 ///              a flight within 30 degrees, and then for a second neither rates nor climb speed: a free aircraft moves
 ///              after such a blow

@@ -21,7 +21,7 @@ std::string_view name(FlightFailure failure);
 
 /// Whether the aircraft still flies.
 struct FlightState {
-  /// In flight: how long the autopilot's flight status has said "on the ground"; zero: it says otherwise, or nothing.
+  /// In flight: how long the autopilot's flight status has been "on the ground"; zero: it is another, or none has come.
   core::Duration on_ground_for{0};
   FlightFailure failure = FlightFailure::kNone;  ///< by FailureDetector
 };

@@ -5,10 +5,10 @@
 
 namespace m100::safety {
 
-/// Measures for how long the autopilot's flight status has said "on the ground" since it said "in the air". A hop of
+/// Measures for how long the autopilot's flight status has been "on the ground" since it was "in the air". A hop of
 /// less than a second does not end the contact and does not count: at hover thrust the aircraft leaves the ground by
-/// millimetres, and takes more than half a second to come back. A status that never said "in the air" is no evidence
-/// of a landing.
+/// millimetres, and takes more than half a second to come back. A status that was never "in the air" is no evidence of
+/// a landing.
 class GroundContact {
  public:
   static constexpr core::Duration kHop = std::chrono::seconds(1);

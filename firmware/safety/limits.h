@@ -17,19 +17,19 @@ struct MeasuredLatency {
 /// The named timers and counts of the failsafe.
 struct Limits {
   core::Duration pose_fresh = std::chrono::milliseconds(60);
-  /// The flight file sets pose_fresh, so the measured latency does not lengthen it.
+  /// Whether the flight file sets pose_fresh; then the measured latency does not lengthen it.
   bool pose_fresh_is_set = false;
   core::Duration coast = std::chrono::milliseconds(700);
   core::Duration level = std::chrono::milliseconds(1000);
   /// LEVEL lasts longer while the aircraft is faster than hand_over_m_s, so that the pilot gets it at rest: at most
-  /// this long by prediction (level_moving), and this long with a fresh pose (level_moving_seen).
+  /// level_moving while the speed is predicted, and level_moving_seen while a fresh pose shows it.
   core::Duration level_moving = std::chrono::milliseconds(2500);
   core::Duration level_moving_seen = std::chrono::milliseconds(10000);
   double hand_over_m_s = 0.9;
   core::Duration neutral = std::chrono::milliseconds(500);
   core::Duration telemetry_stale = std::chrono::milliseconds(100);
   core::Duration telemetry_dead = std::chrono::milliseconds(500);
-  core::Duration gate_shut = std::chrono::milliseconds(300);            ///< by poses that agree with each other: a jump
+  core::Duration gate_shut = std::chrono::milliseconds(300);            ///< refused poses that agree: a jump
   core::Duration authority_exceeded = std::chrono::milliseconds(3000);  ///< the wind is stronger than the aircraft
   core::Duration on_ground = std::chrono::milliseconds(500);            ///< promise R18
   std::uint32_t good_poses_to_recover = 10;
@@ -39,7 +39,7 @@ inline constexpr core::Duration kFreshMargin = std::chrono::milliseconds(10);
 inline constexpr core::Duration kMaxFresh = std::chrono::milliseconds(250);
 
 /// Largest age of a pose in normal flight (promise R3): pose_fresh, or the limit that the measured latency requires if
-/// that is larger, at most 250 ms.
+/// that is larger, at most 250 ms, unless the flight file sets pose_fresh.
 constexpr core::Duration fresh_limit(const Limits& limits, const MeasuredLatency& measured) {
   const core::Duration needed = measured.min_latency + 2 * measured.jitter + measured.interval + kFreshMargin;
   if (limits.pose_fresh_is_set || needed <= limits.pose_fresh) {

@@ -7,9 +7,9 @@ namespace m100::safety {
 
 /// What the supervisor needs to know of the link to the autopilot.
 struct LinkStatus {
-  core::Duration telemetry_age{core::Duration::max()};  ///< since the newest frame of the autopilot
-  bool in_control = false;                              ///< the autopilot says that we command
-  bool mode_f = false;                                  ///< the pilot's switch stands at F
+  core::Duration telemetry_age{core::Duration::max()};  ///< since the last telemetry package
+  bool in_control = false;                              ///< AuthorityStage::kInControl
+  bool mode_f = false;                                  ///< the pilot's switch is at F, or may be (ModeSwitch)
 };
 
 }  // namespace m100::safety

@@ -28,7 +28,7 @@ struct Observation {
   ctl::ControlAuthorityStatus wind{};
   ctl::LimitCycleStatus limit_cycle{};
   FlightState flight{};        ///< whether the aircraft still flies
-  sysid::ModelStatus model{};  ///< up to the last tick: it is compared with the sticks that leave after the supervisor
+  sysid::ModelStatus model{};  ///< as of the last tick: the sticks that it is compared with leave after the supervisor
 };
 
 }  // namespace m100::safety

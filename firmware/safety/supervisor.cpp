@@ -9,8 +9,8 @@ namespace {
 
 /// Tolerance of the tilt limit: a law that keeps the same limit in float must not be cut because of its last bits.
 constexpr double kTiltRounding_rad = 1e-4;
-/// Time in COAST for which the course goes on, however little distance to the fence is left. The gap of the poses is
-/// longer than this, because COAST begins only when the pose is older than its limit.
+/// Least time in COAST before a spent reserve ends it; until then the aircraft brakes, and flies on if poses come back.
+/// The gap of the poses is longer than this, because COAST begins only when the pose is older than its limit.
 constexpr core::Duration kFlownThrough = std::chrono::milliseconds(500);
 /// Unobserved acceleration while no pose shows the speed: the offset of the specific force from which the speed is
 /// computed (est::kForceOffset_m_s2).
@@ -37,7 +37,7 @@ bool Supervisor<T>::is_inside(const ctl::Command<T>& command) const {
          inside(command.climb_m_s, envelope_.climb_m_s) && inside(command.yaw_rate_rad_s, envelope_.yaw_rate_rad_s);
 }
 
-/// A pose counts once, however many ticks it is fresh: it is new if its time of capture has advanced.
+/// A pose counts once, however many ticks it is fresh: it is new if its time of capture has changed by 1 ms or more.
 template <typename T>
 void Supervisor<T>::count_good_poses(const Observation& seen, bool fresh) {
   constexpr core::Duration kNewer = std::chrono::milliseconds(1);  // estimates of one time of capture differ by less

@@ -57,14 +57,14 @@ class Supervisor {
   }
 
   /// Once per tick. @param step_s the time since the last one, for the slew limits.
-  /// @param brake_and_hold the command for kLevel, and for kRelease if that followed kLevel with a fresh pose. In the
-  ///   other states, and if the law's command is invalid, the command is level and trimmed.
+  /// @param brake_and_hold the command for kLevel, kRelease after kLevel, and kCoast once the error reached the fence.
+  ///   Without it and the law, or if the law's command is invalid, the command is level and trimmed.
   SupervisedCommand<T> review(const ctl::Command<T>& wanted, const ctl::Command<T>& brake_and_hold,
                               const Observation& seen, T step_s) {
     const CommandSource passes = update_failsafe(wanted, seen);
     return limit_command(passes, passes == CommandSource::kLaw ? wanted : brake_and_hold, step_s);
   }
-  /// The same in two halves, for callers that compute brake_and_hold only when it is needed: first the failsafe, ...
+  /// review() in two halves, for callers that compute brake_and_hold only when it is needed: first the failsafe, ...
   /// @param seen may be observation() itself.
   CommandSource update_failsafe(const ctl::Command<T>& wanted, const Observation& seen);
   /// ... then the limits. @param command the law's or brake_and_hold, as update_failsafe() chose; unused for kNeutral.
@@ -75,7 +75,7 @@ class Supervisor {
     held_for_ += elapsed;
     return limit_command(passes, last_, T(0));
   }
-  /// The same; @returns what would be granted if `command` could leave now, for the log.
+  /// As hold_command(), but @returns what would be granted if `command` could leave now, for the log.
   SupervisedCommand<T> preview_command(CommandSource passes, const ctl::Command<T>& command, core::Duration elapsed) {
     const ctl::Command<T> last = last_;
     held_for_ += elapsed;
@@ -96,7 +96,7 @@ class Supervisor {
   Observation& observation() { return observed_; }
   /// The observation of the last tick.
   const Observation& observed() const { return observed_; }
-  /// The signs of the last tick.
+  /// The conditions of the last tick.
   FailsafeCondition conditions() const { return conditions_; }
   /// The failsafe's last step; stats().steps counts them.
   const FailsafeStep& last_step() const { return last_step_; }

@@ -24,8 +24,8 @@ StickMap map_of(const model::StickAxis& axis, float sign = 1.F) {
           .sign = sign};
 }
 
-/// Valid divisors and exponents for to_stick(). The vehicle file's ranges ensure this (files/vehicle_file.h); a vehicle
-/// that is constructed by hand must meet it, too.
+/// Whether divisors and exponents are valid for to_stick(). The vehicle file's ranges ensure this
+/// (files/vehicle_file.h); a vehicle that is constructed by hand must meet it, too.
 bool is_usable(const StickMap& map) {
   return map.scale_si_per_vrc > 0.F && map.dead_zone_vrc >= 0.F && map.exponent > 0.F && map.gain_asymmetry > 0.F &&
          finite(map.neutral_vrc);

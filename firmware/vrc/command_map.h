@@ -16,7 +16,7 @@ namespace m100::vrc {
 ///
 /// A stick cannot represent every command (dead zone with a jump, whole counts). The part of a command that a stick
 /// does not represent is added to the next one (error feedback), so that the mean over a few sticks is the command.
-/// Without it a jump of +-20 counts is a relay of +-1 degree around level. The remainder is limited to one dead zone.
+/// Without it a jump of +-20 counts is a relay of +-1 degree. The remainder is limited to the dead zone and a count.
 class CommandMap {
  public:
   /// Precondition (asserted): finite trims, dead zones of at least zero, stick exponents and gain asymmetries above

@@ -13,7 +13,7 @@ namespace m100::hal {
 /// Registers of the Arm CMSDK APB UART: one byte deep each way, 8N1.
 struct CmsdkUartRegisters {
   volatile std::uint32_t data;
-  volatile std::uint32_t state;    ///< bit 0, 1: transmitter, receiver full; bit 2, 3: theirs overran, write 1 to clear
+  volatile std::uint32_t state;    ///< bit 0, 1: transmitter, receiver full; bit 2, 3: their overruns, write 1 to clear
   volatile std::uint32_t control;  ///< bit 0, 1: transmitter, receiver on; bit 2, 3: their interrupts on
   volatile std::uint32_t interrupt;  ///< bit 0, 1: transmit, receive interrupt; write 1 to clear
   volatile std::uint32_t divider;    ///< peripheral clock over baud rate, at least 16

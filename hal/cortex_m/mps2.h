@@ -22,7 +22,7 @@ inline CmsdkUartRegisters& uart(std::uint32_t number) {
 
 inline SysTickRegisters& systick() { return *reinterpret_cast<SysTickRegisters*>(0xE000E010U); }
 
-/// Its interrupt is the NMI. It counts the system clock.
+/// The watchdog counts the system clock; its interrupt is the NMI.
 inline CmsdkWatchdogRegisters& watchdog() { return *reinterpret_cast<CmsdkWatchdogRegisters*>(0x40008000U); }
 inline volatile std::uint32_t& watchdog_lock() { return *reinterpret_cast<volatile std::uint32_t*>(0x40008C00U); }
 

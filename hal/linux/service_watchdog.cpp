@@ -13,7 +13,7 @@
 namespace m100::hal {
 namespace {
 
-constexpr unsigned kFeedsPerNotify = 10;  ///< of feed(): ten words a second where it is fed every tick
+constexpr unsigned kFeedsPerNotify = 10;  ///< calls of feed() per heartbeat: ten a second if called every tick
 
 }  // namespace
 

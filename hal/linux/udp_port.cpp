@@ -15,7 +15,7 @@
 namespace m100::hal {
 namespace {
 
-/// Empty and overlong packets, and interruptions, that one call skips.
+/// Largest number of empty and overlong packets, and of interruptions, that one call skips.
 constexpr int kPassedOver = 16;
 
 std::int64_t nanoseconds(const timespec& time) { return time.tv_sec * std::int64_t{1'000'000'000} + time.tv_nsec; }

@@ -14,7 +14,7 @@
 
 namespace m100::hal {
 
-/// The port in "udp:PORT", 1 to 65535. @returns nothing: the name does not have this form.
+/// The port in "udp:PORT", 1 to 65535. @returns nullopt: the name does not have this form.
 std::optional<std::uint16_t> udp_port_of(std::string_view name);
 constexpr bool is_udp(std::string_view name) { return name.substr(0, 4) == "udp:"; }
 
@@ -45,7 +45,7 @@ class UdpPort final : public PacketUart {
   bool send(std::span<const std::byte> packet) const;
 
  private:
-  /// Receives the next usable packet. @returns false: none waits, or too many in a row were skipped.
+  /// Receives the next usable packet. @returns false: none has come before the mark, or too many in a row were skipped.
   bool receive();
 
   std::uint16_t port_;

@@ -15,7 +15,7 @@ namespace m100::hal {
 struct LineFaults {
   double drop_per_byte = 0.0;
   double flip_per_bit = 0.0;
-  double framing_error_per_byte = 0.0;  ///< the stop bit is missing: the byte arrives, and the receiver counts an error
+  double framing_error_per_byte = 0.0;  ///< the stop bit is missing: a random byte arrives and is counted as an error
   double parity_error_per_byte = 0.0;   ///< the byte arrives, and the receiver counts an error
   double break_per_write = 0.0;         ///< the line goes low before the write: a zero byte arrives and is counted
   double duplicate_per_byte = 0.0;

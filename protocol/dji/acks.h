@@ -99,8 +99,8 @@ Value encode(const VersionAnswer& answer);
 /// @returns kInvalidArgument: neither 49 nor 38 bytes.
 core::Expected<VersionAnswer> decode_version_answer(std::span<const std::byte> value);
 
-/// The number to activate with, 0xAABBCCDD for A.B.C.D, from the text "... M100-03.01.01.00". On the M100 the third
-/// number of the text counts tens: 03.01.01.00 is version 3.1.10.0 = 0x03010A00.
+/// The number to activate with, 0xAABBCCDD for A.B.C.D, from the text "... M100-03.01.01.00". On an M100 from firmware
+/// 3 on the third number of the text counts tens: 03.01.01.00 is version 3.1.10.0 = 0x03010A00.
 /// @returns kInvalidArgument: the text has another form, or a number above 255.
 core::Expected<std::uint32_t> sdk_version(const VersionAnswer& answer);
 

@@ -130,7 +130,7 @@ struct SyncPulse {
 
 struct VirtualRcSwitch {
   bool on = false;
-  bool fall_back_to_rc = true;  ///< when virtual data stop: use the real transmitter, otherwise the RC-lost fail-safe
+  bool fall_back_to_rc = true;  ///< true: the transmitter acts if virtual data stop; false: the RC-lost fail-safe does
   std::uint8_t reserved = 0;    ///< bits 2..7 as received; DJI's SDK never initialises them. Sent unchanged.
 };
 

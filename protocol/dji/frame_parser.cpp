@@ -202,7 +202,7 @@ inline const std::byte* FrameParser::after_word(const std::byte* at, const std::
     const bool next_too = last - at >= kRoomForWord && zero_bytes(load<std::uint64_t>(at) ^ kStartBytes) == 0;
     return next_too ? find_start_byte(at + kWord, last) : at;
   }
-  // The first place has been judged. Of the others, those can begin a header where its last zero byte matches.
+  // The first place has been judged. Of the other start bytes, those with a zero at kLastZero may begin a header.
   const std::uint64_t possible = starts & zero_bytes(load<std::uint64_t>(at + kLastZero)) & kNotFirst;
   const std::uint64_t refused = possible != 0 ? starts & (possible - 1) & ~possible : starts;
   if (refused != 0) {

@@ -85,12 +85,12 @@ class FrameParser {
   /// be waited for (false).
   bool search(const std::byte* at);
   /// Advances to the next header that may begin a frame.
-  /// @returns the length of that frame, whose bytes are all present; 0: the window begins at an incomplete frame.
+  /// @returns the length of that frame, whose bytes are all present; 0: none; the window begins at an incomplete one.
   std::size_t find_header(const std::byte*& at, const std::byte* last);
-  /// @returns the first start byte in at..last that the fixed bits of a header do not rule out, or that is too near the
-  ///   end to judge, or last.
+  /// @returns the first start byte in [at, last) that the fixed bits of a header do not rule out, or that is too near
+  ///   to `last` to judge; `last`: there is none.
   const std::byte* next_candidate(const std::byte* at, const std::byte* last);
-  /// Judges eight bytes at once, from `at`, where no header begins. @returns where to continue.
+  /// Judges eight places at once; at `at` no header begins. Counts the refused ones. @returns where to continue.
   const std::byte* after_word(const std::byte* at, const std::byte* last);
   /// Counts a start byte where no header begins.
   void refuse_start(const std::byte* at);

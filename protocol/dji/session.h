@@ -165,8 +165,8 @@ class AnswerSessions {
 
   /// Makes the acknowledgement of a command for which accept() returned kExecute, and stores it (sessions 2..31).
   /// @param cipher encrypts the answer if the command was encrypted; null answers plain.
-  /// @returns kInvalidArgument: session 0, which is never answered. kRefused: the session already has another
-  ///   sequence number. kResourceExhausted: too long to store.
+  /// @returns kInvalidArgument: session 0, which is never answered, a session above 31, or an acknowledgement.
+  ///   kRefused: the session already has another sequence number. kResourceExhausted: too long to store.
   core::Expected<Outgoing> answer(const FrameHeader& to, std::span<const std::byte> value,
                                   const Cipher* cipher = nullptr);
 

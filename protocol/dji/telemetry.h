@@ -101,7 +101,7 @@ struct Telemetry {
     bool virtual_rc_on() const { return (bits & 16U) != 0; }
   };
 
-  std::uint16_t items = 0;  ///< flag word of the last package: the members that it contained
+  std::uint16_t items = 0;  ///< flag word: the members that the last package contained; SerialLink joins a tick's
   Time time;
   std::array<float, 4> attitude{1.F, 0.F, 0.F, 0.F};  ///< unit quaternion, scalar first: v_ned = q v_frd q*
   std::array<float, 3> acceleration{};                ///< m/s^2 or g, NED or FRD: as set in DJI's assistant

@@ -18,7 +18,7 @@ inline constexpr bool kLarge = protocol::crc_kernels::kLarge;
 inline constexpr std::size_t kBlockBytes = kLarge ? 1 : 4;
 inline constexpr std::size_t kMaxBlocks = 272 / kBlockBytes;
 
-/// The register after one byte, started from 0. A host has no use for the bytes that 16-bit entries save.
+/// The register after one byte, started from 0. A host uses wider entries, because it need not save their memory.
 using TableEntry = std::conditional_t<kLarge, std::uint32_t, std::uint16_t>;
 inline constexpr std::array<TableEntry, 256> kTable = protocol::crc_kernels::make_tables<TableEntry, 1>(0x8408)[0];
 

@@ -42,7 +42,7 @@ static_assert(std::adjacent_find(kKnown.begin(), kKnown.end(),
 inline constexpr std::size_t kSlotBits = 7;
 constexpr std::size_t slot_of(std::uint32_t id, std::uint32_t factor) { return (id * factor) >> (32U - kSlotBits); }
 
-/// The row of each id without a search: a factor that gives every known id a slot of its own.
+/// The row of each id without a search, by a factor that gives every known id a slot of its own.
 struct Slots {
   std::uint32_t factor = 0;
   std::array<std::uint8_t, std::size_t{1} << kSlotBits> rows{};

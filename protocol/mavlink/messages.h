@@ -18,7 +18,7 @@ using Messages = std::tuple<AttPosMocap, VisionPositionEstimate, Odometry, Times
                             MissionItemInt, MissionAck, MissionClearAll, MissionCurrent, MissionItemReached, Heartbeat,
                             AttitudeQuaternion, LocalPositionNed, EstimatorStatus, BatteryStatus, StatusText>;
 
-/// Calls use.template operator()<Message>() for each of them.
+/// Calls use.template operator()<Message>() for each type in Messages.
 template <typename Use>
 constexpr void for_each_message(Use&& use) {
   [&use]<typename... Message>(std::type_identity<std::tuple<Message...>>) {

@@ -10,7 +10,7 @@ namespace m100::mavlink {
 
 // The mission protocol: a list of waypoints, transferred item by item.
 // Members have the names of the message definitions, so that engineers who know those find them.
-// Deviation: so they lack units; the comment of each structure gives them.
+// Deviation: these names lack units; the comment of each structure gives them.
 
 /// Messages about a whole list.
 template <MessageInfo kMessage>

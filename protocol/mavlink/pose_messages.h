@@ -11,7 +11,7 @@ namespace m100::mavlink {
 
 // Messages of the pose source.
 // Members have the names of the message definitions, so that engineers who know those find them.
-// Deviation: so they lack units; the comment of each structure gives them.
+// Deviation: these names lack units; the comment of each structure gives them.
 
 /// ATT_POS_MOCAP: attitude of the body (FRD) in NED as a quaternion w, x, y, z; position in m; covariance is the upper
 /// triangle of a 6x6 matrix, row by row.
@@ -59,7 +59,7 @@ inline constexpr auto kFields<VisionPositionEstimate> =
                field("covariance", &VisionPositionEstimate::covariance),
                field("reset_counter", &VisionPositionEstimate::reset_counter)};
 
-/// ODOMETRY: pose in frame_id, velocities in child_frame_id.
+/// ODOMETRY: position in m and attitude in frame_id, velocities in m/s and rad/s in child_frame_id.
 struct Odometry {
   std::uint64_t time_usec{};
   float x{};

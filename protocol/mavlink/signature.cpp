@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kSealBytes = 6;
 using Seal = std::array<std::byte, kSealBytes>;
 
-/// @param bytes from the start byte to the time stamp.
+/// @param bytes from the start byte up to and including the time stamp.
 Seal seal_of(std::span<const std::byte> bytes, const Key& key) {
   core::Sha256 hash;
   hash.update(key);

@@ -80,7 +80,7 @@ class ReplayGuard {
 
  private:
   ReplayMemory memory_{};
-  std::array<bool, kStreams> heard_{};  ///< since the start of the program
+  std::array<bool, kStreams> heard_{};  ///< the stream has sent since the start of the program
   SignatureTime newest_ = 0;
   bool accepts_any_clock_ = false;
 };

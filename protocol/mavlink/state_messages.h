@@ -11,7 +11,7 @@ namespace m100::mavlink {
 
 // Messages about the state of the aircraft.
 // Members have the names of the message definitions, so that engineers who know those find them.
-// Deviation: so they lack units; the comment of each structure gives them.
+// Deviation: these names lack units; the comment of each structure gives them.
 
 /// HEARTBEAT: every component sends one per second.
 struct Heartbeat {

@@ -45,7 +45,7 @@ Course course;
 
 const link::ReleaseSequence* last_words = nullptr;
 
-/// Neutral sticks and released control, whatever the rest of the program is doing.
+/// Sends neutral sticks and the release of control, whatever the rest of the program is doing.
 void say_last_words() {
   asm volatile("cpsid i");
   if (last_words != nullptr) {
@@ -53,7 +53,7 @@ void say_last_words() {
   }
 }
 
-/// A failed assertion.
+/// The handler of a failed assertion.
 [[noreturn]] void send_release_sequence(const char* file, int line) {
   say_last_words();
   hal::fail_assertion(file, line);
@@ -68,7 +68,7 @@ void obey(app::Order order, Controller& controller) {
   }
 }
 
-/// One tick for each step of the simulation, until it says that the flight is over.
+/// One tick for each step of the simulation, until the simulation ends the flight.
 void fly_in_lockstep(Controller& controller) {
   hal::LockstepClock clock(control_uart, autopilot_uart, pose_uart);
   for (;;) {

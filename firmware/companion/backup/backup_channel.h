@@ -12,7 +12,7 @@ namespace m100::companion {
 /// The memory that the two processes share.
 struct BackupSharedState {
   static constexpr std::uint32_t kReleased = 1U << 31U;
-  /// Heartbeats so far, and kSpoken from when the backup process decides to send until the program has noticed it.
+  /// Heartbeats so far, and kReleased from when the backup process decides to send until the program has noticed it.
   std::atomic<std::uint32_t> heartbeats{0};
   std::atomic<std::uint32_t> in_control{0};
   std::atomic<std::uint32_t> polls{0};  ///< of the backup process so far: they show that it runs
@@ -21,7 +21,7 @@ static_assert(std::atomic<std::uint32_t>::is_always_lock_free, "a lock could die
 
 // Messages from the flying program over the socket, one letter each.
 inline constexpr char kExit = 'g';
-inline constexpr char kRelease = 's';  ///< speak, then end
+inline constexpr char kRelease = 's';  ///< send the release sequence, then end
 inline constexpr char kPort = 'p';     ///< comes with a descriptor
 inline constexpr char kNoPort = 'n';   ///< the port is closed
 
@@ -31,7 +31,7 @@ inline constexpr char kReady = 'k';
 /// Never waits. @returns false: the other side takes nothing now, or has ended.
 bool send_message(int socket, char letter, int descriptor);
 
-/// A message of the program. letter 0: none; -1: the program has ended.
+/// A message from the other process. letter 0: none; -1: that process has ended.
 struct BackupMessage {
   int letter = 0;
   int descriptor = -1;

@@ -36,9 +36,9 @@ class BackupMonitor {
   }
 
  private:
-  /// A stall of the whole machine ends for both processes at once: the program gets a few looks to send a heartbeat.
+  /// A stall of the whole machine ends for both processes at once: the program gets a few polls to send a heartbeat.
   static constexpr int kStallLooks = 4;
-  /// 40 ms of promise R4 less the 20 ms between two looks, by which a heartbeat may be older than it seems.
+  /// 40 ms of promise R4 less the 20 ms between two polls, by which a heartbeat may be older than it seems.
   static constexpr core::Duration kMaxHeartbeatAge = std::chrono::milliseconds(40) - BackupProcess::kPollInterval;
   static constexpr core::Duration kWriteTimeout = std::chrono::milliseconds(50);
 
@@ -152,7 +152,7 @@ class BackupMonitor {
     next_round_ = now + BackupProcess::kRoundInterval;
   }
 
-  /// Sends one round, as much as the line takes.
+  /// Sends one round, as much of it as the line takes within kWriteTimeout.
   void send_release(bool with_neutral) {
     const link::ReleaseSequence& sequence = rounds_[next_++ % BackupProcess::kRounds];
     std::span<const std::byte> left = with_neutral ? sequence.bytes() : sequence.release_only();

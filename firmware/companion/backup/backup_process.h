@@ -32,7 +32,7 @@ class BackupProcess {
   static constexpr core::Duration kHeartbeatTimeout =
       std::chrono::milliseconds(700);  ///< without a heartbeat, after the first one
   static constexpr core::Duration kPollInterval =
-      std::chrono::milliseconds(20);  ///< between two looks at the heartbeats
+      std::chrono::milliseconds(20);  ///< between two polls of the heartbeats
   /// Between two rounds, of two releases each: promise R4, at most five times a second.
   static constexpr core::Duration kRoundInterval = std::chrono::milliseconds(500);
   static constexpr std::size_t kRounds =
@@ -43,8 +43,8 @@ class BackupProcess {
   /// Errors: std::runtime_error if the system has no room for a process, or the process does not report: nothing flies.
   /// @param port whose clock is used; a simulated port has its own.
   BackupProcess(const link::ChannelCommand& neutral, const protocol::Cipher* cipher, const std::string& port = "");
-  /// Before the first heartbeat it dismisses the backup process. After it, an exception is the cause, and the backup
-  /// process sends its release sequence.
+  /// If it was not ended before: without any heartbeat, dismisses the backup process; after one, an exception is the
+  /// cause, and the backup process sends its release sequence.
   ~BackupProcess();
   BackupProcess(const BackupProcess&) = delete;
   BackupProcess& operator=(const BackupProcess&) = delete;

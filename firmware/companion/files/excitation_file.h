@@ -24,7 +24,7 @@ class ExcitationFileError : public std::runtime_error {
 ///   t_s,piece,stick_roll,...                                 further columns are ignored
 ///   0.00,1,120,...                                           piece 0: the stick rests; in flight the law returns
 ///
-/// A piece moves one stick: roll, pitch, throttle or yaw.
+/// A piece moves one stick: roll, pitch, throttle or yaw. Limits in m, m/s^2, m/s, for yaw with rad; tilt in rad.
 struct ExcitationFile {
   std::vector<std::int16_t> counts;
   std::vector<ctl::ExcitationPiece> pieces;

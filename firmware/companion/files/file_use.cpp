@@ -108,7 +108,7 @@ class TrialFile {
   int open_file(const std::string& path) {
     std::error_code error;
     const fs::file_status before = fs::status(path, error);
-    if (fs::exists(before) && !fs::is_regular_file(before)) {  // why_no_place() has checked it
+    if (fs::exists(before) && !fs::is_regular_file(before)) {  // why_no_place() has refused unsuitable ones
       return fs::is_directory(before) ? EISDIR : ::access(path.c_str(), W_OK) == 0 ? 0 : errno;
     }
     const int file = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0666);

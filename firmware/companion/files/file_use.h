@@ -22,7 +22,7 @@ class FileUse {
   /// A regular file that is read to its end.
   FileUse& reads(const std::string& option, const std::string& path);
   FileUse& reads(const std::string& option, const std::vector<std::string>& paths);
-  /// A path that stays open meanwhile and must not be an output: a port.
+  /// A path that the command keeps open and that must not be an output: a port.
   FileUse& holds(const std::string& option, const std::string& path);
   /// A file that is created or overwritten.
   FileUse& writes(const std::string& option, const std::string& path);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kFarthest_m = 1000.0;
 constexpr double kLegalHeight_m = 122.0;  ///< 400 ft (14 CFR 107.51); the European Union allows 120 m
-constexpr double kRoom_m = 0.5;           ///< a hover in wind wanders by half of it; the rest is for braking
+constexpr double kRoom_m = 0.5;           ///< around the start: a hover in wind wanders by half; the rest brakes
 constexpr std::array kKeys{
     FlightKey{.section = "", .key = "mode", .mode = &FlightFile::mode},
     FlightKey{.section = "fence",
@@ -125,7 +125,7 @@ bool is_section(std::string_view word) {
   return std::any_of(kKeys.begin(), kKeys.end(), [&](const FlightKey& key) { return key.section == word; });
 }
 
-/// The end of the message about an unknown key: what is meant, at the top of the file a section or a key.
+/// The end of the message about an unknown key: the key that is meant; at the top of the file, a section or a key.
 std::string key_meant(std::string_view section, std::string_view word) {
   std::array<std::string_view, kKeys.size()> known;
   std::transform(kKeys.begin(), kKeys.end(), known.begin(), [section](const FlightKey& key) {

@@ -66,16 +66,16 @@ struct FlightKey {
   double high = 0.0;
   bool required = false;
 };
-/// All of them, in the order of the file.
+/// All keys of a flight file, in its order.
 std::span<const FlightKey> flight_keys();
 
-/// As messages give them: "2.5" and "[-1, 1]".
+/// Numbers and ranges as messages show them: "2.5" and "[-1, 1]".
 std::string text_of(double value);
 std::string text_of(const Range& range);
 
 /// Reads and checks a flight file. The three ranges of the fence are required. Unknown sections or keys, wrong types,
-/// values outside their range, a fence that does not contain the start, and a coast time that is not longer than the
-/// age limit of a pose are errors. Errors: FlightFileError with file, line and key.
+/// values outside their range, a fence that does not hold a hover, reaches the ground or is illegally high, and a coast
+/// time not longer than the age limit of a pose are errors. Errors: FlightFileError with file, line and key.
 /// @param name of the file, for messages.
 FlightFile parse_flight(std::string_view text, const std::string& name);
 

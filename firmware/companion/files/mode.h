@@ -33,7 +33,7 @@ model::Vehicle in_mode(const model::Vehicle& vehicle, Mode mode);
 /// that file (promise R10). The log holds it as the vehicle that flew, so a replay needs no modes.
 std::string text_in_mode(const std::string& text, const std::string& file_name, Mode mode);
 
-/// The same, parsed. Errors of both: VehicleFileError if the file has not the mode.
+/// The vehicle file of text_in_mode(), parsed. Errors of both: VehicleFileError if the file has not the mode.
 VehicleFile in_mode(const VehicleFile& file, Mode mode);
 
 }  // namespace m100::companion

@@ -35,7 +35,7 @@ struct RecordedFlight {
 /// Reads the whole file. Bytes belong to the tick whose record follows them. A truncated end is ignored: the power may
 /// have failed. Errors: FlightLogError for a file of another program or another version.
 RecordedFlight read_flight(const std::string& path);
-/// The same for the bytes of such a file. @param name of the log, for messages.
+/// As read_flight(), for the bytes of a log. @param name of the log, for messages.
 RecordedFlight parse_flight_log(std::string bytes, const std::string& name);
 
 }  // namespace m100::companion

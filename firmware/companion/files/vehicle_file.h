@@ -50,13 +50,13 @@ struct VehicleFile {
 /// unknown sections or keys, wrong types and values outside their range are errors, and so is an axis with both a time
 /// constant and a natural frequency, or with neither. Errors: VehicleFileError.
 VehicleFile load_vehicle(const std::string& path);
-/// The same from text; `name` is the file's name in messages.
+/// As load_vehicle(), from text; `name` is the file's name in messages.
 VehicleFile parse_vehicle(std::string_view text, const std::string& name);
 
 /// The file's text: all sections, keys in a fixed order, numbers in the shortest form that reads back to the same bits.
 std::string to_text(const model::Vehicle& vehicle, const std::map<std::string, std::string>& sources);
 
-/// The same with the intervals and rivals of the file.
+/// The file's text with its intervals and rivals.
 std::string to_text(const VehicleFile& file);
 
 /// Writes the text and returns what load_vehicle would read. Errors: VehicleFileError.

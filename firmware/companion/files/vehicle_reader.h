@@ -35,7 +35,7 @@ inline std::string shortest_number(double value) {
 inline constexpr std::string_view kDeadZoneShapeKey = "dead_zone_shape";
 inline constexpr std::string_view kDesignKey = "design";
 
-/// The height gains that altitude.design computes: they have no effect where it is true.
+/// Whether altitude.design, where it is true, computes this height gain, so that the file's own number has no effect.
 inline bool is_designed(double model::AltitudeGains::*member) {
   using Gains = model::AltitudeGains;
   return member == &Gains::proportional_per_s || member == &Gains::integral_per_s2 || member == &Gains::derivative;
@@ -95,7 +95,7 @@ class VehicleReader {
   void refuse_unknown() const { refuse_unknown_in(root_, ""); }
 
  private:
-  /// Sections with sections of their own: at most three levels.
+  /// Recurses into sections that hold sections: at most three levels.
   void refuse_unknown_in(const toml::table& table, const std::string& before) const {
     for (const auto& [key, node] : table) {
       const std::string name = before + std::string(key.str());

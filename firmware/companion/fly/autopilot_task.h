@@ -20,8 +20,8 @@ struct LandedState {
 /// A take-off or a landing by the autopilot's own task (protocol, 6.3), from the operator's order to its end. It sends
 /// one request, at least two seconds after the last one. The answer and the flight status item of telemetry show the
 /// outcome. A landing waits until the aircraft is slow, for 2.5 s at most, because the task flies level and does not
-/// brake. The failsafe stands at level meanwhile, so that the pilot's switch, a silent autopilot and the operator's
-/// stop end the task as they end a flight; a lost pose does not, because the task needs none. No heap, no clock.
+/// brake. The failsafe is in kLevel meanwhile, so that the pilot's switch, a silent autopilot and the operator's stop
+/// end the task as they end a flight; a lost pose does not, because the task needs none. No heap, no clock.
 class AutopilotTask {
  public:
   using Controller = app::FlightController<double>;

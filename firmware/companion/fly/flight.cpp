@@ -38,7 +38,7 @@
 namespace m100::companion {
 namespace {
 
-/// Which numbers fly, and what is proved of them.
+/// Reports which numbers fly, and what a certificate proves of them.
 void say_design(const FlyOptions& options, const model::Vehicle& vehicle, Mode mode) {
   if (!vehicle.design.exists() && mode != Mode::kCalmRoom) {
     print_line("the vehicle file has no [design]: the identified axes and [mpc] fly; m100-lab gains --tune makes one");

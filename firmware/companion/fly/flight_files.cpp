@@ -20,8 +20,8 @@ namespace m100::companion {
 namespace {
 
 constexpr core::Duration kPosePatience = std::chrono::seconds(5);
-constexpr core::Duration kRatesKnown = std::chrono::seconds(1);    ///< of two senders, to name them with
-constexpr core::Duration kLooks = std::chrono::milliseconds(300);  ///< for a second sender: nine poses of 30 Hz
+constexpr core::Duration kRatesKnown = std::chrono::seconds(1);    ///< until the rates of two senders can be named
+constexpr core::Duration kLooks = std::chrono::milliseconds(300);  ///< wait for a second sender: nine poses of 30 Hz
 constexpr double kEverywhere_m = 1e9;
 
 /// How far the course goes below and above its start.

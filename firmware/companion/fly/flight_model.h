@@ -72,7 +72,7 @@ class FlightModel {
   }
 
   std::string text_;   ///< of the vehicle file that flies in the mode
-  VehicleFile file_;   ///< the same, read
+  VehicleFile file_;   ///< text_, parsed
   std::string bytes_;  ///< of the table that flies
   std::unique_ptr<mpc::TableStorage<double>> storage_ = std::make_unique<mpc::TableStorage<double>>();
 };

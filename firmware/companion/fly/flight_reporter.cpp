@@ -10,7 +10,7 @@ namespace {
 
 using Excitation = ctl::Excitation<double>;
 
-/// Raises what may have ended a flight to the larger of both.
+/// Raises each value of `worst` that may have ended a flight to that of `by`, if this is larger.
 void raise(safety::Observation& worst, const safety::Observation& by) {
   worst.estimate.pose_age = std::max(worst.estimate.pose_age, by.estimate.pose_age);
   worst.link.telemetry_age = std::max(worst.link.telemetry_age, by.link.telemetry_age);

@@ -14,7 +14,7 @@ struct FlightRequest {
   double hold_s = 5.0;        ///< with take_control: after this time give back and end
   bool once = false;          ///< for scripts: end where the program would wait for the operator
   bool take_off = false;      ///< a command to fly, given on the ground, takes off first, by the autopilot's own task
-  bool land = false;          ///< land at the end of hold_s, likewise, instead of giving control back in the air
+  bool land = false;          ///< at the end of hold_s land by the autopilot's own task; false: give control back
   core::Vector<double, 3> course_start_w_m =
       core::Vector<double, 3>::Zero();  ///< where the course begins, in the world
   /// Where the aircraft stands before a take-off.

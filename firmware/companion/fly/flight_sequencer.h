@@ -31,7 +31,7 @@ struct SequencerInput {
 };
 
 /// The operator's part of a flight (promise R15). One command takes control when everything is ready, another gives it
-/// back. A refusal or a release by the failsafe does not end the program: it tells what was seen and waits for the
+/// back. A refusal or a release by the failsafe does not end the program: it reports the cause and waits for the
 /// operator's next command. The program ends only when telemetry shows that the transmitter has the aircraft, or when
 /// the port is gone. A take-off precedes the flight and a landing follows it, each only on its own order. A command, a
 /// stop and the pilot's switch end them as they end a flight; if the autopilot refuses one, control goes back. No heap.
@@ -122,7 +122,7 @@ class FlightSequencer {
   ReleaseMonitor release_monitor_;
   bool takes_off_ = false;    ///< the flight that was requested begins with a take-off
   bool had_control_ = false;  ///< since the last request
-  bool order_given_ = false;  ///< the order of take_control
+  bool order_given_ = false;  ///< take_control has given its order to fly
   bool engaged_ = false;      ///< the law flew in this flight
   bool by_operator_ = false;
   bool ends_ = false;  ///< the program ends when the hand-back is over

@@ -90,7 +90,7 @@ class PosePort {
 
 /// The chosen sender. Errors: FlightFileError.
 link::SenderChoice choice_of(const PoseOptions& options);
-/// What the autopilot's protocol leaves in the bytes of the pose port: its frames, if the two ports are exchanged.
+/// Sees frames of the autopilot's protocol in the bytes of the pose port: there are some if the ports are exchanged.
 class ExchangedPorts final : public link::ByteTap {
  public:
   void received(std::span<const std::byte> bytes, core::TimePoint now) override;

@@ -31,8 +31,6 @@ bool StartConditions::is_outside(bool takes_off) const {
   return denial(takes_off) == safety::FailsafeReason::kFenceLeft;
 }
 
-/// Before the first telemetry package its age is meaningless, and the lost estimate would be blamed on the pose. The
-/// floor of the fence and the ground do not prevent a take-off.
 bool StartConditions::is_ready(core::TimePoint now) const {
   // A take-off needs to know whether the aircraft is on the ground or in the air.
   const bool is_known = !request_.take_off || LandedState(controller_.link(), now).known;
@@ -40,6 +38,8 @@ bool StartConditions::is_ready(core::TimePoint now) const {
          !pose_blocks(now);
 }
 
+/// Before the first telemetry package its age is meaningless, and the lost estimate would be blamed on the pose. A
+/// place outside the fence and the ground do not prevent a take-off.
 safety::FailsafeReason StartConditions::denial(bool takes_off) const {
   if (controller_.link().health().packages == 0) {
     return safety::FailsafeReason::kTelemetryOld;
@@ -68,7 +68,7 @@ void StartConditions::report_awaited(core::TimePoint now, bool waits) {
   }
 }
 
-/// An old pose may be one of many that came and were refused.
+/// An old pose may mean that many poses came and were refused.
 void StartConditions::add_refused_poses(TextLine& line, safety::FailsafeReason cause, core::TimePoint now) const {
   const link::PoseLinkStats& poses = controller_.pose_link().stats();
   const bool is_lately = poses.last_fault != link::PoseFault::kNone && now - poses.last_fault_at < kObstacleReported;

@@ -10,7 +10,7 @@
 
 namespace m100::companion {
 
-/// Whether the law may take over now, and what the operator is told if not. No heap.
+/// Whether the law may take over now, and what is reported to the operator if not. No heap.
 class StartConditions {
  public:
   StartConditions(const FlightRequest& request, const safety::Limits& limits,
@@ -34,7 +34,7 @@ class StartConditions {
   safety::FailsafeReason denial(bool takes_off) const;
   /// No reason of the failsafe would deny control.
   bool is_clear(core::TimePoint now) const { return denial(on_ground(now)) == safety::FailsafeReason::kNone; }
-  /// Control can be requested: the autopilot awaits it, and nothing here speaks against it.
+  /// Control can be requested: the autopilot awaits it, and no condition here prevents it.
   bool is_ready(core::TimePoint now) const;
   /// The law must not take over here: farther from the beginning of the course than its reach, or outside the fence.
   bool is_out_of_bounds(bool takes_off) const { return is_outside(takes_off) || is_out_of_reach(takes_off); }
@@ -53,7 +53,7 @@ class StartConditions {
   /// Reports an obstacle, such as a missing pose, once it has lasted: otherwise the operator would wait without knowing
   /// why. @param waits only the operator's command is missing.
   void report_awaited(core::TimePoint now, bool waits);
-  /// The operator's command is what is missing, from now on.
+  /// From now on only the operator's command is missing.
   void restart(core::TimePoint now) { clear_ = now; }
 
  private:

@@ -50,7 +50,7 @@ class GoalPlanner {
   void update(core::TimePoint now, bool by_law, core::TimePoint started, const est::Estimate<T>& estimate);
   /// Takes a goal. @param flies the failsafe passes commands of the law.
   GoalResult take(const mavlink::SetPositionTargetLocalNed& goal, core::TimePoint now, bool flies);
-  /// Flies to a place, or to the nearest place inside the fence. Only while the law flies. @returns false: no such way.
+  /// Flies to a place, or to the nearest inside the fence. Only while the law flies. @returns false: no way; it stops.
   bool fly_to(const ref::Waypoint<T>& place, core::TimePoint now);
   /// Brings the reference to rest on its way. @returns false: the law does not fly.
   bool hold(core::TimePoint now, bool flies);

@@ -43,7 +43,7 @@ class GroundStationCommands {
   /// Call it after each tick of the controller. @returns the ground station's commands in the operator's place.
   OperatorInput tick(core::TimePoint now, const app::FlightController<double>& controller,
                      const SequencerStatus& status);
-  /// Goals have led the flight.
+  /// Whether goals have led the flight.
   bool has_goal() const { return guided_mode_ && guided_mode_->goals().goal().has_value(); }
   /// Number of requests to change a parameter; each is answered with the unchanged value.
   std::uint32_t parameters_not_set() const { return parameters_not_set_; }

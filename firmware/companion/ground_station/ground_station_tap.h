@@ -29,8 +29,8 @@ inline constexpr std::uint16_t kGuidedEnable = 92;    ///< MAV_CMD_NAV_GUIDED_EN
 inline constexpr std::uint16_t kPauseContinue = 193;  ///< MAV_CMD_DO_PAUSE_CONTINUE: param1 0 hold, 1 go on
 
 /// A line that passes all bytes on, and keeps the newest goal, the first kMaxCommands orders and the first kMaxRequests
-/// requests that passed. Orders are taken one per tick; there is always space for an order to release or to hold. On a
-/// signed line it receives authorised senders only. No heap.
+/// requests that passed. Orders are taken one per tick; an order to release or to hold replaces the last one if there
+/// is no room, but a hold no release. On a signed line it receives authorised senders only. No heap.
 class GroundStationTap final : public MavlinkTap {
  public:
   /// An order and who gave it.
@@ -83,7 +83,7 @@ class GroundStationTap final : public MavlinkTap {
   static bool holds(const Order& order) {
     return order.message.command == kPauseContinue && order.message.param1 < 0.5F;
   }
-  /// An order that finds no room is not answered, so its sender repeats it.
+  /// An order that finds no room and replaces none is not answered, so its sender repeats it.
   void store(const Order& order) {
     if (order_count_ < kMaxCommands) {
       orders_[order_count_++] = order;

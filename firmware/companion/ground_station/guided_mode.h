@@ -76,7 +76,7 @@ GuidedModeUpdate GuidedMode<T>::update(GroundStationTap& line, const app::Flight
   outcome.reached = mission_.update(items(), now, controller.estimate(), flies);
   if (const auto goal = line.take_goal()) {
     outcome.goal = goals_.take(*goal, now, flies);
-    if (outcome.goal == GoalResult::kAccepted || outcome.goal == GoalResult::kUnchanged) {  // to be there, and stay
+    if (outcome.goal == GoalResult::kAccepted || outcome.goal == GoalResult::kUnchanged) {  // a goal pauses the mission
       mission_.pause();
     }
   }

@@ -28,7 +28,7 @@ struct ParameterEntry {
   std::string_view unit;
   double (*value)(const ParameterSource& source);
 };
-/// All of them, in the order of their indices.
+/// All parameters, in the order of their indices.
 std::span<const ParameterEntry> parameter_entries();
 
 /// The name, from our table, of the parameter that a PARAM_SET would change.

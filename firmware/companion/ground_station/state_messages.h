@@ -33,7 +33,7 @@ struct FlightState {
 
 FlightState state_of(const app::FlightController<double>& controller, core::TimePoint now);
 
-// The same as MAVLink messages: NED and FRD, in the world of the pose.
+// The state as MAVLink messages: NED and FRD, in the world of the pose.
 mavlink::Heartbeat heartbeat_of(const FlightState& state);
 mavlink::AttitudeQuaternion attitude_of(const FlightState& state);
 mavlink::LocalPositionNed position_of(const FlightState& state);

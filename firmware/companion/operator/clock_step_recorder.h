@@ -11,7 +11,7 @@
 
 namespace m100::companion {
 
-/// A time at which the clock of the source of pose was set or slewed, all together.
+/// A setting or slew of the pose source's clock: when it began, its sum, and how long it lasted.
 struct ClockStep {
   core::TimePoint at{};
   core::Duration by{0};

@@ -18,7 +18,7 @@ LineWriter* LineWriter::current() { return the_current; }
 
 LineWriter::LineWriter(Write write, std::chrono::milliseconds patience)
     : patience_(patience), shared_(std::make_shared<Shared>()) {
-  std::cout << std::flush;        // what was said before
+  std::cout << std::flush;        // what was printed before
   (void)mallopt(M_ARENA_MAX, 1);  // an arena of the thread's own would be 64 MB of locked memory
   thread_ = std::thread([shared = shared_, write] {
     while (shared->runs) {

@@ -19,7 +19,7 @@ class LineWriter {
  public:
   static constexpr std::size_t kLines = 32;  ///< that wait for the output
 
-  /// The one that lives; null: none.
+  /// The LineWriter that exists; null: none does.
   static LineWriter* current();
 
   using Write = void (*)(int descriptor, std::string_view text);
@@ -32,7 +32,7 @@ class LineWriter {
   LineWriter(const LineWriter&) = delete;
   LineWriter& operator=(const LineWriter&) = delete;
 
-  /// By one thread. Text beyond the length of a TextLine is cut off.
+  /// Called by one thread only. Text beyond the length of a TextLine is cut off.
   void push(std::string_view line);
 
   /// Writes the waiting lines and ends the thread. If the output blocks for longer than `patience`, thread and lines

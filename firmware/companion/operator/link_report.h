@@ -17,12 +17,12 @@ nlohmann::json to_json(const link::LinkHealth& health);
 using HealthText = std::array<char, 1024>;
 std::string_view health_line(const link::LinkHealth& health, HealthText& space);
 
-/// The same as a few lines for the operator.
+/// The health of a link as a few lines for the operator.
 void print(std::ostream& out, const link::LinkHealth& health);
 
 /// Writes the result of a subcommand. Errors: UsageError naming the file and what is wrong.
 void write_json(const std::string& path, const nlohmann::json& result);
-/// The same after a flight: an error is printed on stderr and does not change the exit code. Empty path: nothing.
+/// As write_json(), after a flight: an error goes to stderr and does not change the exit code. Empty path: nothing.
 void write_result(const std::string& path, const nlohmann::json& result);
 
 }  // namespace m100::companion

@@ -43,7 +43,7 @@ void PoseMonitor::tick(core::TimePoint now, const app::FlightController<double>&
   }
 }
 
-/// Judges the rate once, over the first seconds: later gaps are the failsafe's.
+/// Judges the rate once, over the first seconds: the failsafe judges later gaps.
 void PoseMonitor::watch_rate(core::TimePoint now, const link::PoseLink& pose, OperatorLog& listener) {
   constexpr core::Duration kJudged = std::chrono::seconds(2);
   constexpr double kRounding = 0.9;  // a source of nominally kMinPoses_hz that loses a pose now and then

@@ -21,12 +21,12 @@ class PoseMonitor {
   /// At a lower rate a flight uses older poses, because fresh_limit() adds the interval.
   static constexpr double kMinPoses_hz = 50.0;
 
-  /// Call it after each tick. @param waits control is not ours and was not asked for
+  /// Call it after each tick. @param waits control is not ours and was not requested
   void tick(core::TimePoint now, const app::FlightController<double>& controller, bool waits, OperatorLog& listener);
-  /// Whether control may not be asked for.
+  /// Whether control may not be requested.
   bool blocks(core::TimePoint now) const { return rival_ || is_tilted(now) || is_on_trial(now); }
   bool has_rival() const { return rival_; }
-  /// Only a check that failed has to hold for longer.
+  /// If blocks(): the only cause is a check that failed and must hold for longer.
   bool is_on_trial_only(core::TimePoint now) const { return !rival_ && !is_tilted(now); }
   /// Why, in words that follow "control is not asked for: ".
   void describe(TextLine& line, const app::FlightController<double>& controller, core::TimePoint now) const;

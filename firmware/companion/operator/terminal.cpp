@@ -14,7 +14,7 @@
 namespace m100::companion {
 namespace {
 
-/// Whether it has room for output; waits at most this time.
+/// Whether the descriptor has room for output; waits at most `patience`.
 bool takes(int descriptor, std::chrono::milliseconds patience) {
   pollfd screen{.fd = descriptor, .events = POLLOUT, .revents = 0};
   return poll(&screen, 1, static_cast<int>(patience.count())) > 0 && (screen.revents & POLLOUT) != 0;

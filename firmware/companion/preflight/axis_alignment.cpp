@@ -40,9 +40,9 @@ std::string percent(double correlation) {
   return text.str();
 }
 
-/// Judges an axis of the pose by its correlations with the autopilot's axes.
-/// @param shown root mean square of the pose's axis. @param moved the same of each of the autopilot's axes. @param
-///   minimum value of `moved` that suffices.
+/// Judges an axis of the pose by `row`, its correlations with the autopilot's axes.
+/// @param shown root mean square of the pose's axis. @param motion that of each of the autopilot's axes. @param min
+///   value of `motion` that suffices.
 template <typename Row>
 CheckResult judge(std::string_view what, std::string_view how, std::size_t axis, const Row& row, double shown,
                   const Row& motion, double min, std::span<const std::string_view> names) {

@@ -31,7 +31,7 @@ std::string first_line(const fs::path& path) {
   return line;
 }
 
-/// Reads the group from the file, because the C library would pull shared libraries into the static binary.
+/// Reads the port's group from /etc/group, because the C library would pull shared libraries into the static binary.
 std::string owner_group(const std::string& port) {
   struct stat status {};
   if (stat(port.c_str(), &status) == 0) {
@@ -50,7 +50,7 @@ std::string owner_group(const std::string& port) {
   return "dialout";
 }
 
-/// What comes at the port within half a second. @returns kCannotOpen: the port was lost.
+/// What arrives at the port within half a second. @returns kCannotOpen: the port was lost.
 Verdict listen(const std::string& path, std::uint32_t baud) {
   constexpr core::Duration kListen = std::chrono::milliseconds(500);
   hal::SerialPort port(path, baud);
@@ -70,7 +70,7 @@ Verdict listen(const std::string& path, std::uint32_t baud) {
   return line.verdict(port.line_errors());
 }
 
-/// A port that opens: whether it is the pose's, and whether another program takes the bytes.
+/// Judges a port that opens: whether it is the pose's, and whether another program takes the bytes.
 void judge_line(const std::string& path, CheckResult& check) {
   constexpr std::uint32_t kUsualPoseBaud = 115200;
   const std::string others = holders_note(path);

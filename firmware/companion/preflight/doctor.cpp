@@ -53,7 +53,7 @@ const char* word(Health health) {
   return "bad";
 }
 
-/// A board on which something may fly is not loaded.
+/// Measures under load, unless another program holds a port: it may be flying.
 CheckResult check_under_load(std::span<const CheckResult> so_far, const DoctorOptions& options) {
   const auto is_held = [](const CheckResult& check) { return check.finding.starts_with(preflight::kHeldByAnother); };
   if (std::any_of(so_far.begin(), so_far.end(), is_held)) {

@@ -18,7 +18,7 @@
 namespace m100::companion {
 namespace {
 
-/// Results that need no sending.
+/// What a dry run finds out without sending.
 struct ReceivedState {
   bool telemetry = false;
   bool mode_f = false;

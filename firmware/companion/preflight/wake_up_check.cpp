@@ -66,7 +66,7 @@ class Load {
   std::vector<std::thread> threads_;
 };
 
-/// A terminal to read from, with a package of telemetry in each tick.
+/// A pseudo-terminal to read from, with a package of telemetry in each tick.
 class Line {
  public:
   Line() : far_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {

@@ -25,7 +25,7 @@
 namespace m100::companion {
 namespace {
 
-/// Short compared with the 10 ms between packages, because data are dated by when they are read.
+/// Short compared with the 10 ms between packages, because the time of a read is taken as the time of its data.
 constexpr core::Duration kVisit = std::chrono::milliseconds(2);
 constexpr double kGoodRate_hz = 50.0;  ///< of sticks and attitude, for a fit of the attitude loop
 
@@ -80,7 +80,7 @@ class Session {
   std::uint32_t dropped() const { return writer_->dropped(); }
   std::uint32_t outages() const { return outages_; }
   const PosePort* pose_port() const { return pose_port_ ? &*pose_port_ : nullptr; }
-  /// Precondition: there is a pose port; so for the next.
+  /// Precondition of this and the next function: there is a pose port.
   const link::PoseLink& pose_link() const { return *pose_link_; }
   std::string no_pose() const { return why_no_pose(*pose_link_, *pose_port_, exchanged_); }
   double length_s() const { return length_s_; }

@@ -31,7 +31,7 @@ class Recorder {
     core::TimePoint first{};
     core::TimePoint last{};
     core::Duration longest_gap{0};
-    std::uint32_t gaps = 0;  ///< longer than 50 ms and 3.5 intervals of the stream: a fit leaves them out
+    std::uint32_t gaps = 0;  ///< longer than both 50 ms and 3.5 known intervals: a fit leaves them out
     double rate_hz() const;
     void add(core::TimePoint at);
     /// Ends the recording: a stream that stopped before has a gap until here.

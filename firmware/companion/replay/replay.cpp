@@ -102,7 +102,7 @@ void lead(GuidedMode<T>* guided_mode, GroundStationTap& line, ReturnToStart<T>& 
   home.update(controller, now);
 }
 
-/// The replay writes a time request to the pose port even if the flight's port refused it, and the log lacks it.
+/// Ignores a time request to the pose port that the log lacks: the flight's port may have refused to write it.
 bool same_bytes(const RecordedUart& autopilot, const RecordedUart& pose, const RecordedFlight::Tick& then) {
   return autopilot.written() == then.autopilot_out && (then.pose_out.empty() || pose.written() == then.pose_out);
 }

@@ -22,7 +22,7 @@ namespace m100::companion {
 enum class Scalar : std::uint8_t { kDouble, kFloat, kFixed };
 
 struct ReplayResult {
-  core::Sha256Digest digest{};  ///< over the output bytes and the state record of every tick, in order
+  core::Sha256Digest digest{};  ///< over the bytes to the autopilot and the state record of every tick, in order
   std::size_t ticks = 0;
   std::size_t different_ticks = 0;       ///< ticks whose record or output bytes differ from the log
   std::size_t first_difference = 0;      ///< the first such tick
@@ -35,7 +35,7 @@ struct ReplayResult {
 /// Feeds the recorded bytes, at the recorded times, through the flight code. Errors: FlightLogError.
 /// @param cipher of the app's key, for a flight with encrypted commands; otherwise null.
 ReplayResult replay(const RecordedFlight& flight, Scalar scalar, const protocol::Cipher* cipher = nullptr);
-/// The same in double, as `m100 fly` flew.
+/// Replays in double, as `m100 fly` flew.
 /// @param observe called after every tick with the controller, for values that the log does not hold.
 ReplayResult replay(const RecordedFlight& flight, const protocol::Cipher* cipher,
                     const std::function<void(const app::FlightController<double, double>&)>& observe);

@@ -20,12 +20,12 @@ class ClockComparison {
   /// @returns true: it is time to ask.
   bool due(core::TimePoint now) const { return !asked_ || since_request(now) >= kEvery; }
   core::Duration since_request(core::TimePoint now) const { return now - asked_at_; }
-  /// An answer has come.
+  /// Whether an answer has come.
   bool is_known() const { return known_; }
   /// Records a question that is sent now. @returns the value of its ts1 [ns].
   std::int64_t request(core::TimePoint now);
-  /// Records an answer. @param ts1 that of its question; only an answer to the last question counts.
-  /// @param theirs the sender's time [ns] @returns false: ignored.
+  /// Records an answer. @param ts1 that of its question; only an answer to the last question, within kLatest, counts.
+  /// @param theirs the sender's time [ns]. @returns false: the answer is ignored.
   bool answer(std::int64_t ts1, std::int64_t theirs, core::TimePoint arrived);
   /// The sender's clock was restarted.
   void reset() { *this = ClockComparison{}; }

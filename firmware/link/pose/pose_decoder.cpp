@@ -46,7 +46,7 @@ bool is_plausible(const core::Quaternion<float>& q) {
   return squared >= 1.F - kLengthError && squared <= 1.F + kLengthError;
 }
 
-/// The first thing that is wrong with it.
+/// The first fault found in the reading; kNone: it is valid.
 PoseFault fault_of(const Reading& reading) {
   const core::Vector<float, 3>& p = reading.position_ned_m;
   const core::Quaternion<float>& q = reading.frd_in_ned;

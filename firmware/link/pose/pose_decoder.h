@@ -8,7 +8,7 @@
 
 namespace m100::link {
 
-/// What a pose says that the observer does not use.
+/// What a pose message holds besides the pose that the observer uses.
 struct PoseAside {
   PoseFault fault = PoseFault::kNone;
   /// The world's up in the body (FLU), by the pose's own attitude.

@@ -10,8 +10,8 @@
 namespace m100::link {
 namespace {
 
-constexpr std::uint64_t kRoomForAnswer = 56;  // bytes: as much again stays free, so that the line can catch up
-constexpr float kUpMean = 1.F / 16.F;         // of the mean of the attitude, per pose
+constexpr std::uint64_t kRoomForAnswer = 56;  // bytes: an answer of 28, and as much again to catch up
+constexpr float kUpMean = 1.F / 16.F;         // weight of a new attitude in its mean
 constexpr core::Duration kSenderGone = std::chrono::seconds(1);
 /// System 1 is the aircraft, component 191 its companion computer.
 constexpr mavlink::Address kOurs{.system = 1, .component = 191};
@@ -40,7 +40,7 @@ bool PoseLink::is_from_sender(const mavlink::FrameView& frame, core::TimePoint n
     return false;
   }
   const auto step = static_cast<std::uint8_t>(frame.sequence - last_frame_);
-  constexpr std::uint8_t kLargestGap = 128;  // more is another count
+  constexpr std::uint8_t kLargestGap = 128;  // a larger step is a new count, not a loss
   if (has_last_ && frame.from == sender_ && step > 0 && step < kLargestGap) {
     stats_.lost_frames += step - 1U;
   }

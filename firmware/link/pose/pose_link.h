@@ -20,7 +20,7 @@ namespace m100::link {
 
 struct PoseLinkStats {
   std::uint64_t poses = 0;                          ///< accepted
-  std::uint32_t refused = 0;                        ///< impossible numbers
+  std::uint32_t refused = 0;                        ///< by impossible numbers, or by the unit of their time stamps
   std::uint32_t refused_order = 0;                  ///< by their time stamps
   std::uint32_t refused_senders = 0;                ///< from another sender than the accepted one
   std::uint32_t lost_frames = 0;                    ///< by the sequence numbers of the sender's frames, of any message
@@ -46,14 +46,14 @@ class PoseLink {
   ///   arrival if the sender does not stamp. kNotReady: none.
   core::Expected<core::Pose<double>> receive(core::TimePoint now);
 
-  /// Asks the sender for its time, five times a second: 30 bytes. Once the time is known, it asks only if the line had
-  /// spare capacity for the answer since the last request. A sender that does not answer is used nevertheless.
+  /// Asks the sender for its time, five times a second: at most 30 bytes. Once the time is known, it asks only if the
+  /// line had spare capacity for the answer since the last request. A sender that does not answer is used nevertheless.
   void request_time(core::TimePoint now);
 
   const PoseLinkStats& stats() const { return stats_; }
   const PoseSenders& senders() const { return senders_; }
   mavlink::Address sender() const { return sender_; }  ///< whose poses are used
-  /// If the operator has not chosen a sender: another one whose poses have come lately. @returns null: no such sender
+  /// If the operator has not chosen a sender: another one with poses within PoseSenders::kRecent. @returns null: none
   const PoseSenders::Sender* rival(core::TimePoint now) const {
     return choice_.is_made() || !has_last_ ? nullptr : senders_.other_than(sender_, now);
   }
@@ -62,7 +62,7 @@ class PoseLink {
   const mavlink::ParserStats& parser_stats() const { return parser_.stats(); }
 
  private:
-  /// The newest of its kind in this call, and where in the stream it ended.
+  /// The newest pose and the newest time answer of this call, and where in the stream each ended.
   struct Newest {
     core::Pose<double> pose;
     std::uint64_t pose_end = 0;

@@ -61,7 +61,7 @@ class PoseSenders {
     }
     return nullptr;
   }
-  /// Another sender that has sent poses lately. @returns null: none
+  /// Another sender that has sent poses within kRecent. @returns null: none
   const Sender* other_than(mavlink::Address from, core::TimePoint now) const {
     for (const Sender& sender : all()) {
       if (sender.from != from && now - sender.last <= kRecent) {

@@ -56,14 +56,14 @@ class SignedLine final : public hal::Uart {
   void tick(core::TimePoint now, mavlink::SignatureTime time);
 
   core::Expected<std::size_t> read(std::span<std::byte> destination) override;
-  /// @param source one frame of ours, unsigned. kInvalidArgument: not one frame.
+  /// @param source one frame of ours, unsigned. @returns kInvalidArgument: not one MAVLink 2 frame, or too long.
   core::Expected<std::size_t> write(std::span<const std::byte> source) override;
 
   const SignedLineStats& stats() const { return stats_; }
   const mavlink::ParserStats& parser_stats() const { return parser_.stats(); }
   const mavlink::ReplayMemory& memory() const { return guard_.memory(); }
-  /// Smallest time stamp for a signature made now: not before any accepted stamp, because a receiver of that one would
-  /// refuse it.
+  /// Smallest time stamp for a signature made now: not before any accepted stamp, because a receiver that has seen that
+  /// one would refuse an earlier one.
   mavlink::SignatureTime min_time() const { return time_ > guard_.newest() ? time_ : guard_.newest(); }
 
  private:

@@ -6,11 +6,11 @@
 namespace m100::link {
 namespace {
 
-/// Arrivals are known to one tick, and the least of them may have come late by another.
+/// Stamps this much too early are in the future: arrivals are known to a tick, and the earliest may be a tick late.
 constexpr core::Duration kEarly = 3 * core::kTickPeriod;
 constexpr core::Duration::rep kDriftParts = 33;  ///< 3 %
-/// Rises in which the spacing grows by a factor e. Where poses overtake each other every third rise, or fewer, is of
-/// one spacing: the chance that 74 in a row are not, after which it would be taken for a third more, is below 1e-12.
+/// Rising stamps over which the estimated spacing grows by a factor e. With overtaking, at worst one rise in three is
+/// of one spacing; the chance that none of 74 is, which makes the estimate a third too large, is below 1e-12.
 constexpr core::SenderClock::duration::rep kSpacingMemory = 256;
 
 core::Duration way(core::SenderTime stamp, core::TimePoint now) {
@@ -32,7 +32,7 @@ void StampOrder::begin(core::SenderTime stamp, core::TimePoint now) {
 void StampOrder::remember(core::SenderTime stamp) { stamps_[count_++ % kRemembered] = stamp; }
 
 /// Whether a pose with this stamp cannot have been captured between those that have come: it has the stamp of one of
-/// them, or lies between two that no capture lies between.
+/// them, lies between two that are less than one and a half spacings apart, or lies before all kRemembered.
 bool StampOrder::is_taken(core::SenderTime stamp) const {
   using Step = core::SenderClock::duration;
   const std::size_t known = std::min(count_, kRemembered);

@@ -14,15 +14,15 @@ namespace m100::link {
 ///
 /// A stamp that goes back has two causes. A pose that was overtaken fills a gap between the stamps that have come.
 /// After the sender's clock was set back, a frame that was sent later has a stamp at which a pose has already come. A
-/// stamp in the future has one cause, because no message is early. Two such poses that rise show a new clock; a single
-/// wrong stamp costs one pose. If neither can be told, poses that rise among themselves are refused for kMaxRefusal at
-/// most.
+/// stamp in the future has one cause, because no message is early. Two poses that only a set clock explains, with
+/// rising stamps, show a new clock; a single wrong stamp costs one pose. If neither is certain, poses whose stamps rise
+/// among themselves are refused for kMaxRefusal at most.
 ///
 /// Cost: constant for a rising stamp, one pass over kRemembered stamps for another.
 class StampOrder {
  public:
   static constexpr std::size_t kRemembered = 64;
-  /// Longer than a pose is useful (est::kMaxPoseAge_s) nothing overtakes, less one pose of a source of 20 Hz.
+  /// est::kMaxPoseAge_s less one pose of a 20 Hz source: an overtaken pose that comes later is too old to be used.
   static constexpr core::Duration kMaxRefusal = std::chrono::milliseconds(200);
   static constexpr core::Duration kSenderGone = std::chrono::seconds(1);
 
@@ -34,14 +34,14 @@ class StampOrder {
 
   /// @param frame the number of the pose's frame
   Verdict judge(core::SenderTime stamp, std::uint8_t frame, core::TimePoint now);
-  /// The next stamp is the first.
+  /// Forgets all stamps: the next one is the first.
   void reset() { *this = StampOrder{}; }
 
  private:
   /// Refused poses that rise among themselves, since the last that was taken.
   struct Run {
     std::uint32_t count = 0;
-    std::uint32_t sure = 0;  ///< of them, those that a clock that was set alone explains
+    std::uint32_t sure = 0;  ///< those of them that only a set clock explains
     core::SenderTime newest{};
     core::TimePoint newest_at{};
     core::TimePoint since{};

@@ -11,14 +11,14 @@ namespace m100::link {
 /// bit for bit, or arrives a second time, must not count as the present state: it could show that the transmitter has
 /// control when it has not (promise R15).
 ///
-/// A package is new if its clock is ahead of all previous ones. A step of the clock by more than a second against ours
-/// is a restart of the autopilot, which is reported at once. Packages of the new clock count from the second one, when
-/// the new clock has advanced, too.
+/// A package is new if its clock is ahead of all previous ones. A step of the clock that differs from ours by more than
+/// a second, or goes back by more than a second, is a restart of the autopilot, which is reported at once. Packages of
+/// the new clock count from the second one, when the new clock has advanced, too.
 class TelemetryClock {
  public:
   /// The autopilot counts ticks of 400 Hz.
   static constexpr core::Duration kTick = std::chrono::microseconds(2500);
-  /// A step of more than this against our own clock, or back, means that the autopilot restarted.
+  /// The autopilot restarted if its clock goes back by more than this, or advances by this much more or less than ours.
   static constexpr core::Duration kJump = std::chrono::seconds(1);
 
   struct Verdict {

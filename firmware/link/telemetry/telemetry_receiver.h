@@ -14,8 +14,8 @@
 
 namespace m100::link {
 
-/// Telemetry packages to the newest value of every item, and when each came. Repeated and overtaken packages are not
-/// used; a number that is not finite leaves its item as it was.
+/// Turns telemetry packages into the newest value of every item and the time of its arrival. Repeated and overtaken
+/// packages are not used; a number that is not finite leaves its item as it was.
 class TelemetryReceiver {
  public:
   /// What a package was.
@@ -25,15 +25,15 @@ class TelemetryReceiver {
     std::uint16_t items = 0;  ///< that were used
   };
 
-  /// The items of this tick are none so far.
+  /// Begins a tick, in which no item has come yet.
   void begin() { telemetry_.items = 0; }
-  /// @param last when the line was read before: the package came between then and now. After our own stall this time is
-  ///   long, but it is no restart. @param waited it may have waited for the parser: its delay says nothing about the
-  ///   adapter.
+  /// @param last when the line was read before: the package came between then and `now`, so that a stall of our own is
+  ///   not taken for a restart. @param waited the package may have waited in the parser, so that its delay says nothing
+  ///   about the adapter.
   Reception take(std::span<const std::byte> package, bool waited, core::TimePoint last, core::TimePoint now,
                  LinkMeter& meter);
-  /// Another autopilot may be at the other end: nothing counts as received, and its layout is the M100's until it says
-  /// what it is.
+  /// Another autopilot may be at the other end: nothing counts as received, and its layout is the M100's until it
+  /// answers the version query.
   void reset();
   void set_layout(protocol::TelemetryLayout layout) { layout_ = layout; }
 

@@ -14,9 +14,9 @@ namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kSlack = 1.01;
-constexpr std::array<double, 3> kJoint{1e-3, 0.01, 0.05};  ///< of the value and its first two derivatives
+constexpr std::array<double, 3> kJoint{1e-3, 0.01, 0.05};  ///< largest jumps of value, first, second derivative
 
-/// One limited quantity. `wished` is the limit of the course's own line.
+/// One limited quantity. `course_limit` is the limit of the course's own 'limits' lines.
 struct Bound {
   const char* what;
   const char* unit;

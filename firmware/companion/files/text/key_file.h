@@ -50,7 +50,7 @@ inline KeyFileProblem load_key(const std::string& path, protocol::CipherKey& key
   return {};
 }
 
-/// The same for `m100`. Errors: UsageError.
+/// As load_key(), for `m100`. Errors: UsageError.
 inline protocol::CipherKey read_key(const std::string& path) {
   protocol::CipherKey key{};
   if (const KeyFileProblem problem = load_key(path, key); !problem.what.empty()) {

@@ -27,7 +27,7 @@ class ReleaseMonitor {
 
   explicit ReleaseMonitor(OperatorLog& operator_log) : operator_log_(operator_log) {}
 
-  /// Notes that control is requested. @param outages of the port so far: after one it may lead to another autopilot.
+  /// Notes that control is requested. @param outages of the port so far: a later one may bring another autopilot.
   void control_requested(std::uint32_t outages) { outages_before_ = outages; }
   /// Begins: control is to go back, or is lost. @param stops signals to end so far, which this hand-back answers.
   void begin(core::TimePoint now, std::uint32_t stops);
@@ -35,7 +35,7 @@ class ReleaseMonitor {
   void update(core::TimePoint now, const link::AuthorityView& view);
   /// Call it each tick after begin(). Tells who has control when the hand-back is over.
   State confirm_release(core::TimePoint now, const link::SerialLink& link, std::uint32_t stops);
-  /// After kOver: the transmitter is on and has control.
+  /// After kReleased: the transmitter is on and has control.
   bool pilot_in_control() const { return pilot_in_control_; }
   core::TimePoint since() const { return since_; }
 

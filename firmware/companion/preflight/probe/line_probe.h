@@ -29,7 +29,7 @@ enum class Verdict : std::uint8_t {
 std::string_view name(Verdict verdict);
 std::string_view remedy(Verdict verdict);
 
-/// Whose layout of the telemetry the packages fit (protocol, section 8).
+/// The firmware whose layout of the telemetry fits the packages (protocol, section 8).
 enum class Firmware : std::uint8_t { kUnknown, kM100, kM100Old, kOther };
 std::string_view name(Firmware firmware);
 

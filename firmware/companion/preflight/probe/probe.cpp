@@ -25,7 +25,7 @@
 namespace m100::companion {
 namespace {
 
-/// The usual one first (protocol, section 1).
+/// The rates to try, the usual one first (protocol, section 1).
 constexpr std::array<std::uint32_t, 4> kBaudRates{230400, 921600, 115200, 460800};
 
 constexpr double kBitsPerByte = 10.0;
@@ -112,8 +112,8 @@ int rank(Verdict verdict) {
   return 5;
 }
 
-/// Tries each requested baud rate until the autopilot is found or the line is silent: a silent line stays silent at
-/// other rates.
+/// Tries each requested baud rate until the autopilot or the source of pose is found, the port cannot be opened, or the
+/// line is silent: a silent line stays silent at other rates.
 void search_port(const std::string& port, const ProbeOptions& options, std::optional<PortVerdict>& best) {
   for (const std::uint32_t baud : kBaudRates) {
     if (options.baud != 0 && baud != options.baud) {
