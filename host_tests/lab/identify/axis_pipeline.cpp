@@ -26,7 +26,7 @@
 namespace m100::lab::identify {
 namespace {
 
-/// The order of the tests of a log: clock before structure, structure before change.
+/// Runs the tests of a log in order: trims, structure, frozen stick, clock, tether, change, weak effect.
 class AxisPipeline {
  public:
   explicit AxisPipeline(const Request& request) : request_(request) {
@@ -83,7 +83,7 @@ class AxisPipeline {
     return true;
   }
 
-  /// Tested first: a column that freezes while the hand moves on looks like a change, or like a clock shift.
+  /// Tested before clock and change: a column that freezes while the hand moves on looks like either of them.
   bool detect_stick_freeze() {
     const AxisFamily& family = problem_->axis_family();
     const Fit& fit = chosen_.final_model.fit;
@@ -106,8 +106,8 @@ class AxisPipeline {
     }
   }
 
-  /// A named effect must be certain under every hypothesis about an undersampled stick, by the selection's threshold
-  /// for whitened residuals. Otherwise it loses its name and is reported as unexplained.
+  /// Under every hypothesis about an undersampled stick, a named effect's likelihood ratio must reach the selection's
+  /// threshold for whitened residuals plus the penalty. Otherwise it loses its name and is reported as unexplained.
   void withdraw_unconfirmed_effects() {
     const double minimum = SelectionOptions{}.min_delta_white;
     const AxisFamily& family = problem_->axis_family();
@@ -147,8 +147,9 @@ class AxisPipeline {
     side_findings_.unexplained.emplace_back(text.data());
   }
 
-  /// Where the response begins before its stick, the sticks are shifted and the structure is selected again: the effect
-  /// that explained the shift (mostly a lead zero) is not needed. The shift must remain under the new structure.
+  /// If the response begins before its stick, the sticks are shifted and the structure is selected again: then the
+  /// effect that imitated the shift (mostly a lead zero) is not needed. A shift that the rows do not explain must
+  /// remain.
   void detect_time_offset() {
     const TimeOffset first = time_offset(problem_->free_run(), problem_->axis_family(), chosen_.final_model.fit);
     if (!first.likely && !first.within_row) {
@@ -186,7 +187,7 @@ class AxisPipeline {
     withdraw("lead_zero");  // never beside a response that begins before its stick
   }
 
-  /// Where rows are too slow to confirm a shift, they are too slow to name a lead zero, which may be caused by it.
+  /// Rows that are too slow to confirm a shift are too slow to name a lead zero, which such a shift imitates.
   void withdraw_doubtful_lead_zero(const TimeOffset& clock) {
     constexpr const char* kZero = "lead_zero";
     const bool named = std::any_of(chosen_.steps.begin(), chosen_.steps.end(),
@@ -273,10 +274,9 @@ class AxisPipeline {
     accept_change(change.change);
   }
 
-  /// Whether an effect that never changes, or a gain that drifts, explains the log as well as the change. The date of a
-  /// change is free, so its likelihood ratio reaches up to kChanceChange by chance alone: a missing lead zero looks
-  /// like a delay that changes where the hand becomes faster. A step of a trim is absorbed by the autoregression and
-  /// cannot be compared.
+  /// Whether a constant effect, or a gain that drifts, explains the log as well as the change. The time of a change is
+  /// free, so its likelihood ratio reaches up to kChanceChange by chance alone: a missing lead zero looks like a delay
+  /// that changes where the hand becomes faster. A step of a trim is not compared: the autoregression absorbs it.
   bool constant_explains(const FreeRun& run, const AxisFamily& family, const Fit& fit, const ChangePoint& change) {
     if (change.free_parameter.member == &model::StickAxis::trim_counts) {
       return false;
@@ -301,8 +301,8 @@ class AxisPipeline {
     return false;
   }
 
-  /// An effect found on one side together with another change may explain the log as well as the first change alone.
-  /// Unless they are clearly worth the penalty of their parameters, neither name is certain.
+  /// Effects that were selected on one side, with another change, may explain the log as well as the first change
+  /// alone. Unless they are clearly worth the penalty of their parameters, the first change is reported as a rival.
   static void add_rival_change(const ChangePoint& first, const FreeRun& run, ChangePoint& change) {
     const double more = static_cast<double>(change.numbers) - static_cast<double>(first.numbers);
     const double price = std::max(0.0, more) * std::log(static_cast<double>(run.size()));
@@ -356,7 +356,7 @@ class AxisPipeline {
                   [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
   }
 
-  /// The change under the final structure; or the declared one, where the change explains more than all named effects.
+  /// The change under the final structure; or under the declared one, if it then explains more than all named effects.
   ChangePoint change_point_under(const FreeRun& run, const Selection& chosen) const {
     const AxisFamily& family = problem_->axis_family();
     ChangePoint with_effects = change_point(run, family, chosen.final_model.fit);
@@ -378,7 +378,7 @@ class AxisPipeline {
   Request request_;
   double shift_s_ = 0.0;
   std::vector<FlightTrim> flight_trims_;  ///< empty: the flights do not differ
-  std::vector<double> trims_;             ///< their values
+  std::vector<double> trims_;             ///< the values of flight_trims_, in the unit of the stick
   std::unique_ptr<AxisProblem> problem_;
   Selection chosen_;
   SideFindings side_findings_;

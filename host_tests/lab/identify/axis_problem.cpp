@@ -18,13 +18,13 @@ namespace m100::lab::identify {
 namespace {
 
 constexpr double kMinFollowing_percent = 50.0;  // fit [%]; below it the stick is not the main cause of the response
-constexpr double kPoorFit = 80.0;               // fit [%] below which an effect is a guess, if it also removes
-constexpr double kSmallShare = 0.25;            // less than this share of the mean square
+constexpr double kPoorFit = 80.0;               // fit [%]; below it, effects are guesses if they remove less than
+constexpr double kSmallShare = 0.25;            // this share of the mean square
 constexpr double kSwappedOwn = 0.3;    // columns are swapped if the squared correlation with the own stick is below
 constexpr double kSwappedOther = 0.6;  // and that with the other stick is above
 constexpr double kHeld_s = 0.045;
 constexpr double kCutShare = 0.2;        // of the time at the stops
-constexpr double kMinTravelShare = 0.1;  // of the stick's travel in the training part; less tests no model
+constexpr double kMinTravelShare = 0.1;  // of the stick's travel in training; a smaller one does not test a model
 constexpr double kFullStick = 660.0;     // counts
 constexpr double kFastestTurn = 40.0;    // rad/s at full stick, beyond any gyro's range
 constexpr double kSteepest = 1.6;        // rad at full stick: no command exceeds a right angle
@@ -69,8 +69,8 @@ void check_moved(const AxisDataSet& part, const char* option) {
   }
 }
 
-/// The edge of a dead zone that jumps lies somewhere between two distances from neutral that the stick had: no response
-/// shows where, and refits all end at the same place. The interval covers at least the gap between these two.
+/// The edge of a dead zone with a jump is only known to lie between two neighbouring distances from neutral that the
+/// stick had. Refits do not show this: they all end at one value. Widens the interval to contain both distances.
 void widen_to_stick_values(const AxisDataSet& part, const model::StickAxis& model, IdentifyResult& result) {
   double below = 0.0;
   double above = std::numeric_limits<double>::infinity();
@@ -121,7 +121,7 @@ AxisProblem::AxisProblem(const Request& request, double stick_earlier_s, const s
 }
 
 bool AxisProblem::are_starts_measured() const {
-  constexpr double kUnknown = 3.0;  // of the quadratic through AxisBlocks::kStartSamples: fewer rows leave it free
+  constexpr double kUnknown = 3.0;  // parameters of the quadratic through kStartSamples: fewer rows do not determine it
   const auto is_measured = [](const AxisData& data) {
     return kUnknown * data.row_s <= static_cast<double>(AxisBlocks::kStartSamples) * data.period_s;
   };
@@ -319,7 +319,7 @@ void AxisProblem::undersampled(const model::StickAxis& model, IdentifyResult& re
   if (row < 2) {
     return;
   }
-  // Between two rows the stick may have moved along a line or jumped. The difference of the two responses is unknown.
+  // Whether the stick moved along a line or jumped between two rows is unknown, and so is which response is right.
   AxisData jumping = data;
   for (std::size_t i = 0; i < data.stick.size(); ++i) {
     jumping.stick[i] = data.stick[std::min(i / row * row + row / 2, data.stick.size() - 1)];
@@ -375,7 +375,7 @@ void AxisProblem::misreadings(const model::StickAxis& model, IdentifyResult& res
     return;
   }
   constexpr double kCounts = 5.0;  // a stick that never exceeds this is logged as a fraction of its travel
-  // From the response to large sticks of this log: beside a dead zone the gain alone is not determined if only large
+  // From the response to a large stick of this log: with a dead zone, the gain itself is not determined if only large
   // sticks were flown.
   const double large = family_->scale().stick;
   const model::StickLaw<double> law(model, signals.data.period_s);

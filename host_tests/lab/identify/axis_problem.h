@@ -16,8 +16,8 @@ namespace m100::lab::identify {
 /// One stick axis of a request: its models, its errors, its own tests.
 class AxisProblem final : public Problem {
  public:
-  /// @param stick_earlier_s  by which the sticks are shifted first, for clocks that disagree
-  /// @param flight_trims  of each flight of a joined log, subtracted from its stick; empty: none
+  /// @param stick_earlier_s  time by which the sticks are shifted earlier, for clocks that disagree
+  /// @param flight_trims  the trim of each flight of a joined log, subtracted from its stick; empty: none
   explicit AxisProblem(const Request& request, double stick_earlier_s = 0.0,
                        const std::vector<double>& flight_trims = {});
   const Family& family() const override { return *family_; }
@@ -28,9 +28,9 @@ class AxisProblem final : public Problem {
   const std::string& stick_name() const { return training_.signals.stick_name; }
   /// Ranges of the training part, and of the validation part where it is in the same log.
   std::vector<Range> free_ranges() const;
-  /// These ranges simulated without restarts.
+  /// free_ranges() of the training log, simulated without restarts.
   FreeRun free_run() const { return free_run(training_.signals.data); }
-  /// The same for another reading of the log, which must outlive the run.
+  /// free_ranges() of `data`, another interpretation of that log. `data` must outlive the run.
   FreeRun free_run(const AxisData& data) const;
   double validation_rmse(const Fit& fit) const override { return validation_.blocks.rmse(family_->model(fit)); }
   std::vector<std::vector<double>> validation_errors(const Fit& fit) const override;
@@ -50,11 +50,11 @@ class AxisProblem final : public Problem {
   Traces traces(const Fit& declared, const Fit& final_fit) const override;
 
  private:
-  /// Adds reasons that make every name a guess, or the log unfit, and that no regression finds.
+  /// Adds doubts that no regression finds: why every named effect is a guess, or why the log is unsuitable.
   void add_doubts(const Selection& selection, IdentifyResult& result) const;
-  /// Adds a note if the stick moved between two rows of the log, unseen by them, and the response shows that.
+  /// Adds a note if unknown motion of the stick between two rows may cause a tenth or more of the residual power.
   void undersampled(const model::StickAxis& model, IdentifyResult& result) const;
-  /// Whether the response follows the other stick. Precondition: the other stick was logged.
+  /// Whether the response follows the other stick and not its own. Precondition: the other stick was logged.
   bool follows_other_stick() const;
   /// Adds findings about wrong signs and units of the column map, from the gain [unit per count or per command].
   void misreadings(const model::StickAxis& model, IdentifyResult& result) const;

@@ -79,7 +79,7 @@ std::optional<logs::FlightLog> load_other(const IdentifyOptions& options) {
                   options.validation_columns.empty() ? options.columns.front() : options.validation_columns);
 }
 
-/// Checks all files before the work: whether they can be read or written, and that no output overwrites an input.
+/// Checks before the work that all files can be read or written, and that no output overwrites an input.
 void check_files(const IdentifyOptions& options) {
   companion::FileUse()
       .reads("--log", options.logs)
@@ -95,12 +95,12 @@ void check_files(const IdentifyOptions& options) {
       .check();
   for (const std::string& vehicle : {options.believed, options.vehicle}) {
     if (!vehicle.empty() && std::filesystem::exists(vehicle)) {
-      (void)companion::load_vehicle(vehicle);  // refuses an unreadable file before the work; used after it
+      (void)companion::load_vehicle(vehicle);  // an invalid file is refused here; it is read again after the work
     }
   }
 }
 
-/// @throws InputError where the log cannot show the gain of a stick per count, which a vehicle file holds.
+/// @throws InputError: --vehicle is given without a stick in the log, so that the gain per count cannot be found.
 void check_gain_of_sticks(const IdentifyOptions& options, const logs::FlightLog& log) {
   using logs::Signal;
   const Signal stick = options.axis == "roll"       ? Signal::kStickRoll
@@ -115,7 +115,7 @@ void check_gain_of_sticks(const IdentifyOptions& options, const logs::FlightLog&
   }
 }
 
-/// A finding that the column map or the clock is wrong: such parameters must not fly. Empty: there is none.
+/// The text of a certain finding that makes the parameters unfit to fly (column map or clock wrong); empty: none.
 std::string misread_attitude(const identify::IdentifyResult& result) {
   for (const identify::Finding& finding : result.findings) {
     const bool wrong = finding.what == "sign_reversed" || finding.what == "swapped_axes" ||
@@ -135,7 +135,7 @@ std::string base_names(const std::vector<std::string>& files) {
   return out;
 }
 
-/// Null: there is none. @throws InputError
+/// The file of --forecast; null: none was given. @throws InputError: it is not a forecast.
 nlohmann::json read_forecast(const IdentifyOptions& options) {
   if (options.forecast.empty()) {
     return nullptr;
@@ -168,7 +168,7 @@ nlohmann::ordered_json compared(const nlohmann::json& forecast, const identify::
   return comparison;
 }
 
-/// Training and validation ranges, from --split or from --train and --validate.
+/// Sets the training and validation ranges, from --split or from --train and --validate.
 void require_ranges(const IdentifyOptions& options, const logs::FlightLog& log, const logs::FlightLog* other,
                     identify::Request& request) {
   if (!options.split.empty()) {
@@ -189,7 +189,7 @@ void require_ranges(const IdentifyOptions& options, const logs::FlightLog& log, 
   }
 }
 
-/// @throws InputError
+/// The seconds of --wind-from-first; 0: not given. @throws InputError: another axis than translation, or below 2.5 s.
 double wind_from_first(const IdentifyOptions& options) {
   constexpr double kBlock_s = 2.5;
   if (options.wind_from_first_s == 0.0) {
@@ -244,7 +244,7 @@ identify::Request request_of(const IdentifyOptions& options, const logs::FlightL
   return request;
 }
 
-/// The result; on a terminal it shows its progress.
+/// The result of the request. Shows the progress on standard error if that is a terminal.
 identify::IdentifyResult result_of(identify::Request& request) {
   const bool terminal = isatty(STDERR_FILENO) == 1;
   if (terminal) {

@@ -12,7 +12,7 @@
 
 namespace m100::lab::identify {
 
-/// Seconds [from, to) on the log's own clock.
+/// A time range [from, to) in seconds, by default on the clock of a FlightLog; joined logs have one common clock.
 using Range = std::pair<double, double>;
 
 /// The request of `m100-lab identify`, after parsing.
@@ -22,11 +22,11 @@ struct Request {
   std::vector<Range> train;
   std::vector<Range> validate;
   const logs::FlightLog* log = nullptr;             ///< the training ranges lie in it
-  const logs::FlightLog* validation_log = nullptr;  ///< the validation ranges lie in it; may be the same
+  const logs::FlightLog* validation_log = nullptr;  ///< the validation ranges lie in it; null: in `log`
   std::vector<Range> requested{};  ///< for a problem of one part of `log`: all ranges of the user's request
-  double noise_floor = 0.0;        ///< declared; 0: none
+  double noise_floor = 0.0;        ///< declared root mean square error of air and noise, in the axis' unit; 0: none
   double wind_from_first_s = 0.0;  ///< translation: each flight's wind comes from its first seconds; 0: it is fitted
-  std::size_t refits = 40;         ///< at most so many, for the intervals; 0: no intervals
+  std::size_t refits = 40;         ///< maximum number of refits for the intervals; 0: no intervals
   std::function<void(const std::string&)> progress;  ///< one short line at a time; may be empty
 };
 
@@ -35,7 +35,7 @@ inline bool in_one_log(const Request& request) {
   return request.validation_log == nullptr || request.validation_log == request.log;
 }
 
-/// The ranges of the user's request in the log of the training part, or in that of the validation part: spoilt samples
+/// The ranges of the user's request in the training part's log (`training`) or in the validation part's. Spoilt samples
 /// outside of them do not matter.
 inline std::vector<Range> requested_ranges(const Request& request, bool training) {
   if (!training && !in_one_log(request)) {

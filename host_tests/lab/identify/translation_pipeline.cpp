@@ -20,14 +20,14 @@ using namespace translation;  // its own parts
 
 constexpr double kMinimumCvGain = 0.03;  // the force residual has no memory, so less than on a stick axis is enough
 
-/// The order of the tests of a log: its defects, structure, force that depends on position, change, and the structure
-/// again on one side of the change.
+/// Runs the tests of a repaired log in this order: structure, winds of the flights, force that depends on position,
+/// change, and the structure again on one side of the change.
 class TranslationPipeline {
  public:
   TranslationPipeline(const Request& request, SideFindings side_findings)
       : request_(request), side_findings_(std::move(side_findings)) {}
 
-  /// @param misread_attitude  the log's axes or signs are wrong, so every fitted effect would be caused by that
+  /// @param misread_attitude  the log's axes or signs are wrong and would cause every fitted effect: none is selected
   IdentifyResult run(bool misread_attitude) {
     options_.minimum_cv_gain = kMinimumCvGain;
     options_.maximum_effects = misread_attitude ? 0 : options_.maximum_effects;
@@ -45,7 +45,7 @@ class TranslationPipeline {
   }
 
  private:
-  /// Flights may have different winds. Winds that differ are an effect like any other: if the difference was neither
+  /// Fits a wind to each flight if the winds differ. Such a difference is an effect like any other: if it was neither
   /// declared nor named, the verdict cannot be "nothing missing", although the winds were fitted.
   void fit_flight_winds() {
     if (request_.log->flights.empty() || request_.wind_from_first_s > 0.0 ||
@@ -101,8 +101,8 @@ class TranslationPipeline {
   }
 
   const Request& request_;
-  std::unique_ptr<Request> side_;  ///< of the change, where one was found
-  bool per_flight_winds_ = false;  ///< the flights differ
+  std::unique_ptr<Request> side_;  ///< the request of one side of a change; null: no side was selected
+  bool per_flight_winds_ = false;  ///< the winds differ, so each flight has its own
   SelectionOptions options_;
   std::unique_ptr<TranslationProblem> problem_;
   Selection chosen_;

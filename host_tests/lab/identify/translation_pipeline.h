@@ -5,7 +5,8 @@
 
 namespace m100::lab::identify {
 
-/// Identifies horizontal translation. @throws InputError as above.
+/// Identifies translation, also vertical if the thrust set point was logged. @throws InputError: missing signal,
+/// constant motion, too few blocks, an effect that is unknown or that the log cannot show.
 IdentifyResult identify_translation(const Request& request);
 
 }  // namespace m100::lab::identify

@@ -45,16 +45,16 @@ class TranslationProblem final : public Problem {
  private:
   void check_heads() const;
 
-  /// Whether the effects explain little of the error: with an unexplained residual they may be its side effects.
+  /// Whether the effects explain little: beside an unexplained residual they may be side effects of its cause.
   static bool weak(const Selection& selection);
 
-  /// Whether a periodic force was named although the residual still oscillates: then it was none.
+  /// Whether a periodic force was named although the residual still oscillates: then the name is withdrawn.
   static bool still_oscillates(const std::vector<SelectionStep>& steps, const IdentifyResult& result);
 
   /// Adds a note where a periodic force was rejected because the vehicle itself moves with that period.
   static void add_motion_note(IdentifyResult& result);
-  /// Names effects that these data cannot distinguish: at constant heading a wind, a bias of the body and a trim of the
-  /// sticks are the same.
+  /// Names effects that these data cannot distinguish: at constant heading a wind, a force fixed to the body and a trim
+  /// of the sticks look the same.
   void add_indistinguishable(const std::vector<SelectionStep>& steps, IdentifyResult& result) const;
 
   const Request& request_;

@@ -37,7 +37,7 @@ struct ColumnMap {
 /// @throws InputError naming file, line and key: not TOML, an unknown or missing key, a wrong type, a scale of zero.
 ColumnMap read_column_map(const std::string& file);
 
-/// The same, from text; `file` is used in messages only.
+/// Reads a column map from text; `file` is used in messages only. @throws InputError as read_column_map() does.
 ColumnMap parse_column_map(std::string_view text, const std::string& file);
 
 }  // namespace m100::lab::logs

@@ -85,7 +85,7 @@ struct ClockColumn {
   const char* scale = "1";
 };
 
-/// The first column that increases at every row and is no row number, best one whose name is that of a time. The scale
+/// The first column that increases at every row and is no row number, preferably one with the name of a time. The scale
 /// follows from its mean step: flights are logged once a second to ten thousand times a second.
 std::optional<ClockColumn> clock_of(const logs::RawLog& log) {
   constexpr std::size_t kMaxTried = 200;

@@ -128,7 +128,7 @@ class Loader {
     return raw_.has_times_of_arrival() ? sampling_.times(stream, arrival_s, counter, values) : arrival_s;
   }
 
-  /// The first mapped column that the map's clock times; empty: there is none.
+  /// The first mapped signal without a `time` key; empty: there is none, or its format gives it its own clock.
   std::vector<double> values_beside_clock() const {
     for (std::size_t i = 0; i < kSignals; ++i) {
       const auto& ref = map_.signals[i];
@@ -338,7 +338,7 @@ class Loader {
     return times;
   }
 
-  /// @throws InputError if time runs backwards, because it cannot be known which part of the log is wrong.
+  /// @throws InputError: no usable sample, or time runs backwards (it cannot be known which part of the log is wrong).
   Stream tidy(const Stream& stream, const std::string& name, bool is_clock) {
     StreamDefects untidy;
     std::size_t backwards = 0;
@@ -377,7 +377,7 @@ class Loader {
   const ColumnMap& map_;
   SamplingClock sampling_;
   std::vector<double> arrival_s_;  ///< of the map's clock, as logged
-  std::vector<double> clock_s_;    ///< the same, as sampled
+  std::vector<double> clock_s_;    ///< of the map's clock, as sampled
   std::vector<double> counter_;
   bool has_last_states_ = false;  ///< a column has one sample more than the clock
   FlightLog log_;

@@ -17,7 +17,7 @@ namespace m100::lab::logs {
 /// How the streams of a log were brought onto one clock.
 struct Alignment {
   int stick_shift_samples = 0;  ///< samples by which the sticks had to be moved later (negative: earlier)
-  int rate_shift_samples = 0;   ///< the same for the body rates
+  int rate_shift_samples = 0;   ///< likewise for the body rates
   /// "sequence": message counters; "correlation": the rates against the change of the attitude; "none": the log's clock
   /// was taken as common, because a shift of the sticks cannot be distinguished from transport delay.
   std::string evidence = "none";
@@ -72,7 +72,7 @@ struct FlightLog {
 ///   fewer than 16 samples.
 FlightLog load(const RawLog& raw, const ColumnMap& map, double period_s = 0.01);
 
-/// Opens and loads. @param columns the map's file.
+/// Opens `file` and loads it with the column map that the file `columns` holds.
 FlightLog load(const std::string& file, const std::string& columns, double period_s = 0.01);
 
 }  // namespace m100::lab::logs

@@ -5,8 +5,8 @@
 
 namespace m100::lab::logs {
 
-/// Where a log's clock counts from another epoch than its own begin (more than 10^7 s, 116 days, before it), subtracts
-/// whole seconds, so that times can be read, and says so in a note.
+/// If a log's clock starts at 10^7 s (116 days) or more, it counts from another epoch: subtracts whole seconds, so that
+/// times can be read, and says so in a note.
 void count_from_begin(FlightLog& log);
 
 /// Joins several logs, with a pause between them that is longer than any model's memory. The pause is a gap in which

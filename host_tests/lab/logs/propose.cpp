@@ -313,7 +313,7 @@ class Proposer {
     return readable({"", column.c_str()}) ? log_.column(column, "").values : std::vector<double>{};
   }
 
-  /// Whether the transmitter's sticks are absent or rest within a hundredth of their travel.
+  /// Whether the transmitter's sticks are absent or rest: each moves by at most 0.01, where 1 is full deflection.
   bool sticks_rest() const {
     for (int i = 0; i < 4; ++i) {
       const std::vector<double> stick = values("/dji_sdk/rc.axes[" + std::to_string(i) + "]");

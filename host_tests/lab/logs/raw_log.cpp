@@ -27,7 +27,7 @@ namespace {
 
 constexpr std::size_t kTextBytes = 4096;  // checked before a file is taken as text
 
-/// Whether a file with this beginning may be text: it has no control characters other than those that end lines.
+/// Whether a file with this beginning may be text: it has no control characters other than white space.
 bool may_be_text(std::string_view head) {
   return std::none_of(head.begin(), head.end(), [](char c) {
     const auto byte = static_cast<unsigned char>(c);

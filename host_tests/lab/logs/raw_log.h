@@ -23,7 +23,7 @@ struct TopicSummary {
   std::size_t messages = 0;
   double from_s = 0.0, to_s = 0.0;  ///< on the clock of the columns
   double rate_hz = 0.0;             ///< samples over time, without the gaps; 0: no clock is known
-  std::size_t gaps = 0;             ///< intervals longer than 50 ms and 3.5 median intervals, of bunches once spread
+  std::size_t gaps = 0;             ///< intervals longer than 50 ms and 3.5 median intervals, after spreading bunches
   double longest_gap_s = 0.0;
   std::vector<std::string> fields;  ///< an array is one entry: "q[4]"
 };
@@ -71,7 +71,7 @@ class RawLog {
 
   /// @throws InputError if at least half of the values are not finite numbers, naming the first of these.
   void require_mostly_sound(const std::vector<double>& values, const std::string& name) const;
-  /// @throws InputError with the most similar names.
+  /// @throws NoSuchColumn with the most similar names.
   [[noreturn]] void no_such_column(const std::string& name, const std::string& asked_by) const;
 
  private:

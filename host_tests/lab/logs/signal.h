@@ -9,11 +9,11 @@
 
 namespace m100::lab::logs {
 
-/// The canonical signals. Units and frames: sticks in counts from neutral (right, forward, up, right positive);
-/// commands in rad, rad/s and m/s; attitude z-y-x Euler angles of the forward-left-up body [rad]; rates in the body
-/// [rad/s]; position, velocity in the world, z up [m, m/s]; force is the specific force in the body [m/s^2];
-/// thrust_ratio is thrust over weight, thrust_dir the body z axis in the world. A quaternion rotates a body vector into
-/// a world vector; a loaded log holds its angles instead.
+/// The canonical signals. Units and frames: sticks in counts from neutral (positive: roll right, pitch forward,
+/// throttle up, yaw right); commands in rad, rad/s and m/s; attitude z-y-x Euler angles of the forward-left-up body
+/// [rad]; rates in the body [rad/s]; position, velocity in the world, z up [m, m/s]; force is the specific force in the
+/// body [m/s^2]; thrust_ratio is thrust over weight, thrust_dir the body z axis in the world. A quaternion rotates a
+/// body vector into a world vector; a loaded log holds its angles instead.
 enum class Signal : std::uint8_t {
   kStickRoll,
   kStickPitch,

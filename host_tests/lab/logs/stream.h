@@ -27,7 +27,7 @@ struct StreamDefects {
 Stream without_defects(const Stream& stream, StreamDefects& untidy, std::size_t& backwards);
 
 /// Resamples the stream onto a grid of `size` times: linear interpolation, held beyond the ends.
-/// @param gap receives 1 where nothing was sampled: inside a hole longer than 50 ms or 3.5 of the stream's own
+/// @param gap receives 1 where nothing was sampled: inside a hole longer than 50 ms and 3.5 of the stream's own
 ///   intervals, between the neighbours of a spoilt sample, more than one period beyond the ends.
 std::vector<double> resampled(const Stream& tidy, double start_s, double period_s, std::size_t size,
                               std::vector<std::uint8_t>& gap);
@@ -36,8 +36,8 @@ std::vector<double> resampled(const Stream& tidy, double start_s, double period_
 /// moves a vehicle alike if it is held for the period.
 std::vector<double> period_means(const Stream& tidy, double start_s, double period_s, std::size_t size);
 
-/// y(at) by linear interpolation. Preconditions: at least two values; `at` does not decrease from call to call with the
-/// same hint.
+/// y(at) by linear interpolation, and beyond the ends by extrapolation. Preconditions: at least two values; `hint`
+/// starts at 0, and `at` does not decrease from call to call with the same hint.
 double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at, std::size_t& hint);
 
 /// Precondition: not empty.

@@ -22,7 +22,7 @@ constexpr double kInputMemory_s = 0.3;  // after a gap: the delayed stick is unk
 
 struct Choice {
   const char* axis;
-  Signal stick, command;  ///< counts, or SI units
+  Signal stick, command;  ///< in counts; in SI units
   Signal other, other_command;
   Signal response;
   Signal integral;  ///< its slope replaces a response that was not logged
@@ -41,7 +41,7 @@ constexpr Choice kChoices[] = {
 
 bool has(const logs::FlightLog& log, Signal signal) { return signal != Signal::kCount && log.has(signal); }
 
-// Interpolates linearly between samples; the last value is held.
+// Shifts a series earlier by `samples`, interpolating linearly; the last value is held.
 void move_earlier(std::vector<double>& values, double samples) {
   if (!(samples > 0.0) || values.empty()) {
     return;
@@ -55,8 +55,8 @@ void move_earlier(std::vector<double>& values, double samples) {
   }
 }
 
-/// Excludes a tenth of a second on either side of a gap, where a held stick may jump without a hand. The outlier test
-/// uses neighbours within this time.
+/// Excludes gaps and a tenth of a second on either side of each, where a held stick may jump without a hand. The
+/// outlier test uses neighbours within this time.
 std::vector<char> exclude_gap_edges(std::vector<char> used, const std::vector<std::uint8_t>& gap, double period_s) {
   constexpr double kBeside_s = 0.1;
   const auto beside = static_cast<std::size_t>(std::lround(kBeside_s / period_s));
@@ -74,7 +74,7 @@ struct AxisChannels {
   Signal stick;
   Signal other;
   Signal response;
-  bool is_integral;  ///< of the response
+  bool is_integral;  ///< `response` is the integral of the axis' response
 };
 
 /// @throws InputError naming the missing signal.

@@ -16,20 +16,20 @@ struct AxisSignals {
   std::string stick_name;
   std::string other_name;  ///< empty: none
   std::string response_name;
-  std::vector<Finding> findings;  ///< parts of the log that were excluded, and why
+  std::vector<Finding> findings;  ///< defects of the log: what was excluded or repaired, and why
 };
 
 /// Takes the stick (or command in SI units), the other axis' stick and the measured response of `axis` from a log. A
 /// climb speed or yaw rate that was not logged is computed as the slope of height or yaw.
-/// @param requested  ranges outside of which spoilt samples do not matter; empty: none
-/// @param stick_earlier_s  by which both sticks are shifted, at least 0: for clocks that disagree
+/// @param requested  ranges outside of which spoilt samples do not matter; empty: all samples matter
+/// @param stick_earlier_s  time by which both sticks are shifted earlier, at least 0: for clocks that disagree
 /// @throws InputError naming file and signal.
 AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, const std::vector<Range>& requested,
                          double stick_earlier_s = 0.0);
 
-/// Central difference over +-5 samples, i.e. over ten sample periods; at the ends over those that exist.
+/// Central difference over +-5 samples, i.e. over ten sample periods; over fewer at the ends.
 double slope_at(const std::vector<double>& values, std::size_t sample, double period_s);
-/// The same at all samples.
+/// slope_at() of all samples.
 std::vector<double> slope(const std::vector<double>& values, double period_s);
 
 }  // namespace m100::lab::identify

@@ -25,7 +25,7 @@ struct Pair {
   const std::vector<double>* response;
   double held;          ///< in the air, a stick that moves by more and stays there is answered
   double still;         ///< a response that moves by less is at rest
-  bool is_informative;  ///< whether the response to half a stick would exceed the noise
+  bool is_informative;  ///< whether half of the response to `held` would exceed `still`
 };
 
 /// Noise of a signal at rest, from the quietest twentieth of its windows.
@@ -89,7 +89,7 @@ class Travel {
   double lowest_ = 1e300;
 };
 
-/// The median of each response over the first samples from an end.
+/// The median of each response over the first `count` samples from an end.
 template <typename Sample>
 std::vector<double> resting_samples(const std::vector<Pair>& pairs, std::size_t count, Sample&& sample) {
   std::vector<double> first;
@@ -103,9 +103,9 @@ std::vector<double> resting_samples(const std::vector<Pair>& pairs, std::size_t 
   return first;
 }
 
-/// Length of the stretch at one end of the log on which every response keeps its value although a stick moved to
-/// another position for long enough to be answered; 0 if no stick did. A stick that is held up to the end of the log is
-/// no evidence. `sample(k)`: the k-th sample from that end.
+/// Number of samples at one end of the log in which every response keeps its value although a stick moved, at least
+/// kAnswer_s before the last of them, far enough to be answered; 0 if no stick did, or if no response ever moves. A
+/// stick that is held at one position is no evidence. `sample(k)`: the k-th sample from that end.
 template <typename Sample>
 std::size_t still_from_end(const std::vector<Pair>& pairs, std::size_t size, double period_s, Sample&& sample) {
   const auto window = static_cast<std::size_t>(std::lround(kWindow_s / period_s));

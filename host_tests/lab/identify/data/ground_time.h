@@ -9,10 +9,10 @@
 
 namespace m100::lab::identify {
 
-/// Time ranges [s] in which the vehicle stood on the ground: from the start of the log to take-off, and from landing to
-/// its end. Criterion: every logged response (roll, pitch, climb) stays within its own noise for a second after a stick
-/// of one of them moved by half of its usual travel; in the air the vehicle would answer. A log that begins or ends in
-/// a hover with centred or held sticks has no such range. Cost: linear in the log.
+/// Time ranges [s] in which the vehicle stood on the ground: from the start of a flight to take-off, and from landing
+/// to its end. Criterion: every logged response (roll, pitch, climb) stays within its noise or 15 % of its large values
+/// for a second after a stick of one of them moved by half of its large values; in the air the vehicle would answer. A
+/// flight that begins or ends in a hover with centred or held sticks has no such range. Cost: linear in the log.
 std::vector<std::pair<double, double>> ground_times(const logs::FlightLog& log);
 
 /// Findings for ground_times(), one each.

@@ -54,8 +54,8 @@ double hold_s(const std::vector<double>& values, const std::vector<char>& used, 
 
 namespace {
 
-/// Share of a stick's arrivals at its stops that come from further away than a quarter of the travel within one row. A
-/// machine jumps there (pulses, steps); a hand whose log was clipped passes the values before.
+/// Share of a stick's arrivals at its stops that come from more than a quarter of the travel away within one row. A
+/// machine jumps there (pulses, steps); a hand whose log was clipped passes through the values in between.
 double placed_share(const std::vector<double>& stick, const std::vector<char>& used, std::size_t row, double low,
                     double high) {
   const double slack = 0.005 * (high - low);
@@ -147,7 +147,7 @@ struct Found {
   }
 };
 
-/// Lengths of the runs of equal used values, as [begin, end).
+/// The runs of equal used values, as samples [begin, end).
 std::vector<std::pair<std::size_t, std::size_t>> equal_runs(const std::vector<double>& values,
                                                             const std::vector<char>& used) {
   std::vector<std::pair<std::size_t, std::size_t>> out;
@@ -164,7 +164,7 @@ std::vector<std::pair<std::size_t, std::size_t>> equal_runs(const std::vector<do
   return out;
 }
 
-/// The usual smallest step of a quantised signal.
+/// The smallest step of a quantised signal: the 1 % quantile of its non-zero steps.
 double quantum_of(const std::vector<double>& values) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < values.size(); ++i) {
@@ -190,7 +190,7 @@ bool stops_at_once(const std::vector<double>& values, std::size_t begin, double 
 Found remove_frozen(const std::vector<double>& values, std::vector<char>& used, std::size_t row) {
   constexpr double kMinRows = 5.0;
   constexpr double kCadences = 4.0;
-  constexpr double kFewRepeats = 20.0;  // more than the freezes of a log
+  constexpr double kFewRepeats = 20.0;  // more repeats than a log has freezes
   constexpr double kJump = 3.0;         // of the usual step from row to row
   constexpr double kOrdinary = 0.99;    // of all steps from row to row
   constexpr double kNever = 10.0;       // times as long as nearly all other runs: unusual for this signal
@@ -213,7 +213,7 @@ Found remove_frozen(const std::vector<double>& values, std::vector<char>& used, 
       std::max(kMinRows * static_cast<double>(row), kCadences * quantile(std::move(rounded ? repeats : lengths), 0.9));
   const double usual = quantile(steps, 0.5);
   const bool fine = usual > kFineSteps * quantum_of(values);
-  // A quantised signal rests on one step and continues from there: only a step larger than its usual steps is a jump.
+  // A quantised signal rests on one level and continues from there: only a step larger than its usual steps is a jump.
   const double leap = fine ? kJump * usual : quantile(std::move(steps), kOrdinary);
   Found out;
   for (const auto& [begin, end] : runs) {
@@ -229,7 +229,7 @@ Found remove_frozen(const std::vector<double>& values, std::vector<char>& used, 
   return out;
 }
 
-/// Second differences of a signal over its own rows, divided by the root of six: the standard deviation of white noise.
+/// Standard deviation of a signal's white noise: from the second differences over its own rows, over the root of six.
 double sigma_of(const std::vector<double>& values, const std::vector<char>& used, std::size_t row) {
   std::vector<double> bends;
   for (std::size_t i = 2 * row; i < values.size(); ++i) {
@@ -242,7 +242,7 @@ double sigma_of(const std::vector<double>& values, const std::vector<char>& used
 }
 
 /// @param row  samples between the rows in which the signal was logged
-/// @param minimum  by which a value must jump away from its neighbours in both directions
+/// @param minimum  distance from all predictions by its neighbours, beyond which a value is an outlier
 /// @param back  whether the neighbours must agree with each other, to a quarter of the jump
 Found replace_outliers(std::vector<double>& values, const std::vector<char>& used, std::size_t row, double minimum,
                        bool back) {

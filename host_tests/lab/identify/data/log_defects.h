@@ -13,8 +13,8 @@ namespace m100::lab::identify {
 
 // Defects that a log itself shows. Nothing here knows a model.
 
-/// Sets `valid` to 0 on the ground and for the first second after it, and for `memory_s` after every gap, because the
-/// past input is not known there. @param gap  of the signals that are used, as FlightLog::gap_of gives it
+/// Sets `valid` to 0 on the ground and for the first second after it, in every gap, and for `memory_s` after it,
+/// because the past input is not known there. @param gap  of the signals that are used, as FlightLog::gap_of gives it
 void mask_unusable(const logs::FlightLog& log, const std::vector<std::uint8_t>& gap,
                    const std::vector<std::pair<double, double>>& ground, double memory_s, std::vector<char>& valid);
 
@@ -25,12 +25,12 @@ double hold_s(const std::vector<double>& values, const std::vector<char>& used, 
 struct SampleGrid {
   double start_s = 0.0;
   double period_s = 0.01;
-  double row_s = 0.0;  ///< between the rows in which the signal was logged, where that is more than a period
+  double row_s = 0.0;  ///< time between the rows in which the signal was logged, if longer than a period
 };
 
-/// Share of the used samples on which a stick stands at its largest value, the same on both sides: either the log
-/// clipped it there, or the pilot flies to the stops only. 0 where the stick mostly jumps to that value at once: pulses
-/// of a machine do this, a hand does not. Rows of 55 ms and more cannot show the difference.
+/// Share of the used samples at which a stick has its largest or smallest value: the log clipped it, or the pilot flew
+/// to the stops. 0 if these values are not symmetric about zero, or if the stick mostly jumps there at once, as pulses
+/// of a machine do and a hand does not (not tested in rows of 55 ms and more, which cannot show it).
 double clipped_share(const std::vector<double>& stick, const std::vector<char>& used, const SampleGrid& clock);
 
 /// Detects angles in degrees that are read as radians (roll or pitch beyond half a turn), and converts them to radians.
@@ -43,10 +43,10 @@ std::vector<Finding> repair_units(std::vector<double>& angle_rad, const std::vec
 std::vector<char> mask_ranges(const logs::FlightLog& log, const std::vector<std::pair<double, double>>& ranges,
                               double margin_s);
 
-/// Repairs samples of a response that are not measurements. Frozen: at least five equal rows, four times as long as
-/// nine tenths of the signal's runs of equal rows, and a jump at the end; or ten times as long as nearly all of its
-/// runs, and an abrupt beginning. These samples are removed from `used`. Outliers: more than 12 sigma from the median
-/// of five, sigma from second differences, and more than 5 % of the amplitude; the median replaces them.
+/// Repairs samples of a response that are not measurements. Frozen: more than five equal rows and four times the 90 %
+/// quantile of its runs of equal values, with a jump at the end; or (unless coarsely quantised) an abrupt beginning and
+/// ten times the 99 % quantile; removed from `used`. Outliers: more than 12 sigma (from second differences) and 5 % of
+/// the large values off the median of five rows and all predictions by neighbours; the median replaces them.
 /// @returns at most one finding for each kind, over the times of all its samples.
 std::vector<Finding> repair_samples(std::vector<double>& values, std::vector<char>& used, const SampleGrid& clock,
                                     const std::string& signal);

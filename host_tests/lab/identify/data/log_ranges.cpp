@@ -43,7 +43,7 @@ Range range_of(const std::string& option, const std::string& part, const logs::F
   }
   Range range{number(option, ends[0]), number(option, ends[1])};
   const double epoch_s = log.flights.empty() ? log.epoch_s : log.flights[flight].epoch_s;
-  if (epoch_s > 0.0 && range.first >= epoch_s) {  // as the log's own clock counts
+  if (epoch_s > 0.0 && range.first >= epoch_s) {  // given on the clock before count_from_begin()
     range = {range.first - epoch_s, range.second - epoch_s};
   }
   const Range there = own_times(log, flight);
@@ -95,7 +95,7 @@ bool is_measured(std::size_t signal) {
   return !name.starts_with("stick_") && !name.starts_with("command_") && name != "sequence";
 }
 
-/// Whether two logs are one flight, whatever their files are called: one measured signal that moves is the same.
+/// Whether two pieces are of one flight, whatever their files are: times and a moving, measured signal are equal.
 bool same_flight(const Piece& a, const Piece& b) {
   if (a.log == b.log && a.flight == b.flight) {
     return true;
@@ -128,7 +128,7 @@ bool share_samples(const Piece& a, const Piece& b) {
 /// The samples of some ranges in which a signal is missing or spoilt.
 struct Gap {
   std::size_t samples = 0;
-  std::size_t holes = 0;  ///< with samples between them, or in different ranges
+  std::size_t holes = 0;  ///< stretches of these samples, counted in each range
   double from_s = std::numeric_limits<double>::infinity();
   double to_s = -std::numeric_limits<double>::infinity();
   void add(const logs::FlightLog& log, std::size_t sample) {

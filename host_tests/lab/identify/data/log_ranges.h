@@ -12,19 +12,19 @@ namespace m100::lab::identify {
 
 // Converts ranges of the command line to the clock of the joined logs.
 
-/// Parses "12:38,40:55" of a single log, or "1@12:38,2@3:40" of several logs, each on its own clock, numbered from 1.
-/// @throws InputError naming option and range: no numbers, backwards, outside of its log, no log of that number.
+/// Parses "12:38,40:55" (FROM:TO [s]) of one log, or "1@12:38,2@3:40" of several, numbered from 1, each on its own
+/// clock. @throws InputError naming option and range: no numbers, backwards, outside of its log, no log of that number.
 std::vector<Range> ranges(const std::string& option, const std::string& text, const logs::FlightLog& log);
 
-/// Parses "alternate:6": divides every log, or the ranges `within`, into pieces of 6 s that are used for training and
-/// validation in turn. @throws InputError as ranges(); for another keyword; for pieces shorter than a block.
+/// Parses "alternate:6": divides every log, or the ranges `within`, into whole pieces of 6 s that are used for training
+/// and validation in turn. @throws InputError as ranges(); for another keyword; for pieces shorter than 2.5 s.
 void split(const std::string& text, const std::string& within, const logs::FlightLog& log, Request& request);
 
 /// Checks that ranges do not share samples of a flight, neither training with validation nor within one option. One
-/// flight that is given under two names is recognised: a moving signal is the same throughout. @throws InputError.
+/// flight given under two names is recognised: a measured signal that moves has equal samples. @throws InputError.
 void reject_reused_data(const Request& request);
 
-/// Adds a finding "gap" for each signal that was not sampled inside of the ranges.
+/// Adds a finding "gap" for each set of signals that are missing or spoilt in the same samples of the ranges.
 void find_gaps(const logs::FlightLog& log, const std::vector<Range>& ranges, std::vector<Finding>& findings);
 
 /// Gives each finding without a time range, such as a note, the first and last moment of the data that were used.

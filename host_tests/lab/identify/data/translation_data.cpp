@@ -34,7 +34,7 @@ std::vector<double> slopes(const std::vector<double>& values, std::size_t half, 
   return out;
 }
 
-/// Weights of a mean over 2 half samples (a trapezoidal integral divided by its time); half of zero: no filter.
+/// Weights of a mean over 2 * half sample periods (a trapezoidal integral divided by its time); half = 0: no filter.
 std::vector<double> mean_weights(std::size_t half) {
   std::vector<double> out(2 * half + 1, 1.0 / static_cast<double>(std::max<std::size_t>(1, 2 * half)));
   if (half > 0) {
@@ -131,7 +131,7 @@ void take_force(const FlightLog& log, TranslationData& data) {
   }
 }
 
-/// Takes the acceleration, and velocity where there is one, with the weights of both.
+/// Takes the acceleration, and the velocity if there is one, and sets the weights of their filter.
 void take_motion(const FlightLog& log, TranslationData& data) {
   const auto half = static_cast<std::size_t>(std::max(2L, std::lround(kHalfWindow_s / data.period_s)));
   data.weights = slope_weights(half);
@@ -175,9 +175,9 @@ std::vector<double> vertical_acceleration(const FlightLog& log, const Translatio
   return out;
 }
 
-/// The accelerometer's error along the body's z, per flight: what the upward force shows beyond gravity and the
-/// motion's upward acceleration, by least squares over the flight. Left in, 0.4 m/s^2 looks like a tilt gain of 0.96.
-/// Zero where the motion is the force's own.
+/// The accelerometer's error along the body's z, per flight: by how much the upward force exceeds gravity and the
+/// motion's upward acceleration, by least squares over the flight. Uncorrected, 0.4 m/s^2 looks like a tilt gain of
+/// 0.96. Zero if the accelerometer is also the source of the motion.
 std::vector<double> force_error_z(const FlightLog& log, const TranslationData& data) {
   std::vector<double> out(data.flights.size(), 0.0), weight(data.flights.size(), 0.0);
   if (data.source == "force") {

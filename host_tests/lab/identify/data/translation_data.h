@@ -16,13 +16,13 @@ namespace m100::lab::identify {
 /// Source of the rigid body's thrust.
 enum class ThrustSource {
   kSetPoint,  ///< the log's thrust_ratio
-  kVertical,  ///< the accelerometer's body z, or the thrust that the vertical acceleration needs: an ideal rotor
-  kWeight,    ///< weight over the cosine of the tilt: a vehicle whose height loop hides its thrust from the horizontal
+  kVertical,  ///< the accelerometer's body z; without one, the thrust that the vertical acceleration needs
+  kWeight,    ///< weight over the cosine of the tilt, as a height loop keeps it
   kTangents   ///< roll and pitch separately, g tan(pitch) forward and -g tan(roll) to the left: as in the paper
 };
 
-/// The part of an outer force u that the residual shows. A measured thrust already contains a component of u, which is
-/// then missing in the residual.
+/// The part of an external force u that the residual shows. A measured thrust already contains a component of u, which
+/// is then missing in the residual.
 enum class ForceProjection {
   kWholeForce,    ///< u: the thrust has another source
   kAcrossThrust,  ///< u - (u . b3) b3: the thrust was taken from the accelerometer's body z
@@ -62,10 +62,10 @@ struct TranslationData {
   bool has_thrust = false;  ///< T is a set point, so gain and lag of thrust can be found
   ForceProjection projection =
       ForceProjection::kWholeForce;              ///< how much of an outer force the difference to the rigid body shows
-  bool has_velocity = false;                     ///< drag can be found
+  bool has_velocity = false;                     ///< logged, or the slope of position: drag can be found
   bool winds_per_flight = false;                 ///< each flight has its own wind (flight_winds.h)
   std::vector<std::size_t> flights{0};           ///< first samples of the logs that were joined; a single log: 0
-  bool has_yaw = false;                          ///< forces of the body and of the world can be distinguished
+  bool has_yaw = false;                          ///< yaw is logged: forces fixed to body and world differ
   std::string source;                            ///< of a: "velocity", "position" or "force"
   std::array<std::vector<double>, 3> measured;   ///< a, filtered [m/s^2]
   std::array<std::vector<double>, 3> direction;  ///< b3
@@ -73,7 +73,7 @@ struct TranslationData {
   std::array<std::vector<double>, 3> velocity;   ///< [m/s]
   std::vector<double> heading_cosine;            ///< of the yaw angle; 1 where yaw is not logged
   std::vector<double> heading_sine;
-  std::vector<char> valid;      ///< 0 where the filter would reach into a gap
+  std::vector<char> valid;      ///< 0 on the ground, and where the filter would reach into a gap
   std::vector<double> weights;  ///< of the filter, 2 margin + 1
   std::size_t margin = 0;
 };
@@ -81,8 +81,8 @@ struct TranslationData {
 /// Ranges of a log divided into blocks of 2.5 s and thinned to 25 Hz, for fits and errors. Rows are ordered by block,
 /// then by axis, then by sample.
 struct TranslationBlocks {
-  /// The data must outlive the blocks. Ranges may overlap the log's ends. Pieces shorter than half a block, or less
-  /// than half usable, are left out, so that there may be no block at all.
+  /// The data must outlive the blocks. Ranges may extend beyond the log's ends. Pieces shorter than half a block, or
+  /// less than half usable, are left out, so that there may be no block at all.
   /// @param head_s  the first seconds of each flight in the ranges, which become `head` instead; 0: none
   TranslationBlocks(const TranslationData& data, const std::vector<Range>& ranges, double head_s = 0.0);
 

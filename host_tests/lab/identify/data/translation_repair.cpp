@@ -54,13 +54,13 @@ constexpr std::array<AttitudeHypothesis, 15> kReadings{{
 
 /// How well an interpretation of the attitude fits.
 struct ReadingFit {
-  double gain = 0.0;           ///< of the acceleration on the tilt; 1 where the interpretation is right
+  double gain = 0.0;           ///< of the acceleration on g times the tilt; 1 where the interpretation is right
   double rms = 0.0;            ///< of the residual
   std::vector<double> blocks;  ///< sum of the squared residual in each block
 };
 
 /// The residual of the horizontal acceleration under one interpretation of the attitude, after removing the means of
-/// both axes and one common gain.
+/// both axes and one common gain, limited to 0.5 to 2.
 ReadingFit fit_of(const AttitudeHypothesis& hypothesis, const FlightLog& log, const TranslationData& data,
                   const TranslationBlocks& blocks, const std::vector<std::size_t>& samples) {
   std::array<std::vector<double>, 2> tilt;
@@ -124,7 +124,7 @@ ReadingFit fit_of(const AttitudeHypothesis& hypothesis, const FlightLog& log, co
 bool clearly_better(const ReadingFit& one, const ReadingFit& other) {
   constexpr std::size_t kMinBlocks = 8;
   constexpr double kErrors = 4.0;
-  constexpr double kMaxShare = 0.85;  // of the root mean square: less is no matter of signs or axes
+  constexpr double kMaxShare = 0.85;  // of the other's RMS: a smaller improvement is no matter of signs or axes
   const std::size_t n = one.blocks.size();
   if (n < kMinBlocks || one.rms > kMaxShare * other.rms || one.gain < kMinGain || one.gain > kMaxGain) {
     return false;
@@ -153,7 +153,7 @@ std::vector<char> without_gaps(std::vector<char> wanted, const std::vector<std::
   return wanted;
 }
 
-/// Marks a sample as a gap.
+/// Marks a sample of the signal as a gap.
 void leave_out(Signal signal, std::size_t sample, FlightLog& log) {
   log.gap[sample] = 1;
   if (!log.signal_gap.empty()) {  // otherwise one gap list holds for all signals

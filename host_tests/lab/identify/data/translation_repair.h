@@ -11,7 +11,7 @@ namespace m100::lab::identify::translation {
 
 /// The log with repaired samples: degrees converted to radians, outliers replaced, frozen samples of attitude, velocity
 /// and position marked as gaps. Adds a finding for each repair.
-/// @param requested  ranges outside of which spoilt samples do not matter; empty: none
+/// @param requested  ranges outside of which spoilt samples do not matter; empty: all samples matter
 logs::FlightLog repaired(const logs::FlightLog& log, const std::vector<Range>& requested,
                          std::vector<Finding>& findings);
 
@@ -20,7 +20,7 @@ logs::FlightLog repaired(const logs::FlightLog& log, const std::vector<Range>& r
 /// is so if its RMS error is at most half of the map's, or at most 85 % of it and significantly smaller; the correct
 /// interpretation usually leaves a twentieth. Where the heading hardly changes, its sign cannot be found: the text
 /// lists all interpretations that fit equally well. Also finds that attitude and acceleration differ in unit (degrees).
-/// @returns nothing if the map's interpretation is the best and the units agree, or if roll or pitch is not logged.
+/// @returns nothing if no other interpretation is much better and the units agree, or if roll or pitch is not logged.
 std::vector<Finding> misread_attitude(const logs::FlightLog& log, const std::vector<Range>& ranges);
 
 }  // namespace m100::lab::identify::translation

@@ -75,7 +75,7 @@ struct Factor {
   double common = 0.0;  ///< share of the variance
 };
 
-/// @param left_out  group of windows that is left out
+/// @param left_out  group of windows that is left out; kGroups: none
 std::optional<Factor> factor_of(const Windows& windows, std::size_t left_out) {
   const std::size_t size = windows.changed.size();
   std::array<double, 6> sums{};  // n, x, y, xx, yy, xy
@@ -98,7 +98,7 @@ std::optional<Factor> factor_of(const Windows& windows, std::size_t left_out) {
   return Factor{std::log(both / own), std::log(other / both), both * both / (own * other)};
 }
 
-/// The factor from `from_slope` to `changed`, if it is certainly not 1.
+/// The factor from `from_slope` to `changed`, if it certainly lies beyond kSmallestUnit on either side of 1.
 std::optional<double> contradiction(const Windows& windows) {
   if (windows.changed.size() < kMinWindows) {
     return std::nullopt;
@@ -164,7 +164,7 @@ std::vector<double> upward(const FlightLog& log) {
   return out;
 }
 
-/// A rotor cannot push down, so no vehicle falls faster than free fall for half a second. The limit of twice free fall
+/// A rotor cannot push down, so no vehicle accelerates downwards at more than g for half a second. The limit of twice g
 /// leaves a margin for noise.
 std::vector<Finding> falls(const FlightLog& log, const std::vector<char>& wanted) {
   const auto half = static_cast<std::size_t>(std::lround(0.5 * kWindow_s / log.period_s));

@@ -11,9 +11,9 @@
 namespace m100::lab::identify {
 
 /// Finds two signals of the same quantity that contradict each other: an attitude that does not change by its rate, a
-/// velocity that is not the slope of its position or the integral of its acceleration, a climb speed that falls faster
-/// than twice free fall. Checks only the signals of `axis`, in windows of one second inside `requested` (empty: the
-/// log).
+/// velocity that is not the slope of its position or the integral of its acceleration; if there is none, a climb speed
+/// that decreases at more than 2 g. Checks only the signals of `axis`, in windows of one second inside `requested`
+/// (empty: the log).
 ///
 /// Both signals have errors, so the factor between them is only known to lie between the two regressions (Frisch). That
 /// whole interval, widened by three standard errors over groups of windows, must lie further from one than half of the

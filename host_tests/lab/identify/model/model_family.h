@@ -68,12 +68,12 @@ class Family {
     static_cast<void>(fit);
     return false;
   }
-  /// The same structure with other variants of its effects, fitted to everything.
+  /// The structure of the fit with other variants of its effects, fitted to all blocks.
   virtual std::vector<Fit> variants(const Fit& fit) const {
     static_cast<void>(fit);
     return {};
   }
-  /// Whether the data cannot tell the two effects apart at all; then both are named, but only one is fitted.
+  /// Whether the log cannot distinguish effect `name` from `rival`; then both are named, but only one is fitted.
   virtual bool alias(const Fit& winner, const std::string& name, const std::string& rival) const {
     static_cast<void>(winner), static_cast<void>(name), static_cast<void>(rival);
     return false;

@@ -26,7 +26,7 @@ struct Segment {
 };
 
 /// Least-squares autoregression within the segments. Precondition: the rows are finite.
-/// @param regularisation  added to each diagonal element, of the sum of them
+/// @param regularisation  share of the trace of the normal matrix that is added to each of its diagonal elements
 Ar autoregression(const Rows& values, const std::vector<Segment>& segments, double regularisation = 1e-6);
 
 /// Innovations: value minus the filter's prediction. The first kArOrder rows of a segment become zero and do not count.

@@ -10,8 +10,8 @@ namespace m100::lab::identify {
 
 /// Compares the forecast of `m100-lab excite --json` for this axis with the result of the flight. For each effect of
 /// the forecast: whether the excitation was large enough to show it (`enough`), whether it is in the final model
-/// (`named`), and the standard deviation of its first parameter, forecast (size / apart_sigma) and found (a quarter of
-/// the interval's width). Empty where the forecast is for another axis.
+/// (`named`), and the standard deviation of its first parameter, forecast (size / apart_sigma) and found (the
+/// interval's width over 3.92). Empty where the forecast is for another axis.
 nlohmann::ordered_json compare_with_forecast(const nlohmann::json& forecast, const IdentifyResult& result);
 
 /// The comparison as text for the user.

@@ -67,7 +67,7 @@ std::vector<plot::Span> validation_spans(const Figures& figures) {
   return spans;
 }
 
-/// The effects that the declared model lacks, with their parameters, and the numbers that are wrong.
+/// An effect with its parameters.
 std::string described(const EffectResult& effect) {
   std::vector<std::string> numbers;
   for (const NamedInterval& p : effect.parameters) {
@@ -156,7 +156,7 @@ std::vector<std::string> sentences(const IdentifyResult& r) {
   return out;
 }
 
-/// A figure with the series of that name for each model. @param suffix "" or "_x", ... of a translation.
+/// A figure over time without lines; the validation part is shaded. @param suffix "" or "_x", ... of a translation.
 plot::Figure over_time(const IdentifyResult& r, const std::string& suffix, const std::string& title,
                        const std::string& what) {
   return {.title = title,

@@ -8,11 +8,11 @@
 
 namespace m100::lab::identify {
 
-/// Origin of the numbers, for the head of the report.
+/// Origin of the numbers, for the summary of the report.
 struct ReportOrigin {
   std::string log;         ///< file name of the log
-  std::string train;       ///< e.g. "12 to 38 s"
-  std::string validation;  ///< e.g. "38 to 55.5 s"
+  std::string train;       ///< e.g. "12:38 s"
+  std::string validation;  ///< e.g. "38:55.5 s"; the same as `train`: parts in turn
   bool simulated = false;  ///< the log was made by a simulator
 };
 
@@ -20,7 +20,7 @@ struct ReportOrigin {
 /// flight; then the figures (measured against both models, residual, autocorrelation, candidates, intervals, horizons).
 plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin);
 
-/// Writes DIR/<axis>.html. @returns its path. Errors: InputError.
+/// Writes <axis>.html, and its series as <axis>.csv, into `directory`. @returns the page's path. Errors: InputError.
 std::string write_report(const IdentifyResult& result, const ReportOrigin& origin, const std::string& directory);
 
 }  // namespace m100::lab::identify

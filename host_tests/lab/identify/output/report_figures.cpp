@@ -14,7 +14,7 @@ namespace {
 constexpr double kHighest_hz = 5.0;
 using Stretches = std::vector<std::pair<std::size_t, std::size_t>>;
 
-/// One direction of an answer.
+/// The series of one direction of a result.
 struct Direction {
   std::string name;
   const std::vector<double>& input;
@@ -52,7 +52,7 @@ void against_input(plot::Page& page, const Direction& d, const Stretches& pieces
       "correlation comes from a control loop that was closed in flight, or from a clock error.");
 }
 
-/// Up to kHighest_hz.
+/// Number of bins up to kHighest_hz.
 std::size_t bins_of(const Spectra& spectra) {
   return static_cast<std::size_t>(std::count_if(spectra.frequency_hz.begin(), spectra.frequency_hz.end(),
                                                 [](double hz) { return hz <= kHighest_hz; }));

@@ -8,7 +8,7 @@ namespace m100::lab::identify {
 
 /// Adds the figures for a specialist: the cross-correlation of the residual with the input, spectra, and the frequency
 /// response of the data and of both models with its coherence, for each direction of the result. Uses the series
-/// "input", "measured", "declared" and "final" with their residuals; figures of missing series are left out.
+/// "input", "measured", "declared" and "final" with their residuals; a direction without "input" is left out.
 void specialist_figures(plot::Page& page, const IdentifyResult& result);
 
 /// The series of a result by its name; null: there is none of this name.

@@ -90,7 +90,7 @@ inline Finding note(std::string text) { return {.text = std::move(text)}; }
 /// A property of the vehicle that changes within the log.
 struct Change {
   double at_s = 0.0;
-  double low_s = 0.0;  ///< 95 % interval of the date
+  double low_s = 0.0;  ///< 95 % interval of at_s
   double high_s = 0.0;
   std::string name;  ///< of an effect, or gain, frequency, damping, mass
   std::vector<NamedValue> parameters;
@@ -103,7 +103,7 @@ struct Refitted {
   std::string parameter;
   double believed = 0.0;
   Interval found;
-  bool matters = false;  ///< the believed value lies outside the interval and makes the prediction worse
+  bool matters = false;  ///< `believed` is outside `found` and far from it; in m100-lab loop it also predicts worse
 };
 
 /// A series for a figure: one value per sample time; NaN where there is none.

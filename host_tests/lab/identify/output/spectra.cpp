@@ -11,7 +11,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// In place, radix two, decimation in time. Precondition: a power of two of values.
+/// Fourier transform in place, radix two, decimation in time. Precondition: a power of two of values.
 void transform(std::vector<Complex>& values) {
   const std::size_t n = values.size();
   for (std::size_t i = 1, j = 0; i < n; ++i) {
@@ -37,7 +37,7 @@ void transform(std::vector<Complex>& values) {
   }
 }
 
-/// A segment minus its mean, under a Hann window.
+/// Fourier transform of a segment minus its mean, under a Hann window.
 std::vector<Complex> windowed(const std::vector<double>& values, std::size_t begin, std::size_t length) {
   const auto from = values.begin() + static_cast<std::ptrdiff_t>(begin);
   const double n = static_cast<double>(length);

@@ -14,13 +14,13 @@ namespace m100::lab::identify {
 std::vector<std::string> put_axis(const IdentifyResult& result, model::Vehicle& vehicle);
 
 /// Compares the believed with the found parameters of the final model, in the model's order. A parameter that the
-/// vehicle file cannot hold is left out. `matters`: the believed value lies outside of the interval by more than the
-/// smallest physically significant difference.
+/// vehicle file cannot hold is left out. `matters`: the believed value lies outside of the interval, and differs from
+/// the found value by more than the smallest physically significant difference.
 std::vector<Refitted> refitted(const model::Vehicle& believed, const IdentifyResult& result);
-/// The same from a vehicle file. @throws VehicleFileError.
+/// refitted() with the believed vehicle read from the file `path`. @throws VehicleFileError.
 std::vector<Refitted> refitted(const std::string& path, const IdentifyResult& result);
 
-/// Updates the section of the axis in a vehicle file, or creates the file; `source` names the log of the numbers.
+/// Updates the axis' section of a vehicle file, or creates the file; `source` names the log that gave the numbers.
 /// @returns what put_axis returns. @throws VehicleFileError.
 std::vector<std::string> update_vehicle_file(const std::string& path, const IdentifyResult& result,
                                              const std::string& source);

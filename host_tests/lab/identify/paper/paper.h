@@ -8,7 +8,7 @@ namespace m100::lab::identify::paper {
 
 // The identification method of the paper (III-D), as in its authors' published scripts, on the rows of their MAT-files.
 
-/// One recorded pair, row by row, on the clock of the response.
+/// A stick and its response, row by row, on the clock of the response.
 struct Record {
   std::vector<double> t_s;
   std::vector<double> stick;     ///< counts from neutral
@@ -19,7 +19,7 @@ struct Record {
 /// removed, as in the authors' scripts), searched over |lag| <= 3 s.
 int correlation_lag(const std::vector<double>& stick, const std::vector<double>& response, double period_s);
 
-/// Eq. (1): shifts the stick by `lag` samples, cuts both signals to [from_s, to_s], removes a straight line from each,
+/// Eq. (1): delays the stick by `lag` samples, cuts both signals to [from_s, to_s], removes a straight line from each,
 /// and fits the factor by least squares.
 double scale_factor(const Record& record, int lag, double from_s, double to_s);
 

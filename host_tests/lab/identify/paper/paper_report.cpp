@@ -118,7 +118,7 @@ void add_yaw(Report& report, const std::string& yaw_file) {
   const auto yaw = logs::open_mat(yaw_file);
   const int shift =
       logs::load(*yaw, logs::parse_column_map(kMap, "the map of the paper's files")).alignment.stick_shift_samples;
-  // The stick turns right, the odometry's rate counts to the left. The IMU's own stream counts as the stick does.
+  // The stick is positive to the right, the odometry's rate to the left. The IMU's own stream has the stick's sign.
   const auto to_the_left = [](Record one) {
     for (double& counts : one.stick) {
       counts = -counts;

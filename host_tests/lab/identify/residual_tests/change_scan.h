@@ -7,10 +7,10 @@
 
 namespace m100::lab::identify {
 
-// Finds the date at which a parameter takes another value. Shared by the stick axes and by translation.
+// Finds the time at which a parameter takes another value. Shared by the stick axes and by translation.
 
-/// Residual of a model and its derivatives by the parameters, as means over 50 ms. Of translation, the rows of x, y and
-/// z stand one after the other, each axis with its own segments.
+/// Residual of a model and its derivatives by the parameters, as means over 50 ms or a longer row. For translation,
+/// every third row of 40 ms: those of x, of y and of z one after the other, each axis with its own segments.
 struct ScanRows {
   std::vector<double> time_s;  ///< of each row; ascending within a segment
   std::vector<Segment> segments;
@@ -19,10 +19,10 @@ struct ScanRows {
   Rows weights;  ///< of the innovations, one for each row; empty: equal weights
 };
 
-/// The best date of a change of one parameter (or of two together).
+/// The best time of a change of one parameter (or of two together).
 struct ScanHit {
   double at_s = 0.0;
-  double low_s = 0.0;  ///< likelihood interval of the date: within 7.35 of the best
+  double low_s = 0.0;  ///< interval of at_s: its likelihood ratios are within 7.35 of the best
   double high_s = 0.0;
   double likelihood_ratio = 0.0;
   Rows size;  ///< of the change, one for each column, in the column's unit
@@ -32,7 +32,7 @@ struct ScanHit {
 /// tau] explain in addition to the base columns). The autoregression is estimated from the residual with the change in
 /// it: without the change it would absorb a step entirely. Every row is scanned, because the profile is jagged.
 /// @param columns  residual rows x 1 or 2: sensitivity of the parameter over the whole log
-/// Preconditions: at least 40 rows; shapes agree. Cost: 48 whitenings of all columns and a pass over the rows for each.
+/// @returns a ratio of 0 for fewer than 40 rows. Precondition: shapes agree. Cost: 48 whitenings, passes over the rows.
 ScanHit scan_change(const ScanRows& rows, const Columns& columns);
 
 }  // namespace m100::lab::identify

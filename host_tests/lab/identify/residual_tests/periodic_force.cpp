@@ -95,7 +95,7 @@ Parted parted(const VehicleMotion& motion) {
   for (std::size_t k = 0; k < count; ++k) {
     resting += at_rest(k) ? 1U : 0U;
   }
-  // In a log that hovers nearly throughout, the first half is used as "moving".
+  // In a log that hovers for more than 70 % of its time, the first half is used as "moving".
   const bool all_hover = 10 * resting > 7 * count;
   for (std::size_t n = 0; n < 2; ++n) {
     for (std::size_t k = 0; k < count; ++k) {
@@ -108,7 +108,7 @@ Parted parted(const VehicleMotion& motion) {
   return out;
 }
 
-/// Fits both axes where the vehicle moves, and predicts them where it hovers.
+/// Whether an oscillation that is fitted where the vehicle moves predicts enough of the residual where it hovers.
 bool hovering_shows(const VehicleMotion& motion) {
   const auto [moving, hovering] = parted(motion);
   if (hovering[0].values.size() < kFewestHovering || moving[0].values.size() < kFewestHovering) {

@@ -22,7 +22,7 @@ struct ResidualInput {
   std::vector<std::vector<double>> residuals;  ///< one per direction of motion; the stick axes have one
   std::vector<std::size_t> block_begin;        ///< first sample of each block, ascending, the first is 0; blocks are
                                                ///< the units that cross-validation leaves out
-  std::vector<double> time_s;                  ///< of each sample on the clock of its flight; empty: all in one row
+  std::vector<double> time_s;                  ///< of each sample on the clock of its flight; empty: without a gap
   std::vector<std::size_t> flight;             ///< number of each sample's flight (own clock each); empty: one flight
   std::vector<RegressorGroup> groups;          ///< may explain the residual
   std::vector<RegressorGroup> activity;        ///< may explain its size
@@ -60,9 +60,9 @@ struct ResidualFinding {
 };
 
 /// Tests the residual by ridge regression on each group, cross-validated over blocks and compared with circular shifts
-/// of the residual; the same for its size; by its strongest spectral peak; against the declared floor. Fewer than five
-/// blocks cannot be tested, and the finding says so. Preconditions: at least one residual, all of the same length;
-/// time_s and flight (unless empty) have that length; a column has that length or the number of thinned rows;
+/// of the residual; likewise its size on `activity`; also for peaks, drift and bursts, and against the declared floor.
+/// Fewer than five blocks cannot be tested, and the finding says so. Preconditions: at least one residual, all of one
+/// length; time_s and flight (unless empty) have that length; a column has that length or the number of thinned rows;
 /// block_begin is not empty. Cost: linear in samples, quadratic in the columns of a group.
 ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions& options);
 

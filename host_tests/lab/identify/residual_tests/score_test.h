@@ -14,8 +14,8 @@ class ScoreTest {
   /// @param fit, free_parameters  a fit of the run and its free parameters. The run must outlive this object.
   ScoreTest(const FreeRun& run, const WhitenedFit& fit, std::span<const FreeParameter> free_parameters);
 
-  /// Likelihood ratio of a step of free size toward another model, together with steps of all own parameters: the gain
-  /// of a fit that starts there, to first order.
+  /// Likelihood ratio of a step of free size toward another model, together with steps of all own parameters: to first
+  /// order, the improvement by a fit that starts there.
   /// @param error  of the other model, row by row of the run
   double statistic(const Rows& error) const;
 

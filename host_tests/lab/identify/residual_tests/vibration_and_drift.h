@@ -14,15 +14,15 @@ struct VibrationPeak {
   double peak = 0.0;   ///< over the mean of its neighbourhood
 };
 
-/// Strongest spectral peak between 4 Hz and 0.45 of the sample rate, from averaged periodograms of 5 s pieces. In the
-/// thinned residual such a peak would appear at a false frequency. Cost: linear in samples.
-/// @param row_s  between the log's own rows, where it was resampled from slower ones: peaks above 0.45 of that rate are
-///   caused by the resampling
+/// Strongest spectral peak between 4 Hz and 0.45 of the sample rate, from averaged periodograms of 5 s pieces. The
+/// residual must not be thinned, or the peak would be aliased. Cost: linear in samples.
+/// @param row_s  time between the log's own rows, if it was resampled from slower ones: peaks above 0.45 / row_s come
+///   from the resampling and are not searched
 VibrationPeak vibration_peak(const std::vector<double>& residual, double period_s, double row_s = 0.0);
 
 struct Drift {
   double share = 0.0;  ///< of the power of the residual that a straight line over time takes
-  double t = 0.0;      ///< of its slope
+  double t = 0.0;      ///< Student's t of its slope, at least 0
 };
 
 /// Fits a straight line through the means of blocks. Air is correlated over about a second, so means over 2.5 s are

@@ -7,9 +7,9 @@ namespace m100::lab::identify {
 
 // Judges edits of a model by cross-validation and two information criteria.
 
-/// Fills everything but the fit. Folds are interleaved blocks.
+/// Fills all members of `validated` except its fit. Folds are interleaved blocks.
 void cross_validate(const Family& family, CrossValidatedFit& validated, std::size_t folds);
-/// Fits `structure` to everything and cross-validates it.
+/// Fits `structure` to all blocks and cross-validates it.
 CrossValidatedFit cross_validated_fit(const Family& family, const Structure& structure, const Fit* warm,
                                       std::size_t folds);
 
@@ -22,9 +22,9 @@ double lagged_product(const std::vector<std::vector<double>>& blocks, std::size_
 double effective_sample_size(const std::vector<std::vector<double>>& blocks);
 
 /// The information criterion on whitened residuals, `without` minus `with` an effect of `extra` parameters: means over
-/// 50 ms, filtered by the autoregression of order 4 that whitens `with`. Slow air hides fast effects (a lead zero) from
-/// the criterion on the effective sample size, but not from this one. Both arguments hold the same blocks, sample by
-/// sample. @returns 0 where no block is long enough to be whitened.
+/// five samples (50 ms at 100 Hz), filtered by the autoregression of order 4 that whitens `with`. Slow air hides fast
+/// effects (a lead zero) from the criterion on the effective sample size, but not from this one. Both arguments hold
+/// the same blocks, sample by sample. @returns 0 where no block is long enough to be whitened.
 double whitened_criterion(const std::vector<std::vector<double>>& without, const std::vector<std::vector<double>>& with,
                           std::size_t extra);
 
@@ -43,9 +43,8 @@ struct Comparison {
   double gain_beyond_starts = 0.0;
 };
 
-/// Compares two judged fits. The criteria use the effective sample size of the better-explained residual, because the
-/// residual without the effect is coloured by this very effect. Precondition: both are cross-validated over the same
-/// blocks.
+/// Compares two cross-validated fits. The criteria use the effective sample size of the residual `with` the effect,
+/// because the residual without it is coloured by this very effect. Precondition: both are of the same blocks.
 /// @param samples  of all training blocks together
 /// @param start  samples at the start of each block that depend on its initial state
 Comparison compare(const CrossValidatedFit& without, const CrossValidatedFit& with, double samples, std::size_t start);

@@ -15,7 +15,7 @@ ForwardSelection::ForwardSelection(const Family& family, const SelectionOptions&
 }
 
 Selection ForwardSelection::run(const Structure& declared) {
-  // Without this the first edit would be credited with what the declared model had not yet found itself.
+  // Without polished() the first edit would be credited with what the fit of the declared model had missed.
   out_.declared = polished(cross_validated_fit(family_, declared, nullptr, options_.folds));
   out_.final_model = out_.declared;
   // After a swap another addition may be accepted; the bound only prevents an endless cycle.

@@ -48,7 +48,7 @@ class ForwardSelection {
   };
 
   bool banned(const std::string& name) const;
-  /// Fits and cross-validates an edit; one with a training error above `worth` (sum of mean squares) is only fitted.
+  /// Fits an edit; cross-validates it unless it hardly fits better than `from` or its sum of squares exceeds `worth`.
   TriedEdit try_edit(const CrossValidatedFit& from, const Family::Edit& edit, double worth = kAny) const;
   TriedEdit cross_validated_edit(const CrossValidatedFit& from, const Family::Edit& edit, Fit fit,
                                  double worth = kAny) const;

@@ -108,7 +108,7 @@ class Conclusion {
     return known.probability > whole.probability ? known : whole;
   }
 
-  /// Whether a change lies within the time of both parts. Parts of two logs have different clocks: any change counts.
+  /// Whether a change lies in the span of both parts together. Two logs have different clocks: any change counts.
   bool across_a_change() const {
     double from_s = std::numeric_limits<double>::infinity();
     double to_s = -from_s;

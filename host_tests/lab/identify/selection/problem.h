@@ -43,7 +43,7 @@ class Problem {
   virtual const Family& family() const = 0;
   /// Root mean square prediction error of the fit on the validation part, in the unit of the axis.
   virtual double validation_rmse(const Fit& fit) const = 0;
-  /// The same error, block by block and sample by sample, for the comparison with the training part.
+  /// Errors of the fit on the validation part, block by block and sample by sample, to compare with the training part.
   virtual std::vector<std::vector<double>> validation_errors(const Fit& fit) const = 0;
   /// Reduces the errors of training and validation part, both block by block, by the part that an undersampled input
   /// may have caused. Signs stay; no error is reduced beyond zero.
@@ -51,9 +51,9 @@ class Problem {
                                           std::vector<std::vector<double>>&) const {}
   /// Samples at the start of a block that depend on its initial state; none where a model has no memory.
   virtual std::size_t start_samples() const { return 0; }
-  /// Whether the rows of the log determine these states. Otherwise an error there is no evidence about the model.
+  /// Whether the rows of the log determine the initial states of blocks. Otherwise errors there are no evidence.
   virtual bool are_starts_measured() const { return true; }
-  /// All results of the fit except its parameters. Both parts of the log have at least one block.
+  /// All results of the fit except its structure and parameters. Precondition: both parts have at least one block.
   virtual ModelResult errors_of(const Fit& fit) const = 0;
 
   /// A reported number and the effect to which it belongs; empty: the base model.
@@ -97,8 +97,8 @@ IdentifyResult conclude(const Problem& problem, const Request& request, Selectio
 /// The end of a message about an unknown effect, of an axis or of translation. See companion::did_you_mean().
 std::string effect_meant(std::string_view word);
 
-/// @throws InputError unless the first declared name is one of `bases` and every other one is an effect that `supports`
-///   accepts; `what` names the kind of motion in the message.
+/// @throws InputError unless the first declared name is one of `bases`, and every other one is an effect that
+///   `supports` accepts and is declared once; `what` names the kind of motion in the message.
 void check_declared(const std::vector<std::string>& declared, std::span<const std::string_view> bases,
                     bool (*supports)(const std::string& name), const char* what);
 

@@ -13,22 +13,22 @@
 
 namespace m100::lab::identify {
 
-/// The request limited to each side of a change on which a model can be selected and tested, the longer side first.
-/// Where a side has no validation part, its last third becomes the validation part. Empty: no side is long enough.
+/// The request limited to each side of a change on which a model can be selected and tested, the longer side first. A
+/// side of one log with too little training or no validation is split again, 2 to 1. Empty: no side is long enough.
 std::vector<Request> regimes_of(const Request& request, const Change& change);
 
 /// One side of a change, with the structure that was selected on it alone.
 template <typename ProblemType>
 struct Regime {
-  std::unique_ptr<Request> request;  ///< outlives the study
+  std::unique_ptr<Request> request;  ///< the problem refers to it
   std::unique_ptr<ProblemType> problem;
   Selection chosen;
 };
 
-/// Selects the structure again on one side of the date, because a change distorts the structure, and a missing effect
-/// looks like a change. The longer side is tried first. A side without a usable study (the stick rests, too many gaps)
-/// is skipped. Empty: neither side is usable.
-/// @param more  arguments of the study's constructor after the request
+/// Selects the structure again on one side of a change, because a change distorts the structure, and a missing effect
+/// looks like a change. The longer side is tried first. A side without a usable problem (the stick rests, too many
+/// gaps) is skipped. Empty: neither side is usable.
+/// @param more  arguments of the problem's constructor after the request
 template <typename ProblemType, typename... More>
 std::optional<Regime<ProblemType>> select_regime(const Request& request, const Change& change,
                                                  const SelectionOptions& options, const More&... more) {

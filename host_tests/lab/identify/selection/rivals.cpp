@@ -19,8 +19,8 @@ double ForwardSelection::max_rival_ratio() const {
   return options_.max_rival_ratio * out_.final_model.fit.sum_of_squares;
 }
 
-// Compares every effect with every other edit, and every pair of edits, in its place, with all other effects kept. A
-// better one replaces it; an equally good one is reported as not separable.
+// Compares every effect with every other edit, and with pairs of the best edits, in its place, with all other effects
+// kept. A better one replaces it; an equally good one is reported as not separable.
 bool ForwardSelection::exchange_or_record_rivals() {
   std::vector<Replacements> all;
   for (std::size_t at = 0; at < out_.steps.size(); ++at) {

@@ -32,7 +32,7 @@ struct SelectionOptions {
   std::size_t folds = 5;
   std::size_t start_samples = 0;  ///< samples at the start of each block that depend on its initial state
   std::size_t maximum_effects = 5;
-  std::function<void(const std::string&)> progress;  ///< called with one short line per round; may be empty
+  std::function<void(const std::string&)> progress;  ///< called with one short line per effect found; may be empty
 };
 
 /// Cross-validated fit of one structure.

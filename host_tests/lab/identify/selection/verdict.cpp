@@ -107,8 +107,8 @@ double incomplete_beta(double x, double a, double b) {
                                        : 1.0 - front * beta_fraction(1.0 - x, b, a) / b;
 }
 
-/// Named effects have passed the validation part, and a change its own threshold: for them only the ratio counts.
-/// Where slow rows hide the starts of the blocks, few independent squares remain: a large ratio alone is no evidence.
+/// Whether the validation part looks like another vehicle's. For effects, which it has confirmed, and for changes only
+/// the ratio counts. Where slow rows hide the starts of the blocks, a large ratio alone is no evidence.
 bool is_another_vehicle(const ValidationComparison& parts, const CompletenessLimits& limits, bool named,
                         double maximum) {
   const bool little = std::sqrt(parts.beyond_start) < limits.min_ratio;
@@ -130,7 +130,7 @@ ValidationComparison compare_validation(const std::vector<std::vector<double>>& 
   const std::vector<std::vector<double>> fresh = beyond(validation, start);
   Power seen = power_of(fitted);
   Power unseen = power_of(fresh);
-  // From the training part alone: an error of the validation part must not widen its own tolerance.
+  // The spread is that of the training blocks alone: bursts in the validation part must not widen its own tolerance.
   const double in_a_block = squares_in_a_block(fitted);
   seen.degrees = std::max(1.0, std::min(seen.degrees, in_a_block * static_cast<double>(fitted.size())));
   unseen.degrees = std::max(1.0, std::min(unseen.degrees, in_a_block * static_cast<double>(fresh.size())));
@@ -163,9 +163,9 @@ void check_completeness(const ValidationComparison& parts, const CompletenessLim
     return;
   }
   const double later_ratio = std::sqrt(parts.beyond_start);
-  // A clean bill is judged by the whole error, a named effect by the error without the starts of the blocks: a strong
-  // lead zero makes the initial states of blocks wrong, although its name is right, and slow rows do not show them. A
-  // change keeps the whole error, because a wrong date shows there first.
+  // "Nothing missing" is judged by the whole error, a named effect by the error without the starts of the blocks: a
+  // strong lead zero makes the initial states of blocks wrong, although its name is right, and slow rows do not show
+  // them. A change keeps the whole error, because a wrong time of it shows there first.
   const bool starts_count = result.effects.empty() && parts.are_starts_measured;
   const double maximum = starts_count || !result.changes.empty() ? rms_ratio : later_ratio;
   if (is_another_vehicle(parts, limits, !result.effects.empty() || !result.changes.empty(), maximum)) {

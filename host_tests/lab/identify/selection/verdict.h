@@ -49,9 +49,9 @@ struct CompletenessLimits {
   double floor_factor = 2.0;      ///< unless the residual is within this factor of the declared or measured floor
 };
 
-/// Adds to `unexplained` the reasons against a complete model: the comparison of the two parts, and the fit. Where
-/// result.changes has a change, the change is the result and the parts need not agree.
-/// Preconditions: final_model, noise_floor and changes of the result are there.
+/// Adds to `unexplained` the reasons against a complete model: the comparison of the two parts, and the fit. With
+/// `parts.across_a_change`, the change is the result and the parts need not agree. Preconditions: final_model,
+/// noise_floor and changes of the result are there.
 void check_completeness(const ValidationComparison& parts, const CompletenessLimits& limits, IdentifyResult& result);
 
 /// Whether a finding rules out the verdict "nothing missing": all do except notes, gaps and time on the ground.

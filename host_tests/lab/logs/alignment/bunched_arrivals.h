@@ -8,25 +8,25 @@ namespace m100::lab::logs {
 
 /// The times at which the samples of a stream were taken, recovered from arrivals that come several at a time.
 struct SpreadArrivals {
-  std::vector<double> time_s;  ///< one for each arrival; NaN where the arrival or its counter is not finite
+  std::vector<double> time_s;  ///< one for each arrival; NaN where it is spoilt or far out of order
   double interval_s = 0.0;     ///< between consecutive counts
   double bunch_s = 0.0;        ///< between the bunches
   double delay_s = 0.0;        ///< 98 % of the arrivals are at most this much later than their time
   bool by_counter = false;     ///< by the counter; otherwise by the regular rate
 };
 
-/// Whether at least two in five intervals between arrivals are shorter than a third of the mean interval. Independent
-/// arrivals (Poisson) have 28 %, and a regular stream with a jitter below a third of its interval has none.
+/// Whether more than two in five intervals between 32 arrivals or more, without holes, are below a third of the mean.
+/// Independent arrivals (Poisson) have 28 %, and a regular stream with a jitter below a third of its interval has none.
 bool are_bunched(const std::vector<double>& arrival_s);
 
 /// Times on a line through the earliest arrivals: a sample arrives late, but never before it was taken. All parts share
 /// one least-squares slope. A part ends where the counter starts anew. Without a counter there is one part; if its line
 /// does not fit, a part ends at each hole instead.
-/// @param counter  number of each message, empty if there is none. Holes in it are lost messages; wraps of 8, 16 and
-///   32 bits are removed.
+/// @param counter  number of each message, empty if there is none. Holes in it are lost messages; wraps of 8, 16 and 32
+///   bits are removed.
 /// @returns nothing if there are fewer than 32 arrivals, if time runs back by more than 50 ms, if more than 2 % of the
-///   arrivals are later than the line by two intervals between bunches (the rate is not constant), or if the times
-///   would decrease.
+///   arrivals are later than the line by two intervals between bunches and two samples (the rate is not constant), or
+///   if the times would decrease.
 std::optional<SpreadArrivals> spread_arrivals(const std::vector<double>& arrival_s, const std::vector<double>& counter);
 
 }  // namespace m100::lab::logs

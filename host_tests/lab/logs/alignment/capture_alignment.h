@@ -16,18 +16,18 @@ namespace m100::lab::logs {
 /// vehicle is needed, and half a minute of turns gives 0.2 ms. The age that the observer assumes is no substitute: it
 /// may be wrong by 20 ms, and a climb that is seen 10 ms too early looks like backlash of the stick.
 /// @param captured_heading_rad  one value for each sample of the log
-/// @param otherwise_s           result where the heading hardly turned, or where the two disagree
+/// @param otherwise_s           result where the heading hardly turned, or where the lag would exceed 0.2 s
 double capture_lag_s(const FlightLog& log, std::vector<double> captured_heading_rad, std::pair<double, double> range_s,
                      double otherwise_s);
 
 /// The log with position shifted earlier by the lag, and with the velocity computed from it instead of the observer's:
-/// the slope over 0.1 s (of the vertical velocity over 0.04 s).
+/// its slope over 10 samples (z: 4), 0.1 s at 100 Hz.
 FlightLog with_captured_velocity(FlightLog log, double lag_s);
 
 /// Moves the position earlier by its lag behind the attitude, found in the heading of the same source (extra pose_yaw).
-/// A source that was only listened to stamps its poses late by an unknown constant, and a lag of T looks like a drag
-/// that is smaller by T w^2, w the frequency of the motion [rad/s]: 10 ms made 0.27 1/s of 0.30. The autopilot's own
-/// velocity is left out then: it may read zero, and its delay is another. Adds what it did to the notes.
+/// A source that is only recorded stamps its poses late by an unknown constant, and a lag of T looks like a drag that
+/// is smaller by T w^2, w the frequency of the motion [rad/s]: 10 ms made 0.27 1/s of 0.30. Then the autopilot's own
+/// velocity is left out, because it may read zero and has another delay. Adds a note about the lag.
 FlightLog with_aligned_position(FlightLog log);
 
 /// The series delayed by `samples` (negative: advanced), with linear interpolation; the end values are held.

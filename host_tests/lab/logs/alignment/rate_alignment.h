@@ -5,8 +5,8 @@
 
 namespace m100::lab::logs {
 
-/// Compares the gyro with the rate of the attitude. If no counter aligns them, finds and removes their shift, and says
-/// so in the log's alignment and notes.
+/// If no counter aligns gyro and attitude, compares rate_x with the slope of the roll angle. If they correlate by 0.8
+/// or more, removes their shift from all three rates, and says so in the log's alignment and notes.
 void align_rates(FlightLog& log);
 
 }  // namespace m100::lab::logs

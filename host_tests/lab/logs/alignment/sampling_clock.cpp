@@ -21,7 +21,7 @@ bool rows_repeat(const std::vector<double>& arrival_s, const std::vector<double>
   return 2 * equal > repeated;
 }
 
-/// Equal clocks, of which some values may not be numbers.
+/// Whether two clocks are equal; a NaN equals a NaN.
 bool same(const std::vector<double>& a, const std::vector<double>& b) {
   return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](double x, double y) {
            return x == y || (std::isnan(x) && std::isnan(y));

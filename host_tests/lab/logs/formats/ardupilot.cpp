@@ -25,7 +25,7 @@ constexpr std::size_t kHeadBytes = 3;
 constexpr unsigned kFmt = 128;
 constexpr std::size_t kFmtBytes = 89;
 
-/// How the field letters are read; `read` null: text.
+/// How the field letters are read; `read` null: text, or half precision for `g`.
 struct Letter {
   char letter;
   std::size_t bytes;
@@ -76,14 +76,14 @@ std::string text(std::string_view bytes) { return std::string(bytes.substr(0, by
 
 struct Field {
   std::string label;
-  std::size_t at = 0;  ///< offset after the head
+  std::size_t at = 0;  ///< offset after the record's header
   const Letter* letter = nullptr;
   double factor = 1.0;
 };
 
 struct Type {
   std::string name;
-  std::size_t bytes = 0;  ///< of a record, head included; 0: not defined
+  std::size_t bytes = 0;  ///< of a record with its header; 0: not defined
   std::vector<Field> fields;
   std::string multipliers;  ///< from FMTU, one letter for each field
   std::string units;

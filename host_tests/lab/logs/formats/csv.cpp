@@ -189,7 +189,7 @@ class CsvLog final : public RawLog {
     return static_cast<std::size_t>(std::count(row.text.begin(), row.text.end(), separator_)) + 1;
   }
 
-  /// The cell as text, or a complaint. Rows without quotes, nearly all of them, are split without copying.
+  /// The cell as text; none if `error_text` is set. Rows without quotes, nearly all of them, are split without copying.
   std::string cell(const Row& row, std::size_t index, std::string& error_text) const {
     const std::size_t count = cell_count(row);
     if (count != names_.size()) {
@@ -209,7 +209,7 @@ class CsvLog final : public RawLog {
     return std::string(trimmed(row.text.substr(begin, end == std::string_view::npos ? end : end - begin)));
   }
 
-  /// The cell as a number; NaN with a complaint if it is not one.
+  /// The cell as a number; NaN with `error_text` if it is not one.
   double value(const Row& row, std::size_t index, std::string& error_text) const {
     const std::string text = cell(row, index, error_text);
     const char* begin = text.c_str() + (text.rfind('+', 0) == 0 ? 1 : 0);

@@ -11,7 +11,7 @@
 #include "host_tests/lab/logs/formats/read_number.h"
 #include "host_tests/lab/whole_file.h"
 
-// MATLAB 5: a head of 128 bytes, then elements {uint32 type, uint32 bytes, data to the next multiple of 8}; the tag
+// MATLAB 5: a header of 128 bytes, then elements {uint32 type, uint32 bytes, data to the next multiple of 8}; the tag
 // itself may hold up to four bytes of data. A matrix (14) consists of the elements flags, sizes, name and numbers; a
 // structure of the length of its field names, the names, and one matrix for each field. Type 15 is an element that zlib
 // has compressed.
@@ -201,7 +201,7 @@ void MatFile::read_elements(std::string_view bytes) {
   }
 }
 
-/// Unpacks zlib data; returns the intact beginning if the data are damaged or exceed the room.
+/// Unpacks zlib data; returns the intact beginning if the data are damaged or exceed the bytes left.
 std::string_view MatFile::unpacked(std::string_view packed) {
   constexpr std::size_t kStep = std::size_t{1} << 16U;
   std::string out;

@@ -12,8 +12,8 @@
 
 namespace m100::lab::logs {
 
-/// One variable of a MATLAB 5 file, or a field of one: a real matrix, a scalar structure, or neither (text, cells,
-/// complex numbers and structure arrays are listed but not read).
+/// One variable of a MAT-file, or a field of one: a real matrix, a scalar structure, or neither (text, cells, complex
+/// numbers and structure arrays are listed but not read).
 struct MatVariable {
   std::string name;
   bool is_matrix = false;
@@ -31,7 +31,7 @@ struct MatVariable {
 };
 
 /// A MATLAB 5 file, little endian, with or without compression, or a MATLAB 7.3 file (mat_hdf5.h). Memory and time are
-/// at most a constant times its size; unpacked data are limited to 64 MiB and to 64 times its size. A size in the file
+/// at most a constant times its size; unpacked data are limited to 64 MiB plus 64 times its size. A size in the file
 /// beyond its bytes counts as damage.
 class MatFile {
  public:

@@ -20,9 +20,8 @@ std::uint64_t word(std::string_view bytes, std::size_t at) {
   return at + sizeof(std::uint64_t) <= bytes.size() ? read_number<std::uint64_t>(bytes.data() + at) : 0;
 }
 
-/// Where the superblock says that the file ends, counted from the file's begin; 0: there is no superblock that can be
-/// read. Versions 0 and 1 hold the end after three fields of fixed size and two addresses, versions 2 and 3 after two
-/// addresses.
+/// The end of the file according to its superblock, counted from its begin; 0: no superblock can be read. Versions 0
+/// and 1 hold the end after three fields of fixed size and two addresses, versions 2 and 3 after two addresses.
 std::uint64_t declared_end(std::string_view bytes) {
   if (bytes.size() < kHdf5At + 64 || bytes.substr(kHdf5At, kSignature.size()) != kSignature) {
     return 0;

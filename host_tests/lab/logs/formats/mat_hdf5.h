@@ -10,7 +10,7 @@
 
 namespace m100::lab::logs {
 
-/// Whether these first bytes are those of a MATLAB 7.3 file, which is HDF5 behind a head of 512 bytes.
+/// Whether these first bytes are those of a MATLAB 7.3 file, which is HDF5 behind a header of 512 bytes.
 bool is_mat_7_3(std::string_view head);
 
 /// The real matrices and scalar structures of a MATLAB 7.3 file, read by libmatio if it was there at build time.

@@ -16,12 +16,12 @@ namespace m100::lab::logs {
 /// The byte layout of a message.
 enum class RosWire {
   kPacked,  ///< ROS 1: little endian, no padding, strings with their length
-  kCdr      ///< ROS 2: four bytes of head, primitives aligned to their size, strings with their NUL
+  kCdr      ///< ROS 2: a header of four bytes, primitives aligned to their size, strings with their NUL
 };
 
 /// The definition of a message type and of its inner types, from the text in the bag or, for ROS 2 bags without one,
-/// from a few built-in types: Imu, PoseStamped, PoseWithCovarianceStamped, Odometry,
-/// QuaternionStamped, TransformStamped, TwistStamped, Vector3Stamped, Joy.
+/// from a few built-in types: Imu, PoseStamped, PoseWithCovarianceStamped, Odometry, QuaternionStamped,
+/// TransformStamped, TwistStamped, Vector3Stamped, Joy.
 class RosType {
  public:
   RosType() = default;
@@ -74,7 +74,7 @@ class RosTopic {
   const std::vector<double>& times() const { return time_s_; }
   /// nullptr: there is no such field.
   const std::vector<double>* field(const std::string& name) const;
-  /// The header's message counter; empty: there is none, or it stands still.
+  /// The header's message counter; empty: there is none, or its last value equals its first.
   std::vector<double> counter() const;
   std::size_t damaged() const { return damaged_; }
   const std::string& error_text() const { return error_text_; }

@@ -225,7 +225,7 @@ class ULog final : public RawLog {
   }
 
   std::string bytes_;
-  mutable UlogFormats formats_;  // understood when first asked for
+  mutable UlogFormats formats_;  // parsed when first used
   std::map<Key, Topic> topics_;
   std::unordered_map<std::uint16_t, Topic*> by_id_;
   std::size_t lost_bytes_ = 0, foreign_ = 0, dropouts_ = 0, dropout_ms_ = 0;

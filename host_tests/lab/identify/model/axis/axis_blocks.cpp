@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::size_t kHalfWindow = AxisBlocks::kStartSamples / 2;
 
-// Value and slope at `at` of the least-squares quadratic through up to eleven valid samples around it.
+// Value and slope at `at` of the least-squares quadratic through up to eleven valid samples around it; with fewer than
+// four of them, the measured value and slope 0.
 std::pair<double, double> measured_state(const AxisData& data, std::size_t at) {
   const std::size_t first = at > kHalfWindow ? at - kHalfWindow : 0;
   const std::size_t last = std::min(data.measured.size() - 1, at + kHalfWindow);

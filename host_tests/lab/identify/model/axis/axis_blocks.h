@@ -15,7 +15,7 @@ namespace m100::lab::identify {
 
 /// One stick axis of one log, on a uniform clock. Sample i belongs to time start_s + i period_s.
 struct AxisData {
-  static constexpr double kSlowestStick_s = 0.02;  ///< between samples of a remote control: 50 Hz or faster
+  static constexpr double kSlowestStick_s = 0.02;  ///< longest time between samples of a remote control
 
   double start_s = 0.0;
   double period_s = 0.01;
@@ -24,7 +24,7 @@ struct AxisData {
   std::vector<double> stick;  ///< counts from neutral
   std::vector<double> other;  ///< stick of the other axis; empty: not logged
   std::vector<double> measured;      ///< unit of the axis
-  std::vector<char> valid;           ///< 0 where the log had a gap; same length as measured
+  std::vector<char> valid;           ///< 0: gap, ground or frozen; same length as measured
   std::vector<std::size_t> flights;  ///< first samples of the logs that were joined; empty: one log
   /// Seconds from the start of the sample's log (of joined logs, its own) to the sample.
   double since_begin_s(std::size_t sample) const {
@@ -35,17 +35,17 @@ struct AxisData {
     return period_s * static_cast<double>(sample - begin);
   }
   double logged_stick_row_s() const { return stick_row_s > 0.0 ? stick_row_s : period_s; }
-  /// By how much a step of the stick may come before its reading at most: at the start of its row. A fast row is read
-  /// as its mean (logs::period_means), a slower one as a straight line between rows whose samples are held for a
-  /// period.
-  /// @param step_s  logged_stick_row_s(); for a hand that moves smoothly between slow rows, a sample of the stick
-  /// itself
+  /// How long at most [s] a step of the stick may precede the reading that shows it: it may be at the start of its row.
+  /// A fast row is read as its mean (logs::period_means), a slower one as a straight line between rows whose samples
+  /// are held for a period.
+  /// @param step_s  logged_stick_row_s(); or, if that is shorter, kSlowestStick_s for a hand that moves smoothly
+  ///   between slow rows
   double max_reading_lag_s(double step_s) const { return 0.5 * (1.5 * step_s < period_s ? step_s : step_s + period_s); }
   double time_s(std::size_t sample) const { return start_s + period_s * static_cast<double>(sample); }
 };
 
 /// Part of a log, divided into consecutive blocks. Each block starts from the measured state: value and slope of a
-/// quadratic fitted to eleven samples. A block ends before a gap; a piece shorter than 1.25 s is left out.
+/// quadratic through eleven samples. It ends before a gap; pieces below 1.25 s, or half a shorter block, are left out.
 class AxisBlocks {
  public:
   struct Block {
@@ -53,7 +53,7 @@ class AxisBlocks {
     std::size_t end;
     double value;
     double rate_per_s;
-    std::size_t stretch;  ///< the contiguous part of the log that contains it
+    std::size_t stretch;  ///< index of the range that contains it
   };
   /// Length of the past input, for the delay and for effects with memory of the stick.
   static constexpr double kPast_s = 3.0;
@@ -94,7 +94,7 @@ class AxisBlocks {
   mutable std::vector<double> driven_;
 };
 
-/// Root mean square prediction error at the given horizons, over starts every 0.1 s inside the ranges.
+/// Pairs of a horizon [s] and the root mean square prediction error at it, over starts every 0.1 s inside the ranges.
 std::vector<std::pair<double, double>> horizon_rmse(const AxisData& data, const std::vector<Range>& ranges,
                                                     const model::StickAxis& axis, const std::vector<double>& ages_s);
 

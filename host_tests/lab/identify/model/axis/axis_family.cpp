@@ -39,7 +39,7 @@ class WarmStart {
 
   bool has(const std::string& effect) const { return fit_ != nullptr && identify::has(fit_->structure, effect); }
 
-  /// The fitted number of the earlier fit; without it `start`, which is in the parameter's unit.
+  /// The parameter's fitted number in the earlier fit; if that has none, `start`, which is in the parameter's unit.
   double or_start(const AxisParameter& parameter, double start) const {
     double value = to_fitted(*parameter.number, start);
     for (std::size_t k = 0; k < parameters_.size(); ++k) {
@@ -76,7 +76,7 @@ Fit begun_with(Fit start, const AxisEffect& effect, const std::array<double, 3>&
     if (p.effect != &effect) {
       continue;
     }
-    // The gain is the same quantity in both orders; a lead zero's delay starts at the transport delay.
+    // The gain is the same quantity in both orders. A known lead zero takes over the delay of a transport delay.
     const bool is_same = is_known || p.is(&StickAxis::scale_per_count);
     start.parameters.push_back(is_same ? known.or_start(p, row[column]) : to_fitted(*p.number, row[column]));
     ++column;

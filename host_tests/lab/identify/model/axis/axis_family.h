@@ -12,7 +12,7 @@
 
 namespace m100::lab::identify {
 
-/// The models of one stick axis: base "first_order" or "second_order", then effects by their names in the contract.
+/// The models of one stick axis: base "first_order" or "second_order", then effects of model::kAxisEffects.
 class AxisFamily final : public Family {
  public:
   explicit AxisFamily(const AxisBlocks& training);
@@ -26,11 +26,11 @@ class AxisFamily final : public Family {
   Structure without(const Structure& structure, const std::string& name) const override;
   bool is_significant(const Fit& fit, const std::string& name) const override;
   bool is_at_bound(const Fit& fit) const override;
-  /// The dead zone with a jump at its edge, or without it.
+  /// The dead zone with a jump at its edge if the fit has none, without it if the fit has one.
   std::vector<Fit> variants(const Fit& fit) const override;
 
   model::StickAxis model(const Fit& fit) const;
-  /// Names of the free parameters in order, as the JSON spells them, each with the effect it belongs to ("" : base).
+  /// Names of the free parameters in order, as the JSON spells them, each with its effect or base model.
   struct ParameterName {
     std::string effect;
     std::string name;
@@ -53,8 +53,8 @@ class AxisFamily final : public Family {
   /// Starting points of a fit of `structure`: parameters known from `warm` are kept; every new effect starts from each
   /// of its starts and variants.
   static std::vector<Fit> starts_of(const Structure& structure, const Fit* warm);
-  /// The best fit from several starts after a few iterations; of many starts only the best after two iterations
-  /// continue. Precondition: there is at least one start.
+  /// The best fit from several starts after a few iterations; of many starts only the best quarter after two iterations
+  /// continues. A single start is returned without a fit. Precondition: there is at least one start.
   Fit best_of(std::vector<Fit> starts, std::span<const int> weights) const;
   static bool is_parameter_at_bound(const Fit& fit, std::size_t parameter, const model::AxisNumber& number);
   bool is_parameter_significant(const Fit& fit, std::size_t parameter, const model::AxisNumber& number) const;

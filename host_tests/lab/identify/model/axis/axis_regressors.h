@@ -16,7 +16,7 @@ namespace m100::lab::identify {
 /// @param rows  thinning of the stretch; its samples are counted from `begin`
 std::vector<RegressorGroup> axis_regressors(const logs::FlightLog& log, const AxisSignals& signals, std::size_t begin,
                                             std::size_t end, const Thinned& rows);
-/// Activity of the sticks, which may explain the residual's size.
+/// Activity of the axis' stick (sizes of its value and slope, lagged), which may explain the residual's size.
 std::vector<RegressorGroup> axis_activity(const AxisSignals& signals, std::size_t begin, std::size_t end,
                                           const Thinned& rows);
 

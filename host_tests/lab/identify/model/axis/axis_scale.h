@@ -8,11 +8,11 @@ namespace m100::lab::identify {
 
 /// Typical sizes in the training data, so that starts and bounds suit any unit and any aircraft.
 struct AxisScale {
-  double stick = 1.0;           ///< 98 % of the sticks are smaller [counts]
+  double stick = 1.0;           ///< 98 % of the sticks are smaller in size [counts]
   double gain = 1.0;            ///< first guess, unit per count
-  double response = 1.0;        ///< 98 % of the measured values are smaller
-  double rate_per_s = 1.0;      ///< likewise of its slope
-  double minimum_counts = 1.0;  ///< one count, or the equivalent where the log holds commands in SI units
+  double response = 1.0;        ///< 98 % of the measured values are smaller in size
+  double rate_per_s = 1.0;      ///< 99 % of the slopes over six samples are smaller
+  double minimum_counts = 1.0;  ///< one count, or 1/660 where the log holds commands or fractions of the travel
   double of(model::AxisNumber::FitUnit unit) const;
 };
 /// Precondition: at least one block.

@@ -20,9 +20,9 @@ struct AxisParameter {
   bool is(double model::StickAxis::*member) const { return number->member == member; }
 };
 
-/// The free parameters in the order of the structure's effects. A number that an earlier effect already has is free
-/// only once: the delay of a lead zero is the transport delay where there is one already. Precondition: every name of
-/// the structure is an effect of the table.
+/// The free parameters in the order of the structure's effects. A number that is the first one of another effect is
+/// free only there: the delay of a lead zero is the transport delay if the structure has one. Precondition: every name
+/// of the structure is an effect of the table.
 std::vector<AxisParameter> parameters_of(const Structure& structure);
 
 /// Converts a number in the parameter's unit to the fitted number, and back.

@@ -8,9 +8,9 @@
 namespace m100::lab::identify {
 namespace {
 
-constexpr double kMinCounts = 6.0;  // the same as for the trim of all flights
+constexpr double kMinCounts = 6.0;  // counts; smallest significant trim, as for all flights together
 constexpr double kStandardErrors = 4.0;
-constexpr double kWidest = 0.4;  // of the largest stick
+constexpr double kWidest = 0.4;  // of the 98 % quantile of the stick
 
 /// Blocks of one flight, and their errors with a trim of this flight.
 class FlightTrimFit {
@@ -45,7 +45,7 @@ class FlightTrimFit {
     return sum;
   }
 
-  /// The best trim within +-widest: a coarse scan, because a dead zone causes local minima, then bisected steps.
+  /// The best trim within +-widest: a coarse scan, because a dead zone causes local minima, then halved steps.
   double best(double widest, double min_step) const {
     constexpr int kSteps = 10;
     double found = 0.0;

@@ -23,10 +23,10 @@ struct FlightTrim {
 /// Cost: some forty simulations of each flight. @returns nothing for a log that is one flight.
 std::vector<FlightTrim> flight_trims(const AxisProblem& problem, const Fit& fit);
 
-/// Whether one of them deserves its own parameter: above four standard errors and above the smallest significant trim.
+/// Whether any flight's trim deserves its own parameter: above four standard errors and above six counts.
 bool are_distinct(const AxisProblem& problem, const std::vector<FlightTrim>& trims);
 
-/// Whether the trims that remain after subtraction justify another iteration: above half a standard error.
+/// Whether any trim left after subtraction justifies another iteration: above half a standard error and one count.
 bool moved(const AxisProblem& problem, const std::vector<FlightTrim>& more);
 
 /// The trims in one sentence for the report.

@@ -180,7 +180,7 @@ class GaussNewton {
     out.offset = offset_;
     out.score = run_.score(error_);
     out.values.assign(values_.begin(), values_.end());
-    Columns regular = normal_;  // each column by itself, because their units differ by many powers of ten
+    Columns regular = normal_;  // regularised column by column, because the units differ by many powers of ten
     regular.diagonal() = regular.diagonal() * (1.0 + 1e-9) + Rows::Constant(regular.rows(), 1e-300);
     const Columns inverse = regular.ldlt().solve(Columns::Identity(regular.rows(), regular.cols()));
     const double variance =

@@ -40,7 +40,7 @@ class FreeRun {
 
   /// Simulated minus measured. A transport delay below zero takes the stick from the future.
   Rows error(const model::StickAxis& axis) const { return error(axis, axis, 1e300); }
-  /// The same for a vehicle that changes from `before` to `after` at `switch_s`.
+  /// Simulated minus measured for a vehicle that changes from `before` to `after` at `switch_s` on the log's clock.
   Rows error(const model::StickAxis& before, const model::StickAxis& after, double switch_s) const;
 
  private:
@@ -50,8 +50,8 @@ class FreeRun {
     double value;
     double rate_per_s;
   };
-  /// Writes the commands of a run after the delay; changes at the stick act before the delay.
-  /// @returns the first sample after the change
+  /// Writes the commands of run `number` after the delay; changes at the stick act before the delay.
+  /// @returns the first sample after the change; without a change in this run, its end
   std::size_t arrive(const model::StickAxis& before, const model::StickAxis& after, double switch_s, std::size_t number,
                      std::vector<double>& out) const;
 
@@ -78,9 +78,9 @@ struct FreeParameter {
 struct WhitenedFit {
   model::StickAxis before;
   model::StickAxis after;
-  double offset = 0.0;         ///< of the simulated response
+  double offset = 0.0;         ///< constant part of simulated minus measured, which was removed
   double score = 0.0;          ///< n ln(mean square of the innovations)
-  std::vector<double> values;  ///< of the free parameters, then of the change if there is one
+  std::vector<double> values;  ///< of the free parameters, then the size of the change if there is one
   std::vector<double> sigmas;  ///< their standard errors
 };
 
@@ -88,7 +88,7 @@ struct WhitenedFit {
 struct ParameterJump {
   FreeParameter free_parameter;
   double at_s = 0.0;
-  double size = 0.0;  ///< to start from
+  double size = 0.0;  ///< at which the fit starts
 };
 
 /// Gauss-Newton from `start`; the parameters given and a constant offset of the response are free. Cost: some ten

@@ -16,7 +16,7 @@ class PowerTable {
  public:
   explicit PowerTable(double exponent) : exponent_(exponent) {
     if (!curves()) {
-      return;  // the law never asks
+      return;  // the stick law does not use it then
     }
     const double half = model::power(0.5, exponent);
     double scale = 1.0 / (half * half * half);

@@ -27,7 +27,7 @@ bool same_commands(StickAxis a, const StickAxis& b) {
   return a == b;
 }
 
-/// Whether both make the same counts of every stick before the gain: they also differ in gain and asymmetry, at most.
+/// Whether both make the same counts before the gain: they differ at most in gain, asymmetry, delay and dynamics.
 bool same_counts(StickAxis a, const StickAxis& b) {
   a.scale_per_count = b.scale_per_count;
   a.gain_asymmetry = b.gain_asymmetry;

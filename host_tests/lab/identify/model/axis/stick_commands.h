@@ -14,13 +14,13 @@ namespace m100::lab::identify {
 struct AxisData;
 
 /// The commands that an axis makes of the stick, along stretches of a log. The two results used last are kept: a step
-/// of a search that changes only frequency, delay or lead zero uses the commands again, one that changes only gain or
-/// asymmetry the counts before the gain.
+/// of a search that changes only frequency, delay or lead zero uses the commands again, and one that changes only gain
+/// or asymmetry uses the counts before the gain again.
 class StickCommands {
  public:
   struct Stretch {
     std::size_t past;   ///< first sample whose stick is used
-    std::size_t begin;  ///< the log of this sample gives the time of a drift
+    std::size_t begin;  ///< a drift counts its time from the start of the flight of this sample
     std::size_t end;
   };
   /// @param keep_counts  whether the counts before the gain are kept, for fits with many steps of the gain
@@ -29,7 +29,7 @@ class StickCommands {
   void add(const Stretch& stretch) { stretches_.push_back(stretch); }
   std::size_t size() const { return stretches_.size(); }
   const Stretch& operator[](std::size_t stretch) const { return stretches_[stretch]; }
-  /// Commands from `past` to `end`, valid until a third axis is asked for. Always give the same data.
+  /// Commands from `past` to `end`, valid until a third axis is requested. `data` must be the same in every call.
   const std::vector<double>& of(const AxisData& data, const model::StickAxis& axis, std::size_t stretch) const;
   /// Frees both results.
   void release() const { results_ = {}; }

@@ -23,7 +23,7 @@ Vector measured_rows(const TranslationBlocks& part) {
 
 namespace {
 
-/// Whether a drag coefficient has the wrong sign: a drag that accelerates is none, and leaves the wind undefined.
+/// Whether a progressive drag has no positive coefficient: then it is no drag, and leaves the wind undefined.
 bool has_negative_drag(const Structure& structure, const Vector& linear) {
   return std::any_of(structure.begin(), structure.end(), [&](const std::string& name) {
     const model::TranslationEffect* effect = model::translation_effect(name);
@@ -124,7 +124,7 @@ Vector minimiser(Matrix normal, const Vector& right, const Structure& structure)
   return solve_inside(normal, right, bounds_of(structure));
 }
 
-/// Eliminates the winds of the flights first. That depends on the weights, so sums kept per block cannot be used.
+/// solve() with the flights' winds eliminated first: that depends on the weights, so sums per block cannot be used.
 Solution solve_with_winds(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
                           const SearchPoint& searched, std::span<const int> weights, const FlightWinds& winds) {
   Regression model(part, structure, searched);

@@ -20,7 +20,8 @@ struct Solution {
   std::vector<double> winds;  ///< of the flights, x and y in turn, where they are fitted, too (flight_winds.h)
 };
 
-/// Weighted least squares for given searched parameters. `measured` has part.rows values; `weights` one for each block.
+/// Weighted least squares within the bounds of the effects, for given searched parameters. `measured` has part.rows
+/// values; `weights` one for each block.
 /// @param normals  of this part and these measured values
 Solution solve(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
                const SearchPoint& searched, std::span<const int> weights, NormalEquations& normals);
@@ -47,7 +48,7 @@ class CoordinateSearch {
   bool has_parameters() const;
 
  private:
-  /// Steps to one side, or otherwise to the other, if this costs less than the best so far. @returns whether it does.
+  /// Steps up, or else down, if that costs less than the best so far. @returns whether it stepped.
   bool step_along(std::size_t slot, double step, SearchPoint& at, double& best) const;
 
   const TranslationBlocks& part_;
@@ -61,7 +62,7 @@ class CoordinateSearch {
 /// Measured minus predicted, in the rows of `part`, which may be of another log than the fit.
 Vector residual_of(const TranslationBlocks& part, const Vector& measured, const Fit& fit);
 
-/// Residual of one axis with its times, for the line search. Blocks of weight 0 are left out; no weights: all count.
+/// Residual of one axis with its times, to find spectral peaks, without blocks of weight 0; no weights: all blocks.
 TimeSeries axis_series(const TranslationBlocks& part, const Vector& residual, std::size_t axis,
                        std::span<const int> weights);
 

@@ -27,13 +27,13 @@ using Winds = Eigen::Matrix<double, 2, Eigen::Dynamic>;
 /// exactly and without a search.
 class FlightWinds {
  public:
-  /// The part must outlive it. Cost: that of two columns, where it is active.
+  /// `part` must outlive this object. Cost: that of two columns of a regression, if active().
   explicit FlightWinds(const TranslationBlocks& part);
 
   bool active() const { return own_ || head_; }
-  /// Estimates the winds from a series. @param rows  its values in the rows of the part. @param head  its values in the
-  /// rows of the part's head, where there is one.
-  /// @param weights  one for each block; empty: all count once. A flight without a block gets the mean.
+  /// Estimates the winds from a series; without a head, as deviations from their mean. @param rows  its values in the
+  /// rows of the part. @param head  its values in the rows of the part's head, which alone count if there is one.
+  /// @param weights  one for each block of the part, unused with a head; empty: all 1. A flight without a block gets 0.
   Winds of(const Vector& rows, const Vector& head, std::span<const int> weights) const;
   /// Subtracts winds from rows.
   void take(const Winds& winds, Vector& rows) const;
@@ -60,7 +60,7 @@ struct FlightWind {
 };
 /// Estimates the winds from the residual of a fit, in a part of several logs with or without fitted winds.
 std::vector<FlightWind> flight_winds(const TranslationDataSet& part, const Fit& fit);
-/// Whether any wind deserves its own parameter: above the smallest steady_wind and above four standard errors.
+/// Whether any wind deserves its own parameter: above the smallest relevant steady_wind and four standard errors.
 bool are_distinct(const std::vector<FlightWind>& winds);
 /// The winds in one sentence for the report.
 std::string describe(const std::vector<FlightWind>& winds);

@@ -20,7 +20,7 @@ struct BlockNormals {
 /// of a search ask for the same ones again and again; the ones used last are kept, at most 16 MiB of them.
 class NormalEquations {
  public:
-  /// @param measured  part.rows values, the same in every call. The result is valid until the next call.
+  /// `part` and `measured` (part.rows values) must be the same in every call. The result is valid until the next call.
   const BlockNormals& of(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
                          const SearchPoint& searched);
 

@@ -38,7 +38,7 @@ class RecentlyUsed {
   }
 
  private:
-  std::list<std::pair<Key, Value>> values_;  ///< the one used last first
+  std::list<std::pair<Key, Value>> values_;  ///< most recently used first
   std::unordered_map<Key, typename std::list<std::pair<Key, Value>>::iterator, Hash> index_;
 };
 

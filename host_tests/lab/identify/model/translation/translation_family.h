@@ -37,7 +37,7 @@ class TranslationFamily final : public Family {
 
   /// Predicted acceleration, in the rows of `part`, which may be of another log.
   static std::vector<double> prediction(const TranslationBlocks& part, const Fit& fit);
-  /// Measured acceleration in the same rows.
+  /// Measured acceleration in the rows of `part`.
   static std::vector<double> measured(const TranslationBlocks& part);
 
   /// The numbers of an effect with their JSON names, computed from the fit's own parameters. Empty for
@@ -45,7 +45,7 @@ class TranslationFamily final : public Family {
   static std::vector<NamedValue> parameters(const Fit& fit, const std::string& effect);
 
   static bool supports(const std::string& name);
-  /// Whether the log has the signals that can show the effect. Precondition: knows(name).
+  /// Whether the log can show the effect; not a wind that --wind-from-first estimates. Precondition: supports(name).
   bool is_observable(const std::string& name) const;
 
   /// Whether a log without thrust set point supports the rigid body of `other` (about 1) or that of `present` (about 0;

@@ -49,7 +49,7 @@ SearchPoint searched_of(const Fit& fit);
 std::array<bool, kSearched> searched_in(const Structure& structure);
 /// Whether the structure has wind and a progressive drag: then the wind's speed is searched, not an acceleration.
 bool is_wind_speed_searched(const Structure& structure);
-/// The wind's velocity, from the slots that hold it.
+/// The wind's velocity in the world frame [m/s]; zero where it is not searched.
 std::array<double, 3> wind_of(const SearchPoint& searched);
 
 /// Number of linear parameters of one effect in this structure, and of all effects.

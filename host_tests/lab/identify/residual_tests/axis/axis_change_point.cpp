@@ -19,7 +19,7 @@ namespace {
 constexpr double kWorthRefitting =
     14.0;  // a step of a dead zone is not linear: the scan sees less of it than the refit
 /// A smaller change of a delay is no effect, whatever its statistics: the lag of motors and what a loop feeds back
-/// shift the delay of healthy logs by up to 12 ms, likelier by 50 and more.
+/// shift the delay of healthy logs by up to 12 ms, with likelihood ratios of 50 and more.
 constexpr double kMinDelayChange_s = 0.015;
 
 /// A number that may change in flight (model::MidFlight), in the units of this log and fit.
@@ -123,7 +123,7 @@ double min_doubted(const Candidate& candidate, const WhitenedFit& fit, const Axi
   const bool delay = candidate.free_parameter.member == &StickAxis::transport_delay_s;
   const double error_s =
       std::hypot(fit.sigmas.back(), step_time_error_s(data, -1e9, date_s), step_time_error_s(data, date_s, 1e9));
-  // Or rows begin to fall on the other side of the stick's own samples, and all steps move alike.
+  // Or the rows begin to fall on other samples of the stick itself, which moves all steps alike.
   const double beat_s = is_stick_undersampled(data) ? std::min(AxisData::kSlowestStick_s, 0.5 * data.stick_row_s) : 0.0;
   return delay ? std::max({kMinDelayChange_s, beat_s + kErrors * fit.sigmas.back(), kErrors * error_s})
                : candidate.min_relevant;
@@ -133,13 +133,13 @@ struct TriedChange {
   const Candidate* candidate;
   ScanHit hit;
   WhitenedFit fit;
-  bool dated = false;         ///< by the simulated switch
-  bool turned_round = false;  ///< the scan's date is that of dynamics which mean nothing: every date is asked again
+  bool dated = false;         ///< at_s is from simulated changes (date_again())
+  bool turned_round = false;  ///< the response reverses, so the scan's time is meaningless and every time is tried
 };
 
 /// If the sign of the response reverses in flight, the fit over the whole log averages to a gain near zero, and its
-/// dynamics are meaningless. The fits then start from half of the change on either side instead, with natural
-/// frequencies that an aircraft may have.
+/// dynamics are meaningless. The fits then start from gains of half the change, with opposite signs before and after
+/// it, and from natural frequencies that an aircraft may have.
 WhitenedFit fit_turned_round(const FreeRun& run, const StickAxis& axis,
                              const std::vector<FreeParameter>& free_parameters, const ParameterJump& change) {
   constexpr std::array<double, 3> kSpeeds_rad_s{3.0, 7.0, 14.0};
@@ -168,7 +168,7 @@ WhitenedFit fit_turned_round(const FreeRun& run, const StickAxis& axis,
   return best;
 }
 
-/// The best of the candidate's fits with a break where the scan saw it.
+/// Fits a change at the scan's time; a change of the gain by at least the gain itself also as a reversal.
 TriedChange fit_with_break(const FreeRun& run, const StickAxis& axis, const std::vector<FreeParameter>& free_parameters,
                            Candidate& candidate, const ScanHit& hit) {
   const double size = hit.size(0);
@@ -193,7 +193,7 @@ TriedChange fit_with_break(const FreeRun& run, const StickAxis& axis, const std:
   return out;
 }
 
-/// Dates and how likely a switch is at each: its whitened power.
+/// Possible times of the change, each with the power of the whitened residual, which is least at the likeliest time.
 using PowerAt = std::vector<std::pair<double, double>>;
 
 PowerAt powers(const FreeRun& run, const TriedChange& tried, double from_s, double to_s, double step_s) {
@@ -210,7 +210,7 @@ PowerAt powers(const FreeRun& run, const TriedChange& tried, double from_s, doub
   return out;
 }
 
-/// The best date of some, and all that are not clearly worse, each with half a step on both sides.
+/// Sets the time of least power, and the interval of all times not clearly worse, with half a step on both sides.
 void take_date(const PowerAt& powers, double rows, double step_s, ScanHit& hit) {
   constexpr double kDateDrop = 7.35;  // as in the scan
   const auto best =
@@ -224,9 +224,9 @@ void take_date(const PowerAt& powers, double rows, double step_s, ScanHit& hit) 
   }
 }
 
-/// Finds the date of the change more exactly. The scan finds when the response changes, which is later than the change
-/// of the vehicle by its delay and dynamics. Here the vehicle is simulated with a change at each possible date. The
-/// parameters before and after are kept meanwhile, so the interval is that of the date alone.
+/// Finds the time of the change more exactly. The scan finds when the response changes, which is later than the change
+/// of the vehicle by its delay and dynamics. Here the vehicle is simulated with a change at each possible time. The
+/// parameters before and after are kept meanwhile, so the interval is that of the time alone.
 void date_again(const FreeRun& run, const std::vector<FreeParameter>& free_parameters, TriedChange& tried) {
   constexpr double kBefore_s = 2.0;
   constexpr double kAfter_s = 0.5;
@@ -292,7 +292,7 @@ void take(const TriedChange& tried, ChangePoint& out) {
   out.after = tried.fit.after;
 }
 
-/// The changes of the candidates that the scan shows, each refitted at its date. @param steady  without a change
+/// The changes that the scan shows, each refitted at its time. @param steady  the fit without a change
 std::vector<TriedChange> try_changes(const FreeRun& run, const WhitenedFit& steady,
                                      const std::vector<FreeParameter>& free_parameters,
                                      std::vector<Candidate>& candidates) {
@@ -311,7 +311,7 @@ std::vector<TriedChange> try_changes(const FreeRun& run, const WhitenedFit& stea
     }
     hit.at_s -= candidate.change->at_the_stick ? axis.transport_delay_s : 0.0;
     tried.push_back(fit_with_break(run, axis, free_parameters, candidate, hit));
-    // The scan switches the response, later than the stick by the dynamics: so late, a step of a trim fits badly.
+    // The scan's time is that of the response, later than the stick's: refitted there, a step of a trim fits badly.
     if (steady.score - tried.back().fit.score < hit.likelihood_ratio) {
       date_again(run, free_parameters, tried.back());
     }
@@ -342,7 +342,7 @@ ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit
   if (best == tried.end()) {
     return out;
   }
-  // Under its own autoregression the unbroken residual hides a step: the scan's ratio is the one that counts for it.
+  // The autoregression of the fit without a change absorbs a step: for it the scan's ratio counts.
   const double ratio = quiet_share(run, *best) * std::max(steady.score - best->fit.score, best->hit.likelihood_ratio);
   const double size = best->fit.after.*best->candidate->free_parameter.member -
                       best->fit.before.*best->candidate->free_parameter.member;

@@ -9,40 +9,40 @@
 
 namespace m100::lab::identify {
 
-/// Everything that a structure has, to be fitted again to whitened free runs.
+/// The free parameters of a fit, to be fitted again to whitened free runs; without the gain of the other stick and the
+/// width of a dead zone with a jump, on which the error does not depend smoothly.
 std::vector<FreeParameter> free_parameters_of(const AxisFamily& family, const Fit& fit);
 
-/// Likelihood ratio from which on a change is named,
+/// Likelihood ratio from which on a change is named.
 inline constexpr double kCertainChange = 30.0;
-/// from which on the verdict is not "nothing missing" (24 left no false change in 480 other healthy logs), and
+/// From this likelihood ratio on, "nothing missing" is ruled out (24 left no false change in 480 other healthy logs).
 inline constexpr double kLikelyChange = 24.0;
-/// below which it is chance: the supremum over dates of five parameters exceeds it in one healthy log of a hundred.
+/// Below this likelihood ratio a change is chance: over all times and five parameters, 1 healthy log of 100 exceeds it.
 inline constexpr double kChanceChange = 16.0;
 
 /// The parameter that changed in flight: gain, frequency, damping, transport_delay, dead_zone or trim_offset.
 struct ChangePoint {
   bool found = false;
-  bool likely = false;  ///< not found, because it is less certain or smaller; all else is there, its date is the scan's
+  bool likely = false;  ///< not found, because it is less certain or smaller; the other members are set all the same
   Change change;
   double score = 0.0;            ///< of the model with the change, refitted (see WhitenedFit)
-  std::size_t numbers = 0;       ///< that were free beside the change
+  std::size_t numbers = 0;       ///< of free parameters beside the change
   FreeParameter free_parameter;  ///< what changed
   model::StickAxis before, after;
 };
 
 /// Scans the free run of a fit for a parameter that takes another value (change_scan.h), then refits every candidate at
-/// its own best date and compares them: the best names the change, and candidates within kNameMargin of it are its
+/// its own best time and compares them: the best names the change, and candidates within kNameMargin of it are its
 /// rivals. The likelihood ratio against no change must be at least 30, and the change large enough to matter. (Theory
 /// gives 16 for such a supremum and one false change in a hundred logs; estimating the autoregression anew at every
-/// date, and refitting, raise this.) The ratio is counted in the variance of the noisier side of the date.
+/// time, and refitting, raise this.) The ratio is counted in the variance of the noisier side of the change.
 /// Precondition: the fit is of `family`. Cost: one scan for each candidate, some 1000 simulations where one is found.
 ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit& fit);
 
 /// From which likelihood ratio on one name is preferred to another.
 inline constexpr double kNameMargin = 6.0;
 
-/// Score of the fit's structure refitted over the same rows with nothing that changes: for comparison with
-/// ChangePoint::score.
+/// Score of the fit's structure, refitted to the run without a change, to compare with ChangePoint::score.
 double unchanged_score(const FreeRun& run, const AxisFamily& family, const Fit& fit);
 
 }  // namespace m100::lab::identify

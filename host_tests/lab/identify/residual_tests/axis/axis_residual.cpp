@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kSettle_s = 1.0;  // a free run forgets its start within this time
 
-/// Number of the flight in which a sample lies.
+/// Number of the flight in which a sample lies, from 1; 0 in a log that was not joined.
 std::size_t flight_of(const AxisData& data, std::size_t sample) {
   return static_cast<std::size_t>(
       std::count_if(data.flights.begin(), data.flights.end(), [&](std::size_t begin) { return begin <= sample; }));

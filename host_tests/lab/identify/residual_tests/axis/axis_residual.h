@@ -17,8 +17,8 @@ AxisSignals without_trims(AxisSignals signals, const std::vector<double>& trims)
 /// One log with its axis, its ranges and its blocks.
 struct AxisDataSet {
   /// The log must outlive the part. @param requested  as for axis_signals
-  /// @param stick_earlier_s  by which the sticks are shifted first
-  /// @param trims  of each flight of a joined log, subtracted from its stick; empty: none
+  /// @param stick_earlier_s  time by which the sticks are shifted earlier
+  /// @param trims  the trim of each flight of a joined log, subtracted from its stick; empty: none
   /// @throws InputError as axis_signals does.
   AxisDataSet(const logs::FlightLog& flight_log, const std::string& axis, const std::vector<Range>& given,
               const std::vector<Range>& requested, double stick_earlier_s = 0.0, const std::vector<double>& trims = {})
@@ -51,20 +51,19 @@ struct AxisDataSet {
 std::vector<std::string> residual_findings(const Request& request, const AxisDataSet& training,
                                            const AxisDataSet& validation, const model::StickAxis& model);
 
-/// Root mean square of the residual where the stick has rested for as long as the model remembers it: the error that
-/// air and autopilot cause.
+/// Root mean square of the residual where the stick has rested for 1 s: the error that air and autopilot cause.
 /// @param minimum_counts  a stick that moves by less than three of these rests
-/// @returns 0 where the stick hardly ever rested.
+/// @returns 0 where the stick rested for 2 s or less in all.
 double noise_floor_at_rest(const AxisDataSet& part, const model::StickAxis& model, double minimum_counts);
 
 /// Error of the response that the unknown stick between its rows may cause, for each sample of the ranges' blocks, one
-/// after the other: the larger difference to the responses to the two other sticks of intersample_hypotheses(). Zero
-/// where the stick is known.
+/// after the other: the larger difference to the responses to the two sticks of hold_between_rows(). In rows of a
+/// sample or less, to a stick that is half a row earlier. Zero where the stick rests.
 std::vector<double> intersample_error(const AxisData& data, const std::vector<Range>& ranges,
                                       const model::StickAxis& model, double block_s = AxisBlocks::kBlock_s);
 
-/// An extreme reading of the stick between its rows: held at its last row, or already at its next row. In rows of a
-/// sample or less, a value between its neighbours, which may be interpolated or a mean, becomes one of these.
+/// An extreme hypothesis of the stick between its rows: held at the last row, or (`next`) already at the next. In rows
+/// of a sample or less, a value between its neighbours (it may be a mean) becomes the previous or (`next`) next one.
 AxisData hold_between_rows(AxisData data, bool next);
 /// Whether the stick was logged in rows further apart than samples.
 inline bool is_stick_undersampled(const AxisData& data) { return data.stick_row_s > 1.5 * data.period_s; }

@@ -27,7 +27,7 @@ struct AxisTether {
 /// channel is needed. A speed's error correlates a little with its own integral (a random walk seems to return to its
 /// mean), as in tests for a unit root; such ratios stay below 16.
 /// @returns nothing where the likelihood ratio is below 16, where the force pushes away, or where its largest value is
-///   below the residual. Precondition: the data have no other stick, and the fit is of `family`.
+///   below the residual's root mean square. Precondition: the data have no other stick, and the fit is of `family`.
 std::optional<AxisTether> detect_tether_force(const AxisData& data, const std::vector<Range>& ranges,
                                               const AxisFamily& family, const Fit& fit);
 

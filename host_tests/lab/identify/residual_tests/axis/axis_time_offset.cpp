@@ -37,8 +37,8 @@ std::vector<FreeParameter> free_parameters_of(const StickAxis& axis) {
           {"damping", &StickAxis::damping_ratio, 0.01 * axis.damping_ratio, 0.05, 80.0}};
 }
 
-/// The largest shift that the unknown moments at which the stick moved explain. Rows may follow the stick's own
-/// samples, so that each of those is read equally late; a hand does not keep time with slower rows.
+/// The largest shift that the unknown times of the stick's steps explain. Rows may keep time with the stick's own
+/// samples, so that each of these is read equally late; with slower rows a hand does not keep time.
 double explained_shift_s(const AxisData& data) {
   const double own_s = std::min(AxisData::kSlowestStick_s, data.logged_stick_row_s());
   return std::max(kHalfOfTen_s, data.max_reading_lag_s(own_s) + kErrors * step_time_error_s(data, -1e9, 1e9));
@@ -99,7 +99,7 @@ TimeOffset time_offset(const FreeRun& run, const AxisFamily& family, const Fit& 
     return out;
   }
   const WhitenedFit lead = with(0.0, std::max(0.01, found.lead_zero_s), 0.0, true);
-  // The zero is one more parameter (Schwarz's criterion): N replaces B, and is likelier than L, within its penalty.
+  // The zero is one more parameter (Schwarz's criterion): within its penalty, N is preferred to B and to L.
   const double price = std::log(static_cast<double>(run.size()));
   out.zero_in_doubt = has_zero && early.score < lead.score + price + kMargin;
   if (waits) {

@@ -9,10 +9,10 @@ namespace m100::lab::identify {
 /// Whether the response begins before its stick. Then the clocks of the log disagree, and a lead zero found by the
 /// selection is a side effect of the shift.
 struct TimeOffset {
-  bool likely = false;      ///< a net shift of -10 ms is likelier than none
-  bool certain = false;     ///< and no other explanation is left
+  bool likely = false;      ///< likelier than none, and than one that unknown times of the stick's steps explain
+  bool certain = false;     ///< and no times of the steps within their rows explain it
   bool within_row = false;  ///< the shift is there, but a stick that moved early in each of its rows explains it
-  /// The fit has a lead zero, and a response that begins before its stick without any is not clearly less likely.
+  /// The fit has a lead zero, and an early response without a lead zero is not clearly less likely.
   bool zero_in_doubt = false;
   double shift_s = 0.0;  ///< net delay of the response, below zero
   double sigma_s = 0.0;
@@ -22,7 +22,7 @@ struct TimeOffset {
 /// Compares three whitened fits of the final model: N with a delay that may be negative, L with a lead zero and a delay
 /// of at least zero, B with both free. A shift can only be seen where the net delay becomes negative; otherwise it is
 /// indistinguishable from a delay. The root mean squares differ by a thousandth, so cross-validation cannot decide
-/// this. Precondition: the fit is of `family`. Cost: three fits of free runs, and none where the fit has a clear delay.
+/// this. Precondition: the fit is of `family`. Cost: at most five fits of free runs; none if the delay is clear.
 TimeOffset time_offset(const FreeRun& run, const AxisFamily& family, const Fit& fit);
 
 }  // namespace m100::lab::identify

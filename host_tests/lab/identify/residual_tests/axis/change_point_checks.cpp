@@ -46,7 +46,7 @@ double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>&
 
 std::optional<Change> second_change_point(const AxisData& data, const std::vector<Range>& ranges,
                                           const AxisFamily& family, const Fit& fit, const ChangePoint& change) {
-  constexpr double kBefore_s = 0.5;  // before the interval of the date
+  constexpr double kBefore_s = 0.5;  // before the interval of the first change
   constexpr double kAfter_s = 1.0;
   constexpr double kMin_s = 2.5;
   constexpr double kAsMuch = 0.5;  // the end of a temporary change is about as likely as its start

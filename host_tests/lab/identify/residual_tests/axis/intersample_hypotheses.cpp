@@ -85,9 +85,9 @@ Rows step_time_variance(const FreeRun& run, const model::StickAxis& model, const
   return out;
 }
 
-/// The share of that variance relative to the variance of the air, by maximum likelihood. If the stick moves smoothly,
-/// sampling it slowly loses nothing: the samples determine it, and the share is zero. The upper limit 3 is a step at
-/// either end of the row, which has three times the variance of a uniformly distributed step.
+/// The factor of step_time_variance() in the innovations' variance, by maximum likelihood, over the variance of the
+/// air. If the stick moves smoothly, sampling it slowly loses nothing: the samples determine it, and the factor is
+/// zero. The limit 3 is a step at an end of the row, with three times the variance of a uniformly distributed step.
 double step_time_share(const Rows& white, const Rows& moments, double power) {
   constexpr double kMax = 3.0;
   constexpr int kSteps = 24;
@@ -95,7 +95,7 @@ double step_time_share(const Rows& white, const Rows& moments, double power) {
   double minimum = std::numeric_limits<double>::infinity();
   for (int step = 0; step <= kSteps; ++step) {
     const double share = step == 0 ? 0.0 : kMax * std::pow(0.75, kSteps - step);
-    // The estimated power of the air falls as the share rises: a few fixed-point iterations.
+    // The estimated power of the air decreases as the share increases: a few fixed-point iterations.
     double air = power;
     for (int round = 0; round < 4; ++round) {
       air = (white.array().square() / (1.0 + share * moments.array() / air)).mean();

@@ -14,7 +14,7 @@
 namespace m100::lab::identify {
 
 /// Hypotheses about the stick between its rows: interpolated, as logged; held at its last row; already at its next row.
-/// Only what all confirm is certain: of a stick with two positions, a dead zone or a limit moves interpolated values
+/// Only what all confirm is certain: if the stick has two positions, a dead zone or a limit acts on interpolated values
 /// alone. All runs have the weights of weight_by_input_uncertainty().
 class IntersampleHypotheses {
  public:
@@ -47,18 +47,18 @@ class IntersampleHypotheses {
   FreeRun as_logged_;
 };
 
-/// Whether a lead zero only restores what an undersampled stick loses: a line between two rows smooths by (w T)^2 / 12,
-/// a held stick by half of that, and a lead zero restores (w t)^2 / 2, so up to half a row it may do no more.
+/// Whether a lead zero t only restores what an undersampled stick loses at a frequency w: a line between rows T apart
+/// loses (w T)^2 / 12, a held stick half of that; the zero restores (w t)^2 / 2, so below T / 2 it may do no more.
 bool sharpens_rows(const AxisData& data, const model::StickAxis& model);
 
 /// Standard error of a mean delay between two times, for an undersampled stick whose every movement between two rows
 /// was a step at a uniformly distributed moment: a row over the root of twelve, divided by the root of the effective
-/// number of movements. So a few steps leave a larger error than a stick that moves all the time.
+/// number of movements. So a few steps leave a larger error than a stick that moves all the time. 0 for other sticks.
 double step_time_error_s(const AxisData& data, double from_s, double to_s);
 
-/// Weighs the innovations by the uncertainty that an undersampled stick causes. Each step between two rows may have
-/// happened at any moment of the row, which adds a variance to the rows after it; the share of this variance relative
-/// to that of the air is estimated by maximum likelihood. Does nothing where the stick is not undersampled.
+/// Weighs the innovations by the uncertainty that the unknown stick between its rows causes. Each step between two rows
+/// (also of one sample) may have happened at any moment of the row, which adds a variance to the rows after it; the
+/// share of this variance relative to that of the air is estimated by maximum likelihood.
 void weight_by_input_uncertainty(FreeRun& run, const model::StickAxis& model);
 
 /// All parameters of a structure as free_parameters_of(), with the delay free down to one row below zero: a row shows
@@ -66,10 +66,10 @@ void weight_by_input_uncertainty(FreeRun& run, const model::StickAxis& model);
 /// ones.
 std::vector<FreeParameter> free_parameters_within_row(const AxisFamily& family, const Fit& fit);
 
-/// Smallest likelihood ratio of an effect of the fit over all hypotheses about an undersampled stick, with weighed
-/// innovations; infinity where the effect cannot be removed. A straight line between two rows makes a stick that jumped
-/// begin early and end late. A dead zone in the model compensates this; under the other two hypotheses it is not
-/// needed.
+/// Smallest likelihood ratio of an effect of the fit over all hypotheses about the stick between its rows, with weighed
+/// innovations; infinity for trim_offset and where the effect cannot be removed. A straight line between two rows makes
+/// a stick that jumped begin early and end late. A dead zone in the model compensates this; under the other two
+/// hypotheses it is not needed.
 double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                  const Fit& fit, const std::string& effect);
 

@@ -88,7 +88,7 @@ struct HeldPower {
   Power power{};
 };
 
-/// The error in each hold and just after it, and outside of all of them.
+/// Adds the squared errors in each hold and just after it to `held`, and those outside of all holds to `outside`.
 void add(const AxisDataSet& part, const model::StickAxis& model, std::vector<HeldPower>& held, Power& outside) {
   const AxisData& data = part.signals.data;
   std::vector<double> error(part.blocks.samples());

@@ -19,7 +19,7 @@ struct Fitted {
   WhitenedFit white;
 };
 
-/// Repeats the fit until it gains nothing: parameters that compensate each other converge slowly.
+/// Repeats the fit until its score stops improving: parameters that compensate each other converge slowly.
 Fitted fitted(const FreeRun& run, const AxisFamily& family, const Fit& start) {
   constexpr int kRounds = 4;
   constexpr double kConverged = 0.5;
@@ -39,8 +39,8 @@ Fitted fitted(const FreeRun& run, const AxisFamily& family, const Fit& start) {
   return out;
 }
 
-/// The fit, and if it jumps at a dead zone's edge also the fit without the jump. Which of the two predicts blocks
-/// better is no evidence here, and a jump can imitate other effects that are steep about neutral.
+/// The fit, and if it has variants (such as a jump at a dead zone's edge) also the fit without them. Which of the two
+/// predicts blocks better is no evidence here, and a jump can imitate other effects that are steep about neutral.
 std::vector<Fitted> shapes_of(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
   std::vector<Fitted> out{fitted(run, family, fit)};
   if (!fit.shape.empty()) {
@@ -51,7 +51,7 @@ std::vector<Fitted> shapes_of(const FreeRun& run, const AxisFamily& family, cons
   return out;
 }
 
-/// The score of the likeliest of several fits to one reading of the log.
+/// The score of the likeliest of several fits under one hypothesis.
 double score_of(const FreeRun& run, const AxisFamily& family, const std::vector<Fit>& starts) {
   double best = std::numeric_limits<double>::infinity();
   for (const Fit& start : starts) {

@@ -20,7 +20,7 @@ namespace {
 using logs::Signal;
 using model::TranslationEffect;
 
-constexpr std::size_t kThin = 3;  // rows of 40 ms: the filter over 0.2 s leaves no more detail
+constexpr std::size_t kThin = 3;  // every third row of 40 ms: the filter over 0.2 s leaves no more detail
 
 /// One row of a scan: which part, which row of its regressions, which sample of its log, which axis.
 struct ScanRow {
@@ -124,7 +124,7 @@ bool is_observable(const TranslationDataSet& part, const TranslationEffect& effe
 
 using Hit = std::pair<const TranslationEffect*, ScanHit>;
 
-/// What is likely to have changed, candidate by candidate.
+/// The effects whose change is likely and large enough, each with its scan.
 std::vector<Hit> scan_hits(const std::vector<const TranslationDataSet*>& parts, const Fit& fit) {
   constexpr double kThreshold = 30.0;
   const ScanLayout layout = scan_layout(parts);
@@ -146,8 +146,8 @@ std::vector<Hit> scan_hits(const std::vector<const TranslationDataSet*>& parts, 
 /// @param hits  all of them: what is nearly as likely as the best is its rival
 Change change_point(const Hit& best, const std::vector<Hit>& hits, const TranslationDataSet& training) {
   constexpr double kNameMargin = 6.0;
-  // The scan names the last row before the change: it lies between that row and the next, and the filter has smeared it
-  // over its own width, of which half the power lies in the middle half.
+  // The scan finds the last row before the change: the change lies between that row and the next, and the filter has
+  // smeared it over its own width, of which half the power lies in the middle half.
   const double cell_s = static_cast<double>(kThin) * training.blocks.sample_period_s;
   const double smeared_s = 0.5 * static_cast<double>(training.data.margin) * training.data.period_s;
   Change out;

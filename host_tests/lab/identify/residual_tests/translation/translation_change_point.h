@@ -15,9 +15,9 @@ namespace m100::lab::identify::translation {
 std::vector<Change> change_points(const TranslationDataSet& training, const TranslationDataSet* validation,
                                   const Fit& fit);
 
-/// A force that grows with the distance from a place: a tether, a wall, a ground. It is looked for in the residual of
-/// the training part: its likelihood ratio must be at least 60 (tethers give thousands, free flights at most 20) and
-/// its largest pull above 0.1 m/s^2. @returns at most one finding; nothing where the position was not logged.
+/// A force that grows with the distance from a place (tether, wall, ground), in the residual of the training part. Its
+/// likelihood ratio must be at least 60 (tethers give thousands, free flights at most 20), and its pull at one standard
+/// deviation of the position at least 0.1 m/s^2 on x or y. @returns at most one finding; nothing without a position.
 std::vector<Finding> position_force(const TranslationDataSet& training, const Fit& fit);
 
 }  // namespace m100::lab::identify::translation

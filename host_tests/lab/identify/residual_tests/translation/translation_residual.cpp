@@ -16,7 +16,7 @@ namespace {
 using logs::Signal;
 
 constexpr double kMinimumShare = 0.14;  // higher, because three axes and a dozen channels give chance more trials
-/// Velocity explains the residual only if it explains more than this share: gusts move both, so they always correlate.
+/// Velocity counts as a cause only if it predicts more than this share: gusts move both, so they always correlate.
 constexpr double kMinimumMovedShare = 0.25;
 constexpr double kOscillation =
     -0.45;  // an autocorrelation below this is an oscillation, which air alone does not cause
@@ -43,7 +43,7 @@ std::string describe_oscillation(const std::vector<double>& residual, double per
   return text.data();
 }
 
-/// Columns of one channel at the blocks' samples, each lag seconds earlier.
+/// One column for each lag: the channel that much earlier than the blocks' samples.
 std::vector<std::vector<double>> earlier(const TranslationDataSet& part, const std::vector<double>& channel,
                                          const std::vector<double>& lags_s) {
   std::vector<std::vector<double>> out;
