@@ -7,8 +7,7 @@
 
 namespace m100::lab {
 
-/// A name in files that older versions wrote, and the name that stands for it today. Readers accept both; only the new
-/// one is written.
+/// A name in files of older versions, and today's name for it. Readers accept both; only today's is written.
 struct Alias {
   std::string_view now;
   std::string_view before;
@@ -23,7 +22,7 @@ inline constexpr std::array kAliases{
     Alias{"limit_cycle_detected_s", "swing_noticed_s"},  // campaign's flights
 };
 
-/// Today's form of a name, of which the part before the first dot may be an old one ("calm_law.course").
+/// Today's form of a name, or of the part of it before the first dot ("calm_law" of "calm_law.course").
 inline std::string_view alias_of(std::string_view part) {
   for (const Alias& alias : kAliases) {
     if (part == alias.before) {
@@ -33,7 +32,7 @@ inline std::string_view alias_of(std::string_view part) {
   return part;
 }
 
-/// Renames every key of a document that an older version wrote; values stay. Json is nlohmann::json or ordered_json.
+/// A document of any version with every key in today's form; values stay. Json is nlohmann::json or ordered_json.
 template <typename Json>
 Json with_current_names(const Json& read) {
   if (read.is_array()) {

@@ -8,7 +8,7 @@
 #include <atomic>
 #include <string>
 
-// What happens at Ctrl-C: the program says how to go on, and the child that works for it ends too.
+// At Ctrl-C the program prints how to go on, and its child process ends too.
 namespace m100::lab {
 
 struct Interruption {
@@ -21,10 +21,9 @@ inline Interruption& interruption() {
   return one;
 }
 
-/// From now on SIGINT prints the text, ends the running child, and then ends the program as SIGINT does without a
-/// handler.
+/// From now on SIGINT ends the running child, prints the text, and then ends the program as SIGINT does by default.
 inline void explain_interruption(std::string text) {
-  if (::signal(SIGINT, SIG_DFL) == SIG_IGN) {  // who started us wants that
+  if (::signal(SIGINT, SIG_DFL) == SIG_IGN) {  // our parent process wants SIGINT ignored
     ::signal(SIGINT, SIG_IGN);
     return;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab: everything a PC does for the aircraft. One file per subcommand.
+// m100-lab: the PC's program for the aircraft. Each subcommand is in its own folder (subcommands.h).
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <span>

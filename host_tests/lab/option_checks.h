@@ -13,7 +13,7 @@ namespace m100::lab {
 // Checks for what CLI11's own checks accept: NaN is inside every CLI::Range, and a negative number wraps into an
 // unsigned one.
 
-/// A finite number from `low` to `high`.
+/// A finite number from `low` to `high`, both included.
 inline CLI::Validator from_to(double low, double high) {
   std::ostringstream range;
   range << "from " << low << " to " << high;
@@ -27,7 +27,7 @@ inline CLI::Validator from_to(double low, double high) {
       range.str());
 }
 
-/// A text of digits only.
+/// A text of one or more digits and nothing else.
 inline CLI::Validator whole_number() {
   return CLI::Validator(
       [](std::string& text) {

@@ -45,8 +45,7 @@ inline double number(const std::string& option, const std::string& text) {
   return std::strtod(text.c_str(), nullptr);
 }
 
-/// The word of --law for the paper's configuration (model::paper_configuration) at 100 commands a second; its
-/// horizontal law is the MPC.
+/// The word of --law for the paper's configuration (model::paper_configuration): the MPC at 100 commands a second.
 inline constexpr const char* kPaperLaw = "paper";
 
 /// The horizontal law that --law names. @throws InputError: there is no such law.

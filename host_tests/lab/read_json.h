@@ -12,14 +12,14 @@
 
 namespace m100::lab {
 
-/// Limits for a JSON text. Our own files are nested at most eight deep and have a few hundred names.
+/// Limits of a JSON text: nesting depth, and names in one object. Our own files have at most 8 and a few hundred.
 inline constexpr std::size_t kDeepestJson = 64;
 inline constexpr std::size_t kMaxJsonNames = 10000;
 
-/// The open brackets of a JSON text, and the number of commas since each.
+/// The open brackets of a JSON text, and for each open object the number of commas between its members so far.
 class OpenBrackets {
  public:
-  /// Takes a character outside quotes. @returns false: the text is nested too deeply or has too many names.
+  /// Takes a character outside quotes. @returns false: too deep nesting, or too many names in an object.
   bool take(char letter) {
     if (letter == '{' || letter == '[') {
       return open(letter == '{');
@@ -70,7 +70,7 @@ inline bool is_modest_json(std::string_view text) {
   return true;
 }
 
-/// @returns a discarded value if the text is not JSON, is nested too deeply or has too many names.
+/// @returns a discarded value if the text is not JSON, is nested too deeply, or an object has too many names.
 template <typename Json = nlohmann::json>
 Json parse_json(std::string_view text) {
   return is_modest_json(text) ? Json::parse(text, nullptr, false) : Json(Json::value_t::discarded);

@@ -5,8 +5,8 @@
 
 namespace m100::lab::autopilot {
 
-/// Runs the flight image in the emulator instead of a pseudo-terminal: UART1 is the autopilot's line, UART2 the pose,
-/// and the simulation drives its time. The operator asks for control after 6 s and gives it back 3 s before the end.
+/// Runs the flight image in QEMU instead of serving a pseudo-terminal: UART1 is the autopilot's line, UART2 the pose,
+/// and the simulation drives its clock. The operator requests control after 6 s and releases it 3 s before the end.
 void run_with_board(const Options& options, const sim::Plant& plant, const sim::N1Config& config);
 
 }  // namespace m100::lab::autopilot

@@ -12,7 +12,7 @@ constexpr core::Duration kTruthPeriod = std::chrono::milliseconds(100);
 
 double since_start_s(core::TimePoint at) { return core::seconds<double>(at.time_since_epoch()); }
 
-/// The spacing in seconds; -1: there were fewer than two.
+/// A smallest spacing of requests in seconds; -1: there were fewer than two requests.
 double spacing_s(core::Duration spacing) {
   return spacing == core::Duration::max() ? -1.0 : core::seconds<double>(spacing);
 }
@@ -45,7 +45,7 @@ void EventFile::write_line(const Json& line) {
   lines_came_.notify_one();
 }
 
-/// Until it is stopped and nothing waits any more.
+/// The thread: writes the waiting lines until it is asked to stop and none waits any more.
 void EventFile::write_waiting(const std::stop_token& stop) {
   for (bool more = true; more;) {
     std::string text;

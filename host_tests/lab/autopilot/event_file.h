@@ -13,15 +13,15 @@
 
 namespace m100::lab::autopilot {
 
-/// Writes JSON lines: the events that the autopilot received and caused, and ten times a second the true place of the
-/// aircraft. The last line is a summary by strict rules.
+/// Writes JSON lines: the events that the autopilot received and caused, and ten times a second the true position,
+/// velocity and tilt of the aircraft. The last line is a summary: what the autopilot counted (sim::N1Record).
 class EventFile {
  public:
   /// Who waits for the disk.
   enum class WriteMode : std::uint8_t {
     kAtOnce,     ///< the caller: in simulated time every line is in the file before time goes on
-    kInAThread,  ///< a thread: in real time a disk that stands still must not stop telemetry and poses. If the program
-                 ///< is killed, only the lines that the thread has not yet taken are lost.
+    kInAThread,  ///< a thread: in real time a stalled disk must not stop telemetry and poses. If the program is
+                 ///< killed, the lines that the thread has not yet written are lost.
   };
   /// @throws InputError
   EventFile(const std::string& path, WriteMode writes);
@@ -30,7 +30,7 @@ class EventFile {
   /// Writes the true state if a tenth of a second has passed since the last one.
   void write_truth(core::TimePoint now, const sim::VehicleState& state);
   /// @param longest_lag longest time that the machine delayed the autopilot: its time stamps are late by up to that.
-  /// Waits until every line is written; nothing may be written after it.
+  /// Waits until every line is written; nothing may be written after this call.
   /// @throws InputError if this line or an earlier one could not be written.
   void summarise(core::TimePoint now, const sim::N1Autopilot& autopilot, core::Duration longest_lag);
 

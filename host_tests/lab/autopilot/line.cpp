@@ -45,7 +45,7 @@ class SerialEnd {
   std::optional<hal::SerialPort> simulated_;
 };
 
-/// Our own simulated ports: programs that open SOCKET and SOCKET.pose share our time, which starts only then.
+/// Our own simulated ports: programs that open SOCKET and SOCKET.pose share our time, which starts with the first.
 class LockstepWorld {
  public:
   explicit LockstepWorld(const std::string& socket)
@@ -125,8 +125,7 @@ void send(sim::PoseSender& pose, core::TimePoint now, sim::N1Autopilot& autopilo
   pose.step(now, vehicle, autopilot.ticked_at());
 }
 
-/// The aircraft: the identified response, or a body of a physics program, which stands still once the program has
-/// failed.
+/// The aircraft: the identified response, or a physics program's body, which stands still once the program has failed.
 class Aircraft final : public sim::VehiclePort {
  public:
   Aircraft(const Options& options, const sim::Plant& plant)
@@ -167,14 +166,14 @@ class Aircraft final : public sim::VehiclePort {
   bool stands_still_ = false;
 };
 
-/// When the autopilot or the sender of poses next has something to do.
+/// The time of the autopilot's next tick, or of the next event of the sender of poses if that is earlier.
 core::TimePoint next_event(core::TimePoint now, const sim::PoseSender* pose) {
   const core::TimePoint tick = now + sim::N1Autopilot::kTick;
   return pose != nullptr && pose->next_event() > now ? std::min(tick, pose->next_event()) : tick;
 }
 
-/// Runs until the duration is over or a signal arrives. If the physics program fails, the pilot takes the sticks, the
-/// client has a second to see it, and the error goes on.
+/// Runs until the duration is over or a signal arrives. If the physics program fails, the pilot takes control, the
+/// client has a second to see it, and the error is thrown on.
 void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopilot, Aircraft& vehicle,
          sim::PoseSender* pose, EventFile* events) {
   constexpr core::Duration kHandOver = std::chrono::seconds(1);
@@ -231,7 +230,7 @@ void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1C
   SerialEnd line(name, options.baud);
   std::optional<EventFile> events;  // after the line: if the line fails, the events of an earlier run are kept
   if (!options.events.empty()) {
-    const bool is_simulated = hal::is_simulated(name);  // also in a world of another program
+    const bool is_simulated = hal::is_simulated(name);  // also if another program keeps the time
     events.emplace(options.events, is_simulated ? EventFile::WriteMode::kAtOnce : EventFile::WriteMode::kInAThread);
   }
   sim::N1Autopilot autopilot(line.uart(), vehicle, config);

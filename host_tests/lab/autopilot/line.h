@@ -5,7 +5,7 @@
 
 namespace m100::lab::autopilot {
 
-/// Runs in real time on pseudo-terminals, or in the host's time on simulated ports, until the duration is over.
+/// Runs on pseudo-terminals in real time, or on simulated ports in their host's time, until the end or a signal.
 void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1Config& config);
 
 }  // namespace m100::lab::autopilot

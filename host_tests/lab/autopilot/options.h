@@ -21,8 +21,8 @@ struct Options {
   std::string plant_from;
   std::uint64_t seed = 1;
   std::string mode = "F";
-  std::string real;    ///< what was seen on a real autopilot
-  std::string script;  ///< kLiveScript: lines are typed in during the run
+  std::string real;    ///< file of what was seen on a real autopilot
+  std::string script;  ///< file; kLiveScript: lines are typed in during the run
   std::string events;
   std::uint32_t baud = 230400;
   std::uint32_t app_id = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab bridge: receives poses of a room and sends them on to m100 as signed MAVLink.
+// m100-lab bridge: receives motion-capture poses and sends them on to m100 as signed MAVLink.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -55,7 +55,7 @@ struct BridgeOptions {
 struct Counts {
   std::uint64_t packets = 0, refused = 0, sent = 0, lost = 0, asked = 0;
   std::uint64_t strangers = 0;                            ///< packets from another address
-  std::array<std::uint64_t, link::kPoseFaults> faults{};  ///< refused packets; the first: not eight numbers
+  std::array<std::uint64_t, link::kPoseFaults> faults{};  ///< refused packets; [0]: not eight numbers
 };
 
 /// The refused packets by their reasons, one line each.
@@ -82,7 +82,7 @@ std::uint64_t now_us() {
   return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(now).count());
 }
 
-/// Reads the requests of m100. If poses carry time stamps of our clock, answers its time-sync requests with that clock.
+/// Reads what m100 sent. If poses carry time stamps of our clock, answers signed time-sync requests with that clock.
 void answer_time_request(Sender& sender, bool answers_time, const mavlink::Key& key, Counts& counts) {
   std::array<std::byte, 2048> packet{};
   for (ssize_t size = ::recv(sender.descriptor(), packet.data(), packet.size(), 0); size > 0;

@@ -68,7 +68,7 @@ bool is_plausible(const PlainPose& pose) {
 namespace {
 
 std::optional<PlainPose> numbers_of(std::span<const std::byte> packet) {
-  // Text first: a packet of 64 bytes may be text, but bytes of doubles are never all characters of numbers.
+  // Text first: a packet of 64 bytes may be text, but doubles of a plausible pose never look like text of numbers.
   std::optional<Numbers> read = of_text({reinterpret_cast<const char*>(packet.data()), packet.size()});
   if (!read && packet.size() == kNumbers * sizeof(double)) {
     read = of_bytes(packet);

@@ -29,7 +29,7 @@ sockaddr_in address_of(const std::string& text) {
   return address;
 }
 
-/// The machine's wall-clock time.
+/// The machine's wall-clock time, in signature ticks of 10 us since 2015.
 mavlink::SignatureTime calendar() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   const auto ticks = std::chrono::duration_cast<std::chrono::microseconds>(now).count() / 10 -

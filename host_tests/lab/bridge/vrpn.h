@@ -24,9 +24,9 @@ std::array<std::byte, kVrpnCookieBytes> vrpn_cookie();
 /// zero; the sender field holds the number). In type "vrpn_Tracker Pos_Quat" the body is i32 sensor, i32 filler, three
 /// doubles, quaternion x y z w. All other messages are ignored.
 ///
-/// Whatever the bytes are: at most kMaxBytes of an incomplete message are stored; at most kMaxNames senders and types
-/// are stored, each with at most kMaxNameBytes (VRPN's own limit; longer names are ignored). An impossible length ends
-/// the stream.
+/// Whatever the bytes are: at most kMaxBytes of an incomplete message are stored; at most kMaxNames senders and as many
+/// types are stored, each with at most kMaxNameBytes (VRPN's own limit; longer names are ignored). An impossible length
+/// ends the stream.
 class VrpnStream {
  public:
   static constexpr std::size_t kMaxBytes = 1U << 16U;

@@ -9,7 +9,7 @@
 namespace m100::lab::campaign {
 namespace {
 
-/// The flight in words, in front of what its physics program did wrong.
+/// Names a flight, for the beginning of the message about its failed physics program.
 std::string where(const Campaign& campaign, std::size_t number) {
   const std::size_t task = number / campaign.flights;
   return campaign.worlds[task / campaign.tasks.size()].path + ": " +

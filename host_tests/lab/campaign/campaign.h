@@ -18,13 +18,13 @@ struct World {
   sim::Plant plant;
 };
 
-/// A part of all flights: number `part` of `parts`, counted from 1. Flight i belongs to part i % parts + 1.
+/// A part of all flights: number `part` of `parts`, counted from 1. Flight i = 0, 1, ... is in part i % parts + 1.
 struct Share {
   std::size_t part = 1;
   std::size_t parts = 1;
 };
 
-/// A campaign: worlds x tasks x seeds. Flights are numbered in this order; the seed varies fastest.
+/// A campaign: worlds x tasks x seeds. Flights are numbered from 0 in this order; the seed varies fastest.
 struct Campaign {
   std::vector<World> worlds;
   std::vector<Task> tasks;
@@ -42,7 +42,7 @@ struct Flown {
   Outcome outcome;
 };
 
-/// Flies the share on `jobs` threads. The result does not depend on their number.
+/// Flies the share on `jobs` threads. The result does not depend on `jobs`.
 /// @param progress called after each flight, by one thread at a time, with the numbers of flights done and of flights
 ///   that did not stay in control and inside the fence (Outcome::stayed).
 std::vector<Flown> fly(const Campaign& campaign, const Share& share, std::size_t jobs,

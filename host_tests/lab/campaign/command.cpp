@@ -129,7 +129,7 @@ Campaign campaign_of(const Options& options) {
   return out;
 }
 
-/// The flight of a world that is shown: one that did not stay, otherwise the one with the largest pose error.
+/// The flight of a world with the largest pose error, among those that did not stay if there are any; null: no flight.
 const Json* worst_flight(const Json& report, const std::string& world) {
   const Json* worst = nullptr;
   for (const Json& flight : report.at("flown")) {
@@ -143,8 +143,7 @@ const Json* worst_flight(const Json& report, const std::string& world) {
   return worst;
 }
 
-/// Flies the worst flight of each world again and writes its page into the folder. @returns what each page shows, and
-/// its file name
+/// Flies the worst flight of each world again and writes its page into the folder. @returns each page's title and file
 std::vector<std::pair<std::string, std::string>> write_flights(const std::string& folder, const Campaign& campaign,
                                                                const Json& report) {
   std::vector<std::pair<std::string, std::string>> pages;
@@ -176,7 +175,7 @@ std::vector<std::pair<std::string, std::string>> write_flights(const std::string
 
 Json flown(const Options& options, const Campaign& campaign) {
   const Share share = share_of(options.split);
-  const bool one_program = options.body.body != "identified";  // it flies one aircraft at a time
+  const bool one_program = options.body.body != "identified";  // such a program flies one aircraft at a time
   const std::size_t jobs = options.jobs > 0 ? options.jobs
                            : one_program    ? 1U
                                             : std::max(1U, std::thread::hardware_concurrency());

@@ -7,7 +7,7 @@
 
 namespace m100::lab::campaign {
 
-/// Oscillation of a flight's tilt, independent of the failsafe: a limit cycle of 20 degrees need not change the state.
+/// Oscillation of a flight's tilt, independent of the failsafe: a limit cycle of 20 degrees need not change its state.
 struct TiltOscillation {
   /// On roll or pitch, in any 5 s, the deviation from its own mean over 2 s exceeds 3 degrees root mean square, and its
   /// autocorrelation has a peak above 0.5 between 0.3 and 3 Hz.
@@ -23,7 +23,7 @@ TiltOscillation measure_oscillation(const experiments::Trace& trace, const exper
 /// @param hovers the task demands no tilt: then a deviation of more than 2 degrees about the mean and more than twice
 ///   the reference's is an oscillation too.
 bool oscillates(const TiltOscillation& flown, const TiltOscillation& reference, bool hovers);
-/// Whether the flight is calm whatever the reference does, so that the reference need not be flown.
+/// Whether the flight is steady whatever the reference does, so that the reference need not be flown.
 bool is_surely_steady(const TiltOscillation& flown, bool hovers);
 
 }  // namespace m100::lab::campaign

@@ -41,7 +41,7 @@ std::string two_digits(double value) {
   return out.str();
 }
 
-/// The side of the fence beyond which the aircraft is, as a sentence; empty: it is inside.
+/// The coordinate by which the aircraft is outside the fence, as a sentence; empty: it is inside.
 std::string breached_limit(const TracePoint& point, const FlightResult& flight, const companion::FlightFile& file) {
   const auto beyond = [](const char* axis, double value, const companion::Range& range) {
     return range.contains(value) ? std::string()
@@ -62,7 +62,7 @@ bool below_coast(const TracePoint& point) {
   return failsafe_state != FailsafeState::kNominal && failsafe_state != FailsafeState::kCoast;
 }
 
-/// For so long after control is handed to the pilot, the motion still counts as the controller's.
+/// Time after the handover to the pilot for which the motion still counts as the controller's.
 constexpr double kAftermath_s = 2.0;
 
 void record_tick(const TracePoint& point, Outcome& out) {
@@ -76,7 +76,7 @@ void record_tick(const TracePoint& point, Outcome& out) {
   }
 }
 
-/// Notes the first failure of a flight, and all events while we commanded and shortly after.
+/// Records the first failure of a flight, and all its events until kAftermath_s after the handover.
 void judge(const FlightResult& flight, const companion::FlightFile& file, Outcome& out) {
   double silent_since_s = -1.0;
   for (const TracePoint& point : flight.trace) {

@@ -18,7 +18,7 @@ struct Outcome {
   bool breached = false;  ///< outside the fence while the task lasted
   bool oscillated = false;
   double limit_cycle_detected_s = -1.0;  ///< as FlightResult
-  bool contradicted = false;             ///< as FlightResult; likewise the next two
+  bool contradicted = false;             ///< as FlightResult; model_mismatch and refused_poses too
   bool model_mismatch = false;
   std::uint32_t refused_poses = 0;
   double latency_error_s = 0.0;   ///< estimated minus true age of the poses at the end, counted from capture
@@ -26,11 +26,11 @@ struct Outcome {
   double handed_over_m_s = -1.0;  ///< horizontal speed when the pilot got the sticks; negative: he did not
   double worst_tilt_deg = 0.0;    ///< of the thrust axis, from the start of the course to the end of the task
   double pose_rms_m = 0.0;        ///< distance from the reference, until the task was over or the flight failed
-  double tilt_rms_deg = 0.0;
-  double command_deg_s = 0.0;  ///< summed change of both tilt commands per second
-  double nees_sum = 0.0;       ///< over the ticks that count; the expectation is 4 for each
+  double tilt_rms_deg = 0.0;      ///< over the same time
+  double command_deg_s = 0.0;     ///< summed change of both tilt commands per second
+  double nees_sum = 0.0;          ///< over the ticks that count; the expectation is 4 for each
   std::uint32_t nees_count = 0;
-  double nis_sum = 0.0;  ///< over the poses used, the expectation is 2 for each; only for flights that stayed
+  double nis_sum = 0.0;  ///< over the poses used; the expectation is 2 for each; 0 unless the flight stayed
   std::uint32_t nis_count = 0;
   double failed_at_s = 0.0;  ///< from the start of the course
   std::string why;           ///< empty: it stayed
@@ -48,7 +48,7 @@ struct Settings {
 };
 
 /// Flies one task in a world. The same arguments give the same outcome, bit for bit, whatever other threads fly.
-/// @param body this thread's, of the settings; null: the identified response
+/// @param body made from settings.body, for this thread alone; null: the identified response
 Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings,
                 sim::BodyJob* body = nullptr);
 
@@ -56,8 +56,8 @@ Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, c
 std::string log_of(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings,
                    sim::BodyJob* body = nullptr);
 
-/// The world of the reference flight of the oscillation check: the measured axes in this world's air, with its payload
-/// and change; source of pose, sensors and link have their defaults.
+/// The world of the reference flight of the oscillation check: the measured plant in this world's air, with its mass,
+/// payload and change; source of pose, sensors and link have their defaults.
 sim::Plant nominal_world(const sim::Plant& world);
 
 }  // namespace m100::lab::campaign

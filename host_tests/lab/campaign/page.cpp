@@ -22,7 +22,7 @@ std::string of(const Json& some, const Json& all) {
   return std::to_string(some.get<std::size_t>()) + " of " + std::to_string(all.get<std::size_t>());
 }
 
-/// The head line and one row per world.
+/// The header row, and one row for each world that has flights.
 std::vector<std::vector<std::string>> rows_of(const Json& report) {
   std::vector<std::vector<std::string>> rows{{"world", "stayed", "coasted", "released", "fence", "oscillating",
                                               "worst tilt [deg]", "pose median [m]", "95 % [m]", "max [m]", "NEES",

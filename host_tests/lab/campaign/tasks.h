@@ -23,7 +23,7 @@ const std::vector<Task>& all_tasks();
 /// The tasks of a list "a,b,c", in the order of all_tasks(). Errors: InputError.
 std::vector<Task> tasks_of(const std::string& words);
 
-/// The flight file of a task: the course's box and 2 m around it, the floor at 0.3 m, wind class 5.
+/// The flight file of a task. Fence: the course's box and 2 m around it, from 0.3 m height on. Wind class 5 m/s.
 /// @param height_m height at which the course begins.
 companion::FlightFile flight_file_of(const Task& task, double height_m);
 

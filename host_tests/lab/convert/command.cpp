@@ -23,7 +23,7 @@ struct ConvertOptions {
   bool list = false;
 };
 
-/// All that the reader found; a note about several columns stands once.
+/// The reader's notes; one that concerns several columns is listed once.
 std::vector<std::string> notes_of(const logs::FlightLog& log) {
   std::vector<std::string> all = log.notes;
   for (const std::string& note : log.gap_notes) {
@@ -52,7 +52,7 @@ nlohmann::ordered_json to_json(const ConvertOptions& options, const logs::Flight
           {"notes", notes_of(log)}};
 }
 
-/// Lists only the columns.
+/// The option --list: prints the names of the log's columns.
 void list(const ConvertOptions& options) {
   const std::vector<std::string> names = logs::open_log(options.log)->names();
   for (const std::string& name : names) {

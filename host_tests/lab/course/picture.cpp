@@ -17,7 +17,7 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr core::Duration::rep kPoints = 600;  ///< points in a picture: fewer than its pixels
 constexpr double kSide = 430.0;               ///< side of the view from above, in pixels
 constexpr double kCross = 0.015;              ///< half width of a cross, as a share of the visible range
-constexpr double kAir = 0.05;                 ///< margin around the drawing, so that a fence does not lie on the frame
+constexpr double kAir = 0.05;                 ///< margin, as a share of the visible range, between fence and frame
 constexpr double kNear = 1.0 / 3.0;  ///< share of the fence's width; a smaller course is drawn without the fence
 
 using Range = std::pair<double, double>;
@@ -84,7 +84,7 @@ std::string over_time(const Samples& samples, const std::vector<double>& values,
                                 .height = kSide / 2.0});
 }
 
-/// The range to show: all values and these two, with a margin.
+/// The range to show: all values, `low` and `high`, with a margin of a tenth at both ends.
 Range shown_of(const std::vector<double>& values, double low, double high) {
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
   const Range all{std::min(*least, low), std::max(*most, high)};

@@ -10,8 +10,8 @@
 
 namespace m100::lab::course {
 
-/// The largest demands of a course, and its extent. Places are offsets from the start [m]; a step of the set point
-/// takes no time and counts only for the extent.
+/// The largest demands of a course, and its extent. Positions are offsets from the start [m]; a step of the set point
+/// takes no time and counts only for length and extent.
 struct Summary {
   double duration_s = 0.0;
   double length_m = 0.0;  ///< length of the path, including steps

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab demo: becomes the demonstration, a script that is installed beside the program.
+// m100-lab demo: replaces itself by the demonstration, a script that is installed beside the program.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>

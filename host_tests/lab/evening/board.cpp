@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 constexpr int kSshFailed = 255;  ///< ssh's exit code for its own failures
 
-/// "[ -e A ] && [ -e B ]", quoted.
+/// A shell command that succeeds if all these files exist.
 std::string all_exist(const std::vector<std::string>& names) {
   std::string out = "true";
   for (const std::string& name : names) {

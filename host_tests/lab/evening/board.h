@@ -13,24 +13,24 @@ namespace m100::lab::evening {
 class Board {
  public:
   /// @param destination as ssh takes it: USER@HOST, or ssh://USER@HOST:PORT
-  /// @param folder the evening's folder; on the board its files stand in m100_evening/NAME of the user's home.
+  /// @param folder the evening's folder; on the board its files are in m100_evening/NAME of the user's home.
   Board(std::string destination, std::string folder);
   ~Board();
   Board(const Board&) = delete;
   Board& operator=(const Board&) = delete;
 
-  /// Whether the board has all files of a step that was run there and whose files were not brought back.
+  /// Whether all files that the step makes are on the board; fetch() removes them there.
   bool has_result(const Step& step) const;
   /// Copies what the step reads to the board and runs its command there, on a terminal of its own: keys and Ctrl-C
   /// arrive there. Files that an interrupted run of the step has left go to the board's not_passed.
   /// @returns the command's exit code.
   int run(const Step& step) const;
-  /// Brings back what the step made, and removes it on the board.
+  /// Copies the files that the step made into the folder, and removes them on the board.
   void fetch(const Step& step) const;
 
  private:
   enum class Terminal { kNone, kOwn };
-  /// Runs a shell command in the board's folder. @param in, out files; empty: nothing is sent, our own output
+  /// Runs a shell command in the board's folder. @param in, out files; empty: no input (terminal: ours), our output
   int call(const std::string& shell, const std::string& in, const std::string& out, Terminal terminal) const;
   int call(const std::string& shell) const { return call(shell, "", "", Terminal::kNone); }
 

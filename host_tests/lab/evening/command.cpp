@@ -77,7 +77,7 @@ class Evening {
                        [&](const std::string& name) { return folder_.has(name); });
   }
 
-  /// Runs the step on the board and brings back its files. @returns false: a person has to do it, or does not want to.
+  /// Runs the step on the board and brings back its files. @returns false: a person has to do it.
   bool fetched(const Step& step) {
     if (destination_.empty()) {
       ask_for(step);
@@ -136,7 +136,7 @@ class Evening {
     }
   }
 
-  /// Judges a step that a person has done.
+  /// Checks the files of a step that ran on the board.
   void take(const Step& step) {
     const std::string wrong = step.makes.back() + " is not what this command writes; was it copied completely?";
     std::string why = evening::differing_input(folder_, step.name, step.reads);
@@ -227,7 +227,7 @@ class Evening {
     reject(step, why);
   }
 
-  /// Says why the step failed, saves that in the evening's folder, and ends the program.
+  /// Prints why the step failed, saves that in the evening's folder, and ends the program with exit code 1.
   [[noreturn]] void reject(const Step& step, const std::string& why) const {
     std::cout << step.name << ": NOT PASSED: " << why << "\n";
     folder_.save({{"step", step.name},

@@ -9,8 +9,8 @@
 namespace m100::lab::evening {
 namespace {
 
-/// Takes the drag that was found in the excited flight, if nothing there is unexplained and it predicts the course
-/// better. Notes "found.translation", and the drag's interval where it was taken.
+/// Takes the drag that was found in the excited flight, if no residual there is unexplained and it predicts the course
+/// better. Records "found.translation", and "linear_drag_per_s" if the drag was taken.
 void take_drag(Folder& folder, const loop::UnseenFlight& course, companion::VehicleFile& corrected) {
   folder.set_number("found.translation", 0.0);
   if (!folder.has("drag.toml") || !folder.has("flown_translation.json")) {
@@ -35,8 +35,7 @@ void write_corrected_vehicle(Folder& folder) {
   const model::Vehicle believed = companion::load_vehicle(folder.file("vehicle.toml")).vehicle;
   const companion::VehicleFile rates = companion::load_vehicle(folder.file("rates.toml"));
   companion::VehicleFile corrected = companion::load_vehicle(folder.file("tilts.toml"));
-  // The climb is judged on the measured height: the velocity in the log is the estimator's, which believes the old
-  // model.
+  // The climb is judged on the measured height: the velocity in the log is the estimator's, by the old model.
   const auto log_of = [&](const char* name, bool is_climb) {
     return logs::load(folder.file(std::string(name) + ".ulg"),
                       folder.file(is_climb ? "columns_climb.toml" : "columns_flight.toml"));

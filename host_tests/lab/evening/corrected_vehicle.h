@@ -21,10 +21,10 @@ inline constexpr std::array<VehicleAxis, 5> kVehicleAxes{{{"roll", "roll [rad]"}
 
 /// Writes corrected_model.toml, the corrected vehicle file before its weights are tuned. Roll and pitch come from
 /// tilts.toml. Climb and yaw rate come from rates.toml if it predicts the flight that moved throttle and yaw better
-/// than vehicle.toml (loop::predicts_better); otherwise they stay. The fit has used every other six seconds of that
-/// flight, but fitting its noise with so few parameters gains only a third of the required improvement. The course is
-/// not used as the judge, because it hardly moves the throttle; it judges the
-/// drag, which comes from drag.toml. Notes "found.CHANNEL" (1: climb or yaw rate was taken
+/// than vehicle.toml (loop::predicts_better), and the course not worse; otherwise they stay. The fit has used every
+/// other six seconds of the former flight, but fitting its noise with so few parameters gains only a third of the
+/// required improvement. The course hardly moves the throttle and cannot show that a model is better. The drag comes
+/// from drag.toml if it predicts the course better. Records "found.CHANNEL" (climb, yaw_rate, translation; 1: taken
 /// over, 0: not), and "ahead.CHANNEL.before" and ".after": the errors 1 s ahead with vehicle.toml and this file on the
 /// first flight of the course, which no fit has used.
 void write_corrected_vehicle(Folder& folder);

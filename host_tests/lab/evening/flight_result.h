@@ -29,14 +29,14 @@ std::pair<double, double> moved(const Folder& folder, const std::string& name, c
 /// Sticks and tilts of a flight, with its heading, the reference's heading and the pose's age as extra columns.
 logs::FlightLog tracked(const Folder& folder, const std::string& log);
 
-/// Notes the root mean square errors of NAME.ulg from its course: "pose_m.NAME", "horizontal_m.NAME", and by channel
+/// Records the root mean square errors of NAME.ulg from its course: "pose_m.NAME", "horizontal_m.NAME", and by channel
 /// "x_m.NAME", "y_m.NAME", "height_m.NAME", "heading_deg.NAME". Each pose is compared with the course at the pose's
 /// time of capture (flight::tracking_errors).
 /// @returns false: the log contains less than a second of flight under control
 bool record_errors(Folder& folder, const std::string& name);
 
-/// Compares the files that a flight's log holds with those of the folder. @returns in one sentence which one differs;
-/// empty: none, or the step is not a flight.
+/// Compares the files that a flight's log holds with those of the folder. @returns in one sentence which one differs,
+/// or why the log cannot be read; empty: neither, or the step is not a flight.
 /// @param reads the files that the step NAME reads; the step made NAME.ulg.
 std::string differing_input(const Folder& folder, const std::string& name, const std::vector<std::string>& reads);
 

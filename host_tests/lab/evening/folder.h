@@ -35,8 +35,8 @@ void write_file(const std::string& path, std::string_view bytes);
 /// Creates the folder if it does not exist. @returns its path. Errors: InputError.
 std::string made(const std::string& path);
 
-/// One aircraft's folder. Its evening.json records which steps are done and which file was made from which. File names
-/// are relative to the folder.
+/// One aircraft's folder. Its evening.json records the steps done and which file was made from which. File names are
+/// relative to the folder.
 class Folder {
  public:
   /// Creates the folder if needed. Reads evening.json; without one, a new evening begins. Errors: InputError.
@@ -51,18 +51,18 @@ class Folder {
   bool has(const std::string& name) const;
   bool is_done(const std::string& step) const;
 
-  /// Marks the step as done; notes the files that it made and read, with their present hashes.
+  /// Marks the step as done; records the files that it made and read, with their present hashes.
   void done(const std::string& step, const std::vector<std::string>& makes, const std::vector<std::string>& reads);
-  /// Whether these files are still the ones with which the step was done.
+  /// Whether the step made all of these files, and they are still as recorded; false: `makes` is empty.
   bool was_taken(const std::string& step, const std::vector<std::string>& makes) const;
   /// Forgets these files: the next files of these names are new.
   void forget(const std::vector<std::string>& makes);
   /// Marks the step, and every step that used one of its files, as to be done again.
   void again(const std::string& step);
-  /// Checks every noted file. A step must be done again if one of its files is missing or was made from a file that has
-  /// changed. @returns one sentence for each change.
+  /// Checks every recorded file. A step must be done again if one of its files is missing or was made from a file that
+  /// has changed. @returns one sentence for each change.
   std::vector<std::string> look_for_changes();
-  /// Notes a number that the evening has measured, by name; kept in the state file.
+  /// Records a number that the evening has measured, by name; save() writes it.
   void set_number(const std::string& name, double value) { numbers_[name] = value; }
   const std::map<std::string, double>& numbers() const { return numbers_; }
 

@@ -141,7 +141,7 @@ std::vector<std::string> law_verdicts(const Folder& folder) {
   out.push_back(margins_text(folder, "first_slowed_down",
                              "first law, slowed down to the corrected law's margins where possible"));
   out.push_back(margins_text(folder, "corrected", "corrected law"));
-  // Without the sign of a zero.
+  // Adding 0.0 turns -0.0 into 0.0, which is printed without a sign.
   const auto in_mm = [&](const std::string& key) { return std::round(1e4 * numbers.at(key)) / 10.0 + 0.0; };
   for (const char* const part : kParts) {
     const std::string name = std::string("paired.") + part;

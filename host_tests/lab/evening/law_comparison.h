@@ -11,7 +11,8 @@ namespace m100::lab::evening {
 /// Compares the laws of vehicle.toml and corrected.toml on the corrected model. A copy of vehicle.toml is slowed down
 /// until it has the margins of corrected.toml there (loop::at_ordered_margin), and both fly course.txt in simulation,
 /// in pairs. If the corrected law is worse horizontally (loop::PairedErrors), corrected.toml becomes that copy; if it
-/// is worse in height, the climb axis stays that of vehicle.toml. Notes the margins and the pairs. Errors: InputError.
+/// is worse in height, the climb axis stays that of vehicle.toml. Records the margins and the pairs. Errors:
+/// InputError.
 void compare_laws(Folder& folder);
 
 /// The result of compare_laws, and the verdict on the flights of the course if each was flown more than once; one

@@ -9,7 +9,7 @@ namespace m100::lab::evening {
 /// A command as typed into a shell: words that contain special characters are quoted.
 std::string typed(const std::vector<std::string>& command);
 
-/// Files of a program's standard input and output, to the latter of which is appended; empty: our own.
+/// Files for a program's standard input (relative to its folder) and output (appended; relative to ours); empty: ours.
 struct Streams {
   std::string in = {};
   std::string out = {};

@@ -23,7 +23,7 @@ constexpr double kFull_counts = 660.0;       ///< of a stick pushed to its end
 constexpr double kMinMoved_counts = 60.0;    ///< to either side, for roll and pitch: a fit cannot tell less from noise
 constexpr double kWorstFit_percent = 50.0;   ///< on the validation part; below it the log does not show the axis
 constexpr double kTrimmed_s = 5.0;           ///< from the start of control until the mean stick is taken as the trim
-constexpr double kMaxWeightIncreases = 2.0;  ///< how often the weights are made calmer before the evening gives up
+constexpr double kMaxWeightIncreases = 2.0;  ///< how often the input weight grows before the evening gives up
 
 std::string rounded(double value) {
   std::ostringstream out;
@@ -142,7 +142,7 @@ double weight_increases(const Folder& folder) {
 
 bool is_weight_at_limit(const Folder& folder) { return weight_increases(folder) >= kMaxWeightIncreases; }
 
-/// Asks for calmer weights: the loop is too fast for the aircraft's real delay. @returns the sentence for the person.
+/// Requests a larger input weight: the loop is too fast for the aircraft's real delay. @returns the person's sentence.
 std::string increase_input_weight(Folder& folder, const std::string& seen) {
   if (is_weight_at_limit(folder)) {
     return seen + ", also with the calmest weights. Check the delays in the log, and record a new flight by hand";
@@ -152,7 +152,7 @@ std::string increase_input_weight(Folder& folder, const std::string& seen) {
   return seen + ": its delay is longer than in the vehicle file. The weights are made calmer; then hover again";
 }
 
-/// Notes the mean sticks of the settled part of a hover: the present trims of the aircraft.
+/// Records the mean sticks of the settled part of a hover: the present trims of the aircraft.
 void record_trim(Folder& folder, const logs::FlightLog& flight, std::pair<double, double> flown) {
   const std::size_t first = flight.index_of(flown.first + kTrimmed_s);
   const std::size_t last = flight.index_of(flown.second);

@@ -12,8 +12,8 @@ namespace m100::lab::evening {
 
 std::string check_probe(const Folder& folder, const std::string& result);
 std::string check_recording(const Folder& folder, const std::string& result);
-/// Checks the results of identification, one for each axis: the model must explain the validation part.
-/// Notes the error, delay and trim of each axis under `name`.
+/// Checks the results of identification, one for each axis: the fit to the validation part must be at least 50 %.
+/// Records the error, delay and trim of each axis under `name`.
 std::string check_identification(Folder& folder, const std::vector<std::string>& answers, const std::string& name);
 std::string check_margins(const Folder& folder, const std::string& result);
 std::string check_handshake(const Folder& folder, const std::string& result);
@@ -22,11 +22,12 @@ std::string check_flight(const Folder& folder, const std::string& result);
 /// in flight). Then `gains` must be done again with a larger input weight (kWeightIncreases), so a slower loop; after
 /// two times the weight does not grow further.
 std::string check_hover(Folder& folder, const std::string& name);
-/// Checks a flight (NAME.json and NAME.ulg) and notes its errors (record_errors()).
+/// Checks a flight of the course (NAME.json and NAME.ulg) and records its errors (record_errors()). If the flight
+/// before the correction oscillates, the input weight grows as after check_hover().
 std::string check_course(Folder& folder, const std::string& name);
-/// After an excitation that did not come to rest the input weight grows, as after a hover that oscillates; after one
-/// that exceeded its distance, tilt or speed, the mean sticks of the hover become the trims (kTrimmed). In both cases
-/// `gains` and the flights made with it must be done again.
+/// After an excitation that oscillated or did not come to rest the input weight grows, as after check_hover(). After
+/// the first one that exceeded the fence, its distance, tilt or speed, the mean sticks of the hover become the trims
+/// (kTrimmed). In both cases `gains` and the flights made with it must be done again.
 std::string check_excitation(Folder& folder, const std::string& result);
 /// Checks the movements of throttle and yaw: a first flight that does not reach their end must be flown again; a second
 /// one passes, and kRatesNotFlown records it.

@@ -17,10 +17,10 @@ namespace {
 /// Every M100 has a stick trim (paper, III-A), so the trim is declared. Undeclared, a trim of 56 counts was once
 /// identified as a dead zone of 92 counts, and the rest of that model was wrong too.
 constexpr const char* kDeclared = "second_order,transport_delay,dead_zone,trim_offset";
-/// A log has a delay of its own, of the line and of the rows, which is too short to be named: undeclared, it becomes
-/// part of the frequency of climb and of the time constant of yaw.
+/// The serial line and the sampling add a delay to a log that is too short to be named: if it is not declared, it
+/// becomes part of the frequency of climb and of the time constant of yaw.
 constexpr const char* kDeclaredClimb = "second_order,transport_delay,dead_zone,trim_offset";
-/// The measured yaw flight has a stick curve (0.036 rad/s; a dead zone leaves 0.039).
+/// In the measured flight, yaw has a stick curve: it leaves an error of 0.036 rad/s, a dead zone leaves 0.039.
 constexpr const char* kDeclaredYaw = "first_order,transport_delay,stick_curve,trim_offset";
 constexpr double kMinHeight_m = 0.5;   ///< up and down, for an excitation: less does not show the throttle
 constexpr double kMaxHeight_m = 0.8;   ///< up and down: more is not needed
@@ -60,7 +60,7 @@ std::string from_to(const std::pair<double, double>& range) {
   return range.first < range.second ? text(range.first) + ":" + text(range.second) : "";
 }
 
-/// The time in which the law commanded: the observer's first velocities are no measurement.
+/// from_to() of the time in which the law commanded: before it the observer's velocities have not converged.
 std::string commanded(const Folder& folder, const std::string& name) {
   return folder.has(name + ".json") ? from_to(nominal(result_of(folder, name + ".json"))) : "";
 }
@@ -238,7 +238,7 @@ class StepBuilder {
         .sentence = "Make stick movements that fit into the fence and tell the effects apart.",
         .reads = {"vehicle.toml", "flight.toml"},
         .makes = {"sticks.csv", "forecast.json", "sticks_rates.csv", "forecast_rates.json"},
-        // Even where no effect of climb or yaw rate would be found, the movement shows the channel's own numbers.
+        // "try": even if no effect of climb or yaw rate would be found, the movement shows the channel's own numbers.
         .commands = {plan("roll,pitch", kShareOfFence * min_side_m(folder_), "sticks.csv", "forecast.json"),
                      Command{"try"} +
                          (height > 0.0 ? plan("climb,yaw_rate", height, "sticks_rates.csv", "forecast_rates.json")

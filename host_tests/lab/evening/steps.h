@@ -20,11 +20,11 @@ using Command = std::vector<std::string>;
 
 // Numbers of a folder that change how `gains` makes the first vehicle file.
 inline constexpr const char* kWeightIncreases =
-    "calmer";  ///< how often the loop oscillated: each time the input weight grows
-inline constexpr const char* kTrimmed = "balanced";  ///< set: the trims are the hover's mean sticks, noted as
+    "calmer";  ///< how often the input weight has grown, because the loop oscillated or did not come to rest
+inline constexpr const char* kTrimmed = "balanced";  ///< set: the trims are the hover's mean sticks:
 inline constexpr const char* kTrimRoll = "trim_counts.roll";
 inline constexpr const char* kTrimPitch = "trim_counts.pitch";
-/// How often the movements of throttle and yaw were not flown to their end; after two times climb and yaw rate stay.
+/// How often the movements of throttle and yaw were not flown to their end; after two times both models stay.
 inline constexpr const char* kRatesNotFlown = "rates_left";
 inline constexpr const char* kBefore = "course";    ///< the flight of the course with the first vehicle file
 inline constexpr const char* kAfter = "corrected";  ///< with the corrected one
@@ -34,12 +34,12 @@ inline constexpr const char* kFallbackLaw =
 /// One step of the evening.
 struct Step {
   std::string name;
-  bool on_board = false;  ///< a person runs it on the board; otherwise this program runs it
+  bool on_board = false;  ///< it runs on the board, by a person or by ssh; otherwise on this machine
   std::string sentence;   ///< the task, in one sentence
   std::vector<std::string> reads;
   std::vector<std::string> makes;
   std::vector<Command> commands;  ///< run inside the folder; "m100-lab" is this program
-  /// Checks the step's files and notes their numbers. @returns why the evening cannot continue; empty: it continues.
+  /// Checks the step's files and records their numbers. @returns why the evening cannot continue; empty: it continues.
   std::function<std::string(Folder&)> evaluate;
 };
 

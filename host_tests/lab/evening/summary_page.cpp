@@ -29,7 +29,7 @@ struct Compared {
   bool is_worse() const { return after > (1.0 + kNoticed_percent / 100.0) * before; }
 };
 
-/// Every error that is known for both flights of the course, by channel.
+/// The errors that are known before and after the correction: of the flights of the course, and of the predictions.
 std::vector<Compared> compared(const Folder& folder) {
   std::vector<std::array<std::string, 3>> names;
   for (const auto& [key, words] :
@@ -127,8 +127,7 @@ std::string not_reached(const Folder& folder) {
          "wind and load are not identified and stay as in the first vehicle file.";
 }
 
-/// What the flown difference leaves out: the margin that each law had, and how both fly with the same one. Empty: they
-/// were not compared.
+/// What the errors in flight do not show: each law's delay margin, and the errors at the same margin. Empty: unknown.
 std::string at_equal_margin(const Folder& folder) {
   const auto mm = [&](const char* key) {
     return plot::number(1e3 * folder.numbers().at(std::string("paired.horizontal.") + key)) + " mm";
@@ -181,7 +180,7 @@ void outcome(const Folder& folder, plot::Page& page) {
                      : "The numbers of the flights are measured: they come from the logs of the board.");
 }
 
-/// Writes each error of the two flights, and the changes that apply to both.
+/// Writes each error before and after, the verdicts, and what else changed between the two flights.
 void flights(const Folder& folder, plot::Page& page) {
   plot::Cells worse;
   Rows rows{{"root mean square", "before", "after"}};

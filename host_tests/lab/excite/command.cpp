@@ -37,7 +37,7 @@ struct ExciteOptions {
 // Motion that air and autopilot cause while the stick rests; the value for climb comes from the measured flight.
 constexpr double kAirClimb_m_s = 0.06;
 constexpr double kAirYaw_rad_s = 0.02;
-// Twice that: the largest disturbance assumed to act during a whole piece.
+// Twice these values: the largest disturbance that is assumed to act during a whole piece.
 constexpr double kPushClimb_m_s = 0.12;
 constexpr double kPushYaw_rad_s = 0.04;
 
@@ -78,7 +78,7 @@ double tilt_limit(const Made& one) {
   return std::min(kMax_rad, std::max(kOthers_rad, 1.5 * largest));
 }
 
-/// Writes one axis after the other on one time axis; the pieces are numbered consecutively.
+/// Writes the samples of one axis after those of the other, with time and piece numbers counted on.
 void write_samples(const std::vector<Made>& all, std::ostream& out) {
   std::size_t row = 0;
   int pieces = 0;
@@ -240,7 +240,7 @@ void run(const ExciteOptions& options) {
     }
     write_json(options.json, json);
   }
-  // A trim shows while the stick rests, and the forecast adds the other stick's movement by itself.
+  // These need no manoeuvre: a trim shows while the stick rests, and the forecast itself moves the other stick.
   const auto shows = [](const excite::Forecast& one) {
     return one.effect != "trim_offset" && !model::axis_effect(one.effect)->needs_other_stick && enough(one);
   };

@@ -77,7 +77,7 @@ double medium_size(const model::AxisEffect& effect, const model::StickAxis& axis
 
 }  // namespace
 
-/// The effects that a forecast is made of, each with its size.
+/// The effects that a forecast covers, each with its medium size (model::Typical).
 std::vector<std::pair<std::string, double>> medium_sizes(const Manoeuvre& manoeuvre, const model::StickAxis& axis,
                                                          const InputDesign& design, const std::vector<double>& plain) {
   const Largest without = largest(plain, manoeuvre.period_s);

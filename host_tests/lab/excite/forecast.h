@@ -5,16 +5,16 @@
 
 namespace m100::lab::excite {
 
-/// Fisher information with the signatures as derivatives: for independent noise of spread s, the information on the
-/// size of an effect is |signature|^2 / s^2. The air's noise is counted by its number of independent samples. A rate
-/// axis has no other stick: no cross_axis.
+/// The significance of each candidate effect, by Fisher information with the signatures as derivatives: for independent
+/// noise of standard deviation s, the information on the size of an effect is |signature|^2 / s^2. The air's noise is
+/// counted by its number of independent samples. A rate axis has no other stick: no cross_axis.
 std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::StickAxis& axis,
                                const InputDesign& design = {});
 /// The response of the axis to the stick with one added effect, without air; for forecast() and its test. `size` is the
 /// effect's first number; an empty name stands for no effect.
 std::vector<double> response(const Manoeuvre& manoeuvre, const model::StickAxis& axis, const InputDesign& design,
                              const std::string& effect, double size);
-/// The other stick during response(): the small corrections of a pilot. Without them no coupling could show.
+/// The other stick during response() [counts]: a pilot's small corrections, without which no coupling could show.
 double other_stick(double t_s);
 
 }  // namespace m100::lab::excite

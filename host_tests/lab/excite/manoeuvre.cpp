@@ -18,7 +18,7 @@ constexpr double kPeriod_s = 0.02;  ///< of the samples
 // Margins with which a part of a piece must fit.
 constexpr double kMoreAnswer = 1.2;  ///< the axis responds a fifth more than in the vehicle file
 constexpr double kOffPlace_m =
-    0.2;  ///< offset at its begin; in flight the law holds the place within 0.3 m, mostly within a few centimetres
+    0.2;  ///< offset from the start at its begin; in flight the law holds 0.3 m, mostly a few centimetres
 constexpr double kSmaller = 0.85;     ///< factor each time that an amplitude is too large
 constexpr double kMinShare = 0.3;     ///< of the requested amplitude: a smaller movement shows too little
 constexpr double kMin_counts = 25.0;  ///< beyond the dead zone
@@ -104,7 +104,7 @@ std::vector<Part> parts_of(const Piece& piece, const InputDesign& design, const 
   return {};
 }
 
-/// The fitting movements of the kind, each as its parts; `out` counts the adaptations.
+/// The movements of the kind that fit, each as its parts; records the adaptations in `out`.
 std::vector<std::vector<Part>> fitted(const InputDesign& design, const model::StickAxis& axis, double amplitude_counts,
                                       Manoeuvre& out) {
   std::vector<std::vector<Part>> all;
@@ -137,7 +137,7 @@ class Rehearsal {
       push(sign * part.amplitude_counts * part.piece.shape(t), true);
     }
   }
-  /// Flies back to the middle, as a pilot does.
+  /// Flies back to the start, as a pilot does.
   void home() {
     ++out_.returns;
     const double per_rad = 1.0 / axis_.scale_per_count;
@@ -175,7 +175,7 @@ class Rehearsal {
   int pieces_begun_ = 0;
 };
 
-/// The pieces that fit into the limits, in sequence; after each one the pilot flies back to the middle.
+/// The pieces that fit into the fence, in sequence; after each part the pilot flies back to the start.
 Manoeuvre strung(const InputDesign& design, const model::StickAxis& axis, double amplitude_counts) {
   Manoeuvre out;
   const std::vector<std::vector<Part>> all = fitted(design, axis, amplitude_counts, out);
@@ -202,7 +202,7 @@ std::string plain(double value) {
   return out.str();
 }
 
-/// The next larger fence in which a manoeuvre fits, for a message.
+/// The next larger fence in which a manoeuvre fits, as the end of a message; empty: none up to kSearched_m larger.
 std::string enough_fence(InputDesign design, const model::StickAxis& axis) {
   const double least = design.fence_m;
   for (design.fence_m = std::ceil(2.0 * least) / 2.0; design.fence_m <= least + kSearched_m; design.fence_m += 0.5) {

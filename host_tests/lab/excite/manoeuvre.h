@@ -11,7 +11,7 @@ namespace m100::lab::excite {
 
 // Stick movements that distinguish the candidate effects of a residual, and a forecast of how well they do.
 
-/// The request for a manoeuvre. Amplitudes in counts, lengths in m from the start of the manoeuvre.
+/// The request for a manoeuvre. Amplitudes are in counts from the trim, lengths in m from the start of the manoeuvre.
 struct InputDesign {
   std::string axis = "roll";   ///< "roll" or "pitch"; "climb" or "yaw_rate", see `rate`
   std::string kind = "mixed";  ///< "doublet", "3211", "chirp", "mixed" or "sweep"
@@ -31,7 +31,7 @@ struct InputDesign {
 
 struct Manoeuvre {
   double period_s = 0.02;
-  std::vector<double> stick_counts;  ///< from neutral
+  std::vector<double> stick_counts;  ///< from the trim
   std::vector<int> piece;            ///< numbered from 1; 0: the pilot (in flight: the law) flies back and rests
   std::vector<double> position_m;    ///< forecast along the axis, positive with a positive stick
   std::vector<double> speed_m_s;
@@ -41,7 +41,7 @@ struct Manoeuvre {
   double min_amplitude_counts = 660.0;  ///< of the smallest
   int in_parts = 0;                     ///< movements that are flown in parts, with a return between them
   int left_out = 0;                     ///< movements of the kind that do not fit at any useful amplitude
-  std::size_t returns = 0;              ///< number of times that the pilot flies back to the middle
+  std::size_t returns = 0;              ///< number of times that the pilot flies back to the start
 };
 
 /// The axis of this name: "roll", "pitch", "climb" or "yaw_rate".
@@ -55,7 +55,7 @@ bool must_abort(double position_m, double speed_m_s, const InputDesign& design);
 /// the stopping distance, when InputDesign::disturbance acts to either side, the movement begins 0.2 m off the start,
 /// and the axis responds a fifth more than in the vehicle file. A movement that does not fit is split, made smaller, or
 /// left out.
-/// @throws std::invalid_argument naming the invalid field, and the smallest sufficient fence.
+/// @throws std::invalid_argument naming the invalid option; if the fence is too small, also the next sufficient one.
 Manoeuvre design_manoeuvre(const InputDesign& design, const model::StickAxis& axis);
 
 /// Forecast of the significance of an effect of medium size (model::Typical). sigma: norm of its signature (change of

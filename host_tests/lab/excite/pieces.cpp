@@ -35,7 +35,7 @@ Piece chirp(double from_hz, double to_hz, double length_s) {
   return {length_s, [=](double t) { return std::sin(2 * std::numbers::pi * (from_hz * t + 0.5 * rise * t * t)); },
           breaks_s};
 }
-/// A small and slow movement through the dead zone, which shows dead zone, trim and play.
+/// A small and slow movement through the dead zone, which shows dead zone, trim and backlash.
 Piece sweep(double length_s) {
   return {length_s, [=](double t) { return 0.3 * std::sin(2 * std::numbers::pi * t / length_s); }, {0.5 * length_s}};
 }
@@ -66,7 +66,7 @@ std::vector<Piece> pieces(const std::string& kind) {
   if (kind == "mixed") {
     return {doublet(0.6), steps_3211(0.3), sweep(4.0), chirp(0.4, 2.0, 6.0), doublet(1.0), steps_3211(0.2)};
   }
-  if (kind == "sweep") {  // the steps show the dynamics, without which an edge is a delay
+  if (kind == "sweep") {  // the doublets show the dynamics, without which an edge is a delay
     return {doublet(0.6), ramp(8.0, 0.6), doublet(0.35), ramp(8.0, 0.25)};
   }
   constexpr std::array<std::string_view, 5> kKinds{"doublet", "3211", "chirp", "mixed", "sweep"};

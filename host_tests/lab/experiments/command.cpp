@@ -164,7 +164,7 @@ void check_together(const CLI::App& command, const ExperimentsOptions& options) 
   }
 }
 
-/// Ends with the exit code for "no", after everything has been written.
+/// Ends the program with exit code kAnswerIsNo unless all flights were flown; call it after everything is written.
 void exit_unless(bool all_flown) {
   if (!all_flown) {
     std::cerr << "m100-lab: some flights never obtained control: they were not flown and are left out of the means\n";
@@ -200,7 +200,7 @@ void run_far(const ExperimentsOptions& options) {
   exit_unless(experiments::not_flown(results) == 0);
 }
 
-/// Processor time of this program and of those that it started and that have ended.
+/// Processor time [s] of this program and of those that it started and that have ended.
 double processor_s() {
   double out = 0.0;
   for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {

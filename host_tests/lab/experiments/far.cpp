@@ -10,7 +10,7 @@
 namespace m100::lab::experiments {
 namespace {
 
-constexpr double kRest_s = 2.0;  ///< at rest: the end of a flight, and within kSettled_m for this time
+constexpr double kRest_s = 2.0;  ///< end of a flight that is averaged as position at rest; also the time of settling
 constexpr double kSettled_m = 0.02;
 constexpr double kFar_m = 100.0;
 
@@ -121,12 +121,12 @@ const std::vector<FarTask>& far_tasks() {
 
 namespace {
 
-/// The range that the reference spans, per axis.
+/// The range of positions that the reference spans, in x and y [m].
 struct RequestedAcceleration {
   std::array<double, 2> low{}, high{};
 };
 
-/// If a fence blocks the course, the range ends at the place where the aircraft rests.
+/// The range over a flight. If a fence blocks the course, it ends in x where the aircraft came to rest.
 RequestedAcceleration acceleration_for(const Trace& trace, const FarTask& task) {
   RequestedAcceleration asked;
   auto& [low, high] = asked;

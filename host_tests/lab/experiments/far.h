@@ -29,13 +29,13 @@ const std::vector<FarTask>& far_tasks();
 struct FarScore {
   double overshoot_m =
       0.0;                 ///< largest horizontal distance outside the box that the reference spans, in the worst axis
-  double settled_s = 0.0;  ///< from the start of the window until the distance from the reference is below 2 cm for 2 s
+  double settled_s = 0.0;  ///< from the start of the window until the distance from the reference stays 2 s below 2 cm
   double iae_m_s = 0.0;    ///< integral of the absolute horizontal distance from the reference
   int stayed = 0;          ///< flights that never went below coast
   int flown = 0;           ///< flights that obtained control; 0: the errors above are invalid
 };
 
-/// The score of one flight. If a fence blocks the course, the reference ends where the aircraft came to rest.
+/// The score of one flight. If a fence blocks the course, its reference in x ends where the aircraft came to rest.
 FarScore far_score(const Trace& trace, const FarTask& task);
 
 struct FarResult {
@@ -48,15 +48,15 @@ struct FarResult {
 /// observer, predictor, reference and limits.
 std::vector<FarResult> fly_far(const SuiteOptions& options);
 
-/// Flights of all three that never obtained control.
+/// The number of flights, of all tasks and all three laws, that never obtained control.
 int not_flown(const std::vector<FarResult>& results);
 
-/// Prints all three side by side, and the sums.
+/// Prints the scores of all three laws side by side, and their sums.
 void print_far(std::ostream& out, const std::vector<FarResult>& results);
 /// {"tasks": [{"name": "...", "seeds": 0, "mpc": {"overshoot_m": 0, "iae_m_s": 0, "settled_s": 0, "stayed": 0},
 ///    "lqr": {...}, "planned": {...}}],
-///  "gain_overshoot": 0, "gain_iae": 0}. A gain is the share by which the exact law's sum is below the other's,
-/// over the tasks that both flew. Null: not flown. "not_flown": flights of a law that never obtained control.
+///  "gain_overshoot": 0, "gain_iae": 0}. A gain is the share by which the sum of "mpc" is below that of "lqr",
+/// over the tasks that all three laws flew. Null: not flown. Each law also has "not_flown": flights without control.
 nlohmann::json far_to_json(const std::vector<FarResult>& results);
 
 }  // namespace m100::lab::experiments

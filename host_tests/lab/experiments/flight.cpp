@@ -247,7 +247,7 @@ class Flight {
     result_.refused_poses = std::max(result_.refused_poses, controller_->estimate().refused_poses);
   }
 
-  /// A refused pose with what refused it, as a campaign's list of failures has no log.
+  /// The reason of the descent; for refused poses also what refused them: a campaign's list of failures has no log.
   std::string descent_text() const {
     const safety::FailsafeStep& step = controller_->supervisor().descent();
     const auto check = static_cast<est::ConsistencyCheck>(step.seen.consistency.contradicted_by);

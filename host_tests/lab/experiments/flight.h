@@ -41,9 +41,9 @@ struct FlightPlan {
   /// are written before the flight. None: see pilot_holds_position.
   std::optional<ref::Waypoint<double>> start;
   bool checks_poses_first =
-      false;  ///< as `m100 fly --take-control`: asks for control after the poses were checked against the force
+      false;  ///< as `m100 fly --take-control`: requests control once the poses were checked against the force
   sim::BodyJob* body =
-      nullptr;  ///< makes the aircraft; null: the identified response. Its pilot always holds the place
+      nullptr;  ///< makes the aircraft; null: the identified response. Its pilot always holds the position
   std::optional<companion::FlightFile> flight_file;  ///< limits of the flight; none: the program's defaults
   ctl::ExcitationPlan excitation{};  ///< flown at the start of the course; what it views must outlive the flight
   /// Called once, before the first tick: faults that exist from the start.
@@ -56,7 +56,7 @@ struct FlightPlan {
 
 struct FlightResult {
   bool flew = false;            ///< control was obtained and the course was started
-  ref::Waypoint<double> start;  ///< where the course begins
+  ref::Waypoint<double> start;  ///< where the course began
   std::string descent;          ///< why the failsafe left the state nominal for good, in words
   double limit_cycle_detected_s =
       -1.0;  ///< from the start of the course; negative: no oscillation (ctl::LimitCycleDetector)
@@ -79,11 +79,11 @@ struct FlightResult {
   app::TickStats ticks;
   double computer_time_s = 0.0;
   double simulated_s = 0.0;  ///< the world's time at the end
-  /// Estimated minus true age of the newest pose; mean of the last seconds in which poses were used.
+  /// Estimated minus true age of the newest pose; exponential mean (memory 1 s) over the ticks with fresh poses.
   double pose_age_error_s = 0.0;
 };
 
-/// The same flight in the paper's configuration: model::paper_configuration() at 100 commands a second.
+/// `plan` in the paper's configuration: model::paper_configuration() with the MPC at 100 commands a second.
 FlightPlan in_paper_configuration(FlightPlan plan);
 
 /// @throws sim::PhysicsError a body's physics program fails.

@@ -9,7 +9,7 @@
 
 namespace m100::lab::experiments {
 
-/// A flight file (TOML) with the numbers and ranges that differ from the defaults, to the last bit: a replay reads it.
+/// A flight file (TOML) for a replay, to the last bit: all ranges, and the numbers that differ from the defaults.
 inline std::string to_text(const companion::FlightFile& file) {
   const companion::FlightFile defaults;
   std::ostringstream out;

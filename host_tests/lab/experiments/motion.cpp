@@ -23,14 +23,14 @@ std::optional<Cell> calm_cell(SuiteOptions options, const char* task) {
   return results.size() == 1 && results.front().flown() ? std::optional(results.front().mean) : std::nullopt;
 }
 
-/// A number of a cell as text.
+/// A number of a cell as text; "not flown" without a cell.
 std::string text(const std::optional<Cell>& cell, double Cell::*member, int digits) {
   char out[32];
   std::snprintf(out, sizeof out, "%.*f", digits, cell ? (*cell).*member : 0.0);
   return cell ? out : "not flown";
 }
 
-/// The curve from the calmest to the fastest command, because its x must not decrease.
+/// The curve from the largest input weight to the smallest, because its x, the command motion, must not decrease.
 plot::Curve line_of(const std::vector<MotionPoint>& points, std::optional<Cell> MotionPoint::*task, const char* name,
                     const char* color) {
   plot::Curve line{.name = name, .x = {}, .y = {}, .color = color};

@@ -15,7 +15,7 @@ namespace m100::lab::experiments {
 struct MotionPoint {
   double input_weight = 0.0;
   std::optional<Cell> hover;   ///< in calm air; empty: control was never obtained
-  std::optional<Cell> square;  ///< likewise
+  std::optional<Cell> square;  ///< the trajectory in calm air; empty: control was never obtained
   bool flown() const { return hover && square; }
 };
 

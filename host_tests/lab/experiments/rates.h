@@ -14,7 +14,7 @@ namespace m100::lab::experiments {
 struct RateSetting {
   link::Channel channel = link::Channel::kVirtualRc;
   double rate_hz = 0.0;
-  bool by_name = false;  ///< the paper's 100 Hz: outside the window of the channel
+  bool by_name = false;  ///< paper_100_hz: the paper's rate, which is outside the channel's window
 };
 
 /// The tracking errors at one command rate.

@@ -41,7 +41,7 @@ double paper_value(const TaskResult& result, const Row& row) {
   return result.task->paper != nullptr ? result.task->paper->*row.papers : -1.0;
 }
 
-/// The mean of the same flights with another law; empty: it never obtained control.
+/// The mean of the task's flights with the plan's law; empty: it never obtained control. Adds to `simulated_s`.
 std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOptions& options, double& simulated_s) {
   std::vector<Cell> cells;
   for (int i = 0; i < options.seeds; ++i) {
@@ -55,7 +55,7 @@ std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOp
   return cells.empty() ? std::nullopt : std::optional(mean_of(cells));
 }
 
-/// A body has its own air, of which only the mean can be set: it blows in the tasks in wind.
+/// A body has its own air, of which only the mean can be set: the plant's wind in the tasks in wind, 0 in the others.
 sim::Plant plant_of(const Task& task, const SuiteOptions& options) {
   if (options.body == nullptr) {
     return task.fan ? sim::with_fan(options.plant) : options.plant;

@@ -19,8 +19,8 @@ struct TaskResult {
   Cell mean;
   Cell spread;                      ///< standard deviation over the seeds
   std::vector<Cell> flights;        ///< of the seeds that obtained control, in their order
-  double time_optimal_m = 0.0;      ///< pose RMS of the fastest possible flight; 0: no steps
-  double time_optimal_share = 0.0;  ///< time_optimal_m divided by our pose RMS; 1 would be perfect
+  double time_optimal_m = 0.0;      ///< horizontal RMS of the fastest possible flight; 0: no steps
+  double time_optimal_share = 0.0;  ///< time_optimal_m divided by our horizontal RMS; 1 would be perfect
   int seeds = 0;
   bool flown() const { return seeds > refused; }  ///< false: mean, spread and trace are invalid
   int refused = 0;                                ///< flights that never obtained control; excluded from the means
@@ -29,8 +29,8 @@ struct TaskResult {
   double seconds_per_flight = 0.0;  ///< of computer time
   double simulated_s = 0.0;         ///< of all flights, those with other laws too
   Trace trace;                      ///< of the first seed, every fifth tick
-  std::optional<Cell> baseline;     ///< mean of the same flights with the clipped LQR
-  std::optional<Cell> paper_law;    ///< mean of the same flights in the paper's configuration
+  std::optional<Cell> baseline;     ///< mean of the task's flights with the clipped LQR
+  std::optional<Cell> paper_law;    ///< mean of the task's flights in the paper's configuration
 };
 
 struct SuiteOptions {
@@ -63,7 +63,7 @@ struct PaperComparison {
 std::vector<PaperComparison> compared(const TaskResult& result);
 /// The number of our cells that are above the paper's; a cell never flown counts as above.
 int cells_above_paper(const std::vector<TaskResult>& results);
-/// Which: " (hover, calm: x_m; ...)"; empty: none.
+/// The cells that cells_above_paper() counts: " (hover, calm: x_m; ...)"; empty: there are none.
 std::string above_words(const std::vector<TaskResult>& results);
 
 /// Prints the paper's results table side by side with ours.

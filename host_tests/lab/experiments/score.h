@@ -21,7 +21,7 @@ struct Cell {
   double tilt_deg = 0.0;               ///< tilt of the thrust axis
   double input_variation_deg_s = 0.0;  ///< summed change of both tilt commands per second
   double worst_m = 0.0;                ///< largest distance from the reference
-  double off_nominal_share = 0.0;      ///< share of the ticks not on the state nominal
+  double off_nominal_share = 0.0;      ///< share of the ticks in which the failsafe was not nominal
 };
 
 /// Root mean squares over [from, to) seconds. An empty window gives zeros.
@@ -41,7 +41,7 @@ struct CellField {
 };
 const std::vector<CellField>& cell_fields();
 
-/// Lower bound of the pose RMS: the root mean square, over a window of `window_s`, of the remaining distance of a
+/// Lower bound of the horizontal RMS: root mean square, over a window of `window_s`, of the remaining distance of a
 /// vehicle that tilts instantly, by at most `tilt_rad`, and covers steps of these sizes in the shortest time (full tilt
 /// for the first half, full opposite tilt for the second).
 double time_optimal_rms_m(const std::vector<double>& steps_m, double tilt_rad, double window_s);

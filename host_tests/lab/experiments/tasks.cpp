@@ -8,8 +8,7 @@ namespace m100::lab::experiments {
 namespace {
 
 namespace paper = model::paper;
-/// A course that waits until the window opens and then steps from goal to goal at equal intervals. Goals are offsets
-/// from the start.
+/// A course that waits for first_s and then steps from goal to goal every every_s. Goals are offsets from the start.
 struct Goals {
   double first_s = 0.0;
   double every_s = 0.0;

@@ -6,7 +6,7 @@
 
 namespace m100::lab::experiments {
 
-/// The true state in one tick of a simulated flight; the controller does not know it. World NWU, SI.
+/// One tick of a simulated flight: true state (unknown to the controller), command and estimate. World NWU, SI.
 struct TracePoint {
   double t_s = 0.0;
   std::array<double, 3> reference_m{};
@@ -16,9 +16,9 @@ struct TracePoint {
   double yaw_rad = 0.0;
   double roll_rad = 0.0;
   double pitch_rad = 0.0;
-  std::array<double, 4> applied_command{};  ///< roll, pitch, climb, yaw rate as granted by the supervisor
-  std::array<double, 2> disturbance_m_s2{};
-  int failsafe_state = 0;  ///< of the failsafe state machine
+  std::array<double, 4> applied_command{};   ///< roll, pitch, climb, yaw rate as granted by the supervisor
+  std::array<double, 2> disturbance_m_s2{};  ///< x and y, as the observer estimates it
+  int failsafe_state = 0;                    ///< safety::FailsafeState
   /// Normalised square of the observer's error in position and velocity of both axes: error' P^-1 error with its own
   /// covariance P, expectation 4 (Bar-Shalom). Negative: there is none.
   double nees = -1.0;

@@ -31,7 +31,8 @@ std::string color_of_state(safety::FailsafeState state) {
   }
 }
 
-/// The state of the failsafe in the ticks [begin, end) of flight f; empty: nominal, or not shown beside other flights.
+/// The state of the failsafe in the ticks [begin, end) of flight f. Empty: nominal, or, with several flights, outside
+/// of the time in which the law flew.
 std::optional<plot::Span> state_span(const Flights& flights, std::size_t f, std::size_t begin, std::size_t end) {
   const FlightSeries& flight = flights[f];
   const auto state = static_cast<safety::FailsafeState>(flight.state[begin]);
@@ -48,7 +49,7 @@ std::optional<plot::Span> state_span(const Flights& flights, std::size_t f, std:
   return plot::Span{shown_s(flights, f, from_s), shown_s(flights, f, to_s), label, color_of_state(state)};
 }
 
-/// Every stretch in which the failsafe is not at nominal, of all flights.
+/// The spans of all flights in which the failsafe is not nominal.
 std::vector<plot::Span> state_spans(const Flights& flights) {
   std::vector<plot::Span> out;
   for (std::size_t f = 0; f < flights.size(); ++f) {
@@ -85,7 +86,7 @@ double size_of(const std::vector<double>& values) {
   return values.empty() ? 0.0 : *high - *low;
 }
 
-/// Adds the fence as a box, unless the flight would be a dot in it.
+/// Adds the fence as a box, unless the flight spans less than kSmallest of it.
 void add_fence(const FlightSeries& flight, std::size_t across, std::size_t up, plot::Figure& figure) {
   constexpr double kSmallest = 0.1;  // of the fence
   if (!flight.fence) {

@@ -12,14 +12,14 @@ namespace m100::lab::flight {
 
 inline constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-// Each draws one flight, or two on the same axes. The time of one flight counts from the begin of its log, as in the
-// program's own lines; the time of two from where each law first flew.
+// Each function draws one flight, or two on the same axes. The time of one flight counts from the begin of its log, as
+// in the lines that m100 prints; the time of two flights counts from where the law first flew in each.
 using Flights = std::vector<FlightSeries>;
 
 plot::Figure path_from_above(const Flights& flights);
 /// Seen along the horizontal axis in which the flight is shorter.
 plot::Figure path_from_the_side(const Flights& flights);
-/// Where the fence is.
+/// The sides of the fence in words.
 std::string fence_words(const FlightSeries& flight);
 plot::Figure distance_figure(const Flights& flights);
 plot::Figure failsafe_figure(const Flights& flights);

@@ -90,7 +90,7 @@ void find_states(FlightSeries& out) {
   }
 }
 
-/// Adds the percentage when it changes, and at the end.
+/// Adds the percentage when it changes, and at the end; 0 is left out.
 void add_battery(std::uint8_t percent, double t_s, bool is_last, Timed& battery) {
   if (percent > 0 && (battery.values.empty() || battery.values.back() != percent || is_last)) {
     battery.t_s.push_back(t_s);
@@ -98,7 +98,7 @@ void add_battery(std::uint8_t percent, double t_s, bool is_last, Timed& battery)
   }
 }
 
-/// The law's horizontal reference leads a tick by the delay that it predicts through (ref::Window).
+/// Shifts a tick's horizontal reference, which leads by the delay that the law predicts through, to the tick's time.
 void remove_lead(double lead_s, FlightSeries& out) {
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const std::vector<double> leading = out.reference_m[axis];
@@ -115,7 +115,7 @@ void remove_lead(double lead_s, FlightSeries& out) {
   }
 }
 
-/// What only the replayed flight code knows. @returns the law's lead; none: the log cannot be replayed.
+/// Adds what only the replayed flight code knows. @returns the law's lead [s]; none: the log cannot be replayed.
 std::optional<double> add_replay(const RecordedFlight& flight, const protocol::Cipher* cipher, FlightSeries& out) {
   std::uint32_t steps = 0;
   std::size_t tick = 0;

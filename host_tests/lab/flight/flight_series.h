@@ -50,21 +50,21 @@ struct FlightSeries {
   Axes reference_m;           ///< ticks: where the course is at that time
   Axes attitude_rad;          ///< ticks of attitude_t_s, as measured: roll, pitch, yaw
   std::vector<double> attitude_t_s;
-  std::array<std::vector<double>, 4> wanted;                  ///< ticks, of the law: roll, pitch, climb, yaw rate
-  std::array<std::vector<double>, 4> granted;                 ///< ticks, as the supervisor let them through
+  std::array<std::vector<double>, 4> wanted;                  ///< ticks, by the law: roll, pitch, climb, yaw rate
+  std::array<std::vector<double>, 4> granted;                 ///< ticks, after the supervisor
   std::array<Timed, 4> sticks_counts;                         ///< from the middle: roll, pitch, throttle, yaw
-  std::array<std::vector<double>, 2> disturbance_m_s2;        ///< ticks, x and y: as the observer believed in flight
+  std::array<std::vector<double>, 2> disturbance_m_s2;        ///< ticks, x and y: as the observer estimated in flight
   std::array<std::vector<double>, 2> found_disturbance_m_s2;  ///< ticks, as the poses show it afterwards
-  std::vector<double> residual;         ///< ticks: of the worst axis against its model, over what is expected
+  std::vector<double> residual;         ///< ticks: of the worst axis against its model, as a multiple of the expected
   std::vector<double> telemetry_age_s;  ///< ticks
   std::vector<double> late_s;           ///< ticks: how late they were
   std::vector<std::uint8_t> state;      ///< ticks: safety::FailsafeState
   std::vector<Pose> poses;
   Timed battery_percent;
   std::vector<FailsafeChange> changes;
-  double control_s = 0.0;    ///< when the law first flew; without: the begin
-  double end_s = 0.0;        ///< when it flew last; without: the end
-  double lost_share = -1.0;  ///< of the frames of the pose's sender, by their numbers; negative: unknown
+  double control_s = 0.0;    ///< when the law first flew; if it never did: the log's begin
+  double end_s = 0.0;        ///< when the law flew last; if it never did: the log's end
+  double lost_share = -1.0;  ///< of the pose sender's frames, by their sequence numbers; negative: unknown
   std::uint32_t refused_poses = 0;
   std::optional<core::Fence> fence;
   double tilt_limit_rad = 0.0;
@@ -76,10 +76,10 @@ struct FlightSeries {
 
 /// Reads a log of `m100 fly` or a recording of `m100 record`.
 /// @param cipher of the app's key, for a flight with encrypted commands; otherwise null.
-/// @throws InputError: neither of both, or damaged.
+/// @throws InputError: the file is neither, or is damaged.
 FlightSeries read_series(const std::string& file, const protocol::Cipher* cipher);
 
-/// The same of a log that has been read. What the log does not hold is replayed: reasons, battery, losses.
+/// The series of a log of `m100 fly` that has been read. Its reasons, battery and losses come from a replay.
 FlightSeries series_of(const companion::RecordedFlight& flight, const std::string& name,
                        const protocol::Cipher* cipher);
 

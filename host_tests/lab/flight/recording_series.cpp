@@ -8,7 +8,7 @@
 namespace m100::lab::flight {
 namespace {
 
-/// A column on the clock of its stream; empty if the recording lacks it.
+/// A column with the times of its own stream; empty if the recording lacks it.
 Timed column(const logs::RawLog& raw, const std::string& name) {
   try {
     logs::RawColumn read = raw.column(name, "flight");

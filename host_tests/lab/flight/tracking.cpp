@@ -30,7 +30,7 @@ void add(const std::vector<TrackingError>& errors, std::size_t flight, Blocks& b
   }
 }
 
-/// Root mean square of flight 0, or of flight 1 minus that of flight 0, without one block.
+/// Root mean square of flight 0, or with `two` of flight 1 minus that of flight 0; block `without` is left out.
 double statistic(const Blocks& blocks, bool two, long without) {
   Block sum;
   for (const auto& [number, block] : blocks) {
@@ -64,7 +64,7 @@ Interval jackknife(const Blocks& blocks, bool two) {
   return {value, two ? value - half : std::max(0.0, value - half), value + half};
 }
 
-/// A value between two ticks.
+/// The value at time t, linear between two ticks; `after` is the index of the first tick after t.
 double at_time(const std::vector<double>& t_s, const std::vector<double>& values, std::size_t after, double t) {
   const std::size_t k = std::clamp<std::size_t>(after, 1, t_s.size() - 1);
   const double step = t_s[k] - t_s[k - 1];

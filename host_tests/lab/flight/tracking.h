@@ -22,8 +22,8 @@ struct TrackingError {
   double distance_m() const;
 };
 
-/// The errors of the poses while the law flew, from one second after its begin: before, the aircraft goes to the
-/// course. Linear between the ticks of the reference.
+/// The errors of the poses while the law flew, from one second after it began: before that, the aircraft flies
+/// to the course. The reference is interpolated linearly between ticks.
 std::vector<TrackingError> tracking_errors(const FlightSeries& flight);
 
 /// Root mean square and maximum of a flight's errors.
@@ -39,8 +39,8 @@ struct Tracking {
 /// the spread inside this flight: another flight in another air may differ by more.
 Tracking tracking_of(const std::vector<TrackingError>& errors);
 
-/// Root mean square of the second flight minus that of the first, over the part of the course that both flew. The
-/// blocks of both are paired by the time on the course.
+/// Root mean square of the second flight minus that of the first, over the blocks of 2.5 s in which both have errors.
+/// The blocks are paired by the time on the course.
 Interval rms_difference(const std::vector<TrackingError>& before, const std::vector<TrackingError>& after);
 
 }  // namespace m100::lab::flight

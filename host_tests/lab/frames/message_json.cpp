@@ -25,7 +25,7 @@ std::string version_text(std::uint32_t version) {
          std::to_string((version >> 8U) & 255U) + "." + std::to_string(version & 255U);
 }
 
-/// The frequency of a code; codes above 5 exist only for newer flight controllers.
+/// The frequency [Hz] of a code; 5 keeps the present one; null: no such code. 6 and 7 exist only on newer controllers.
 Json hertz(int code) {
   constexpr std::array kHertz{0, 1, 10, 50, 100, -1, 200, 400};
   if (code == 5) {

@@ -29,7 +29,7 @@ struct DiscreteAxis {
   Vector bd;
 };
 
-/// A quadratic program of one axis but for what changes from tick to tick: what a model record of the benchmark holds.
+/// The part of an axis' quadratic program that is the same in every tick, as a model record of the benchmark holds it.
 struct AxisQp {
   DiscreteAxis step;  ///< over the prediction step
   Vector q;           ///< diagonal
@@ -46,10 +46,10 @@ struct AxisQp {
 
 enum class Axis { kX, kY };
 
-/// The axis as the vehicle file states it: x by pitch (+), y by roll (-). Throws std::domain_error when a lead zero
-/// cancels the axis' dynamics.
+/// The axis of the vehicle file: x by pitch (+), y by roll (-). Throws std::domain_error: it has no dynamics, or a lead
+/// zero cancels a pole.
 ContinuousAxis continuous_axis(const model::Vehicle& vehicle, Axis axis);
-/// Held inputs, exact. @pre f is n x n with n at most mpc::kMaxStates, g and gd have n rows, step_s is not below 0 [s].
+/// Exact for held inputs. @pre f is n x n with n at most mpc::kMaxStates, g and gd have n rows, step_s >= 0 [s].
 DiscreteAxis discretise(const ContinuousAxis& axis, Real step_s);
 /// The quadratic program of the vehicle's weights and limits, terminal weight from the Riccati equation of (Q, R).
 AxisQp axis_qp(const model::Vehicle& vehicle, Axis axis);

@@ -10,8 +10,7 @@ using Real = long double;
 using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
 using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
 
-/// X with A X = B by LU with partial pivoting: A n x n with n > 0, B n x m. Throws std::domain_error when A is
-/// singular.
+/// X with A X = B by LU with partial pivoting: A n x n with n > 0, B n x m. Throws std::domain_error if A is singular.
 Matrix solve(const Matrix& a, const Matrix& b);
 /// A^-1, A n x n. Throws as solve() does.
 inline Matrix inverse(const Matrix& a) { return solve(a, Matrix::Identity(a.rows(), a.rows())); }

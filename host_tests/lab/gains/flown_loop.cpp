@@ -154,10 +154,10 @@ Index FlownController::own_states(const LoopTiming& timing) const {
 
 double FlownController::tick(Eigen::Ref<Column> own, const Seen& seen, bool sends, const LoopTiming& timing) const {
   const auto poses = static_cast<Index>(timing.pose_age_ticks);
-  const Index held = own.size() - 1;  // its command in force
+  const Index held = own.size() - 1;  // index of the controller's held command
   auto filter = own.head(6);
   auto accelerations = own.segment(6, poses);                  // the filter's, of the last ticks, newest first
-  auto commands = own.segment(6 + poses, held - (6 + poses));  // its commands, newest first
+  auto commands = own.segment(6 + poses, held - (6 + poses));  // the controller's, newest first
   shift_in(commands, own(held));
   const Six before = filter;
   double acceleration = 0.0;
@@ -245,8 +245,8 @@ struct FlownLoop::Parts {
     vehicle = 0;
     line = states;            // the vehicle's commands in its delay line, newest first
     seen = line + under_way;  // tilt and rate of the last ticks, newest first
-    positions = seen + 2 * static_cast<Index>(timing.attitude_age_ticks);  // likewise
-    held = positions + static_cast<Index>(timing.pose_age_ticks);          // the vehicle's command in force
+    positions = seen + 2 * static_cast<Index>(timing.attitude_age_ticks);  // of the last ticks, newest first
+    held = positions + static_cast<Index>(timing.pose_age_ticks);          // the command that the vehicle holds
     own = held + 1;                                                        // the controller's state
     size = own + own_states;
   }
@@ -373,7 +373,7 @@ Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& t
     out.delay_margin_s = 0.0;
     return out;
   }
-  // Found by eigenvalues, because a delay shorter than a command period is not a pure phase shift.
+  // Not from the phase, because a delay shorter than a command period is not a pure phase shift.
   constexpr double kStep_s = 0.01;
   double low = 0.0;
   double high = kStep_s;

@@ -10,27 +10,27 @@
 
 namespace m100::lab::gains {
 
-/// The flight law of one axis with its observer, linear about hover, as the vehicle file gives it, with its
-/// design where it has one. It does not depend on the vehicle that it flies.
+/// The flight law of one axis with its observer, linear about hover, from a vehicle file (from its design, if it has
+/// one). It does not depend on the aircraft that it flies.
 struct FlownController {
   FlownController(const model::Vehicle& identified, Axis axis, const LoopTiming& timing);
 
   using Square = Eigen::Matrix<double, 6, 6>;
   using Six = Eigen::Matrix<double, 6, 1>;
-  /// States p, v, tilt, rate, d, m, as est::AxisFilter has them, and its steady gains, in the order of its corrections.
+  /// The observer est::AxisFilter: states p, v, tilt, rate, d, m; its steady gains in the order of its corrections.
   model::AxisStep step;
   double acceleration_per_tilt_m_s2 = 0.0;  ///< acceleration per tilt, with its sign
   double drag_per_s = 0.0;
   double scale_per_count = 0.0;  ///< stick scale; 0: not stated
   Six tilt_gain, rate_gain, pose_gain;
   mpc::DelayModel<double> delay;
-  /// Gains of u_0 without limits, for a reference of zero.
+  /// Gains of the law's first input u_0 without limits, for a reference of zero.
   Eigen::VectorXd state_gain;
   double disturbance_gain = 0.0;
   double offset_gain = 0.0;
   double previous_gain = 0.0;
 
-  /// What arrives in a tick, as old as its way says.
+  /// The measurements that arrive in a tick, as old as LoopTiming states.
   struct Seen {
     double position_m = 0.0;
     double tilt_rad = 0.0;
@@ -47,7 +47,7 @@ struct FlownController {
 };
 
 /// The controller alone, lifted over one command period: x(k+1) = a x + b y, u = c x + d y, with y = (position, tilt,
-/// rate) as they arrive in the ticks of the period, and u the command that leaves in its first.
+/// rate) as they arrive in the ticks of the period, and u the command that leaves in its first tick.
 struct LiftedController {
   LiftedController(const FlownController& controller, const LoopTiming& timing);
   /// c (z - a)^-1 b + d.
@@ -58,8 +58,7 @@ struct LiftedController {
 };
 
 /// The loop as flown, opened at the attitude command. Input: the command that the vehicle gets and holds until the next
-/// one. Output: the command that the controller would have sent. One step of this linear system is the time between two
-/// commands.
+/// one. Output: the command that the controller would have sent. One step of this system is one command period.
 class FlownLoop {
  public:
   using Dense = Eigen::MatrixXd;

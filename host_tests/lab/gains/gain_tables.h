@@ -27,8 +27,7 @@ Condensed condense(const AxisQp& problem);
 /// there are 3 or 4 states.
 mpc::GainTable<double> make_gain_table(const AxisQp& problem);
 
-/// The model for predicting through the axis' transport delay, 0 to 0.3 s. Throws std::domain_error as
-/// continuous_axis().
+/// The model for predicting through the axis' transport delay, 0 to 0.3 s. Throws as continuous_axis() does.
 mpc::DelayModel<double> make_delay_model(const model::Vehicle& vehicle, Axis axis);
 
 /// The tables of both axes, computed in milliseconds, without the set-point law (the preview law then solves

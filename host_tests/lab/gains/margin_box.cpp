@@ -33,7 +33,7 @@ Range absolute(const companion::Intervals& intervals, const char* key, Range lea
              : Range{std::min(least.low, found->second.low), std::max(least.high, found->second.high)};
 }
 
-/// Least |1 + g L| over an interval of gains.
+/// Least |1 + g L| over the gains g in [low, high].
 double nearest(Complex loop, double low, double high) {
   const double at = std::clamp(-loop.real() / std::max(std::norm(loop), 1e-300), low, high);
   return std::abs(1.0 + at * loop);
@@ -48,7 +48,7 @@ double turned(const std::vector<Complex>& loop, double gain) {
   return sum;
 }
 
-/// Gain of the plant's stick over the one that the law believes.
+/// Gain of the plant's stick divided by the one that the law assumes; 1: not by sticks, or no stated gain.
 double stick_gain(const LoopTiming& timing, double truth_per_count, double believed_per_count) {
   return timing.by_sticks && believed_per_count > 0.0 ? truth_per_count / believed_per_count : 1.0;
 }
@@ -72,7 +72,7 @@ class CaseLoop {
       loop_[k] = -stick_ * sum;
     }
   }
-  /// Takes the open loop for the stable one: the others turn by the same phase or are unstable.
+  /// Records that this loop, closed, is stable: every other loop turns by the same phase, or it is unstable.
   void set_stable() {
     turned_ = turned(loop_, 1.0);
     start_ = loop_.front();
@@ -269,7 +269,7 @@ WorstMargins MarginBox::worst(const model::Vehicle& believed, Extent extent, con
     }
     const Law& law = law_of(one, believed, laws);
     const OpenStructure& structure = structures_[one.structure];
-    if (!FlownLoop(law.controller, structure.vehicle, one.axis, one.timing).closed_is_stable()) {  // by eigenvalues
+    if (!FlownLoop(law.controller, structure.vehicle, one.axis, one.timing).closed_is_stable()) {  // by matrix powers
       return {.stable = false, .peak_sensitivity = 1e9, .where = structure.name + ", " + word(one.axis)};
     }
     add_case(one, law, extent, out);

@@ -18,13 +18,13 @@ struct Range {
   double high = 0.0;
 };
 
-/// What an aircraft may be around one structure of one axis: factors of gain and frequency, damping ratio, and
-/// transport delay. At least +-20 %, +-0.1 and +-10 ms; more where the identification's interval is wider.
+/// The range of aircraft around one structure of one axis: factors on gain and frequency, damping ratio, transport
+/// delay. At least +-20 %, +-0.1 and +-10 ms; more where the identification's interval is wider.
 struct AxisBox {
   Range gain{0.8, 1.2};
   Range frequency{0.8, 1.2};
   Range damping{};  ///< the ratio itself
-  Range delay_s{};  ///< itself, never below 0
+  Range delay_s{};  ///< the delay itself, never below 0
 };
 AxisBox axis_box(const model::StickAxis& axis, const companion::Intervals& intervals);
 
@@ -35,10 +35,10 @@ struct OpenStructure {
   std::array<AxisBox, 2> box;  ///< by Axis
 };
 
-/// The identified axes, then the k-th rivals of roll and pitch together.
+/// First the identified axes, then for k = 1, 2, ... the k-th rivals of roll and pitch together, where there are any.
 std::vector<OpenStructure> open_structures(const companion::VehicleFile& file);
 
-/// What a mode promises, as flown.
+/// The limits that a mode keeps as flown: on the structures themselves (nominal), and over Extent::kCorners.
 struct MarginLimits {
   double nominal_peak = 0.0;
   double nominal_delay_s = 0.0;
@@ -48,15 +48,15 @@ struct MarginLimits {
 inline constexpr MarginLimits kFieldLimits{1.65, 0.15, 2.2, 0.1};
 inline constexpr MarginLimits kRobustLimits{1.6, 0.15, 1.6, 0.15};
 
-/// The worst over corners and edges of the boxes.
+/// The worst over an Extent of the boxes.
 struct WorstMargins {
   bool stable = true;
   double peak_sensitivity = 0.0;
-  double delay_margin_s = 0.0;  ///< a multiple of 10 ms; over gain and frequency only
+  double delay_margin_s = 0.0;  ///< a multiple of 10 ms, at most 0.2 s; only for kNominal and kCorners
   std::string where{};          ///< structure, axis, channel and numbers of the largest peak
 };
 
-/// Part of a MarginBox; what is not given: all.
+/// Selects loops of a MarginBox; a member that is not given selects all.
 struct BoxSelection {
   std::optional<std::size_t> structure{};
   std::optional<Axis> axis{};
@@ -73,8 +73,8 @@ class MarginBox {
   enum class Extent {
     kNominal,    ///< the structures themselves
     kCorners,    ///< over gain and frequency
-    kCertified,  ///< over gain, frequency, damping and delay: what certify() bounds
-    kBox,        ///< over the whole box, with a pose that arrives 20 ms earlier or later than assumed; no delay margin
+    kCertified,  ///< over gain, frequency, damping and delay: what certify() bounds; no delay margin
+    kBox,        ///< as kCertified, also with poses that arrive 20 ms earlier or later than assumed
   };
   WorstMargins worst(const model::Vehicle& believed, Extent extent, const BoxSelection& only = {}) const;
   const std::vector<OpenStructure>& structures() const { return structures_; }

@@ -38,19 +38,18 @@ inline constexpr double kLargestDelay_s = 0.4;  ///< largest delay margin that i
 /// Margins, as flown, of the controller of `believed` on an axis that really is `truth`. Commands hold until the next
 /// one; observer and prediction are those of the flight code (linear about hover); measurements have their ages. The
 /// transport delay of `truth` includes everything between the tick and the attitude loop. The stick has the scale of
-/// the vehicle file, and its dead zone is assumed to be inverted exactly. The delay margin comes from the eigenvalues
-/// of the closed loop, in steps of 0.2 ms, up to kLargestDelay_s.
+/// the vehicle file, and its dead zone is assumed to be inverted exactly. The delay margin comes from powers of the
+/// closed loop's matrix, to 0.2 ms, up to kLargestDelay_s.
 Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis,
                          const LoopTiming& timing, int frequencies = kFrequencies);
 
-/// Margins from the frequency response of the controller's command to the vehicle's, sampled with this period. The
-/// caller sets `stable`.
+/// Margins from the response of the controller's command to the vehicle's, with this period. The caller sets `stable`.
 Margins margins_from(const std::function<std::complex<double>(double frequency_rad_s)>& response, double period_s,
                      int frequencies = kFrequencies);
 
 inline constexpr double kLargestPeakSensitivity = 1.6;
 inline constexpr double kSmallestDelayMargin_s = 0.1;
-inline constexpr double kFieldDelayMargin_s = 0.06;  ///< required in every corner of every structure, as flown
+inline constexpr double kFieldDelayMargin_s = 0.06;  ///< required as flown by tune() and loop::MarginOrder
 
 /// Margins of the controller of `believed` on an axis that really is `truth` (the same axis of two vehicles).
 /// @param pose_age_ticks age of every pose, in ticks of 10 ms; the paper's wireless link and motion capture: 1 to 8.

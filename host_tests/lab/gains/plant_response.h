@@ -28,8 +28,8 @@ struct PlantParameters {
   int delay_ticks = 0;
 };
 
-/// (1 - e^-ct) / c, or for order 2 (t - that) / c, by nested series, which hold at c = 0 too. @pre 0 <= c t < 0.5: what
-/// is left out is below 1e-16 of the result
+/// Order 1: (1 - e^-ct) / c; order 2: its integral over t. By nested series, which hold at c = 0 too.
+/// @pre 0 <= c t < 0.5: what is left out is below 1e-16 of the result
 template <typename R>
 R decay_integral(const R& t, double c, int order) {
   R nested(1.0);
@@ -53,7 +53,7 @@ ComplexNumber<R> power(const ComplexNumber<R>& z, const ComplexNumber<R>& invers
   return out;
 }
 
-/// What some time makes of position, velocity, and the second order's state and its derivative.
+/// Transition over a time of position, velocity, the second-order system's state and its derivative.
 template <typename R>
 using PlantMatrix = std::array<std::array<R, 4>, 4>;
 

@@ -18,7 +18,7 @@ namespace m100::lab::gains {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kOld_s = 0.03;                  ///< age of the pose and half a tick on each side
+constexpr double kOld_s = 0.03;                  ///< 20 ms of age of the pose, and half a tick before and after the law
 constexpr double kMinGain = 1.9952623149688795;  // 6 dB
 constexpr double kMinPhase_rad = 0.25 * std::numbers::pi;
 
@@ -44,13 +44,12 @@ Margins margins_at(const Loop& loop, const model::StickAxis& axis, double gain, 
         return -gain * law * hold * axis_at(axis, s) / s;
       },
       period_s);
-  // Nyquist: the loop has no unstable pole, and its gain falls through 1 once; then a positive phase margin is
-  // stability.
+  // Nyquist: no unstable open-loop pole, and the gain falls through 1 once: stable if the phase margin is positive.
   out.stable = out.gain_margin > 1.0 && out.delay_margin_s > 0.0 && std::isfinite(out.peak_sensitivity);
   return out;
 }
 
-/// The axis with these factors of gain and frequency, and these differences of damping and delay.
+/// Factors on gain and frequency (or on 1 / time constant) of an axis, and differences of its damping and delay.
 struct Corner {
   double gain, frequency, damping, delay_s;
 };

@@ -15,7 +15,7 @@
 namespace m100::lab::gains {
 namespace {
 
-/// Calls each(name, span of doubles) for the list of a table.
+/// Calls each(name, span of doubles) for every array or number of a table.
 template <typename Each>
 void list_numbers(const mpc::GainTable<double>& table, Each&& each) {
   mpc::visit_numbers(table, [&each](const char* name, const auto& numbers) {
@@ -226,7 +226,7 @@ std::string height_and_yaw_text(const model::AltitudeGains& from, const model::Y
 }
 #undef M100_FIELD
 
-/// Nothing for a design that does not exist.
+/// The design as text; empty: it does not exist.
 std::string design_text(const std::string& name, const model::Design& from) {
   if (!from.exists()) {
     return {};

@@ -18,7 +18,7 @@ struct TableSet {
   SetpointRows y;
 };
 
-/// All tables of a vehicle file. Throws std::domain_error when the model cannot be controlled.
+/// Both axes' tables of a vehicle file, with set-point law. Throws std::domain_error if the model is not controllable.
 TableSet make_table_set(const companion::VehicleFile& file, const SetpointBox& box = kSetpointBox,
                         const SetpointProgress& progress = {});
 

@@ -54,7 +54,7 @@ const std::vector<std::pair<std::string, std::string>> kTranslationPairs{{"stead
                                                                          {"time_offset", "steady_wind"},
                                                                          {"yaw_misalignment", "linear_drag"}};
 
-/// Names that count as equal, because the data of one axis cannot distinguish them.
+/// The names that count as this effect, because the data of one axis may not distinguish them.
 Names counting_for(const std::string& effect) {
   if (effect == "transport_delay" || effect == "lead_zero") {
     return effect == "lead_zero" ? Names{"lead_zero"} : Names{"transport_delay", "lead_zero"};
@@ -148,7 +148,7 @@ std::vector<std::function<Case(std::uint64_t)>> recipes() {
   return out;
 }
 
-/// Every expected effect is named once, by an allowed name; nothing else is.
+/// Whether the verdict is right and, inside the library, exactly the expected effects are named, by allowed names.
 bool matches(const Outcome& outcome, bool rivals_count) {
   const Case& hidden_case = outcome.hidden_case;
   if (outcome.verdict != hidden_case.verdict) {

@@ -11,7 +11,7 @@
 
 namespace m100::lab::hidden {
 
-/// One log to be analysed without knowing its effect, and the expected answer.
+/// One log to be analysed without knowing its effects, and the expected result.
 struct Case {
   FlightPlan plan;
   std::vector<std::string> declare;
@@ -29,10 +29,10 @@ struct Outcome {
   std::vector<std::string> unexplained;
   std::string verdict;
   std::string failure;     ///< an exception's text; empty: none
-  bool right = false;      ///< every hidden effect named, nothing else named, verdict as expected
-  bool among_two = false;  ///< the same, but a rival that is reported as not separable counts as named
-  double before = 0.0;     ///< validation errors
-  double after = 0.0;
+  bool right = false;      ///< verdict as expected; unless outside the library, exactly the hidden effects named
+  bool among_two = false;  ///< as `right`, but a rival reported as not separable counts as named
+  double before = 0.0;     ///< root mean square error on the validation part, of the declared model
+  double after = 0.0;      ///< of the final model
   double elapsed_s = 0.0;
 };
 
@@ -47,18 +47,18 @@ Outcome analyse(const Case& hidden_case);
 std::vector<Outcome> analyse_all(const std::vector<Case>& list, unsigned threads,
                                  const std::function<void(const Outcome&, std::size_t)>& done);
 
-/// Shares of right answers, for the groups that have goals.
+/// The number of right results in one group of cases.
 struct Score {
   std::string what;
   std::size_t right = 0;
   std::size_t count = 0;
-  double goal = 0.0;  ///< least share of right answers; 0: none stated
+  double goal = 0.0;  ///< required share of right results; 0: none
   double share() const { return count > 0 ? static_cast<double>(right) / static_cast<double>(count) : 1.0; }
 };
 std::vector<Score> scores(const std::vector<Outcome>& outcomes);
 
-/// The confusion matrix: one row for each hidden effect, one column for each first name; the last two columns are
-/// "nothing" and "unexplained".
+/// The confusion matrix of the cases with at most one effect: one row for what was hidden, one column for the first
+/// effect named. Row and column 0 are "nothing"; the column "unexplained" follows those of the library's effects.
 plot::HeatMap matrix_of(const std::vector<Outcome>& outcomes);
 
 }  // namespace m100::lab::hidden

@@ -5,8 +5,7 @@
 
 namespace m100::lab::hidden {
 
-/// The size of an effect that this vehicle can have: 0 small, 1 medium, 2 large. The sign, where there is one, varies
-/// with the seed.
+/// The number of an effect of this vehicle at `size` 0 small, 1 medium, 2 large; +-15 % and a sign vary with the seed.
 double size_of(const std::string& effect, int size, std::uint64_t seed);
 /// Whether this vehicle can have the effect.
 bool supports_effect(const std::string& effect);

@@ -231,7 +231,7 @@ class Flight {
     for (std::size_t c = 0; c < 3; ++c) {
       f[c] -= on_translation("axial_inflow") * along * b3_[c];
     }
-    // Three tenths of it along the nose, all of it across.
+    // body_drag: three tenths of it along the nose, all of it across.
     const double slip = std::cos(yaw_rad_) * velocity_[1] - std::sin(yaw_rad_) * velocity_[0];
     const double body = on_translation("body_drag");
     f[0] -= body * (0.3 * velocity_[0] - 0.7 * slip * std::sin(yaw_rad_));
@@ -295,7 +295,7 @@ class Flight {
     }
   }
 
-  /// time_offset: the time stamps of attitude and thrust are too late (offset < 0) or too early.
+  /// Applies time_offset: the time stamps of attitude and thrust are too late (offset < 0) or too early (> 0).
   void shift_attitude() {
     const int samples = static_cast<int>(std::lround(100.0 * on_translation("time_offset")));
     if (samples == 0) {

@@ -26,8 +26,9 @@ struct FlightPlan {
   bool constant_heading = false;
 };
 
-/// Flies and logs at 100 Hz with noise: position 1 mm, attitude 2 mrad, velocity 12 mm/s, force 0.08 m/s^2; the air
-/// moves attitude by 4 mrad and acceleration by 0.05 m/s^2, coloured. Parameters of the vehicle vary with the seed.
+/// Flies and logs at 100 Hz with noise: position 1 mm, attitude 2 mrad, rates 10 mrad/s, velocity 12 mm/s, force
+/// 0.08 m/s^2 (z: 0.1); coloured air noise: attitude 4 mrad, acceleration 0.05 m/s^2. The seed varies the
+/// vehicle.
 logs::FlightLog fly(const FlightPlan& plan);
 
 }  // namespace m100::lab::hidden

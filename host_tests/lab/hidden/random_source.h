@@ -9,7 +9,7 @@
 
 namespace m100::lab::hidden {
 
-/// Random numbers of one flight; each seed gives another flight.
+/// The random numbers of one flight; each seed gives other numbers.
 class RandomSource {
  public:
   explicit RandomSource(std::uint64_t seed) : engine_(seed * 0x9E3779B97F4A7C15ULL + 12345) {}

@@ -28,7 +28,7 @@ struct Cost {
   double megabytes = 0.0;
 };
 
-/// Makes a log with a hidden dead zone; with `analyse` it also identifies it: all candidates, intervals.
+/// Makes a log with a hidden dead zone; with `analyse` also identifies it and ends the process: 0 if only it is named.
 void work(double minutes, bool analyse) {
   FlightPlan plan;
   plan.axis = "roll";
@@ -117,7 +117,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
   if (!report.empty()) {
     write_page(report, costs);
   }
-  // Test for linear cost: a minute of the longest log costs at most 1.5 times the mean minute of the others.
+  // Test for linear cost: a minute of the last log costs less than 1.5 times the mean over all logs.
   double mean = 0.0;
   for (const Cost& cost : costs) {
     mean += cost.seconds / cost.minutes / static_cast<double>(costs.size());

@@ -15,13 +15,13 @@ namespace m100::lab::hidden {
 inline constexpr double kStep_s = 0.002;
 inline constexpr double kTravel_counts = 330.0;
 
-/// The effects that can act on a stick between hand and actuator.
+/// The effects that can act on a stick between hand and actuator. Hidden effects that it does not know are ignored.
 class StickPath {
  public:
   StickPath(const HiddenEffects& hidden, double delay_s)
       : hidden_(hidden), line_(static_cast<std::size_t>(std::lround(delay_s / kStep_s)) + 1, 0.0), other_line_(line_) {}
 
-  /// Whether this path, or the Tilt after it, has the effect; unknown names are ignored.
+  /// Whether it is a library effect that acts in this path or in the Tilt after it; false for all other names.
   static bool supports(const std::string& effect) {
     static const std::set<std::string> kKnown{"transport_delay", "lead_zero",      "dead_zone",   "saturation",
                                               "rate_limit",      "gain_asymmetry", "trim_offset", "stick_curve",
@@ -72,7 +72,7 @@ class StickPath {
   double play_ = 0.0;
 };
 
-/// Second-order response to an effective stick (first order where time_constant_s > 0), with a zero and limits.
+/// Response to an effective stick, with limits: first order if time_constant_s > 0, else second order with a lead zero.
 struct Tilt {
   double scale_rad, frequency_rad_s, damping;
   double time_constant_s = 0.0;

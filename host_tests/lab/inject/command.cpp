@@ -87,7 +87,7 @@ void run(const InjectOptions& options) {
       throw InputError("--train", 0, options.train, "must be FROM:TO in seconds");
     }
     request.train = {{number("--train", ends[0]), number("--train", ends[1])}};
-    request.validate = request.train;  // nothing is judged here
+    request.validate = request.train;  // the validation errors are not used
     request.refits = 0;
     fitted = identify::identify_axis(request).declared;
   }

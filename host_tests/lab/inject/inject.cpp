@@ -54,7 +54,7 @@ double path_gain(const identify::ModelResult& fitted) {
          std::pow(model::paper::kTravel_vrc / kTravel_counts, 1.0 - parameter(fitted, "exponent", 1.0));
 }
 
-/// An effect's size with as much added: ratios multiply, a limit replaces the other, all else adds.
+/// The size of an effect that the model has and that is added: ratios multiply, an added limit replaces, all else adds.
 double together(const model::AxisNumber& number, double own, double added) {
   return number.neutral > 0.0 ? own * added : number.logarithmic ? added : own + added;
 }
@@ -118,7 +118,7 @@ bool moves_the_aircraft(const std::string& name) {
   return effect != nullptr && effect->columns > 0 && effect->acts == model::Acts::kAsForce;
 }
 
-/// Each effect's value times its first column. A line has 0.43 Hz.
+/// The effects' force over mass along x and y [m/s^2]: each value times its first column; periodic ones have 0.43 Hz.
 std::pair<double, double> horizontal_force(const HiddenEffects& effects, const model::Moment& at) {
   constexpr double kLine_hz = 0.43;
   std::pair<double, double> sum{0.0, 0.0};

@@ -12,15 +12,15 @@
 
 namespace m100::lab::hidden {
 
-/// The values with which inject() can add this effect to this axis ("translation" counts as one): the range of the
-/// vehicle file, or of the effect's first number that is not searched. Nothing: it cannot be added.
+/// The values with which inject() can add this effect to this axis: the range of the vehicle file; for "translation"
+/// that of the effect's first parameter that is not searched. Nothing: it cannot be added.
 std::optional<model::Bounds> addable(const std::string& effect, const std::string& axis);
 
 /// Adds named effects to a measured flight and keeps everything else unchanged.
 ///
 /// Stick axes: the response y becomes y + M(u, effects) - M(u), with the stick u and the fitted model M, simulated by
-/// the code of the hidden flights. If M has the same effect, the sizes add (of a ratio: multiply). The measured
-/// residual (air, autopilot, all else) stays.
+/// the code of the hidden flights. If M has the same effect, the sizes add; ratios multiply, and a limit replaces
+/// that of M. The measured residual (air, autopilot, all else) stays.
 /// Translation: the vehicle is assumed to have flown the same path with the tilt that the added force f (over mass)
 /// would have required: thrust over mass times the body's z axis, T b3, becomes T b3 - f. A logged accelerometer gets
 /// the values that it would then measure.

@@ -21,7 +21,7 @@ using identify::Range;
 /// Signals that only the loop needs from its own log; they are not used for identification.
 constexpr const char* kHeadingAndState = "pose_yaw = \"tick.pose_yaw\"\nstate = \"tick.state\"\n";
 
-/// The longest stretch in which the failsafe states lie between nominal and level: the aircraft is under our control.
+/// The longest time in which the failsafe states are nominal, coast or level: the aircraft is under our control.
 Range in_control(const logs::FlightLog& log, const std::vector<double>& failsafe_state) {
   const auto kept = [](double value) {
     return value > static_cast<double>(safety::FailsafeState::kNominal) - 0.5 &&
@@ -41,7 +41,7 @@ Range in_control(const logs::FlightLog& log, const std::vector<double>& failsafe
   return best;
 }
 
-/// Removes a channel from the log and returns it, so that identification does not use it as a cause.
+/// Removes an extra column from the log and returns it, so that identification does not test it as a cause.
 std::vector<double> taken(logs::FlightLog& log, const char* name) {
   const auto found = log.extra.find(name);
   if (found == log.extra.end()) {

@@ -32,8 +32,8 @@ velocity_z = "tick.velocity[2]"
 const std::string& own_columns();
 
 /// The course of an identification flight: steps in x, y, height and heading of many sizes that the controller does not
-/// know in advance, so that every stick is swept through its dead zone and its range, first slowly, then fast; inside a
-/// fence of +-3 m about the start and +-0.8 m in height. The same seed gives the same course.
+/// know in advance, so that every stick is moved through its dead zone and its range. They stay within +-2 m in x and y
+/// and +-0.8 m in height of the start. The same seed gives the same course.
 std::string excitation(std::uint64_t seed, double duration_s);
 
 /// Delays in our own log in addition to the delay that a vehicle file states (autopilot's stick to attitude). They were
@@ -44,8 +44,8 @@ inline constexpr double kUplink_s = 0.0055;     ///< from the tick that sets the
 
 struct FlownLog {
   logs::FlightLog log;
-  identify::Range in_control;  ///< the longest stretch in which the sticks of the log flew the vehicle
-  std::string descent;         ///< why the failsafe ended that stretch, in words; empty where it did not
+  identify::Range in_control;  ///< the longest time in which the logged sticks flew the vehicle [s, log's clock]
+  std::string descent;         ///< why the failsafe ended that time, in words; empty: it did not
 };
 
 /// Writes the flight's ULog to a file, reads it back like any other log, and aligns it: sticks later by kUplink_s,

@@ -115,8 +115,8 @@ class Loop {
     }
   }
 
-  /// A flight that the failsafe keeps in control to its end. After a handover the pilot flies, and his sticks are not
-  /// in the log: such a flight is flown again on another course; if all of them end early, the longest one is used.
+  /// A flight that is in control for at least 80 % of its time. After a handover the pilot flies, and his sticks are
+  /// not in the log: such a flight is flown again on another course; if all four end early, the longest one is used.
   FlownLog control_range(std::uint64_t seed, const std::string& file) {
     constexpr std::uint64_t kAnother = 1000;
     constexpr int kFlights = 4;
@@ -144,7 +144,7 @@ class Loop {
     return best;
   }
 
-  /// Identifies one channel from the first flight. @returns whether it predicts the second one better.
+  /// Identifies one channel from the first flight. @returns whether its model predicts the second one better.
   bool identify_channels(const std::string& channel, const FlownLog& first, const FlownLog& second) {
     const bool translation = channel == "translation";
     identify::Request request;
@@ -222,7 +222,7 @@ class Loop {
     }
   }
 
-  /// The published numbers come from a flight that decided nothing.
+  /// Computes the published predictions, on a flight that decided nothing.
   void quote(const FlownLog& third) {
     const identify::Range range = flown(third);
     result_.before.prediction = predict(believed_, third.log, range.first, range.second);

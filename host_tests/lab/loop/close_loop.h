@@ -33,7 +33,7 @@ struct LoopOptions {
 
 struct LoopEvaluation {
   std::vector<experiments::TaskResult> experiments;
-  Prediction prediction;  ///< on a third flight, which no fit and no decision has seen
+  Prediction prediction;  ///< on a third flight, which no fit and no decision has used
 };
 
 struct LoopResult {
@@ -53,16 +53,15 @@ struct LoopResult {
 
 /// Flies, identifies from the logs alone, takes over the channels that predict better on a flight that no fit has seen,
 /// and flies again. Everything in the vehicle file is declared, so that only effects that it lacks are found missing.
-/// Each channel (an axis, or translation) is decided by itself: its error 1 s ahead on the second identification flight
-/// must be at least 15 % smaller, gain tables can be made from it, and trial flights must not be worse with it (trial
-/// seeds differ from those of the tables). A task that diverges before and after is reported and vetoes nothing.
+/// Each channel (an axis, or translation) is decided by itself: it must predict the second identification flight better
+/// (predicts_better), gain tables can be made from it, and trial flights must not be worse with it (their seeds differ
+/// from those of the tasks). A task that diverges before and after is reported and vetoes nothing.
 /// Published predictions are those of a third flight.
 LoopResult close_loop(const LoopOptions& options);
 
-/// One identification flight with options.vehicle on excitation(seed); its log is written to `file`. Errors:
-/// InputError.
+/// One identification flight with options.vehicle on excitation(seed), and its log in `file`. Errors: InputError.
 FlownLog fly_and_log(const LoopOptions& options, std::uint64_t seed, const std::string& file);
-/// The part of its log that was flown under control, without start-up and handover.
+/// The part of a flight's log that was flown under control, without its first second and its last 0.3 s.
 identify::Range flown(const FlownLog& flight);
 /// The tasks, calm and windy, with a vehicle file and consecutive seeds.
 std::vector<experiments::TaskResult> fly_tasks(const LoopOptions& options, const companion::VehicleFile& vehicle,
@@ -76,7 +75,7 @@ std::string uncontrollable(const model::Vehicle& vehicle);
 struct TrajectoryErrors {
   double before_m = 0.0;
   double after_m = 0.0;
-  int cells = 0;  ///< of the trajectory; none: it was not flown, or no cell ended near its reference
+  int cells = 0;  ///< of the trajectory; 0: it was not flown, or all its cells diverged
   std::vector<std::string> diverged;
 };
 TrajectoryErrors trajectory_errors(const LoopResult& result);

@@ -44,7 +44,7 @@ struct LoopOptions {
   sim::BodyChoice body;
 };
 
-/// Called before the flights, which take minutes.
+/// Checks the files before the flights, which take minutes.
 void check_files(const LoopOptions& options) {
   companion::FileUse()
       .reads("--plant", options.plant)

@@ -25,7 +25,7 @@ struct ModelScore {
   std::map<std::string, identify::Interval> pose_m;         ///< by task, calm and windy air together
   std::map<std::string, identify::Interval> horizontal_m;   ///< likewise
   std::vector<std::string> diverged;  ///< cells (task and condition) in which it flew away, or never obtained control
-  gains::TunedMargins margins;        ///< of its law on the true aircraft, the worse of both axes; computed
+  gains::TunedMargins margins;        ///< of its law on the aircraft `truth`, the worse of both axes; computed
 };
 
 /// Flies every model on the same plant with the same seeds. The predictions are made from excitation flights that the

@@ -8,7 +8,7 @@ namespace m100::lab::loop {
 namespace {
 
 constexpr double kWeightStep = 1.25;  ///< the delay margin grows by a few milliseconds a step
-constexpr int kWeightSteps = 21;      ///< up to a hundred times the weight: a loop too slow to hold a place in wind
+constexpr int kWeightSteps = 21;      ///< up to 87 times the weight: a loop too slow to hold a position in wind
 
 bool keeps(const gains::TunedMargins& margins, const MarginOrder& order) {
   return margins.stable && margins.peak_sensitivity <= order.peak_sensitivity &&

@@ -11,7 +11,7 @@ namespace m100::lab::loop {
 // that reason alone. Two laws are therefore compared at the same margin on the same aircraft.
 
 /// The margins that a law must keep: the project's, or those that the law of the first vehicle file has on its own
-/// model, if they are smaller. So a file that was tuned with smaller margins is not made slower.
+/// model, where they are weaker. So a file that was tuned with weaker margins is not made slower.
 struct MarginOrder {
   double peak_sensitivity = gains::kLargestPeakSensitivity;
   double delay_margin_s = gains::kFieldDelayMargin_s;
@@ -21,7 +21,7 @@ MarginOrder order_of(const model::Vehicle& first);
 /// A vehicle file whose law keeps the ordered margins on an aircraft, if any input weight does.
 struct OrderedLaw {
   model::Vehicle vehicle;
-  bool keeps = false;  ///< false: no input weight keeps them; the one with the least peak sensitivity
+  bool keeps = false;  ///< false: no input weight keeps them; `vehicle` has the least peak sensitivity
 };
 
 /// `believed` with the smallest input weight, from its own upwards, whose law keeps the ordered margins on the aircraft

@@ -53,7 +53,7 @@ void predictions(const LoopResult& result, plot::Page& page) {
   page.table(rows, worse);
 }
 
-/// The largest distance inside the window of the RMS: the way to the course before it would dwarf it.
+/// The largest distance inside the window of the RMS; on the way to the course, before it, distances are far larger.
 double largest(const experiments::TaskResult& before, const experiments::TaskResult& after) {
   double most = 1e-3;
   for (const experiments::TaskResult* const one : {&before, &after}) {
@@ -229,7 +229,7 @@ std::string joined(const std::vector<std::string>& sentences) {
   return out;
 }
 
-/// How many of a channel's believed numbers are wrong by more than matters, in words; empty: none.
+/// How many of a channel's believed numbers are wrong and matter (Refitted::matters), in words; empty: none.
 std::string count_of_wrong(const LoopResult& result, const std::string& channel) {
   const auto believed = result.believed_found.find(channel);
   if (believed == result.believed_found.end()) {
@@ -271,7 +271,7 @@ std::string explained(const LoopResult& result) {
   return "prediction 1 s ahead on a flight that no fit has seen: " + joined(out) + ".";
 }
 
-/// What became worse, with the margins that a slower and safer law is worth, and what no effect explains.
+/// What became worse, with the margins of both laws (a slower law is safer), and what no effect explains.
 std::vector<std::string> remains(const LoopResult& result) {
   std::vector<std::string> out;
   for (const std::string& cell : trajectory_errors(result).diverged) {
@@ -296,7 +296,7 @@ std::vector<std::string> remains(const LoopResult& result) {
   return out;
 }
 
-/// The task whose figure stands beside the answer: the trajectory, otherwise the first that was flown twice.
+/// Index of the task whose figure is beside the answer: the trajectory, or else the first flown before and after.
 std::size_t shown_task(const LoopResult& result) {
   const std::size_t count = std::min(result.before.experiments.size(), result.after.experiments.size());
   std::size_t shown = result.before.experiments.size();

@@ -11,12 +11,12 @@
 
 namespace m100::lab::loop {
 
-/// Non-inferiority margin: a flight that is worse by less than this share of the error before counts as no difference.
+/// Non-inferiority margin: an increase is "worse" only if the 95 % interval of after / before reaches beyond 1 + this.
 inline constexpr double kNonInferiority = 0.10;
 
 /// The errors of one course, flown with the same seeds before and after.
 struct PairedErrors {
-  int flights = 0;  ///< pairs; below two the difference has no interval
+  int flights = 0;  ///< number of pairs; below two the difference has no interval
   double before_m = 0.0;
   double after_m = 0.0;
   identify::Interval difference_m;  ///< after minus before: mean of the pairs, 95 % by Student's t
@@ -26,7 +26,7 @@ struct PairedErrors {
   std::string verdict = "no difference";
   bool within_margin = false;  ///< the interval of the ratio excludes an increase beyond the margin
 };
-/// Mean with its 95 % interval (Student's t); without an end where there is only one value.
+/// Mean with its 95 % interval (Student's t), which is infinite if there is only one value.
 identify::Interval mean_with_interval(const std::vector<double>& values);
 
 /// Precondition: as many errors before as after, pair by pair.

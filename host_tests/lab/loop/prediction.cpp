@@ -38,7 +38,7 @@ std::array<double, kHorizons_s.size()> errors(const AxisData& data, double from_
   return out;
 }
 
-/// Commands of one axis over the whole log, after delay and lead zero.
+/// The axis' commands over the whole log as they act, after transport delay and lead zero.
 std::vector<double> commands(const AxisData& data, const model::StickAxis& model) {
   model::StickLaw<double> law(model, data.period_s);
   std::vector<double> now(data.stick.size());

@@ -5,11 +5,10 @@
 
 namespace m100::lab::loop {
 
-/// Quantities that the new vehicle file predicts worse than the old one by more than 2 %, 1 s ahead on the third
-/// flight; sentences.
+/// One sentence for each quantity that the new vehicle file predicts worse than the old one by more than 2 %, 1 s ahead
+/// on the third flight.
 std::vector<std::string> predicted_worse(const LoopResult& result);
-/// The paired flights, as flown and at the ordered margin, and the margins of both laws on the corrected model; one
-/// sentence each.
+/// Sentences: the paired flights, as flown and at the ordered margin, and both laws' margins on the corrected model.
 std::vector<std::string> verdicts(const LoopResult& result);
 void print(std::ostream& out, const LoopResult& result);
 nlohmann::json to_json(const LoopResult& result);

@@ -13,16 +13,16 @@ namespace m100::lab::loop {
 /// The channels that the trial flights keep, of those that predict unseen data better.
 struct Trial {
   std::set<std::string> kept;
-  std::vector<std::string> messages;  ///< cells that diverged, channels that were reverted, and the errors
+  std::vector<std::string> messages;  ///< cells that diverged, channels that were taken back, and the errors
 };
 
-/// Whether a cell (task and condition) was not flown, or ended further from its reference than our widest task.
+/// Whether a flight of the cell (task and condition) never obtained control, or its mean pose RMS is above 5 m.
 bool diverged(const experiments::TaskResult& cell);
 
-/// Flies with all channels of `candidates`. While the trial is worse than `before`, it reverts one channel, always the
-/// one without which the trial is best. Trials are compared by the number of cells that diverge in only one of them,
-/// then by the paired flights of each task, horizontal and vertical error apart (compare_tasks). A cell that diverges
-/// before and after is reported and decides nothing.
+/// Flies with all channels of `candidates`. While the trial is worse than `before`, it takes back one channel, always
+/// the one without which the trial is best. Trials are compared by the number of cells that diverge in only one of
+/// them, then by the paired flights of each task, horizontal and vertical error apart (compare_tasks). A cell that
+/// diverges before and after is reported and decides nothing.
 /// @param before  the same cells in the same order as `fly` gives them
 /// @param fly  the trial with these channels taken over; called at most n (n + 1) / 2 + 1 times for n candidates
 Trial fly_trials(const std::set<std::string>& candidates, const std::vector<experiments::TaskResult>& before,

@@ -78,8 +78,7 @@ model::DeadZoneShape shape_of(const model::Vehicle& vehicle, const std::string& 
   return (vehicle.*axis_of(channel)).dead_zone_shape;
 }
 
-/// Resets a parameter to its believed value; a dead zone's width together with its shape, because another shape is
-/// another law.
+/// Resets a parameter to its believed value, a dead zone's width together with its shape, which changes its meaning.
 void put_back(model::Vehicle& vehicle, const model::Vehicle& believed, const std::string& channel,
               const identify::Refitted& one) {
   set(vehicle, channel, one.parameter, one.believed);

@@ -12,22 +12,22 @@ namespace m100::lab::loop {
 
 // Compares a vehicle file with a flight, for one channel ("roll", "pitch", "climb", "yaw_rate" or "translation").
 
-/// A channel is taken over only if its error 1 s ahead becomes smaller by at least this share: that
-/// of a parameter error whose effect is 0.62 times that of the air, 1 - 1 / sqrt(1 + 0.62^2).
+/// A channel is taken over only if its error 1 s ahead becomes smaller by more than this share. A parameter error whose
+/// effect is 0.62 times that of the air has this share: 1 - 1 / sqrt(1 + 0.62^2).
 inline constexpr double kMinGain = 0.15;
 
-/// Likelihood ratio (n ln of the mean square of the innovations) that a stick axis needs as well: the same that
-/// identify requires of an effect.
+/// Likelihood ratio (n ln of the mean square of the innovations) that a stick axis needs as well, as identify
+/// requires it of an effect.
 inline constexpr double kMinLikelihoodRatio = 15.0;
 
 /// Half a tick: our log does not show when between two of our ticks the autopilot took a stick and sent its attitude.
 inline constexpr double kTickPhase_s = 0.005;
 
 /// Whether the found model predicts an unseen flight better than the believed one. For a stick axis this must hold for
-/// every believed delay within half a tick: at 3 rad/s the effect of a millisecond equals the noise of the air. Better
-/// means a smaller error 1 s ahead, and for a stick axis also better innovations: in a closed loop the sticks answer
-/// the air, so a wrong model can predict part of the air; innovations do not reward this (the direct method of
-/// identification in closed loop).
+/// every delay within half a tick of the believed one: at 3 rad/s the effect of a millisecond equals the noise of the
+/// air. Better means a smaller error 1 s ahead, and for a stick axis also better innovations: in a closed loop the
+/// sticks respond to the air, so a wrong model can predict part of the air; innovations do not reward this (the direct
+/// method of identification in closed loop).
 bool predicts_better(const model::Vehicle& believed, const model::Vehicle& found, const UnseenFlight& flight,
                      const std::string& channel);
 
@@ -42,8 +42,8 @@ model::Vehicle with_channel(const model::Vehicle& believed, const model::Vehicle
 /// Believed and found values of every parameter of the final model, with intervals. A parameter matters if all found
 /// values together predict the flight better (predicts_better), its believed value lies outside of the interval by a
 /// significant amount, and the believed value predicts at least 1 % worse than the found one, with all other parameters
-/// as found. A parameter on which the prediction does not depend (a limit that was never reached) was not found: it
-/// keeps its believed value, also in `found`.
+/// as found. A parameter keeps its believed value, also in `found`, if the prediction does not depend on it (a limit
+/// that was never reached), or if it has no valid interval and does not matter by the other two conditions.
 /// @param found  the believed vehicle with the channel as identified; undetermined parameters are reset
 std::vector<identify::Refitted> believed_and_found(const model::Vehicle& believed,
                                                    const identify::IdentifyResult& result, const std::string& channel,

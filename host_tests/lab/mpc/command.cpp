@@ -61,7 +61,7 @@ void print(const gains::Instance& instance, const mpc::Solution<T>& solution) {
   std::printf("%s\n", line.dump().c_str());
 }
 
-/// The rows of a set-point law in T.
+/// The rows of a set-point law in the scalar type T.
 template <typename T>
 struct Rows {
   std::vector<T> planes;

@@ -9,9 +9,9 @@
 
 namespace m100::lab::plot {
 
-using Cells = std::set<std::pair<std::size_t, std::size_t>>;  ///< row and column of a table, the head is row 0
+using Cells = std::set<std::pair<std::size_t, std::size_t>>;  ///< row and column of a table; the header is row 0
 
-/// Stands in a page's body after the heading and the line that names the program: the content begins here.
+/// Marks where the content of a page's body begins: after the heading and the line that names the program.
 inline constexpr const char* kHeadEnds = "<!-- head ends -->";
 
 struct Figure;
@@ -30,13 +30,13 @@ class Page {
   void paragraph(const std::string& words);
   /// A coloured box for the main sentence. kind: "good", "warn" or "bad".
   void verdict(const std::string& words, const std::string& kind);
-  /// The page's answer, in the order in which one reads: each part of it ("Asked", "Missing in the model", ...) with
-  /// its sentences; empty ones are left out. Stands beside the next figure, until end_answer(). kind as verdict().
+  /// The page's answer: its parts ("Asked", "Missing in the model", ...) in reading order, each with its sentences;
+  /// empty parts are left out. What is added until end_answer() is drawn beside it. @param kind as for verdict().
   using Answer = std::vector<std::pair<std::string, std::string>>;
   void begin_answer(const Answer& parts, const std::string& kind);
   void end_answer() { end_grid(); }
-  /// The first row is the head. Cells that look like numbers are right-aligned.
-  /// @param missed cells that miss their goal: marked by colour and by a sign.
+  /// The first row is the header. Cells that look like numbers are right-aligned.
+  /// @param missed cells that miss their goal: marked by colour and by a triangle.
   void table(const std::vector<std::vector<std::string>>& rows, const Cells& missed = {});
   void list(const std::vector<std::string>& items);
   /// A list of links: the words and the address of each.
@@ -46,12 +46,12 @@ class Page {
   void figure(const BarChart& chart, const std::string& caption);
   void figure(const HeatMap& map, const std::string& caption);
   void figure(const IntervalChart& chart, const std::string& caption);
-  /// Numbers that are seen first: each with its name and one line that explains it.
+  /// A number in large print, with its name and one line that explains it.
   struct Tile {
     std::string name, value, note;
   };
   void tiles(const std::vector<Tile>& tiles);
-  /// What is added until end_grid() stands side by side where the screen is wide enough.
+  /// What is added until end_grid() is drawn side by side where the screen is wide enough.
   void begin_grid() { body_ += "<div class=\"grid\">\n"; }
   void end_grid() { body_ += "</div>\n"; }
   /// Appends HTML unchanged, e.g. another page's body().

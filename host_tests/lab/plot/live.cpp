@@ -21,7 +21,7 @@ std::string text_of(const std::string& folder, const char* name) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-/// A JSON text cannot end the script element that holds it.
+/// The words as a JSON string that cannot end the script element that holds it.
 std::string quoted(const std::string& words) {
   std::string out;
   for (const char c : nlohmann::json(words).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)) {
@@ -30,7 +30,7 @@ std::string quoted(const std::string& words) {
   return out;
 }
 
-/// Seven digits for x, five for y; null where there is no number.
+/// A JSON array with so many significant digits (7 for x, 5 for y); null for a value that is not finite.
 std::string numbers(const std::vector<double>& values, int digits) {
   std::string out = "[";
   std::array<char, 32> one{};

@@ -36,7 +36,7 @@ Range padded(Range range, double air) {
   return {.low = range.low - air * size, .high = range.high + air * size};
 }
 
-/// Steps of 1, 2 or 5 times a power of ten, about `count` of them.
+/// The smallest step of 1, 2 or 5 times a power of ten with at most `count` steps in the range.
 double tick_step(const Range& range, int count) {
   const double raw = range.size() / count;
   const double power = std::pow(10.0, std::floor(std::log10(raw)));
@@ -61,7 +61,7 @@ void text(std::ostream& out, double x, double y, const std::string& words, const
       << escape(words) << "</text>\n";
 }
 
-/// The mapping from data to the sheet.
+/// The mapping from data to pixels.
 struct Sheet {
   double left, top, width, height;
   Range x, y;
@@ -69,7 +69,7 @@ struct Sheet {
   double py(double value) const { return top + height * (1.0 - (value - y.low) / y.size()); }
 };
 
-/// @param maps the picture says where data lie on it, for a script that draws the cursor.
+/// @param maps whether an attribute gives the mapping from data to pixels, for a script that draws the cursor.
 std::string open_svg(double width, double height, const Sheet& s, bool maps) {
   std::ostringstream out;
   out << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " << width << ' ' << height << "\" width=\"" << width

@@ -30,7 +30,7 @@ struct Curve {
 };
 /// The curve with increasing x and broken at its gaps: the parts of a log may come in any order.
 Curve in_order(const Curve& curve);
-/// About `count` points: the smallest and the largest y of each group of neighbours, in their order.
+/// About `count` points: the smallest and the largest y of each group of neighbours, in their order; gaps are kept.
 Curve thinned(const Curve& curve, std::size_t count);
 
 /// A range of x, shaded behind the curves, e.g. the validation part.
@@ -56,14 +56,14 @@ struct Figure {
   double height = 280.0;
   std::string link{};  ///< figures of a page with the same word share cursor and zoom; empty: none
 };
-/// @param bare without title and label of y, which then stand beside the drawing.
+/// @param bare without title and label of y, which the page then shows beside the drawing.
 std::string svg(const Figure& figure, bool bare = false);
 
 /// A number as text: three significant digits, without exponent if possible.
 std::string number(double value);
 /// A change as text: +12 %, -3.4 %, 0 %. @param share 0.12 is 12 %.
 std::string percent(double share);
-/// Text with <, >, & and quotes escaped.
+/// Text with <, >, & and double quotes escaped.
 std::string escape(const std::string& text);
 
 }  // namespace m100::lab::plot

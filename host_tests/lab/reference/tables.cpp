@@ -89,7 +89,7 @@ void expect_sections(const Table& table) {
   for (std::string line; std::getline(written, line);) {
     const bool known = std::any_of(table.rows.begin(), table.rows.end(),
                                    [&](const Row& row) { return row.section.find(line) != std::string::npos; });
-    const bool repeats = line.starts_with("[design.");  // the keys of the sections above
+    const bool repeats = line.starts_with("[design.");  // the keys of [axis.*], [mpc] and [estimator]
     if (line.starts_with("[") && !known && !repeats) {
       throw std::logic_error("reference: a vehicle file has the section " + line + ", which is not listed");
     }

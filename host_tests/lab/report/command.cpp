@@ -28,7 +28,7 @@ struct ReportOptions {
   std::vector<std::string> pages;
 };
 
-/// The text between the tags. @throws InputError naming the page.
+/// The text between the first `from` and the last `to`. @throws InputError naming the page: there is none.
 std::string between(const std::string& page, const std::string& html, const std::string& from, const std::string& to) {
   const std::size_t begin = html.find(from);
   const std::size_t end = html.rfind(to);

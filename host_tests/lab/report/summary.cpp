@@ -160,7 +160,7 @@ class Summary {
     }
   }
 
-  /// Counts the cells that the paper's table has, and those of ours that are above it.
+  /// Counts the cells that the paper's table has, and those in which our error is above the paper's.
   void paper() {
     for (const auto& [task, airs] : experiments_.items()) {
       if (!airs.is_object()) {
@@ -191,7 +191,7 @@ class Summary {
     }
   }
 
-  /// The flights of the loop's aircraft, and those of the paper's tasks.
+  /// Words on the flights of the loop's aircraft, and on those of the paper's tasks.
   std::string in_flight() const {
     std::string out;
     const json before = loop_.value("/before/experiments"_json_pointer, json::object());

@@ -8,11 +8,11 @@
 
 namespace m100::lab::report {
 
-/// Files with results that the subcommands wrote with --json; empty: there is none.
+/// The question of a page, and the files that the subcommands wrote with --json (empty: there is none).
 struct Sources {
   std::string asked;                    ///< the question that the page answers
   std::vector<std::string> identified;  ///< of identify, one for each axis
-  bool measured = false;                ///< whether the identified logs were flown by an aircraft
+  bool measured = false;                ///< a real aircraft flew the identified logs; false: the simulator
   std::string experiments;
   std::string loop;
   std::string margins;  ///< of gains

@@ -14,7 +14,7 @@ namespace m100::lab::gains {
 namespace {
 
 constexpr double kLow_rad_s = 0.3;  ///< from here down the loop gain alone bounds the sensitivity
-/// Cells of one loop after which the proof is given up: ten times what a loop with room needs.
+/// Cells of one loop after which the proof is given up: ten times what a loop well within the bound needs.
 constexpr std::size_t kMaxCells = 300'000;
 /// Above the rounding error of a sum of about ten terms.
 constexpr double kRounding = 1e-14;
@@ -53,7 +53,7 @@ double distance_below(const EnclosedLoop::Expansion& loop, const Range& gain) {
   return best;
 }
 
-/// The delays of the box, by tick.
+/// The delays of the box, cut at whole ticks: number of ticks, and range of the rest [s].
 std::vector<std::pair<int, Range>> delays_of(const AxisBox& box) {
   std::vector<std::pair<int, Range>> out;
   const int first = static_cast<int>(std::floor(box.delay_s.low / kLoopTick_s + 1e-9));
@@ -75,7 +75,7 @@ double reach_of(const ComplexNumber<LoopModel>& of) {
 double least_size(const ComplexNumber<LoopModel>& of) { return (1.0 - kRounding) * middle_size(of) - reach_of(of); }
 double greatest_size(const ComplexNumber<LoopModel>& of) { return (1.0 + kRounding) * middle_size(of) + reach_of(of); }
 
-/// The proof of one loop. Every step returns false, with `why_not`, if it finds none.
+/// The proof of one loop. Every step returns false and sets `why_not` if it finds no proof.
 class Proof {
  public:
   Proof(EnclosedLoop& loop, double frequency_rad_s, const LoopTiming& timing, double margin, CertifiedLoop& out)
@@ -235,7 +235,7 @@ class Proof {
 
 std::vector<CertifiedLoop> certify(const model::Vehicle& believed, const std::vector<OpenStructure>& structures,
                                    double margin, const std::function<void(const CertifiedLoop&)>& progress) {
-  // One bound for all loops: a calm loop need not be known to a hundredth.
+  // One bound for all loops: a loop with a small peak need not be known to a hundredth.
   const MarginBox margins(structures, 200);
   const double sampled = margins.worst(believed, MarginBox::Extent::kCertified).peak_sensitivity;
   const double at_any_age = margins.worst(believed, MarginBox::Extent::kBox).peak_sensitivity;

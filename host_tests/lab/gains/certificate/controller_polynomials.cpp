@@ -15,7 +15,7 @@ using Ball = TaylorModel<1>;  ///< an unknown constant
 using ComplexBall = ComplexNumber<Ball>;
 using ComplexModel = ComplexNumber<LoopModel>;
 
-/// The least power of two whose product with every number is an integer.
+/// An exponent (0 or more) with which every number times 2^exponent is an integer.
 template <typename Dense>
 int integer_shift(const Dense& numbers) {
   constexpr int kMantissa = std::numeric_limits<double>::digits;
@@ -27,7 +27,7 @@ int integer_shift(const Dense& numbers) {
   return shift;
 }
 
-/// number 2^shift, which is an integer.
+/// number * 2^shift, which is an integer.
 mpz_class as_integer(double number, int shift) {
   int exponent = 0;
   const double mantissa = std::frexp(number, &exponent);
@@ -42,10 +42,10 @@ mpz_class as_integer(double number, int shift) {
   return out;
 }
 
-/// number 2^-shift, within its rounding.
+/// number * 2^-shift, with a bound of its rounding error.
 Ball to_ball(const mpz_class& number, long shift) {
   long exponent = 0;
-  const double mantissa = mpz_get_d_2exp(&exponent, number.get_mpz_t());  // cuts off
+  const double mantissa = mpz_get_d_2exp(&exponent, number.get_mpz_t());  // truncated towards zero
   const double value = std::ldexp(mantissa, static_cast<int>(exponent - shift));
   return {value, 2.0 * std::numeric_limits<double>::epsilon() * std::abs(value)};
 }

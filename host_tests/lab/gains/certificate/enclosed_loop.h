@@ -29,8 +29,7 @@ class EnclosedLoop {
  public:
   EnclosedLoop(const model::Vehicle& believed, const OpenStructure& structure, Axis axis, const LoopTiming& timing);
 
-  /// L = middle + sum of slope_k t_k + curvature_k t_k^2 + r with |r| <= rest, t_k = (x_k - middle_k) / half_k, in the
-  /// cell.
+  /// In the cell L = middle + sum of slope_k t_k + curvature_k t_k^2 + r, |r| <= rest, t_k = (x_k - middle_k) / half_k.
   struct Expansion {
     bool valid = false;
     std::complex<double> middle;

@@ -42,7 +42,7 @@ struct TaylorModel {
     }
     return sum;
   }
-  /// A bound of the magnitude of everything that varies.
+  /// A bound of |f(t) - constant|.
   double reach() const { return kAbove * (linear_size() + quadratic_size() + rest); }
   double size() const { return kAbove * (std::abs(constant) + reach()); }
 
@@ -121,8 +121,8 @@ TaylorModel<kCount> cos(const TaylorModel<kCount>& a) {
   return a.chain(value, -std::sin(a.constant), -0.5 * value, 1.0 / 5.9);
 }
 
-/// By the first terms of the geometric series about the constant, for the complex divisor as a whole: in the quotient
-/// conj(a) / |a|^2 its real and imaginary part would each vary twice as much.
+/// 1 / a by the first terms of the geometric series about the constant, for the complex divisor as a whole: in the
+/// quotient conj(a) / |a|^2 its real and imaginary part would each vary twice as much.
 template <std::size_t kCount>
 ComplexNumber<TaylorModel<kCount>> reciprocal(const ComplexNumber<TaylorModel<kCount>>& a) {
   using Complex = ComplexNumber<TaylorModel<kCount>>;

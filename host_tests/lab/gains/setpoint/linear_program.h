@@ -57,19 +57,19 @@ class ComputeBudget {
 /// A polytope, examined by linear programs. All parameters lie in [-1, 1].
 class Polytope {
  public:
-  /// Precondition: at least one dimension. The allowance must outlive the polytope.
+  /// Precondition: at least one dimension. The budget must outlive the polytope.
   Polytope(std::size_t dimensions, ComputeBudget& budget);
   ~Polytope();
   Polytope(const Polytope&) = delete;
   Polytope& operator=(const Polytope&) = delete;
 
-  /// Adds a half-space, which gets the next number, starting with 0. Its a has one number per dimension.
+  /// Adds a half-space, which gets the next number, starting with 0. Its vector a has one entry per dimension.
   void add(const HalfSpace& half_space);
 
-  // Each of these costs one linear program of the allowance, and throws ComputeBudget::Exhausted if that is spent.
+  // Each of these functions spends one linear program of the budget; throws ComputeBudget::Exhausted if none is left.
 
-  /// The maximum of the scalar product a's over the polytope (a as in add()), and where it is; -infinity if the
-  /// polytope is empty. If the value is within 1e-8 of `decision`, the program is solved again in rational arithmetic.
+  /// The maximum of the scalar product a's over the polytope (a as in add()), and in `where` its place; -infinity:
+  /// the polytope is empty. If the value is within 1e-8 of `decision`, rational arithmetic finds it.
   double maximise(const Eigen::VectorXd& a, double decision, Eigen::VectorXd* where = nullptr);
   /// Radius of the largest inscribed ball (negative: empty) and its centre; with `on`, of the ball on that facet.
   double radius(Eigen::VectorXd* centre = nullptr, std::size_t on = SIZE_MAX);

@@ -23,7 +23,7 @@ struct SetpointRows {
   std::size_t regions = 0;                      ///< critical regions in the unmirrored half of the box
   std::size_t pieces = 0;                       ///< affine functions among them
   std::size_t borders = 0;                      ///< planes on the longest path
-  bool too_large = false;                       ///< the law has no table: everything above is empty
+  bool too_large = false;                       ///< the law has no table: all members above but `box` are empty
   std::uint64_t programs = 0, comparisons = 0;  ///< cost of the construction
 };
 
@@ -32,13 +32,15 @@ struct SetpointRows {
 using SetpointBox = std::array<double, mpc::kSetpointStates>;
 inline constexpr SetpointBox kSetpointBox{6.0, 4.0, 0.5, 2.0, 0.75, 0.31, 2e-5, 2e-5};
 
+/// Receives the numbers of regions and planes so far, and the spent share of the budget.
+using SetpointProgress = std::function<void(std::size_t regions, std::size_t planes, double allowance_spent)>;
+
 /// Computes the explicit optimum of one axis for a constant reference. The critical regions (active sets) are found by
 /// crossing every facet; a linear program decides each facet (GLPK, in rational arithmetic if floating point is
 /// inconclusive). The tree is split along facets until one clipped affine law serves all regions that meet a leaf,
 /// again decided by linear programs. Precondition: every length of the box is positive. Empty if the limits are not
-/// symmetric or not above the largest steady input. Takes seconds; too_large if the allowance is spent or the table
-/// file cannot hold the law.
-using SetpointProgress = std::function<void(std::size_t regions, std::size_t planes, double allowance_spent)>;
+/// symmetric or not above the largest steady input. Takes seconds; too_large if the budget is spent or the table file
+/// cannot hold the law.
 SetpointRows make_setpoint_law(const AxisQp& problem, const SetpointBox& box = kSetpointBox,
                                ComputeBudget budget = ComputeBudget(), const SetpointProgress& progress = {});
 

@@ -13,7 +13,7 @@ namespace m100::lab::gains {
 /// Thrown for a vehicle whose law is too large for a table; it flies with the preview law alone.
 using TooLarge = ComputeBudget::Exhausted;
 
-/// The allowance of a construction and the receiver of its progress. Both must outlive it.
+/// The budget of a construction and the receiver of its progress. Both must outlive this object.
 class ConstructionContext {
  public:
   ConstructionContext(ComputeBudget& budget, const SetpointProgress& progress) : budget_(budget), progress_(progress) {}
@@ -45,7 +45,7 @@ struct Border {
 /// All critical regions that meet the unmirrored half of the box, found by crossing every facet.
 class Regions {
  public:
-  /// Throws TooLarge if there are too many regions or the allowance is spent. Both arguments must outlive the object.
+  /// Throws TooLarge if there are too many regions or the budget is spent. Both arguments must outlive the object.
   Regions(ParametricProgram& program, const ConstructionContext& work);
 
   const std::vector<Region>& all() const { return regions_; }

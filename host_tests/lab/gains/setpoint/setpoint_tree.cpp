@@ -193,7 +193,7 @@ class Splitting {
     return fewest < regions.size();
   }
 
-  /// Regions that no facet separates overlap only by rounding. @returns the one that is larger than the overlap.
+  /// Regions that no facet separates overlap only by rounding. @returns the largest. Throws TooLarge if two are solid.
   std::size_t solid_region(const Cell& cell, const Numbers& regions) const {
     std::size_t real = regions.front();
     double largest = 0.0;
@@ -212,7 +212,7 @@ class Splitting {
     return real;
   }
 
-  /// The plane of a border that leaves the fewest borders on its fuller side.
+  /// The plane of a border with the least score_of().
   HalfSpace best_plane(const Numbers& regions, const Numbers& borders) const {
     std::vector<HalfSpace> candidates;
     for (const std::size_t border : borders) {
@@ -254,7 +254,7 @@ class Splitting {
     return std::max(low, high) + 0.3 * (low + high) + 0.05 * std::max(low_regions, high_regions) +
            (std::min(low_regions, high_regions) < 1 ? 1e6 : 0.0);
   }
-  /// Whether there are points below and above the plane.
+  /// Whether a point is below the plane, and whether one is above it.
   std::pair<bool, bool> sides_of(const HalfSpace& plane, const std::vector<VectorXd>& points) const {
     work_.budget().compare(points.size());
     bool below = false;

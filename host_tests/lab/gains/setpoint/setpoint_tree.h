@@ -18,7 +18,7 @@ struct SplitPlane {
 };
 
 /// Splits the box along facets until one clipped affine law serves all regions that meet a leaf, and writes mirror,
-/// laws and borders of `out`. Throws TooLarge if a table cannot hold the law or the allowance is spent.
+/// laws and borders of `out`. Throws TooLarge if a table cannot hold the law or the budget is spent.
 /// @returns the planes, beginning with the root of the search; empty if one law is enough, which is then row 0.
 std::vector<SplitPlane> split_box(const Regions& regions, const ParametricProgram& program,
                                   const ConstructionContext& work, SetpointRows& out);

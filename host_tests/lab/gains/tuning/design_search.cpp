@@ -17,7 +17,7 @@ constexpr std::size_t kWeights = 9;
 constexpr std::size_t kFactors = 13;
 using Factors = std::array<double, kFactors>;
 
-/// Starts: the file itself, and one for each mode that a trial found for the shipped vehicle. They shorten the search.
+/// Starts: the file itself, and for each mode one that a search found for the shipped vehicle. They shorten the search.
 constexpr std::array<Factors, 3> kStarts{{
     {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0},
     {0.084, 0.817, 1.66, 3.87, 1.8, 1.56, 2.8, 2.22, 2.75, 1.111, 0.964, 1.142, 0.79},
@@ -37,7 +37,7 @@ model::StickAxis scaled(model::StickAxis axis, const Factors& f) {
 model::Design apply(const model::Vehicle& vehicle, const Factors& f) {
   model::Design out;
   out.has_mpc = out.has_estimator = true;
-  // Three digits say all that the search knows.
+  // The search determines no more than three digits.
   const auto rounded = [](double value) {
     const double unit = std::pow(10.0, std::floor(std::log10(value)) - 2.0);
     return std::stod(std::to_string(std::round(value / unit)) + "e" +

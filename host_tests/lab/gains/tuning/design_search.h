@@ -14,10 +14,10 @@ namespace m100::lab::gains {
 
 /// The errors of the reference tasks, as flown in simulation with one design.
 struct FlownScore {
-  double hover_m = 0.0;   ///< horizontal RMS in calm air
-  double wind_m = 0.0;    ///< the same in the fan's wind
+  double hover_m = 0.0;   ///< horizontal RMS of a hover in calm air
+  double wind_m = 0.0;    ///< horizontal RMS of a hover in the fan's wind
   double square_m = 0.0;  ///< horizontal RMS on the square of 1 m
-  double step_m_s = 0.0;  ///< integral of the error of a step of 6 m
+  double step_m_s = 0.0;  ///< integral of the horizontal error of a step of 6 m [m s]
   double motion_deg_s = 0.0;
   double tilt_deg = 0.0;  ///< worst tilt of the step
   bool stayed = false;
@@ -47,38 +47,39 @@ struct DesignSearchResult {
 };
 
 inline constexpr double kMaxMotion_deg_s = 40.0;
-inline constexpr double kMaxHoverPrice = 1.66;  ///< of mode field: error in hover over the file's (11 mm over 6.6 mm)
+inline constexpr double kMaxHoverPrice = 1.66;  ///< of mode field: error in hover / that of the file (11 mm / 6.6 mm)
 
-/// Sum of the shares by which a design exceeds the limits, far above 1 if it is unstable somewhere.
+/// Sum of the shares by which a design exceeds the limits, at least 100 if it is unstable somewhere.
 double margin_excess(const DesignTrial& trial, const MarginLimits& limits);
 
-/// What a mode allows in flight.
+/// The limits of a mode on the simulated flights.
 struct FlownLimits {
   double tilt_deg = 90.0;                                    ///< worst of the step
   double hover_m = std::numeric_limits<double>::infinity();  ///< horizontal error
 
-  /// Sum of the shares by which a design exceeds the limits.
+  /// Sum of the shares by which these limits and kMaxMotion_deg_s are exceeded; at least 10 if a flight did not stay.
   double excess(const FlownScore& flown) const;
 };
-/// Those of mode field, from what the vehicle file flies. The step uses the whole tilt, and a design that learns the
-/// trim more slowly tilts up to 0.6 degrees further. So the limit is the supervisor's, or the file's tilt plus a stick
-/// count if that is larger.
+/// The flown limits of mode field, from the errors `before` of the unchanged vehicle file. The step uses the whole
+/// tilt, and a design that learns the trim more slowly tilts up to 0.6 degrees further. So the limit is the
+/// supervisor's, or the file's tilt plus a stick count if that is larger.
 FlownLimits field_limits(const model::Vehicle& vehicle, const FlownScore& before);
 
 /// Chooses weights, noises and the numbers that the controller predicts with, so that the mean error of the reference
 /// tasks is least and the limits of the mode are kept: peak sensitivity and delay margin of every structure that the
 /// log leaves possible, nominal and in the worst corner, on both channels; command motion in hover; in the mode field
 /// the error in hover and the worst tilt of the step (field_limits()). It is a pattern search on logarithms from
-/// several starts, first weights and noises alone, then the model too, which must be 1 % better; a fixed number of
-/// trials, so the result is the same everywhere. Throws std::domain_error if no start is stable in every corner.
+/// several starts; in mode field first of weights and noises alone, then of the model too, which must be 1 % better.
+/// The number of trials is fixed. Throws std::domain_error if no design for mode field is stable in every corner.
 /// @param progress receives the share of the work that is done, and what is searched
 DesignSearchResult search_designs(const model::Vehicle& vehicle, const MarginBox& box, const FlyDesign& fly,
                                   const std::function<void(double share, const std::string& what)>& progress);
 
-/// The least error of the trials that keep a worst peak of at most `corner_peak`; none: no trial does.
+/// The trial of least error among those that are stable in the corners with a peak of at most `corner_peak`, stayed,
+/// and kept kMaxMotion_deg_s; none: there is no such trial.
 std::optional<DesignTrial> least_error(const std::vector<DesignTrial>& trials, double corner_peak);
 
-/// The least error of the trials that keep all limits but one, which `without` removes from a copy of them.
+/// As least_error(), among the trials that keep all margin limits but one, which `without` selects.
 std::optional<DesignTrial> least_error_without(const std::vector<DesignTrial>& trials, const MarginLimits& limits,
                                                double MarginLimits::*without);
 

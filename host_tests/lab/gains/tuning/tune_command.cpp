@@ -30,7 +30,7 @@ experiments::FlightPlan plan_of(const companion::VehicleFile& file, const sim::P
 }
 
 /// The command motion [deg/s] in a simulated hover in calm air; infinite if the hover was not flown to its end, because
-/// a command at rest after a release is not calm.
+/// after a release the command is constant.
 double hover_motion(const companion::VehicleFile& file, const sim::Plant& plant) {
   constexpr double kFrom_s = 10.0, kTo_s = 30.0;
   const experiments::FlightResult flight = experiments::fly(plan_of(file, plant, "step 0 0 0 0 40\n", kTo_s));
@@ -64,7 +64,7 @@ FlownScore fly_tasks(const companion::VehicleFile& file, const sim::Plant& plant
   return out;
 }
 
-/// The mean over the open structures; of motion and tilt the worst.
+/// The mean of the errors over the open structures; the worst motion and tilt.
 FlownScore fly_structures(const model::Vehicle& believed, const std::vector<sim::Plant>& plants) {
   const companion::VehicleFile file = companion::as_file(believed);
   FlownScore out{.stayed = true};
@@ -116,7 +116,7 @@ void print_prices(const DesignSearchResult& result) {
   }
 }
 
-/// What a manoeuvre would buy: the worst peak that would be left if it had decided.
+/// Prints for each structure the worst peak that would be left if a manoeuvre had decided for this structure.
 void print_manoeuvres(const model::Vehicle& vehicle, const std::vector<OpenStructure>& structures) {
   if (structures.size() < 2) {
     return;

@@ -11,7 +11,7 @@ namespace m100::lab::gains {
 
 /// `gains --tune`: makes [design] and [design.robust] of the file, prints the Pareto curve of worst peak sensitivity
 /// and flown error, and what each limit costs. An axis of first order: chooses the input weight of [mpc] alone.
-/// @param path of the vehicle file: the simulated aircraft is as it says
+/// @param path of the vehicle file, which also describes the simulated aircraft
 void tune_vehicle(companion::VehicleFile& file, const std::vector<OpenStructure>& structures, const std::string& path);
 
 }  // namespace m100::lab::gains
