@@ -70,8 +70,7 @@ std::vector<RegressorGroup> axis_regressors(const logs::FlightLog& log, const Ax
   out.push_back(stretch.lagged(signals.stick_name, u, many));
   RegressorGroup powers = stretch.lagged(signals.stick_name + " powers", square(u), few);
   append(powers, stretch.lagged("", even(u), few));
-  append(powers, stretch.lagged(
-                     "", [&](Sample i) { return u(i) * u(i) * u(i); }, few));
+  append(powers, stretch.lagged("", times_stick(even(u)), few));
   out.push_back(std::move(powers));
   const auto rate = [&](Sample i) { return slope_at(signals.data.stick, i, log.period_s); };
   out.push_back(stretch.lagged(signals.stick_name + " * its rate", times_stick(rate), few));

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <optional>
 #include <span>
-#include <utility>
 
 #include "host_tests/lab/identify/model/axis/axis_regressors.h"
 #include "host_tests/lab/identify/residual_tests/predictable_share.h"
@@ -66,20 +65,6 @@ void append(const AxisDataSet& part, std::optional<std::size_t> first_flight, co
   merge(input.activity, axis_activity(part.signals, run.begin, run.end, rows));
 }
 
-/// The blocks of a range in which each lasts from gap to gap, and their errors, one after the other.
-std::pair<std::vector<AxisBlocks::Block>, std::vector<double>> whole_run(const AxisData& data, const Range& range,
-                                                                         const model::StickAxis& model,
-                                                                         double whole_s) {
-  const AxisBlocks whole(data, {range}, whole_s);
-  std::vector<double> error(whole.samples());
-  whole.error(model, {}, error);
-  std::vector<AxisBlocks::Block> blocks;
-  for (std::size_t number = 0; number < whole.size(); ++number) {
-    blocks.push_back(whole[number]);
-  }
-  return {std::move(blocks), std::move(error)};
-}
-
 /// Appends the final residual as one free run per range (from gap to gap), with its regressors.
 /// @param first_flight  number of the log's first flight, so that two logs share no number; none: all is one flight
 void append_free_run(const AxisDataSet& part, const model::StickAxis& model, std::optional<std::size_t> first_flight,
@@ -91,9 +76,13 @@ void append_free_run(const AxisDataSet& part, const model::StickAxis& model, std
     const Range run{std::max(range.first - kSettle_s, data.start_s), range.second};
     const double whole_s = range.second - range.first + 2.0 * kSettle_s;
     const std::vector<double> input_uncertainty = intersample_error(data, {run}, model, whole_s);
-    const auto [blocks, error] = whole_run(data, run, model, whole_s);
+    const AxisBlocks whole(data, {run}, whole_s);
+    std::vector<double> error(whole.samples());
+    whole.error(model, {}, error);
+    whole.release_buffers();
     std::size_t from = 0;
-    for (const AxisBlocks::Block& block : blocks) {
+    for (std::size_t number = 0; number < whole.size(); ++number) {
+      const AxisBlocks::Block& block = whole[number];
       const std::size_t samples = block.end - block.begin;
       if (samples >= settling + length / 2) {  // the end of a run also shortens a block
         const auto settled = [&](const std::vector<double>& values) {
