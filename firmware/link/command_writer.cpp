@@ -96,6 +96,7 @@ void CommandWriter::cancel_requests() {
   sessions_.cancel(protocol::ids::kTelemetryFrequency);
   sessions_.cancel(protocol::ids::kControlRequest);
   sessions_.cancel(protocol::ids::kTask);
+  sessions_.cancel(protocol::ids::kMotors);
   outbox_.drop_requests();
 }
 

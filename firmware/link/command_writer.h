@@ -57,7 +57,7 @@ class CommandWriter {
     return sessions_.accept(message, now);
   }
   bool is_open(protocol::MessageId id) const { return sessions_.is_open(id); }
-  /// Cancels the requests that wait for their answer, except to the motors, and drops those that have not left yet.
+  /// Cancels the requests that wait for their answer, and drops those that have not left yet.
   void cancel_requests();
   void write_answer(std::span<const std::byte> frame) { (void)outbox_.add_answer(frame); }
   bool has_command() const { return outbox_.has_command(); }

@@ -58,7 +58,8 @@ TEST_F(TaskRequests, AreNotRepeatedBehindALossOfControl) {
   EXPECT_EQ(bench.link.request(kLanding, bench.clock.now()), core::Status::kRefused) << "control is the pilot's";
 }
 
-// Catches a motor request without control, and a second request before the first is answered.
+// Catches a motor request without control, a second one before the first is answered, and one that is repeated after
+// the pilot has taken the aircraft.
 TEST_F(TaskRequests, MotorsAreAskedForLikeATask) {
   const auto ask = [this](bool start) {
     return bench.link.request(protocol::MotorRequest{.start = start}, bench.clock.now());
@@ -68,8 +69,12 @@ TEST_F(TaskRequests, MotorsAreAskedForLikeATask) {
   EXPECT_EQ(ask(true), core::Status::kRefused) << "one is open";
   bench.run(milliseconds(60));
   EXPECT_EQ(bench.link.authority().answer.code, protocol::motor_ack::kAlready);
+  bench.autopilot.happen(N1EventKind::kLoseAcks, 1000.0, sim::N1Request::kMotors);
+  ASSERT_EQ(ask(true), core::Status::kOk);
+  bench.run(milliseconds(50));
   bench.autopilot.set_mode(sim::N1Mode::kP);
   bench.run(seconds(1));
+  EXPECT_EQ(lost_answers, 1);
   EXPECT_EQ(ask(true), core::Status::kRefused) << "control is the pilot's";
 }
 
