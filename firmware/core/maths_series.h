@@ -17,9 +17,9 @@ struct Series;
 
 template <>
 struct Series<double> {
-  /// Largest angle that the pieces of pi/2 below can reduce: the number of quarters times a piece must be exact.
+  /// Largest angle that the functions accept: for it, the number of quarters times a piece of pi/2 is exact.
   static constexpr double kReach_rad = kLargestAngle_rad;
-  // Pieces of 33 bits leave 16 bits for the number of quarters.
+  // The pieces have 33 of the 53 bits of a double, the number of quarters at most 16.
   static constexpr double kPiece1 = 1.57079632673412561417e+00;
   static constexpr double kPiece2 = 6.07710050630396597660e-11;
   static constexpr double kPiece3 = 2.02226624879595063154e-21;

@@ -36,9 +36,9 @@ struct ChannelConfig {
 core::Expected<core::Duration> command_period(const ChannelConfig& config);
 
 /// Limits the command rate. Due times lie on a grid, so that clock jitter hardly lowers the mean rate and never raises
-/// it: two commands are never closer than period - kSlack, a pause is not made up for, and no window of one second
-/// holds more commands than periods fit into it. The cost: with a jittering clock a command slips by one tick about
-/// once a second.
+/// it: two commands are never closer than period - kSlack, and a pause is not made up for. At 50 Hz or less, no window
+/// of one second holds more commands than it begins periods. The cost: a jittering clock makes about one command a
+/// second late by a tick.
 class RateLimiter {
  public:
   static constexpr core::Duration kSlack = std::chrono::milliseconds(2);

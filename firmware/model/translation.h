@@ -170,7 +170,7 @@ constexpr double number_of(const TranslationNumbers& numbers, std::string_view k
 }
 
 /// Acceleration of a vehicle by all external forces that the numbers describe.
-/// @param share ratio of the mass for which the numbers are valid to the vehicle's mass
+/// @param share  the mass for which the numbers are valid, divided by the vehicle's mass
 inline Acceleration outer_acceleration(const TranslationNumbers& numbers, const Moment& at, double share) {
   Acceleration sum{};
   for (const TranslationEffect& effect : kTranslationEffects) {

@@ -63,7 +63,7 @@ M100_INLINE Signal<T> with_tail(const T* numbers, T* tail) {
 #endif
 }
 
-/// g_16..g_19 += taps value: the terms of the terminal weight.
+/// Adds taps times value to g_16..g_19: the terms that the terminal weight gives r_20 = value.
 template <typename T>
 M100_INLINE void add_terminal(Column<T>& sum, const std::array<T, kMaxStates>& taps, T value) {
   static_assert(kMaxStates == kPack);

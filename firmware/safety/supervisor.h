@@ -75,7 +75,7 @@ class Supervisor {
     held_for_ += elapsed;
     return limit_command(passes, last_, T(0));
   }
-  /// As hold_command(), but @returns what would be granted if `command` could leave now, for the log.
+  /// As hold_command(), for a tick in which nothing can leave. @returns what `command` would be granted, for the log.
   SupervisedCommand<T> preview_command(CommandSource passes, const ctl::Command<T>& command, core::Duration elapsed) {
     const ctl::Command<T> last = last_;
     held_for_ += elapsed;

@@ -73,7 +73,7 @@ class FlightSequencer {
   bool returns_to_start() const { return home_.state() != ReturnToStart<double>::State::kInactive; }
   bool took_off() const { return outcome_.took_off; }
   bool landed() const { return outcome_.landed; }
-  /// Control was ours, the operator ended it, and the transmitter has the aircraft.
+  /// We had control, the operator ended it, and the transmitter controls the aircraft.
   bool given_back() const { return outcome_.given_back; }
   /// The observation when the first limit cycle was detected; nullopt: none was.
   const std::optional<safety::Observation>& limit_cycle() const { return reporter_.limit_cycle(); }

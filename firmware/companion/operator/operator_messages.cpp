@@ -140,7 +140,7 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
       return;
     case FailsafeReason::kLimitCycle:
       add_limit_cycle(line, seen);
-      line.add(", under the calm law too: the law alone is not the cause");
+      line.add(", under the fallback law too: the law alone is not the cause");
       return;
     case FailsafeReason::kOnGround:
     case FailsafeReason::kFlightFailure:
@@ -170,7 +170,7 @@ void describe_limit_cycle(TextLine& line, const safety::Observation& seen) {
   line.add("swinging: ");
   add_limit_cycle(line, seen);
   line.add(
-      "; the calm law flies now, slower and less exact. Stop and land; poses or commands may be later than known, or "
+      "; the fallback law flies now, slower and less exact. Stop and land; poses or commands may be later than known, or "
       "the aircraft may respond more strongly than its vehicle file says: check with m100 doctor and m100-lab "
       "identify; m100-lab gains --tune makes the loop calmer");
 }

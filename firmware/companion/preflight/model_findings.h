@@ -19,7 +19,7 @@ struct ConsistencyFinding {
 };
 std::vector<ConsistencyFinding> findings(const FlightModel& model);
 
-/// The names that --override takes: the checks of the pose in flight, and the findings.
+/// The names that --override takes: the consistency checks in flight, except height, and the findings.
 std::vector<std::string> names_for_override();
 
 /// The vehicle and the tables of the options. Errors: UsageError, also for the first finding that does not hold and is

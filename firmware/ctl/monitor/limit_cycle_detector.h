@@ -80,7 +80,7 @@ class LimitCycleDetector {
     }
     T size() const { return high - low; }
   };
-  /// The left side of the equation above: the motion that the tilt does not explain [m].
+  /// Left side of the equation in the comment of the class: the motion that the tilt does not explain [m].
   struct UnexplainedMotion {
     T slow_m{0};
     T slower_m{0};

@@ -17,7 +17,7 @@ constexpr double kMaxStartSigma_m_s = 10.0;
 
 }  // namespace
 
-/// @returns the recent change of horizontal velocity that the pose shows and the force does not, or the other way round
+/// @returns how far the changes of horizontal velocity by pose and by force differ over the last 2 s
 template <typename T>
 T ForceConsistency<T>::residual_m_s(const Estimate<T>& estimate, SpecificForce<T>& force, bool suspect, T step_s) {
   const core::SinCos<T>& yaw = estimate.heading();

@@ -12,7 +12,7 @@
 #include "firmware/est/filter/units.h"
 #include "firmware/model/axis_step.h"
 
-// Shared by the filters of a horizontal axis and of the height.
+// Shared by the filters of a horizontal axis, of the height and of the yaw.
 namespace m100::est {
 
 template <typename S>

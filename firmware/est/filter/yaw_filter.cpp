@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "firmware/core/maths.h"
+#include "firmware/est/filter/filter_math.h"
 #include "firmware/est/filter/units.h"
 
 namespace m100::est {
@@ -24,13 +25,6 @@ struct Transition {
 struct MeasuresYaw {
   static constexpr std::string_view kRow = "1x";
 };
-
-template <typename S>
-S limited(S value, double limit) {
-  const S high = core::Arithmetic<S>::template number<double>(limit);
-  const S low = core::Arithmetic<S>::template number<double>(-limit);
-  return value > high ? high : (value < low ? low : value);
-}
 
 }  // namespace
 

@@ -198,7 +198,8 @@ std::string check_course(Folder& folder, const std::string& name) {
   }
   const bool swung = result_of(folder, name + ".json").contains("swinging");
   if (swung && name == kBefore && !is_weight_at_limit(folder)) {
-    return increase_input_weight(folder, "the aircraft began to oscillate on the course, and the calm law took over");
+    return increase_input_weight(folder,
+                                 "the aircraft began to oscillate on the course, and the fallback law took over");
   }
   folder.set_number(kFallbackLaw + name, swung ? 1.0 : 0.0);
   return record_errors(folder, name) ? "" : name + ".ulg: contains less than a second of flight under control";

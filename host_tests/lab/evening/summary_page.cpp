@@ -203,7 +203,7 @@ void flights(const Folder& folder, plot::Page& page) {
   }
   for (const std::string& name : fallback_law_flew(folder)) {
     page.paragraph("The flight " + name +
-                   " the correction began to oscillate, and the calm law took over. This made its error larger, so "
+                   " the correction began to oscillate, and the fallback law took over. This made its error larger, so "
                    "the change is not the effect of the correction alone.");
   }
   if (folder.numbers().contains(kTrimmed)) {
@@ -263,7 +263,7 @@ std::string before_and_after(const Folder& folder) {
     out += line;
   }
   for (const std::string& name : fallback_law_flew(folder)) {
-    out += "  the flight " + name + " the correction began to oscillate, and the calm law took over\n";
+    out += "  the flight " + name + " the correction began to oscillate, and the fallback law took over\n";
   }
   for (const std::string& verdict : law_verdicts(folder)) {
     out += "  " + verdict + "\n";

@@ -34,7 +34,7 @@ struct ExciteOptions {
   ExciteOptions() { design.fence_m = 0.0; }  // chosen by axis
 };
 
-// Motion that air and autopilot cause while the stick rests; the value for climb comes from the measured flight.
+// Root mean square response to air and autopilot while the stick rests; that of climb is from the measured flight.
 constexpr double kAirClimb_m_s = 0.06;
 constexpr double kAirYaw_rad_s = 0.02;
 // Twice these values: the largest disturbance that is assumed to act during a whole piece.

@@ -205,8 +205,8 @@ class AxisPipeline {
   }
 
   /// Tests for a climb speed that falls with the height flown. The test comes before that for a change, which such an
-  /// effect imitates. It is made with the selected and with the declared model, because the declared model together
-  /// with this effect may be complete.
+  /// effect imitates. It is made with the selected and with the declared model, which may need no other effect than
+  /// this one.
   bool detect_tether() {
     if (request_.axis != "climb" || !problem_->training().signals.data.other.empty()) {
       return false;

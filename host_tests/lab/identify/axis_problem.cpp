@@ -319,7 +319,7 @@ void AxisProblem::undersampled(const model::StickAxis& model, IdentifyResult& re
   if (row < 2) {
     return;
   }
-  // Whether the stick moved along a line or jumped between two rows is unknown, and so is which response is right.
+  // Between two rows the stick may have moved along a line or jumped: the responses to both are compared.
   AxisData jumping = data;
   for (std::size_t i = 0; i < data.stick.size(); ++i) {
     jumping.stick[i] = data.stick[std::min(i / row * row + row / 2, data.stick.size() - 1)];

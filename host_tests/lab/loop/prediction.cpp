@@ -23,7 +23,7 @@ AxisData axis_data(const logs::FlightLog& log, Signal stick, Signal other, Signa
   data.stick = log.of(stick);
   data.other = log.of(other);
   const bool from_height = measured == Signal::kVelocityZ && !log.has(Signal::kVelocityZ);
-  data.measured = from_height ? identify::slope(log.of(Signal::kPositionZ), log.period_s) : log.of(measured);
+  data.measured = from_height ? identify::derivative(log.of(Signal::kPositionZ), log.period_s) : log.of(measured);
   data.valid.assign(data.measured.size(), 1);
   return data;
 }

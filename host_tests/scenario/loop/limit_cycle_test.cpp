@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An aircraft with a limit cycle: it must be noticed within 3 s and flown by the calm law from then, and handed over if
+// An aircraft with a limit cycle: it must be noticed within 3 s and flown by the fallback law from then, and handed over if
 // that does not help. Without a limit cycle there must be no alarm.
 #include <gtest/gtest.h>
 
@@ -87,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(LimitCycle, DelayedAndHighGain,
                            return tested.param == link::Channel::kMovement ? "Movement" : "VirtualRc";
                          });
 
-// Under the calm law the aircraft gets twice the gain and 0.2 s more delay. Position control cannot cope with
+// Under the fallback law the aircraft gets twice the gain and 0.2 s more delay. Position control cannot cope with
 // that for long, but level can.
 TEST(LimitCycle, PersistsSoLevelledAndReleased) {
   RecordProperty("promise", "R12");

@@ -43,7 +43,7 @@ TEST_F(LimitCycleFlight, IsSaidByNameAndFlownOnByTheCalmLaw) {
   EXPECT_EQ(ticks_with(safety::FailsafeCondition::kLimitCyclePersists), 0U);
 }
 
-// Under the calm law the aircraft gets twice the gain and 0.2 s more delay.
+// Under the fallback law the aircraft gets twice the gain and 0.2 s more delay.
 TEST_F(LimitCycleFlight, ThatGoesOnEndsTheFlightByName) {
   RecordProperty("promise", "R12");
   EXPECT_EQ(hover("[axis.roll]\nscale_rad_per_count = 1.292e-3\ntransport_delay_s = 0.1304\n"

@@ -11,7 +11,6 @@
 #include <random>
 #include <string>
 
-#include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/data/ground_time.h"
 #include "host_tests/lab/identify/residual_tests/vibration_and_drift.h"
@@ -23,13 +22,6 @@ namespace {
 
 using logs::FlightLog;
 using logs::Signal;
-
-FlightLog clean_flight(std::uint64_t seed) {
-  hidden::FlightPlan plan;
-  plan.axis = "roll";
-  plan.seed = seed;
-  return hidden::fly(plan);
-}
 
 IdentifyResult ask(const FlightLog& log) {
   return identify_axis(about(log, "roll", {"second_order", "transport_delay"}));
@@ -62,7 +54,7 @@ struct Case {
 class DamagedLog : public ::testing::TestWithParam<Case> {};
 
 TEST_P(DamagedLog, IsAnsweredHonestly) {
-  FlightLog log = clean_flight(606);
+  FlightLog log = healthy_flight("roll", 606);
   ASSERT_EQ(ask(log).verdict, "nothing_missing") << said(ask(log));
   GetParam().harm(log);
   const IdentifyResult result = ask(log);
@@ -166,7 +158,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST(DamagedLogs, DegreesAreReportedAndConverted) {
-  FlightLog log = clean_flight(606);
+  FlightLog log = healthy_flight("roll", 606);
   const double gain = ask(log).final_model.parameters[0].value;
   for (double& angle : roll(log)) {
     angle *= 180.0 / std::numbers::pi;
@@ -179,7 +171,7 @@ TEST(DamagedLogs, DegreesAreReportedAndConverted) {
 
 // Sticks logged as commands in radians: time on the ground must be found in them too.
 TEST(DamagedLogs, GroundIsKeptOutOfCommandsToo) {
-  FlightLog log = clean_flight(606);
+  FlightLog log = healthy_flight("roll", 606);
   for (const auto& [stick, command] :
        {std::pair{Signal::kStickRoll, Signal::kCommandRoll}, std::pair{Signal::kStickPitch, Signal::kCommandPitch},
         std::pair{Signal::kStickThrottle, Signal::kCommandClimb}}) {
@@ -201,7 +193,7 @@ TEST(DamagedLogs, GroundIsKeptOutOfCommandsToo) {
 // Catches a detector that takes a hover with centred sticks for standing on the ground and removes good data.
 TEST(GroundTimes, AFlightThatBeginsInAHoverHasNone) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    EXPECT_TRUE(ground_times(clean_flight(seed)).empty()) << "seed " << seed;
+    EXPECT_TRUE(ground_times(healthy_flight("roll", seed)).empty()) << "seed " << seed;
   }
 }
 
@@ -343,7 +335,7 @@ TEST(SpoiltStick, IsNotSeenInHealthyOnes) {
 // Catches a stick column that freezes while the hand moves on, which was reported as a change of the delay.
 TEST(FrozenStick, IsSaidByName) {
   for (std::uint64_t seed = 21; seed <= 24; ++seed) {
-    FlightLog log = clean_flight(seed);
+    FlightLog log = healthy_flight("roll", seed);
     std::vector<double>& stick = log.of(Signal::kStickRoll);
     for (const std::size_t begin : {700U, 1640U, 3300U}) {
       std::fill_n(&stick[begin], 120, stick[begin]);

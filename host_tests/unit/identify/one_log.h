@@ -1,9 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/request.h"
 
 namespace m100::lab::identify {
+
+/// A log of "roll" or "translation" with nothing hidden.
+inline logs::FlightLog healthy_flight(const std::string& axis, std::uint64_t seed) {
+  hidden::FlightPlan plan;
+  plan.axis = axis;
+  plan.seed = seed;
+  return hidden::fly(plan);
+}
 
 /// A request about two parts of one log, without intervals.
 inline Request about(const logs::FlightLog& log, const std::string& axis, const std::vector<std::string>& declared,

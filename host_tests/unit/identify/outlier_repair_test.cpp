@@ -6,18 +6,11 @@
 #include <cmath>
 #include <vector>
 
-#include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/data/log_defects.h"
+#include "host_tests/unit/identify/one_log.h"
 
 namespace m100::lab::identify {
 namespace {
-
-logs::FlightLog flight(std::uint64_t seed) {
-  hidden::FlightPlan plan;
-  plan.axis = "roll";
-  plan.seed = seed;
-  return hidden::fly(plan);
-}
 
 // Once 4 of 90 healthy logs had an "outlier" in a stick at 20 and 25 Hz: the sharpest turn of the hand.
 TEST(SharpTurn, OfAHandIsNoOutlier) {
@@ -54,7 +47,7 @@ TEST(SlowRows, ASmoothTurnIsNoOutlier) {
 // Catches a freeze that ends when the vehicle passes the frozen value again, so that there is no jump at its end.
 TEST(FrozenResponse, IsFoundWithoutAJumpAtItsEnd) {
   for (std::uint64_t seed = 31; seed <= 34; ++seed) {
-    logs::FlightLog log = flight(seed);
+    logs::FlightLog log = healthy_flight("roll", seed);
     std::vector<double> angle = log.of(logs::Signal::kAttitudeRoll);
     std::size_t begin = 1500;
     while (std::abs(angle[begin] - angle[begin - 1]) < 0.003) {

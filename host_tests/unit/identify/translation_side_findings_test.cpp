@@ -10,7 +10,6 @@
 #include <random>
 #include <string>
 
-#include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/data/translation_data.h"
 #include "host_tests/lab/identify/output/vehicle_update.h"
 #include "host_tests/lab/identify/translation_pipeline.h"
@@ -21,13 +20,6 @@ namespace {
 
 using logs::FlightLog;
 using logs::Signal;
-
-FlightLog flight(std::uint64_t seed) {
-  hidden::FlightPlan plan;
-  plan.axis = "translation";
-  plan.seed = seed;
-  return hidden::fly(plan);
-}
 
 IdentifyResult ask(const FlightLog& log, std::size_t refits = 0) {
   Request request = about(log, "translation", {"rigid_body"});
@@ -71,7 +63,7 @@ struct Case {
 class TranslationSideFindings : public ::testing::TestWithParam<Case> {};
 
 TEST_P(TranslationSideFindings, IsSaidByName) {
-  FlightLog log = flight(707);
+  FlightLog log = healthy_flight("translation", 707);
   GetParam().harm(log);
   const IdentifyResult result = ask(log);
   EXPECT_NE(result.verdict, "nothing_missing") << said(result);
@@ -127,7 +119,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(TranslationChange, IsDatedAndNothingElseIsNamed) {
   int inside = 0;
   for (std::uint64_t seed = 811; seed <= 816; ++seed) {
-    FlightLog log = flight(seed);
+    FlightLog log = healthy_flight("translation", seed);
     const double at_s = 14.0 + 2.11 * static_cast<double>(seed - 811);
     push(log, 0, [&](std::size_t k) { return log.time_s(k) > at_s ? 0.6 : 0.0; });
     const IdentifyResult result = ask(log);
@@ -143,7 +135,7 @@ TEST(TranslationChange, IsDatedAndNothingElseIsNamed) {
 
 // Frozen samples must be reported and excluded. Outside of the ranges neither they nor outliers matter.
 TEST(TranslationSideFindings, SpoiltSamplesAreKeptOutWhereTheyMatter) {
-  const FlightLog clean = flight(808);
+  const FlightLog clean = healthy_flight("translation", 808);
   const auto spoil = [&](std::size_t from) {
     FlightLog log = clean;
     log.signal_gap[Signal::kAttitudeRoll].assign(log.size, 0);  // as in a log that was read from a file
@@ -242,7 +234,7 @@ TEST(CapturedVelocity, IsComparedWithTheSameMeanOfThePrediction) {
 // Catches a scan that takes gusts for a change, and a vehicle that is flown back for a tethered one.
 TEST(TranslationSideFindings, HealthyFlightsHaveNoSideFindings) {
   for (std::uint64_t seed = 801; seed <= 806; ++seed) {
-    const IdentifyResult result = ask(flight(seed));
+    const IdentifyResult result = ask(healthy_flight("translation", seed));
     EXPECT_TRUE(result.changes.empty()) << "seed " << seed << ": " << said(result);
     EXPECT_EQ(result.verdict, "nothing_missing") << "seed " << seed << ": " << said(result);
   }

@@ -55,8 +55,8 @@ void move_earlier(std::vector<double>& values, double samples) {
   }
 }
 
-/// Excludes gaps and a tenth of a second on either side of each, where a held stick may jump without a hand. The
-/// outlier test uses neighbours within this time.
+/// Excludes gaps and a tenth of a second on either side of each from the outlier test, which uses neighbours within
+/// this time: a stick that is held there may jump without a hand.
 std::vector<char> exclude_gap_edges(std::vector<char> used, const std::vector<std::uint8_t>& gap, double period_s) {
   constexpr double kBeside_s = 0.1;
   const auto beside = static_cast<std::size_t>(std::lround(kBeside_s / period_s));
@@ -125,7 +125,7 @@ void read_sticks(const logs::FlightLog& log, const AxisChannels& picked, const s
 
 void read_response(const logs::FlightLog& log, const AxisChannels& picked, AxisSignals& out) {
   const std::vector<double>& logged = log.of(picked.response);
-  out.data.measured = picked.is_integral ? slope(logged, log.period_s) : logged;
+  out.data.measured = picked.is_integral ? derivative(logged, log.period_s) : logged;
   out.data.row_s = log.row_of(picked.response);
   out.response_name = logs::name_of(picked.response);
 }
@@ -150,16 +150,33 @@ void repair_response(const logs::FlightLog& log, const std::string& axis, const 
 
 }  // namespace
 
-double slope_at(const std::vector<double>& values, std::size_t sample, double period_s) {
+double central_difference(const std::vector<double>& values, std::size_t sample, double period_s) {
   const std::size_t from = sample > 5 ? sample - 5 : 0;
   const std::size_t to = std::min(values.size() - 1, sample + 5);
   return to > from ? (values[to] - values[from]) / (static_cast<double>(to - from) * period_s) : 0.0;
 }
 
-std::vector<double> slope(const std::vector<double>& values, double period_s) {
+std::vector<double> derivative(const std::vector<double>& values, double period_s) {
+  constexpr std::size_t kHalf = 9;
+  // Sums over k = -9..9 of k^2, k^4 and k^6, in the normal equations of the cubic's odd terms.
+  constexpr double kS2 = 570.0;
+  constexpr double kS4 = 30666.0;
+  constexpr double kS6 = 1956810.0;
   std::vector<double> out(values.size());
   for (std::size_t i = 0; i < values.size(); ++i) {
-    out[i] = slope_at(values, i, period_s);
+    if (i < kHalf || i + kHalf >= values.size()) {
+      out[i] = central_difference(values, i, period_s);
+      continue;
+    }
+    double first = 0.0;
+    double third = 0.0;
+    for (std::size_t k = 1; k <= kHalf; ++k) {
+      const auto way = static_cast<double>(k);
+      const double odd = values[i + k] - values[i - k];
+      first += way * odd;
+      third += way * way * way * odd;
+    }
+    out[i] = (kS6 * first - kS4 * third) / ((kS2 * kS6 - kS4 * kS4) * period_s);
   }
   return out;
 }

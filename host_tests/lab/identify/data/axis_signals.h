@@ -20,16 +20,18 @@ struct AxisSignals {
 };
 
 /// Takes the stick (or command in SI units), the other axis' stick and the measured response of `axis` from a log. A
-/// climb speed or yaw rate that was not logged is computed as the slope of height or yaw.
+/// climb speed or yaw rate that was not logged is computed as the derivative() of height or yaw.
 /// @param requested  ranges outside of which spoilt samples do not matter; empty: all samples matter
 /// @param stick_earlier_s  time by which both sticks are shifted earlier, at least 0: for clocks that disagree
 /// @throws InputError naming file and signal.
 AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, const std::vector<Range>& requested,
                          double stick_earlier_s = 0.0);
 
-/// Central difference over +-5 samples, i.e. over ten sample periods; over fewer at the ends.
-double slope_at(const std::vector<double>& values, std::size_t sample, double period_s);
-/// slope_at() of all samples.
-std::vector<double> slope(const std::vector<double>& values, double period_s);
+/// Central difference over +-5 samples, i.e. over ten sample periods; over fewer at the ends. It attenuates an
+/// oscillation of 6 rad/s by 1.5 %.
+double central_difference(const std::vector<double>& values, std::size_t sample, double period_s);
+/// Derivative of the cubic fitted to each sample and nine on either side (Savitzky-Golay): it attenuates an oscillation
+/// of 6 rad/s by less than 0.1 %, with less noise than the central difference, which it is near the ends.
+std::vector<double> derivative(const std::vector<double>& values, double period_s);
 
 }  // namespace m100::lab::identify

@@ -154,8 +154,8 @@ bool ForwardSelection::add_one() {
   return true;
 }
 
-// `second` was accepted in addition to `first`. The two are a pair if `first` is also accepted in addition to `second`,
-// and both are accepted together.
+// `second` was accepted beside `first`. The two are a pair if `first` is also accepted beside `second`, and if both
+// together are accepted as an edit of `from`.
 std::optional<ForwardSelection::Pair> ForwardSelection::pair_of(const CrossValidatedFit& from, const TriedEdit& first,
                                                                 const CrossValidatedFit& other_alone,
                                                                 const TriedEdit& second) const {

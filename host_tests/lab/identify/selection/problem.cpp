@@ -25,7 +25,7 @@ void report_progress(const Request& request, const std::string& line) {
   }
 }
 
-/// Removes effects that predict unseen data worse, however well they fit: a veto, never a choice between candidates.
+/// Removes effects whose validation error exceeds max_validation_ratio(): a veto, never a choice between candidates.
 void withdraw_unconfirmed(const Problem& problem, Selection& selection) {
   const Family& family = problem.family();
   const std::vector<int> all(family.block_count(), 1);

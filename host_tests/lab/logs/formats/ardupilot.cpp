@@ -25,7 +25,7 @@ constexpr std::size_t kHeadBytes = 3;
 constexpr unsigned kFmt = 128;
 constexpr std::size_t kFmtBytes = 89;
 
-/// How the field letters are read; `read` null: text, or half precision for `g`.
+/// How the field letters are read; `read` is null for text, arrays and half precision (`g`).
 struct Letter {
   char letter;
   std::size_t bytes;

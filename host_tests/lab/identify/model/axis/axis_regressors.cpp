@@ -72,7 +72,7 @@ std::vector<RegressorGroup> axis_regressors(const logs::FlightLog& log, const Ax
   append(powers, stretch.lagged("", even(u), few));
   append(powers, stretch.lagged("", times_stick(even(u)), few));
   out.push_back(std::move(powers));
-  const auto rate = [&](Sample i) { return slope_at(signals.data.stick, i, log.period_s); };
+  const auto rate = [&](Sample i) { return central_difference(signals.data.stick, i, log.period_s); };
   out.push_back(stretch.lagged(signals.stick_name + " * its rate", times_stick(rate), few));
   const auto time = [&](Sample i) { return log.time_s(i) - 0.5 * (log.time_s(begin) + log.time_s(end)); };
   RegressorGroup trend = stretch.lagged("time", time, {0});
@@ -118,7 +118,7 @@ std::vector<RegressorGroup> axis_activity(const AxisSignals& signals, std::size_
   const std::vector<std::size_t> lags{lag(0.0), lag(0.15), lag(0.3), lag(0.6), lag(1.0)};
   const std::vector<double>& stick = signals.data.stick;
   const auto size = [&](std::size_t i) { return std::abs(stick[i]); };
-  const auto speed = [&](std::size_t i) { return std::abs(slope_at(stick, i, period_s)); };
+  const auto speed = [&](std::size_t i) { return std::abs(central_difference(stick, i, period_s)); };
   RegressorGroup group = stretch.lagged(signals.stick_name + " activity", size, lags);
   append(group, stretch.lagged("", speed, lags));
   return {std::move(group)};

@@ -21,7 +21,7 @@ std::size_t flight_of(const AxisData& data, std::size_t sample) {
       std::count_if(data.flights.begin(), data.flights.end(), [&](std::size_t begin) { return begin <= sample; }));
 }
 
-/// The thinning of the residual test for a run of `samples` samples in blocks of `length`.
+/// Divides a run of `samples` samples, in blocks of `length`, into the means that the residual test works with.
 Thinned thin_run(double period_s, std::size_t length, std::size_t samples) {
   ResidualInput run;
   run.sample_period_s = period_s;
