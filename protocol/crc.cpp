@@ -13,8 +13,6 @@ std::uint16_t crc16(std::span<const std::byte> bytes, std::uint16_t state) {
   return state;
 }
 
-std::uint16_t crc16_of_header(const std::byte* header) { return crc_kernels::header_crc16(header); }
-
 std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t state) {
   const std::byte* next = bytes.data();
   std::size_t left = bytes.size();
@@ -22,10 +20,6 @@ std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t state) {
     state = crc_kernels::step_block(state, next);
   }
   return crc_kernels::step_rest(state, next, left);
-}
-
-void crc32_running(const std::byte* bytes, std::span<std::uint32_t> running) {
-  crc_kernels::run_blocks(bytes, running.data(), running.size() - 1);
 }
 
 std::uint32_t crc32_advance(std::uint32_t state, std::size_t zeros) {

@@ -23,19 +23,12 @@ inline constexpr std::uint32_t kCrc32Start = 0x00003AA3;
 /// Cost: 1 table look-up per byte.
 std::uint16_t crc16(std::span<const std::byte> bytes, std::uint16_t state = kCrc16Start);
 
-/// crc16 over the 10 bytes that start at header: with slicing tables the look-ups are independent of each other.
-std::uint16_t crc16_of_header(const std::byte* header);
-
 /// CRC-32, polynomial 0x04C11DB7 reflected (0xEDB88320), no final XOR. A frame with its own CRC gives 0.
 /// Cost: 1 table look-up per byte.
 std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t state = kCrc32Start);
 
 /// Bytes between two stored values of a running CRC32.
 inline constexpr std::size_t kCrc32BlockBytes = M100_CRC_SLICES == 1 ? 16 : 8;
-
-/// Continues a running CRC32 block by block: running[i + 1] is running[i] after the i-th block of bytes.
-/// @param running has one entry more than there are blocks; the first is an input.
-void crc32_running(const std::byte* bytes, std::span<std::uint32_t> running);
 
 /// The register after `zeros` more bytes of value zero, zeros <= 1023: state * x^(8 zeros) mod P.
 ///

@@ -231,7 +231,7 @@ inline std::uint32_t advance(std::uint32_t state, std::size_t zeros) {
   return state;
 }
 
-/// As crc16_of_header().
+/// crc16() over the 10 bytes that start at header: with slicing tables the look-ups are independent of each other.
 inline std::uint16_t header_crc16(const std::byte* header) {
   if constexpr (kLarge) {
     const auto first = static_cast<std::uint16_t>(load<std::uint16_t>(header) ^ kCrc16Start);
@@ -261,7 +261,7 @@ inline std::uint16_t usual_header_crc16(const std::byte* header) {
   }
 }
 
-/// As crc32_running().
+/// Continues a running CRC32 block by block: running[i + 1] is running[i] after the i-th block of bytes.
 inline void run_blocks(const std::byte* bytes, std::uint32_t* running, std::size_t blocks) {
   std::uint32_t state = *running;
   for (; blocks > 0; --blocks, bytes += kCrc32BlockBytes) {

@@ -31,17 +31,6 @@ IdentifyResult ask(const FlightLog& log, const std::string& axis = "roll", const
   return identify_axis(request);
 }
 
-std::string said(const IdentifyResult& result) {
-  std::string out = result.verdict + ";";
-  for (const std::string& text : result.unexplained) {
-    out += " " + text + ";";
-  }
-  for (const Finding& finding : result.findings) {
-    out += " " + finding.what + ": " + finding.text + ";";
-  }
-  return out;
-}
-
 bool found(const IdentifyResult& result, const char* what) {
   return std::any_of(result.findings.begin(), result.findings.end(),
                      [&](const Finding& finding) { return finding.what == what; });
@@ -73,9 +62,9 @@ TEST_P(YawLog, KnowsItsHealthySign) {
   move(log, Signal::kStickRoll, GetParam().input, GetParam().input_factor);
   move(log, Signal::kAttitudeRoll, Signal::kRateZ, GetParam().rate_factor);
   const IdentifyResult result = ask(log, "yaw_rate");
-  EXPECT_EQ(found(result, "sign_reversed"), GetParam().reversed) << said(result);
-  EXPECT_FALSE(found(result, "wrong_unit")) << said(result);
-  EXPECT_EQ(result.verdict, GetParam().reversed ? "unexplained" : "nothing_missing") << said(result);
+  EXPECT_EQ(found(result, "sign_reversed"), GetParam().reversed) << text_of(result);
+  EXPECT_FALSE(found(result, "wrong_unit")) << text_of(result);
+  EXPECT_EQ(result.verdict, GetParam().reversed ? "unexplained" : "nothing_missing") << text_of(result);
 }
 
 INSTANTIATE_TEST_SUITE_P(Table, YawLog,
@@ -102,13 +91,13 @@ TEST(Units, AGainThatNoAircraftHasIsAWrongUnit) {
   };
   const double degrees = 180.0 / std::numbers::pi;
   const auto turned = verdict(Signal::kStickYaw, 1.0, Signal::kRateZ, -4.0 * degrees, "yaw_rate");
-  EXPECT_TRUE(found(turned, "wrong_unit")) << said(turned);
+  EXPECT_TRUE(found(turned, "wrong_unit")) << text_of(turned);
   const auto commanded = verdict(Signal::kCommandYawRate, 8.5e-4, Signal::kRateZ, degrees, "yaw_rate");
-  EXPECT_TRUE(found(commanded, "wrong_unit")) << said(commanded);
+  EXPECT_TRUE(found(commanded, "wrong_unit")) << text_of(commanded);
   const auto command_in_degrees = verdict(Signal::kCommandRoll, 8.5e-4 * degrees, Signal::kAttitudeRoll, 1.0, "roll");
-  EXPECT_TRUE(found(command_in_degrees, "wrong_unit")) << said(command_in_degrees);
+  EXPECT_TRUE(found(command_in_degrees, "wrong_unit")) << text_of(command_in_degrees);
   const auto quick = verdict(Signal::kStickYaw, 1.0, Signal::kRateZ, -4.0, "yaw_rate");
-  EXPECT_FALSE(found(quick, "wrong_unit")) << said(quick);
+  EXPECT_FALSE(found(quick, "wrong_unit")) << text_of(quick);
 }
 
 // One bad sample beyond half a turn must not convert the whole log from degrees to radians.
@@ -130,8 +119,8 @@ TEST(ValidationPart, ThatNeverMovesTheStickTestsNothing) {
   rested.of(Signal::kAttitudeRoll) = vehicle.fly().of(Signal::kAttitudeRoll);
   std::fill(rested.of(Signal::kStickRoll).begin(), rested.of(Signal::kStickRoll).end(), 0.0);
   const IdentifyResult result = ask(flown, "roll", &rested);
-  EXPECT_EQ(result.verdict, "unexplained") << said(result);
-  EXPECT_NE(said(result).find("it tests nothing"), std::string::npos) << said(result);
+  EXPECT_EQ(result.verdict, "unexplained") << text_of(result);
+  EXPECT_NE(text_of(result).find("it tests nothing"), std::string::npos) << text_of(result);
 }
 
 // The longer side of a change may have too few data for a study of its own; the change must still be reported.
@@ -142,7 +131,7 @@ TEST(Change, WithALongerSideOfGapsIsStillFound) {
   FlightLog log = vehicle.fly();
   std::fill(log.gap.begin() + 1900, log.gap.begin() + 3000, std::uint8_t{1});
   const IdentifyResult result = ask(log);
-  ASSERT_EQ(result.changes.size(), 1U) << said(result);
+  ASSERT_EQ(result.changes.size(), 1U) << text_of(result);
   EXPECT_EQ(result.changes[0].name, "gain");
   EXPECT_NEAR(result.changes[0].at_s, 16.0, 1.0);
 }
@@ -157,10 +146,10 @@ TEST(SpoiltSamples, OutsideOfTheRangesDoNotMatter) {
   }
   std::fill(angle.begin() + 4420, angle.begin() + 4490, angle[4420]);
   const IdentifyResult result = ask(spoilt);
-  EXPECT_FALSE(found(result, "outliers")) << said(result);
-  EXPECT_FALSE(found(result, "frozen")) << said(result);
-  EXPECT_FALSE(found(result, "wrong_unit")) << said(result);
-  EXPECT_EQ(result.verdict, "nothing_missing") << said(result);
+  EXPECT_FALSE(found(result, "outliers")) << text_of(result);
+  EXPECT_FALSE(found(result, "frozen")) << text_of(result);
+  EXPECT_FALSE(found(result, "wrong_unit")) << text_of(result);
+  EXPECT_EQ(result.verdict, "nothing_missing") << text_of(result);
   EXPECT_EQ(result.final_model.validation_rmse, ask(clean).final_model.validation_rmse);
   angle[1000] = 9.0;
   EXPECT_TRUE(found(ask(spoilt), "outliers"));
@@ -183,7 +172,7 @@ TEST(ValidationLog, MayHaveOtherChannels) {
   poor.of(Signal::kStickPitch).clear();
   for (const auto& [training, validation] : {std::pair{&rich, &poor}, std::pair{&poor, &rich}}) {
     const IdentifyResult result = ask(*training, "roll", validation);
-    EXPECT_EQ(result.verdict, "nothing_missing") << said(result);
+    EXPECT_EQ(result.verdict, "nothing_missing") << text_of(result);
   }
 }
 
@@ -287,9 +276,9 @@ TEST(Changes, AReversedAnswerIsAnAnswer) {
   vehicle.change_s = 24.0;
   vehicle.hidden_later = {{"gain", -0.9}};
   const IdentifyResult result = ask(vehicle.fly());
-  EXPECT_EQ(said(result).find("does not answer"), std::string::npos) << said(result);
-  ASSERT_EQ(result.changes.size(), 1U) << said(result);
-  EXPECT_EQ(result.changes.front().name, "gain") << said(result);
+  EXPECT_EQ(text_of(result).find("does not answer"), std::string::npos) << text_of(result);
+  ASSERT_EQ(result.changes.size(), 1U) << text_of(result);
+  EXPECT_EQ(result.changes.front().name, "gain") << text_of(result);
   EXPECT_NEAR(result.changes.front().at_s, 24.0, 0.5);
 }
 

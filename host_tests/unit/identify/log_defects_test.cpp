@@ -27,23 +27,6 @@ IdentifyResult ask(const FlightLog& log) {
   return identify_axis(about(log, "roll", {"second_order", "transport_delay"}));
 }
 
-std::string said(const IdentifyResult& result) {
-  std::string out = result.verdict + ";";
-  for (const EffectResult& effect : result.effects) {
-    out += " named " + effect.name + ";";
-  }
-  for (const std::string& text : result.unexplained) {
-    out += " " + text + ";";
-  }
-  for (const Finding& finding : result.findings) {
-    out += " " + finding.what + ": " + finding.text + ";";
-  }
-  for (const Change& change : result.changes) {
-    out += " changed " + change.name + " at " + std::to_string(change.at_s) + ";";
-  }
-  return out;
-}
-
 struct Case {
   const char* name;
   std::function<void(FlightLog&)> harm;
@@ -55,11 +38,11 @@ class DamagedLog : public ::testing::TestWithParam<Case> {};
 
 TEST_P(DamagedLog, IsAnsweredHonestly) {
   FlightLog log = healthy_flight("roll", 606);
-  ASSERT_EQ(ask(log).verdict, "nothing_missing") << said(ask(log));
+  ASSERT_EQ(ask(log).verdict, "nothing_missing") << text_of(ask(log));
   GetParam().harm(log);
   const IdentifyResult result = ask(log);
-  EXPECT_EQ(result.verdict, GetParam().verdict) << said(result);
-  EXPECT_NE(said(result).find(GetParam().must_say), std::string::npos) << said(result);
+  EXPECT_EQ(result.verdict, GetParam().verdict) << text_of(result);
+  EXPECT_NE(text_of(result).find(GetParam().must_say), std::string::npos) << text_of(result);
 }
 
 std::vector<double>& roll(FlightLog& log) { return log.of(Signal::kAttitudeRoll); }
@@ -164,8 +147,8 @@ TEST(DamagedLogs, DegreesAreReportedAndConverted) {
     angle *= 180.0 / std::numbers::pi;
   }
   const IdentifyResult result = ask(log);
-  EXPECT_EQ(result.verdict, "unexplained") << said(result);
-  EXPECT_NE(said(result).find("wrong_unit: "), std::string::npos) << said(result);
+  EXPECT_EQ(result.verdict, "unexplained") << text_of(result);
+  EXPECT_NE(text_of(result).find("wrong_unit: "), std::string::npos) << text_of(result);
   EXPECT_NEAR(result.final_model.parameters[0].value, gain, 1e-3 * gain);
 }
 
@@ -187,7 +170,7 @@ TEST(DamagedLogs, GroundIsKeptOutOfCommandsToo) {
     }
     log.of(Signal::kCommandRoll)[k] = k > 150 && k < 300 ? -0.3 : 0.0;
   }
-  EXPECT_NE(said(ask(log)).find("on_ground: "), std::string::npos) << said(ask(log));
+  EXPECT_NE(text_of(ask(log)).find("on_ground: "), std::string::npos) << text_of(ask(log));
 }
 
 // Catches a detector that takes a hover with centred sticks for standing on the ground and removes good data.
@@ -234,8 +217,8 @@ TEST(GroundTimes, AreFoundBesideAnAxisThatHardlyMoves) {
     EXPECT_NEAR(times[0].second, 10.9, 1.0) << "seed " << seed;
     EXPECT_NEAR(times[1].first, 35.1, 1.0) << "seed " << seed;
     const IdentifyResult result = ask(log);
-    EXPECT_TRUE(result.changes.empty()) << said(result);
-    EXPECT_NE(result.verdict, "explained") << said(result);
+    EXPECT_TRUE(result.changes.empty()) << text_of(result);
+    EXPECT_NE(result.verdict, "explained") << text_of(result);
   }
 }
 
@@ -264,9 +247,9 @@ TEST(GroundTimes, AStickThatIsNoLongerAnsweredHasNoOtherGain) {
   }
   const IdentifyResult result = ask(log);
   EXPECT_TRUE(ground_times(log).empty());
-  EXPECT_EQ(result.verdict, "unexplained") << said(result);
-  EXPECT_TRUE(result.changes.empty()) << said(result);
-  EXPECT_NE(said(result).find("does not answer stick_roll after 3"), std::string::npos) << said(result);
+  EXPECT_EQ(result.verdict, "unexplained") << text_of(result);
+  EXPECT_TRUE(result.changes.empty()) << text_of(result);
+  EXPECT_NE(text_of(result).find("does not answer stick_roll after 3"), std::string::npos) << text_of(result);
 }
 
 /// Resamples the log to rows slower than its clock and not in step with it.
@@ -305,9 +288,9 @@ TEST(SpoiltStick, IsReportedAndRepaired) {
       write_slowly(log, row_s);
     }
     const IdentifyResult result = ask(log);
-    EXPECT_EQ(result.verdict, "unexplained") << said(result);
-    EXPECT_NE(said(result).find("outliers: "), std::string::npos) << said(result);
-    EXPECT_TRUE(result.effects.empty()) << said(result);
+    EXPECT_EQ(result.verdict, "unexplained") << text_of(result);
+    EXPECT_NE(text_of(result).find("outliers: "), std::string::npos) << text_of(result);
+    EXPECT_TRUE(result.effects.empty()) << text_of(result);
   }
 }
 
@@ -341,8 +324,8 @@ TEST(FrozenStick, IsSaidByName) {
       std::fill_n(&stick[begin], 120, stick[begin]);
     }
     const IdentifyResult result = ask(log);
-    EXPECT_EQ(result.verdict, "unexplained") << seed << ": " << said(result);
-    EXPECT_NE(said(result).find("frozen: stick_roll"), std::string::npos) << seed << ": " << said(result);
+    EXPECT_EQ(result.verdict, "unexplained") << seed << ": " << text_of(result);
+    EXPECT_NE(text_of(result).find("frozen: stick_roll"), std::string::npos) << seed << ": " << text_of(result);
   }
 }
 
@@ -356,8 +339,8 @@ TEST(SlowRows, OutliersOfOneRowAreFound) {
     }
     write_slowly(log, row_s);
     const IdentifyResult result = ask(log);
-    EXPECT_NE(said(result).find("outliers: "), std::string::npos) << said(result);
-    EXPECT_EQ(said(result).find("bursts"), std::string::npos) << said(result);
+    EXPECT_NE(text_of(result).find("outliers: "), std::string::npos) << text_of(result);
+    EXPECT_EQ(text_of(result).find("bursts"), std::string::npos) << text_of(result);
   }
 }
 
@@ -378,11 +361,11 @@ TEST(SlowRows, UndersampledSticksAreReported) {
     FlightLog log = vehicle.fly();
     write_slowly(log, 0.1);
     const IdentifyResult result = ask(log);
-    EXPECT_TRUE(result.changes.empty()) << seed << said(result);
-    EXPECT_NE(said(result).find("undersampled"), std::string::npos) << seed << said(result);
+    EXPECT_TRUE(result.changes.empty()) << seed << text_of(result);
+    EXPECT_NE(text_of(result).find("undersampled"), std::string::npos) << seed << text_of(result);
   }
   FlightLog log = host_tests::SyntheticAxis::random(1).fly();
-  EXPECT_EQ(said(ask(log)).find("undersampled"), std::string::npos);
+  EXPECT_EQ(text_of(ask(log)).find("undersampled"), std::string::npos);
 }
 
 TEST(VibrationPeak, IsFoundAtItsFrequencyAndNotInNoise) {

@@ -27,23 +27,6 @@ IdentifyResult ask(const FlightLog& log, std::size_t refits = 0) {
   return identify_translation(request);
 }
 
-std::string said(const IdentifyResult& result) {
-  std::string out = result.verdict + ";";
-  for (const EffectResult& effect : result.effects) {
-    out += " named " + effect.name + ";";
-  }
-  for (const std::string& text : result.unexplained) {
-    out += " " + text + ";";
-  }
-  for (const Finding& finding : result.findings) {
-    out += finding.what == "note" ? "" : " " + finding.what + ": " + finding.text + ";";
-  }
-  for (const Change& change : result.changes) {
-    out += " changed " + change.name + " at " + std::to_string(change.at_s) + ";";
-  }
-  return out;
-}
-
 /// Adds an acceleration to the logged motion along one axis.
 void push(FlightLog& log, int axis, const std::function<double(std::size_t)>& acceleration) {
   std::vector<double>& velocity = log.of(logs::offset(Signal::kVelocityX, axis));
@@ -66,8 +49,8 @@ TEST_P(TranslationSideFindings, IsSaidByName) {
   FlightLog log = healthy_flight("translation", 707);
   GetParam().harm(log);
   const IdentifyResult result = ask(log);
-  EXPECT_NE(result.verdict, "nothing_missing") << said(result);
-  EXPECT_NE(said(result).find(GetParam().must_say), std::string::npos) << said(result);
+  EXPECT_NE(result.verdict, "nothing_missing") << text_of(result);
+  EXPECT_NE(text_of(result, false).find(GetParam().must_say), std::string::npos) << text_of(result);
 }
 
 void scale(FlightLog& log, Signal signal, double factor) {
@@ -123,9 +106,9 @@ TEST(TranslationChange, IsDatedAndNothingElseIsNamed) {
     const double at_s = 14.0 + 2.11 * static_cast<double>(seed - 811);
     push(log, 0, [&](std::size_t k) { return log.time_s(k) > at_s ? 0.6 : 0.0; });
     const IdentifyResult result = ask(log);
-    EXPECT_EQ(result.verdict, "explained") << said(result);
-    EXPECT_TRUE(result.effects.empty()) << said(result);
-    ASSERT_EQ(result.changes.size(), 1U) << said(result);
+    EXPECT_EQ(result.verdict, "explained") << text_of(result);
+    EXPECT_TRUE(result.effects.empty()) << text_of(result);
+    ASSERT_EQ(result.changes.size(), 1U) << text_of(result);
     EXPECT_EQ(result.changes[0].name, "steady_wind");
     EXPECT_LT(result.changes[0].high_s - result.changes[0].low_s, 0.6);
     inside += result.changes[0].low_s <= at_s && at_s <= result.changes[0].high_s ? 1 : 0;
@@ -151,14 +134,14 @@ TEST(TranslationSideFindings, SpoiltSamplesAreKeptOutWhereTheyMatter) {
   };
   const double error = ask(clean).final_model.validation_rmse;
   const IdentifyResult inside = ask(spoil(3300));
-  EXPECT_TRUE(has_finding(inside, "frozen")) << said(inside);
+  EXPECT_TRUE(has_finding(inside, "frozen")) << text_of(inside);
   EXPECT_NE(inside.verdict, "nothing_missing");
   EXPECT_LT(inside.final_model.validation_rmse, 1.1 * error) << "frozen samples count as measurements";
   FlightLog outside = spoil(4440);
   outside.of(Signal::kVelocityX)[100] += 5.0;
   const IdentifyResult result = ask(outside);
-  EXPECT_FALSE(has_finding(result, "frozen")) << said(result);
-  EXPECT_FALSE(has_finding(result, "outliers")) << said(result);
+  EXPECT_FALSE(has_finding(result, "frozen")) << text_of(result);
+  EXPECT_FALSE(has_finding(result, "outliers")) << text_of(result);
   EXPECT_EQ(result.final_model.validation_rmse, error);
 }
 
@@ -196,7 +179,7 @@ FlightLog climbing_turns() {
 TEST(ThrustSource, OfAClimbingVehicleIsFilteredOnce) {
   const IdentifyResult result = ask(climbing_turns());
   EXPECT_LT(result.declared.validation_rmse, 0.012);
-  EXPECT_EQ(result.verdict, "nothing_missing") << said(result);
+  EXPECT_EQ(result.verdict, "nothing_missing") << text_of(result);
 }
 
 // Catches an accelerometer that reads 0.4 m/s^2 too much taken for thrust: a tilt gain of 0.96 was named.
@@ -211,7 +194,7 @@ TEST(ThrustSource, TheAccelerometersErrorIsNoTiltGain) {
   }
   const IdentifyResult result = ask(log);
   EXPECT_LT(result.declared.validation_rmse, 0.012);
-  EXPECT_EQ(result.verdict, "nothing_missing") << said(result);
+  EXPECT_EQ(result.verdict, "nothing_missing") << text_of(result);
 }
 
 // Catches a velocity that was captured as a mean but is compared with an unaveraged prediction.
@@ -235,8 +218,8 @@ TEST(CapturedVelocity, IsComparedWithTheSameMeanOfThePrediction) {
 TEST(TranslationSideFindings, HealthyFlightsHaveNoSideFindings) {
   for (std::uint64_t seed = 801; seed <= 806; ++seed) {
     const IdentifyResult result = ask(healthy_flight("translation", seed));
-    EXPECT_TRUE(result.changes.empty()) << "seed " << seed << ": " << said(result);
-    EXPECT_EQ(result.verdict, "nothing_missing") << "seed " << seed << ": " << said(result);
+    EXPECT_TRUE(result.changes.empty()) << "seed " << seed << ": " << text_of(result);
+    EXPECT_EQ(result.verdict, "nothing_missing") << "seed " << seed << ": " << text_of(result);
   }
 }
 

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/crc_kernels.h"
+
 namespace m100::protocol {
 namespace {
 
@@ -51,14 +53,14 @@ TEST(Crc, AgreesWithTheDefinitionForEveryLength) {
 TEST(Crc, OfAHeaderIsTheCrcOfTenBytes) {
   for (unsigned seed = 0; seed < 200; ++seed) {
     const std::vector<std::byte> bytes = random_bytes(10, seed);
-    ASSERT_EQ(crc16_of_header(bytes.data()), crc16(bytes)) << seed;
+    ASSERT_EQ(crc_kernels::header_crc16(bytes.data()), crc16(bytes)) << seed;
   }
 }
 
 TEST(Crc, RunsFromBlockToBlock) {
   const std::vector<std::byte> bytes = random_bytes(160, 2);
   std::vector<std::uint32_t> running(11, 77U);
-  crc32_running(bytes.data(), running);
+  crc_kernels::run_blocks(bytes.data(), running.data(), running.size() - 1);
   for (std::size_t block = 0; block < running.size(); ++block) {
     EXPECT_EQ(running[block], crc32(std::span(bytes).first(block * kCrc32BlockBytes), 77U)) << block;
   }
