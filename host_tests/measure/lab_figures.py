@@ -236,20 +236,33 @@ def hidden_effects(workspace):
         share = f"{100 * first['right'] / max(first['count'], 1):.1f} %"
         others = f"{second['right'] + third['right']} of {second['count'] + third['count']}"
         rows.append([first["what"], f"{first['right']} of {first['count']}", share, goal, others])
-    return {"hidden.shares": table(*rows)}
+    zeros = workspace.run(program, "--only", "lead_zero", "--logs", 6200, "--seed", 31415, may_fail=True)
+    named = re.search(r"roll lead_zero +(\d+ of \d+)", zeros)[1]
+    return {"hidden.shares": table(*rows), "hidden.lead_zero": Figure(named)}
 
 
 def coverage(workspace):
-    """How often the 95 % intervals contain the true value, over simulated logs of ten blocks."""
-    program = workspace.program("host_tests/property/identify_coverage", ("host-release",))
-    with tempfile.TemporaryDirectory() as folder:
-        answer = pathlib.Path(folder) / "answer.json"
-        workspace.run(program, "--logs", 500, "--seed", 20261122, "--json", answer)
-        found = json.loads(answer.read_text())
-    rows = [["parameter", "logs", "covered", "mean half width"]]
-    rows += [[row["parameter"].replace("_", " "), str(row["logs"]), f"{row['covered_percent']:.1f} %",
-              f"{row['half_width_percent']:.1f} %"] for row in found["parameters"]]
-    return {"identify.coverage": table(*rows)}
+    """How often the 95 % intervals contain the true value: simulated logs of a hand, and excited flights of evenings."""
+    program, figures = workspace.program("host_tests/property/identify_coverage", ("host-release",)), {}
+    for name, flights, seed in (("identify.coverage", "hand", 20261122), ("identify.coverage_excited", "excited", 900000)):
+        with tempfile.TemporaryDirectory() as folder:
+            answer = pathlib.Path(folder) / "answer.json"
+            workspace.run(program, "--flights", flights, "--logs", 500, "--seed", seed, "--json", answer)
+            figures[name] = coverage_table(json.loads(answer.read_text())["parameters"])
+    return figures
+
+
+def coverage_table(parameters):
+    """Covered share and mean half width of each parameter, one column for each axis."""
+    cells, axes, names = {}, [], []
+    for row in parameters:
+        axis = next(one for one in ("roll", "pitch", "climb", "yaw_rate", "translation") if row["parameter"].startswith(one + " "))
+        name = row["parameter"].removeprefix(axis + " ")
+        cells[name, axis] = f"{row['covered_percent']:.1f} ±{row['half_width_percent']:.0f}"
+        axes += [axis] if axis not in axes else []
+        names += [name] if name not in names else []
+    rows = [["covered, ± mean half width [%]", *(axis.replace("_", " ") for axis in axes)]]
+    return table(*rows, *([name.replace("_", " "), *(cells.get((name, axis), "") for axis in axes)] for name in names))
 
 
 SOURCES = [Source(("identify.measured", "identify.dead_zones"), measured_flights),
@@ -262,5 +275,5 @@ SOURCES = [Source(("identify.measured", "identify.dead_zones"), measured_flights
            Source(("flight.far",), far_tasks, quick=False),
            Source(("flight.modes",), both_modes, quick=False),
            Source(("flight.motion",), motion_curve, quick=False),
-           Source(("hidden.shares",), hidden_effects, quick=False),
+           Source(("hidden.shares", "hidden.lead_zero"), hidden_effects, quick=False),
            Source(("identify.coverage",), coverage, quick=False)]
