@@ -15,7 +15,7 @@ constexpr double kFar_m_s = 0.5;  ///< the poses are false if observed and dead-
 
 /// Largest distance of healthy poses from the observer's prediction by the reported attitude: the speed times the
 /// largest error of the time of capture that PathConsistency allows, and another 5 cm for noise and the lag after a
-/// gust (1008 healthy flights: README of est). kPosesMean is the weight of a new pose in the mean distance.
+/// gust (756 healthy flights: README of est). kPosesMean is the weight of a new pose in the mean distance.
 constexpr double kMaxLate_s = 0.12, kLag_m = 0.05, kPosesMean = 0.25;
 constexpr double kSane = 1e6;  ///< resets an offset that is NaN, which would otherwise stay
 

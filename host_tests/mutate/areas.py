@@ -42,7 +42,7 @@ UNASKED = {"unit_mpc": "Tuning.*:Margins.*:FlownMargins.*:GeneratedTable.*:*Ever
                         "TableFile.IsRefusedAfterAnyBitOfTheVehicleFile*",
            "property_mpc": "SetpointLaw.*"}
 # No mutants are drawn from files outside the areas above, which only the installed program m100 runs (scenario.program
-# and scenario.sticks would judge them, in minutes each), nor from the files below (image, generated numbers).
+# and scenario.authority would judge them, in minutes each), nor from the files below (image, generated numbers).
 LEFT_OUT = ("firmware/app/image/", "firmware/mpc/generated/", "firmware/link/release_sequence",
             "hal/cortex_m/exceptions", "hal/cortex_m/mps2", "hal/cortex_m/semihosting", "hal/cortex_m/stack_paint",
             "hal/cortex_m/startup", "hal/linux/watchdog")

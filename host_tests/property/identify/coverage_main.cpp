@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // identify_coverage [--logs N] [--seed S] [--json FILE] [--judge 1] [--flights hand|excited] [--verbose 1]: how often
 // the 95 % intervals of identify contain the true value, over simulated logs of a hand, or over the excited flights of
-// simulated evenings. With --judge, exit code 1: a parameter is not as coverage_limits.h states.
+// simulated evenings. With --judge, exit code 1: a parameter is outside the limits of coverage_limits.h.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -182,9 +182,9 @@ int report(const Counts& counts, int others, const std::string& file) {
   if (!file.empty()) {
     std::ofstream(file) << nlohmann::ordered_json{{"parameters", rows}, {"other_structure", others}}.dump(1) << "\n";
   }
-  const std::vector<std::string> offences = m100::host_tests::not_as_stated(counts);
+  const std::vector<std::string> offences = m100::host_tests::outside_limits(counts);
   for (const std::string& offence : offences) {
-    std::printf("NOT AS STATED: %s\n", offence.c_str());
+    std::printf("OUTSIDE THE GOAL: %s\n", offence.c_str());
   }
   return offences.empty() ? 0 : 1;
 }

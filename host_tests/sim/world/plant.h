@@ -159,8 +159,8 @@ struct Plant {
 /// The plant after its change.
 Plant changed(Plant plant);
 
-/// The plant as measured. Roll, pitch: identified from pitch_roll.csv; climb: from height.csv; yaw rate: the paper's
-/// fit (Table I, III-D.3, III-B.5); trim: III-B.3. The source file states the origin of each number.
+/// The plant as measured. Roll, pitch: identified from pitch_roll.csv; climb: from height.csv; yaw rate: from yaw.csv;
+/// trim: the paper, III-B.3. The source file states the origin of each number.
 Plant measured_plant();
 
 /// Adds the paper's fan (IV-C: 11..11.5 m/s at the hovering position; it stands in the south-east and pushes towards

@@ -8,17 +8,14 @@ namespace m100::host_tests {
 namespace {
 
 std::size_t offences(const char* name, int asked, int answered, int covered) {
-  return not_as_stated({{name, {.asked = asked, .answered = answered, .covered = covered}}}).size();
+  return outside_limits({{name, {.asked = asked, .answered = answered, .covered = covered}}}).size();
 }
 
-TEST(CoverageLimits, HoldsEveryParameterToWhatIsStated) {
+TEST(CoverageLimits, HoldsEveryParameterToTheGoal) {
   EXPECT_EQ(offences("roll delay_s", 500, 490, 460), 0U);
   EXPECT_EQ(offences("roll delay_s", 500, 490, 436), 1U) << "89 % of the intervals hold the truth";
   EXPECT_EQ(offences("roll delay_s", 500, 490, 490), 1U) << "intervals that always hold it are too wide";
   EXPECT_EQ(offences("roll delay_s", 12, 12, 10), 0U) << "twelve logs cannot tell 83 from 92 %";
-  EXPECT_EQ(offences("translation x_per_s", 500, 490, 436), 0U) << "of that one less is stated";
-  EXPECT_EQ(offences("translation y_per_s", 500, 490, 436), 1U);
-  EXPECT_EQ(offences("yaw_rate delay_s", 500, 490, 460), 1U) << "an axis of which nothing is stated";
 }
 
 // Catches a judge that one log with another structure disables, and one that passes if every log is refused.
@@ -26,7 +23,7 @@ TEST(CoverageLimits, WantsAnswers) {
   EXPECT_EQ(offences("roll delay_s", 500, 499, 400), 1U);
   EXPECT_EQ(offences("roll delay_s", 500, 430, 410), 1U);
   EXPECT_EQ(offences("roll delay_s", 500, 0, 0), 1U);
-  EXPECT_EQ(not_as_stated({}).size(), 1U);
+  EXPECT_EQ(outside_limits({}).size(), 1U);
 }
 
 }  // namespace
