@@ -5,10 +5,10 @@
 
 namespace m100::hal {
 
-/// Ends a program that hangs. It counts independently of the processor, and the program cannot stop it.
+/// Ends a program that hangs. On Linux the service manager does so, after one patience (ServiceWatchdog).
 ///
-/// It acts in two stages. After one patience without a feed() the machine interrupts all running code, interrupt
-/// handlers included, and the program sends its release sequence. After a second patience the machine resets. The
+/// On a board it cannot be stopped. After one patience without a feed() the machine interrupts all code, also
+/// interrupt handlers, and the program sends its release sequence. After a second patience the machine resets. The
 /// restarted program does not take control by itself.
 class Watchdog {
  public:

@@ -49,7 +49,7 @@ est::Contradiction<T> FaultIsolation<T>::contradiction() const {
   return velocity_consistency_.report();
 }
 
-/// If the attitude was false before control was ours, force and observer agree with it; only the poses show the fault.
+/// Force and observer do not contradict an attitude that was false before control was ours; only the poses do.
 template <typename T>
 void FaultIsolation<T>::update_pose_offset(const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
                                            const core::Vector<T, 2>& model_tilt_rad) {

@@ -65,14 +65,14 @@ struct SetpointNode {
 
 /// The explicit law for a constant reference: a search tree over planes, then one affine law, clipped. Parameters
 ///   z = (position error, velocity, tilt - target, tilt rate, previous input - steady input, steady input, rd, rs):
-/// steady input = target / input_gain - input_offset; rd, rs are the rests of disturbance and input target if the
-/// targets are not quite the steady ones (for example rounded): planes ignore them, laws do not. If mirror' z is
-/// negative, z and the resulting input are negated.
+/// steady input = target / input_gain - input_offset; rd, rs are the differences of disturbance and input target from
+/// their steady values (for example by rounding): planes ignore them, laws do not. If mirror' z is negative, z and the
+/// resulting input are negated.
 template <typename T>
 struct SetpointTree {
   static constexpr std::uint16_t kLeaf = 0x8000;  ///< child = kLeaf + row of laws
   std::span<const SetpointNode> nodes{};          ///< empty: there is no set-point law
-  std::span<const T> planes{};                    ///< per node: 3 constants, 3 factors of z_0, ...; then a last 0
+  std::span<const T> planes{};                    ///< per node: 3 planes' constants, factors of z_0, ...; at the end 0
   std::span<const T> laws{};                      ///< rows of kLawNumbers: u_0 before clipping
   std::array<T, kSetpointStates> box{};           ///< the law is valid for |z_i| <= box_i
   std::array<T, kPlaneNumbers - 1> mirror{};

@@ -127,8 +127,8 @@ inline constexpr core::Duration kConfirmTime = std::chrono::seconds(1);
 inline constexpr core::Duration kReleaseSpacing = std::chrono::milliseconds(100);
 inline constexpr std::uint8_t kReleasesAtOnce = 5;
 inline constexpr core::Duration kReleaseWindow = std::chrono::seconds(1);
-/// A request may be granted up to this much later. It is twice the age at which items stop being fresh, so that items
-/// that are fresh after this time are younger than the grant.
+/// A request is assumed to be granted within half of this time. The other half is the age at which items stop being
+/// fresh: those fresh after this time are younger than the grant.
 inline constexpr core::Duration kGrantTime = std::chrono::seconds(1);
 /// Ages saturate here; longer than every time above.
 inline constexpr core::Duration kAgeLimit = std::chrono::seconds(6);

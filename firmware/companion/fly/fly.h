@@ -85,7 +85,7 @@ void print_line(std::string_view line);
 /// One line with the state of the authority table, and the remedy if there is one.
 std::string describe(const link::AuthorityView& authority);
 
-/// Ticks of 10 ms by absolute deadlines; after a stall of more than one tick the grid starts anew.
+/// Ticks of 10 ms by absolute deadlines; a tick that lasts longer starts the grid anew.
 class TickClock {
  public:
   /// @param port whose clock is used: a simulated port has its own, any other uses the machine's.

@@ -170,7 +170,8 @@ void describe_limit_cycle(TextLine& line, const safety::Observation& seen) {
   line.add("swinging: ");
   add_limit_cycle(line, seen);
   line.add(
-      "; the fallback law flies now, slower and less exact. Stop and land; poses or commands may be later than known, or "
+      "; the fallback law flies now, slower and less exact. Stop and land; poses or commands may be later than known, "
+      "or "
       "the aircraft may respond more strongly than its vehicle file says: check with m100 doctor and m100-lab "
       "identify; m100-lab gains --tune makes the loop calmer");
 }

@@ -41,8 +41,8 @@ class CommandConsistency {
   /// Residuals expected in roll and pitch (sysid::ResidualMonitor): twice those of the measured flights' models.
   static constexpr double kModelError_rad2 = 0.008 * 0.008 + 0.006 * 0.006;
 
-  /// A response may be 80 ms later than its model predicts, the most in the simulator's worlds. When a command begins,
-  /// it takes twice that time until the response outweighs the part of it that was missing.
+  /// A response may be 80 ms later than its model predicts. After a command begins, the mean of |e|^2 then exceeds that
+  /// of |w|^2 for twice that time.
   static constexpr double kAlarm_s = 0.2;
 
   T allowed_rad2() const { return reported_rad2_ + static_cast<T>(kModelError_rad2); }

@@ -20,8 +20,8 @@ constexpr double kHeightSigma_m = 0.0005, kJolt_s = 0.3, kNoJolt_m_s = 0.01;
 /// 80 ms, for a second at most.
 constexpr double kClimbGain = 0.3, kHover_m_s = 0.2, kHeightLag_s = 0.08, kClimbMemory_s = 1.0;
 /// The first poses after a gap correct the observer within this time. The correction must not be counted as motion.
-/// Refused poses do not count as a gap. The force bridges a path for at most a second: an error of 0.05 m/s^2 then
-/// makes 0.05 / 2 = 2.5 cm, the uncertainty of a new start.
+/// Refused poses do not count as a gap. A gap of a second restarts the paths: a force error of 0.05 m/s^2 then makes
+/// 0.05 / 2 = 2.5 cm, the uncertainty of a new start.
 constexpr double kGapRecovery_s = 0.3;
 constexpr core::Duration kBridged = std::chrono::seconds(1);
 constexpr double kTiltMean_s = 1.0;  // the high-pass of a path forgets a longer lean

@@ -4,7 +4,7 @@
 #include "firmware/core/maths.h"
 #include "firmware/core/time.h"
 
-// Shared by disturbance_ekf.cpp (the tick), fuse_pose.cpp (the use of a pose) and reset_pose.cpp (start and restart).
+// Shared by disturbance_ekf.cpp (the tick), command_history.cpp, fuse_pose.cpp and reset_pose.cpp (start and restart).
 namespace m100::est {
 
 inline constexpr double kLargestAttitude_rad = 1.2;  ///< of attitudes and commands

@@ -35,7 +35,7 @@ Piece chirp(double from_hz, double to_hz, double length_s) {
   return {length_s, [=](double t) { return std::sin(2 * std::numbers::pi * (from_hz * t + 0.5 * rise * t * t)); },
           breaks_s};
 }
-/// A small and slow movement through the dead zone, which shows dead zone, trim and backlash.
+/// A small and slow movement through the dead zone, which shows dead zone, trim and hysteresis.
 Piece sweep(double length_s) {
   return {length_s, [=](double t) { return 0.3 * std::sin(2 * std::numbers::pi * t / length_s); }, {0.5 * length_s}};
 }

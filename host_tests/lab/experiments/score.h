@@ -27,7 +27,7 @@ struct Cell {
 /// Root mean squares over [from, to) seconds. An empty window gives zeros.
 Cell score(const Trace& trace, double from_s, double to_s);
 
-/// Whether the flight was flown and never went below the state coast. An empty trace did not stay.
+/// Whether the flight was flown, always in the state nominal or coast. An empty trace did not stay.
 bool stayed(const Trace& trace);
 
 /// Mean over flights, and sample standard deviation, for each field.

@@ -28,7 +28,7 @@ nlohmann::json to_json(const flight::Interval& one) {
   return {{"value", one.value}, {"low", one.low}, {"high", one.high}};
 }
 
-/// The numbers of the page's first sentence; null: the flight does not have the number.
+/// The page's numbers about tracking; null: the flight does not have the number.
 nlohmann::json flights_json(const std::vector<flight::FlightSeries>& flights) {
   nlohmann::json out{{"flights", nlohmann::json::array()}};
   std::vector<std::vector<flight::TrackingError>> errors;

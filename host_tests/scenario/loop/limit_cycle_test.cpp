@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An aircraft with a limit cycle: it must be noticed within 3 s and flown by the fallback law from then, and handed over if
-// that does not help. Without a limit cycle there must be no alarm.
+// An aircraft with a limit cycle: it must be noticed within 3 s and flown by the fallback law from then, and handed
+// over if that does not help. Without a limit cycle there must be no alarm.
 #include <gtest/gtest.h>
 
 #include <algorithm>

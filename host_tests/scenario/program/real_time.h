@@ -18,7 +18,8 @@ constexpr int kAttempts = 5;
 
 /// Judges programs in real time. A failure on a machine that stalled says nothing about the programs: it counts only if
 /// no wait reached kStall_s; otherwise `begin_again` clears up and `flight` is repeated. If the machine stalled in all
-/// attempts, the test is skipped with a message. The same promises are also tested in simulated time (scenario.authority).
+/// attempts, the test is skipped with a message. The same promises are also tested in simulated time
+/// (scenario.authority).
 template <typename Meter = StallMeter>
 void judge_in_real_time(const std::function<void()>& begin_again, const std::function<void()>& flight) {
   double stalled_s = 0.0;

@@ -60,8 +60,8 @@ class AxisFamily final : public Family {
   bool is_parameter_significant(const Fit& fit, std::size_t parameter, const model::AxisNumber& number) const;
   std::size_t samples_of(std::span<const int> weights) const;
   Fit run(Fit start, std::span<const int> weights, int iterations) const;
-  /// The fit with a jump at the dead zone's edge. Its width is scanned, because the error is constant in it between two
-  /// stick positions and has no gradient there.
+  /// The fit with a jump at the dead zone's edge. The zone's width is scanned: between two stick positions the error
+  /// does not depend on it and has no gradient.
   Fit with_jump(Fit fit, std::span<const int> weights) const;
   double sum_of_squares(const Fit& fit, std::span<const int> weights) const;
   const AxisBlocks& training_;
