@@ -116,6 +116,18 @@ TEST(TranslationChange, IsDatedAndNothingElseIsNamed) {
   EXPECT_GE(inside, 5);
 }
 
+// Catches a heading that is used where it was not sampled, because the thrust's direction was logged beside it.
+TEST(TranslationData, AGapOfTheHeadingCountsBesideADirectionOfTheThrust) {
+  FlightLog log = healthy_flight("translation", 808);
+  log.of(Signal::kThrustDirX) = log.of(Signal::kThrustDirY) = std::vector<double>(log.size, 0.0);
+  log.of(Signal::kThrustDirZ).assign(log.size, 1.0);
+  log.signal_gap[Signal::kAttitudeYaw].assign(log.size, 0);
+  log.signal_gap[Signal::kAttitudeYaw][2000] = 1;
+  const TranslationData data(log, ThrustSource::kWeight);
+  EXPECT_EQ(data.valid[2000], 0);
+  EXPECT_EQ(data.valid[1000], 1);
+}
+
 // Frozen samples must be reported and excluded. Outside of the ranges neither they nor outliers matter.
 TEST(TranslationSideFindings, SpoiltSamplesAreKeptOutWhereTheyMatter) {
   const FlightLog clean = healthy_flight("translation", 808);

@@ -232,7 +232,8 @@ std::vector<std::uint8_t> gap_of_motion(const FlightLog& log, const TranslationD
                                                     : Signal::kForceX;
   const Signal attitude = log.has3(Signal::kThrustDirX) ? Signal::kThrustDirX : Signal::kAttitudeRoll;
   return log.gap_of({motion, logs::offset(motion, 1), logs::offset(motion, 2), attitude, logs::offset(attitude, 1),
-                     logs::offset(attitude, 2), data.has_thrust ? Signal::kThrustRatio : Signal::kForceZ});
+                     logs::offset(attitude, 2), Signal::kAttitudeYaw,
+                     data.has_thrust ? Signal::kThrustRatio : Signal::kForceZ});
 }
 
 /// @throws InputError where a signal is missing that translation needs.
