@@ -7,7 +7,7 @@
 
 namespace m100::lab {
 
-/// Adds --body and, where this program may start physics programs itself, --body-command.
+/// Adds --body and --body-command.
 inline void add_body_options(CLI::App& command, sim::BodyChoice& body) {
   command.add_option("--body", body.body,
                      "identified: the response that was measured; json:HOST:PORT: a body whose physics another program "

@@ -14,7 +14,7 @@
 namespace m100::lab::autopilot {
 
 /// Writes JSON lines: the events that the autopilot received and caused, and ten times a second the true position,
-/// velocity and tilt of the aircraft. The last line is a summary: what the autopilot counted (sim::N1Record).
+/// velocity and tilt of the aircraft. The last line is a summary: the autopilot's counters, and who has control.
 class EventFile {
  public:
   /// Who waits for the disk.

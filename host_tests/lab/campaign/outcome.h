@@ -24,7 +24,7 @@ struct Outcome {
   double latency_error_s = 0.0;   ///< estimated minus true age of the poses at the end, counted from capture
   double latency_sigma_s = 0.0;   ///< the standard deviation that the observer claims for it
   double handed_over_m_s = -1.0;  ///< horizontal speed when the pilot got the sticks; negative: he did not
-  double worst_tilt_deg = 0.0;    ///< of the thrust axis, from the start of the course to the end of the task
+  double worst_tilt_deg = 0.0;    ///< of the thrust axis, on the course, until the task ends or 2 s after a handover
   double pose_rms_m = 0.0;        ///< distance from the reference, until the task was over or the flight failed
   double tilt_rms_deg = 0.0;      ///< over the same time
   double command_deg_s = 0.0;     ///< summed change of both tilt commands per second

@@ -14,7 +14,7 @@ namespace m100::lab::course {
 namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-constexpr core::Duration::rep kPoints = 600;  ///< points in a picture: fewer than its pixels
+constexpr core::Duration::rep kPoints = 600;  ///< intervals between the points of a curve
 constexpr double kSide = 430.0;               ///< side of the view from above, in pixels
 constexpr double kCross = 0.015;              ///< half width of a cross, as a share of the visible range
 constexpr double kAir = 0.05;                 ///< margin, as a share of the visible range, between fence and frame

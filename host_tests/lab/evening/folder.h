@@ -60,7 +60,7 @@ class Folder {
   /// Marks the step, and every step that used one of its files, as to be done again.
   void again(const std::string& step);
   /// Checks every recorded file. A step must be done again if one of its files is missing or was made from a file that
-  /// has changed. @returns one sentence for each change.
+  /// has changed. @returns one sentence for each change that undoes a step.
   std::vector<std::string> look_for_changes();
   /// Records a number that the evening has measured, by name; save() writes it.
   void set_number(const std::string& name, double value) { numbers_[name] = value; }

@@ -10,13 +10,13 @@ namespace m100::lab::evening {
 
 /// Compares the laws of vehicle.toml and corrected.toml on the corrected model. A copy of vehicle.toml is slowed down
 /// until it has the margins of corrected.toml there (loop::at_ordered_margin), and both fly course.txt in simulation,
-/// in pairs. If the corrected law is worse horizontally (loop::PairedErrors), corrected.toml becomes that copy; if it
-/// is worse in height, the climb axis stays that of vehicle.toml. Records the margins and the pairs. Errors:
-/// InputError.
+/// in pairs. If the corrected law is worse horizontally (loop::PairedErrors), corrected.toml becomes that copy but for
+/// the climb axis; if it is worse in height, the climb axis becomes that of vehicle.toml. Records the margins and the
+/// pairs. Errors: InputError.
 void compare_laws(Folder& folder);
 
-/// The result of compare_laws, and the verdict on the flights of the course if each was flown more than once; one
-/// sentence each.
+/// The verdict on the flights of the course (flown once each, they have no spread), then the result of compare_laws;
+/// one sentence each.
 std::vector<std::string> law_verdicts(const Folder& folder);
 
 }  // namespace m100::lab::evening

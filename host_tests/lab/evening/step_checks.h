@@ -22,8 +22,8 @@ std::string check_flight(const Folder& folder, const std::string& result);
 /// in flight). Then `gains` must be done again with a larger input weight (kWeightIncreases), so a slower loop; after
 /// two times the weight does not grow further.
 std::string check_hover(Folder& folder, const std::string& name);
-/// Checks a flight of the course (NAME.json and NAME.ulg) and records its errors (record_errors()). If the flight
-/// before the correction oscillates, the input weight grows as after check_hover().
+/// Checks a flight of the course (NAME.json and NAME.ulg) and records its errors (record_errors()). If the first
+/// flight before the correction oscillates, the input weight grows as after check_hover(), unless it is at its limit.
 std::string check_course(Folder& folder, const std::string& name);
 /// After an excitation that oscillated or did not come to rest the input weight grows, as after check_hover(). After
 /// the first one that exceeded the fence, its distance, tilt or speed, the mean sticks of the hover become the trims

@@ -10,7 +10,7 @@ namespace m100::lab::evening {
 /// Writes summary.html: the question, the findings, the errors before and after, and which file was made from which.
 void write_summary(const Folder& folder);
 
-/// One line for each error before and after the correction: those of the flights by channel, and of the predictions.
+/// One line for each error before and after the correction, each flight that oscillated, and each of law_verdicts().
 std::string before_and_after(const Folder& folder);
 
 }  // namespace m100::lab::evening

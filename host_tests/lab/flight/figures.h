@@ -19,14 +19,14 @@ using Flights = std::vector<FlightSeries>;
 plot::Figure path_from_above(const Flights& flights);
 /// Seen along the horizontal axis in which the flight is shorter.
 plot::Figure path_from_the_side(const Flights& flights);
-/// The sides of the fence in words.
+/// The least distance to a side of the fence, in words; that the log holds no fence; empty for a recording.
 std::string fence_words(const FlightSeries& flight);
 plot::Figure distance_figure(const Flights& flights);
 plot::Figure failsafe_figure(const Flights& flights);
 plot::Figure command_figure(const Flights& flights);
 plot::Figure pose_figure(const Flights& flights);
 plot::Figure battery_figure(const Flights& flights);
-plot::Figure stick_figure(const Flights& flights);
+plot::Figure stick_figure(const Flights& flights);  ///< of two flights only the second
 
 /// An empty figure over time with the failsafe's states behind it.
 plot::Figure over_time(const Flights& flights, const std::string& title, const std::string& y_label);

@@ -21,7 +21,7 @@ struct Timed {
   std::vector<double> values;
 };
 
-/// A step of the failsafe; the reason is empty if the log could not be replayed.
+/// A step of the failsafe; the reason is empty if the log could not be replayed with the same number of steps.
 struct FailsafeChange {
   double t_s = 0.0;
   std::string from, to, reason;
@@ -52,7 +52,7 @@ struct FlightSeries {
   std::vector<double> attitude_t_s;
   std::array<std::vector<double>, 4> wanted;                  ///< ticks, by the law: roll, pitch, climb, yaw rate
   std::array<std::vector<double>, 4> granted;                 ///< ticks, after the supervisor
-  std::array<Timed, 4> sticks_counts;                         ///< from the middle: roll, pitch, throttle, yaw
+  std::array<Timed, 4> sticks_counts;                         ///< roll, pitch, throttle, yaw; recorded: of 10000
   std::array<std::vector<double>, 2> disturbance_m_s2;        ///< ticks, x and y: as the observer estimated in flight
   std::array<std::vector<double>, 2> found_disturbance_m_s2;  ///< ticks, as the poses show it afterwards
   std::vector<double> residual;         ///< ticks: of the worst axis against its model, as a multiple of the expected
@@ -63,7 +63,7 @@ struct FlightSeries {
   Timed battery_percent;
   std::vector<FailsafeChange> changes;
   double control_s = 0.0;    ///< when the law first flew; if it never did: the log's begin
-  double end_s = 0.0;        ///< when the law flew last; if it never did: the log's end
+  double end_s = 0.0;        ///< when the law flew last; 0: it never flew; of a recording: its end
   double lost_share = -1.0;  ///< of the pose sender's frames, by their sequence numbers; negative: unknown
   std::uint32_t refused_poses = 0;
   std::optional<core::Fence> fence;

@@ -120,7 +120,7 @@ void add_tiles(const std::vector<FlightSeries>& flights, plot::Page& page) {
   }
 }
 
-/// Good: the law flew until control was given back on purpose. Bad: it ended by anything else. Warn: it coasted.
+/// Good: control was given back on purpose. Bad: the law ended for another known reason. Warn: it coasted.
 std::string kind_of(const std::vector<FlightSeries>& flights) {
   std::string kind = "good";
   for (const FlightSeries& flight : flights) {

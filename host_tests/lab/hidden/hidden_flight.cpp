@@ -20,7 +20,7 @@ constexpr int kStepsPerSample = 5;
 constexpr int kStepsPerStick = 10;
 constexpr double kG_m_s2 = 9.80665;
 
-/// A pilot's hand: doublets, 3-2-1-1, ramps and pauses, with a small correction towards the starting point.
+/// A pilot's hand: doublets, 3-2-1-1, ramps, chirps and pauses, with a small correction towards the starting point.
 class StickInput {
  public:
   double stick(double now_s, double pull, RandomSource& rng) {

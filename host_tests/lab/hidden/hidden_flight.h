@@ -22,7 +22,7 @@ struct FlightPlan {
   HiddenEffects hidden;
   std::uint64_t seed = 1;
   double length_s = 45.0;
-  bool logs_thrust = false;  ///< a wind-tunnel log: thrust_ratio and thrust_dir, no accelerometer, no sticks
+  bool logs_thrust = false;  ///< a wind-tunnel log: thrust_ratio and thrust_dir, no accelerometer, rates or sticks
   bool constant_heading = false;
 };
 

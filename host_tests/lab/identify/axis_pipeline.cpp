@@ -356,7 +356,8 @@ class AxisPipeline {
                   [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
   }
 
-  /// The change under the final structure; or under the declared one, if it then explains more than all named effects.
+  /// The change under the final structure; or under the declared one, if the named effects are not worth the penalty of
+  /// their parameters beside a change, or if no change is found beside them and one alone explains clearly more.
   ChangePoint change_point_under(const FreeRun& run, const Selection& chosen) const {
     const AxisFamily& family = problem_->axis_family();
     ChangePoint with_effects = change_point(run, family, chosen.final_model.fit);

@@ -48,7 +48,7 @@ class TranslationProblem final : public Problem {
   /// Whether the effects explain little: beside an unexplained residual they may be side effects of its cause.
   static bool weak(const Selection& selection);
 
-  /// Whether a periodic force was named although the residual still oscillates: then the name is withdrawn.
+  /// Whether a periodic force was named although the residual still oscillates: then all names are withdrawn.
   static bool still_oscillates(const std::vector<SelectionStep>& steps, const IdentifyResult& result);
 
   /// Adds a note where a periodic force was rejected because the vehicle itself moves with that period.

@@ -45,7 +45,7 @@ inline constexpr double kUplink_s = 0.0055;     ///< from the tick that sets the
 struct FlownLog {
   logs::FlightLog log;
   identify::Range in_control;  ///< the longest time in which the logged sticks flew the vehicle [s, log's clock]
-  std::string descent;         ///< why the failsafe ended that time, in words; empty: it did not
+  std::string descent;         ///< why the failsafe ended that time, in words; "given_back": as planned
 };
 
 /// Writes the flight's ULog to a file, reads it back like any other log, and aligns it: sticks later by kUplink_s,

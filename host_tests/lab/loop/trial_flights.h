@@ -21,8 +21,8 @@ bool diverged(const experiments::TaskResult& cell);
 
 /// Flies with all channels of `candidates`. While the trial is worse than `before`, it takes back one channel, always
 /// the one without which the trial is best. Trials are compared by the number of cells that diverge in only one of
-/// them, then by the paired flights of each task, horizontal and vertical error apart (compare_tasks). A cell that
-/// diverges before and after is reported and decides nothing.
+/// them; then "worse" by the paired flights of each task, horizontal and vertical error apart (compare_tasks), "best"
+/// by the pose RMS of the other cells. A cell that diverges before and after is reported and decides nothing.
 /// @param before  the same cells in the same order as `fly` gives them
 /// @param fly  the trial with these channels taken over; called at most n (n + 1) / 2 + 1 times for n candidates
 Trial fly_trials(const std::set<std::string>& candidates, const std::vector<experiments::TaskResult>& before,

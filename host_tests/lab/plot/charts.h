@@ -25,7 +25,7 @@ struct BarChart {
 std::string html(const BarChart& chart);
 
 /// One row per parameter: the interval as a line, the value as a dot, the believed value as a square, and the numbers
-/// as text. All rows share one scale in per cent of the value, as wide as the widest needs but at most +-50 %; what
+/// as text. All rows share one scale in per cent of the value, as wide as the widest needs but at most +-55 %; what
 /// lies beyond is drawn at the edge. If the value is zero, the scale is in per cent of the larger end.
 struct IntervalRow {
   std::string label;

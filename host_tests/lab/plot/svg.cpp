@@ -27,7 +27,7 @@ struct Range {
   double size() const { return high - low; }
 };
 
-/// A range that is never empty or a single value, with a margin above and below.
+/// The range with a margin above and below, a share of its size (of a single value: of that value); 0 to 1 if empty.
 Range padded(Range range, double air) {
   if (!(range.low <= range.high)) {
     return {.low = 0.0, .high = 1.0};

@@ -17,7 +17,7 @@ inline constexpr const char* kGreen = "#009e73";
 inline constexpr const char* kPurple = "#cc79a7";
 inline constexpr const char* kGrey = "#9a9a9a";
 
-/// A curve; NaN in y breaks it. Curves of more points than pixels are drawn as their envelope.
+/// A curve; NaN in y breaks it. With more than four points per pixel of width, its envelope is drawn.
 struct Curve {
   std::string name;  ///< for the legend; empty: not in it
   std::vector<double> x;
@@ -59,7 +59,7 @@ struct Figure {
 /// @param bare without title and label of y, which the page then shows beside the drawing.
 std::string svg(const Figure& figure, bool bare = false);
 
-/// A number as text: three significant digits, without exponent if possible.
+/// A number as text: three significant digits, more from 1000 on; with an exponent below 0.001.
 std::string number(double value);
 /// A change as text: +12 %, -3.4 %, 0 %. @param share 0.12 is 12 %.
 std::string percent(double share);

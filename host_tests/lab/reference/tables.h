@@ -21,7 +21,7 @@ struct Table {
 };
 
 /// The keys of every file and the words of every script that the programs read, from the tables with which they read
-/// them. Throws std::logic_error if a file has a section that is not listed here.
+/// them. Throws std::logic_error if a written vehicle file has a section that is not listed here.
 std::vector<Table> tables();
 
 }  // namespace m100::lab::reference

@@ -36,8 +36,8 @@ enum class ForceProjection {
 /// thrust is not predicted but measured.
 ///
 /// a comes from velocity; without it from position; without both from the accelerometer. Every series passes the same
-/// filter, the slope of a least-squares line through 0.2 s of its integral (a parabolic weight on acceleration). So
-/// measured and predicted accelerations lose the same detail, and velocity noise is not differentiated twice.
+/// filter, the slope of a least-squares line through 0.2 s of its integral (a parabolic weight on acceleration), twice
+/// if a comes from position. So measured and predicted accelerations lose the same detail.
 struct TranslationData {
   /// @throws InputError naming file and signal where the log has no attitude, or no signal of the motion. Precondition:
   ///   with ThrustSource::kSetPoint the log has thrust_ratio, with kTangents roll and pitch.

@@ -16,8 +16,8 @@ struct ReportOrigin {
   bool simulated = false;  ///< the log was made by a simulator
 };
 
-/// The page of one axis: first the declared and the final model, the errors before and after and their meaning for the
-/// flight; then the figures (measured against both models, residual, autocorrelation, candidates, intervals, horizons).
+/// The page of one axis: first the answer with a figure of both models, the errors before and after, their meaning for
+/// the flight, and the effects; then the figures (residual, autocorrelation, spectra, candidates, intervals, horizons).
 plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin);
 
 /// Writes <axis>.html, and its series as <axis>.csv, into `directory`. @returns the page's path. Errors: InputError.

@@ -45,15 +45,15 @@ struct Rival {
   double cv_ratio = 1.0;  ///< its cross-validated error over the winner's
 };
 
-/// One accepted effect. Its numbers are those found when it was added to the effects before it.
+/// One accepted effect: its parameters in the final model, and the evidence by which it was accepted.
 struct EffectResult {
   std::string name;
   std::vector<NamedInterval> parameters;
-  std::string shape;  ///< dead_zone: "continuous" or "jump"; empty elsewhere
-  double validation_rmse_after = 0.0;
-  double cv_gain = 0.0;    ///< fraction of the cross-validated mean square it removes
-  double delta_bic = 0.0;  ///< criterion without it minus criterion with it, effective sample size
-  double paired_t = 0.0;   ///< over blocks
+  std::string shape;                   ///< dead_zone: "continuous" or "jump"; empty elsewhere
+  double validation_rmse_after = 0.0;  ///< of the final model without the effects accepted after it
+  double cv_gain = 0.0;                ///< fraction of the cross-validated mean square it removes
+  double delta_bic = 0.0;              ///< criterion without it minus criterion with it, effective sample size
+  double paired_t = 0.0;               ///< over blocks
   std::vector<Rival> rivals;
 };
 
@@ -72,7 +72,7 @@ struct CandidateRow {
 
 struct Alignment {
   double stick_shift_samples = 0.0;  ///< by how many samples the stick must be delayed to match the response
-  std::string evidence = "none";     ///< "sequence", "correlation" or "none"
+  std::string evidence = "none";     ///< of the sticks: "sequence" or "none"
 };
 
 /// A finding about the log, the fit or the flight. `what` is one of the contract's names:

@@ -31,7 +31,7 @@ Eigen::VectorXd mean_of(std::span<const double> values, const Thinned& thinned);
 /// For each group: the largest share of the variance of any target that it predicts, cross-validated. With it the
 /// largest share that any group reaches on any of `shifts` circular shifts of a target, as an estimate of what chance
 /// reaches: one threshold for all groups, so that more groups do not raise the rate of false alarms. Largest share
-/// first. Shapes: a target has one value for each mean, a group's column one for each sample.
+/// first. Shapes: a target has one value for each mean, a group's column one for each sample or mean.
 std::vector<ResidualFinding::Share> predictable_shares(const std::vector<Eigen::VectorXd>& targets,
                                                        const std::vector<RegressorGroup>& groups,
                                                        const Thinned& thinned, std::size_t shifts);

@@ -27,7 +27,7 @@ struct ResidualInput {
   std::vector<RegressorGroup> groups;          ///< may explain the residual
   std::vector<RegressorGroup> activity;        ///< may explain its size
   /// For each sample or thinned row: error that the unknown input between two rows may cause, at least 0. It is
-  /// subtracted from the residual's size before the tests. Empty: the input is known.
+  /// subtracted from the residual's size in the tests by regressors, by activity and for bursts. Empty: it is known.
   std::vector<double> input_uncertainty;
   double noise_floor = 0.0;  ///< declared root mean square; 0: not declared
 };

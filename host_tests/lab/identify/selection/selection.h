@@ -73,14 +73,13 @@ struct Selection {
   CrossValidatedFit final_model;
   std::vector<SelectionStep> steps;  ///< the effects that were kept, in order of acceptance
   std::vector<CandidateRow> table;
-  std::vector<std::vector<std::string>> not_separable;  ///< groups of rivals; four names where pairs are rivals
+  std::vector<std::vector<std::string>> not_separable;  ///< groups of rivals; three or four names with pairs
   std::vector<std::string> notes;                       ///< sentences for the report
-  std::vector<Fit> alternatives;                        ///< the final model with each further edit, not accepted
+  std::vector<Fit> alternatives;                        ///< the edits of the last round that were not accepted
 };
 
-/// Starts from `declared` and edits it as long as an edit is accepted. With fewer blocks than `folds` it uses fewer
-/// folds (at least 2). Precondition: `declared` is a structure of the family. Cost: about folds * candidates fits for
-/// each effect that is found.
+/// Starts from `declared` and edits it as long as an edit is accepted. With fewer blocks than `folds`, each block is a
+/// fold. Precondition: `declared` is a structure of the family. Cost: about folds * candidates fits per effect found.
 Selection select(const Family& family, const Structure& declared, const SelectionOptions& options);
 
 }  // namespace m100::lab::identify

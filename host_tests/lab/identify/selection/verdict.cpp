@@ -50,7 +50,7 @@ double mean_square(const std::vector<std::vector<double>>& blocks) {
 /// Number of independent squares in a block, from the spread of the blocks' mean squares: a mean of n squares of a
 /// Gaussian series has a variance of two over n times its own square. Gusty air is worth fewer squares than its
 /// autocorrelation suggests, and so is an error that grows from the start of each block.
-/// @returns infinity with too few blocks, or where they differ less than by chance.
+/// @returns infinity with fewer than eight blocks, or where they do not differ.
 double squares_in_a_block(const std::vector<std::vector<double>>& blocks) {
   constexpr std::size_t kEnough = 8;
   double sum = 0.0;

@@ -15,7 +15,7 @@ namespace m100::lab::identify {
 /// A force that pulls back in proportion to the distance flown: a tether, a wall, the ground.
 struct AxisTether {
   double rate_per_s = 0.0;        ///< reduction of the response [m/s] per metre beyond the edge
-  double edge_m = 0.0;            ///< position of the edge from the start of the log, along the response
+  double edge_m = 0.0;            ///< position of the edge from the start of each flight, along the response
   bool above = false;             ///< it acts above the edge; otherwise below it
   double largest = 0.0;           ///< reduction at the farthest point, in the unit of the response
   double likelihood_ratio = 0.0;  ///< over the model without it

@@ -147,7 +147,7 @@ std::vector<Hit> scan_hits(const std::vector<const TranslationDataSet*>& parts, 
 Change change_point(const Hit& best, const std::vector<Hit>& hits, const TranslationDataSet& training) {
   constexpr double kNameMargin = 6.0;
   // The scan finds the last row before the change: the change lies between that row and the next, and the filter has
-  // smeared it over its own width, of which half the power lies in the middle half.
+  // smeared it over its own width, with most of the weight in the middle half.
   const double cell_s = static_cast<double>(kThin) * training.blocks.sample_period_s;
   const double smeared_s = 0.5 * static_cast<double>(training.data.margin) * training.data.period_s;
   Change out;

@@ -95,8 +95,8 @@ std::array<std::vector<double>, 2> times_speed(const TranslationData& data) {
   return out;
 }
 
-/// Regressors that are possible causes: tilt, thrust, sticks and heading with their past; velocity without its past,
-/// which contains the integral of the residual.
+/// Regressors that are possible causes: tilt, thrust set point, sticks and extra channels with their past; heading,
+/// time and velocity without: the past of velocity contains the integral of the residual.
 std::vector<RegressorGroup> causes(const Request& request, const TranslationDataSet& part) {
   const TranslationData& data = part.data;
   const std::vector<double> memory_s{0.0, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0, 1.4, 1.8, 2.4};
