@@ -32,7 +32,7 @@ struct FlightConfig {
   ctl::ExcitationPlan excitation{};   ///< empty: none. Virtual RC only; what it views must outlive the flight
   /// Age of the attitude in a telemetry package when a tick reads it. The autopilot states none of its parts: half a
   /// period of 100 Hz inside the autopilot, 1.5 ms on the wire at 921600 baud (protocol, section 10), and half a tick
-  /// until the tick reads it; together 11.5 ms, set to one tick.
+  /// until the tick reads it; together 11.5 ms (16 ms at 230400 baud), set to one tick.
   core::Duration attitude_age = std::chrono::milliseconds(10);
   std::uint32_t pose_baud = 115200;  ///< of the second UART
   link::SenderChoice pose_from{};    ///< whose poses are used

@@ -23,10 +23,10 @@ namespace m100::app {
 /// Contradicted poses have given the observer a false motion. While the failsafe ends the flight (kLevel, kRelease),
 /// poses that the gate refuses or that come again after a gap may have done so, too: then the observer's velocity is
 /// compared with the dead-reckoned one. A motion that counts as false does so until the failsafe has ended. If the
-/// autopilot's attitude and rates contradict each other, the attitude does not follow our commands while pose and force
-/// disagree, or no usable attitude comes while the failsafe ends the flight, the motion is computed from the poses and
-/// the tilt predicted by the commands. If the computed speed exceeds what a braking aircraft can reach, it is useless:
-/// the aircraft then only holds trim and wind, and nothing waits for it to slow down.
+/// autopilot's attitude and rates contradict each other, the attitude does not follow our commands while poses and
+/// autopilot disagree, or no usable attitude comes while the failsafe ends the flight, the motion is computed from the
+/// poses and the tilt predicted by the commands. If the computed speed exceeds what a braking aircraft can reach, it is
+/// useless: the aircraft then only holds trim and wind, and nothing waits for it to slow down.
 ///
 /// No heap. Cost: that of its parts. T is float or double.
 template <typename T>
@@ -43,7 +43,7 @@ class FaultIsolation {
   bool is_converged() const { return velocity_consistency_.is_converged(); }
   /// See VelocityConsistency.
   T force_scale_m_s2() const { return velocity_consistency_.force_scale_m_s2(); }
-  /// The attitude is contradicted by its own rates, or by our commands.
+  /// The attitude is contradicted by its rates or our commands, or is missing while the failsafe ends the flight.
   bool attitude_is_contradicted() const { return attitude_fault_; }
   /// The present contradiction. A false attitude is reported first, because it makes the poses look false, too.
   est::Contradiction<T> contradiction() const;

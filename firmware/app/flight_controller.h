@@ -39,8 +39,7 @@ class FlightController {
   FlightController(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables, const FlightConfig& config,
                    hal::Uart& autopilot, hal::Uart& pose, ref::Trajectory<T>& trajectory, log::FlightLogWriter* log);
 
-  /// One period of 10 ms; `now` is never before that of the last one. @returns the result of the command: see
-  ///   SerialLink::send; kRefused: the failsafe sends nothing.
+  /// One period of 10 ms; `now` is never before that of the last one. @returns as CommandSender::send.
   core::Status tick(core::TimePoint now);
 
   /// The operator's two orders. engage(): control is requested as the protocol requires, and the failsafe may enter
@@ -63,14 +62,14 @@ class FlightController {
   const link::PoseLink& pose_link() const { return poses_.link(); }
   const safety::Supervisor<T>& supervisor() const { return supervisor_; }
   const est::Estimate<T>& estimate() const { return estimate_; }
-  /// Whether poses and autopilot have been compared for long enough to detect a motion that the force does not show.
+  /// Whether poses and force have been compared for long enough to detect a false motion, or cannot be compared.
   bool is_converged() const { return fault_isolation_.is_converged(); }
   const ref::Window<T>& reference() const { return reference_; }
   const safety::SupervisedCommand<T>& grant() const { return supervised_; }
   /// The supervisor's inputs of the last tick.
   const safety::Observation& observed() const { return supervisor_.observed(); }
   const SensorAdapterStats& sensor_stats() const { return sensors_.stats(); }
-  /// Timing of the poses: latency, jitter, and how much older they are than their time stamps say.
+  /// Timing of the poses: latency, jitter, and what is known of their sender's clock.
   const est::PoseTimingReport<T>& pose_timing() const { return poses_.timing(); }
   est::EkfCounters observer_counters() const { return observer_.counters(); }
   const ctl::FlightLaw<T>& law() const { return law_; }
@@ -79,7 +78,7 @@ class FlightController {
   const sysid::ResidualMonitor<T>& residual() const { return monitors_.residual(); }
   /// How far the trims have moved from the vehicle file's; Virtual RC only.
   const est::TrimReport<T>& trim() const { return monitors_.trim().report(); }
-  /// Whether the autopilot's telemetry contradicts the poses.
+  /// The check that contradicts the poses or the attitude, if any does.
   est::Contradiction<T> contradiction() const { return fault_isolation_.contradiction(); }
   const TickStats& stats() const { return timer_.stats(); }
   /// When the failsafe last reached NOMINAL from SILENT or LEVEL: the zero of the trajectory's time.
@@ -97,7 +96,8 @@ class FlightController {
   void plan(core::TimePoint now, std::size_t points);
   /// Limits the reference to the fence. Not inlined: its copy of the estimate is not on the stack during the programs.
   void hold_fence(std::size_t points);
-  /// Whether a command of this tick may leave (true if the law does not fly). The slew limit counts from the last one.
+  /// Whether a command of this tick may leave (true unless the tables' law flies). The slew limit counts from the last
+  /// one.
   bool may_leave(core::TimePoint now) const;
   /// @returns the law's command, with the command of the stick that the excitation moves, where there is one.
   ctl::Command<T> excite(ctl::Command<T> commanded, core::TimePoint now);

@@ -13,7 +13,7 @@
 
 namespace m100::app {
 
-/// The monitors of a flight: wind that is too strong, limit cycle, trim, and the residual of the vehicle's model.
+/// The monitors of a flight: whether it still flies, strong wind, limit cycle, trim, residual of the vehicle's model.
 /// T is float or double.
 template <typename T>
 class FlightMonitors {

@@ -48,7 +48,7 @@ struct FlownTick {
   core::Status sent;
 };
 
-/// Writes the flight log: the bytes of both lines, one record a tick, and that of an excitation while there is one.
+/// Writes the flight log: the bytes of both lines, one record a tick, and one more from the start of an excitation.
 /// T is float or double.
 template <typename T>
 class FlightRecorder {

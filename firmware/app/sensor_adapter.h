@@ -29,7 +29,7 @@ struct SensorAdapterStats {
   std::uint32_t repeated_poses = 0;     ///< the same bits as the pose before: not new, whatever its time stamp is
 };
 
-/// Telemetry and pose as one measurement in our frames: NED to world, FRD to body, here and nowhere else.
+/// Telemetry and pose as one measurement in our frames: NED to world, FRD to body.
 class SensorAdapter {
  public:
   explicit SensorAdapter(const SensorLimits& sensor_limits = {}) : sensor_limits_(sensor_limits) {}
@@ -45,7 +45,7 @@ class SensorAdapter {
   template <typename T>
   static est::ImuSample<T> imu_sample(const protocol::Telemetry& telemetry, const est::Measurement<T>& measured);
 
-  /// The world's vertical in body axes (FLU) by the newest attitude, plausible or not; nullopt: no unit quaternion.
+  /// The world's vertical in body axes (FLU) by the newest attitude, plausible or not; nullopt: no (unit) quaternion.
   template <typename T>
   static std::optional<core::Vector<T, 3>> vertical_b(const protocol::Telemetry& telemetry);
 

@@ -86,7 +86,7 @@ class Excitation {
   /// this a constant disturbance would carry the aircraft away for as long as the piece lasts.
   void rest_at(const HoldingSticks<T>& holding);
   /// Once per tick, before a command is chosen.
-  /// @param may the failsafe is in kNominal. @param brakes the geofence limiter brakes.
+  /// @param may the failsafe is in kNominal, control is ours. @param brakes the geofence limiter brakes.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& reference, bool may, bool brakes,
               core::TimePoint now);
 
@@ -96,7 +96,7 @@ class Excitation {
   ExcitedStick axis() const { return moves_piece() ? plan_.pieces[piece_].axis : ExcitedStick::kRoll; }
   /// Before a piece: rest_at() is needed.
   bool returns() const { return state_ == State::kReturning; }
-  /// Added to counts() on the stick of axis(): holds the position against the present wind and trim.
+  /// Added to counts() on the stick of axis(): holds against wind and trim as of the rest before the piece.
   int holding_counts() const;
   /// Of the stick of axis(), from its trim; 0 while it does not move.
   int counts() const { return moves() ? plan_.counts[plan_.pieces[piece_].begin + sample_] : 0; }

@@ -23,7 +23,7 @@ struct AxisEstimate {
   T tilt_rate_rad_s{0};
   T disturbance_m_s2{0};  ///< acts as an acceleration: wind, unmodelled drag
   T input_offset_rad{0};  ///< acts at the input: errors of trim and command gain (estimated as an angle)
-  // The observer's own estimate of its errors, including the uncertainty of the poses' time of capture.
+  // The observer's own estimate of its errors; the variances include the uncertainty of the poses' time of capture.
   T position_variance_m2{0};
   T filter_variance_m2{0};      ///< of the position, without CovarianceInflation
   T position_velocity_m2_s{0};  ///< covariance of position and velocity
@@ -33,7 +33,7 @@ struct AxisEstimate {
 /// The last pose that the gate refused, for messages and the log.
 template <typename T>
 struct Refusal {
-  T distance_m{0};  ///< from the prediction, along the axis on which it exceeds its gate most
+  T distance_m{0};  ///< from the prediction, along the axis with the largest ratio of distance to gate
   T allowed_m{0};
   T turned_rad{0};  ///< from the predicted heading
 };

@@ -28,7 +28,7 @@ struct TrimReport {
 /// offset includes errors of the command gain too, so only hover counts. The result is reported, never acted upon: the
 /// control law already compensates the offset itself.
 ///
-/// Memory: eight numbers. Cost: a sine, a cosine and some ten products.
+/// Memory: seven numbers. Cost: a sine, a cosine and some ten products.
 template <typename T>
 class TrimMonitor {
  public:

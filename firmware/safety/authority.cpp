@@ -180,7 +180,7 @@ static_assert(in_order());
 }  // namespace
 
 AuthorityStep step(const AuthorityState& state, AuthorityCondition conditions, core::Duration elapsed) {
-  M100_ASSERT(elapsed >= core::Duration{0});  // an age that shrank would let a request leave too early (R4)
+  M100_ASSERT(elapsed >= core::Duration{0});  // a shrinking age would delay releases (R15)
   AuthorityStep result{.state = state, .action = AuthorityAction::kNone, .moved = false};
   AuthorityState& after = result.state;
   after.since_entry = older(state.since_entry, elapsed);

@@ -27,14 +27,14 @@ enum class AuthorityStage : std::uint8_t {
   kInControl,          ///< the only stage in which commands may leave
   kReleasing,          ///< control is being given back on purpose, until telemetry shows that it is
   kSilent,             ///< control was lost or refused: only releases leave until the operator requests control
-  kSilentCold,         ///< as kSilent, but the autopilot may have restarted: start-up is due, after a request
+  kSilentCold,         ///< as kSilent, but start-up is due after a request: it failed, or is not valid any more
 };
 inline constexpr std::size_t kStageCount = 15;
 
 /// Conditions that the authority table tests. Levels are set for as long as they are true, edges for one step.
 enum class AuthorityCondition : std::uint32_t {
   kNone = 0,
-  // The operator (edges; kControlRequested is kept until it is served or refused).
+  // The operator (edges; kControlRequested is kept until it is served, refused or withdrawn).
   kControlRequested = 1U << 0U,
   kReleaseRequested = 1U << 1U,
   // The link (levels; the restart and the push are edges).
@@ -72,7 +72,7 @@ enum class AuthorityCondition : std::uint32_t {
 template <>
 inline constexpr bool kIsCondition<AuthorityCondition> = true;
 
-/// What the owner of the link must do on a transition, besides dropping any open request.
+/// What the owner of the link must do after a step; a transition also drops any open request.
 enum class AuthorityAction : std::uint8_t {
   kNone,
   kRequestVersion,

@@ -234,7 +234,7 @@ constexpr bool control_needs_proof() {
 }
 static_assert(control_needs_proof());
 
-/// Every row that requests control, or Virtual RC, requires that the last such request is two seconds old.
+/// Every row that requests control, or Virtual RC, requires that the last one is at least two seconds old.
 constexpr bool requests_are_spaced() {
   for (const AuthorityTransition& row : kAuthorityTable) {
     const bool bad_request = row.action == AuthorityAction::kRequestControl && !all(row.with, kRequestSpaced);

@@ -18,7 +18,7 @@ namespace m100::safety {
 ///   kLevel    a command that brakes, then holds trim and wind as last estimated; no climb, no turn: the autopilot
 ///             holds the height. Also the state while the autopilot takes off or lands by its own task
 ///   kRelease  the command of kLevel if that came before, else level and trimmed; control is about to be given back
-///   kSilent   nothing: control is not ours
+///   kSilent   nothing: control is not ours, or is not used
 enum class FailsafeState : std::uint8_t { kSilent, kNominal, kCoast, kLevel, kRelease };
 
 /// Conditions that the table tests; a set of them is a bit mask.
@@ -28,7 +28,7 @@ enum class FailsafeCondition : std::uint32_t {
   kOperatorReleases = 1U << 1U,  ///< the operator gives control back
   kTelemetryDead = 1U << 2U,     ///< no telemetry package for 500 ms
   kCommandInvalid = 1U << 3U,    ///< the law's command is not finite or far out of range
-  kEstimateLost = 1U << 4U,      ///< poses refused for 0.3 s, or the observer is not healthy (Estimate::healthy)
+  kEstimateLost = 1U << 4U,      ///< poses refused for 0.3 s or contradicted, or not Estimate::healthy
   kFresh = 1U << 5U,             ///< pose younger than fresh_limit() and telemetry than 100 ms
   kRecovered = 1U << 6U,         ///< fresh, and ten new poses in a row
   kCoastOver = 1U << 7U,         ///< 700 ms in kCoast since the error was last no larger than at its beginning
@@ -62,7 +62,7 @@ enum class FailsafeReason : std::uint8_t {
   kGivenBack,        ///< by the operator
   kTelemetrySilent,  ///< no telemetry package for 500 ms
   kCommandInvalid,   ///< the law's command was not finite or far out of range
-  kPoseRefused,      ///< the innovation gate refused the poses for 0.3 s
+  kPoseRefused,      ///< the gate refused the poses for 0.3 s, or a check contradicts them or the attitude
   kEstimateLost,     ///< not started, attitude gone, or no pose used for a second
   kPoseOld,
   kTelemetryOld,
@@ -141,7 +141,7 @@ inline constexpr std::array kFailsafeTransitions{
                        FailsafeState::kNominal, FailsafeReason::kEngaged},
     FailsafeTransition{FailsafeState::kLevel, FailsafeCondition::kLevelOver, FailsafeCondition::kNone,
                        FailsafeState::kRelease, FailsafeReason::kLevelOver},
-    // While the autopilot flies its own task the law is inactive and the sticks are level: the task needs no pose.
+    // While the autopilot flies its own task the law is inactive, because the task needs no pose.
     FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kTaskFlies, FailsafeCondition::kNone,
                        FailsafeState::kLevel, FailsafeReason::kTask},
     FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kTaskFlies, FailsafeCondition::kNone,

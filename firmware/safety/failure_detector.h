@@ -32,8 +32,8 @@ struct FlightSample {
 ///              after such a blow
 ///
 /// The tilt counts only where it agrees with the rates: the vertical is also integrated from the rates (memory 0.5 s),
-/// and both must be beyond the limit. An attitude that is contradicted by its own rates is not judged; such a flight is
-/// ended by that check, which brakes first. T is float or double. No heap. Cost: about 30 products a tick.
+/// and both must be beyond the limit. An attitude that its own rates or our commands contradict is not judged; such a
+/// flight is ended by that check, which brakes first. T is float or double. No heap. Cost: about 30 products a tick.
 template <typename T>
 class FailureDetector {
  public:

@@ -21,7 +21,7 @@ std::string_view name(FlightFailure failure);
 
 /// Whether the aircraft still flies.
 struct FlightState {
-  /// In flight: how long the autopilot's flight status has been "on the ground"; zero: it is another, or none has come.
+  /// How long the flight status has been "on the ground"; zero: not "in the air" before, or so for a second since.
   core::Duration on_ground_for{0};
   FlightFailure failure = FlightFailure::kNone;  ///< by FailureDetector
 };

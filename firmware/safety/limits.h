@@ -21,7 +21,7 @@ struct Limits {
   bool pose_fresh_is_set = false;
   core::Duration coast = std::chrono::milliseconds(700);
   core::Duration level = std::chrono::milliseconds(1000);
-  /// LEVEL lasts longer while the aircraft is faster than hand_over_m_s, so that the pilot gets it at rest: at most
+  /// LEVEL lasts longer while the aircraft is faster than hand_over_m_s, so that the pilot gets it slow: at most
   /// level_moving while the speed is predicted, and level_moving_seen while a fresh pose shows it.
   core::Duration level_moving = std::chrono::milliseconds(2500);
   core::Duration level_moving_seen = std::chrono::milliseconds(10000);

@@ -5,7 +5,7 @@ namespace m100::safety {
 
 /// The operator's orders in one tick.
 struct OrderStatus {
-  bool engages = false;     ///< the order to fly is valid: for FlightConfig::order_timeout at most
+  bool engages = false;     ///< a valid order to fly (FlightConfig::order_timeout), and the aircraft is in reach
   bool releases = false;    ///< control goes back, in this tick
   bool task_flies = false;  ///< the autopilot takes off or lands by its own task
 };

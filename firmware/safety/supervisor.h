@@ -36,7 +36,7 @@ enum class CommandSource : std::uint8_t { kNeutral, kLaw, kBrakeAndHold };
 struct SupervisorStats {
   std::uint32_t steps = 0;             ///< of the failsafe
   std::uint32_t invalid_commands = 0;  ///< not finite, or beyond twice the envelope
-  std::uint32_t limited_commands = 0;  ///< cut by range or slew
+  std::uint32_t limited_commands = 0;  ///< numbers of commands cut by range or slew, and cuts of the tilt
   std::uint32_t coasts = 0;
   std::uint32_t levels = 0;
   std::uint32_t releases = 0;
@@ -45,8 +45,8 @@ struct SupervisorStats {
 /// Checks every command between the law and the wire; it never adds authority: first the failsafe of failsafe.h, then
 /// range and slew limits (R5).
 ///
-/// Cost: one pass over some 20 table rows, about 60 comparisons. Its only state is the failsafe's, its clock and the
-/// last command. T is float or double.
+/// Cost: about 60 comparisons, and a pass over the table where state or conditions change. Its only state is the
+/// failsafe's, its clock and the last command. T is float or double.
 template <typename T>
 class Supervisor {
  public:
@@ -90,7 +90,7 @@ class Supervisor {
   }
 
   FailsafeState failsafe_state() const { return failsafe_state_; }
-  /// The flight is ending: level, or neutral before the release.
+  /// The flight is ending, or the autopilot flies its own task.
   bool ends() const { return failsafe_state_ == FailsafeState::kLevel || failsafe_state_ == FailsafeState::kRelease; }
   /// To be filled in place before update_failsafe(); a copy of it would cost a hundredth of a tick.
   Observation& observation() { return observed_; }

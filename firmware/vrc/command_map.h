@@ -12,7 +12,7 @@
 
 namespace m100::vrc {
 
-/// SI command <-> the four sticks of one vehicle. The only place, with the protocol, where counts exist.
+/// SI command <-> the four sticks of one vehicle. Only here do the law's commands become counts.
 ///
 /// A stick cannot represent every command (dead zone with a jump, whole counts). The part of a command that a stick
 /// does not represent is added to the next one (error feedback), so that the mean over a few sticks is the command.

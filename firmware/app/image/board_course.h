@@ -11,7 +11,7 @@
 namespace m100::app {
 
 /// The fence of a board without files, in the world frame of the poses, around the courses below, and its wind class:
-/// the same as in the example flight file.
+/// the numbers of the example flight file.
 inline constexpr core::Fence kBoardFence{
     .side = {core::Fence::Side{-5.0, 5.0}, core::Fence::Side{-5.0, 5.0}, core::Fence::Side{0.5, 4.0}}, .wind_m_s = 5.0};
 

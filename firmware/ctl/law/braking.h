@@ -5,7 +5,7 @@
 
 namespace m100::ctl {
 
-/// How a vehicle can brake: the one model that the fence, the level state and the speed limit use.
+/// How a vehicle can brake: the one model of fence, level state, set-point planner, fallback law and wind monitor.
 struct Braking {
   /// Deceleration on each horizontal axis, in still air, while the other axis brakes too.
   double acceleration_m_s2 = 0.0;

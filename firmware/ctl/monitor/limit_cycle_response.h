@@ -7,7 +7,7 @@
 
 namespace m100::ctl {
 
-/// Reacts to a limit cycle: the fallback law flies from the tick in which it is detected until the law stops flying. If
+/// Reacts to a limit cycle: the fallback law flies from the tick after its detection until the law stops flying. If
 /// the oscillation persists after kFades_s, the failsafe is informed. T is float or double.
 template <typename T>
 class LimitCycleResponse {

@@ -17,8 +17,8 @@ namespace m100::est {
 /// In motion the allowed value would hide a tilt that jumps. Therefore changes beyond every recent rate are summed
 /// separately. This sum replaces e while it is the larger multiple of its own allowed value.
 ///
-/// Seventeen numbers; no heap. Cost: three square roots and about 50 products an attitude, plus the shared sines and
-/// cosines of its angles. T is float or double.
+/// Sixteen numbers; no heap. Cost: three to six square roots and about 50 products an attitude, plus the shared sines
+/// and cosines of its angles. T is float or double.
 template <typename T>
 class AttitudeRateConsistency {
  public:

@@ -8,8 +8,8 @@
 
 namespace m100::est {
 
-/// The checks of the pose's motion against the autopilot's measurements of the same motion (VelocityConsistency), and
-/// of the autopilot's attitude against its rates (AttitudeRateConsistency) and our commands (CommandConsistency).
+/// The checks of the pose's motion against the autopilot's measurements of it (VelocityConsistency, HeightConsistency),
+/// and of the autopilot's attitude against its rates (AttitudeRateConsistency) and our commands (CommandConsistency).
 enum class ConsistencyCheck : std::uint8_t {
   kNone,
   kForce,    ///< change of horizontal velocity, against the specific force; m/s

@@ -29,7 +29,7 @@ namespace m100::est {
 /// Where no attitude has come for 50 ms, or a tick was longer, the motion was not observed, and v continues from the
 /// observer's velocity, unless that is contradicted.
 ///
-/// Eleven numbers; no heap. Cost: about 40 products a tick. T is float or double.
+/// Twelve numbers; no heap. Cost: about 40 products a tick. T is float or double.
 template <typename T>
 class DeadReckoning {
  public:
@@ -45,8 +45,8 @@ class DeadReckoning {
   /// Takes the velocity from a better source.
   void set_velocity(const Vector2& velocity_w_m_s) { velocity_w_m_s_ = velocity_w_m_s; }
 
-  /// The estimate with its horizontal velocity, disturbance and input offset replaced by those of dead reckoning. The
-  /// position is unchanged: only the poses determine it.
+  /// The estimate with its horizontal velocity (and variance), disturbance and input offset replaced by those of dead
+  /// reckoning. The position is unchanged: only the poses determine it.
   Estimate<T> replace_motion(const Estimate<T>& estimate) const;
 
   const Vector2& velocity_w_m_s() const { return velocity_w_m_s_; }

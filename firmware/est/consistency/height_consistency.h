@@ -19,7 +19,7 @@ namespace m100::est {
 /// is 0.84 m in 30 s; the climb speed has to agree as well. Smallest fault: no drift within 3 s (ClimbConsistency finds
 /// fast ones); 0.07 m/s after 14 s and 1.0 m, 0.03 m/s after 38 s and 1.1 m.
 ///
-/// Ten numbers; no heap. Cost: a square root and ten products a tick. T is float or double.
+/// Eleven numbers; no heap. Cost: a square root and ten products a tick. T is float or double.
 template <typename T>
 class HeightConsistency {
  public:

@@ -13,7 +13,7 @@ namespace {
 template <typename T>
 struct Scale {
   T a_per_s;
-  T sigma_m;       ///< root of the sum of the squares of the noise, a third of the attitude's, and 0.7 mm
+  T sigma_m;       ///< about the root of the sum of the squares of the noise, a third of the attitude's, and 0.7 mm
   T unsettled_m;   ///< for an error of 0.25 m/s in speed, times 0.23 / a, and of 0.05 m/s^2 in the offset;
                    ///< is multiplied by 1 + |speed|: a gap in the poses hides more of a faster motion
   T per_noise_s3;  ///< 1 / 16 a^3: variance of the path per density of the force's noise

@@ -61,7 +61,7 @@ template <typename T>
   disturbance_acceleration_ = {};
 }
 
-/// @returns whether telemetry showed the motion of this tick
+/// @returns whether telemetry showed the motion of this tick; true while no force has ever come
 template <typename T>
 bool VelocityConsistency<T>::update_force(const ImuSample<T>& imu, const Estimate<T>& estimate,
                                           core::Duration elapsed) {

@@ -54,7 +54,7 @@ class VelocityConsistency {
   /// The force disagrees by more than is allowed, or the path has half of its evidence for an alarm, alarm or not.
   bool is_suspect() const { return suspect_; }
   /// Measured horizontal acceleration, averaged over kForceMean_s, without the sensor's error: forward and left of the
-  /// heading. nullopt: the force does not come, or its unit is not known.
+  /// heading. nullopt: no force of a known unit was compared with the poses yet.
   std::optional<core::Vector<T, 2>> measured_h_m_s2() const {
     return specific_force_.learned_s() > T(0) ? std::optional<core::Vector<T, 2>>(specific_force_.mean_h_m_s2())
                                               : std::nullopt;

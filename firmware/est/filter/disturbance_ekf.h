@@ -63,7 +63,7 @@ struct EkfCounters {
 template <typename S, typename Real>
 class DisturbanceEkf {
  public:
-  /// Covers the longest stall after which a flight goes on (SerialLink::kOwnStall), so that the state is the present.
+  /// Covers the longest stall after which a flight goes on (kOwnStall in serial_link.cpp): the state is the present.
   static constexpr int kMaxTicks = 50;
 
   explicit DisturbanceEkf(const model::Vehicle& vehicle);

@@ -33,7 +33,7 @@ struct CovarianceHealth {
 /// phi_ij 2^(e_j - e_i), h_j 2^(e_j - e_m).
 ///
 /// Only the lower triangle is stored, so the matrix is always symmetric. Every coefficient must be below 8 in size.
-/// predict() quarters a variance above kCeiling; check() raises one below kFloor, and restores positivity.
+/// predict() quarters a variance above kCeiling; check() raises one below kFloor, and repairs lost positivity.
 template <typename S, int kN>
 class ScaledCovariance {
  public:

@@ -51,7 +51,7 @@ class ClockShift {
   float least_shift_s_ = 0.F;       ///< of the window
   float deficit_at_least_s_ = 0.F;  ///< at the same pose
   float stamps_s_ = 0.F;            ///< sum of the steps of the window
-  float captures_ = 0.F;            ///< their number in the window
+  float captures_ = 0.F;            ///< captures in the window
   std::uint32_t poses_ = 0;
   bool has_window_ = false;
 };

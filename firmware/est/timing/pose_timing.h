@@ -54,7 +54,7 @@ class PoseTiming {
   PoseTimingReport<T> report_;
   T applied_s_{0};  ///< the latency that is applied (`unreported`)
   core::TimePoint last_{};
-  float min_latency_s_ = 0.F;   ///< from the capture without jitter to the arrival
+  float min_latency_s_ = 0.F;   ///< least delay of an arrival after that without jitter
   core::ClockOffset offset_{};  ///< the last comparison of the clocks
   bool offset_is_old_ = false;  ///< offset_ is from before the sender's clock was set
   std::uint32_t sequence_ = 0;  ///< of the last pose
