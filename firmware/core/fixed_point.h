@@ -62,9 +62,9 @@ class Arithmetic {
   }
 };
 
-/// The version for Fixed: products and sums in 64 bits (Q16.48), rounding to nearest, saturating stores. Requires that
-/// a sum of products stays below 2^63, i.e. below 32768 in value; up to eight products of a Fixed with a coefficient
-/// below 8 meet this.
+/// The version for Fixed: products and sums in 64 bits (Q16.48), rounding to nearest (quotients: towards zero),
+/// saturating stores. Requires that a sum of products stays below 2^63, i.e. below 32768 in value; up to eight products
+/// of a Fixed with a coefficient below 8 meet this.
 template <>
 class Arithmetic<Fixed> {
  public:

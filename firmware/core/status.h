@@ -19,7 +19,7 @@ enum class [[nodiscard]] Status : unsigned char{
     kNotConverged,       ///< a bounded iteration reached its limit
 };
 
-/// The enumerator's name without the k, for logs and messages.
+/// The enumerator's name without the k, as words in lower case, for logs and messages.
 constexpr std::string_view name(Status status) {
   switch (status) {
     case Status::kOk:

@@ -6,8 +6,8 @@
 
 namespace m100::model {
 
-/// The aircraft as the paper prints it (Tables I and II, III-B): for comparison, and as the default starting point of
-/// an identification. Second-order attitude with the second-order gains folded into the scale.
+/// The aircraft as the paper prints it (Tables I and II, III-B), for comparison, tests and examples. Second-order
+/// attitude with the second-order gains folded into the scale.
 constexpr Vehicle paper_vehicle() {
   Vehicle v;
   v.roll = StickAxis{.scale_per_count = paper::kScaleRoll_rad_per_count.experiment * paper::kRollSecond.gain,

@@ -25,7 +25,7 @@ struct Layout<float> {
   static constexpr int kLastTerm = 9;
 };
 
-// ln x = e ln 2 + 2 atanh((m - 1) / (m + 1)), m in [sqrt(1/2), sqrt(2)).
+// ln x = e ln 2 + 2 atanh((m - 1) / (m + 1)), m in (sqrt(1/2), sqrt(2)].
 template <typename Real>
 Real logarithm(Real x) {
   using Bits = typename Layout<Real>::Bits;

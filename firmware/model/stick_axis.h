@@ -60,8 +60,8 @@ struct Power {
 };
 
 /// Converts stick counts to a command in the unit of the axis: all stages before delay and dynamics, one function for
-/// each stage. The residual monitor and identification call command(), sample by sample; the simulated aircraft calls
-/// the stages, because its delay lies between them.
+/// each stage. The residual monitor calls command(), sample by sample; identification, to reuse earlier results, and
+/// the simulated aircraft, whose delay lies between them, call the stages.
 ///
 ///   v = moved(u)                                            u stick in counts from neutral
 ///   c = drifted(shaped(v) + leak of the other stick, t)     t = 0: no drift yet
@@ -118,12 +118,12 @@ class StickLaw {
     return command;
   }
 
-  /// Resets the state as if the stick had always been at `stick_counts`.
+  /// Resets the backlash as if the stick had always been at `stick_counts`.
   void rest_at(Real stick_counts) {
     play_counts_ = stick_counts;
     started_ = true;
   }
-  /// The stage with memory: backlash.
+  /// The first stage, which has a memory: backlash.
   /// @returns the counts after it
   Real moved(Real stick_counts) {
     if (!started_) {

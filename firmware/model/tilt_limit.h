@@ -10,7 +10,7 @@ namespace m100::model {
 /// limit. The controller's inputs are slopes, because the horizontal acceleration of an aircraft that keeps its height
 /// is gravity times the slope. The input bound of the MPC is therefore this slope, not the angle.
 ///
-/// A constant expression, unlike core::tan; the braking of the fence needs one. Within 1e-15 of the tangent.
+/// A constant expression, unlike core::tan. Within 1e-15 of the tangent.
 constexpr double slope_at_limit(double tilt_limit_rad) {
   M100_ASSERT(tilt_limit_rad >= 0.0 && tilt_limit_rad <= 0.7);
   double sine = 0.0, cosine = 0.0, term = 1.0;

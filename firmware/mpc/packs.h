@@ -10,10 +10,10 @@
 #include <immintrin.h>
 #endif
 
-// Packs: as many numbers as a register of this machine holds. Every operation here works element by element, so the
-// bits of a result do not depend on how many lanes there are (promise R6). Every product is rounded before it is added
-// (-ffp-contract=off): a fused multiply-add would save an instruction on machines that have one, but on machines
-// without one each product would be a call into the compiler's library to get the same bits.
+// Packs: four numbers on machines with vector registers, otherwise one. Every operation but largest_of() and sums_of()
+// works element by element, so the bits of a result do not depend on the number of lanes (R6). Products are rounded
+// before they are added (-ffp-contract=off): a fused multiply-add would save an instruction on machines that have one,
+// but on machines without one each product would be a call into the compiler's library to get the same bits.
 //
 // Each instruction set has a namespace of its own: the same templates compiled with wider registers are different
 // functions, and the linker cannot mix them up.
@@ -28,8 +28,8 @@
 
 #define M100_INLINE inline __attribute__((always_inline))
 
-// Loops over packs are unrolled on machines with wide registers. On others only the loop of add_columns() is, which is
-// one function there: unrolling all would cost seventy kilobytes of flash.
+// Loops over packs are unrolled on machines with wide registers. On others only the loop of add_columns() is unrolled
+// whole, which is one function there: unrolling all would cost seventy kilobytes of flash.
 #define M100_PRAGMA(text) _Pragma(#text)
 #if defined(M100_SANITIZED)
 #define M100_UNROLL(times)  // an instrumented loop is not one that a compiler can unroll

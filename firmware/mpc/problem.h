@@ -43,7 +43,7 @@ struct Solution {
   std::array<T, kHorizon> input_rad{};  ///< u_0..u_19; only u_0 when path is kSetpoint
   Path path = Path::kTable;
   std::uint16_t changes = 0;  ///< of the active set
-  T kkt_residual{0};          ///< largest violation of the optimality conditions, cost per rad; 0 on kSetpoint, kTable
+  T kkt_residual{0};          ///< of kActiveSet: largest violation of the optimality conditions, cost per rad
 };
 
 }  // namespace m100::mpc

@@ -11,7 +11,7 @@
 namespace m100::mpc {
 
 /// Calls visitor(name, numbers) for every number or array of numbers of a table, in the one order in which tables are
-/// written as a list of doubles: into generated headers and into table files. The set-point law follows separately.
+/// written as a list of doubles: into generated headers and into table files. The rows of a set-point law follow.
 template <typename Table, typename Visitor>
 constexpr void visit_numbers(Table& table, Visitor&& visitor) {
   visitor("states", table.states);

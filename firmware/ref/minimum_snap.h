@@ -10,7 +10,7 @@ namespace m100::ref {
 #ifdef M100_SMALL_MEMORY
 inline constexpr std::size_t kMaxNodes = 17;
 #else
-inline constexpr std::size_t kMaxNodes = 1025;  ///< solving them takes about 200 kB of stack
+inline constexpr std::size_t kMaxNodes = 1025;  ///< solving them takes about 175 kB of stack
 #endif
 inline constexpr std::size_t kDimensions = 4;  ///< x, y, z, yaw
 
@@ -28,7 +28,7 @@ struct Node {
 /// The snap of a piece of duration T is a quadratic form in its end states d: T^-7 d~' W d~, d~_k = d_k T^k. Setting
 /// the gradient by the inner derivatives to zero gives a block tridiagonal system of 3 x 3 blocks (the unconstrained
 /// form of Richter, Bry and Roy, as used by the paper's generator), eliminated once for all four dimensions.
-/// Cost: about 400 products per node.
+/// Cost: about 600 products per node.
 void minimise_snap(std::span<Node> nodes, std::span<const double> durations_s);
 
 }  // namespace m100::ref

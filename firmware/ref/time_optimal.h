@@ -27,7 +27,7 @@ struct AxisLimits {
 ///
 /// All durations are closed forms of one unknown, the peak (or how long it stays): the end moves monotonically with it,
 /// so at most kMaxSteps steps of a bracketed secant find it. A speed above its limit at the beginning is not increased.
-/// Cost: at most kMaxSteps square roots; nothing is allocated. T is float or double, the same bits on every machine.
+/// Cost: at most kMaxSteps + 8 square roots; no allocation. T is float or double, the same bits on every machine.
 template <typename T>
 class TimeOptimal {
  public:

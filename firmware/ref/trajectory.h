@@ -63,7 +63,7 @@ class Trajectory {
   void hold(const Waypoint<T>& place);
   /// Appends a jump to a position, held for `duration`. kResourceExhausted, kOutOfRange (beyond 1 km, or no duration).
   core::Status append_step(const Waypoint<T>& place, core::Duration duration);
-  /// Appends a straight line from rest to rest, degree 5, in a given time or as fast as the limits allow.
+  /// Appends a straight line from rest to rest, degree 5, in a given time or as fast as `limits` (not tilt) allow.
   core::Status append_quintic(const Waypoint<T>& place, core::Duration duration);
   core::Status append_quintic(const Waypoint<T>& place, const SpeedLimits& limits);
   /// Appends a way from the present end, at rest, through the waypoints to rest at the last, with the least snap
@@ -73,8 +73,8 @@ class Trajectory {
   /// Appends a way from the present end, at rest, through the waypoints at their times, kMinWaypointSpacing to one hour
   /// apart (otherwise kInvalidArgument), to rest at the last, with the least snap. Limits are not checked.
   core::Status append_timed(std::span<const TimedWaypoint<T>> waypoints);
-  /// Appends a curve from the present end, at rest at both ends. Half of the acceleration limit is used for speeding up
-  /// and slowing down; whether the rest is enough for the bends is not checked.
+  /// Appends a curve from the present end, at rest at both ends. Half of what the limits of acceleration and tilt allow
+  /// is used for speeding up and slowing down; whether the rest is enough for the bends is not checked.
   core::Status append_curve(const Curve& curve, const SpeedLimits& limits);
   /// Appends polynomials of x, y, z, yaw in normalised time, world frame. That they begin at end() is not checked.
   core::Status append_polynomial(const std::array<Polynomial<double>, kDimensions>& axes, core::Duration duration);

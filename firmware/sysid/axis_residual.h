@@ -27,7 +27,7 @@ struct ResidualReport {
 /// Computes the residual of `m100-lab identify` in flight, for one stick axis: the simulation error over blocks of 2.5
 /// s, each started from the measured state (quadratic through eleven samples). It works five samples late, because the
 /// quadratic is centred.
-/// Memory: fixed, about 1.6 kB for Real = double.
+/// Memory: fixed, about 1.4 kB for Real = double.
 /// Cost: per sample one static law and one step, some 80 flops; 100 more at a block's start and end.
 ///
 /// The expected error of a right model is the root of the sum of the squares of: the floor of the identified axis, the

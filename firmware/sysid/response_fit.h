@@ -25,7 +25,7 @@ struct ResponseError {
 /// Blind where the loop reacts to the wander itself (hover): there the prediction follows from the error, not the other
 /// way round. A fit to small movements is not reliable; the caller decides how much is enough.
 ///
-/// Memory: 28 numbers. Cost: some 12 flops a sample, 40 at a block's end. Errors: none; `Real` is float or double.
+/// Memory: 34 numbers, 2 counts. Cost: some 12 flops a sample, 40 at a block's end. `Real` is float or double.
 template <typename Real>
 class ResponseFit {
  public:

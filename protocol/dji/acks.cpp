@@ -96,7 +96,7 @@ int take_number(std::string_view& text) {
   return digits == 0 || number > 255 ? -1 : number;
 }
 
-/// Reads four numbers A.B.C.D. @returns false if the text has another form.
+/// Reads four numbers A.B.C.D. @returns false if the text has another form or a number above 255.
 bool take_numbers(std::string_view text, std::array<int, 4>& numbers) {
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     if (i > 0) {

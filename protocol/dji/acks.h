@@ -13,7 +13,7 @@
 
 namespace m100::protocol {
 
-// Codes that any command may get.
+// Codes of commands in general; kAckSuccess does not hold where a namespace below gives 0 another meaning.
 inline constexpr std::uint16_t kAckSuccess = 0x0000;
 inline constexpr std::uint16_t kAckKeyError = 0xFF00;
 inline constexpr std::uint16_t kAckNotAuthorised = 0xFF01;

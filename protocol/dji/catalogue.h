@@ -42,7 +42,7 @@ enum class Direction : std::uint8_t { kToController, kFromController };
 /// How a message is transmitted.
 enum class Delivery : std::uint8_t {
   kUnanswered,  ///< session 0: sent once, no acknowledgement
-  kReliable,    ///< sessions 2..31: the identical bytes are sent again until acknowledged
+  kReliable,    ///< sessions 2..31: the identical bytes are sent again until acknowledged, within `transmissions`
 };
 
 /// The fixed properties of a message.

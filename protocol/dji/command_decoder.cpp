@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Decodes commands at the flight controller's end: sizes and enumerators are checked, ranges are not.
+// Decodes commands at the flight controller's end: sizes and most enumerators are checked, ranges are not.
 #include "protocol/dji/command_decoder.h"
 
 #include <algorithm>
@@ -9,7 +9,7 @@ namespace {
 
 core::Expected<Command> reject() { return core::Status::kInvalidArgument; }
 
-/// The last step of every decoder: the value, if the size of the message fitted exactly.
+/// The last step of a decoder that reads fields: the value, if the size of the message fitted exactly.
 template <typename T>
 core::Expected<Command> finish(const ByteReader& reader, const T& command) {
   return reader.complete() ? core::Expected<Command>(Command(command)) : reject();

@@ -61,7 +61,7 @@ using CipherScratch = std::array<std::byte, kMaxEncryptedDataBytes>;
 
 /// Decrypts (if needed) and splits a frame. The plain text is not checked: a wrong key gives a wrong message.
 /// @param cipher may be null while there is no key.
-/// @returns kUnavailable: encrypted, and there is no cipher. kInvalidArgument: DATA is not a whole number of blocks.
+/// @returns kUnavailable: encrypted, no cipher. kInvalidArgument: DATA is not whole blocks or shorter than its filler.
 core::Expected<Message> open(const FrameView& frame, const Cipher* cipher, CipherScratch& scratch);
 
 }  // namespace m100::protocol

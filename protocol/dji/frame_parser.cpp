@@ -83,10 +83,10 @@ std::size_t judge_header(const std::byte* at, ParserStats& stats, std::uint64_t 
 /// Whether the CRC32 of the frame at buffer[begin] is right.
 /// @param running as FrameParser::running_; @param known its last computed entry.
 ///
-/// The register of a frame that begins here differs from the running one by a value that depends on the distance only.
-/// This difference is computed at the first block border inside the frame and carried to the last one. If the running
-/// register starts inside this frame, as it does while every frame is whole, it starts as the frame's own register, and
-/// the difference is zero.
+/// The register of a frame that begins here differs from the running one by a value whose change does not depend on the
+/// bytes. This difference is computed at the first block border inside the frame and carried to the last one. If the
+/// running register starts inside this frame, as it does while every frame is whole, it starts as the frame's own
+/// register, and the difference is zero.
 bool frame_checksum_holds(const std::byte* buffer, std::uint32_t* running, std::size_t& known, std::size_t begin,
                           std::size_t length) {
   const std::size_t first = begin / kCrc32BlockBytes + 1;

@@ -16,10 +16,10 @@
 
 namespace m100::protocol {
 
-// Sessions 2..31 are reliable: the requesting side repeats the identical bytes until it is answered; the answering side
-// executes a sequence number once and repeats its stored answer. Session 0 is never answered; session 1 is sent once,
-// and answers to it are ignored. Both ends of the wire may play both parts: an onboard computer requests, and answers
-// the control-lost push; a flight controller answers, and may push in a session.
+// Sessions 2..31 are reliable: the requesting side repeats the identical bytes until it is answered or gives up; the
+// answering side executes a sequence number once and repeats its stored answer. Session 0 is never answered; session 1
+// is sent once, and answers to it are ignored. Both ends of the wire may play both parts: an onboard computer requests,
+// and answers the control-lost push; a flight controller answers, and may push in a session.
 
 inline constexpr std::uint8_t kUnansweredSession = 0;
 inline constexpr std::uint8_t kTolerantSession = 1;
@@ -30,7 +30,7 @@ inline constexpr std::size_t kReliableSessions = 6;  ///< requests that may be o
 inline constexpr std::size_t kReliableSessions = kSessionCount - kFirstReliableSession;
 #endif
 inline constexpr std::uint8_t kPastReliableSessions = kFirstReliableSession + kReliableSessions;
-/// Shortest time-out: no answer arrives sooner (DJI's SDK waits as long).
+/// Shortest time-out; a shorter one counts as this (DJI's SDK waits as long).
 inline constexpr core::Duration kShortestTimeout = std::chrono::milliseconds(20);
 
 /// A frame to be written to the line, and the numbers that identify its answer.
@@ -46,7 +46,7 @@ struct RequestOptions {
   const Cipher* cipher = nullptr;  ///< the frame is encrypted with it if there is one
 };
 
-/// The options the catalogue states for a message; plain.
+/// The options that the catalogue states for a message; it is encrypted if there is a cipher.
 RequestOptions options_for(const MessageInfo& info, const Cipher* cipher = nullptr);
 
 /// An answer that belongs to an open request.
@@ -90,7 +90,7 @@ class RequestSessions {
                                    core::TimePoint now);
 
   /// Session 1: sent once; the session is held for the time-out and then freed without a report.
-  /// @returns kResourceExhausted: the session is still held.
+  /// @returns kResourceExhausted: the session is still held, or the frame is too long. Other codes: encode_frame.
   core::Expected<Outgoing> request_tolerant(MessageId id, std::span<const std::byte> value,
                                             const RequestOptions& options, core::TimePoint now);
 
@@ -166,7 +166,7 @@ class AnswerSessions {
   /// Makes the acknowledgement of a command for which accept() returned kExecute, and stores it (sessions 2..31).
   /// @param cipher encrypts the answer if the command was encrypted; null answers plain.
   /// @returns kInvalidArgument: session 0, which is never answered, a session above 31, or an acknowledgement.
-  ///   kRefused: the session already has another sequence number. kResourceExhausted: too long to store.
+  ///   kRefused: accept() did not get this sequence number last. kResourceExhausted: too long to store.
   core::Expected<Outgoing> answer(const FrameHeader& to, std::span<const std::byte> value,
                                   const Cipher* cipher = nullptr);
 

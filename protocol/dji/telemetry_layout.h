@@ -19,7 +19,7 @@ enum class TelemetryLayout : std::uint8_t {
   // Layouts that are known to be different and are not decoded.
   kOldM100,      ///< firmware 2.3: a 600 Hz clock, no limit byte of the gimbal, no control mode
   kLaterFamily,  ///< A3, N3, M600 from firmware 3.3 on: other sizes of five items
-  kUnknown,      ///< another controller, or an unreadable text
+  kUnknown,      ///< another controller, an A3, N3 or M600 before 3.1, or an unreadable text
 };
 
 /// Decides by the text of the version answer, "... HARDWARE-AA.BB.CC.DD".

@@ -79,7 +79,7 @@ class Parser {
   std::size_t begin_ = 0;
   std::size_t end_ = 0;
   std::size_t needed_ = 1;  ///< size of the window at which there is something to do
-  bool in_step_ = true;     ///< the byte at begin_ follows a frame
+  bool in_step_ = true;     ///< the byte at begin_ follows a frame or begins the stream or a packet
   std::uint64_t base_ = 0;  ///< stream position of buffer_[0]
   RunningChecksum sums_;
   ParserStats stats_;

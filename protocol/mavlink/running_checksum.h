@@ -13,7 +13,7 @@ namespace m100::mavlink {
 /// The MAVLink checksum of any range of a buffer, at a cost that does not depend on the length of the range.
 ///
 /// Each byte of the buffer enters one running register at most once. The register is linear over GF(2), so the
-/// registers of two runs over the same bytes differ by a value that depends on the number of bytes alone
+/// difference of two runs over the same bytes changes with their number alone, whatever the bytes are
 /// (crc32_advance() in protocol/crc.h). The checksum of a range is therefore the running register at its end, plus the
 /// difference at its begin carried over the length of the range.
 class RunningChecksum {

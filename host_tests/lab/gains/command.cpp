@@ -199,7 +199,7 @@ std::vector<gains::OpenStructure> structures_of(const companion::VehicleFile& fi
   return structures;
 }
 
-/// Ctrl-C: the outputs are written at the end, so nothing is half done.
+/// Ctrl-C: the tables are written at the end, so none is half done.
 void stop(int) {
   constexpr std::string_view kSaid =
       "\nm100-lab: gains: stopped, no table was written; the same command starts again\n";

@@ -7,7 +7,7 @@ namespace m100::lab::gains {
 
 inline double square(double x) { return x * x; }
 
-/// A complex number over any real type R that has + - * / and exp, sin, cos: double, intervals, derivatives.
+/// A complex number over a real type R with + - *: double, or a TaylorModel, which has a reciprocal() of its own.
 template <typename R>
 struct ComplexNumber {
   R re{};

@@ -39,7 +39,7 @@ double nearest(Complex loop, double low, double high) {
   return std::abs(1.0 + at * loop);
 }
 
-/// Phase that 1 + g L turns through from the lowest frequency to the highest, beginning at `start`.
+/// Phase that 1 + g L turns through from the lowest frequency to the highest.
 double turned(const std::vector<Complex>& loop, double gain) {
   double sum = 0.0;
   for (std::size_t k = 1; k < loop.size(); ++k) {

@@ -163,7 +163,7 @@ class OpenLoop {
   }
 
  private:
-  /// One tick. State: vehicle, its last inputs (newest first), filter after its update of the last tick, controller's
+  /// One tick. State: vehicle, its last inputs (newest first), filter as predicted for this tick, controller's
   /// last inputs, the vehicle's last positions, the filter's last accelerations (newest first).
   double step(Column& state, double vehicle_input) const {
     const Eigen::Index line = static_cast<Eigen::Index>(plant_.ticks) + 1;
@@ -175,7 +175,7 @@ class OpenLoop {
     auto positions = state.segment(truth_states_ + line + full + states_, age_);
     auto accelerations = state.tail(age_);
 
-    // The filter's step from the last tick is made here, where all its inputs are known.
+    // The filter is corrected first; its step to the next tick is made below, where the new command is known.
     Column seen = measured(vehicle);
     if (age_ > 0) {
       seen(0) = positions(age_ - 1);

@@ -15,7 +15,7 @@ nlohmann::json margins_json(const Margins& margins);
 /// worst margins over gain and frequency, and over the whole box, of each structure, and if a corner does not keep the
 /// limits, the manoeuvre that distinguishes the structures.
 /// @returns {"structure": {"x": {"virtual_rc": {...}, "movement": {...}, "corners": {"virtual_rc": {...}, ...},
-///          "box": {...}}, "y": {...}}}
+///          "box": {...}}, "y": {...}}}; corners and box only with `limits`
 nlohmann::json report_flown(const model::Vehicle& believed, const std::vector<OpenStructure>& structures,
                             const MarginLimits* limits);
 

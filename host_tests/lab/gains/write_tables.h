@@ -11,9 +11,9 @@
 
 namespace m100::lab::gains {
 
-/// The tables of a vehicle, with the data that they point to.
+/// The tables of a vehicle, and the rows of their set-point laws; attach() joins them.
 struct TableSet {
-  mpc::GainTables<double> tables;  ///< they point to the rows below
+  mpc::GainTables<double> tables;  ///< without the rows below
   SetpointRows x;
   SetpointRows y;
 };

@@ -146,7 +146,7 @@ Dialect ardupilot(const char* time) {
           {{"battery", "BAT.Volt"}}};
 }
 
-/// @param known_by the column of the attitude; everything else is the same for all bags.
+/// @param known_by the column of the attitude; all groups but the attitude are the same for all bags.
 Dialect bag(const char* name, const char* known_by, const char* time, std::vector<MapEntry> attitude) {
   return {
       name,
@@ -328,7 +328,7 @@ class Proposer {
   }
 
   /// Maps the commands of DJI's generic set point. Its flag (axes[4]) says what they are: bits 6 and 7 are 0 for
-  /// angles, bits 4 and 5 are 0 for a climb speed, bit 3 is 1 for a yaw rate. @returns whether there is such a command.
+  /// angles, bits 4 and 5 are 0 for a climb speed, bit 3 is 1 for a yaw rate. @returns whether there is a set point.
   bool write_setpoint(std::ostream& out) const {
     const std::string topic = "/dji_sdk/flight_control_setpoint_generic.axes[";
     std::vector<double> flags = values(topic + "4]");

@@ -86,8 +86,8 @@ std::string_view remedy(std::string_view head) {
       return format.advice;
     }
   }
-  // Before each packet a telemetry log holds microseconds since 1970, most significant byte first: 00 03 in 1997 to
-  // 00 07 in 2032. MAVLink packets begin with FE or FD.
+  // Before each packet a telemetry log holds microseconds since 1970, most significant byte first: 00 03 from 1996
+  // on, 00 07 until 2041. MAVLink packets begin with FE or FD.
   if (head.size() > 8 && head[0] == 0 && head[1] >= 3 && head[1] <= 7 && (head[8] == '\xfe' || head[8] == '\xfd')) {
     return "is a MAVLink telemetry log (.tlog): make CSVs of it with mavlogdump.py";
   }

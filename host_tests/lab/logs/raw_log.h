@@ -12,7 +12,7 @@ namespace m100::lab::logs {
 /// message that is too short) is NaN, which becomes a gap.
 struct RawColumn {
   std::vector<double> values;
-  std::vector<double> time_s;    ///< the stream's own clock, if the format has one per stream (ULog); otherwise empty
+  std::vector<double> time_s;    ///< the stream's own clock, if the format has one per stream; otherwise empty
   std::vector<double> sequence;  ///< message counter of the column's struct (MAT) or topic (ROS); otherwise empty
 };
 
@@ -25,7 +25,7 @@ struct TopicSummary {
   double rate_hz = 0.0;             ///< samples over time, without the gaps; 0: no clock is known
   std::size_t gaps = 0;             ///< intervals longer than 50 ms and 3.5 median intervals, after spreading bunches
   double longest_gap_s = 0.0;
-  std::vector<std::string> fields;  ///< an array is one entry: "q[4]"
+  std::vector<std::string> fields;  ///< an array is one entry in ULog ("q[4]") and MAT
 };
 
 /// Computes the rate and gaps of a stream; time stamps that are not finite or do not increase are ignored. Bunched

@@ -18,7 +18,7 @@ struct Stream {
 /// Counts of the samples that a tidied stream leaves out.
 struct StreamDefects {
   std::size_t repeated = 0;  ///< repeated time stamps; the first sample of each is kept
-  std::size_t spoilt = 0;    ///< samples or time stamps that are not finite, single time stamps far out of order
+  std::size_t spoilt = 0;    ///< samples or time stamps that are not finite, single time stamps out of order
 };
 
 /// The samples in order of time. A single time stamp that jumps ahead or back between ordered ones is a spoilt sample.

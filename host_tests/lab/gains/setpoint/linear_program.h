@@ -26,7 +26,7 @@ class ComputeBudget {
   /// Maximum number of simplex steps in one run of the solver.
   static constexpr int kPivots = 2000;
 
-  /// @param comparisons tests of one point against one plane.
+  /// @param comparisons tests of one point or plane against one plane.
   explicit ComputeBudget(std::uint64_t programs = 400'000, std::uint64_t comparisons = 2'000'000'000)
       : programs_(programs), comparisons_(comparisons) {}
 

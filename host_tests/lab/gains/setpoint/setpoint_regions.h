@@ -31,7 +31,7 @@ class ConstructionContext {
 
 struct Region {
   std::size_t piece = 0;
-  std::vector<HalfSpace> rows;           ///< facets only, including those of the domain
+  std::vector<HalfSpace> rows;           ///< its own facets, and all half-spaces of the domain
   std::vector<Eigen::VectorXd> corners;  ///< far points of the region in many directions
 };
 

@@ -177,7 +177,7 @@ class Splitting {
     return std::max(below, above);
   }
 
-  /// Chooses the plane that splits a cell in which no facet is common to all regions: the facet of one of them for
+  /// Chooses the plane that splits a cell in which no border between regions is left: the half-space of a region for
   /// which the side with more regions has the fewest. @returns false: no facet separates the regions.
   bool parting_plane(const Cell& cell, const Numbers& regions, HalfSpace& best) const {
     std::size_t fewest = regions.size();

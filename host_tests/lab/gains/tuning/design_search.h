@@ -42,7 +42,7 @@ struct ModeDesign {
 
 struct DesignSearchResult {
   ModeDesign field, robust;
-  FlownScore before;                ///< the vehicle file as it is
+  FlownScore before;                ///< the vehicle file without its designs
   std::vector<DesignTrial> trials;  ///< all that were flown
 };
 
@@ -60,7 +60,7 @@ struct FlownLimits {
   /// Sum of the shares by which these limits and kMaxMotion_deg_s are exceeded; at least 10 if a flight did not stay.
   double excess(const FlownScore& flown) const;
 };
-/// The flown limits of mode field, from the errors `before` of the unchanged vehicle file. The step uses the whole
+/// The flown limits of mode field, from the errors `before` of the file without its designs. The step uses the whole
 /// tilt, and a design that learns the trim more slowly tilts up to 0.6 degrees further. So the limit is the
 /// supervisor's, or the file's tilt plus a stick count if that is larger.
 FlownLimits field_limits(const model::Vehicle& vehicle, const FlownScore& before);

@@ -37,7 +37,7 @@ inline constexpr double kSmallestInputWeight = 0.1;
 /// Finds the smallest input weight R, and so the fastest loop, that keeps three limits as flown on every structure:
 /// kLargestPeakSensitivity, kFieldDelayMargin_s, and a command motion in hover of at most kLargestMotion_deg_s. Q and
 /// the observer's noises stay. The search is a bisection to 5 %. If no R keeps the limits, it returns the R of a coarse
-/// series with the least peak sensitivity among those that keep the limit of the motion (or among all).
+/// series with the least peak sensitivity, if possible one that is stable and keeps the limit of the motion.
 /// @param hover_motion returns the command motion [deg/s] of a hover with this vehicle file
 Tuned tune(const model::Vehicle& believed, const std::vector<Structure>& structures,
            const std::function<double(const model::Vehicle& believed)>& hover_motion);

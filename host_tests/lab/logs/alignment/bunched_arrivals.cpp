@@ -17,7 +17,7 @@ constexpr double kShortInterval = 1.0 / 3.0;  // of the mean
 constexpr double kShortShare = 0.4;           // between the 28 % of Poisson arrivals and the half of bunches of two
 constexpr double kEarliest = 0.02;            // quantiles that a few stamps that are wrong cannot move
 constexpr double kLatest = 0.98;
-constexpr double kMaxDisorder_s = 0.05;  // the shortest hole that counts as a gap
+constexpr double kMaxDisorder_s = 0.05;  // a larger step back: time runs backwards
 constexpr double kHoleBunches = 3.5;
 constexpr double kMinHole_s = 0.05;
 

@@ -16,7 +16,7 @@ namespace m100::lab::logs {
 /// vehicle is needed, and half a minute of turns gives 0.2 ms. The age that the observer assumes is no substitute: it
 /// may be wrong by 20 ms, and a climb that is seen 10 ms too early looks like backlash of the stick.
 /// @param captured_heading_rad  one value for each sample of the log
-/// @param otherwise_s           result where the heading hardly turned, or where the lag would exceed 0.2 s
+/// @param otherwise_s           result where a heading is missing or hardly turned, or the lag would exceed 0.2 s
 double capture_lag_s(const FlightLog& log, std::vector<double> captured_heading_rad, std::pair<double, double> range_s,
                      double otherwise_s);
 

@@ -16,7 +16,7 @@
 
 // ArduPilot's binary log: records {A3 95 type body}, little endian and packed. FMT (type 128) defines the length and
 // name of every type and the letters and labels of its fields; in newer logs UNIT, MULT and FMTU define units and
-// multipliers. The reader relies on nothing else, so that it can read any version.
+// multipliers. Of labels, the reader knows only those of clocks, GPS weeks and instances: it can read any version.
 
 namespace m100::lab::logs {
 namespace {
@@ -200,7 +200,7 @@ class ArduPilotLog final : public RawLog {
     }
   }
 
-  /// Takes a definition; ignores it if the sizes of its letters do not add up to its length.
+  /// Takes a definition; ignores it if a letter is unknown or the sizes of all do not add up to its length.
   void define(std::string_view body) {
     const auto number = static_cast<std::size_t>(static_cast<unsigned char>(body[0]));
     Type type;
@@ -221,7 +221,7 @@ class ArduPilotLog final : public RawLog {
       at += known->bytes;
     }
     if (number == kFmt || at + kHeadBytes != type.bytes || !types_[number].records.empty()) {
-      return;  // a second definition of a type is ignored
+      return;  // no new definition after a record of the type
     }
     types_[number] = std::move(type);
   }

@@ -18,8 +18,8 @@ struct UlogNumber {
 };
 
 /// The formats that a ULog defines ('F'), and the offsets of their fields. A format is parsed when it is first used, so
-/// that an unused format may be invalid. Arrays and nested formats are never expanded, because a definition of fifty
-/// bytes may describe four thousand million numbers.
+/// that an unused format may be invalid. Arrays and nested formats are expanded by list() only, because a definition of
+/// fifty bytes may describe four thousand million numbers.
 class UlogFormats {
  public:
   /// Takes the definition of a format. @returns false if it has no name.
