@@ -23,6 +23,15 @@ template <typename T>
 constexpr std::array<Scale<T>, 3> kScaleNumbers{{{T(1.5), T(0.0017), T(0.044), T(0.0185), T(0.0024)},
                                                  {T(3.0), T(0.0010), T(0.021), T(0.0023), T(0.0006)},
                                                  {T(0.75), T(0.0052), T(0.10), T(0.148), T(0.0098)}}};
+constexpr bool within_4_percent(double number, double rule) { return number > 0.96 * rule && number < 1.04 * rule; }
+constexpr bool follows_from_a(const Scale<double>& s) {
+  const double per_a = 1.0 / s.a_per_s, per_a2 = per_a * per_a;
+  return within_4_percent(s.unsettled_m, 0.25 * 0.23 * per_a + 0.05 * 0.27 * per_a2) &&
+         within_4_percent(s.per_noise_s3, per_a2 * per_a / 16.0) &&
+         within_4_percent(s.tilt_gain_s2, 0.27 * per_a2 * 0.2 / 9.8066);
+}
+static_assert(follows_from_a(kScaleNumbers<double>[0]) && follows_from_a(kScaleNumbers<double>[1]) &&
+              follows_from_a(kScaleNumbers<double>[2]));
 /// Noise of the force that the scales already include: the rotors' 0.1 m/s^2, and half as much again because it is
 /// measured from few samples.
 constexpr double kAssumed_m2_s3 = 1.5e-4;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "firmware/est/filter/filter_math.h"
+#include "firmware/est/filter/height_filter.h"
 #include "firmware/model/default_vehicle.h"
 
 namespace m100::est {
@@ -30,6 +31,29 @@ TEST(AxisFilter, AcceleratesByTheTangentOfTheTilt) {
   EXPECT_GT(unit, 0.0);
   for (const double tilt_rad : {-0.65, -0.3, 0.1, 0.2, 0.35, 0.5, 0.65}) {
     EXPECT_NEAR(gained(tilt_rad) / unit, std::tan(tilt_rad), 2e-6) << tilt_rad;
+  }
+}
+
+// Catches a state outside of the range that its filter's header promises, in which fixed point and the tangent hold.
+TEST(Ranges, EachStateEndsAtTheEndOfItsOwn) {
+  using Filter = AxisFilter<double>;
+  AxisModel model;
+  model.attitude = model::paper_vehicle().pitch;
+  for (const double sign : {-1.0, 1.0}) {
+    Filter axis(model);
+    axis.start(sign * 1e3, sign * 1e3, sign * 1e3);
+    EXPECT_EQ(axis.state(Filter::kP), sign * 100.0);
+    EXPECT_EQ(axis.state(Filter::kV), sign * 25.0 * kTimeUnit_s);
+    EXPECT_EQ(axis.state(Filter::kTilt), sign * 0.7);
+    axis.predict({.now = sign * 1e3, .before = -sign * 1e3, .after = sign * 1e3});
+    EXPECT_EQ(axis.state(Filter::kRate), sign * 10.0 * kTimeUnit_s);
+    axis.fuse_specific_force(0.0, Filter::DisturbanceUse::kStored);
+    axis.fuse_specific_force(sign * 1e3, Filter::DisturbanceUse::kTracked);
+    EXPECT_EQ(axis.state(Filter::kD), sign * 8.0 * kTimeUnit_s * kTimeUnit_s);
+    HeightFilter<double> height(model.attitude, 0.002);
+    height.start(sign * 1e3, sign * 1e3);
+    EXPECT_EQ(height.state(HeightFilter<double>::kZ), sign * 100.0);
+    EXPECT_EQ(height.state(HeightFilter<double>::kClimb), sign * 10.0 * kTimeUnit_s);
   }
 }
 

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <set>
-#include <string_view>
 
 #include "firmware/est/consistency/attitude_rate_consistency.h"
 #include "firmware/est/consistency/command_consistency.h"
@@ -16,21 +14,10 @@
 #include "firmware/est/consistency/velocity_consistency.h"
 #include "firmware/est/estimate.h"
 #include "firmware/est/filter/disturbance_ekf.h"
+#include "host_tests/unit/est/observed_vehicle.h"
 
 namespace m100::est {
 namespace {
-
-// The log and the operator read why the observer started anew: each reason has a name, and no two share one.
-TEST(Estimate, EachReasonToBeginAnewHasAnotherName) {
-  std::set<std::string_view> names;
-  for (const ResetReason recovery : {ResetReason::kNone, ResetReason::kPoseMoved, ResetReason::kLongDropout,
-                                     ResetReason::kAttitude, ResetReason::kNotFinite}) {
-    EXPECT_GE(name(recovery).size(), 4U);
-    EXPECT_NE(name(recovery), "unknown");
-    names.insert(name(recovery));
-  }
-  EXPECT_EQ(names.size(), 5U);
-}
 
 // A fresh estimate, before any measurement: no field of it may permit a flight.
 TEST(Estimate, AFreshOneIsWorthNothing) {
@@ -107,9 +94,26 @@ TEST_P(BadNumber, APathThatStandsIsStillSeen) {
         (motion.*input).x() = GetParam();
       }
       check.update(motion, true, kTick_s);
+      EXPECT_TRUE(t_s < 7.F || t_s > 8.F || check.evidence() < 1.F) << "all is well again";
     }
     EXPECT_GE(check.evidence(), 1.F) << "input " << (input == &PathInput::force_m_s2 ? "force" : "place or speed");
   }
+}
+
+// A vehicle whose drag is no number spoils the state with every prediction.
+TEST(BadVehicle, AStateThatIsNoNumberLastsForOneCallAndIsCalledSo) {
+  model::Vehicle spoilt = vehicle();
+  spoilt.translation.linear_drag_per_s = std::nan("");
+  FloatEkf filter(spoilt);
+  for (int tick = 0; tick < 200; ++tick) {
+    Measurement<float> measured;
+    measured.attitude.is_new = measured.pose.is_new = true;
+    measured.now = core::TimePoint(tick * core::kTickPeriod);
+    measured.pose.set_captured_at(measured.now);
+    const Estimate<float>& e = filter.update(measured, {}, core::kTickPeriod);
+    EXPECT_TRUE(std::isfinite(e.x.position_m + e.x.velocity_m_s + e.x.tilt_rad) && !e.healthy) << tick;
+  }
+  EXPECT_EQ(filter.counters().last_recovery, ResetReason::kNotFinite);
 }
 
 class BadForce : public BadNumber {};
@@ -142,6 +146,8 @@ TEST_P(BadForce, APoseThatStandsIsStillContradicted) {
         spoil(imu, estimate, GetParam());
       }
       check.update(imu, estimate, Vector2::Zero(), core::kTickPeriod);
+      EXPECT_TRUE(std::abs(t_s - 14.F) > 0.9F || check.report().check == ConsistencyCheck::kNone)
+          << "all is well again";
     }
     EXPECT_NE(check.report().check, ConsistencyCheck::kNone) << "number " << (&spoil - spoils);
     EXPECT_TRUE(check.measured_h_m_s2().has_value()) << "number " << (&spoil - spoils);

@@ -84,7 +84,7 @@ TYPED_TEST(Silence, IsPredictedForTheTimeThatHasPassedWhateverTheJitter) {
 // Catches a stall of which only the first 50 ms are predicted at once: the law then acts upon a place that lies behind.
 TYPED_TEST(Silence, OfTheLoopItselfIsCaughtUpAtOnce) {
   this->RecordProperty("promise", "R16");
-  for (const core::Duration stall : {milliseconds(150), milliseconds(470)}) {
+  for (const core::Duration stall : {milliseconds(30), milliseconds(150), milliseconds(470)}) {
     TypeParam glide;
     glide.speed_m_s = 2.0;
     glide.run(500);
@@ -94,7 +94,8 @@ TYPED_TEST(Silence, OfTheLoopItselfIsCaughtUpAtOnce) {
     EXPECT_NEAR(static_cast<double>(e.x.position_m), glide.x_m(), 0.02) << stall.count();
     glide.poses = true;
     glide.run(1);
-    EXPECT_EQ(glide.filter.counters().poses_used, used + 1);
+    glide.tick(stall);  // with a pose in the tick that catches up
+    EXPECT_EQ(glide.filter.counters().poses_used, used + 2);
     EXPECT_EQ(glide.filter.counters().poses_refused, 0U);
   }
 }
@@ -130,6 +131,7 @@ TYPED_TEST(Silence, OfTelemetryIsPredictedThroughWhilePosesCome) {
   glide.attitudes = false;
   glide.poses = false;
   const auto before = glide.run(1);
+  EXPECT_NEAR(static_cast<double>(before.yaw_rate_rad_s), glide.rate_z_rad_s, 0.01);
   for (int tick = 2; tick <= 60; ++tick) {
     const auto e = glide.tick();
     EXPECT_EQ(e.prediction_valid, tick <= 45) << tick;
@@ -165,6 +167,20 @@ TYPED_TEST(Silence, APoseOfAFewDecimetresIsTakenForWhatItIs) {
   glide.off_m = 0.5;  // 2.5 of its sigmas
   glide.variance_m2 = 0.2 * 0.2;
   EXPECT_EQ(glide.run(1).refused_poses, fixed ? 1U : 0U);
+}
+
+// Two poses agree if they are at most 30 mm, and 6 m/s for the time between their captures, apart in space.
+TEST(PoseAgreement, EndsBeyondNoiseAndTheLargestSpeed) {
+  for (const double apart_m : {0.329, 0.331}) {
+    PoseAgreement<double> row;
+    core::Pose<double> pose;
+    pose.set_captured_at(core::TimePoint{});
+    EXPECT_FALSE(row.add(pose, core::TimePoint{})) << "there is none before it";
+    row.since_last() = milliseconds(70);  // the second pose is 20 ms old
+    pose.set_captured_at(core::TimePoint(milliseconds(50)));
+    pose.position_w_m = core::Vector<double, 3>(2.0, -1.0, 2.0) * (apart_m / 3.0);
+    EXPECT_EQ(row.add(pose, core::TimePoint(milliseconds(70))), apart_m < 0.33);
+  }
 }
 
 }  // namespace

@@ -331,13 +331,23 @@ TEST_F(VelocityConsistencyTest, NamesAPathThatNoForceMakesAlongEachAxis) {
     estimate_.x = estimate_.y = {};
     fly(10.0);
     double spoke_s = 0.0;
-    for (; spoke_s < 5.0 && reported() == ConsistencyCheck::kNone; spoke_s += kTick_s) {
+    const auto sway = [&] {
       (estimate_.*axis).position_m = 0.03 * std::sin(2.0 * spoke_s);
       (estimate_.*axis).velocity_m_s = 0.06 * std::cos(2.0 * spoke_s);
       fly(kTick_s);
+    };
+    for (; spoke_s < 5.0 && reported() == ConsistencyCheck::kNone; spoke_s += kTick_s) {
+      sway();
     }
     EXPECT_EQ(reported(), ConsistencyCheck::kMotion);
     EXPECT_LT(spoke_s, 3.0);
+    // The force bridges a second without poses, which takes nothing back; after that the path begins anew.
+    for (const int age_ms : {300, 310, 600, 1000, 1010}) {
+      estimate_.pose_age = std::chrono::milliseconds(age_ms);
+      sway();
+      EXPECT_EQ(reported(), age_ms > 1000 ? ConsistencyCheck::kNone : ConsistencyCheck::kMotion) << age_ms;
+    }
+    estimate_.pose_age = core::Duration{0};
   }
 }
 

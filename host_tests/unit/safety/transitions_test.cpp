@@ -135,5 +135,32 @@ INSTANTIATE_TEST_SUITE_P(Every, RowOfAuthority, ::testing::Range(std::size_t{0},
                            return std::to_string(tested.param) + "_to_" + std::to_string(static_cast<int>(row.to));
                          });
 
+// R4: at most five releases in a second, the first five 0.1 s apart. Catches a count that begins anew after less than a
+// second without one, or after more.
+TEST(AuthorityStep, SpacesReleasesAndBeginsAnewAfterAWholeSecondWithoutOne) {
+  constexpr AuthorityCondition kOurs = situations::kGround | AuthorityCondition::kDeviceOurs;
+  AuthorityState state{.stage = AuthorityStage::kSilent};
+  const auto ms_to_release = [&state] {
+    int ms = 0;
+    AuthorityStep made = step(state, kOurs, core::Duration{0});
+    for (; made.action != AuthorityAction::kReleaseControl && ms < 2000; ++ms) {
+      made = step(made.state, kOurs, std::chrono::milliseconds(1));
+    }
+    state = made.state;
+    return ms;
+  };
+  for (const int ms : {0, 100, 100, 100, 100, 600, 200, 200}) {
+    EXPECT_EQ(ms_to_release(), ms);
+  }
+  for (const int pause_ms : {999, 1000}) {
+    state = step(state, situations::kGround, std::chrono::milliseconds(pause_ms)).state;
+    EXPECT_EQ(ms_to_release(), 0);
+    EXPECT_EQ(ms_to_release(), pause_ms < 1000 ? 200 : 100) << pause_ms;
+  }
+  state.requests = state.switches = kRequestsPerAction;
+  state = step(state, situations::kGround | AuthorityCondition::kControlRequested, core::Duration{0}).state;
+  EXPECT_EQ(state.requests + state.switches, 0) << "an order has all its tries, whatever the one before it used";
+}
+
 }  // namespace
 }  // namespace m100::safety
