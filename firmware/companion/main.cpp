@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100: the program on the companion board. Each subcommand is a file or a folder beside this one.
+// m100: the program on the companion board. The subcommands are in the folders beside this file.
 #include <CLI/CLI.hpp>
 
 #include <iostream>

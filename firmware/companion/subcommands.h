@@ -18,8 +18,8 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Each subcommand lives in a file of its own and adds itself here. Its callback throws UsageError for bad input and
-// CLI::RuntimeError(kAnswerIsNo) when the answer is no.
+// Each subcommand has a function add_*(); those without a header of their own are declared here. Its callback throws
+// UsageError for bad input and CLI::RuntimeError(kAnswerIsNo) when the answer is no.
 void add_fly(CLI::App& m100);
 void add_replay(CLI::App& m100);
 

@@ -18,7 +18,7 @@ class FalseHeaderDetector {
   explicit FalseHeaderDetector(std::uint32_t baud) : baud_(baud) {}
 
   /// @param adapter_delay longest delay of bytes between the line and this program.
-  /// @returns true: give the header up. It claims more than the longest frame of an autopilot, or its rest is overdue.
+  /// @returns true: give the header up. It claims more than kLongestFrame, or its rest is overdue.
   bool is_false(const protocol::FrameParser& parser, core::TimePoint now, core::Duration adapter_delay) {
     const std::size_t claimed = parser.claimed_bytes();
     if (claimed == 0) {

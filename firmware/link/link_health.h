@@ -29,11 +29,11 @@ struct LinkHealth {
   std::uint64_t bytes_sent = 0;
   std::uint32_t packages = 0;          ///< of telemetry
   std::uint32_t bad_packages = 0;      ///< good frame, but sizes do not fit
-  std::uint32_t old_packages = 0;      ///< telemetry that is repeated or overtaken; not counted in `packages`
+  std::uint32_t old_packages = 0;      ///< repeated, overtaken, or the first of a new clock; not in `packages`
   std::uint32_t refused_items = 0;     ///< telemetry items that held a number that is not finite
-  std::uint32_t undecipherable = 0;    ///< encrypted, but we have no key
+  std::uint32_t undecipherable = 0;    ///< encrypted, but we have no key, or not in whole blocks
   std::uint32_t commands_sent = 0;     ///< flight commands
-  std::uint32_t commands_refused = 0;  ///< out of range, or without control
+  std::uint32_t commands_refused = 0;  ///< out of range, without control, or the last one is half sent
   std::uint32_t commands_dropped =
       0;                       ///< the line was too slow: replaced by a newer one, or void at a loss of authority
   std::uint32_t outages = 0;   ///< times the port was gone

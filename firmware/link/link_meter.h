@@ -13,9 +13,9 @@ class LinkMeter {
 
   void received(std::size_t bytes);
   void sent(std::size_t bytes);
-  /// A telemetry package that carries the autopilot's clock.
+  /// A new telemetry package with the autopilot's clock that did not wait in the parser.
   void timed_package(core::TimePoint now, core::Duration autopilot_time);
-  /// Any telemetry package.
+  /// Any new telemetry package.
   void package(core::TimePoint now);
   /// The autopilot's clock is a new one.
   void restart();

@@ -11,8 +11,8 @@
 
 namespace m100::link {
 
-/// The last messages of a program after a failed assertion (M100_ASSERT): a neutral command, Virtual RC off, and two
-/// requests to release control, as the protocol requires. They are encoded at start-up, before anything can be broken;
+/// The last messages of a program that fails (assertion, hang, death): a neutral command, with Virtual RC its
+/// switch-off, and two requests to release control. They are encoded at start-up, before anything can be broken;
 /// sending them is one write of constant bytes, which a handler can do whatever the state of the program is.
 ///
 /// The releases use the two highest sessions, which SerialLink never opens: it takes the lowest free one.

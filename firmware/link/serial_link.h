@@ -32,16 +32,16 @@ struct AuthorityView {
   bool in_control = false;      ///< commands may leave
   bool mode_f = false;
   bool control_requested = false;  ///< the operator's request is not served yet
-  bool release_pending = false;    ///< control or Virtual RC may be ours; false: telemetry shows the transmitter
+  bool release_pending = false;    ///< control or Virtual RC may be ours
   bool port_gone = false;          ///< the device itself is gone: our bytes cannot leave
-  bool link_alive = false;         ///< a frame within the last 500 ms
+  bool link_alive = false;         ///< a frame, no old telemetry or echo, within the last 500 ms
   bool telemetry_fresh = false;    ///< a telemetry package within the last 100 ms
 };
 
 /// The autopilot at the other end of a UART: bytes to telemetry, and commands to bytes, by the authority table only.
 ///
-/// One tick is receive(now), then at most one send(command, now). Nothing happens between two ticks, so every command
-/// that leaves was computed in this tick; a command that could not leave is dropped, not kept.
+/// One tick is receive(now), then at most one send(command, now). Nothing happens between two ticks. A command
+/// that the line has not taken waits; a newer one replaces it, and a loss of control drops it.
 ///
 /// Control that telemetry shows as ours while nobody wants it, or that may be ours while nothing is received, is given
 /// back five times a second until telemetry shows the transmitter (promise R15); authority().release_pending is true
@@ -102,7 +102,7 @@ class SerialLink {
  private:
   void reset_autopilot();
   void handle(const protocol::FrameView& frame, core::TimePoint now);
-  /// @returns false: repeated or overtaken telemetry.
+  /// @returns false: telemetry that is repeated, overtaken, or the first of a new clock.
   bool handle_telemetry(const protocol::Message& message, core::TimePoint now);
   void handle_answer(const protocol::Message& message, core::TimePoint now);
   void handle_push(const protocol::Message& message);

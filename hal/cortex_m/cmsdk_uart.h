@@ -49,7 +49,7 @@ class CmsdkUart final : public Uart {
   void on_receive();
   void on_transmit();
 
-  /// Bytes received since the start, lost ones included; wraps.
+  /// Bytes read from the data register since the start, also those that found the ring full; wraps.
   std::uint32_t received() const { return received_.load(std::memory_order_acquire); }
   /// Bytes that arrived while the ring was full; wraps.
   std::uint32_t lost() const { return incoming_.dropped(); }

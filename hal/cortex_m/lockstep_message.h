@@ -23,8 +23,8 @@ struct LockstepStep {
 
 /// Board to peer, after each tick.
 struct LockstepReport {
-  std::uint32_t autopilot_bytes;  ///< sent from UART1 since the start
-  std::uint32_t pose_bytes;       ///< sent from UART2 since the start
+  std::uint32_t autopilot_bytes;  ///< queued for UART1 since the start
+  std::uint32_t pose_bytes;       ///< queued for UART2 since the start
   std::uint32_t tick_cycles;      ///< of the processor, interrupts included
   std::uint32_t stack_bytes;      ///< deepest since reset
   std::uint32_t lost_bytes;       ///< that arrived while a ring was full

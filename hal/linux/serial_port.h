@@ -41,7 +41,7 @@ class SerialPort final : public Uart {
   core::Expected<std::size_t> read(std::span<std::byte> destination) override;
   core::Expected<std::size_t> write(std::span<const std::byte> source) override;
 
-  /// The driver's counts since the port was opened. The counts of a device that was unplugged are lost with it.
+  /// The driver's counts since the port was first opened, without those of a device that was unplugged.
   /// kUnavailable also where the driver counts nothing: a pseudo-terminal, some USB adapters.
   core::Expected<LineErrors> line_errors() const override;
 

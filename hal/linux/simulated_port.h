@@ -27,13 +27,13 @@ struct SimulatedHello {
 
 constexpr bool is_simulated(std::string_view port) { return port.substr(0, 4) == "sim:"; }
 
-/// Opens a simulated port, non-blocking. @returns its descriptor; -1 with errno: EBUSY if another program holds it,
-/// otherwise the reason why the host cannot be reached.
+/// Opens a simulated port, non-blocking. @returns its descriptor; -1 with errno: EBUSY if another program holds it or
+/// the host does not answer, otherwise the reason why the host cannot be reached.
 int open_simulated(const std::string& port, std::uint32_t baud);
 
 /// The clock of a port: the host's time for a simulated port, CLOCK_MONOTONIC for any other. Both count from the
 /// construction of the object. All clocks of a process share one connection to the host; a forked process makes its
-/// own. If the host disconnects, simulated time continues at the rate of the machine's clock.
+/// own. If the host disconnects, only sleeps advance the time, and they take real time.
 class PortClock final : public Clock {
  public:
   explicit PortClock(const std::string& port);

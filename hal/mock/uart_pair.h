@@ -63,7 +63,7 @@ class Line {
     std::uint64_t bytes_read = 0;
     std::uint64_t bytes_dropped = 0;  ///< by drop faults
     std::uint64_t bits_flipped = 0;
-    std::uint64_t bytes_added = 0;  ///< duplicates and noise
+    std::uint64_t bytes_added = 0;  ///< duplicates, noise and breaks
     std::uint64_t overruns = 0;     ///< lost because nobody read
     std::uint64_t writes_dropped = 0;
   };

@@ -70,7 +70,7 @@ class BackupMonitor {
     }
   }
 
-  /// Waits until a message comes or the time is over.
+  /// Waits until a message comes or the time is over; in simulated time always until it is over.
   void wait(core::Duration time) {
     if (clock_.is_simulated()) {
       clock_.sleep_until(clock_.now() + time);

@@ -45,8 +45,8 @@ bool is_unnamed_pipe(const std::string& path) {
   return ::statfs(path.c_str(), &system) == 0 && system.f_type == PIPEFS_MAGIC;
 }
 
-/// Whether text may be written to the device: null, zero and full; the terminal of this program; or a device that it
-/// was given as a standard stream. Any other may be the autopilot's port, or a disk.
+/// Whether text may be written to the device: a memory device (null, zero, full, ...); the terminal of this program; or
+/// a device that it was given as a standard stream. Any other may be the autopilot's port, or a disk.
 bool is_text_device(const struct stat& device) {
   constexpr unsigned kMemoryDevices = 1;
   const dev_t terminal = makedev(5, 0);  // /dev/tty

@@ -46,7 +46,7 @@ constexpr std::array kKeys{
     FlightKey{.section = "wind", .key = "class_m_s", .number = &FlightFile::wind_m_s, .low = 0.0, .high = 20.0},
     // Promise R3: a pose is fresh for at most 250 ms.
     FlightKey{.section = "pose", .key = "fresh_s", .number = &FlightFile::pose_fresh_s, .low = 0.02, .high = 0.25},
-    // Values above 0.75 s have no effect: the observer abandons its prediction 1 s after the last pose.
+    // Above 1 s less fresh_s it has no effect: the observer abandons its prediction 1 s after the last pose.
     FlightKey{.section = "pose", .key = "coast_s", .number = &FlightFile::pose_coast_s, .low = 0.03, .high = 3.0},
     FlightKey{.section = "pose", .key = "level_s", .number = &FlightFile::pose_level_s, .low = 0.1, .high = 10.0},
     FlightKey{.section = "pose", .key = "from", .sender = &FlightFile::pose_from},

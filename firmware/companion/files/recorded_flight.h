@@ -12,7 +12,7 @@
 
 namespace m100::companion {
 
-/// A log that cannot be replayed, in one line that names the file and the byte.
+/// A log that cannot be replayed, in one line with its cause; the reader also names the file, and the byte if damaged.
 class FlightLogError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -13,7 +13,7 @@
 
 namespace m100::companion {
 
-/// An error in a vehicle file, in one line: "v.toml:12: 'axis.roll.damping_ratio': must be in [0.05, 5]".
+/// An error in a vehicle file, in one line: "v.toml:12: 'axis.roll.damping_ratio': 9.0 is outside [0.05, 5.0]".
 class VehicleFileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -53,7 +53,7 @@ VehicleFile load_vehicle(const std::string& path);
 /// As load_vehicle(), from text; `name` is the file's name in messages.
 VehicleFile parse_vehicle(std::string_view text, const std::string& name);
 
-/// The file's text: all sections, keys in a fixed order, numbers in the shortest form that reads back to the same bits.
+/// The file's text: the vehicle's sections, keys in a fixed order, numbers in the shortest form that keeps all bits.
 std::string to_text(const model::Vehicle& vehicle, const std::map<std::string, std::string>& sources);
 
 /// The file's text with its intervals and rivals.

@@ -37,8 +37,8 @@ CourseLimits limits_of_course(const FlightFiles& files) {
   return files.flight ? course_limits_of(*files.flight) : CourseLimits{};
 }
 
-/// The geofence limiter brakes before the sides of the fence, but not before its floor: an excitation in height must
-/// stay inside.
+/// The geofence limiter brakes before the sides of the fence, but not before its floor and ceiling: an excitation
+/// in height must stay inside.
 void expect_height_for(const FlightFiles& files, const ref::Waypoint<double>& start) {
   if (!files.excitation || !files.excitation->moves(ctl::ExcitedStick::kThrottle)) {
     return;

@@ -14,7 +14,7 @@
 
 namespace m100::companion {
 
-/// The operator's files, read and checked before anything flies. Errors: UsageError, FlightFileError.
+/// The operator's files, read and checked before anything flies. Errors: UsageError, or the error of a kind of file.
 struct FlightFiles {
   explicit FlightFiles(const FlyOptions& options);
 
@@ -39,7 +39,7 @@ ref::Waypoint<double> find_start_position(PosePort& port, link::SenderChoice cho
 ref::Waypoint<double> takeoff_end(ref::Waypoint<double> place);
 
 /// Lays the course from where the flight starts and checks it. Errors: CourseError, also if it exceeds its limits;
-/// FlightFileError if it leaves the fence.
+/// FlightFileError if it leaves the fence; ExcitationFileError if the throttle's excitation may leave it.
 void parse_and_validate(const FlightFiles& files, const ref::Waypoint<double>& start, ref::Trajectory<double>& course);
 
 /// parse_and_validate() without a pose: checks that the course can be read, stays inside the sides of the fence, and

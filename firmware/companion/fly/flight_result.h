@@ -12,7 +12,7 @@
 namespace m100::companion {
 
 /// The result of a flight for `fly --json`, in SI units.
-/// @param stalls ticks that came more than two periods late
+/// @param stalls ticks that came more than two periods after the one before
 nlohmann::json flight_result(const FlyOptions& options, const FlightFiles& files, const FlightSequencer& sequencer,
                              const app::FlightController<double>& controller, std::uint32_t stalls,
                              const safety::Limits& limits);

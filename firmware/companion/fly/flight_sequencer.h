@@ -32,9 +32,9 @@ struct SequencerInput {
 
 /// The operator's part of a flight (promise R15). One command takes control when everything is ready, another gives it
 /// back. A refusal or a release by the failsafe does not end the program: it reports the cause and waits for the
-/// operator's next command. The program ends only when telemetry shows that the transmitter has the aircraft, or when
-/// the port is gone. A take-off precedes the flight and a landing follows it, each only on its own order. A command, a
-/// stop and the pilot's switch end them as they end a flight; if the autopilot refuses one, control goes back. No heap.
+/// operator's next command. The program ends only if control cannot be ours any more, the port is gone, or the operator
+/// insists. A take-off precedes the flight and a landing follows it, each only on its own order. A command, a stop and
+/// the pilot's switch end them as they end a flight; if the autopilot refuses one, control goes back. No heap.
 class FlightSequencer {
  public:
   /// @param trajectory the controller's: a low battery changes it.

@@ -57,7 +57,7 @@ struct FlyOptions {
 /// Adds the options of the link to a subcommand.
 void add_link_options(CLI::App& app, FlyOptions& options);
 
-/// The configuration of the link by the options, with its key. Errors: UsageError.
+/// The configuration of the link by the options, with its key. Errors: UsageError, FileUseError.
 struct PreparedLink {
   explicit PreparedLink(const FlyOptions& options);
   PreparedLink(const PreparedLink&) = delete;
@@ -67,7 +67,7 @@ struct PreparedLink {
   link::LinkConfig config;
 };
 
-/// The number of SIGINT, SIGTERM, SIGHUP and SIGQUIT received: each means give control back and end.
+/// The number of SIGINT, SIGTERM, SIGHUP, SIGQUIT and SIGTSTP received: each means give control back and end.
 std::uint32_t stops();
 inline bool stop_requested() { return stops() != 0; }
 void watch_signals();
@@ -112,7 +112,5 @@ class TickClock {
   std::uint32_t stalls_ = 0;
   core::Duration longest_{0};
 };
-
-// The two ways to run `m100 fly`.
 
 }  // namespace m100::companion

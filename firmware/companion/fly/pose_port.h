@@ -34,8 +34,8 @@ struct PoseOptions {
 
 void add_pose_options(CLI::App& app, PoseOptions& options);
 
-/// Refuses invalid combinations: a network without a key, an invalid UDP port, a simulated port beside a real one, a
-/// key without a port. @param autopilot name of the autopilot's port. Errors: UsageError.
+/// Refuses a network without a key, an invalid UDP port or sender, a simulated port beside a real one, a key without a
+/// port, and the autopilot's port. @param autopilot name of that port. Errors: UsageError, FlightFileError.
 void check(const PoseOptions& options, const std::string& autopilot);
 
 /// The files that the two ports use: a key is read, and the file of its accepted signatures beside it is written. The
@@ -103,7 +103,7 @@ class ExchangedPorts final : public link::ByteTap {
 };
 /// Why no pose came: a sentence about what came instead.
 std::string why_no_pose(const link::PoseLink& link, const PosePort& port, const ExchangedPorts& exchanged);
-/// "system 1 component 197 (100 a second) and system 2 component 197 (50 a second)".
+/// "system 1 component 197 (100 poses a second) and system 2 component 197 (50 poses a second)".
 std::string describe(const link::PoseSenders& senders);
 /// The refused poses by their reasons, in sentences; empty: none was refused.
 std::string describe_refusals(const link::PoseLinkStats& poses);

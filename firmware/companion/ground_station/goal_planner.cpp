@@ -19,8 +19,8 @@ constexpr unsigned kIgnoreYawRate = 1U << 11U;
 constexpr std::uint8_t kLocalNed = 1;  // MAV_FRAME
 
 constexpr double kShortestBrake_s = 0.5;
-/// The polynomial of degree 7 from a speed to rest peaks at 2.1 times its mean deceleration, even if it first
-/// accelerates.
+/// The polynomial of degree 7 from a speed to rest peaks at 1.9 times its mean deceleration, or at 2.5 times it if it
+/// begins with an acceleration as large as the mean; a larger one exceeds the limit.
 constexpr double kBrakePeak = 2.5;
 constexpr double kShortestWay_s = 0.3;
 constexpr double kLonger = 1.06;  ///< ratio of successive durations that are tried

@@ -25,15 +25,16 @@ enum class GoalResult : std::uint8_t {
   kNotFinite,
   kReturningToStart
 };
-/// "refused: only positions, and a yaw, in LOCAL_NED count", for people.
+/// "refused: only the frame LOCAL_NED counts", for people.
 std::string_view name(GoalResult answer);
 
 /// Turns goals into a course during the flight. A goal is a place where the aircraft comes to rest; the way there is
 /// straight, of degree 5, as fast as the limits allow. If a goal arrives on the way, the new way starts from the
 /// present motion without a stop, provided that one polynomial of degree 5 per axis keeps the limits and the fence.
 /// Otherwise the reference first comes to rest on its way (degree 7). So speed and acceleration stay inside their
-/// limits for any goals, and place, speed and acceleration never jump. Goals beyond the fence are moved to its side;
-/// the geofence limiter keeps the reference and the speed inside, as for any course.
+/// limits, except that a stop out of a strong acceleration may decelerate up to 40 % harder; place, speed and
+/// acceleration never jump. Goals beyond the fence are moved to its side; the geofence limiter keeps the reference and
+/// the speed inside, as for any course.
 ///
 /// Cost of a goal that arrives on the way: at most kMaxAttempts * kSamples evaluations of four polynomials.
 ///

@@ -26,7 +26,7 @@ SequencerStatus sequencer_status(const FlightSequencer& sequencer, core::TimePoi
 /// number. No heap.
 class GroundStationCommands {
  public:
-  /// @param limits nothing: the flight takes no goals (an excitation flies). @param telemetry_stream null: nothing is
+  /// @param limits nothing: the flight takes no goals, see goal_limits(). @param telemetry_stream null: nothing is
   ///   answered, and so no mission can be transferred.
   GroundStationCommands(const std::optional<ref::SpeedLimits>& limits, const model::Vehicle& vehicle,
                         const app::FlightConfig& config, ref::Trajectory<double>& trajectory, GroundStationTap& line,
@@ -45,7 +45,7 @@ class GroundStationCommands {
                      const SequencerStatus& status);
   /// Whether goals have led the flight.
   bool has_goal() const { return guided_mode_ && guided_mode_->goals().goal().has_value(); }
-  /// Number of requests to change a parameter; each is answered with the unchanged value.
+  /// Number of requests to change a parameter; one of a known name is answered with its value.
   std::uint32_t parameters_not_set() const { return parameters_not_set_; }
 
  private:

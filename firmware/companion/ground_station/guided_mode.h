@@ -115,7 +115,7 @@ bool GuidedMode<T>::execute(const mavlink::CommandLong& order, core::TimePoint n
   return mission_.is_active_as(items(), first, last) || mission_.start(items(), first, last, now, flies);
 }
 
-/// For a flight without goals and missions: passes an order on, refuses a goal, and keeps the list of items empty.
+/// Without goals, or on the way back to the start: passes an order on, refuses a goal, answers as if without items.
 GuidedModeUpdate reject_requests(GroundStationTap& line);
 
 /// The limits of the ways to goals, as a log has them: "speed acceleration yaw_rate".

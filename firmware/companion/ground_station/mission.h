@@ -16,9 +16,9 @@ enum class MissionState : std::uint8_t { kNone = 1, kNotStarted = 2, kActive = 3
 /// Flies the items of a mission one after the other, as goals.
 ///
 /// An item is reached when the aircraft is within its radius of the place (param2; kRadius_m where it is 0 or not a
-/// number) and the reference is at rest there. With a radius and without a time to hold (param1) the reference need not
-/// rest: as soon as both are within the radius the next item follows, without a stop. The heading is param4 (deg,
-/// clockwise from x), or does not change if param4 is not a number. With autocontinue 0 the mission pauses there.
+/// number) and the reference is at rest there. With a radius, autocontinue and no time to hold (param1) the reference
+/// need not rest: as soon as both are within the radius the next item follows, without a stop. The heading is param4
+/// (deg, clockwise from x), or does not change if param4 is not a number. With autocontinue 0 the mission pauses there.
 ///
 /// Anything else that moves the aircraft pauses the mission: another goal, an order to hold, the failsafe below coast,
 /// the end of control. It continues only on an order, towards the item that was not reached.
@@ -30,7 +30,7 @@ class Mission {
 
   explicit Mission(GoalPlanner<T>& goals) : goals_(goals) {}
 
-  /// @param last item to fly; if it does not come after the first, all remaining items are flown.
+  /// @param last item to fly; if it does not come after the first, or does not exist, all remaining ones are flown.
   /// @returns false: there is no such item, or the law does not fly.
   bool start(Items items, std::uint16_t first, std::uint16_t last, core::TimePoint now, bool flies);
   /// The order to start was already obeyed: it is repeated because its acknowledgement was lost.

@@ -31,11 +31,11 @@ struct ParameterEntry {
 /// All parameters, in the order of their indices.
 std::span<const ParameterEntry> parameter_entries();
 
-/// The name, from our table, of the parameter that a PARAM_SET would change.
+/// The name, from our table, of the parameter that a PARAM_SET would change; "of unknown name": none.
 std::string_view name_of(const mavlink::ParamSet& parameter);
 
 /// Answers requests for the numbers of a flight (PARAM_REQUEST_LIST, PARAM_REQUEST_READ). They are read-only: PARAM_SET
-/// is answered with the unchanged value. A whole list is sent at one parameter per tick. No heap.
+/// of a known name is answered with the unchanged value. A whole list is sent at one parameter per tick. No heap.
 class Parameters {
  public:
   static constexpr std::size_t kMaxParameters = 64;

@@ -22,7 +22,7 @@ void describe(TextLine& line, safety::FailsafeReason cause, const safety::Observ
 /// A detected limit cycle, the program's reaction, and the remedy.
 void describe_limit_cycle(TextLine& line, const safety::Observation& seen);
 
-/// The state of an excitation; if it was aborted, why, with numbers. Nothing if there is none.
+/// The state of an excitation; if aborted, why, with numbers. Nothing if there is none, or while the law returns.
 void describe(TextLine& line, const ctl::Excitation<double>& excitation);
 
 /// What prevents flying now; kNone: nothing.

@@ -14,7 +14,7 @@ namespace m100::companion {
 /// sender, an attitude that the autopilot's contradicts, and a check that failed and has not yet passed long enough.
 ///
 /// A check that failed once would fail again when the aircraft repeats the motion, and the slow wander of a hover takes
-/// time to repeat: the check must pass for kHold, or four times as long as it took to fail. No heap.
+/// time to repeat: the check must pass for kHold, or for four times the time to its failure if that is longer. No heap.
 class PoseMonitor {
  public:
   static constexpr core::Duration kHold = std::chrono::seconds(30);

@@ -37,8 +37,8 @@ class AxisAlignment {
   };
   /// Adds a sample; the caller adds 100 a second, evenly spaced.
   void add(const Sample& sample);
-  /// One check for each axis: pitch, roll, heading, x, y, z. kDoubtful: the axis was not moved enough, or the pose does
-  /// not show its motion.
+  /// One check for each axis: pitch, roll, heading, x, y, z; "up" if it is upside down. kDoubtful: the axis was not
+  /// moved enough, or the pose does not show its motion.
   std::vector<CheckResult> checks() const;
   std::size_t samples() const { return samples_; }
 

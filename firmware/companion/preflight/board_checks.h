@@ -11,7 +11,7 @@ namespace m100::companion::preflight {
 
 inline constexpr const char* kHeldByAnother = "another program holds it";
 
-/// Whether the port exists, may be read and written, is free, and takes 230400 baud.
+/// Whether the port exists, may be read and written, is free, takes 230400 baud, and is not the pose's.
 CheckResult check_port(const std::string& path);
 /// The latency timer of an FTDI adapter: by default it collects bytes for 16 ms, more than one control period.
 CheckResult check_adapter(const std::string& path);

@@ -17,7 +17,7 @@ struct PortHolder {
   std::string name;
 };
 std::vector<PortHolder> port_holders(const std::string& port);
-/// " (also open in cat, process 1234)"; empty: no other process holds it.
+/// " (also open in cat, process 1234; if it reads, it takes bytes away)"; empty: no other process holds it.
 std::string holders_note(const std::string& port);
 
 }  // namespace m100::companion

@@ -23,8 +23,8 @@ inline constexpr core::Duration kLate = 2 * core::kTickPeriod;
 inline constexpr core::Duration kTooLate = 5 * core::kTickPeriod;
 
 /// Ticks as a flight does, with its priority if that is granted, and reads a terminal in each tick. Beside it, at
-/// normal priority, one loop per processor computes, and one thread writes to a file in the folder and waits for the
-/// disk.
+/// normal priority, one loop per processor, at least two, computes, and one thread writes to a file in the folder and
+/// waits for the disk.
 /// @returns the lateness of the end of each tick's read, against the tick's deadline.
 WakeUps measure_wake_ups(const std::string& folder, core::Duration duration);
 

@@ -7,7 +7,7 @@
 
 namespace m100::companion::recording {
 
-// The records of `m100 record`: one for each telemetry item received, in our frames (world NWU, body FLU), SI, with the
+// The records of `m100 record`, of telemetry items and poses, in our frames (world NWU, body FLU), SI, with the
 // autopilot's own time stamp converted to our clock [us]. No padding: each format describes the same layout in ULog.
 
 /// The pilot's transmitter, -10000..10000 each: right, forward, up, right positive.

@@ -36,7 +36,7 @@ inline constexpr const char* kLinkNote = "m100_link";
 const std::string& note_of(const RecordedFlight& flight, const char* key);
 
 /// The other settings that determine the bytes sent: "app_id N rate_hz X pose_baud N encrypted 0|1 baud N", then "law
-/// NAME" and "override CHECK" where they differ from the default. The key of an encrypted flight is not in it.
+/// NAME", "pose_from SYS:COMP" and "override CHECK" if not the default. The key of an encrypted flight is not in it.
 std::string link_note(const app::FlightConfig& config);
 
 /// Sets what link_note() has written. @throws FlightLogError the note is malformed or of another version.

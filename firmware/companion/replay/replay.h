@@ -32,7 +32,7 @@ struct ReplayResult {
   std::uint32_t messages_missing = 0;  ///< dropped by the log's ring: their bytes cannot be replayed
 };
 
-/// Feeds the recorded bytes, at the recorded times, through the flight code. Errors: FlightLogError.
+/// Feeds the recorded bytes and times to the flight code. Errors: FlightLogError, or the error of a file in its notes.
 /// @param cipher of the app's key, for a flight with encrypted commands; otherwise null.
 ReplayResult replay(const RecordedFlight& flight, Scalar scalar, const protocol::Cipher* cipher = nullptr);
 /// Replays in double, as `m100 fly` flew.

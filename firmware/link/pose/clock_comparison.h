@@ -27,7 +27,7 @@ class ClockComparison {
   /// Records an answer. @param ts1 that of its question; only an answer to the last question, within kLatest, counts.
   /// @param theirs the sender's time [ns]. @returns false: the answer is ignored.
   bool answer(std::int64_t ts1, std::int64_t theirs, core::TimePoint arrived);
-  /// The sender's clock was restarted.
+  /// Another sender has taken over: forgets all answers.
   void reset() { *this = ClockComparison{}; }
 
   core::ClockOffset offset(core::TimePoint now) const;

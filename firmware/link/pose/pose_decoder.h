@@ -16,7 +16,7 @@ struct PoseAside {
 };
 
 /// The pose in a frame of ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY, in our frames: NED and FRD of the wire
-/// become world NWU and body FLU here, and nowhere else. `captured` is the sender's time stamp, zero without a stamp; a
+/// become world NWU and body FLU. `captured` is the sender's time stamp, zero without a stamp; a
 /// variance that the sender does not know, or reports as zero, is zero.
 /// @param beside receives what the message holds besides the pose, or why the pose is refused
 /// @returns kNotReady: another message. kOutOfRange: an impossible pose: a number that is not finite, a position beyond

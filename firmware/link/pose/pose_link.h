@@ -20,7 +20,7 @@ namespace m100::link {
 
 struct PoseLinkStats {
   std::uint64_t poses = 0;                          ///< accepted
-  std::uint32_t refused = 0;                        ///< by impossible numbers, or by the unit of their time stamps
+  std::uint32_t refused = 0;                        ///< by numbers, frame of ODOMETRY, or unit of the time stamps
   std::uint32_t refused_order = 0;                  ///< by their time stamps
   std::uint32_t refused_senders = 0;                ///< from another sender than the accepted one
   std::uint32_t lost_frames = 0;                    ///< by the sequence numbers of the sender's frames, of any message
@@ -30,10 +30,10 @@ struct PoseLinkStats {
   core::TimePoint last_fault_at{};
 };
 
-/// The source of pose at the other end of a second UART: MAVLink, unsigned, because a serial port is a wire. One call
-/// per tick; older poses of the same tick are skipped. A pose whose time stamp is not newer than the last is refused,
-/// unless StampOrder shows that the sender's clock was set. Only the chosen sender is accepted; without a choice the
-/// first, until it is silent for a second.
+/// The source of pose at the other end of a second UART, in MAVLink; SignedLine checks signatures, if a key is used.
+/// One call per tick; older poses of the same tick are skipped. A pose whose time stamp is not newer than the last is
+/// refused, unless StampOrder shows that the sender's clock was set. Only the chosen sender is accepted; without a
+/// choice the first, until it is silent for a second.
 class PoseLink {
  public:
   static constexpr std::size_t kBytesPerTick = 2048;

@@ -21,7 +21,7 @@ struct SignedLineStats {
   std::uint32_t replayed = 0;         ///< not newer than the stream's last one: a replay, duplicated, or overtaken
   std::uint32_t old = 0;              ///< the first of a stream, with a time stamp more than a minute old
   mavlink::SignatureTime old_by = 0;  ///< how old the last of them was
-  std::uint32_t too_many = 0;         ///< of one stream more than can be remembered
+  std::uint32_t too_many = 0;         ///< of a new stream, while all that can be remembered are in use
   std::uint32_t interrupted = 0;      ///< ticks that left bytes for the next, because their work budget was used up
 
   std::uint64_t refused() const { return std::uint64_t{unsigned_frames} + wrong + replayed + old + too_many; }
@@ -34,7 +34,7 @@ struct SignedLineStats {
 /// It works in the thread that flies. There a frame is accepted or refused at a time that the flight knows, and a
 /// simulated flight gives the same result each time; with a separate thread the times of arrival would depend on its
 /// schedule. The cost of a tick is therefore bounded: at most kReadsPerTick reads of kChunk bytes and
-/// kVerificationsPerTick signatures (at most six blocks of SHA-256 each). Further bytes wait, and the kernel discards
+/// kVerificationsPerTick signatures (at most five blocks of SHA-256 each). Further bytes wait, and the kernel discards
 /// bytes that wait too long. A late tick may do kLateFactor times as much, because the age of the bytes that waited is
 /// unknown and their reader drops them.
 class SignedLine final : public hal::Uart {
@@ -44,7 +44,7 @@ class SignedLine final : public hal::Uart {
   static constexpr std::uint32_t kVerificationsPerTick = 48;
   static constexpr std::uint32_t kLateFactor = 8;
 
-  /// Line, key and known must outlive it. @param link  our link id, signed with what is written.
+  /// The line must outlive it; key and known are copied. @param link our link id, signed with what is written.
   SignedLine(hal::PacketUart& line, const mavlink::Key& key, const mavlink::ReplayMemory& known, std::uint8_t link)
       : SignedLine(line, &line, key, known, link) {}
   SignedLine(hal::Uart& line, const mavlink::Key& key, const mavlink::ReplayMemory& known, std::uint8_t link)

@@ -20,7 +20,7 @@ class TelemetryReceiver {
  public:
   /// What a package was.
   struct Reception {
-    bool is_old = false;      ///< repeated or overtaken
+    bool is_old = false;      ///< repeated, overtaken, or the first of a new clock
     bool restarted = false;   ///< its clock is a new one: the autopilot restarted
     std::uint16_t items = 0;  ///< that were used
   };

@@ -18,7 +18,7 @@ class CourseError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A word that begins a line of a course. `--help`, the reference page and the parser read this table.
+/// A word that begins a line of a course. `--help`, the reference page and the parser's suggestions read this table.
 struct CourseWord {
   std::string_view word;
   std::string_view arguments;

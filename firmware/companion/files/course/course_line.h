@@ -14,7 +14,7 @@
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/files/text/suggestion.h"
 
-// Helpers that read one line of a course; only course.cpp includes this file.
+// Helpers that read one line of a course; only course.cpp and course_table.h include this file.
 namespace m100::companion {
 
 /// A place in the file, for error messages.

@@ -46,7 +46,7 @@ std::string when_and_where(core::Duration at, const ref::Motion& motion, const r
 ///  - whose pieces do not join in place, velocity and acceleration (1 mm, 1 cm/s, 5 cm/s^2); a set point may jump, but
 ///    only from rest, and under a speed limit only as far as the jump keeps it;
 ///  - that ends in motion.
-/// Errors: CourseError with file, line, word, time and place.
+/// Errors: CourseError with file, line and word, except of a jump also time and place.
 void validate_course(const ref::Trajectory<double>& course, std::span<const CoursePiece> pieces,
                      const ref::Waypoint<double>& start, const CourseLimits& limits, const std::string& course_name);
 

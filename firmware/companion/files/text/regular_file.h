@@ -10,7 +10,7 @@
 
 namespace m100::companion {
 
-/// Largest size of a file that a person writes (vehicle, plant, flight, course, script, map, key). Ours: up to 20 kB.
+/// Largest size of a file that a person writes (vehicle, plant, flight, course, script, map). Ours: up to 20 kB.
 inline constexpr std::uintmax_t kMaxTextBytes = std::uintmax_t{1} << 24U;
 /// Largest size of a log or a table. On a 32-bit machine it leaves room for the program and for the parsed content.
 inline constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{1} << (sizeof(std::size_t) > 4 ? 31U : 29U);
@@ -35,8 +35,8 @@ struct FileContent {
   std::string why_not;  ///< empty: `bytes` is the whole file
 };
 
-/// Reads a regular file of at most `max_bytes` bytes into memory, or gives the reason why not. Both programs read files
-/// only through this function.
+/// Reads a regular file of at most `max_bytes` bytes into memory, or gives the reason why not. Both programs read
+/// the operator's files through it, except those that m100-lab reads in pieces.
 inline FileContent read_regular(const std::string& path, std::uintmax_t max_bytes = kMaxFileBytes) {
   if (std::string why = why_not_read(path); !why.empty()) {
     return {.bytes = "", .why_not = std::move(why)};

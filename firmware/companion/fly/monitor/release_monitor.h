@@ -21,7 +21,7 @@ class ReleaseMonitor {
 
   enum class State : std::uint8_t {
     kPending,    ///< control may still be ours
-    kReleased,   ///< telemetry shows that control is not ours
+    kReleased,   ///< telemetry shows that control is not ours, or it never was
     kAbandoned,  ///< unknown: the port is gone for good, or the operator insists
   };
 
