@@ -10,7 +10,8 @@ set(m100_machine "${M100_PROCESSOR_FLAGS} -ffunction-sections -fdata-sections -f
 set(CMAKE_C_FLAGS_INIT "${m100_machine}")
 set(CMAKE_CXX_FLAGS_INIT
     "${m100_machine} -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-use-cxa-atexit -fno-unwind-tables")
-set(CMAKE_EXE_LINKER_FLAGS_INIT "-nostartfiles -Wl,--gc-sections")
+# The relocations stay in the file, not in the image: linker/stack_report.py tells addresses from numbers by them.
+set(CMAKE_EXE_LINKER_FLAGS_INIT "-nostartfiles -Wl,--gc-sections,--emit-relocs")
 set(CMAKE_EXECUTABLE_SUFFIX_CXX .elf)
 set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)

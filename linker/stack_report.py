@@ -19,6 +19,7 @@ import sys
 EXCEPTION_FRAME = 8 * 4 + 18 * 4 + 8  # integer registers, FPU registers, alignment
 OBJDUMP = "arm-none-eabi-objdump"
 NM = "arm-none-eabi-nm"
+READELF = "arm-none-eabi-readelf"
 # caller -> the only callees its indirect calls can reach, both as regular expressions over mangled names.
 INDIRECT = [
     (r"16assertion_failed", r"(emergency|on_assertion)"),  # the assertion handler, installed by main
@@ -79,17 +80,34 @@ def aliases(image):
     return by_address
 
 
+SECTIONS = (".text", ".rodata", ".data", ".init_array")
+
+
+def relocated(image):
+    """Addresses of the words in which the linker wrote an address; other words that look like one are numbers."""
+    out, inside = set(), False
+    for line in run(READELF, "--relocs", "--wide", image).splitlines():
+        section = re.match(r"Relocation section '\.rel(\.\w+)'", line)
+        inside = section.group(1) in SECTIONS if section else inside
+        words = line.split()
+        if inside and len(words) > 2 and words[2] in ("R_ARM_ABS32", "R_ARM_TARGET1"):
+            out.add(int(words[0], 16))
+    return out
+
+
 def address_taken(image, by_address):
     """Functions whose address, with the Thumb bit, occurs in a constant: vtables, tables of pointers, literals."""
-    taken = set()
-    for section in (".text", ".rodata", ".data", ".init_array"):
+    taken, addresses = set(), relocated(image)
+    for section in SECTIONS:
         dump = subprocess.run([OBJDUMP, "-s", "-j", section, image], capture_output=True, text=True).stdout
         for line in dump.splitlines():
-            row = re.match(r"^ [0-9a-f]+ ((?:[0-9a-f]{8} ?){1,4})", line)
-            for word in row.group(1).split() if row else []:
+            row = re.match(r"^ ([0-9a-f]+) ((?:[0-9a-f]{8} ?){1,4})", line)
+            for number, word in enumerate(row.group(2).split() if row else []):
                 value = int.from_bytes(bytes.fromhex(word), "little")
-                if value & 1 and (value & ~1) in by_address:
+                if value & 1 and (value & ~1) in by_address and int(row.group(1), 16) + 4 * number in addresses:
                     taken |= by_address[value & ~1]
+    if not taken:
+        sys.exit(f"error: {image}: no function's address is taken; was it linked with --emit-relocs?")
     return taken
 
 
