@@ -51,6 +51,7 @@ constexpr Vehicle paper_configuration(const Vehicle& aircraft) {
                     paper::kYawRateDeadZone_vrc);
   v.climb = axis(v.climb, paper::kScaleClimb_m_s_per_count.experiment, paper::kClimbFirst, paper::kClimbDeadZone_vrc);
   v.mpc = MpcWeights{.input = paper::kInputWeight};
+  v.design = v.robust = {};  // otherwise the law would predict with the aircraft's own design
   v.altitude = AltitudeGains{.design = false, .climb_limit_m_s = aircraft.altitude.climb_limit_m_s};
   return v;
 }

@@ -256,7 +256,11 @@ TEST(Law, FliesThePapersConfiguration) {
     return largest_m_s;
   };
   const FlightResult ours = fly(plan);
-  const FlightResult papers = fly(in_paper_configuration(plan));
+  const FlightPlan configured = in_paper_configuration(plan);
+  const model::Vehicle flown = model::controller_model(configured.vehicle.vehicle);
+  EXPECT_TRUE(flown.roll.is_first_order() && flown.pitch.is_first_order()) << "not the [design] of the shipped vehicle";
+  EXPECT_EQ(flown.mpc.input, model::paper::kInputWeight);
+  const FlightResult papers = fly(configured);
   ASSERT_TRUE(ours.flew && papers.flew);
   EXPECT_GT(climb_after_step(ours), 1.0);
   // At most the whole integral, 0.2 m/s, and 0.2 m/s for the height that the air takes away.
