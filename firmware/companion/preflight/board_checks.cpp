@@ -192,7 +192,7 @@ CheckResult check_governor() {
 
 CheckResult check_disk(const std::string& folder) {
   constexpr double kMegabyte = 1e6;
-  constexpr double kGood_MB = 500.0, kBad_MB = 50.0;  // a flight of 20 minutes takes 80 to 100 MB
+  constexpr double kGood_MB = 500.0, kBad_MB = 100.0;  // a flight of 20 minutes takes 80 to 100 MB
   struct statvfs status {};
   if (statvfs(folder.c_str(), &status) != 0 || access(folder.c_str(), W_OK) != 0) {
     return {"disk " + folder, Health::kBad, "cannot be written", "name another folder with --folder"};
