@@ -98,7 +98,9 @@ Folder::Folder(const std::string& path) : path_(made(path)) {
       files_[name] = {made.at("sha256"), made.at("made_by"), made.at("from")};
     }
   } catch (const json::exception& wrong) {
-    throw InputError(file(kStateFile), 0, "", std::string("is not the state of an evening: ") + wrong.what());
+    throw InputError(file(kStateFile), 0, "",
+                     std::string("is not the state of an evening (") + wrong.what() +
+                         "); without this file the evening begins anew, with the files that are there");
   }
 }
 

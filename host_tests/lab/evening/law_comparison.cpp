@@ -139,19 +139,19 @@ std::vector<std::string> law_verdicts(const Folder& folder) {
   }
   out.push_back(margins_text(folder, "first", "first law as flown"));
   out.push_back(margins_text(folder, "first_slowed_down",
-                             "first law, slowed down to the corrected law's margins where possible"));
+                             "first law, slowed down to the corrected law's peak sensitivity where possible"));
   out.push_back(margins_text(folder, "corrected", "corrected law"));
   // Adding 0.0 turns -0.0 into 0.0, which is printed without a sign.
   const auto in_mm = [&](const std::string& key) { return std::round(1e4 * numbers.at(key)) / 10.0 + 0.0; };
   for (const char* const part : kParts) {
     const std::string name = std::string("paired.") + part;
     std::array<char, 240> text{};
-    std::snprintf(
-        text.data(), text.size(),
-        "%d simulated pairs on the corrected model, both laws at the same margins, %s: %.1f mm before, %.1f mm "
-        "after, difference [%+.1f, %+.1f] mm",
-        kPairs, part, in_mm(name + ".before_m"), in_mm(name + ".after_m"), in_mm(name + ".low_m"),
-        in_mm(name + ".high_m"));
+    std::snprintf(text.data(), text.size(),
+                  "%d simulated pairs on the corrected model, both laws at the same peak sensitivity, %s: %.1f mm "
+                  "before, %.1f mm "
+                  "after, difference [%+.1f, %+.1f] mm",
+                  kPairs, part, in_mm(name + ".before_m"), in_mm(name + ".after_m"), in_mm(name + ".low_m"),
+                  in_mm(name + ".high_m"));
     out.emplace_back(text.data());
   }
   out.emplace_back(

@@ -140,7 +140,7 @@ std::string at_equal_margin(const Folder& folder) {
     return "";
   }
   return " The delay margin on the corrected model was " + margin("first") + ", now " + margin("corrected") +
-         "; with the same margin the laws fly " + mm("before_m") + " and " + mm("after_m") +
+         "; with the same peak sensitivity the laws fly " + mm("before_m") + " and " + mm("after_m") +
          " off horizontally, in simulation.";
 }
 

@@ -10,6 +10,7 @@
 
 #include "firmware/model/axis_effects.h"
 #include "host_tests/lab/identify/data/log_defects.h"
+#include "host_tests/lab/identify/data/quantile.h"
 #include "host_tests/lab/identify/model/axis/axis_structure.h"
 #include "host_tests/lab/identify/residual_tests/residual_test.h"
 #include "host_tests/lab/input_error.h"
@@ -26,6 +27,7 @@ constexpr double kHeld_s = 0.045;
 constexpr double kCutShare = 0.2;        // of the time at the stops
 constexpr double kMinTravelShare = 0.1;  // of the stick's travel in training; a smaller one does not test a model
 constexpr double kFullStick = 660.0;     // counts
+constexpr double kMaxTravel = 1.25;      // of full travel: a trimmed transmitter with extended end points
 constexpr double kFastestTurn = 40.0;    // rad/s at full stick, beyond any gyro's range
 constexpr double kSteepest = 1.6;        // rad at full stick: no command exceeds a right angle
 constexpr double kDegrees = 180.0 / std::numbers::pi;
@@ -285,6 +287,15 @@ void AxisProblem::add_doubts(const Selection& selection, IdentifyResult& result)
   }
   if (travel(validation_) < kMinTravelShare * travel(training_)) {
     result.unexplained.push_back(signals.stick_name + " hardly moves in the validation part: it tests nothing");
+  }
+  const double reach = large(signals.data.stick);
+  if (signals.stick_name.starts_with("stick_") && reach > kMaxTravel * kFullStick) {
+    result.findings.push_back({.what = "wrong_unit",
+                               .signal = signals.stick_name,
+                               .text = signals.stick_name + " reaches " + std::to_string(std::lround(reach)) +
+                                       " counts from neutral, but a stick travels " +
+                                       std::to_string(std::lround(kFullStick)) +
+                                       ": its scale or its offset (raw neutral 1024) in the column map is wrong"});
   }
   const double cut = clipped_share(
       signals.data.stick, signals.data.valid,

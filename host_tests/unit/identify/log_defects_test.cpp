@@ -27,6 +27,15 @@ IdentifyResult ask(const FlightLog& log) {
   return identify_axis(about(log, "roll", {"second_order", "transport_delay"}));
 }
 
+/// A column map with a wrong scale or without the offset of the stick.
+std::function<void(FlightLog&)> misread_stick(double factor, double offset) {
+  return [=](FlightLog& log) {
+    for (double& value : log.of(Signal::kStickRoll)) {
+      value = factor * value + offset;
+    }
+  };
+}
+
 struct Case {
   const char* name;
   std::function<void(FlightLog&)> harm;
@@ -50,6 +59,9 @@ std::vector<double>& roll(FlightLog& log) { return log.of(Signal::kAttitudeRoll)
 INSTANTIATE_TEST_SUITE_P(
     Table, DamagedLog,
     ::testing::Values(
+        Case{"SticksInTenThousandths", misread_stick(10000.0 / 660.0, 0.0), "unexplained",
+             "wrong_unit: stick_roll reaches"},
+        Case{"SticksWithoutTheirOffset", misread_stick(1.0, 1024.0), "unexplained", "wrong_unit: stick_roll reaches"},
         Case{"HeldSamples",
              [](FlightLog& log) {
                for (std::size_t k = 0; k < log.size; ++k) {

@@ -99,7 +99,8 @@ std::string explained(const IdentifyResult& r) {
   const double before = r.declared.validation_rmse;
   const double after = r.final_model.validation_rmse;
   const std::string unit = " " + unit_of(r.axis);
-  return "the error on data that no fit has seen falls from " + number(before) + " to " + number(after) + unit +
+  return std::string("the error on data that no fit has seen ") + (after < before ? "falls" : "goes") + " from " +
+         number(before) + " to " + number(after) + unit +
          (before > 0.0 ? " (" + plot::percent(after / before - 1.0) + ")" : "") + ".";
 }
 
