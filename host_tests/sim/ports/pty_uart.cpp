@@ -33,6 +33,9 @@ constexpr std::array kSpeeds{Speed{9600, B9600},     Speed{19200, B19200},   Spe
 bool is_served(const std::string& link) {
   std::error_code error;
   const std::filesystem::path device = std::filesystem::read_symlink(link, error);
+  if (device.empty()) {
+    return false;  // a file that another program closes meanwhile reads as empty, too
+  }
   const auto comm = [](const std::filesystem::path& process) {
     std::string name;
     std::getline(std::ifstream(process / "comm"), name);
