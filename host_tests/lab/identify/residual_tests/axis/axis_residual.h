@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host_tests/lab/identify/data/axis_signals.h"
@@ -38,9 +39,9 @@ struct AxisDataSet {
   AxisBlocks blocks;
 
  private:
-  AxisDataSet(const logs::FlightLog& flight_log, std::shared_ptr<const AxisSignals> shared,
+  AxisDataSet(const logs::FlightLog& flight_log, std::shared_ptr<const AxisSignals> own,
               const std::vector<Range>& given)
-      : log(flight_log), signals(*shared), ranges(given), blocks(signals.data, given), shared_signals_(shared) {}
+      : log(flight_log), signals(*own), ranges(given), blocks(signals.data, given), shared_signals_(std::move(own)) {}
 
   std::shared_ptr<const AxisSignals> shared_signals_;  ///< an hour of them takes 9 MB
 };
