@@ -5,7 +5,7 @@
 
 namespace m100::model::translation {
 
-/// A constant horizontal acceleration in the world frame. Beside a drag that grows faster than the speed, a search
+/// A constant horizontal acceleration in the world frame. With a drag that grows faster than the speed, a search
 /// finds the speed of the wind instead; the report still has the acceleration that this wind gives a vehicle at rest.
 struct SteadyWind {
   static Acceleration column(std::size_t which, const Moment&, double) {
