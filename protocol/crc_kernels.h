@@ -9,7 +9,7 @@
 #include "protocol/bytes.h"
 #include "protocol/crc.h"
 
-// The tables of crc.h, and its inner steps for inlining. Only crc.cpp, the parser and MAVLink's checksum include it.
+// The tables of crc.h, and its inner steps for inlining: for crc.cpp, DJI's parser, MAVLink's checksum and a test.
 namespace m100::protocol::crc_kernels {
 
 inline constexpr std::size_t kSlices = M100_CRC_SLICES;
@@ -110,7 +110,7 @@ constexpr std::uint32_t multiply_mod(std::uint32_t a, std::uint32_t b) {
 
 inline constexpr std::uint32_t kOne = 0x80000000U;
 
-/// x^(8 i) mod P for i < 32, and x^(8 * 32 i): any power up to 1023 is a product of two.
+/// x^(8 i) mod P for i < 32, and x^(8 * 32 i): the factor of up to 1023 zero bytes is a product of two of them.
 constexpr std::array<std::array<std::uint32_t, 32>, 2> make_powers() {
   std::array<std::array<std::uint32_t, 32>, 2> powers{};
   std::uint32_t power = kOne;
@@ -195,7 +195,7 @@ constexpr HeaderStarts make_header_starts(std::uint32_t start_byte) {
 template <unsigned kStart>
 inline constexpr HeaderStarts kHeaderStarts = make_header_starts(kStart);
 
-/// crc32 over the first 1 to kCrc32BlockBytes bytes of a header. Its byte 0 is kStart and its bytes 5 to 7 are zero, so
+/// crc32 over the first 1 to kCrc32BlockBytes bytes of a frame. Its byte 0 is kStart and its bytes 5 to 7 are zero, so
 /// only four of the first eight have to be looked up.
 template <unsigned kStart>
 inline std::uint32_t after_header_start(const std::byte* header, std::size_t count) {

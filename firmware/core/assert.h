@@ -7,7 +7,7 @@ namespace m100::core {
 /// program installs one that sends neutral sticks and releases control.
 using AssertionHandler = void (*)(const char* file, int line);
 
-/// Replaces the handler and returns the former one. Not thread-safe; call it before the first tick.
+/// Replaces the handler and returns the former one (null: the default). Not thread-safe; call it before the first tick.
 AssertionHandler set_assertion_handler(AssertionHandler handler);
 
 /// Calls the handler; traps if the handler returns.

@@ -23,7 +23,6 @@ class CachedSinCos {
   SinCos<T> turn_;
 };
 
-/// Cached sines and cosines of roll and pitch.
 template <typename T>
 struct RollPitchSinCos {
   CachedSinCos<T> roll;

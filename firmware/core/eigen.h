@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// The only firmware header that includes Eigen, whose checks call our handler, without texts, in every build type.
+// The only firmware header that includes Eigen. Eigen's assertions call our handler, without texts, in all build types.
 #include "firmware/core/assert.h"
 
 #ifndef eigen_assert

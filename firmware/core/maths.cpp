@@ -35,7 +35,7 @@ bool in_reach(T angle_rad) {
   return sizeof(T) == sizeof(double) || within(angle_rad, Series<T>::kReach_rad);
 }
 
-/// angle = quarter * pi/2 + high + low, |high + low| <= pi/4, low far below the last bit of high.
+/// angle = quarter * pi/2 + high + low, |high + low| <= pi/4, low below the last bit of high.
 template <typename T>
 struct Reduced {
   std::int32_t quarter;
@@ -133,7 +133,7 @@ struct LongAngle {
 };
 
 /// atan(small / large) for 0 <= small <= large, large > 0, by
-///   atan(t) = atan(c) + atan((t - c) / (1 + c t)), c one of 0, 1/2, 1, nearest to t.
+///   atan(t) = atan(c) + atan((t - c) / (1 + c t)), c = 0 below t = 7/16, 1/2 below 11/16, otherwise 1.
 template <typename T>
 LongAngle<T> first_octant(T small, T large) {
   T base = T(0);
@@ -191,7 +191,7 @@ T arc_tangent(T y, T x) {
   return y < T(0) ? -angle : angle;
 }
 
-/// 2^exponent, of a normal number.
+/// 2^exponent, which must be a normal number.
 double power_of_two(std::int32_t exponent, double) {
   return std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52U);
 }
@@ -215,7 +215,7 @@ T exponential(T value) {
   return (T(1) - ((low - (r * c) / (T(2) - c)) - high)) * power_of_two(k, T(0));
 }
 
-/// angle - k 2 pi by the same pieces as reduce(). |angle| <= kReach_rad.
+/// angle - k 2 pi, nearest to zero; 2 pi is the sum of kTurn1 and kTurn2. |angle| <= kReach_rad.
 template <typename T>
 T whole_turns_off(T angle_rad) {
   const auto turns = static_cast<T>(nearest(angle_rad * Series<T>::kPerTurn));

@@ -17,9 +17,9 @@ struct Series;
 
 template <>
 struct Series<double> {
-  /// Largest angle that the functions accept: for it, the number of quarters times a piece of pi/2 is exact.
+  /// Largest angle that the functions accept: up to it, the first two pieces times the number of quarters are exact.
   static constexpr double kReach_rad = kLargestAngle_rad;
-  // The pieces have 33 of the 53 bits of a double, the number of quarters at most 16.
+  // The first two pieces have 31 and 32 bits, the number of quarters at most 16: together no more than a double's 53.
   static constexpr double kPiece1 = 1.57079632673412561417e+00;
   static constexpr double kPiece2 = 6.07710050630396597660e-11;
   static constexpr double kPiece3 = 2.02226624879595063154e-21;
@@ -64,7 +64,7 @@ struct Series<double> {
 
 template <>
 struct Series<float> {
-  // Pieces of 16 bits leave 8 bits for the number of quarters. Larger angles are reduced in double.
+  // The first two pieces have at most 16 bits, the number of quarters 8. Larger angles are reduced in double.
   static constexpr float kReach_rad = 400.F;
   static constexpr float kPiece1 = 0x1.921ep+0F;
   static constexpr float kPiece2 = 0x1.b544p-16F;

@@ -32,7 +32,7 @@ struct Pose {
   bool is_new = false;         ///< came in this tick
   std::uint32_t sequence = 0;  ///< counts the accepted poses, set by the link
   SenderTime captured{};       ///< on the sender's clock
-  bool clock_was_set = false;  ///< the sender's clock, since the pose before: by the order of its time stamps
+  bool clock_was_set = false;  ///< the sender's, since the pose before: shown by the order of its stamps
   /// Converts the sender's clock to ours: our time of a capture is captured + to_ours. The link sets it as if the pose
   /// was captured when it arrived; est::PoseTiming corrects it.
   Duration to_ours{0};
@@ -49,7 +49,7 @@ struct Pose {
   constexpr TimePoint captured_at() const { return TimePoint(captured.time_since_epoch() + to_ours); }
   /// From capture to `now`, both on our clock.
   constexpr Duration age(TimePoint now) const { return now - captured_at(); }
-  /// Sets the time of capture on our clock, where the sender has no clock or shares ours.
+  /// Sets the time of capture on our clock; `captured` is on our clock from then on.
   constexpr void set_captured_at(TimePoint at) {
     captured = SenderTime(at.time_since_epoch());
     to_ours = Duration{0};

@@ -7,8 +7,8 @@
 
 namespace m100::core {
 
-/// Counts the whole periods of 10 ms in the time that has really passed. The remainder is carried to the next call, so
-/// that a late tick and the short one after it together count the right time; after a stall the missing periods are
+/// Counts the periods of 10 ms, to the nearest, in the time that has passed. The remainder is carried to the next call,
+/// so that a late tick and the short one after it together count the right time; after a stall the missing periods are
 /// distributed over the next calls.
 ///
 /// A remainder of less than half a period fades (a sixteenth at each call), because the loop's clock may have been

@@ -50,7 +50,7 @@ struct Estimate {
   T yaw_rate_rad_s{0};
   core::Duration pose_age{0};       ///< of the newest pose that was used
   std::uint32_t refused_poses = 0;  ///< by the innovation gate, in a row
-  core::Duration refused_for{0};    ///< from the first to the last of the refused poses that agree with each other
+  core::Duration refused_for{0};    ///< from the first arrival to the last, of the refused poses that agree in a row
   Refusal<T> refusal;
   bool prediction_valid = false;   ///< started, settled and the attitude is known: the model's prediction is valid
   bool healthy = false;            ///< prediction_valid, and a pose was used in the last second

@@ -6,7 +6,7 @@
 
 namespace m100::est {
 
-/// The autopilot's measurements of its own motion in one tick; a part that is not new is not used as evidence.
+/// The autopilot's measurements of its own motion in one tick, FLU in NWU; a part that is not new is no evidence.
 template <typename T>
 struct ImuSample {
   bool attitude_is_new = false;

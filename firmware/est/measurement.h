@@ -13,7 +13,7 @@ namespace m100::est {
 /// m/s^2), without the offset of the force.
 template <typename T>
 struct DisturbanceAcceleration {
-  bool is_known = false;                                        ///< a valid force arrives, of a known error
+  bool is_known = false;                                        ///< a force arrives, and its sensor's error is known
   core::Vector<T, 2> now_w_m_s2 = core::Vector<T, 2>::Zero();   ///< of the newest message, with the rotors' vibration
   core::Vector<T, 2> mean_w_m_s2 = core::Vector<T, 2>::Zero();  ///< mean over a tenth of a second
 };

@@ -24,9 +24,9 @@ struct TrimReport {
   bool drifted = false;    ///< converged, and at least one trim deviates by more than kLimit_counts
 };
 
-/// Averages the observer's input offset in hover: the command that a level hover in still air needs. In motion the
-/// offset includes errors of the command gain too, so only hover counts. The result is reported, never acted upon: the
-/// control law already compensates the offset itself.
+/// Averages the observer's input offset in hover. Its negative is the command that a level hover in still air needs. In
+/// motion the offset includes errors of the command gain too, so only hover counts. The result is reported, never acted
+/// upon: the control law already compensates the offset itself.
 ///
 /// Memory: seven numbers. Cost: a sine, a cosine and some ten products.
 template <typename T>

@@ -5,8 +5,8 @@
 
 namespace m100::model::paper {
 
-// Every number of Sa et al., "Dynamic System Identification, and Control for a cost effective open-source VTOL MAV",
-// once, with its source. Its identified models do not fly by default: the default vehicle is from the measured log.
+// The numbers of Sa et al., "Dynamic System Identification, and Control for a cost effective open-source VTOL MAV",
+// each once, with its source. Its identified models do not fly by default; the default vehicle is from a measured log.
 
 struct FirstOrder {
   double gain;

@@ -7,7 +7,7 @@
 namespace m100::model {
 namespace {
 
-/// Positions of exponent and mantissa in the bits of a number, and the order of the series below.
+/// Positions of exponent and mantissa in the bits of a number, and the last power of the series below.
 template <typename Real>
 struct Layout;
 template <>

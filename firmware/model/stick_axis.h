@@ -66,7 +66,7 @@ struct Power {
 ///   v = moved(u)                                            u stick in counts from neutral
 ///   c = drifted(shaped(v) + leak of the other stick, t)     t = 0: no drift yet
 ///   a = limited(c)                                          command() limits the tilt before it, the slew after it
-/// Cost: some 30 flops, one power where there is a stick curve.
+/// Cost: some 30 flops; where there is a stick curve one power, two with a tilt limit.
 template <typename Real, typename Curve = Power<Real>>
 class StickLaw {
  public:

@@ -6,7 +6,7 @@
 
 namespace m100::model {
 
-/// Tangent of a tilt limit in rad, 0 to 0.7 (the range of the vehicle file's key): the slope of the thrust at the
+/// Tangent of a tilt limit in rad, 0 to 0.7 (the vehicle file allows 0.05 to 0.7): the slope of the thrust at the
 /// limit. The controller's inputs are slopes, because the horizontal acceleration of an aircraft that keeps its height
 /// is gravity times the slope. The input bound of the MPC is therefore this slope, not the angle.
 ///

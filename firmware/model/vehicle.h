@@ -48,7 +48,7 @@ struct YawGain {
   double rate_limit_rad_s = 1.0;
 };
 
-/// What the controller predicts and estimates with, where that differs from what was identified ([design] of the
+/// What the controller predicts and estimates with, where that differs from what was identified ([design.*] of the
 /// vehicle file, made by `m100-lab gains --tune`). An axis that is not identified here, and weights and noises that the
 /// file does not have here, are those of the vehicle itself.
 struct Design {
@@ -96,7 +96,7 @@ constexpr MpcWeights& flown_weights(Vehicle& vehicle) {
 }
 
 /// The vehicle as law, prediction and observer take it: identified numbers, replaced by those of `design`. Stick map,
-/// monitors and reports keep the identified axes. Has no design of its own, so a second call changes nothing.
+/// monitors and reports keep the identified axes. The result has no design: a second call changes nothing.
 constexpr Vehicle controller_model(const Vehicle& vehicle) {
   Vehicle out = vehicle;
   out.roll = flown_roll(vehicle);

@@ -27,7 +27,6 @@ struct Tolerance<float> {
   static constexpr float kRefine = 0.F;
 };
 
-/// Working data of the active-set iteration.
 template <typename T>
 struct ActiveSetWork {
   /// The columns are not initialised: as an aggregate they would be zeroed in every solve.

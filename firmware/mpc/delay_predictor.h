@@ -11,7 +11,7 @@
 
 namespace m100::mpc {
 
-/// The observer's estimate of one axis now; tilt and tilt rate are those of the attitude, not chi of a LeadZero.
+/// The observer's estimate of one axis now; tilt and rate of the attitude (as slopes, see Problem), not LeadZero's chi.
 template <typename T>
 struct AxisState {
   T position_m{0};
@@ -39,8 +39,8 @@ class DelayPredictor {
     M100_ASSERT(model.ticks + 1 < kCapacity && model.delay_s >= T(0));
   }
 
-  /// Records the input that was in force during the last tick, as it was sent after the supervisor, in rad. Call it
-  /// before predict(), once for each 10 ms, however late a tick is.
+  /// Records the input that was in force during the last tick, as it was sent after the supervisor. Call it before
+  /// predict(), once for each 10 ms, however late a tick is.
   void sent(T input_rad) {
     newest_ = (newest_ + 1) % kCapacity;
     inputs_rad_[newest_] = input_rad;
@@ -88,7 +88,7 @@ class DelayPredictor {
     std::array<T, kMaxStates> next;
     for (std::size_t row = 0; row < kMaxStates; ++row) {
       T sum = model.input[row] * input_rad + model.disturbance[row] * disturbance_m_s2;
-      // The position acts on no other state, the velocity on the position only.
+      // The position acts only on itself, the velocity only on itself and the position.
       for (std::size_t col = row < 2 ? row : 2; col < kMaxStates; ++col) {
         sum += model.transition[row * kMaxStates + col] * state[col];
       }

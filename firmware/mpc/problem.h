@@ -15,7 +15,7 @@ inline constexpr std::uint16_t kMaxChanges = 64;  ///< of the active set in one 
 /// One axis' quadratic program (paper, Eq. 2, one axis at hover): all data that changes from tick to tick.
 ///
 /// All data refer to the moment at which the input computed now begins to act: state and reference are one transport
-/// delay ahead of the tick (see delay_predictor.h).
+/// delay ahead of the tick (see delay_predictor.h). Tilts and inputs of FlightLaw are slopes (tangents).
 template <typename T>
 struct Problem {
   std::array<T, kMaxStates> state{};  ///< m, m/s, rad, rad/s; the last unused for a first-order model

@@ -53,7 +53,7 @@ M100_INLINE void clear_below_in_block(T* swept, std::size_t k) {
   }
 }
 
-/// Zeros below the diagonal of column k.
+/// Sets column k to zero below its diagonal.
 template <typename T>
 M100_INLINE void clear_below(T* swept, std::size_t k) {
   switch (k / kPack) {

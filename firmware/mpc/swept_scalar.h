@@ -21,7 +21,7 @@ M100_INLINE void gather(const T* swept, std::size_t k, T* pivot) {
   }
 }
 
-/// Zeros below the diagonal of column k.
+/// Sets column k to zero below its diagonal.
 template <typename T>
 M100_INLINE void clear_below(T* swept, std::size_t k) {
   T* at = swept + packed_row(k) + k;

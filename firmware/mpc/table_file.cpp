@@ -34,7 +34,7 @@ class Reader {
   bool overrun_ = false;
 };
 
-/// Every path through the tree must end inside the tables: children come after their parents.
+/// Whether every path through the tree ends inside the tables: children come after their parents.
 bool tree_is_sound(std::span<const SetpointNode> nodes, std::size_t laws) {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     for (const std::uint16_t child : nodes[i].child) {

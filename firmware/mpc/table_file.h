@@ -28,7 +28,7 @@ template <typename T>
 class TableStorage {
  public:
   /// Reads a file's bytes. If it fails, tables() must not be used:
-  ///   kDataLoss: a bit of the file has changed;
+  ///   kDataLoss: the file's checksum is wrong;
   ///   kInvalidArgument: not a table file, another version, or impossible sizes or limits;
   ///   kRefused: the table was made from another vehicle file.
   core::Status load(std::span<const std::byte> file, const core::Sha256Digest& vehicle);

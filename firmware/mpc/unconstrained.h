@@ -45,7 +45,7 @@ M100_INLINE void filter(Column<T>& sum, const Signal<T>& signal, const T* taps, 
 #endif
 }
 
-/// Copies the last pack of 20 numbers to `tail`, followed by zeros.
+/// Copies the last pack of 20 numbers (without vector registers: all 20) to `tail`, followed by zeros.
 template <typename T>
 M100_INLINE Signal<T> with_tail(const T* numbers, T* tail) {
 #ifdef M100_LANES_SCALAR  // body and tail in one piece
@@ -63,7 +63,7 @@ M100_INLINE Signal<T> with_tail(const T* numbers, T* tail) {
 #endif
 }
 
-/// Adds taps times value to g_16..g_19: the terms that the terminal weight gives r_20 = value.
+/// Adds taps times value to g_16..g_19: the terms of the terminal weight for a component `value` of r_20.
 template <typename T>
 M100_INLINE void add_terminal(Column<T>& sum, const std::array<T, kMaxStates>& taps, T value) {
   static_assert(kMaxStates == kPack);

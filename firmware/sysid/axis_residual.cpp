@@ -8,11 +8,11 @@ namespace m100::sysid {
 namespace {
 
 template <typename Real>
-constexpr Real kLimit = Real(2.5);  ///< ratio from which a block is over the limit
+constexpr Real kLimit = Real(2.5);  ///< a block with a larger ratio is over the limit
 template <typename Real>
-constexpr Real kFarLimit = Real(5);  ///< ratio from which a single block shows a departure
-/// The response has departed when gain or delay exceed these limits by three standard errors. Delay: that of a
-/// healthy aircraft. A tired battery takes 12 % of a loop's frequency, a load of 0.4 kg another 6 %; 2 zeta / w is
+constexpr Real kFarLimit = Real(5);  ///< a single block with a larger ratio shows a departure
+/// The response has departed when gain or delay exceed these limits by more than three standard errors. Delay: that of
+/// a healthy aircraft. A tired battery takes 12 % of a loop's frequency, a load of 0.4 kg another 6 %; 2 zeta / w is
 /// then longer by 33 ms. (60 ms must be noticed.) Gain: midway between the error of an identified gain (10 %) and the
 /// error that must be noticed (30 %).
 template <typename Real>

@@ -31,8 +31,8 @@ struct ResidualReport {
 /// Cost: per sample one static law and one step, some 80 flops; 100 more at a block's start and end.
 ///
 /// The expected error of a right model is the root of the sum of the squares of: the floor of the identified axis, the
-/// prediction's slope times kTiming_s (of a line with clocks of its own), and its swing times kGain (half of an
-/// identified interval). est::TrimMonitor handles offsets: here errors are taken about their mean in the block.
+/// prediction's slope times kTiming_s (a line with clocks of its own delays unevenly), and its swing times kGain (half
+/// of an identified interval). est::TrimMonitor handles offsets: here errors are taken about their mean in the block.
 template <typename Real>
 class AxisResidual {
  public:

@@ -29,10 +29,10 @@ class ResidualMonitor {
   ///        attitude to the tick that reads it: the vehicle file's delay (from stick to attitude) does not include them
   ResidualMonitor(const model::Vehicle& vehicle, const Expected& expected, Real sample_period_s, Real line_s);
 
-  /// Sticks as sent, in counts from 1024, less what the trims differ from the vehicle file's, where that is known.
+  /// Sticks as sent, in counts from 1024, less the trims' difference from the vehicle file's where it is known.
   struct Sample {
     std::array<Real, kMonitoredAxes> stick_counts{};
-    std::array<Real, kMonitoredAxes> measured{};
+    std::array<Real, kMonitoredAxes> measured{};  ///< unit of the axis
   };
   void update(const Sample& sample);
   void interrupt();

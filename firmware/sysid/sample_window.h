@@ -26,7 +26,7 @@ class SampleWindow {
 
   bool has_middle() const { return filled_ > kHalf; }
   bool is_full() const { return filled_ == samples_.size(); }
-  /// kHalf samples ago.
+  /// The sample of kHalf samples ago.
   const Sample& middle() const { return samples_[(newest_ + samples_.size() - kHalf) % samples_.size()]; }
 
   struct Start {

@@ -20,8 +20,8 @@ struct CmsdkUartRegisters {
 };
 
 /// A UART driven by its two interrupts: the receive handler pushes each byte into the receive ring, the transmit
-/// handler pops each byte from the transmit ring. The loop never touches the data register, so each ring has one writer
-/// and one reader.
+/// handler pops each byte from the transmit ring. With interrupts on, the loop never touches the data register, so each
+/// ring has one writer and one reader.
 class CmsdkUart final : public Uart {
  public:
   static constexpr std::size_t kReceiveBytes = 512;  ///< 22 ms of 230400 baud: two periods of the loop

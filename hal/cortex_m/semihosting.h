@@ -8,8 +8,8 @@
 
 namespace m100::hal {
 
-// Calls to the host that runs the emulator (Arm semihosting 2.0). Only test images, reports of a failure and the exit
-// use them; a board without a debugger would stop at the first one.
+// Calls to the host that runs the emulator (Arm semihosting 2.0). Test images, the start of the MPS2 image, reports of
+// a failure and the exit use them; a board without a debugger stops at the first one.
 
 /// Ends the emulation; the emulator's exit status is `code`.
 [[noreturn]] void exit_emulator(int code);

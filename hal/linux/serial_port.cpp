@@ -34,7 +34,7 @@ const Speed* find_speed(std::uint32_t baud) {
   return nullptr;
 }
 
-/// An interrupted call is retried this often, then left for the next tick.
+/// A call that is interrupted this often in a row is left for the next tick.
 constexpr int kInterruptions = 8;
 
 template <typename Call>

@@ -16,7 +16,7 @@ namespace m100::hal {
 ///
 /// The port may be unplugged and come back, also as another device under the same name: read() and write() then report
 /// kUnavailable and try to open the name again, at most every kReopenInterval. Input that was waiting in the driver
-/// when the port is opened is discarded, because it is older than the program. Allocates in the constructor only.
+/// when the port is opened is discarded, because it may be old. Allocates in the constructor only.
 /// A name that begins with "sim:" is a simulated port (simulated_port.h).
 class SerialPort final : public Uart {
  public:

@@ -31,7 +31,6 @@ struct SystemCalls {
   int (*sleep)(clockid_t clock, int flags, const timespec* until, timespec* remaining) = &::clock_nanosleep;
 };
 
-/// The operating system's own.
 const SystemCalls& real_system_calls();
 
 }  // namespace m100::hal

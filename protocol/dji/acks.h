@@ -77,8 +77,8 @@ struct AckMeaning {
 /// @returns the meaning of a code as the answer to this command; an unknown code has the name "unknown_code".
 AckMeaning ack_meaning(MessageId command, std::uint16_t code);
 
-/// Writes the two bytes that every answer in sets 0x00 and 0x01 must have, no more and no fewer: with one byte DJI's
-/// SDK invents the other, with three it throws, with none it crashes.
+/// Writes the two bytes that every answer in sets 0x00 and 0x01 (except VersionAnswer) must have, no more and no fewer:
+/// with one byte DJI's SDK invents the other, with three it throws, with none it crashes.
 Value encode_ack(std::uint16_t code);
 
 /// @returns kInvalidArgument: not exactly two bytes.
@@ -90,7 +90,7 @@ struct VersionAnswer {
   static constexpr std::size_t kOldBytes = 38;
   std::uint16_t code = 0;            ///< 0 activated, 0xFF01 not activated
   std::uint32_t version_crc = 0;     ///< of the version text; must have no zero byte, or SDK 3.2.1 misreads the answer
-  std::array<char, 11> device_id{};  ///< ten characters and a zero; empty from firmware 2.3
+  std::array<char, 11> device_id{};  ///< ten characters and a zero; empty if firmware 2.3 answered
   std::array<char, 32> version_name{};  ///< e.g. "SDK-v1.0 BETA M100-03.01.01.00", zero padded
   bool activated() const { return code == kAckSuccess; }
 };

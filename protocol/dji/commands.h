@@ -28,11 +28,11 @@ struct Activation {
   std::array<char, kBundleBytes> bundle_id{};
 };
 
-/// How often the flight controller sends each telemetry item, in the order of the TelemetryItem bits.
+/// How often the flight controller sends one telemetry item.
 enum class Rate : std::uint8_t { kOff = 0, k1Hz = 1, k10Hz = 2, k50Hz = 3, k100Hz = 4, kAsItIs = 5 };
 
 struct TelemetryFrequency {
-  std::array<Rate, 16> rates{};  ///< entries 12..15 are reserved and sent as zero
+  std::array<Rate, 16> rates{};  ///< by the item's bit (TelemetryItem); entries 12..15 are reserved and sent as zero
 };
 
 /// Up to 100 free bytes; used in both directions.
@@ -199,7 +199,7 @@ core::Expected<Value> encode(const SyncPulse& command);
 core::Expected<Value> encode(const VirtualRcSwitch& command);
 core::Expected<Value> encode(const VirtualRcData& command);
 
-/// kOk if every number of a movement command is finite and inside the range of its mode.
+/// kOk: the flag is a movement mode, and every number is finite and inside the range of that mode.
 core::Status check(const Movement& command);
 /// kOk if every channel is inside the travel of a stick.
 core::Status check(const VirtualRcData& command);

@@ -40,7 +40,7 @@ struct FrameHeader {
   bool encrypted() const { return encryption != 0; }
 };
 
-/// A frame as received, both checksums good. Views the buffer of the parser.
+/// A frame as received, both checksums good (without DATA there is only the CRC16). Views the buffer of the parser.
 struct FrameView {
   FrameHeader header;
   std::span<const std::byte> bytes;  ///< the whole frame

@@ -12,7 +12,7 @@
 
 namespace m100::protocol {
 
-/// Counters of the parser. An error is counted for each start byte that did not begin a frame.
+/// Counters of the parser. An error is counted for each start byte that is in no delivered frame.
 struct ParserStats {
   std::uint64_t bytes = 0;   ///< taken
   std::uint64_t frames = 0;  ///< delivered
@@ -50,7 +50,7 @@ class FrameParser {
   core::Expected<FrameView> poll();
 
   /// Feeds one byte and polls. One byte can complete several frames (those inside the bytes that a false header
-  /// claimed): after a frame, call poll() until kNotReady.
+  /// claimed): after a frame, call poll() until kNotReady. @returns kResourceExhausted: that was not done, no room.
   core::Expected<FrameView> push(std::byte value);
 
   /// Feeds all bytes and calls on_frame(const FrameView&) for each frame found.
@@ -85,7 +85,7 @@ class FrameParser {
   /// be waited for (false).
   bool search(const std::byte* at);
   /// Advances to the next header that may begin a frame.
-  /// @returns the length of that frame, whose bytes are all present; 0: none; the window begins at an incomplete one.
+  /// @returns the length of that frame, all there; 0: none is, and the window begins at an incomplete one or is empty.
   std::size_t find_header(const std::byte*& at, const std::byte* last);
   /// @returns the first start byte in [at, last) that the fixed bits of a header do not rule out, or that is too near
   ///   to `last` to judge; `last`: there is none.

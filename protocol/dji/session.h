@@ -104,7 +104,7 @@ class RequestSessions {
   /// One repetition or one failure that is due; call until kNotReady. A failed request is closed and reported once.
   core::Expected<Due> poll(core::TimePoint now);
 
-  /// Drops open requests without a report: a command that is no longer valid must not be repeated.
+  /// Drops the open requests of this message without a report: a command that is no longer valid must not be repeated.
   void cancel(MessageId id);
 
   bool is_open(MessageId id) const;
@@ -144,14 +144,14 @@ struct AnswerStats {
   std::uint32_t unfinished = 0;  ///< repeated before the first answer was given
 };
 
-/// The answering side: stores the last sequence number of each session and its answer. Fixed capacity.
+/// The answering side: stores the last sequence number of each reliable session and its answer. Fixed capacity.
 class AnswerSessions {
  public:
-  /// Longest answer: the version text, encrypted, is 80 bytes.
+  /// Longest answer: VersionAnswer, encrypted, is 80 bytes.
   static constexpr std::size_t kFrameBytes = 96;
 
   enum class Verdict : std::uint8_t {
-    kExecute,  ///< new: handle it, then answer() if its session is not 0
+    kExecute,  ///< new, as all in sessions 0 and 1: handle it, then answer() if its session is not 0
     kRepeat,   ///< executed before: send `bytes` again, do nothing else
     kIgnore,   ///< an acknowledgement, or executed before and not answered yet
   };
@@ -170,7 +170,7 @@ class AnswerSessions {
   core::Expected<Outgoing> answer(const FrameHeader& to, std::span<const std::byte> value,
                                   const Cipher* cipher = nullptr);
 
-  /// Forgets everything: the device has restarted.
+  /// Forgets all sessions, but not the counters: the device has restarted.
   void reset();
   const AnswerStats& stats() const { return stats_; }
 

@@ -66,7 +66,7 @@ inline constexpr std::int16_t kRcModeF = 8000;
 /// The last telemetry of the flight controller, in DJI's own units and frames: ground frame NED (north, east, down),
 /// body frame FRD (forward, right, down). The application converts it to ours.
 struct Telemetry {
-  /// Of the 400 Hz clock of the flight controller.
+  /// Time by the 400 Hz clock of the flight controller.
   struct Time {
     std::uint32_t ticks = 0;        ///< of 2.5 ms
     std::uint32_t nanoseconds = 0;  ///< within the tick
@@ -101,7 +101,7 @@ struct Telemetry {
     bool virtual_rc_on() const { return (bits & 16U) != 0; }
   };
 
-  std::uint16_t items = 0;  ///< flag word: the members that the last package contained; SerialLink joins a tick's
+  std::uint16_t items = 0;  ///< flag word: members that the last package had; SerialLink joins those of a tick
   Time time;
   std::array<float, 4> attitude{1.F, 0.F, 0.F, 0.F};  ///< unit quaternion, scalar first: v_ned = q v_frd q*
   std::array<float, 3> acceleration{};                ///< m/s^2 or g, NED or FRD: as set in DJI's assistant

@@ -14,10 +14,10 @@ namespace m100::protocol {
 
 /// The telemetry layout of a flight controller. The package does not identify it; the version answer does.
 enum class TelemetryLayout : std::uint8_t {
-  kM100,    ///< firmware 3.x of the M100 (telemetry.h)
+  kM100,    ///< M100 from firmware 3.0 on (telemetry.h)
   kFamily,  ///< A3, N3, M600 with firmware 3.1 or 3.2: two more items in the middle
   // Layouts that are known to be different and are not decoded.
-  kOldM100,      ///< firmware 2.3: a 600 Hz clock, no limit byte of the gimbal, no control mode
+  kOldM100,      ///< M100 before 3.0. In 2.3: a 600 Hz clock, no limit byte of the gimbal, no control mode
   kLaterFamily,  ///< A3, N3, M600 from firmware 3.3 on: other sizes of five items
   kUnknown,      ///< another controller, an A3, N3 or M600 before 3.1, or an unreadable text
 };
@@ -35,7 +35,7 @@ std::string_view remedy(TelemetryLayout layout);
 // The two items of the family that an M100 never sends (protocol, section 8). They move the bits of the magnetometer
 // and of all later items up by two.
 
-/// 32 bytes.
+/// 32 bytes on the wire.
 struct GpsDetail {
   std::uint32_t date = 0;
   std::uint32_t time = 0;
@@ -44,7 +44,7 @@ struct GpsDetail {
   std::int32_t height_mm = 0;
   std::array<float, 3> velocity_ned_cm_s{};
 };
-/// 44 bytes.
+/// 44 bytes on the wire.
 struct Rtk {
   std::uint32_t date = 0;
   std::uint32_t time = 0;

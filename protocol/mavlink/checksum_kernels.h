@@ -32,7 +32,7 @@ inline std::uint32_t step_two(std::uint32_t state, const std::byte* bytes) {
   return step(step(state ^ protocol::load<std::uint16_t>(bytes), 0), 0);
 }
 
-/// Fewer bytes than a block.
+/// The register after the bytes in [next, last), fewer than a block (so none where a block is one byte).
 inline std::uint32_t step_rest(std::uint32_t state, const std::byte* next, const std::byte* last) {
   for (; kBlockBytes > 1 && next != last; ++next) {
     state = step(state, std::to_integer<std::uint32_t>(*next));

@@ -13,7 +13,7 @@ namespace m100::mavlink {
 // Members have the names of the message definitions, so that engineers who know those find them.
 // Deviation: these names lack units; the comment of each structure gives them.
 
-/// SET_POSITION_TARGET_LOCAL_NED: a goal, m, m/s, m/s^2, rad; a set bit of type_mask means that the field is ignored.
+/// SET_POSITION_TARGET_LOCAL_NED: a goal, in m, m/s, m/s^2, rad, rad/s; a set bit of type_mask: the field is ignored.
 struct SetPositionTargetLocalNed {
   std::uint32_t time_boot_ms{};
   float x{};

@@ -11,7 +11,7 @@
 // The constants of every message whose checksum is known. Only frame.cpp and parser.cpp include it.
 namespace m100::mavlink::known_messages {
 
-/// Messages of other systems that are not read here: because their checksums are known, their frames are skipped whole.
+/// Messages of other systems that nothing here decodes. Their checksums are known, so the parser finds their frames.
 inline constexpr std::array kOnlyPassedOver{
     MessageInfo{.id = 1, .crc_extra = 124, .min_bytes = 31, .full_bytes = 43},    // SYS_STATUS
     MessageInfo{.id = 2, .crc_extra = 137, .min_bytes = 12, .full_bytes = 12},    // SYSTEM_TIME
@@ -48,7 +48,7 @@ struct Slots {
   std::array<std::uint8_t, std::size_t{1} << kSlotBits> rows{};
 };
 inline constexpr Slots kSlots = [] {
-  for (std::uint32_t factor = 1;; factor = 1664525U * factor + 1013904223U) {  // in no order
+  for (std::uint32_t factor = 1;; factor = 1664525U * factor + 1013904223U) {  // pseudo-random
     Slots slots{.factor = factor};
     std::array<bool, slots.rows.size()> taken{};
     std::size_t row = 0;

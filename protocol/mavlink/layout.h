@@ -35,7 +35,7 @@ constexpr Field<Message, Value> field(std::string_view name, Value Message::*mem
   return {name, member};
 }
 
-/// The fields of a message in the order of the wire; one row for each message in messages.h.
+/// The fields of a message in the order of the wire; specialised for each message that messages.h lists.
 template <typename Message>
 inline constexpr auto kFields = std::tuple<>{};
 
@@ -61,7 +61,7 @@ std::span<std::byte> encode_payload(const Message& message, std::span<std::byte>
   return writer.written();
 }
 
-/// Loads one field's number or numbers from whole bytes. @returns where the next field begins.
+/// Loads one field's number or numbers, whose bytes must all be there. @returns where the next field begins.
 template <typename Value>
 const std::byte* load_field(const std::byte* at, Value& value) {
   value = protocol::load<Value>(at);

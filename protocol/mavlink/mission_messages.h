@@ -103,7 +103,7 @@ using MissionItem =
 using MissionItemInt =
     MissionItemMessage<std::int32_t, MessageInfo{.id = 73, .crc_extra = 38, .min_bytes = 37, .full_bytes = 38}>;
 
-/// MISSION_COUNT: announces that many items.
+/// MISSION_COUNT: announces a list of `count` items.
 struct MissionCount {
   std::uint16_t count{};
   std::uint8_t target_system{};

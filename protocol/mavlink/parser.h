@@ -12,7 +12,6 @@
 
 namespace m100::mavlink {
 
-/// Counters of the parser.
 struct ParserStats {
   std::uint64_t bytes = 0;          ///< taken
   std::uint64_t frames = 0;         ///< delivered
@@ -70,7 +69,7 @@ class Parser {
   /// @returns the frame's message; null: the window must grow to needed_ bytes.
   const MessageInfo* find_frame();
   /// @returns the known message whose header begins at `at`, or null. An unknown message or flag is counted if `due`.
-  /// @param due `at` directly follows a frame or begins a packet, so that a frame is expected there.
+  /// @param due `at` directly follows a frame or begins the stream or a packet: a frame is expected there.
   const MessageInfo* read_header(const std::byte* at, bool due);
   bool checksum_holds(const std::byte* at, std::size_t summed_bytes, const MessageInfo& info);
   void move_to(const std::byte* at, std::size_t needed);

@@ -27,7 +27,7 @@ inline constexpr std::array kPoseWires{
 };
 static_assert(kPoseWires[0].bytes <= 80 && kPoseWires[1].bytes <= 80);
 
-/// Above this share of a line, one pose per tick leaves no room for TIMESYNC and for bursts.
+/// Above this share of a line, poses leave no room for TIMESYNC and for bursts.
 inline constexpr double kMaxPoseShare = 0.8;
 
 /// Share of a line of 8N1 that poses take.

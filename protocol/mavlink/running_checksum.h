@@ -22,7 +22,7 @@ class RunningChecksum {
   static constexpr std::size_t kBlockBytes = checksum_kernels::kBlockBytes;
   static constexpr std::size_t kMaxBufferBytes = 512;
   static constexpr std::size_t kMaxRangeBytes = checksum_kernels::kMaxBlocks * kBlockBytes;
-  /// A shorter range may lie between two stored registers.
+  /// A range of this length contains two stored registers, wherever it begins.
   static constexpr std::size_t kMinRangeBytes = 2 * kBlockBytes - 1;
 
   /// The checksum of buffer[begin] to buffer[end - 1], kMinRangeBytes to kMaxRangeBytes bytes. The begins of successive

@@ -53,7 +53,7 @@ struct ReplayMemory {
 /// Refuses replays. A signed frame is accepted if its time is newer than the last of its stream. The first frame of a
 /// stream since the start may lie at most a minute behind the newest known time, so that a recording of an older flight
 /// cannot be replayed. Constant memory: if all streams are in use, one that is more than a minute behind is dropped
-/// (its further frames are refused as old); if there is none, the new stream is refused.
+/// (a replay of it is then too old); if there is none, the new stream is refused.
 class ReplayGuard {
  public:
   static constexpr std::size_t kStreams = ReplayMemory::kStreams;

@@ -106,7 +106,7 @@ inline constexpr auto kFields<EstimatorStatus> =
                field("flags", &EstimatorStatus::flags)};
 
 /// BATTERY_STATUS: voltages in mV (65535: no such cell), current_battery in 10 mA, temperature in 0.01 degrees Celsius,
-/// current_consumed in mAh, energy_consumed in 100 J.
+/// current_consumed in mAh, energy_consumed in 100 J, battery_remaining in percent, time_remaining in s.
 struct BatteryStatus {
   std::int32_t current_consumed{};
   std::int32_t energy_consumed{};

@@ -13,7 +13,7 @@ namespace {
 constexpr double kCorrected_rad = 0.002, kMemory_s = 0.25, kRatesLate_s = 0.02, kRatesShare = 0.1;
 constexpr double kTurnedLately_s = 1.0;
 constexpr double kAttitudeGap_s = 0.05;
-constexpr double kSane2 = 1e6;  ///< a sum that is not finite would never raise an alarm again
+constexpr double kSane2 = 1e6;  ///< larger and NaN sums are reset: a NaN would never raise an alarm again
 
 constexpr double kShortest_s = 1e-3;  ///< least time between two attitudes that is used as a divisor
 
@@ -63,8 +63,8 @@ void AttitudeRateConsistency<T>::update(const ImuSample<T>& imu, T step_s) {
   unturned_rad_ += tilt_change_rad - reported_rad - unturned_rad_ * fades;
   turned_rad_ += reported_rad - turned_rad_ * fades;
   const T forgets = T(1) - passed_s * static_cast<T>(1.0 / kTurnedLately_s);
-  // Only a turn that attitude and rates both show excuses a difference: noisy rates alone do not show a delay. Two
-  // ticks apart, both still show 0.8 of the fastest turn at 10 Hz.
+  // Only a turn that attitude and rates both show excuses a difference: noisy rates alone do not show a delay. If they
+  // are two ticks apart, both still show 0.8 of the peak rate of an oscillation of 10 Hz.
   const T known_s = larger(passed_s, static_cast<T>(kShortest_s));
   const T reported2 = smaller(rate_rad_s.squaredNorm(), tilt_change_rad.squaredNorm() / (known_s * known_s));
   const T turned2 = smaller(turned_rad_.squaredNorm(), (turned_rad_ + unturned_rad_).squaredNorm());

@@ -43,8 +43,8 @@ class AttitudeRateConsistency {
   Vector2 unturned_rad_ = Vector2::Zero();     ///< change of tilt that the rates do not explain, leaky sum
   Vector2 turned_rad_ = Vector2::Zero();       ///< change of tilt that the rates imply, leaky sum
   Vector2 jumped_rad_ = Vector2::Zero();       ///< change of tilt that no recent rate explains, leaky sum
-  T fastest_rad_s_{0};                         ///< largest recent rate
-  T farthest_rad_{0};                          ///< largest recent turned_rad_
+  T fastest_rad_s_{0};                         ///< largest recent rate that attitude and rates both show
+  T farthest_rad_{0};                          ///< largest recent turn that attitude and rates both show
   Cusum<T> cusum_;
   T residual_rad_{0};
   T allowed_rad_{0};

@@ -15,19 +15,19 @@ namespace m100::est {
 ///
 ///   v' = g tan(tilt) + p + (v_pose - v) / 4 s     tilt: the autopilot's; v_pose: the observer's velocity
 ///   p  = median(d, f - g tan(tilt), q)            d: the observer's disturbance; f: the measured force
-///   q' = (p - q) / 10 s                           the mean of p in the flight until now
+///   q' = (p - q) / 10 s                           the mean of p over the last 10 s or less
 ///
 /// Three sources estimate the acceleration p by the wind, and the middle value is used. A faulty pose is outvoted by
 /// the force and the mean of the last seconds; a specific force that is wrong (a hand, a tether, a new bias) is
 /// outvoted by the pose and that mean. A wind that changes shows in pose and force. A false velocity enters by a
-/// quarter of itself per second, and not at all once it is contradicted or refused; after that an error of p of 0.1
-/// m/s^2 adds 0.1 m/s per second.
+/// quarter of itself per second, and not at all once it is suspected, contradicted or refused; after that an error of p
+/// of 0.1 m/s^2 adds 0.1 m/s per second.
 ///
 /// While the pilot flies, the velocity decays to zero: nothing contradicts the speed of a faulty pose before control is
 /// taken, and a pilot who is about to hand over hovers. Poses faster than 1 m/s are used: he does not hover then.
 ///
 /// Where no attitude has come for 50 ms, or a tick was longer, the motion was not observed, and v continues from the
-/// observer's velocity, unless that is contradicted.
+/// observer's velocity, if the poses are trusted.
 ///
 /// Twelve numbers; no heap. Cost: about 40 products a tick. T is float or double.
 template <typename T>
@@ -37,7 +37,7 @@ class DeadReckoning {
 
   /// Once per tick.
   /// @param measured_h_m_s2 f, from VelocityConsistency; nullopt: q replaces f - g tan(tilt)
-  /// @param trusted nothing contradicts the poses
+  /// @param trusted the poses are not suspected, contradicted or refused; only then v and q learn from them
   /// @param pilots the pilot flies
   void update(const ImuSample<T>& imu, const Estimate<T>& estimate, const std::optional<Vector2>& measured_h_m_s2,
               bool trusted, bool pilots, core::Duration elapsed);

@@ -17,11 +17,11 @@ namespace m100::est {
 /// Allowed, for an unlimited time, as a sum of
 ///   calm   0.1 m/s: three sigmas of the observer's velocity in calm air, 0.03 m/s; the rotors' 0.1 m/s^2 at 100 Hz
 ///          add 0.1 sqrt(0.01 s x 2 s / 2) = 0.01 m/s
-///   moves  a time of capture that is wrong by 80 ms (the largest in the simulator's worlds), times the acceleration of
-///          the last second
+///   moves  a time of capture that is wrong by 80 ms (the largest in the simulator's worlds), times the largest
+///          acceleration of the last second
 ///   wind   the acceleration by wind times 0.05 s: gusts change it by a third, which the observer learns in 0.15 s
 ///   swing  the disturbance that the force shows and the observer has not learned yet (a slung load), times 0.15 s;
-/// in all at most 0.35 m/s: 80 ms at the largest acceleration of the law, 4.3 m/s^2 at 25 degrees of tilt. In addition
+/// in all at most 0.35 m/s: 80 ms at 4.4 m/s^2, which is 24 degrees of tilt (an axis is limited to 25). In addition
 /// three times start_sigma_m_s() and, for kFirstLook_s, the unknown error of the sensor. False alarms: an alarm takes
 /// half a second at twice the allowed value, six sigmas of the noise. Smallest fault detected in 3 s of calm hover: a
 /// false acceleration of 0.13 m/s^2.
@@ -34,7 +34,7 @@ class ForceConsistency {
 
   /// Once per tick, after the observer. Lets `force` learn its sensor's error.
   /// @param suspect force and poses disagreed in the tick before
-  /// @param wind_w_m_s2 acceleration by wind, world, while all checks agreed (DeadReckoning)
+  /// @param wind_w_m_s2 acceleration by wind (world), as learned while all checks agreed (DeadReckoning)
   void update(const Estimate<T>& estimate, SpecificForce<T>& force, const Vector2& wind_w_m_s2, bool suspect, T step_s);
   /// The motion was not observed: the sum continues from the next velocity.
   void restart() { velocity_known_ = false; }
@@ -50,9 +50,9 @@ class ForceConsistency {
   T magnitude() const { return residual_w_m_s_.squaredNorm(); }
   void reset();
 
-  /// Nothing is summed before this time, in which the observer settles after its start.
+  /// Nothing is summed before SpecificForce::learned_s() reaches this: the observer settles after its start.
   static constexpr double kBegins_s = 1.0;
-  /// Until this time the sensor's error is not yet well known; its uncertainty is allowed in addition.
+  /// Until learned_s() reaches this, the sensor's error is not well known: its uncertainty is allowed in addition.
   static constexpr double kFirstLook_s = 3.0;
 
  private:

@@ -17,7 +17,7 @@ namespace m100::est {
 /// kHeightWander_m for the first 30 s, then kHeightWander_m sqrt(t / 30 s): the wander of a healthy barometer, which
 /// grows like a random walk. Weighed and summed by Cusum. False alarms: none in the measured logs, whose largest wander
 /// is 0.84 m in 30 s; the climb speed has to agree as well. Smallest fault: no drift within 3 s (ClimbConsistency finds
-/// fast ones); 0.07 m/s after 14 s and 1.0 m, 0.03 m/s after 38 s and 1.1 m.
+/// fast ones); 0.07 m/s after 15 s and 1.1 m, 0.03 m/s after 34 s and 1.0 m.
 ///
 /// Eleven numbers; no heap. Cost: a square root and ten products a tick. T is float or double.
 template <typename T>

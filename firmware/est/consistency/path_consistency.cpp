@@ -13,11 +13,11 @@ namespace {
 template <typename T>
 struct Scale {
   T a_per_s;
-  T sigma_m;       ///< about the root of the sum of the squares of the noise, a third of the attitude's, and 0.7 mm
-  T unsettled_m;   ///< for an error of 0.25 m/s in speed, times 0.23 / a, and of 0.05 m/s^2 in the offset;
+  T sigma_m;       ///< about sqrt(noise^2 + (attitude's / 3)^2 + (2 mm / 3)^2), the three above
+  T unsettled_m;   ///< 0.25 m/s of error in speed, times 0.23 / a, plus 0.05 m/s^2 in the offset, times 0.27 / a^2;
                    ///< is multiplied by 1 + |speed|: a gap in the poses hides more of a faster motion
   T per_noise_s3;  ///< 1 / 16 a^3: variance of the path per density of the force's noise
-  T tilt_gain_s2;  ///< 0.27 / a^2 times 0.2 m/s^2 of offset in the body's z per g of horizontal acceleration
+  T tilt_gain_s2;  ///< 0.27 / a^2 times 0.2 m/s^2 of the sensor's offset per g of horizontal acceleration
 };
 template <typename T>
 constexpr std::array<Scale<T>, 3> kScaleNumbers{{{T(1.5), T(0.0017), T(0.044), T(0.0185), T(0.0024)},
@@ -43,7 +43,7 @@ constexpr double kPositionNoiseGain2 = 2.0, kAssumed_m2 = 2.5e-7;
 constexpr double kTiltMemory_s = 2.0;
 /// Transients of the start or of a gap have faded after this many times 1 / a.
 constexpr double kSettles = 4.0;
-/// Three sigmas of each axis.
+/// Three sigmas of each axis: squared, and as a distance over all axes.
 constexpr double kSigmas2 = 9.0;
 template <int kAxes>
 constexpr double kSigmas = kAxes == 2 ? 4.24 : 3.0;
@@ -88,7 +88,7 @@ void add_evidence(const TickTerms<T>& terms, PathStatistic<T>& path) {
                   static_cast<T>(kMaxWeight));
   path.drift_cusum_s = core::clamp(path.drift_cusum_s + (terms.bridges ? T(0) : weight * terms.step_s), T(0),
                                    static_cast<T>(2.0 * kFollows_s));
-  // A horizontal path turns back slowly: half fades in a time 1 / a. A height oscillates at 5 rad/s: all of it fades.
+  // A horizontal path turns back slowly: it fades at the rate a / 2. A height oscillates at 5 rad/s: it fades at a.
   const T fades = (terms.axes == 2 ? T(0.5) : T(1)) * terms.a_s;
   path.seen_m2 += (terms.moved2_m2 - path.seen_m2) * fades;
   path.seen_m2 = terms.moved2_m2 > path.seen_m2 ? terms.moved2_m2 : path.seen_m2;  // w itself passes through zero

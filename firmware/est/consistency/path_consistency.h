@@ -21,11 +21,11 @@ struct PathStatistic {
 
 /// Compares the path of the poses with the path that the specific force implies, in metres.
 ///
-/// Both paths pass the same third-order high-pass, s^3 / (s + a)^3. Of a force that is integrated twice it passes s /
-/// (s + a)^3, so no offset has to be known (a constant one is forgotten), and initial position and velocity have no
+/// Both paths pass the same third-order high-pass, s^3 / (s + a)^3. For the force, which is integrated twice, that
+/// is s / (s + a)^3: no offset has to be known (a constant one is forgotten), and initial position and velocity have no
 /// influence. There are three scales: the slow one (a = 0.75 1/s) detects a drift of several seconds, the middle one
-/// (a = 1.5 1/s) the motion of a hover, above the rotors' noise, and the fast one (a = 3 1/s) has settled two seconds
-/// after the start.
+/// (a = 1.5 1/s) the motion of a hover, above the rotors' noise, and the fast one (a = 3 1/s) has settled 1.3 s after
+/// the start (4 / a).
 ///
 ///   w  path of the observer's position; y  path of the force;  e = w - y
 ///
@@ -33,10 +33,10 @@ struct PathStatistic {
 ///   follows  r = |e| / allowed, S' = (r^2 - 1) / 3, where allowed = noise + |v| tau + share |y| + the observer's sigma
 ///            (v: velocity of y; the part of e that a wrong time of capture explains is fitted and subtracted): finds a
 ///            path that is turned, scaled, or begins to drift
-///   answers  (|e|^2 - |w|^2) / 2 sigma^2 - 1 for each axis per time of correlation, with sigma a third of the noise of
-///            an axis: the logarithm of the likelihood ratio of a pose that does not depend on our motion against one
-///            that shows it; an error in proportion to the motion (time, scale) is no evidence, and needs no allowance.
-///            Finds a pose that does not move, or that moves independently of the aircraft
+///   answers  (|e|^2 - |w|^2) / 2 sigma^2 - 1 for each axis per time of correlation, with the largest recent |w| and
+///            sigma a third of the noise of an axis: the logarithm of the likelihood ratio of a pose that does not
+///            depend on our motion against one that shows it; an error in proportion to the motion (time, scale) is no
+///            evidence. Finds a pose that does not move, or that moves independently of the aircraft
 ///
 /// The input is the observer's position, not the poses, because it already accounts for their age and their gaps.
 ///

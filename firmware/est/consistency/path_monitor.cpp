@@ -7,13 +7,13 @@
 namespace m100::est {
 namespace {
 
-/// Longer without a used pose is a gap of the path: the observer's position is then its own prediction.
+/// A longer time without a used pose is a gap of the path: the observer's position is then its own prediction.
 constexpr double kUsedLately_s = 0.15;
-/// An error of the velocity passes the slow high-pass as t exp(-a t), a = 0.75 1/s, with the maximum 1 / (a e).
+/// An error dv of the velocity leaves dv (t - a t^2 / 2) exp(-a t) in the slow path, a = 0.75 1/s: below dv / (a e).
 constexpr double kPathOfVelocity_s = 0.49;
 constexpr double kMaxSigma_m = 0.5;
-/// The height filter reports no variance. A jolt of 1 m/s makes at most 0.23 / a of a path, 0.15 m of the slower one,
-/// and lasts twice as long as the memory of the uncertainty; the force's own noise in a message is no jolt.
+/// The height filter reports no variance. A jolt of 1 m/s makes a path of at most 0.23 / a, 0.15 m at the slower scale;
+/// kJolt_s is twice that, because the path outlasts the memory of the uncertainty. The force's own noise is no jolt.
 constexpr double kHeightSigma_m = 0.0005, kJolt_s = 0.3, kNoJolt_m_s = 0.01;
 /// The measured flight leaves the climb's gain open by 30 % (dead zone or stick curve), except near the hover, which it
 /// shows. The observer corrects such an error by poses: its height is then wrong by the error of its climb speed times
@@ -115,7 +115,7 @@ template <typename T>
 void PathMonitor<T>::update_vertical(const Estimate<T>& estimate, const SpecificForce<T>& force,
                                      T vertical_acceleration_m_s2, bool pose_used, T step_s) {
   using Vector1 = core::Vector<T, 1>;
-  // An aircraft that tilts against a gust stands still and turns the offsets of x and y upward.
+  // While the aircraft leans against a gust without moving, a part of the offsets of x and y points upward.
   const Vector2 tilt_change_h_m_s2 = force.tilt_acceleration_h_m_s2() - mean_tilt_acceleration_h_m_s2_;
   mean_tilt_acceleration_h_m_s2_ += tilt_change_h_m_s2 * (step_s * static_cast<T>(1.0 / kTiltMean_s));
   vertical_.update({.force_m_s2 = Vector1(vertical_acceleration_m_s2),

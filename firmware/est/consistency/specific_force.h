@@ -21,7 +21,7 @@ class SpecificForce {
  public:
   using Vector2 = core::Vector<T, 2>;
 
-  /// A new message of the autopilot.
+  /// Takes a new message of the autopilot.
   void update(const ImuSample<T>& imu);
 
   /// Change of the poses' velocity in one tick that the force did not show, and the part of it that was learned as the
@@ -51,12 +51,12 @@ class SpecificForce {
   T moved_m_s2() const { return moved_m_s2_; }
   /// Unit of the newest force in m/s^2; zero: it is not known, or gravity is not in it.
   T scale_m_s2() const { return scale_m_s2_; }
-  /// A valid force has come since the start or the last reset().
+  /// A finite force within any sensor's range has come since the start or the last reset(), in whatever unit.
   bool is_received() const { return size_ != T(0); }
   /// For how long the error has been learned; at most its memory, 20 s.
   T learned_s() const { return learned_s_; }
 
-  /// Sum of the magnitudes of the stored values: not finite if one of them is not.
+  /// Sum of the magnitudes of the learned and averaged values: not finite if one of them is not.
   T magnitude() const;
   void reset();
 

@@ -6,7 +6,7 @@
 namespace m100::est {
 namespace {
 
-/// After a longer tick, or a longer time without a force, the motion was not observed: the sum restarts from the next
+/// After a longer tick, or a longer time without a force, the motion was not observed: the sum continues from the next
 /// velocity. A force that is held through an acceleration of 4 m/s^2 would be wrong by 0.2 m/s, which is allowed.
 constexpr core::Duration kGap = std::chrono::milliseconds(50);
 constexpr double kSane = 1e9;
@@ -44,7 +44,7 @@ void VelocityConsistency<T>::judge(ConsistencyCheck check, CheckEvidence<T>& evi
             {.check = check, .measured = evidence.residual, .allowed = evidence.allowed});
 }
 
-/// A sum that is not finite would never raise an alarm again.
+/// Whether all sums are finite: one that is not would never raise an alarm again.
 template <typename T>
 bool VelocityConsistency<T>::is_sane() const {
   const T all = specific_force_.magnitude() + force_.magnitude() + heading_.magnitude() + paths_.magnitude() +
@@ -61,7 +61,7 @@ template <typename T>
   disturbance_acceleration_ = {};
 }
 
-/// @returns whether telemetry showed the motion of this tick; true while no force has ever come
+/// @returns whether the motion was observed: the tick lasted at most kGap, and the force (if one ever came) is no older
 template <typename T>
 bool VelocityConsistency<T>::update_force(const ImuSample<T>& imu, const Estimate<T>& estimate,
                                           core::Duration elapsed) {

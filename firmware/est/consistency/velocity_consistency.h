@@ -26,9 +26,9 @@ namespace m100::est {
 ///   motion   the path of the last seconds, against that of the specific force (PathMonitor)
 ///
 /// The autopilot's horizontal velocity is not used: it reads zero for more than a third of the time, and otherwise
-/// starts again at zero and drifts by 0.4 m/s per root of a second, which hides what the specific force shows. Nothing
-/// is judged while no pose was used for 0.3 s, or while a part of telemetry is missing; poses that the gate begins to
-/// refuse do not reduce the evidence.
+/// starts again at zero and drifts by 0.4 m/s per root of a second, which hides what the specific force shows. No
+/// evidence is added while no pose was used for 0.3 s or the force has stopped, nor to a check whose measurement does
+/// not come; poses that the gate begins to refuse do not reduce the evidence.
 ///
 /// No heap. Cost: twelve square roots and about 220 products a tick, plus the shared sines and cosines of attitude
 /// and heading. T is float or double.
@@ -39,7 +39,7 @@ class VelocityConsistency {
   explicit VelocityConsistency(CheckSet off = 0) : disabled_checks_(off) {}
 
   /// Once per tick, after the observer.
-  /// @param disturbance_acceleration_w_m_s2 acceleration by wind, world, while all checks agreed (DeadReckoning)
+  /// @param disturbance_acceleration_w_m_s2 acceleration by wind (world), learned while all checks agreed
   void update(const ImuSample<T>& imu, const Estimate<T>& estimate,
               const core::Vector<T, 2>& disturbance_acceleration_w_m_s2, core::Duration elapsed);
 
@@ -51,7 +51,7 @@ class VelocityConsistency {
   }
   /// Unit of the newest specific force in m/s^2; zero: it is not known, or gravity is not in it.
   T force_scale_m_s2() const { return specific_force_.scale_m_s2(); }
-  /// The force disagrees by more than is allowed, or the path has half of its evidence for an alarm, alarm or not.
+  /// The force disagrees by more than is allowed, or the path has more than half of the evidence for an alarm.
   bool is_suspect() const { return suspect_; }
   /// Measured horizontal acceleration, averaged over kForceMean_s, without the sensor's error: forward and left of the
   /// heading. nullopt: no force of a known unit was compared with the poses yet.

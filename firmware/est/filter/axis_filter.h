@@ -47,7 +47,7 @@ class AxisFilter {
   enum StateIndex : int { kP, kV, kTilt, kRate, kD, kM };
   using Scales = std::array<int, kStates>;
 
-  /// Scales the covariance by the steady-state sigmas of this model (steady_scales).
+  /// Scales the covariance by steady_scales() of this model.
   explicit AxisFilter(const AxisModel& model);
   AxisFilter(const AxisModel& model, const Scales& scales);
 
@@ -58,9 +58,9 @@ class AxisFilter {
   /// How a measured disturbance is used.
   enum class DisturbanceUse : std::uint8_t { kStored, kHeld, kTracked };
   /// Uses the disturbance that the specific force shows (m per unit squared), less the drag that this filter models.
-  /// kStored (at a pose): stores it as the value that corresponds to the present d. kHeld: ignores it. kTracked (no
-  /// pose comes): d changes by as much as it has since it was stored, and is kept within kForceOffset_m_s2 of it,
-  /// because in motion d lags.
+  /// kStored (at a pose): stores it as the value that corresponds to the present d. kTracked (no pose comes): adds to d
+  /// what it has changed by since it was last stored, keeps d within kForceOffset_m_s2 of it, because in motion d lags,
+  /// and stores it. kHeld: ignores it.
   void fuse_specific_force(S disturbance, DisturbanceUse use);
   /// Fuses tilt (rad) and tilt rate (rad per unit) of `age` ago; refuses both if either is outside its gate.
   FusionResult fuse_attitude(S tilt, S rate, const MeasurementAge<S>& age);
@@ -83,7 +83,7 @@ class AxisFilter {
   PoseInnovation test_pose(S position, const MeasurementAge<S>& age, S unseen_m, float sender_variance_m2);
   void fuse_pose(const PoseInnovation& test);
   void check() { covariance_.check(); }  ///< once after the corrections of a tick: keeps the covariance valid
-  /// Sets position (of `age` ago) and velocity, and discards their covariances with the other states; d and m stay.
+  /// Sets position (of `age` ago) and velocity, with their initial variances and no covariances; d and m stay.
   void reset_position(S position, S velocity, const MeasurementAge<S>& age);
 
   /// The tilt that the model predicts from the commands alone, without measurements; rad.
@@ -99,7 +99,7 @@ class AxisFilter {
  private:
   struct Coefficients {
     S gravity{}, half_gravity{}, drag{}, square_drag{};
-    // For the scaled covariance: d(v)/d(tilt, rate, m) = v_* / cos^2, d(v)/d(v) = tick_drag - tick_square_drag |v|.
+    // For the scaled covariance: d(v+)/d(tilt, rate, m) = v_* / cos^2, d(v+)/d(v) = tick_drag - tick_square_drag |v|.
     S v_tilt{}, v_rate{}, v_m{}, tick_drag{}, tick_square_drag{};
     S pose_variance{}, tilt_variance{}, rate_variance{};
     S pose_rate{}, pose_d{}, tilt_rate{};

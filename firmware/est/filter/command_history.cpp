@@ -41,7 +41,7 @@ bool CommandHistory<S, Real>::store(const ctl::Command<Real>& command, const cor
   return is_finite;
 }
 
-// With a delay of n + f ticks, the command of n + 1 ticks ago acts for a share f of the tick, then that of n ticks ago.
+// With a delay of n + f ticks, a tick's mean command is f times that of n + 1 ticks ago plus 1 - f times that of n ago.
 template <typename S, typename Real>
 ActingInputs<S> CommandHistory<S, Real>::acting(const Delay& delay, S PastCommand::*axis) {
   auto& a = arithmetic_;

@@ -21,7 +21,6 @@ namespace m100::est {
 template <typename T>
 class CovarianceInflation {
  public:
-  /// Of position and velocity.
   struct Covariance {
     T pp_m2{0}, pv_m2_s{0}, vv_m2_s2{0};
   };
@@ -40,7 +39,6 @@ class CovarianceInflation {
   Covariance inflated(const Covariance& own, T age_s, T since_s, bool force_known = false) const;
 
  private:
-  /// Errors of position, velocity and acceleration.
   struct Error {
     T p_m{0}, v_m_s{0}, a_m_s2{0};
   };

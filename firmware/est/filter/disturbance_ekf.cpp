@@ -16,8 +16,8 @@ constexpr std::uint32_t kAttitudesBeforeRestart = 50;
 constexpr core::Duration kSettling = milliseconds(500);
 constexpr core::Duration kPoseMissed = milliseconds(100);  // longer than the usual pauses of a source
 constexpr core::Duration kAttitudeDoubted = milliseconds(100);
-// Until then, in COAST, the model predicts the tilt from the commands. Shorter than the silence of telemetry that gives
-// control back (Limits::telemetry_dead).
+// Up to this age of the attitude the model predicts the tilt from the commands (COAST). Shorter than the silence of
+// telemetry that gives control back (Limits::telemetry_dead).
 constexpr core::Duration kAttitudeSilent = milliseconds(450);
 constexpr core::Duration kPoseLost = milliseconds(1000);
 constexpr core::Duration kLongest = std::chrono::hours(1);

@@ -26,7 +26,7 @@ enum class ResetReason : std::uint8_t {
   kNone,
   kPoseMoved,    ///< refused poses agreed with each other: position and velocity taken from them
   kLongDropout,  ///< no pose used for 0.5 s, and the next outside the gate, or the gate no longer valid
-  kAttitude,     ///< 50 attitudes in a row were outside the filters' gate (0.5 s at 100 Hz): restart
+  kAttitude,     ///< 50 attitudes in a row outside the filters' gate (0.5 s at 100 Hz), at most once in 2 s: restart
   kNotFinite,    ///< a state was not finite: restart
 };
 std::string_view name(ResetReason recovery);
@@ -49,27 +49,27 @@ struct EkfCounters {
 ///
 /// The command is the one in force since the last tick (after supervisor, rate limit and stick rounding: the one that
 /// the autopilot received); it acts a transport delay later. Poses may be up to 0.25 s old and carry their age. A
-/// measurement or command that is not finite is dropped and counted; a state that is not finite lasts for one call.
+/// measurement or command that is not finite is dropped and counted; a state that is not finite restarts the filter.
 ///
 /// Gate: a pose beyond 6 sigmas in x, y or z, or 0.35 rad in yaw, is refused; the sigmas include the distance flown
 /// during the uncertainty of the time of capture. Until t = 0.5 s after the last used pose, the gate also passes what
 /// wind can have caused, 1.5 m/s^2 (t^2 + (0.15 s)^2), and the lag of the disturbance (lag_m()); never more than 1 m.
 /// After 0.1 s without a pose the disturbance changes as the force does (Measurement::disturbance_acceleration): the
 /// drag of the speed, which braking removes, and gusts. Recovery: at least 10 refused poses that agree with each other
-/// for half a second (at most once in 2 s), or 3 over at least 0.1 s after a dropout of 0.5 s, set the position and, by
-/// their difference, the velocity; disturbance and offset stay. S: double, float or core::Fixed; inputs and outputs are
-/// of type Real. Cost: firmware/README.md; after a stall one call catches up at most kMaxTicks ticks, and no pose is
-/// used until the state has reached the present.
+/// for half a second (at most once in 2 s), or 3 over at least 0.1 s after a dropout of 0.5 s, set position, yaw and,
+/// by their difference, the velocity; disturbance and offset stay. S: double, float or core::Fixed; inputs and outputs
+/// are of type Real. Cost: firmware/README.md; after a stall one call catches up at most kMaxTicks ticks, and no pose
+/// is used until the state has reached the present.
 template <typename S, typename Real>
 class DisturbanceEkf {
  public:
-  /// Covers the longest stall after which a flight goes on (kOwnStall in serial_link.cpp): the state is the present.
+  /// Covers the longest stall after which a flight goes on (kOwnStall in serial_link.cpp) in one call.
   static constexpr int kMaxTicks = 50;
 
   explicit DisturbanceEkf(const model::Vehicle& vehicle);
 
-  /// Call it once per controller tick, `elapsed` after the last call. Predicts the whole periods of 10 ms that have
-  /// passed (core::TickCount), 0 to kMaxTicks.
+  /// Call it once per controller tick, `elapsed` after the last call. Predicts as many periods of 10 ms as
+  /// core::TickCount counts, 0 to kMaxTicks.
   const Estimate<Real>& update(const Measurement<Real>& measured, const ctl::Command<Real>& applied_command,
                                core::Duration elapsed);
   /// The result of the last update().

@@ -12,7 +12,7 @@
 #include "firmware/est/filter/units.h"
 #include "firmware/model/axis_step.h"
 
-// Shared by the filters of a horizontal axis, of the height and of the yaw.
+// Shared by the filters of a horizontal axis, of the height and of the yaw, and by the gate of poses (fuse_pose.cpp).
 namespace m100::est {
 
 template <typename S>
@@ -29,7 +29,7 @@ bool inside(S value, double limit) {
          value >= core::Arithmetic<S>::template number<double>(-limit);
 }
 
-/// The commands that act in this, the previous and the next tick.
+/// The commands that act in this, the previous and the next tick; `after` is `now` if the delay is less than a tick.
 template <typename S>
 struct ActingInputs {
   S now{};

@@ -11,7 +11,7 @@ namespace m100::est {
 namespace {
 
 constexpr double kYawGate_rad = 0.35;
-constexpr double kUnseenAcceleration_m_s2 = 3.0;  // largest change of the wind while no pose comes
+constexpr double kUnseenAcceleration_m_s2 = 3.0;  // largest change of the acceleration by wind while no pose comes
 constexpr double kDisturbanceLag_s = 0.15;  // time constant with which the observer learns a disturbance from poses
 /// Largest pose error by speed times uncertainty of the latency that the filter's variance includes. With more, the
 /// sigma of its position would meet its ceiling: ten times its scale, 39 mm. A covariance that has lost its

@@ -16,7 +16,7 @@ constexpr double kClimbLimit = 10.0 * kTimeUnit_s;
 constexpr double kRateLimit = 50.0 * kTimeUnit_s * kTimeUnit_s;
 constexpr double kOffsetLimit = 1.0 * kTimeUnit_s;
 
-// Scales: the unit of each covariance entry is 2^scale of the state, near the steady sigmas with the noise above.
+// Scales: a state's unit in the covariance is 2^scale, near its steady sigma with the noise above.
 constexpr std::array<int, 4> kScale{-8, -5, -2, -6};
 constexpr double kScaleValue[] = {1.0 / 256.0, 1.0 / 32.0, 1.0 / 4.0, 1.0 / 64.0};
 constexpr double kInitialVariance = 64.0;

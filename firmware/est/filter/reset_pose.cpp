@@ -14,12 +14,12 @@ using std::chrono::milliseconds;
 constexpr std::uint32_t kAgreeingPoses = 10;
 constexpr core::Duration kAgreeingFor = milliseconds(500);  // longer than Limits::gate_shut: the failsafe reacts first
 constexpr std::uint32_t kAgreeingAfterDropout = 3;
-constexpr core::Duration kBaseline = milliseconds(100);  // for a velocity from two poses
+constexpr core::Duration kBaseline = milliseconds(100);  // least time between two poses that give a velocity
 
 }  // namespace
 
-/// Starts the filter with the first pose that is kBaseline younger than an earlier one that it agrees with: a vehicle
-/// that is already flying has a velocity.
+/// Starts the filter, once an attitude is known, from a row of agreeing poses (PoseAgreement) that spans kBaseline: a
+/// vehicle that is already flying has a velocity.
 template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::begin(const core::Pose<Real>& pose) {
   using Number = core::Arithmetic<S>;

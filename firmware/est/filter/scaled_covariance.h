@@ -27,8 +27,8 @@ struct CovarianceHealth {
   std::uint32_t saturations = 0;  ///< fixed point only: stores that did not fit
 };
 
-/// Covariance of kN states in power-of-two units: entry (i, j) is P_ij / (2^e_i 2^e_j). With 2^e_i near the
-/// steady-state sigma every entry is near 1, and 32 bits hold it as well as a float does; unscaled, the smallest
+/// Covariance of kN states in power-of-two units: entry (i, j) is P_ij / (2^e_i 2^e_j). With 2^e_i about the
+/// steady-state sigma or a few times that, 32 bits hold the entries as well as a float does; unscaled, the smallest
 /// entries vanish in rounding and positivity is lost. Transition matrices and measurement rows use the same units:
 /// phi_ij 2^(e_j - e_i), h_j 2^(e_j - e_m).
 ///
@@ -74,7 +74,7 @@ class ScaledCovariance {
   template <typename Shape>
   void predict(const Matrix& phi, const Column& q);
 
-  /// For a measurement with row h and variance r. Shape::kRow marks which entries of h are 0, 1 or x (any value).
+  /// Of a measurement with row h and variance r > 0. Shape::kRow marks which entries of h are 0, 1 or x (any value).
   template <typename Shape>
   Projection project(const Column& h, S r);
 

@@ -15,7 +15,7 @@ namespace m100::est {
 /// and the clock is the cause if shift and deficit differ by less than half of the shift. A source that stamps or
 /// captures irregularly does not show the difference; then the shift is only reported as unexplained_s().
 ///
-/// Cost: five products and a division a pose.
+/// Cost: five products and two divisions a pose.
 class ClockShift {
  public:
   /// One pose, or the newest of several that came in one tick.

@@ -12,7 +12,7 @@ constexpr float kMaxDrift = 0.02F;
 /// So many long steps in a row show a slower source. With one capture in twenty lost, that happens once in 160000.
 constexpr std::uint32_t kSlowerSource = 4;
 constexpr core::Duration kLongest = std::chrono::seconds(10);  // without a pose: restart
-/// A pose so long before the envelope shows a set clock. Arrivals, and soon the envelope, are known to one tick.
+/// An uneven stamp so early for the envelope shows a set clock. Arrivals, and soon the envelope, are known to one tick.
 constexpr float kEarly_s = 3.F * core::seconds<float>(core::kTickPeriod);
 constexpr float kUneven = 0.25F;  // in spacings: stamps that deviate more from whole captures may show a set clock
 

@@ -43,8 +43,8 @@ class Quantile {
 /// stamps), t0 is estimated anew and the rate is kept. Time stamps that have once followed the arrivals stay trusted: a
 /// pose that is then far later than its stamp says is old, however long that lasts, and it does not change the rate.
 ///
-/// Cost: about 30 products a pose, three divisions. In float for every scalar: the arithmetic uses only time
-/// differences, taken in whole microseconds, never times of a whole flight.
+/// Cost: about 30 products, some ten divisions and a square root a pose, ClockShift included. In float for every
+/// scalar: the arithmetic uses only time differences, taken in whole microseconds, never times of a whole flight.
 class PoseClock {
  public:
   /// What is known of a pose besides its times.

@@ -28,8 +28,8 @@ core::Duration cut_to_microseconds(T seconds) {
   return core::Duration(static_cast<core::Duration::rep>(seconds * T(1e6)));
 }
 
-/// Cholesky factor L of the symmetric 3 x 3 matrix of the power sums, and its forward substitution. Elimination
-/// subtracts the inner products of L^-1 a and L^-1 b.
+/// Cholesky factor L of the symmetric 3 x 3 matrix of the power sums, and its forward substitution. The polynomial
+/// is eliminated from a sum of products by subtracting the inner product of L^-1 a and L^-1 b (solve()).
 template <typename T>
 class Elimination {
  public:
@@ -85,7 +85,7 @@ template <typename T>
 void PoseLatency<T>::update_estimate() {
   T belief = prior_information_;
   if (information_ > T(0)) {
-    // The error of the prior, if motion is right: the prior's variance is at least the square of that.
+    // The prior's error, if motion is right: the prior's variance is at least its square, less the variance by motion.
     const T apart_s = weighted_ / information_ - prior_s_;
     const T apart_s2 = apart_s * apart_s - T(1) / information_;
     belief = apart_s2 * belief > T(1) ? T(1) / apart_s2 : belief;

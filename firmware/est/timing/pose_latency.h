@@ -14,7 +14,7 @@ namespace m100::est {
 /// of 1 s.
 ///
 /// In a window, for each horizontal axis, with s the assumed time of capture and I the double integral of the
-/// horizontal acceleration that the attitude implies (g tan(tilt)):
+/// horizontal acceleration, g tan(tilt) plus what PoseTiming knows of wind and drag:
 ///   pose(s) = c0 + c1 s + c2 s^2 + I(s - tau) = c0 + c1 s + c2 s^2 + I(s) - tau I'(s) + ...
 /// The polynomial absorbs the initial values of the integrals and all steady accelerations: wind, trim, offsets. Both
 /// axes share tau. The polynomial is eliminated from the normal equations at the end of the window, which leaves one
@@ -53,7 +53,7 @@ class PoseLatency {
   struct Sums {
     std::array<T, 5> power{};
     std::array<std::array<T, 3>, 2> by_rate{};       ///< s^k I', per axis
-    std::array<std::array<T, 3>, 2> by_remainder{};  ///< s^k z
+    std::array<std::array<T, 3>, 2> by_remainder{};  ///< s^k z, z = pose - I
     std::array<T, 2> rate_rate{}, rate_remainder{}, remainder_remainder{};
     std::uint32_t count = 0;
   };

@@ -17,10 +17,11 @@ constexpr double kOldest_s = 0.25;         // largest latency of PoseLatency
 constexpr double kSlew = 0.02;             // largest change of the applied latency, s per s
 constexpr double kLeftOfJitter_s = 0.002;  // jitter that PoseClock leaves
 constexpr double kRawSigma_s = 0.015;      // jitter without PoseClock
-constexpr float kMinRises = 1e-5F;         // s per pose
-constexpr float kFarLater_s = 0.010F;      // than the jitter known so far
-constexpr std::uint32_t kChanged = 4;      // such poses in a row: chance never exceeds a 99th percentile so often
-constexpr core::Duration kNoQueue = std::chrono::milliseconds(300);  // duration of them: a queue has drained by then
+constexpr float kMinRises = 1e-5F;         // rise of the least latency, s per pose
+constexpr float kFarLater_s = 0.010F;      // beyond the jitter known so far: far later
+constexpr std::uint32_t kChanged = 4;      // such poses in a row: chance hardly exceeds a 99th percentile so often
+constexpr core::Duration kNoQueue =
+    std::chrono::milliseconds(300);  // least duration of such a row: a queue has drained by then
 
 }  // namespace
 

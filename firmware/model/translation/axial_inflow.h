@@ -5,7 +5,7 @@
 
 namespace m100::model::translation {
 
-/// Thrust falls with the speed of the air along the rotors' axis: a = -i (b3 . v) b3.
+/// Thrust falls with the vehicle's speed through the air along the rotors' axis: a = -i (b3 . v) b3.
 struct AxialInflow {
   static Acceleration column(std::size_t, const Moment& at, double) {
     const auto& v = at.air_velocity_w_m_s;
