@@ -21,7 +21,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-/// Every effect of the table that can be added to a base model and that our vehicle can have.
+/// Every effect of model::kAxisEffects, without the base models, that the hidden flights may contain.
 Names axis_effects() {
   Names out;
   for (const model::AxisEffect& effect : model::kAxisEffects) {
@@ -54,7 +54,7 @@ const std::vector<std::pair<std::string, std::string>> kTranslationPairs{{"stead
                                                                          {"time_offset", "steady_wind"},
                                                                          {"yaw_misalignment", "linear_drag"}};
 
-/// The names that count as this effect, because the data of one axis may not distinguish them.
+/// The names that count as right for this hidden effect, because the data of one axis may not distinguish them.
 Names counting_for(const std::string& effect) {
   if (effect == "transport_delay" || effect == "lead_zero") {
     return effect == "lead_zero" ? Names{"lead_zero"} : Names{"transport_delay", "lead_zero"};
@@ -148,7 +148,8 @@ std::vector<std::function<Case(std::uint64_t)>> recipes() {
   return out;
 }
 
-/// Whether the verdict is right and, inside the library, exactly the expected effects are named, by allowed names.
+/// Whether the verdict is right and, inside the library, exactly the expected effects are named, by allowed names or
+/// (`rivals_count`) by names that the log cannot separate from those.
 bool matches(const Outcome& outcome, bool rivals_count) {
   const Case& hidden_case = outcome.hidden_case;
   if (outcome.verdict != hidden_case.verdict) {

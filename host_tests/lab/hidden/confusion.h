@@ -58,7 +58,8 @@ struct Score {
 std::vector<Score> scores(const std::vector<Outcome>& outcomes);
 
 /// The confusion matrix of the cases with at most one effect: one row for what was hidden, one column for the first
-/// effect named. Row and column 0 are "nothing"; the column "unexplained" follows those of the library's effects.
+/// effect named. Row and column 0 are "nothing"; the last column is the verdict "unexplained", the last rows are
+/// effects outside of the library.
 plot::HeatMap matrix_of(const std::vector<Outcome>& outcomes);
 
 }  // namespace m100::lab::hidden

@@ -10,11 +10,11 @@
 
 namespace m100::lab::hidden {
 
-// Flights with hidden effects. The vehicle here is written for this purpose only and shares no code with the
-// identification: Euler steps of 2 ms, its own rotation, its own effects.
+// Flights with hidden effects. The vehicle here shares no code with the identification: Euler steps of 2 ms, its own
+// rotation, its own effects (m100-lab inject uses those of a stick).
 
-/// Hidden effects by name, with their sizes in their own units. Names are those of the contract's effect table, and
-/// "sine", "slung_load", "dropout", "product" for effects that the library does not have.
+/// Hidden effects by name, with their sizes in their own units. Names are those of model::kAxisEffects and
+/// kTranslationEffects, and "sine", "slung_load", "dropout", "product" for effects that the library does not have.
 using HiddenEffects = std::map<std::string, double>;
 
 struct FlightPlan {
@@ -26,9 +26,9 @@ struct FlightPlan {
   bool constant_heading = false;
 };
 
-/// Flies and logs at 100 Hz with noise: position 1 mm, attitude 2 mrad, rates 10 mrad/s, velocity 12 mm/s, force
-/// 0.08 m/s^2 (z: 0.1); coloured air noise: attitude 4 mrad, acceleration 0.05 m/s^2. The seed varies the
-/// vehicle.
+/// Flies and logs at 100 Hz. Standard deviations of the noise: position 1 mm, attitude and thrust direction 2 mrad,
+/// rates 10 mrad/s, velocity 12 mm/s, force 0.08 m/s^2 (z: 0.1); of the coloured motion by air: attitude 4 mrad,
+/// acceleration 0.05 m/s^2. The seed varies the vehicle, its noise and the pilot.
 logs::FlightLog fly(const FlightPlan& plan);
 
 }  // namespace m100::lab::hidden

@@ -28,7 +28,8 @@ struct Cost {
   double megabytes = 0.0;
 };
 
-/// Makes a log with a hidden dead zone; with `analyse` also identifies it and ends the process: 0 if only it is named.
+/// Makes a log with a hidden dead zone. With `analyse` it also identifies the log and ends the process with 0 if just
+/// the dead zone is named, otherwise with 1.
 void work(double minutes, bool analyse) {
   FlightPlan plan;
   plan.axis = "roll";

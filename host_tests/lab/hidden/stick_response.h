@@ -72,7 +72,7 @@ class StickPath {
   double play_ = 0.0;
 };
 
-/// Response to an effective stick, with limits: first order if time_constant_s > 0, else second order with a lead zero.
+/// Response to a scaled stick, with limits: first order if time_constant_s > 0, else second order with a lead zero.
 struct Tilt {
   double scale_rad, frequency_rad_s, damping;
   double time_constant_s = 0.0;

@@ -26,7 +26,8 @@
 namespace m100::lab::identify {
 namespace {
 
-/// Runs the tests of a log in order: trims, structure, frozen stick, clock, tether, change, weak effect.
+/// Runs the tests of a log in order: trims, structure, frozen stick, clock, tether, change, weak effect. A frozen stick
+/// ends the search for a wrong clock, a tether and a change, and a tether that for a change.
 class AxisPipeline {
  public:
   explicit AxisPipeline(const Request& request) : request_(request) {
@@ -106,8 +107,8 @@ class AxisPipeline {
     }
   }
 
-  /// Under every hypothesis about an undersampled stick, a named effect's likelihood ratio must reach the selection's
-  /// threshold for whitened residuals plus the penalty. Otherwise it loses its name and is reported as unexplained.
+  /// Under every hypothesis about an undersampled stick, a named effect's likelihood ratio must reach min_delta_white
+  /// plus the penalty of one parameter. Otherwise it loses its name and is reported as unexplained.
   void withdraw_unconfirmed_effects() {
     const double minimum = SelectionOptions{}.min_delta_white;
     const AxisFamily& family = problem_->axis_family();
@@ -148,8 +149,8 @@ class AxisPipeline {
   }
 
   /// If the response begins before its stick, the sticks are shifted and the structure is selected again: then the
-  /// effect that imitated the shift (mostly a lead zero) is not needed. A shift that the rows do not explain must
-  /// remain.
+  /// effect that imitated the shift (mostly a lead zero) is not needed. A shift that the rows do not explain must be
+  /// found with the new structure, too.
   void detect_time_offset() {
     const TimeOffset first = time_offset(problem_->free_run(), problem_->axis_family(), chosen_.final_model.fit);
     if (!first.likely && !first.within_row) {
@@ -237,7 +238,7 @@ class AxisPipeline {
     return tether.has_value();
   }
 
-  /// A change must remain under the structure that is selected on one side of it.
+  /// A change must also be found under the structure that is selected on one side of it, if a side is long enough.
   void detect_change_point() {
     FreeRun run = problem_->free_run();
     weight_by_input_uncertainty(run, problem_->axis_family().model(chosen_.final_model.fit));

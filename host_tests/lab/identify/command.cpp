@@ -168,7 +168,8 @@ nlohmann::ordered_json compared(const nlohmann::json& forecast, const identify::
   return comparison;
 }
 
-/// Sets the training and validation ranges, from --split or from --train and --validate.
+/// Sets the training and validation ranges, from --split or from --train and --validate. With --split, a log of
+/// --validate-log is for validation as a whole.
 void require_ranges(const IdentifyOptions& options, const logs::FlightLog& log, const logs::FlightLog* other,
                     identify::Request& request) {
   if (!options.split.empty()) {

@@ -23,7 +23,7 @@ struct Request {
   std::vector<Range> validate;
   const logs::FlightLog* log = nullptr;             ///< the training ranges lie in it
   const logs::FlightLog* validation_log = nullptr;  ///< the validation ranges lie in it; null: in `log`
-  std::vector<Range> requested{};  ///< for a problem of one part of `log`: all ranges of the user's request
+  std::vector<Range> requested{};  ///< ranges of the user's request in `log`, if `train` is only a part of them
   double noise_floor = 0.0;        ///< declared root mean square error of air and noise, in the axis' unit; 0: none
   double wind_from_first_s = 0.0;  ///< translation: each flight's wind comes from its first seconds; 0: it is fitted
   std::size_t refits = 40;         ///< maximum number of refits for the intervals; 0: no intervals

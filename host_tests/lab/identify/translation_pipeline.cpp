@@ -63,7 +63,7 @@ class TranslationPipeline {
     }
   }
 
-  /// A change must remain under the structure that is selected on one side of it.
+  /// A change must also be found under the structure that is selected on one side of it, if a side is long enough.
   void detect_change_point() {
     std::vector<Change> changes = problem_->changes(chosen_.final_model.fit);
     if (changes.empty()) {

@@ -26,7 +26,7 @@ class TranslationProblem final : public Problem {
   std::vector<Parameter> parameters(const Fit& fit) const override;
   std::vector<double> coordinates(const Fit& fit) const override;
 
-  /// An interval ends where the physical range does.
+  /// An interval ends where the physical range does, unless the fit itself lies outside of it.
   double reported(const Fit& fit, std::size_t parameter, double coordinate) const override;
 
   /// The winds of the flights of the training log, relative to their mean.
@@ -35,7 +35,7 @@ class TranslationProblem final : public Problem {
   /// A force that grows with the distance from a place (translation_change_point.h).
   std::vector<Finding> tether(const Fit& fit) const;
 
-  /// Changes in flight, over both parts where they are of one log.
+  /// The change in flight, or nothing; tested over both parts where they are of one log.
   std::vector<Change> changes(const Fit& fit) const;
   void examine(const Selection& selection, IdentifyResult& result) const override;
   bool are_side_effects(const Selection& selection, const IdentifyResult& result) const override;
@@ -53,8 +53,8 @@ class TranslationProblem final : public Problem {
 
   /// Adds a note where a periodic force was rejected because the vehicle itself moves with that period.
   static void add_motion_note(IdentifyResult& result);
-  /// Names effects that these data cannot distinguish: at constant heading a wind, a force fixed to the body and a trim
-  /// of the sticks look the same.
+  /// Adds to not_separable the effects that these data cannot distinguish: at constant heading a wind, a force fixed to
+  /// the body and a trim of the sticks look the same.
   void add_indistinguishable(const std::vector<SelectionStep>& steps, IdentifyResult& result) const;
 
   const Request& request_;

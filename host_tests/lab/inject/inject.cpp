@@ -59,7 +59,7 @@ double together(const model::AxisNumber& number, double own, double added) {
   return number.neutral > 0.0 ? own * added : number.logarithmic ? added : own + added;
 }
 
-/// The effects of the fitted model, except its delay, together with `effects`; `delay_s` becomes the delay of both.
+/// The effects of the fitted model, except its delay, and `effects`; `delay_s` becomes the sum of both delays.
 HiddenEffects joined(const identify::ModelResult& fitted, const HiddenEffects& effects, double& delay_s) {
   HiddenEffects all;
   delay_s = std::max(0.0, parameter(fitted, "delay_s", 0.0));
@@ -86,7 +86,6 @@ HiddenEffects joined(const identify::ModelResult& fitted, const HiddenEffects& e
   return all;
 }
 
-/// The response of the fitted model with additional effects.
 std::vector<double> response(const FlightLog& log, const AxisOf& axis, const identify::ModelResult& fitted,
                              const HiddenEffects& effects) {
   double delay_s = 0.0;

@@ -21,12 +21,12 @@ std::optional<model::Bounds> addable(const std::string& effect, const std::strin
 /// Stick axes: the response y becomes y + M(u, effects) - M(u), with the stick u and the fitted model M, simulated by
 /// the code of the hidden flights. If M has the same effect, the sizes add; ratios multiply, and a limit replaces
 /// that of M. The measured residual (air, autopilot, all else) stays.
-/// Translation: the vehicle is assumed to have flown the same path with the tilt that the added force f (over mass)
-/// would have required: thrust over mass times the body's z axis, T b3, becomes T b3 - f. A logged accelerometer gets
-/// the values that it would then measure.
+/// Translation: the vehicle is assumed to have flown the same path with the tilt that the added horizontal force f
+/// (over mass) would have required: thrust over mass times the body's z axis, T b3, becomes T b3 - f. A logged
+/// accelerometer gets the values that it would then measure.
 ///
 /// @param fitted the declared model's parameters as identify reports them; unused for translation.
-/// @throws InputError: an effect that cannot be added to this axis, or a signal that is missing.
+/// @throws InputError: an unknown axis, a missing signal, or (translation only) an effect that cannot be added.
 logs::FlightLog inject(const logs::FlightLog& log, const std::string& axis, const identify::ModelResult& fitted,
                        const HiddenEffects& effects);
 

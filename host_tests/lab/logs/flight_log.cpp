@@ -128,7 +128,7 @@ class Loader {
     return raw_.has_times_of_arrival() ? sampling_.times(stream, arrival_s, counter, values) : arrival_s;
   }
 
-  /// The first mapped signal without a `time` key; empty: there is none, or its format gives it its own clock.
+  /// The values of the first mapped signal without a `time` key; empty: there is none, or it has a clock of its own.
   std::vector<double> values_beside_clock() const {
     for (std::size_t i = 0; i < kSignals; ++i) {
       const auto& ref = map_.signals[i];
@@ -297,7 +297,7 @@ class Loader {
     throw InputError(raw_.file(), 0, column, text.data() + map_.time.column + range.data());
   }
 
-  /// The reception times of messages with these numbers on the log's clock, linearly inter- and extrapolated.
+  /// On the log's clock, the reception times of the messages with these numbers, linearly inter- and extrapolated.
   std::vector<double> times_by_counter(std::vector<double> own, std::size_t count, const std::string& key, int* shift) {
     if (own.size() != count && count == counter_.size()) {
       // The values were resampled to the log's clock with their own start set to zero: row k is as far from the

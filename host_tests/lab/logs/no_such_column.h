@@ -5,7 +5,8 @@
 
 namespace m100::lab::logs {
 
-/// Thrown for a column that a log does not have. A caller that read the name from a file rethrows it with the line.
+/// Thrown for a column that a CSV, ULog or ArduPilot log does not have. A caller that read the name from a file throws
+/// an InputError with that file and line instead.
 class NoSuchColumn : public InputError {
  public:
   using InputError::InputError;

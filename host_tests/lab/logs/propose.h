@@ -15,8 +15,8 @@ struct Proposal {
 };
 
 /// Recognises our own logs and CSV files, PX4, ArduPilot, ROS bags (DJI's topics first) and the published MAT-files by
-/// the names of their columns, and maps the columns that are present and mostly finite. nullopt: not recognised, or
-/// none of its columns is a signal. Cost: reads a few dozen columns of the log.
+/// the names of their columns, and maps signals whose columns (of a vector all three) are there and mostly finite.
+/// nullopt: not recognised, or none of its columns is a signal. Cost: reads a few dozen columns of the log.
 std::optional<Proposal> propose(const RawLog& log);
 
 }  // namespace m100::lab::logs

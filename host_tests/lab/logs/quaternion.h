@@ -14,7 +14,7 @@ using Quaternion = std::array<double, 4>;
 std::array<double, 3> euler_zyx(const Quaternion& q);
 
 /// Makes four series of parts a continuous series of unit quaternions: q and -q are the same rotation, and a log may
-/// switch between them at any sample. A quaternion whose length differs from 1 by more than a tenth becomes NaN.
+/// switch between them at any sample. A quaternion whose length differs from 1 by a tenth or more becomes NaN.
 /// @returns the number of those. Precondition: equal lengths.
 std::size_t make_continuous(std::array<std::vector<double>*, 4> parts);
 

@@ -42,14 +42,13 @@ class RawLog {
   RawLog& operator=(const RawLog&) = delete;
 
   /// @param asked_by the key of the column map that wants this column (for messages).
-  /// @throws InputError: no such column, or at least half of its values are not finite numbers (file, line, column).
+  /// @throws InputError: no such column, no number, or half of its values or more spoilt (empty CSV cells are not).
   virtual RawColumn column(const std::string& name, const std::string& asked_by) const = 0;
 
-  /// Names that column() accepts, at most kMaxNames of them, for `convert` and for messages.
+  /// Names that column() accepts, at most kMaxNames of them.
   virtual std::vector<std::string> names() const = 0;
   static constexpr std::size_t kMaxNames = 100'000;
 
-  /// The streams in the file, for `logs`.
   virtual std::vector<TopicSummary> topics() const { return {}; }
 
   /// "CSV", "ULog", ...

@@ -22,8 +22,8 @@ struct StreamDefects {
 };
 
 /// The samples in order of time. A single time stamp that jumps ahead or back between ordered ones is a spoilt sample.
-/// @param backwards receives the index of the sample at which time really runs backwards, or the size of the stream if
-///   it does not. Later samples are left out.
+/// @param backwards receives the index of the sample at which time really runs backwards, which is left out with all
+///   later ones, or the size of the stream if time does not.
 Stream without_defects(const Stream& stream, StreamDefects& untidy, std::size_t& backwards);
 
 /// Resamples the stream onto a grid of `size` times: linear interpolation, held beyond the ends.

@@ -55,8 +55,8 @@ void move_earlier(std::vector<double>& values, double samples) {
   }
 }
 
-/// Excludes gaps and a tenth of a second on either side of each from the outlier test, which uses neighbours within
-/// this time: a stick that is held there may jump without a hand.
+/// Excludes gaps, and a tenth of a second on either side of each, from the outlier test, which uses neighbours within
+/// this time: the log holds or interpolates a stick in a gap, so it may jump there without a hand.
 std::vector<char> exclude_gap_edges(std::vector<char> used, const std::vector<std::uint8_t>& gap, double period_s) {
   constexpr double kBeside_s = 0.1;
   const auto beside = static_cast<std::size_t>(std::lround(kBeside_s / period_s));
@@ -105,7 +105,7 @@ void append(std::vector<Finding> more, AxisSignals& out) {
   out.findings.insert(out.findings.end(), more.begin(), more.end());
 }
 
-/// Takes the axis' stick and the other stick from the log and repairs them.
+/// Takes the axis' stick and the other stick from the log, repairs them and shifts them earlier.
 void read_sticks(const logs::FlightLog& log, const AxisChannels& picked, const std::vector<Range>& requested,
                  double stick_earlier_s, AxisSignals& out) {
   const auto repaired = [&](Signal stick, std::vector<double>& counts, std::string& name) {
@@ -130,7 +130,7 @@ void read_response(const logs::FlightLog& log, const AxisChannels& picked, AxisS
   out.response_name = logs::name_of(picked.response);
 }
 
-/// Repairs the units of an attitude, then frozen samples and outliers inside of the ranges.
+/// Converts an attitude in degrees, reports contradicting units, excludes frozen samples and replaces outliers.
 void repair_response(const logs::FlightLog& log, const std::string& axis, const AxisChannels& picked,
                      const std::vector<Range>& requested, AxisSignals& out) {
   std::vector<char> used = mask_ranges(log, requested, kStart_s);

@@ -229,7 +229,7 @@ Found remove_frozen(const std::vector<double>& values, std::vector<char>& used, 
   return out;
 }
 
-/// Standard deviation of a signal's white noise: from the second differences over its own rows, over the root of six.
+/// Standard deviation of a signal's white noise: from second differences between its own rows, divided by root six.
 double sigma_of(const std::vector<double>& values, const std::vector<char>& used, std::size_t row) {
   std::vector<double> bends;
   for (std::size_t i = 2 * row; i < values.size(); ++i) {

@@ -13,13 +13,13 @@ namespace m100::lab::identify {
 
 // Defects that a log itself shows. Nothing here knows a model.
 
-/// Sets `valid` to 0 on the ground and for the first second after it, in every gap, and for `memory_s` after it,
+/// Sets `valid` to 0 on the ground and for the first second after it, in every gap, and for `memory_s` after each gap,
 /// because the past input is not known there. @param gap  of the signals that are used, as FlightLog::gap_of gives it
 void mask_unusable(const logs::FlightLog& log, const std::vector<std::uint8_t>& gap,
                    const std::vector<std::pair<double, double>>& ground, double memory_s, std::vector<char>& valid);
 
-/// How long a moving signal holds one value: the median length of its runs of equal samples. One sample period or less
-/// means that it is not held.
+/// How long [s] a moving signal holds one value: the median length of its runs of equal samples. One sample period or
+/// less means that it is not held.
 double hold_s(const std::vector<double>& values, const std::vector<char>& used, double period_s);
 
 struct SampleGrid {

@@ -13,11 +13,11 @@ namespace m100::lab::identify {
 // Converts ranges of the command line to the clock of the joined logs.
 
 /// Parses "12:38,40:55" (FROM:TO [s]) of one log, or "1@12:38,2@3:40" of several, numbered from 1, each on its own
-/// clock. @throws InputError naming option and range: no numbers, backwards, outside of its log, no log of that number.
+/// clock. @throws InputError naming option and range: none, no numbers, backwards, outside of its log, no such log.
 std::vector<Range> ranges(const std::string& option, const std::string& text, const logs::FlightLog& log);
 
-/// Parses "alternate:6": divides every log, or the ranges `within`, into whole pieces of 6 s that are used for training
-/// and validation in turn. @throws InputError as ranges(); for another keyword; for pieces shorter than 2.5 s.
+/// Parses "alternate:6": divides every log, or every range in `within`, into whole pieces of 6 s, for training and
+/// validation in turn. @throws InputError as ranges(); for another keyword; for pieces shorter than 2.5 s.
 void split(const std::string& text, const std::string& within, const logs::FlightLog& log, Request& request);
 
 /// Checks that ranges do not share samples of a flight, neither training with validation nor within one option. One

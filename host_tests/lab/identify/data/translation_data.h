@@ -37,7 +37,7 @@ enum class ForceProjection {
 ///
 /// a comes from velocity; without it from position; without both from the accelerometer. Every series passes the same
 /// filter, the slope of a least-squares line through 0.2 s of its integral (a parabolic weight on acceleration), twice
-/// if a comes from position. So measured and predicted accelerations lose the same detail.
+/// if a comes from position, and the mean over velocity_mean_s of the log: measured and predicted a lose the same.
 struct TranslationData {
   /// @throws InputError naming file and signal where the log has no attitude, or no signal of the motion. Precondition:
   ///   with ThrustSource::kSetPoint the log has thrust_ratio, with kTangents roll and pitch.
@@ -73,7 +73,7 @@ struct TranslationData {
   std::array<std::vector<double>, 3> velocity;   ///< [m/s]
   std::vector<double> heading_cosine;            ///< of the yaw angle; 1 where yaw is not logged
   std::vector<double> heading_sine;
-  std::vector<char> valid;      ///< 0 on the ground, and where the filter would reach into a gap
+  std::vector<char> valid;      ///< 0 on the ground and a second after it, and where the filter would reach into a gap
   std::vector<double> weights;  ///< of the filter, 2 margin + 1
   std::size_t margin = 0;
 };
@@ -81,8 +81,8 @@ struct TranslationData {
 /// Ranges of a log divided into blocks of 2.5 s and thinned to 25 Hz, for fits and errors. Rows are ordered by block,
 /// then by axis, then by sample.
 struct TranslationBlocks {
-  /// The data must outlive the blocks. Ranges may extend beyond the log's ends. Pieces shorter than half a block, or
-  /// less than half usable, are left out, so that there may be no block at all.
+  /// The data must outlive the blocks. Ranges may extend beyond the log's ends. Pieces with usable samples for less
+  /// than half a block are left out, so that there may be no block at all.
   /// @param head_s  the first seconds of each flight in the ranges, which become `head` instead; 0: none
   TranslationBlocks(const TranslationData& data, const std::vector<Range>& ranges, double head_s = 0.0);
 

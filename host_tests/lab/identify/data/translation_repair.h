@@ -18,7 +18,7 @@ logs::FlightLog repaired(const logs::FlightLog& log, const std::vector<Range>& r
 /// Tests whether another interpretation of the attitude predicts the measured acceleration much better than the column
 /// map's: other signs of roll and pitch, the two exchanged, a heading of the other sign, quarter and half turns. That
 /// is so if its RMS error is at most half of the map's, or at most 85 % of it and significantly smaller; the correct
-/// interpretation usually leaves a twentieth. Where the heading hardly changes, its sign cannot be found: the text
+/// one usually has a twentieth of the map's error. Where the heading hardly changes, its sign cannot be found: the text
 /// lists all interpretations that fit equally well. Also finds that attitude and acceleration differ in unit (degrees).
 /// @returns nothing if no other interpretation is much better and the units agree, or if roll or pitch is not logged.
 std::vector<Finding> misread_attitude(const logs::FlightLog& log, const std::vector<Range>& ranges);

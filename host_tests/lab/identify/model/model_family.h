@@ -23,12 +23,12 @@ inline bool has(const Structure& structure, std::string_view name) {
 struct Fit {
   Structure structure;
   std::vector<double> parameters;
-  std::string shape;            ///< variant of an effect where it has one
+  std::string shape;            ///< variants of its effects, one after another; empty: none
   double sum_of_squares = 0.0;  ///< over the blocks it was fitted to
   std::size_t free_parameters = 0;
 };
 
-/// Models of one kind. The training part is split into blocks, numbered 0 .. block_count() - 1 in time order.
+/// Models of one kind. The training part is split into blocks, numbered 0 .. block_count() - 1 range by range.
 /// Preconditions of all functions: `weights` has block_count() entries, none of them negative and at least one
 /// positive; a structure has its base model first and then effects that the family knows, each once.
 class Family {
@@ -44,7 +44,7 @@ class Family {
   /// Without `warm` it tries several starts. With `warm` of the same structure it starts there and takes few
   /// iterations. With `warm` of another structure, common parameters start there and new ones from several starts.
   virtual Fit fit(const Structure& structure, std::span<const int> weights, const Fit* warm) const = 0;
-  /// Searches a better optimum of the same structure, from other starts, and with each effect's parameters varied.
+  /// Searches a better optimum of the same structure, with the effects set to their starts in turn. Default: no search.
   virtual Fit polish(const Fit& fit, std::span<const int> weights) const {
     static_cast<void>(weights);
     return fit;
@@ -73,7 +73,7 @@ class Family {
     static_cast<void>(fit);
     return {};
   }
-  /// Whether the log cannot distinguish effect `name` from `rival`; then both are named, but only one is fitted.
+  /// Whether the log cannot distinguish effect `name` from `rival`. Then only `name` is fitted; `rival` is reported.
   virtual bool alias(const Fit& winner, const std::string& name, const std::string& rival) const {
     static_cast<void>(winner), static_cast<void>(name), static_cast<void>(rival);
     return false;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "firmware/core/eigen.h"
-// After our eigen.h, which redirects the checks.
+// Included after firmware/core/eigen.h, which makes Eigen's assertions call ours.
 #include <Eigen/Cholesky>
 
 namespace m100::lab::identify {

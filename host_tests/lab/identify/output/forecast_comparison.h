@@ -14,7 +14,6 @@ namespace m100::lab::identify {
 /// interval's width over 3.92). Empty where the forecast is for another axis.
 nlohmann::ordered_json compare_with_forecast(const nlohmann::json& forecast, const IdentifyResult& result);
 
-/// The comparison as text for the user.
 std::string forecast_sentence(const nlohmann::ordered_json& comparison);
 
 }  // namespace m100::lab::identify

@@ -41,7 +41,7 @@ std::string meaning_of(const std::string& effect) {
   return row == nullptr ? "" : std::string(row->sentence);
 }
 
-/// The part of the controller that handles the effect in flight.
+/// Which part of the controller handles the effect in flight, in words; empty: no such effect.
 std::string in_flight(const std::string& effect) {
   if (const model::AxisEffect* row = model::axis_effect(effect)) {
     return std::string(words(row->in_flight));
@@ -67,7 +67,6 @@ std::vector<plot::Span> validation_spans(const Figures& figures) {
   return spans;
 }
 
-/// An effect with its parameters.
 std::string described(const EffectResult& effect) {
   std::vector<std::string> numbers;
   for (const NamedInterval& p : effect.parameters) {
@@ -114,7 +113,7 @@ std::string remains(const IdentifyResult& r) {
          "." + floor;
 }
 
-/// Errors of the declared model and of the final one, and the change between them.
+/// Errors of the declared and of the final model, and the final validation error over the training error.
 void errors_table(plot::Page& page, const IdentifyResult& r) {
   const std::string unit = unit_of(r.axis);
   page.table(

@@ -12,7 +12,7 @@ namespace m100::lab::identify {
 struct ReportOrigin {
   std::string log;         ///< file name of the log
   std::string train;       ///< e.g. "12:38 s"
-  std::string validation;  ///< e.g. "38:55.5 s"; the same as `train`: parts in turn
+  std::string validation;  ///< e.g. "38:55.5 s"; equal to `train`: parts of it in turn
   bool simulated = false;  ///< the log was made by a simulator
 };
 

@@ -9,9 +9,9 @@
 namespace m100::lab::identify {
 
 // The result of `m100-lab identify`, the same for the stick axes and for translation: one field for each key of its
-// JSON, and the series that the report draws. Units: rad (roll, pitch), rad/s (yaw_rate), m/s (climb), m/s^2.
+// JSON, and the series of the report. Units: rad (roll, pitch), rad/s (yaw_rate), m/s (climb), m/s^2 (translation).
 
-/// A number and its 95 % block-jackknife interval.
+/// A number and its 95 % interval: block jackknife, widened by the spread over structures that the log allows.
 struct Interval {
   double value = 0.0;
   double low = 0.0;
@@ -28,7 +28,8 @@ struct NamedValue {
   double value = 0.0;
 };
 
-/// One structure fitted to the training part. Root mean squares are of the simulation error over 2.5 s blocks.
+/// One structure fitted to the training part. Root mean squares are over blocks of 2.5 s: of the simulated response's
+/// error, or of the predicted acceleration's (translation).
 struct ModelResult {
   std::vector<std::string> structure;  ///< base model first, then effects
   std::vector<NamedValue> parameters;
@@ -42,7 +43,7 @@ struct ModelResult {
 struct Rival {
   std::string name;
   double validation_rmse = 0.0;
-  double cv_ratio = 1.0;  ///< its cross-validated error over the winner's
+  double cv_ratio = 1.0;  ///< its cross-validated mean square over the final model's
 };
 
 /// One accepted effect: its parameters in the final model, and the evidence by which it was accepted.
@@ -57,7 +58,7 @@ struct EffectResult {
   std::vector<Rival> rivals;
 };
 
-/// One line of the candidate table, which lists every edit that was tried, accepted or not.
+/// One line of the candidate table: every single edit that was tried in a round, and the effects of accepted pairs.
 struct CandidateRow {
   int round = 0;  ///< 0: first addition
   std::string name;
@@ -71,11 +72,11 @@ struct CandidateRow {
 };
 
 struct Alignment {
-  double stick_shift_samples = 0.0;  ///< by how many samples the stick must be delayed to match the response
+  double stick_shift_samples = 0.0;  ///< by how many samples the reader moved the sticks later to match the response
   std::string evidence = "none";     ///< of the sticks: "sequence" or "none"
 };
 
-/// A finding about the log, the fit or the flight. `what` is one of the contract's names:
+/// A finding about the log, the fit or the flight. `what` is one of these names:
 /// sign_reversed, swapped_axes, wrong_unit, frozen, outliers, clock_shift, on_ground, gap, position_force, note.
 struct Finding {
   std::string what = "note";
@@ -113,7 +114,7 @@ struct Series {
 };
 
 struct Figures {
-  std::vector<double> t_s;       ///< of all series below: the training and validation ranges
+  std::vector<double> t_s;       ///< of all series below: the training blocks, then the validation blocks
   std::vector<char> validation;  ///< 1 where t_s lies in the validation part
   double sample_period_s = 0.0;  ///< of t_s inside of a range
   std::vector<Series> series;    ///< translation: "measured_x", "measured_y", ... one set per axis

@@ -90,7 +90,6 @@ Json change_points(const IdentifyResult& result) {
   return out;
 }
 
-/// Lines of formatted text.
 class Text {
  public:
   [[gnu::format(printf, 2, 3)]] void line(const char* format, ...) {

@@ -10,7 +10,7 @@ namespace m100::lab::identify {
 /// The result with the keys of `m100-lab identify --json`; series for figures are left out.
 nlohmann::ordered_json to_json(const IdentifyResult& result);
 
-/// The result as text for a terminal: declared and final model, errors before and after, findings, residual.
+/// The result as text for a terminal: both models and their errors, effects, intervals, changes, findings, verdict.
 std::string to_text(const IdentifyResult& result);
 /// The value of the key "refitted": believed and found parameters of one channel.
 nlohmann::ordered_json to_json(const std::vector<Refitted>& refitted);

@@ -7,8 +7,8 @@
 
 namespace m100::lab::identify {
 
-/// Writes the series of the figures (measured, both models, residuals; units of the axis) as CSV: `t_s`, `validation`
-/// (1 in the validation part), and a column for each series. @throws InputError: cannot be written.
+/// Writes the series of the figures as CSV: `t_s`, `validation` (1 in the validation part), and a column for each: the
+/// input in its own unit; measured, both models and residuals in the axis' unit. @throws InputError: cannot be written.
 void write_series(const IdentifyResult& result, const std::string& file);
 
 }  // namespace m100::lab::identify

@@ -76,7 +76,7 @@ double product(const std::vector<double>& a, const std::vector<double>& b, std::
 std::vector<std::pair<std::size_t, std::size_t>> stretches(const std::vector<double>& t_s, double sample_period_s) {
   std::vector<std::pair<std::size_t, std::size_t>> out;
   for (std::size_t i = 0; i < t_s.size(); ++i) {
-    // Blocks of translation end half a sample early, which is no gap.
+    // A block of translation may begin half a sample period early, which is no gap.
     const bool goes_on = i > 0 && std::abs(t_s[i] - t_s[i - 1] - sample_period_s) < 0.6 * sample_period_s;
     if (!goes_on) {
       out.emplace_back(i, i);

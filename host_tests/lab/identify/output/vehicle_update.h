@@ -9,7 +9,7 @@
 
 namespace m100::lab::identify {
 
-/// Writes an identified stick axis, or translation, into a vehicle.
+/// Writes an identified stick axis, or translation, into a vehicle. Roll and pitch also clear `design` and `robust`.
 /// @returns sentences about numbers that the vehicle file cannot hold; empty when it holds all of them.
 std::vector<std::string> put_axis(const IdentifyResult& result, model::Vehicle& vehicle);
 
@@ -20,8 +20,8 @@ std::vector<Refitted> refitted(const model::Vehicle& believed, const IdentifyRes
 /// refitted() with the believed vehicle read from the file `path`. @throws VehicleFileError.
 std::vector<Refitted> refitted(const std::string& path, const IdentifyResult& result);
 
-/// Updates the axis' section of a vehicle file, or creates the file; `source` names the log that gave the numbers.
-/// @returns what put_axis returns. @throws VehicleFileError.
+/// Updates the axis' section of a vehicle file, or creates the file; `source` names the log that gave the numbers. The
+/// axis' former intervals and rivals are removed. @returns what put_axis returns. @throws VehicleFileError.
 std::vector<std::string> update_vehicle_file(const std::string& path, const IdentifyResult& result,
                                              const std::string& source);
 

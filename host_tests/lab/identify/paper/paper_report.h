@@ -6,8 +6,8 @@
 
 namespace m100::lab::identify::paper {
 
-/// A number as the paper has it (NaN: not printed), as reproduced from the authors' own rows with their method, and as
-/// found after aligning the streams by their message counters.
+/// A number as printed in the paper (NaN: it is not), as reproduced from the authors' own rows with their method, and
+/// as found after aligning the streams by their message counters.
 struct ReproducedNumber {
   std::string quantity;
   double paper;

@@ -29,10 +29,10 @@ struct ScanHit {
 };
 
 /// Supremum over the middle 80 % of the time of LR(tau) = -N ln(1 - share of the whitened residual that columns 1[t >
-/// tau] explain in addition to the base columns). The autoregression is estimated from the residual with the change in
-/// it: without the change it would absorb a step entirely. Every row is scanned, because the profile is jagged.
+/// tau] explain in addition to the base columns). The autoregression is that of a fit which includes the change: that
+/// of a fit without it would absorb a step entirely. Every row is scanned, because the profile is jagged.
 /// @param columns  residual rows x 1 or 2: sensitivity of the parameter over the whole log
-/// @returns a ratio of 0 for fewer than 40 rows. Precondition: shapes agree. Cost: 48 whitenings, passes over the rows.
+/// @returns a ratio of 0 for fewer than 40 rows. Precondition: shapes agree. Cost: 50 whitenings, passes over the rows.
 ScanHit scan_change(const ScanRows& rows, const Columns& columns);
 
 }  // namespace m100::lab::identify

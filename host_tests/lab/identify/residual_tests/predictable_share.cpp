@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <random>
 
-// After our eigen.h, which redirects the checks.
+// Included after firmware/core/eigen.h, which makes Eigen's assertions call ours.
 #include <Eigen/Cholesky>
 
 namespace m100::lab::identify {

@@ -18,16 +18,15 @@ struct RegressorGroup {
 
 struct ResidualInput {
   double sample_period_s = 0.01;
-  double row_s = 0.0;                          ///< between the rows of the log file, where that is more
+  double row_s = 0.0;                          ///< between the rows of the log file, if that is longer
   std::vector<std::vector<double>> residuals;  ///< one per direction of motion; the stick axes have one
-  std::vector<std::size_t> block_begin;        ///< first sample of each block, ascending, the first is 0; blocks are
-                                               ///< the units that cross-validation leaves out
+  std::vector<std::size_t> block_begin;        ///< first samples of the blocks that cross-validation leaves out, from 0
   std::vector<double> time_s;                  ///< of each sample on the clock of its flight; empty: without a gap
   std::vector<std::size_t> flight;             ///< number of each sample's flight (own clock each); empty: one flight
   std::vector<RegressorGroup> groups;          ///< may explain the residual
   std::vector<RegressorGroup> activity;        ///< may explain its size
   /// For each sample or thinned row: error that the unknown input between two rows may cause, at least 0. It is
-  /// subtracted from the residual's size in the tests by regressors, by activity and for bursts. Empty: it is known.
+  /// subtracted from the residual's size in the tests by regressors, by activity and for bursts. Empty: no such error.
   std::vector<double> input_uncertainty;
   double noise_floor = 0.0;  ///< declared root mean square; 0: not declared
 };
@@ -66,15 +65,15 @@ struct ResidualFinding {
 /// block_begin is not empty. Cost: linear in samples, quadratic in the columns of a group.
 ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions& options);
 
-/// Appends the samples of another stretch to the groups of the same source and number of columns; an empty `into`
-/// becomes `more`. A group that is missing in one of the two is dropped, because its columns would be too short.
+/// Appends the samples of another stretch to the groups of the same source and number of columns. An empty `into` takes
+/// all of `more`. Later, a group that one of the two lacks is dropped, because its columns would be too short.
 /// Precondition: at least one group is common to all stretches.
 void merge(std::vector<RegressorGroup>& into, std::vector<RegressorGroup> more);
 
 /// Correlation of a series with itself `lag` samples earlier, about its mean or about zero. 0 without power.
 double autocorrelation(const std::vector<double>& values, std::size_t lag, bool about_mean);
 
-/// Lags of a channel as columns: the value `lag` samples ago, for each lag.
+/// Lags of a channel as columns: for each lag the value that many samples ago, or the first value.
 std::vector<std::vector<double>> lagged(const std::vector<double>& channel, const std::vector<std::size_t>& lags);
 
 }  // namespace m100::lab::identify

@@ -7,8 +7,8 @@
 
 namespace m100::lab::identify {
 
-/// The residual of a whitened fit without the part that its own parameters could still explain. It estimates for many
-/// other models whether fitting them is worth the time.
+/// The residual of a whitened fit without the part that its own parameters could still explain. It estimates cheaply
+/// how much better other models would fit.
 class ScoreTest {
  public:
   /// @param fit, free_parameters  a fit of the run and its free parameters. The run must outlive this object.

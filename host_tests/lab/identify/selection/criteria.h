@@ -24,22 +24,21 @@ double effective_sample_size(const std::vector<std::vector<double>>& blocks);
 /// The information criterion on whitened residuals, `without` minus `with` an effect of `extra` parameters: means over
 /// five samples (50 ms at 100 Hz), filtered by the autoregression of order 4 that whitens `with`. Slow air hides fast
 /// effects (a lead zero) from the criterion on the effective sample size, but not from this one. Both arguments hold
-/// the same blocks, sample by sample. @returns 0 where no block is long enough to be whitened.
+/// the same blocks, sample by sample. @returns 0 if no block is long enough, or one fit is exact.
 double whitened_criterion(const std::vector<std::vector<double>>& without, const std::vector<std::vector<double>>& with,
                           std::size_t extra);
 
 /// n_eff ln(mean square) + k ln(n_eff)
 double information_criterion(double mean_square, double effective_samples, std::size_t parameters);
 
-/// Comparison of two structures.
 struct Comparison {
   double cv_gain = 0.0;
   double delta_bic = 0.0;
   double delta_white = 0.0;
   double t = 0.0;
-  /// Share of the fit's error that the edit removes after the starts of the blocks. A block that begins while the stick
-  /// jumps starts from a wrong state; an edit that only corrects this (such as a rate limit together with a lead zero)
-  /// is no effect of the vehicle.
+  /// Share of the fit's sum of squares after the starts of the blocks that the edit removes; 0 without a cv_gain. A
+  /// block that begins while the stick jumps starts from a wrong state; an edit that only corrects this (such as a rate
+  /// limit together with a lead zero) is no effect of the vehicle.
   double gain_beyond_starts = 0.0;
 };
 

@@ -50,7 +50,7 @@ ForwardSelection::TriedEdit ForwardSelection::cross_validated_edit(const CrossVa
                                                                    double worth) const {
   TriedEdit tried{edit, {}, {}, false};
   tried.validated.fit = std::move(fit);
-  // An edit that does not fit better cannot predict better, so it is not cross-validated.
+  // An edit that hardly fits better, or worse than `worth`, could not be accepted, so it is not cross-validated.
   const double kept = tried.validated.fit.sum_of_squares / from.fit.sum_of_squares;
   if (1.0 - kept < options_.minimum_cv_gain || tried.validated.fit.sum_of_squares > worth) {
     tried.validated.cv_block = from.cv_block;
@@ -155,7 +155,7 @@ bool ForwardSelection::add_one() {
 }
 
 // `second` was accepted beside `first`. The two are a pair if `first` is also accepted beside `second`, and if both
-// together are accepted as an edit of `from`.
+// together are convincing as an edit of `from`, with a delta_bic above strong_delta_bic.
 std::optional<ForwardSelection::Pair> ForwardSelection::pair_of(const CrossValidatedFit& from, const TriedEdit& first,
                                                                 const CrossValidatedFit& other_alone,
                                                                 const TriedEdit& second) const {
@@ -189,8 +189,8 @@ std::optional<ForwardSelection::Pair> ForwardSelection::try_pair(const CrossVali
 }
 
 // Two effects may hide each other (a dead zone and a trim), so each must be accepted in addition to the other and have
-// a significant size there. Its gain alone is no evidence: it may be near zero, and may not have been cross-validated.
-// `tried` are the single edits of `from`, best first.
+// a significant size there. The gain of one without the other is no evidence: it may be near zero or not
+// cross-validated. `tried` are the single edits of `from`, best first.
 std::vector<ForwardSelection::Pair> ForwardSelection::pairs(const CrossValidatedFit& from,
                                                             const std::vector<TriedEdit>& tried, double worth,
                                                             std::size_t candidates) const {

@@ -10,8 +10,8 @@
 
 namespace m100::lab::identify {
 
-/// The search of select(): the present model and the moves that change it. forward_selection.cpp adds effects;
-/// rivals.cpp compares the effects that were found with their alternatives.
+/// The search of select(): the present model and the steps that change it. forward_selection.cpp adds and drops
+/// effects; rivals.cpp compares the effects found with their alternatives, and may exchange them.
 class ForwardSelection {
  public:
   ForwardSelection(const Family& family, const SelectionOptions& options);
@@ -37,7 +37,7 @@ class ForwardSelection {
     std::vector<TriedEdit> singles;  ///< best first; the effect itself among them
     std::vector<Pair> pairs;         ///< of `singles`, best first
   };
-  /// Two of the steps.
+  /// Indices of two of the steps.
   struct StepPair {
     std::size_t earlier, later;
   };
@@ -53,7 +53,7 @@ class ForwardSelection {
   TriedEdit cross_validated_edit(const CrossValidatedFit& from, const Family::Edit& edit, Fit fit,
                                  double worth = kAny) const;
   std::vector<TriedEdit> try_edits(const CrossValidatedFit& from) const;
-  /// Fits the best few edits again from default values, because the present fit ended at an edge.
+  /// Fits the three best edits again from default values, because the present fit ended at the edge of a range.
   void restart_from_defaults(const CrossValidatedFit& from, std::vector<TriedEdit>& tried) const;
   const TriedEdit* winner_of(const std::vector<TriedEdit>& tried) const;
   CrossValidatedFit polished(CrossValidatedFit validated) const;

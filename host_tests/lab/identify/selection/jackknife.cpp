@@ -8,7 +8,7 @@ namespace m100::lab::identify {
 namespace {
 
 /// 97.5 % quantile of Student's t, by the first terms of its expansion about the normal one (Abramowitz and Stegun
-/// 26.7.5): 1 % too small for three degrees of freedom, less for more.
+/// 26.7.5): 1 % too small for three degrees of freedom, less for more, 24 % for one.
 double student_t(double degrees) { return 1.959964 + (2.3723 + (2.8225 + 2.5559 / degrees) / degrees) / degrees; }
 
 }  // namespace

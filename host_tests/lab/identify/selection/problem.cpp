@@ -25,7 +25,7 @@ void report_progress(const Request& request, const std::string& line) {
   }
 }
 
-/// Removes effects whose validation error exceeds max_validation_ratio(): a veto, never a choice between candidates.
+/// Withdraws an effect if the validation error with it is not below max_validation_ratio() times that without it.
 void withdraw_unconfirmed(const Problem& problem, Selection& selection) {
   const Family& family = problem.family();
   const std::vector<int> all(family.block_count(), 1);
@@ -93,9 +93,9 @@ class Conclusion {
   }
 
  private:
-  /// The comparison with the larger probability of chance, of two: with the whole errors, and with the part that an
-  /// unknown input cannot have caused. Neither alone is evidence: an error from which most is subtracted as unknown is
-  /// no Gaussian series.
+  /// Compares the whole errors, and also the part of them that an unknown input cannot have caused; takes the result
+  /// with the larger probability of chance. Neither alone is evidence: an error from which most is subtracted is no
+  /// Gaussian series.
   ValidationComparison compared(const Fit& fit, std::vector<std::vector<double>> training,
                                 std::vector<std::vector<double>> validation) const {
     const std::size_t start = problem_.start_samples();

@@ -13,7 +13,7 @@ namespace m100::lab::identify {
 // From a request to its result, the same for the stick axes and for translation: select the effects, withdraw those
 // that the validation part does not confirm, test the residual, compute intervals, and derive the verdict.
 
-/// The series of one direction of motion, one value for each sample of training and validation part together.
+/// The series of one direction of motion: one value for each sample of the training blocks, then of the validation's.
 struct Trace {
   std::string suffix;         ///< of the series' names: "", or "_x", ...
   std::vector<double> input;  ///< the stick or command; for translation the acceleration of the tilted thrust
@@ -51,7 +51,7 @@ class Problem {
                                           std::vector<std::vector<double>>&) const {}
   /// Samples at the start of a block that depend on its initial state; none where a model has no memory.
   virtual std::size_t start_samples() const { return 0; }
-  /// Whether the rows of the log determine the initial states of blocks. Otherwise errors there are no evidence.
+  /// Whether the rows of the log determine the initial states of blocks. If not, errors at the starts are no evidence.
   virtual bool are_starts_measured() const { return true; }
   /// All results of the fit except its structure and parameters. Precondition: both parts have at least one block.
   virtual ModelResult errors_of(const Fit& fit) const = 0;
@@ -63,7 +63,7 @@ class Problem {
   };
   /// The reported parameters in the order of the structure; the same count for every fit of one structure.
   virtual std::vector<Parameter> parameters(const Fit& fit) const = 0;
-  /// The numbers whose spread the jackknife estimates: one for each of parameters(), which is monotone in it.
+  /// The numbers whose spread the jackknife estimates, one for each of parameters(); the parameter is monotone in it.
   virtual std::vector<double> coordinates(const Fit& fit) const = 0;
   /// The reported number `parameter` of the fit if its coordinate were `coordinate`.
   virtual double reported(const Fit& fit, std::size_t parameter, double coordinate) const = 0;
@@ -73,13 +73,13 @@ class Problem {
   virtual void examine(const Selection& selection, IdentifyResult& result) const = 0;
   /// Whether the named effects are probably side effects of the unexplained cause and not findings of their own.
   virtual bool are_side_effects(const Selection& selection, const IdentifyResult& result) const = 0;
-  /// Adds findings about the log and the effects, once the rest of the result is complete.
+  /// Adds the alignment, and findings about the log and the effects, once models, intervals and effects are complete.
   virtual void annotate(const Selection& selection, IdentifyResult& result) const = 0;
   virtual Traces traces(const Fit& declared, const Fit& final_fit) const = 0;
 };
 
 /// Selects effects and withdraws those that the validation part does not confirm. Preconditions: the request's declared
-/// structure is one of the problem's family (see check_declared); options as for select(). Cost: of select().
+/// structure is one of the problem's family (see check_declared); options as for select(). Cost: that of select().
 Selection select_effects(const Problem& problem, const Request& request, SelectionOptions options);
 
 /// Results about a log that do not come from the selection.
@@ -90,11 +90,11 @@ struct SideFindings {
 };
 
 /// Tests the residual, computes the intervals and the verdict (verdict.h). Precondition: the selection is of this
-/// problem. Cost: one warm fit for each group of blocks left out, and the residual test.
+/// problem. Cost: one warm fit for each group of blocks left out and for each effect, and at most two residual tests.
 IdentifyResult conclude(const Problem& problem, const Request& request, Selection selection,
                         SideFindings side_findings);
 
-/// The end of a message about an unknown effect, of an axis or of translation. See companion::did_you_mean().
+/// The end of a message about an unknown effect: the most similar known name (companion::did_you_mean()), or nothing.
 std::string effect_meant(std::string_view word);
 
 /// @throws InputError unless the first declared name is one of `bases`, and every other one is an effect that

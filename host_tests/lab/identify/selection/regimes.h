@@ -13,8 +13,8 @@
 
 namespace m100::lab::identify {
 
-/// The request limited to each side of a change on which a model can be selected and tested, the longer side first. A
-/// side of one log with too little training or no validation is split again, 2 to 1. Empty: no side is long enough.
+/// The request limited to each side of a change's interval where a model can be selected and tested, longer side first.
+/// A side of one log with too little training or no validation is split again, 2 to 1. Empty: no side is long enough.
 std::vector<Request> regimes_of(const Request& request, const Change& change);
 
 /// One side of a change, with the structure that was selected on it alone.

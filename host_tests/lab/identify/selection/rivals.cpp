@@ -7,20 +7,20 @@
 
 namespace m100::lab::identify {
 
-// Whether a cross-validated error is within the rival margin of the final model's.
+// Whether a cross-validated sum of squares is, in root mean square, within the rival margin of the final model's.
 bool ForwardSelection::near(double cv) const {
   return cv < (1.0 + options_.rival_margin) * (1.0 + options_.rival_margin) * out_.final_model.cv;
 }
 
 double ForwardSelection::error_ratio(const TriedEdit& one) const { return one.validated.cv / out_.final_model.cv; }
 
-// A rival that fits the training part clearly worse than the final model will not predict as well.
+// Largest training sum of squares of a rival: one that fits clearly worse than the final model predicts worse, too.
 double ForwardSelection::max_rival_ratio() const {
   return options_.max_rival_ratio * out_.final_model.fit.sum_of_squares;
 }
 
 // Compares every effect with every other edit, and with pairs of the best edits, in its place, with all other effects
-// kept. A better one replaces it; an equally good one is reported as not separable.
+// kept. A clearly better one, or a simpler one that is as good, replaces it; one nearly as good is a rival.
 bool ForwardSelection::exchange_or_record_rivals() {
   std::vector<Replacements> all;
   for (std::size_t at = 0; at < out_.steps.size(); ++at) {
@@ -145,8 +145,8 @@ bool ForwardSelection::join_or_record_pairs() {
   return false;
 }
 
-// Compares two effects with any single effect, and with any other two, in their place. A single effect that predicts as
-// well replaces them; two others that do are reported as not separable.
+// Compares two effects with any single effect, and with pairs of others, in their place. A single effect that predicts
+// as well replaces them, a pair only if it predicts clearly better. @returns whether they were replaced.
 bool ForwardSelection::join_or_record(const StepPair& two) {
   const Structure& whole = out_.final_model.fit.structure;
   const Structure one_less = family_.without(whole, out_.steps[two.later].name);
@@ -170,7 +170,7 @@ bool ForwardSelection::join_or_record(const StepPair& two) {
     accept_edit(*one);
     return true;
   }
-  // Two effects that hide each other are among the worst single ones, so two named effects are compared with all pairs.
+  // Two effects that hide each other are among the worst single ones: if only two are named, all pairs are compared.
   const std::size_t candidates = out_.steps.size() == 2 ? tried.size() : options_.pair_candidates;
   const std::vector<Pair> others = pairs(without, tried, max_rival_ratio(), candidates);
   return std::any_of(others.begin(), others.end(), [&](const Pair& pair) { return exchange_or_record(two, pair); });

@@ -16,18 +16,18 @@ namespace m100::lab::identify {
 struct SelectionOptions {
   double minimum_cv_gain = 0.04;
   double minimum_delta_bic = 6.0;
-  double minimum_delta_white = 15.0;  ///< alternative: this much on whitened residuals, with minimum_t_white
-  double min_delta_white = 8.0;       ///< needed in any case: logs with nothing hidden reach 7.1
-  double minimum_t_white = 1.0;       ///< minimum_t instead where the first criterion does not fall
+  double minimum_delta_white = 15.0;  ///< alternative: delta_white above this, with a paired t above minimum_t_white
+  double min_delta_white = 8.0;       ///< least delta_white in any case: logs with nothing hidden reach 7.1
+  double minimum_t_white = 1.0;       ///< where delta_bic is not above 0, minimum_t instead
   double minimum_t = 1.7;
-  double strong_delta_bic = 10.0;  ///< with this much, minimum_t_strong is enough
+  double strong_delta_bic = 10.0;  ///< above it, a paired t above minimum_t_strong is enough
   double minimum_t_strong = 0.3;
-  double rival_margin = 0.05;       ///< cross-validated root mean square within this of the winner's: not separable
-  double max_rival_ratio = 1.25;    ///< rivals above this ratio of mean squares are not cross-validated
-  double keep_cv_gain = 0.02;       ///< an earlier effect with a smaller gain is dropped
-  double simpler_margin = 0.02;     ///< within this, the candidate with fewer parameters wins
-  std::size_t pair_candidates = 6;  ///< when no single edit is accepted, pairs of this many best edits are tried
-  double split_gain = 0.15;         ///< a pair must be this much better than the single effect that it replaces
+  double rival_margin = 0.05;     ///< cross-validated root mean square within this share of the model's: not separable
+  double max_rival_ratio = 1.25;  ///< of training mean squares; a rival above it is not cross-validated
+  double keep_cv_gain = 0.02;     ///< an earlier effect with a smaller gain is dropped
+  double simpler_margin = 0.02;   ///< of the cross-validated mean square; within it, fewer parameters win
+  std::size_t pair_candidates = 6;  ///< so many best edits are paired if none is accepted alone, and as rivals
+  double split_gain = 0.15;         ///< share by which a pair that replaces one effect must reduce the mean square
   std::size_t pairs_up_to = 3;      ///< with more effects than this, no pair is tried in the place of one
   std::size_t folds = 5;
   std::size_t start_samples = 0;  ///< samples at the start of each block that depend on its initial state
@@ -35,7 +35,6 @@ struct SelectionOptions {
   std::function<void(const std::string&)> progress;  ///< called with one short line per effect found; may be empty
 };
 
-/// Cross-validated fit of one structure.
 struct CrossValidatedFit {
   Fit fit;                       ///< to all blocks
   std::vector<double> cv_block;  ///< sum of squares of each block, predicted by the fit to the other folds

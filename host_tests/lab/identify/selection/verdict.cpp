@@ -107,8 +107,8 @@ double incomplete_beta(double x, double a, double b) {
                                        : 1.0 - front * beta_fraction(1.0 - x, b, a) / b;
 }
 
-/// Whether the validation part looks like another vehicle's. For effects, which it has confirmed, and for changes only
-/// the ratio counts. Where slow rows hide the starts of the blocks, a large ratio alone is no evidence.
+/// Whether the validation part looks like another vehicle's. If effects, which it has confirmed, or changes were found,
+/// only the ratio counts. If none was, and slow rows hide the starts of the blocks, a large ratio alone is no evidence.
 bool is_another_vehicle(const ValidationComparison& parts, const CompletenessLimits& limits, bool named,
                         double maximum) {
   const bool little = std::sqrt(parts.beyond_start) < limits.min_ratio;
@@ -163,9 +163,9 @@ void check_completeness(const ValidationComparison& parts, const CompletenessLim
     return;
   }
   const double later_ratio = std::sqrt(parts.beyond_start);
-  // "Nothing missing" is judged by the whole error, a named effect by the error without the starts of the blocks: a
-  // strong lead zero makes the initial states of blocks wrong, although its name is right, and slow rows do not show
-  // them. A change keeps the whole error, because a wrong time of it shows there first.
+  // "Nothing missing" and a change are judged by the whole error: a wrong time of a change shows at the starts of the
+  // blocks first. The starts are left out beside a named effect, because a strong lead zero makes initial states wrong
+  // although its name is right, and where slow rows do not determine these states.
   const bool starts_count = result.effects.empty() && parts.are_starts_measured;
   const double maximum = starts_count || !result.changes.empty() ? rms_ratio : later_ratio;
   if (is_another_vehicle(parts, limits, !result.effects.empty() || !result.changes.empty(), maximum)) {

@@ -7,9 +7,8 @@
 
 namespace m100::lab::identify {
 
-// Decides whether the verdict may be "nothing missing": one rule for the stick axes and for translation.
+// The verdict "nothing missing", "explained" or "unexplained": one rule for the stick axes and for translation.
 
-/// Comparison of the prediction errors on validation and training part.
 struct ValidationComparison {
   double ratio = 1.0;         ///< mean square of validation over mean square of training
   double beyond_start = 1.0;  ///< the same ratio without the starts of the blocks; the F test uses it
@@ -21,7 +20,7 @@ struct ValidationComparison {
 };
 
 /// F test of two coloured residuals. Degrees of freedom: samples over the sum of squared autocorrelations (summed over
-/// both signs of the lag to the first value below 0.05), the number of independent squares that a coloured Gaussian
+/// both signs of the lag, up to the first value below 0.05), the number of independent squares that a coloured Gaussian
 /// series is worth. With eight training blocks or more they are limited by the spread of the blocks' mean squares,
 /// because gusty air is worth less. Errors are given block by block; they are correlated within a block, not across.
 ///
@@ -30,7 +29,7 @@ struct ValidationComparison {
 /// squares as it has samples, and no evidence about the model. So the F test leaves the starts out.
 /// @param parameters  number fitted to the training part; each takes one degree of freedom
 /// @param start  samples at the start of each block that depend on its initial state. A block that is not longer is
-///   left out; if that removed a whole part, nothing is left out.
+///   left out; a part of which nothing would remain keeps all its samples.
 ValidationComparison compare_validation(const std::vector<std::vector<double>>& training,
                                         const std::vector<std::vector<double>>& validation, std::size_t parameters,
                                         std::size_t start = 0);
@@ -41,17 +40,18 @@ double f_tail(double ratio, double numerator_degrees, double denominator_degrees
 /// Limits of check_completeness().
 struct CompletenessLimits {
   double min_probability = 0.003;  ///< of the F test, nominal; used only where nothing was named
-  double min_ratio = 1.1;          ///< of root mean squares; a smaller ratio is no other vehicle, however certain
-  double max_ratio = 1.5;  ///< of root mean squares; a larger one rules out "nothing missing" whatever the F test says,
-                           ///< and a name only if it is larger without the starts of the blocks, too;
-  double min_evidence = 0.05;  ///< of the F test, where slow rows hide those starts: above it, max_ratio does not count
+  double min_ratio = 1.1;  ///< of root mean squares without the starts of the blocks; a smaller one passes the F test
+  /// A larger ratio of root mean squares is refused whatever the F test says. The starts of the blocks are left out of
+  /// it if slow rows hide them or effects were named, unless a change was found.
+  double max_ratio = 1.5;
+  double min_evidence = 0.05;  ///< max_ratio needs a smaller probability if slow rows hide the starts, nothing is named
   double min_fit_percent = 50.0;  ///< a model that explains less than half of the motion is incomplete,
   double floor_factor = 2.0;      ///< unless the residual is within this factor of the declared or measured floor
 };
 
 /// Adds to `unexplained` the reasons against a complete model: the comparison of the two parts, and the fit. With
 /// `parts.across_a_change`, the change is the result and the parts need not agree. Preconditions: final_model,
-/// noise_floor and changes of the result are there.
+/// effects, changes and noise_floor of the result are set.
 void check_completeness(const ValidationComparison& parts, const CompletenessLimits& limits, IdentifyResult& result);
 
 /// Whether a finding rules out the verdict "nothing missing": all do except notes, gaps and time on the ground.

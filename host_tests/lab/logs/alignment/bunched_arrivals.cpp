@@ -76,7 +76,7 @@ double mean_of(const std::vector<double>& values) {
   return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
 }
 
-/// Removes the wraps of a counter of 8, 16 or 32 bits: steps back by nearly the whole range.
+/// Removes the wraps of a counter of 8, 16 or 32 bits: steps back by more than three quarters of the range.
 std::vector<double> without_wraps(std::vector<double> counter) {
   constexpr std::array kRanges{256.0, 65536.0, 4294967296.0};
   const double largest = *std::max_element(counter.begin(), counter.end());

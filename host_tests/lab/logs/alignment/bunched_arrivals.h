@@ -15,7 +15,7 @@ struct SpreadArrivals {
   bool by_counter = false;     ///< by the counter; otherwise by the regular rate
 };
 
-/// Whether more than two in five intervals between 32 arrivals or more, without holes, are below a third of the mean.
+/// Whether more than two in five intervals, without holes, are below a third of their mean; false below 32 arrivals.
 /// Independent arrivals (Poisson) have 28 %, and a regular stream with a jitter below a third of its interval has none.
 bool are_bunched(const std::vector<double>& arrival_s);
 

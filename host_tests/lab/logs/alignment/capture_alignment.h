@@ -27,7 +27,8 @@ FlightLog with_captured_velocity(FlightLog log, double lag_s);
 /// Moves the position earlier by its lag behind the attitude, found in the heading of the same source (extra pose_yaw).
 /// A source that is only recorded stamps its poses late by an unknown constant, and a lag of T looks like a drag that
 /// is smaller by T w^2, w the frequency of the motion [rad/s]: 10 ms made 0.27 1/s of 0.30. Then the autopilot's own
-/// velocity is left out, because it may read zero and has another delay. Adds a note about the lag.
+/// velocity is left out, because it may read zero and has another delay. Adds a note about the lag; only a note if it
+/// is unknown.
 FlightLog with_aligned_position(FlightLog log);
 
 /// The series delayed by `samples` (negative: advanced), with linear interpolation; the end values are held.

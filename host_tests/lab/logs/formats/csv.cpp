@@ -109,7 +109,7 @@ class CsvLog final : public RawLog {
 
   std::string format() const override { return "CSV"; }
 
-  /// The file as one stream; its clock is the first column with the name of a clock.
+  /// The file as one stream; its clock is the column with the first of these names that the file has.
   std::vector<TopicSummary> topics() const override {
     std::vector<double> clock(rows_.size(), std::numeric_limits<double>::quiet_NaN());
     for (const char* const name : {"t_s", "time_s", "time", "t", "timestamp", "Time"}) {

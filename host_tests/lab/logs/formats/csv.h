@@ -5,7 +5,7 @@
 
 namespace m100::lab::logs {
 
-/// Text separated by commas, semicolons or tabs; the first line has the names. Accepts quotes, CRLF, a byte-order mark.
+/// Text separated by commas, semicolons or tabs; its first line with text has the names. Reads quotes, CRLF and BOMs.
 std::unique_ptr<RawLog> open_csv(const std::string& file);
 
 }  // namespace m100::lab::logs

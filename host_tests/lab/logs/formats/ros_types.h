@@ -31,9 +31,9 @@ class RosType {
   static const char* known_definition(const std::string& type);
 
   using Visit = std::function<void(const std::string& path, double value)>;
-  /// Visits the numbers of a message in order. Paths are built only if `named`.
-  /// Arrays longer than 64 numbers (images, scans) and text are skipped. Cost: linear in the message's bytes, whatever
-  /// the definition says.
+  /// Visits the numbers of a message in order. Paths are built only if `named`. Text and arrays of more than 64 numbers
+  /// (images, scans) are skipped; of an array of structures the first 64 are visited. Cost: linear in the message's
+  /// bytes, whatever the definition says.
   /// @returns the fault of the message or its type; empty: none.
   std::string walk(std::string_view message, bool named, const Visit& visit) const;
 
@@ -47,7 +47,7 @@ class RosType {
   };
   struct Definition {
     std::vector<Field> fields;
-    bool has_bytes = false;  ///< it contains a value at some depth
+    bool has_bytes = false;  ///< a message of it has bytes; only then is it read
   };
 
   static Field field_of(const std::string& type, const std::string& name);
@@ -67,8 +67,8 @@ class RosTopic {
   std::string unknown;                                        ///< why the type cannot be read; empty: it can
   std::vector<std::pair<std::string_view, double>> messages;  ///< bytes, time of reception [s]
 
-  /// Decodes the numbers of all messages. A message that is damaged, or whose arrays differ in length from the first
-  /// message's, becomes NaN. Times: the header's time stamp, or without one the time of reception, minus start_s.
+  /// Decodes the numbers of all messages. A message that is damaged, or whose arrays differ in length from those of the
+  /// first sound one, becomes NaN. Times: the header's time stamp, or without one the time of reception, minus start_s.
   void decode(double start_s);
   const std::vector<std::string>& names() const { return names_; }
   const std::vector<double>& times() const { return time_s_; }

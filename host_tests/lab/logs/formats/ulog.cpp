@@ -15,7 +15,7 @@
 #include "host_tests/lab/whole_file.h"
 
 // ULog, as PX4 documents it: 16 bytes of header, then messages of {uint16 size, uint8 type, payload}. Definitions 'F'
-// name the fields of a format, subscriptions 'A' give a format a number, data 'D' carry that number and the bytes. The
+// name the fields of a format, subscriptions 'A' number its instances, data 'D' carry that number and the bytes. The
 // flags 'B' may announce data that were appended later, after a message that a loss of power cut short. PX4 omits
 // the padding at the end of a format, so a message may be shorter than its format says.
 

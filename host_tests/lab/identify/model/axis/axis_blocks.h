@@ -21,7 +21,7 @@ struct AxisData {
   double period_s = 0.01;
   double row_s = 0.0;         ///< between the logged rows of the response; 0: a period
   double stick_row_s = 0.0;   ///< between the logged rows of the stick, which may be shorter than a period; 0: a period
-  std::vector<double> stick;  ///< counts from neutral
+  std::vector<double> stick;  ///< counts from neutral, or commands in the axis' unit
   std::vector<double> other;  ///< stick of the other axis; empty: not logged
   std::vector<double> measured;      ///< unit of the axis
   std::vector<char> valid;           ///< 0: gap, ground or frozen; same length as measured
@@ -35,17 +35,17 @@ struct AxisData {
     return period_s * static_cast<double>(sample - begin);
   }
   double logged_stick_row_s() const { return stick_row_s > 0.0 ? stick_row_s : period_s; }
-  /// How long at most [s] a step of the stick may precede the reading that shows it: it may be at the start of its row.
-  /// A fast row is read as its mean (logs::period_means), a slower one as a straight line between rows whose samples
-  /// are held for a period.
-  /// @param step_s  logged_stick_row_s(); or, if that is shorter, kSlowestStick_s for a hand that moves smoothly
-  ///   between slow rows
+  /// Longest time [s] from a step of the stick, anywhere in its row, to the middle of the reading that shows it: half a
+  /// row where rows are averaged over a period (logs::period_means). Slower rows are read along a straight line, whose
+  /// samples are held for a period: there it is half of row and period together.
+  /// @param step_s  the row; for a hand that moves smoothly between slow rows kSlowestStick_s, if that is shorter
   double max_reading_lag_s(double step_s) const { return 0.5 * (1.5 * step_s < period_s ? step_s : step_s + period_s); }
   double time_s(std::size_t sample) const { return start_s + period_s * static_cast<double>(sample); }
 };
 
 /// Part of a log, divided into consecutive blocks. Each block starts from the measured state: value and slope of a
-/// quadratic through eleven samples. It ends before a gap; pieces below 1.25 s, or half a shorter block, are left out.
+/// quadratic through eleven samples. It ends before a gap. Pieces of less than 1.25 s, or of less than half a
+/// block that is shorter than 2.5 s, are left out.
 class AxisBlocks {
  public:
   struct Block {
@@ -72,19 +72,18 @@ class AxisBlocks {
   /// zero at invalid samples. An empty span of weights means all ones.
   /// @returns the number of values written.
   std::size_t error(const model::StickAxis& axis, std::span<const int> weights, std::span<double> out) const;
-  /// The simulated response of all blocks, one after the other.
+  /// The simulated response of all blocks, one after the other, in the unit of the axis.
   std::vector<double> response(const model::StickAxis& axis) const;
   /// Root mean square of error() over all blocks.
   double rmse(const model::StickAxis& axis) const;
-  /// 100 (1 - |error| / |measured - mean|).
+  /// 100 (1 - |error| / |measured - mean|); 0 where the measured response is constant.
   double fit_percent(const model::StickAxis& axis) const;
-  /// Frees what is kept between simulations to make them faster; an hour of log keeps 10 MB.
+  /// Frees what is kept between simulations to make them faster; an hour of log keeps 6 to 12 MB.
   void release_buffers() const;
 
  private:
   /// The response of at most kLanes blocks, one after the other. @returns the number of values written.
   std::size_t run(const model::StickAxis& axis, std::span<const Block* const> blocks, std::span<double> out) const;
-  /// @returns the number of values written.
   std::size_t simulate(const model::StickAxis& axis, std::span<const int> weights, std::span<double> out) const;
 
   const AxisData* data_;

@@ -26,7 +26,7 @@ class AxisFamily final : public Family {
   Structure without(const Structure& structure, const std::string& name) const override;
   bool is_significant(const Fit& fit, const std::string& name) const override;
   bool is_at_bound(const Fit& fit) const override;
-  /// The dead zone with a jump at its edge if the fit has none, without it if the fit has one.
+  /// If the fit has a dead zone: the same with a jump at its edge, or without that jump if it has one.
   std::vector<Fit> variants(const Fit& fit) const override;
 
   model::StickAxis model(const Fit& fit) const;
@@ -40,8 +40,8 @@ class AxisFamily final : public Family {
   double physical(const Fit& fit, std::size_t parameter) const;
   /// A fit of the same structure and shape with the parameters of `axis`, limited to their bounds.
   Fit with_parameters_of(Fit like, const model::StickAxis& axis) const;
-  /// Starting points for a structure with one more effect: each start and variant of the effect, or, where a start is
-  /// practically no effect, the smallest significant size.
+  /// Starting points for a structure with one more effect: each start and variant of the effect; the smallest
+  /// significant size where a start is the size without the effect.
   std::vector<Fit> starts_with_effect(const Edit& edit, const Fit& known) const;
   const AxisScale& scale() const { return scale_; }
   double period_s() const { return training_.data().period_s; }

@@ -10,12 +10,12 @@
 namespace m100::lab::identify {
 
 // Several flights of one vehicle share its parameters, but not the neutral point of their sticks: battery, load and the
-// pilot's own trim differ from flight to flight. One trim for all of them would be found as a change where they join.
+// pilot's own trim differ from flight to flight. With one trim for all, that would look like a change.
 
 /// Trim of one flight relative to the trim that all flights share, in the unit of the stick.
 struct FlightTrim {
   Interval size;       ///< deviation from the mean of all flights; 95 %, from the spread over blocks
-  bool known = false;  ///< the flight has blocks that show it
+  bool known = false;  ///< the flight has at least two training blocks
 };
 
 /// Estimates the deviations of the flights' trims from their mean, under `fit`, in the training part. A flight that is

@@ -91,8 +91,8 @@ struct ParameterJump {
   double size = 0.0;  ///< at which the fit starts
 };
 
-/// Gauss-Newton from `start`; the parameters given and a constant offset of the response are free. Cost: some ten
-/// iterations, each with one simulation per free parameter.
+/// Gauss-Newton from `start`; the parameters given, a constant offset of the response and the size of `change` are
+/// free. Cost: at most ten iterations, each with one simulation per free parameter and one to five trial steps.
 WhitenedFit fit_whitened(const FreeRun& run, const model::StickAxis& start,
                          std::span<const FreeParameter> free_parameters, const ParameterJump* change = nullptr);
 

@@ -14,9 +14,9 @@ namespace {
 
 using model::StickAxis;
 
-constexpr std::size_t kMaxKept = 100'000;  ///< samples; counts of an hour of log would take 12 MB
+constexpr std::size_t kMaxKept = 100'000;  ///< samples of a stretch; two results of an hour would take 6 MB
 
-/// Whether both make the same commands from every stick: they differ in delay and dynamics alone.
+/// Whether both make the same commands from every stick: they differ at most in delay and dynamics.
 bool same_commands(StickAxis a, const StickAxis& b) {
   a.time_constant_s = b.time_constant_s;
   a.natural_frequency_rad_s = b.natural_frequency_rad_s;

@@ -31,7 +31,6 @@ class StickCommands {
   const Stretch& operator[](std::size_t stretch) const { return stretches_[stretch]; }
   /// Commands from `past` to `end`, valid until a third axis is requested. `data` must be the same in every call.
   const std::vector<double>& of(const AxisData& data, const model::StickAxis& axis, std::size_t stretch) const;
-  /// Frees both results.
   void release() const { results_ = {}; }
 
  private:

@@ -32,7 +32,7 @@ bool has_negative_drag(const Structure& structure, const Vector& linear) {
   });
 }
 
-/// Bounds of the linear parameters, as the effects declare them: drag never accelerates, whatever else is fitted.
+/// Bounds of the linear parameters that effects report themselves or as gains; others have none. No drag accelerates.
 struct Bounds {
   Vector low;
   Vector high;

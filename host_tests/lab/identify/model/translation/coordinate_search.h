@@ -16,8 +16,8 @@ Vector measured_rows(const TranslationBlocks& part);
 
 struct Solution {
   Vector linear;
-  double sum_of_squares = 0.0;
-  std::vector<double> winds;  ///< of the flights, x and y in turn, where they are fitted, too (flight_winds.h)
+  double sum_of_squares = 0.0;  ///< weighted; times ten if a progressive drag is not positive, although there is wind
+  std::vector<double> winds;    ///< of the flights, x and y in turn, where they are fitted, too (flight_winds.h)
 };
 
 /// Weighted least squares within the bounds of the effects, for given searched parameters. `measured` has part.rows

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-// After our eigen.h, which redirects the checks.
+// Included after firmware/core/eigen.h, which makes Eigen's assertions call ours.
 #include <Eigen/Cholesky>
 
 #include "host_tests/lab/identify/model/translation/coordinate_search.h"

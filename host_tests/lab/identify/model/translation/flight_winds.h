@@ -23,8 +23,8 @@ using Winds = Eigen::Matrix<double, 2, Eigen::Dynamic>;
 /// seconds* (TranslationBlocks::head): least squares over the head of each flight, in which no error is counted. This
 /// is the whole wind, so the model has none.
 ///
-/// Both enter linearly. Subtracting them from the target and from every column of a regression equals a joint fit,
-/// exactly and without a search.
+/// Both enter linearly: subtracting them from the target and from every column of a regression fits them together with
+/// its linear parameters, without a search.
 class FlightWinds {
  public:
   /// `part` must outlive this object. Cost: that of two columns of a regression, if active().
@@ -35,7 +35,6 @@ class FlightWinds {
   /// rows of the part. @param head  its values in the rows of the part's head, which alone count if there is one.
   /// @param weights  one for each block of the part, unused with a head; empty: all 1. A flight without a block gets 0.
   Winds of(const Vector& rows, const Vector& head, std::span<const int> weights) const;
-  /// Subtracts winds from rows.
   void take(const Winds& winds, Vector& rows) const;
   /// Applies of() and take() to each column of a regression and to its target.
   void take_from(Matrix& columns, const Matrix& head_columns, Vector& target, const Vector& head_target,
@@ -65,7 +64,7 @@ bool are_distinct(const std::vector<FlightWind>& winds);
 /// The winds in one sentence for the report.
 std::string describe(const std::vector<FlightWind>& winds);
 
-/// Number (from 1) of the first flight whose head has no usable block although the flight has blocks; 0: none.
+/// Number (from 1) of the first flight that has blocks, but none in its head; 0: there is no such flight.
 /// Precondition: the part has a head.
 std::size_t flight_without_head(const TranslationBlocks& part);
 

@@ -16,8 +16,8 @@ struct BlockNormals {
   std::vector<double> square;
 };
 
-/// Normal equations of the training part. The folds of a cross-validation, the blocks left out one by one and the steps
-/// of a search ask for the same ones again and again; the ones used last are kept, at most 16 MiB of them.
+/// Normal equations of the training part. The folds of a cross-validation, the groups of the jackknife and the steps of
+/// a search need the same ones again and again; the ones used last are kept, about 16 MiB of them.
 class NormalEquations {
  public:
   /// `part` and `measured` (part.rows values) must be the same in every call. The result is valid until the next call.

@@ -28,7 +28,7 @@ struct TranslationDataSet {
   double rmse(const std::vector<double>& predicted) const;
   /// 100 (1 - |error| / |measured - mean|), the mean of each axis by itself.
   double fit_percent(const std::vector<double>& predicted) const;
-  /// Rows of one axis in time order.
+  /// Rows of one axis, block by block.
   std::vector<double> axis(const std::vector<double>& rows, std::size_t c) const;
   /// Root mean square error of the mean acceleration over each horizon: the error of the predicted velocity change
   /// divided by the horizon.

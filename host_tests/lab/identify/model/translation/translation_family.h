@@ -48,9 +48,9 @@ class TranslationFamily final : public Family {
   /// Whether the log can show the effect; not a wind that --wind-from-first estimates. Precondition: supports(name).
   bool is_observable(const std::string& name) const;
 
-  /// Whether a log without thrust set point supports the rigid body of `other` (about 1) or that of `present` (about 0;
-  /// the same samples): the coefficient of their difference in a regression with the linear effects and the strongest
-  /// peak.
+  /// Which rigid body a log without thrust set point supports: about 1 for that of `other`, about 0 for that of
+  /// `present`, both with the same samples. The number is the coefficient of their difference in a regression that also
+  /// has the linear effects and the strongest peak.
   static double preference(const TranslationBlocks& present, const TranslationBlocks& other);
 
  private:

@@ -40,7 +40,7 @@ const std::array<Slot, kSearched>& slots();
 /// Index into slots() of an effect's first searched parameter, which it must have.
 std::size_t slot_of(const model::TranslationEffect& effect);
 
-/// One value for each parameter that any effect declares as searched, 0 if the structure lacks the effect. A fit's
+/// One value for each parameter that any effect declares as searched, 0 if the structure does not search it. A fit's
 /// parameters begin with these values; the linear parameters follow in the order of the structure.
 using SearchPoint = std::array<double, kSearched>;
 /// The searched parameters of a fit. Precondition: it has at least kSearched parameters.
@@ -60,7 +60,7 @@ std::size_t column_of(const Structure& structure, std::string_view wanted);
 /// The linear parameters of an effect. Precondition: the fit's structure has it.
 std::span<const double> linear_of(const Fit& fit, std::string_view name);
 
-/// Memory of series as long as the log, which is used again by every regression.
+/// Series as long as the log, whose memory every regression uses again.
 struct MomentSeries {
   std::vector<model::Moment> moments;  ///< only where a block needs them
   std::vector<double> thrust;
@@ -69,7 +69,7 @@ struct MomentSeries {
   std::array<std::vector<double>, 3> raw;
 };
 
-/// Filtered columns of one part of a log, those used last, at most 16 MiB of them. A step of the search changes one
+/// Filtered columns of one part of a log, those used last, about 16 MiB of them. A step of the search changes one
 /// parameter, and an edit adds one effect: most columns of a regression are those of the one before.
 class ColumnCache {
  public:
@@ -115,7 +115,7 @@ class Regression {
   /// Takes a column from the cache, or fills it.
   template <typename Column, typename Law>
   void take(ColumnCache::Key key, ColumnCache* cache, Column&& out, bool outer, Law&& law);
-  /// Fills rows with the filtered acceleration u(sample); the log shows only a part of it if `outer`.
+  /// Fills `out` with the filtered acceleration `law` at each sample; of an `outer` force, the part that the log shows.
   template <typename Column, typename Law>
   void fill(Column&& out, bool outer, Law&& law);
   /// The part of an outer acceleration that the log shows.

@@ -123,7 +123,7 @@ double min_doubted(const Candidate& candidate, const WhitenedFit& fit, const Axi
   const bool delay = candidate.free_parameter.member == &StickAxis::transport_delay_s;
   const double error_s =
       std::hypot(fit.sigmas.back(), step_time_error_s(data, -1e9, date_s), step_time_error_s(data, date_s, 1e9));
-  // Or the rows begin to fall on other samples of the stick itself, which moves all steps alike.
+  // The rows may also begin to fall on other samples of the stick itself, which shifts all its steps alike.
   const double beat_s = is_stick_undersampled(data) ? std::min(AxisData::kSlowestStick_s, 0.5 * data.stick_row_s) : 0.0;
   return delay ? std::max({kMinDelayChange_s, beat_s + kErrors * fit.sigmas.back(), kErrors * error_s})
                : candidate.min_relevant;
@@ -255,7 +255,7 @@ void date_again(const FreeRun& run, const std::vector<FreeParameter>& free_param
 }
 
 /// Mean square of the innovations of the whole log over that of its noisier side, at most one. If turbulence grows
-/// during the log, every change looks likelier than it is; so the ratio is scaled to the variance of the noisier side.
+/// during the log, every change looks likelier than it is; so its likelihood ratio is multiplied by this.
 double quiet_share(const FreeRun& run, const TriedChange& tried) {
   Rows white = run.error(tried.fit.before, tried.fit.after, tried.hit.at_s).array() - tried.fit.offset;
   run.whiten_rows(autoregression(white, run.segments()), white);
@@ -342,7 +342,7 @@ ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit
   if (best == tried.end()) {
     return out;
   }
-  // The autoregression of the fit without a change absorbs a step: for it the scan's ratio counts.
+  // The autoregression of the fit without a change absorbs a step, so the scan's ratio counts if it is larger.
   const double ratio = quiet_share(run, *best) * std::max(steady.score - best->fit.score, best->hit.likelihood_ratio);
   const double size = best->fit.after.*best->candidate->free_parameter.member -
                       best->fit.before.*best->candidate->free_parameter.member;

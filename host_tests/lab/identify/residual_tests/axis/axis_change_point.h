@@ -9,13 +9,13 @@
 
 namespace m100::lab::identify {
 
-/// The free parameters of a fit, to be fitted again to whitened free runs; without the gain of the other stick and the
-/// width of a dead zone with a jump, on which the error does not depend smoothly.
+/// The free parameters of a fit, to be fitted again to whitened free runs; without the gain of the other stick, and
+/// without the width of a dead zone with a jump, on which the error does not depend smoothly.
 std::vector<FreeParameter> free_parameters_of(const AxisFamily& family, const Fit& fit);
 
 /// Likelihood ratio from which on a change is named.
 inline constexpr double kCertainChange = 30.0;
-/// From this likelihood ratio on, "nothing missing" is ruled out (24 left no false change in 480 other healthy logs).
+/// From this likelihood ratio on, "nothing missing" is ruled out. No change reached it in 480 other healthy logs.
 inline constexpr double kLikelyChange = 24.0;
 /// Below this likelihood ratio a change is chance: over all times and five parameters, 1 healthy log of 100 exceeds it.
 inline constexpr double kChanceChange = 16.0;
@@ -23,7 +23,7 @@ inline constexpr double kChanceChange = 16.0;
 /// The parameter that changed in flight: gain, frequency, damping, transport_delay, dead_zone or trim_offset.
 struct ChangePoint {
   bool found = false;
-  bool likely = false;  ///< not found, because it is less certain or smaller; the other members are set all the same
+  bool likely = false;  ///< not found, but likely and large enough for a doubt; the members below are set, too
   Change change;
   double score = 0.0;            ///< of the model with the change, refitted (see WhitenedFit)
   std::size_t numbers = 0;       ///< of free parameters beside the change

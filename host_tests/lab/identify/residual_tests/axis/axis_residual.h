@@ -58,8 +58,8 @@ std::vector<std::string> residual_findings(const Request& request, const AxisDat
 double noise_floor_at_rest(const AxisDataSet& part, const model::StickAxis& model, double minimum_counts);
 
 /// Error of the response that the unknown stick between its rows may cause, for each sample of the ranges' blocks, one
-/// after the other: the larger difference to the responses to the two sticks of hold_between_rows(). In rows of a
-/// sample or less, to a stick that is half a row earlier. Zero where the stick rests.
+/// after the other: the larger difference between the response and those to the two sticks of hold_between_rows(). In
+/// rows of a sample or less: the difference to that of a stick half a row earlier. Zero where the stick rests.
 std::vector<double> intersample_error(const AxisData& data, const std::vector<Range>& ranges,
                                       const model::StickAxis& model, double block_s = AxisBlocks::kBlock_s);
 

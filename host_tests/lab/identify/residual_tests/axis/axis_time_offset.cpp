@@ -18,9 +18,9 @@ constexpr double kEarliest_s = -0.2;
 constexpr double kMargin = 6.0;  // of the likelihood ratio, for a certain net shift
 constexpr double kMinSigmas = 3.0;
 constexpr double kErrors = 2.0;
-constexpr double kHalfOfTen_s = 0.005;  // nearer to -10 ms than to none
+constexpr double kHalfOfTen_s = 0.005;  // a larger shift is nearer to -10 ms than to none
 
-/// A first order as a heavily damped second order with the same motion.
+/// A first order as a second order of 60 rad/s with nearly the same motion; a second order is returned unchanged.
 StickAxis second_order(StickAxis axis) {
   if (axis.is_first_order()) {
     axis.natural_frequency_rad_s = 60.0;
@@ -37,8 +37,8 @@ std::vector<FreeParameter> free_parameters_of(const StickAxis& axis) {
           {"damping", &StickAxis::damping_ratio, 0.01 * axis.damping_ratio, 0.05, 80.0}};
 }
 
-/// The largest shift that the unknown times of the stick's steps explain. Rows may keep time with the stick's own
-/// samples, so that each of these is read equally late; with slower rows a hand does not keep time.
+/// The largest shift that the unknown times of the stick's steps explain. Rows may be synchronous with the stick's own
+/// samples, so that each of these is read equally late; a hand is not synchronous with slower rows.
 double explained_shift_s(const AxisData& data) {
   const double own_s = std::min(AxisData::kSlowestStick_s, data.logged_stick_row_s());
   return std::max(kHalfOfTen_s, data.max_reading_lag_s(own_s) + kErrors * step_time_error_s(data, -1e9, 1e9));

@@ -11,8 +11,8 @@ namespace m100::lab::identify {
 
 /// Smallest likelihood ratio of a change over all hypotheses about an undersampled stick (intersample_hypotheses.h),
 /// with weighed innovations; infinity where the stick is not undersampled. Below kCertainChange the unknown moment of a
-/// step of the stick may have caused the change: then it is not named; from kChanceChange on it still rules out the
-/// verdict "nothing missing".
+/// step of the stick may have caused the change, which is then not named; a ratio from kChanceChange on still rules out
+/// the verdict "nothing missing".
 double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                  const Fit& fit, const ChangePoint& change);
 

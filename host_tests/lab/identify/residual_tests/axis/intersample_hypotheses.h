@@ -47,8 +47,8 @@ class IntersampleHypotheses {
   FreeRun as_logged_;
 };
 
-/// Whether a lead zero t only restores what an undersampled stick loses at a frequency w: a line between rows T apart
-/// loses (w T)^2 / 12, a held stick half of that; the zero restores (w t)^2 / 2, so below T / 2 it may do no more.
+/// Whether a lead zero t may only restore what an undersampled stick loses at a frequency w: a line between rows T
+/// apart loses (w T)^2 / 12, a held stick half of that; the zero restores (w t)^2 / 2, at T / 2 as much as both.
 bool sharpens_rows(const AxisData& data, const model::StickAxis& model);
 
 /// Standard error of a mean delay between two times, for an undersampled stick whose every movement between two rows

@@ -133,7 +133,7 @@ class WeakEffectSearch {
   const AxisFamily& family_;
   std::vector<Fitted> shapes_;
   /// Ratio that the best of all tests exceeds by chance in one log of a thousand: the union of the tails of chi-square
-  /// with two degrees of freedom, exp(-ratio / 2). No effect has more than two parameters.
+  /// with two degrees of freedom, exp(-ratio / 2). No effect adds more than two parameters.
   double chance_ = 0.0;
   double worth_ = 0.0;  ///< of out_: its ratio less the Schwarz penalty of its parameters
   std::optional<WeakEffect> out_;

@@ -21,7 +21,7 @@ struct WeakEffect {
 /// likelihood ratio shows; such an effect rules out the verdict "nothing missing". Each effect starts at several sizes,
 /// and is fitted where a step toward it promises a better score; where the model jumps at its dead zone's edge, also
 /// together with a dead zone without the jump. An effect is certain only if all IntersampleHypotheses confirm it; rows
-/// after a step of an undersampled stick count less. Cost: a simulation for each starting point, a few fits.
+/// after a step of the stick count less. Cost: a simulation for each starting point, a few fits.
 /// @returns nothing where no effect of significant size exceeds the ratio that chance exceeds in one log of a thousand.
 std::optional<WeakEffect> weak_effect(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                       const Fit& fit);

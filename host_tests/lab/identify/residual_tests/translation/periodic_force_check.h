@@ -9,7 +9,7 @@
 namespace m100::lab::identify::translation {
 
 /// Whether a spectral peak in the residual may be named as a periodic force: the vehicle itself must not move with that
-/// period, and an oscillation fitted to the first part of the training must predict the rest. A periodic force passes
+/// period, and an oscillation fitted to the first 60 % of the training must predict the rest. A periodic force passes
 /// this; an oscillation that is excited again and again does not. Preconditions: the fit is of `family`, to all blocks
 /// of `training`, and has the effect, which is_periodic, with a cosine and a sine column for each horizontal axis.
 bool is_periodic_force(const Family& family, const TranslationBlocks& training, const Fit& fit,

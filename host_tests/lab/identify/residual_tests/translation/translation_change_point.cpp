@@ -56,7 +56,7 @@ std::vector<ScanRow> thinned(const std::vector<const TranslationDataSet*>& parts
 
 double time_s(const ScanRow& place) { return place.part->data.time_s(place.sample); }
 
-/// Axis after axis; a segment ends with its axis, and at a hole.
+/// The rows of all axes, one axis after the other; a segment ends with its axis, and at a hole in the log.
 ScanLayout scan_layout(const std::vector<const TranslationDataSet*>& parts) {
   ScanLayout out;
   const double longest_s = 1.5 * static_cast<double>(kThin) * parts.front()->blocks.sample_period_s;
