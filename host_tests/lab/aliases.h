@@ -22,7 +22,7 @@ inline constexpr std::array kAliases{
     Alias{"limit_cycle_detected_s", "swing_noticed_s"},  // campaign's flights
 };
 
-/// Today's form of a name, or of the part of it before the first dot ("calm_law" of "calm_law.course").
+/// Today's form of a name. Of a name with a dot ("calm_law.course") pass only the part before the first dot.
 inline std::string_view alias_of(std::string_view part) {
   for (const Alias& alias : kAliases) {
     if (part == alias.before) {
@@ -32,7 +32,7 @@ inline std::string_view alias_of(std::string_view part) {
   return part;
 }
 
-/// A document of any version with every key in today's form; values stay. Json is nlohmann::json or ordered_json.
+/// A document of any version with every key, inner ones too, in today's form. Json is nlohmann::json or ordered_json.
 template <typename Json>
 Json with_current_names(const Json& read) {
   if (read.is_array()) {

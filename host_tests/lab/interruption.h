@@ -21,7 +21,7 @@ inline Interruption& interruption() {
   return one;
 }
 
-/// From now on SIGINT ends the running child, prints the text, and then ends the program as SIGINT does by default.
+/// From now on SIGINT ends the running child by SIGTERM, prints the text, and then ends the program as by default.
 inline void explain_interruption(std::string text) {
   if (::signal(SIGINT, SIG_DFL) == SIG_IGN) {  // our parent process wants SIGINT ignored
     ::signal(SIGINT, SIG_IGN);

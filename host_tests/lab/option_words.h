@@ -45,10 +45,10 @@ inline double number(const std::string& option, const std::string& text) {
   return std::strtod(text.c_str(), nullptr);
 }
 
-/// The word of --law for the paper's configuration (model::paper_configuration): the MPC at 100 commands a second.
+/// The word of --law for model::paper_configuration(): the MPC, with 100 commands a second unless --rate is given.
 inline constexpr const char* kPaperLaw = "paper";
 
-/// The horizontal law that --law names. @throws InputError: there is no such law.
+/// The horizontal law that --law names; "paper" names the MPC. @throws InputError: there is no such law.
 inline mpc::Law law_of(const std::string& word) {
   const std::optional<mpc::Law> law = mpc::law_of(word == kPaperLaw ? "mpc" : word);
   if (!law) {

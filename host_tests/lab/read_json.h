@@ -56,8 +56,8 @@ inline std::size_t end_of_quoted(std::string_view text, std::size_t quote) {
   return at;
 }
 
-/// Whether a JSON text is small enough to parse: the library recurses once per nesting level, and an ordered object
-/// compares each new name with all earlier ones (150 000 names take half a minute).
+/// Whether a JSON text is within both limits: copying and writing a value recurse once per nesting level, and an
+/// ordered object compares each new name with all earlier ones (150 000 names take half a minute).
 inline bool is_modest_json(std::string_view text) {
   OpenBrackets brackets;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -77,7 +77,7 @@ Json parse_json(std::string_view text) {
 }
 
 /// Calls `use`, which reads values from a file's JSON. @throws InputError: a value is missing or has the wrong type.
-/// @param lacks begins the message: why the file is not accepted.
+/// @param lacks the message's first words: why the file is not accepted.
 template <typename Use>
 auto of_json(const std::string& file, const char* lacks, const Use& use) {
   try {

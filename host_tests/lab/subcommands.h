@@ -10,7 +10,7 @@ namespace m100::lab {
 /// Exit codes of m100 and m100-lab (documented in --help).
 enum ExitCode : int { kDone = 0, kAnswerIsNo = 1, kBadInput = 2 };
 
-// Each subcommand lives in a file of its own and adds itself here. Its callback throws InputError for bad input and
+// Each function adds one subcommand to `lab`. The subcommand's callback throws InputError for bad input and
 // CLI::RuntimeError(kAnswerIsNo) when the answer is no.
 void add_campaign(CLI::App& lab);
 void add_convert(CLI::App& lab);

@@ -10,7 +10,7 @@
 
 namespace m100::lab {
 
-/// Throws unless `file` is a regular file that can be opened: a device or a pipe has no end. @throws InputError
+/// Throws unless `file` exists and is a regular file: a device or a pipe has no end. @throws InputError
 inline void require_regular(const std::string& file) {
   if (const std::string why = companion::why_not_read(file); !why.empty()) {
     throw InputError(file, 0, "", why);

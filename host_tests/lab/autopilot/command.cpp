@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab autopilot: emulates an N1 autopilot with its vehicle, on a pseudo-terminal in real time, or on simulated
-// ports that also carry the simulated time.
+// m100-lab autopilot: emulates an N1 autopilot with its vehicle, on a pseudo-terminal in real time, on simulated ports
+// that also carry the simulated time, or in lockstep with a flight image in QEMU.
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <csignal>

@@ -14,7 +14,7 @@
 namespace m100::lab::autopilot {
 
 /// Writes JSON lines: the events that the autopilot received and caused, and ten times a second the true position,
-/// velocity and tilt of the aircraft. The last line is a summary: the autopilot's counters, and who has control.
+/// velocity, roll and pitch of the aircraft. The last line is a summary: the autopilot's counters, and who has control.
 class EventFile {
  public:
   /// Who waits for the disk.
@@ -23,14 +23,14 @@ class EventFile {
     kInAThread,  ///< a thread: in real time a stalled disk must not stop telemetry and poses. If the program is
                  ///< killed, the lines that the thread has not yet written are lost.
   };
-  /// @throws InputError
+  /// @throws InputError: the file cannot be written.
   EventFile(const std::string& path, WriteMode writes);
 
   void write(const sim::N1Event& event);
-  /// Writes the true state if a tenth of a second has passed since the last one.
+  /// Writes the true state if the next tenth of a second has begun; other calls write nothing.
   void write_truth(core::TimePoint now, const sim::VehicleState& state);
-  /// @param longest_lag longest time that the machine delayed the autopilot: its time stamps are late by up to that.
-  /// Waits until every line is written; nothing may be written after this call.
+  /// Writes the last line and waits until every line is written; nothing may be written after this call.
+  /// @param longest_lag longest time between two steps of the autopilot: time stamps are late by up to that.
   /// @throws InputError if this line or an earlier one could not be written.
   void summarise(core::TimePoint now, const sim::N1Autopilot& autopilot, core::Duration longest_lag);
 

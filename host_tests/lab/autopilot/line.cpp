@@ -28,7 +28,7 @@ namespace {
 
 constexpr std::uint32_t kPoseBaud = 115200;
 
-/// Our end of a line: a pseudo-terminal that we create, or a simulated port of a program that keeps the time.
+/// Our end of a line: a pseudo-terminal that we create, or a simulated port, whose host keeps the time.
 class SerialEnd {
  public:
   SerialEnd(const std::string& name, std::uint32_t baud) {
@@ -45,7 +45,7 @@ class SerialEnd {
   std::optional<hal::SerialPort> simulated_;
 };
 
-/// Our own simulated ports: programs that open SOCKET and SOCKET.pose share our time, which starts with the first.
+/// Our own simulated ports: programs that open SOCKET and SOCKET.pose share our time, which starts with the first one.
 class LockstepWorld {
  public:
   explicit LockstepWorld(const std::string& socket)
@@ -115,7 +115,7 @@ class LiveScript {
   std::string text_;
 };
 
-/// Sends a pose, with the pose faults of the script.
+/// Sends the poses that have arrived by now, with the pose faults of the script.
 void send(sim::PoseSender& pose, core::TimePoint now, sim::N1Autopilot& autopilot, const sim::VehiclePort& vehicle) {
   pose.source().set_faults({.silent = !autopilot.pose_on(), .fault = [&autopilot](sim::PoseSample& sample) {
                               if (autopilot.fault_injector() != nullptr) {

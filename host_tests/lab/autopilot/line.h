@@ -5,7 +5,7 @@
 
 namespace m100::lab::autopilot {
 
-/// Runs on pseudo-terminals in real time, or on simulated ports in their host's time, until the end or a signal.
+/// Runs in real time, or on simulated ports in their host's time, until --duration is over or a signal arrives.
 void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1Config& config);
 
 }  // namespace m100::lab::autopilot

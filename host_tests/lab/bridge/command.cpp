@@ -55,7 +55,7 @@ struct BridgeOptions {
 struct Counts {
   std::uint64_t packets = 0, refused = 0, sent = 0, lost = 0, asked = 0;
   std::uint64_t strangers = 0;                            ///< packets from another address
-  std::array<std::uint64_t, link::kPoseFaults> faults{};  ///< refused packets; [0]: not eight numbers
+  std::array<std::uint64_t, link::kPoseFaults> faults{};  ///< packets refused for it; [0]: they are not eight numbers
 };
 
 /// The refused packets by their reasons, one line each.
@@ -118,8 +118,8 @@ in_addr address_of(const std::string& text) {
   return address;
 }
 
-/// The socket for the source's packets. They are not signed, so packets from this machine are accepted only on the
-/// loopback interface, which no other machine reaches.
+/// The socket for the source's packets. They are not signed, so with --from 127.0.0.1 it listens on the loopback
+/// interface only, which no other machine reaches.
 Descriptor listening_socket(const std::string& name, in_addr from) {
   const std::optional<std::uint16_t> port = hal::udp_port_of(name);
   if (!port) {

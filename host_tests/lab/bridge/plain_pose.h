@@ -36,10 +36,10 @@ bool is_plausible(const PlainPose& pose);
 /// Reads a packet: eight numbers as text separated by spaces or commas, or as 64 bytes of doubles, little endian.
 /// @returns nothing if there are fewer or more numbers, or if the pose is not is_plausible().
 std::optional<PlainPose> parse_packet(std::span<const std::byte> packet);
-/// Why parse_packet() returns nothing; kNone: it is not eight numbers.
+/// Why parse_packet() returns nothing; kNone: the packet is not eight numbers, or parse_packet() accepts it.
 link::PoseFault fault_of(std::span<const std::byte> packet);
 
-/// The pose as MAVLink message: NED and FRD, no covariance. @param time_usec time of capture to send.
+/// The pose as MAVLink message: NED and FRD, no covariance. @param time_usec time of capture to send [us].
 mavlink::AttPosMocap message_of(const PlainPose& pose, Axes axes, std::uint64_t time_usec);
 
 }  // namespace m100::lab::bridge

@@ -21,8 +21,8 @@ std::array<std::byte, kVrpnCookieBytes> vrpn_cookie();
 /// The stream that a VRPN server sends over TCP: its cookie, then messages, big endian,
 ///   i32 length of header and body | i32 s | i32 us | i32 sender | i32 type | u32 number | body | filler to 8 bytes
 /// The server numbers the names of senders and types in messages of type -1 and -2 (body: i32 length, name with its
-/// zero; the sender field holds the number). In type "vrpn_Tracker Pos_Quat" the body is i32 sensor, i32 filler, three
-/// doubles, quaternion x y z w. All other messages are ignored.
+/// zero; the sender field holds the number). In type "vrpn_Tracker Pos_Quat" the body is i32 sensor, i32 filler and
+/// seven doubles, position x y z and quaternion x y z w. All other messages are ignored.
 ///
 /// Whatever the bytes are: at most kMaxBytes of an incomplete message are stored; at most kMaxNames senders and as many
 /// types are stored, each with at most kMaxNameBytes (VRPN's own limit; longer names are ignored). An impossible length
@@ -37,12 +37,12 @@ class VrpnStream {
   /// @param tracker name of the tracker whose poses are used. @param sensor its sensor.
   VrpnStream(std::string tracker, std::int32_t sensor) : tracker_(std::move(tracker)), sensor_(sensor) {}
 
-  /// @param use is called with each pose. @returns false: the stream is not VRPN, or no longer is.
+  /// @param use is called with each plausible pose of that sensor. @returns false: the stream is not VRPN.
   bool consume(std::span<const std::byte> bytes, const Use& use);
   std::uint64_t messages() const { return messages_; }
-  /// The number of poses of other trackers or sensors, and of invalid poses.
+  /// The number of poses of other trackers or sensors, and of poses that are not is_plausible().
   std::uint64_t passed_over() const { return passed_over_; }
-  /// The trackers that the server has named, for a message about a wrong name.
+  /// The senders, trackers among them, that the server has named, for a message about a wrong name.
   std::vector<std::string> senders() const;
   /// Why there is no pose: the server does not have the tracker, or no plausible pose of its sensor has arrived. The
   /// names in it are unchecked bytes of the server: print it through printable().

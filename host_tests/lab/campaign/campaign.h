@@ -42,7 +42,7 @@ struct Flown {
   Outcome outcome;
 };
 
-/// Flies the share on `jobs` threads. The result does not depend on `jobs`.
+/// Flies the share on `jobs` threads; the result does not depend on `jobs`. @throws sim::PhysicsError
 /// @param progress called after each flight, by one thread at a time, with the numbers of flights done and of flights
 ///   that did not stay in control and inside the fence (Outcome::stayed).
 std::vector<Flown> fly(const Campaign& campaign, const Share& share, std::size_t jobs,

@@ -15,10 +15,10 @@ struct Outcome {
   bool stayed = false;  ///< never below coast and always inside the fence until the task was over
   bool coasted = false;
   bool released = false;  ///< control was given back before the task was over
-  bool breached = false;  ///< outside the fence while the task lasted
+  bool breached = false;  ///< outside the fence before the task ended, at most 2 s after a handover
   bool oscillated = false;
-  double limit_cycle_detected_s = -1.0;  ///< as FlightResult
-  bool contradicted = false;             ///< as FlightResult; model_mismatch and refused_poses too
+  double limit_cycle_detected_s = -1.0;  ///< from the start of the course; negative: none was detected
+  bool contradicted = false;             ///< this and the next two as in experiments::FlightResult
   bool model_mismatch = false;
   std::uint32_t refused_poses = 0;
   double latency_error_s = 0.0;   ///< estimated minus true age of the poses at the end, counted from capture
@@ -28,7 +28,7 @@ struct Outcome {
   double pose_rms_m = 0.0;        ///< distance from the reference, until the task was over or the flight failed
   double tilt_rms_deg = 0.0;      ///< over the same time
   double command_deg_s = 0.0;     ///< summed change of both tilt commands per second
-  double nees_sum = 0.0;          ///< over the ticks that count; the expectation is 4 for each
+  double nees_sum = 0.0;          ///< over the ticks before a failure that have one; the expectation is 4 for each
   std::uint32_t nees_count = 0;
   double nis_sum = 0.0;  ///< over the poses used; the expectation is 2 for each; 0 unless the flight stayed
   std::uint32_t nis_count = 0;
@@ -40,14 +40,14 @@ struct Outcome {
 struct Settings {
   companion::VehicleFile vehicle;
   link::Channel channel = link::Channel::kVirtualRc;
-  double rate_hz = 0.0;  ///< of commands; 0: the default of the channel
+  double rate_hz = 0.0;  ///< of commands; 0: the default of the channel, its highest
   bool paper_100_hz = false;
   mpc::Law law = mpc::Law::kMpc;
   sim::BodyChoice
       body{};  ///< the aircraft of every flight but the reference flights, which the identified response flies
 };
 
-/// Flies one task in a world. The same arguments give the same outcome, bit for bit, whatever other threads fly.
+/// Flies one task in a world. The identified response gives the same outcome, bit for bit, whatever other threads fly.
 /// @param body made from settings.body, for this thread alone; null: the identified response
 Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings,
                 sim::BodyJob* body = nullptr);

@@ -40,7 +40,7 @@ std::vector<std::vector<std::string>> rows_of(const Json& report) {
   return rows;
 }
 
-/// One number for each task in each world.
+/// A heat map of one number for each task in each world; the cell of a task that was not flown is empty.
 template <typename Value, typename Words>
 plot::HeatMap map_of(const Json& report, const std::string& title, double good, double bad, const Value& value,
                      const Words& words) {

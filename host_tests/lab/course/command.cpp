@@ -34,7 +34,7 @@ struct Options {
 };
 
 struct Drawn {
-  std::string file, why_not;  ///< empty: it can be flown
+  std::string file, why_not;  ///< why_not is empty: the course can be flown
   course::Summary summary;
 };
 
@@ -48,7 +48,7 @@ void write_svg(const std::string& file, const std::string& svg) {
   }
 }
 
-/// Why the course is refused; empty: it can be flown, also inside the fence. `start` must be high enough for the fence.
+/// Why the course is refused; empty: it can be flown, inside a flight's fence too. `start` must be high enough for it.
 std::string refusal(const ref::Trajectory<double>& laid, const std::vector<companion::CoursePiece>& pieces,
                     const ref::Waypoint<double>& start, const companion::CourseLimits& limits,
                     const std::optional<companion::FlightFile>& flight, const std::string& file) {

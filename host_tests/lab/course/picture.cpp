@@ -15,10 +15,10 @@ namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr core::Duration::rep kPoints = 600;  ///< intervals between the points of a curve
-constexpr double kSide = 430.0;               ///< side of the view from above, in pixels
+constexpr double kSide = 430.0;               ///< width of each of the two columns, in pixels
 constexpr double kCross = 0.015;              ///< half width of a cross, as a share of the visible range
-constexpr double kAir = 0.05;                 ///< margin, as a share of the visible range, between fence and frame
-constexpr double kNear = 1.0 / 3.0;  ///< share of the fence's width; a smaller course is drawn without the fence
+constexpr double kAir = 0.05;                 ///< margin in x inside the frame, as a share of the visible range
+constexpr double kNear = 1.0 / 3.0;  ///< share of the fence's larger side; a course up to it is drawn without the fence
 
 using Range = std::pair<double, double>;
 

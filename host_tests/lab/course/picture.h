@@ -22,9 +22,9 @@ struct Summary {
 Summary summary_of(const ref::Trajectory<double>& course, std::span<const companion::CoursePiece> pieces,
                    const ref::Waypoint<double>& start);
 
-/// A course as an SVG. Left: the path from above, with a cross at the end of each piece, and the fence, if there is one
-/// and the path is not small against it. Right, over time: the speed, the tilt that the acceleration requires with its
-/// limit, and the height.
+/// A course as an SVG. Left: the path from above, with a cross at the start and at the end of each piece, and the fence
+/// if the path leaves it or is larger than a third of it. Right, over time: the speed, the tilt that the acceleration
+/// requires with its limit, and the height.
 std::string picture(const std::string& title, const ref::Trajectory<double>& course,
                     std::span<const companion::CoursePiece> pieces, const ref::Waypoint<double>& start,
                     const companion::CourseLimits& limits, const std::optional<companion::FlightFile>& flight);

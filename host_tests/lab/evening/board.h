@@ -30,7 +30,7 @@ class Board {
 
  private:
   enum class Terminal { kNone, kOwn };
-  /// Runs a shell command in the board's folder. @param in, out files; empty: no input (terminal: ours), our output
+  /// Runs a shell command in the board's folder. @param in, out files; empty: no input (kOwn: ours), our output
   int call(const std::string& shell, const std::string& in, const std::string& out, Terminal terminal) const;
   int call(const std::string& shell) const { return call(shell, "", "", Terminal::kNone); }
 

@@ -77,7 +77,7 @@ class Evening {
                        [&](const std::string& name) { return folder_.has(name); });
   }
 
-  /// Runs the step on the board and brings back its files. @returns false: a person has to do it.
+  /// Runs the step on the board, unless it was run, and fetches its files. @returns false: it waits for a person.
   bool fetched(const Step& step) {
     if (destination_.empty()) {
       ask_for(step);
@@ -164,7 +164,7 @@ class Evening {
     accept(step, why.empty() ? step.evaluate(folder_) : why);
   }
 
-  /// Runs one command of a step on this machine. @returns why it failed; empty: it did not.
+  /// Runs one command of a step on this machine. @returns why it failed; empty: it did not, or it is a "try".
   std::string run(const Step& step, const Command& command, const std::string& said) {
     const std::string& verb = command.front();
     if (verb == "copy") {

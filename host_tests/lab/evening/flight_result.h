@@ -18,21 +18,21 @@ inline constexpr double kSettled_s = 1.0;  ///< from the start of control until 
 /// The JSON object that the board's command wrote; empty if the file holds no JSON object.
 nlohmann::json result_of(const Folder& folder, const std::string& result);
 
-/// Start and end, in seconds on the log's clock, of the time in which the law commanded.
+/// From the first entry of the failsafe's state nominal to the last exit from it, in seconds on the log's clock.
 std::pair<double, double> nominal(const nlohmann::json& result);
 
 /// From the excitation's first movement of this stick in the flight NAME to a second after its last, in seconds on the
-/// log's clock; (0, 0): it was not flown yet. Outside of it the law alone moves the stick, against the air, so that
-/// stick and air are not independent.
+/// log's clock; (0, 0): the flight is not in the folder, or did not move it. Outside of this time the law alone moves
+/// the stick, against the air, so that stick and air are not independent.
 std::pair<double, double> moved(const Folder& folder, const std::string& name, ctl::ExcitedStick stick);
 
-/// Sticks and tilts of a flight, with its heading, the reference's heading and the pose's age as extra columns.
+/// Roll and pitch of a flight and their sticks; as extra columns heading, the reference's heading and the pose's age.
 logs::FlightLog tracked(const Folder& folder, const std::string& log);
 
 /// Records the root mean square errors of NAME.ulg from its course: "pose_m.NAME", "horizontal_m.NAME", and by channel
 /// "x_m.NAME", "y_m.NAME", "height_m.NAME", "heading_deg.NAME". Each pose is compared with the course at the pose's
 /// time of capture (flight::tracking_errors).
-/// @returns false: the log contains less than a second of flight under control
+/// @returns false: no pose was captured under control from a second after the start on; nothing is recorded
 bool record_errors(Folder& folder, const std::string& name);
 
 /// Compares the files that a flight's log holds with those of the folder. @returns in one sentence which one differs,

@@ -25,7 +25,7 @@ struct Settings {
 /// A file that a step made, or that a person put there.
 struct MadeFile {
   std::string sha256;
-  std::string made_by;                      ///< name of the step
+  std::string made_by;                      ///< name of the step; empty: a person put the file there
   std::map<std::string, std::string> from;  ///< source files, each with its SHA-256 when the step ran
 };
 
@@ -53,7 +53,7 @@ class Folder {
 
   /// Marks the step as done; records the files that it made and read, with their present hashes.
   void done(const std::string& step, const std::vector<std::string>& makes, const std::vector<std::string>& reads);
-  /// Whether the step made all of these files, and they are still as recorded; false: `makes` is empty.
+  /// Whether the step made all of these files, and they are still as recorded; false also if `makes` is empty.
   bool was_taken(const std::string& step, const std::vector<std::string>& makes) const;
   /// Forgets these files: the next files of these names are new.
   void forget(const std::vector<std::string>& makes);

@@ -19,7 +19,7 @@ quintic 1.5 1.5 0.5 0.8 3
 quintic 0 0 0 0 4
 circle 1 0.8 2
 )";
-constexpr double kWeightFactor = 3.0;  ///< factor on the input weight each time that the loop oscillates
+constexpr double kWeightFactor = 3.0;  ///< factor on the input weight for each of kWeightIncreases
 
 void put(const Folder& folder, const std::string& name, std::string_view bytes) {
   if (!folder.has(name)) {

@@ -5,7 +5,7 @@
 
 namespace m100::lab::evening {
 
-/// Applies the folder's numbers to a vehicle file: the larger input weight (kWeightIncreases) and the trims (kTrimmed).
+/// Writes the folder's numbers into a vehicle file: the larger input weight (kWeightIncreases), the trims (kTrimmed).
 void adjust(const Folder& folder, const std::string& vehicle);
 /// Writes the files that a person may change before they are used: flight file, course, column maps, first vehicle
 /// file. Files that already exist are kept.

@@ -27,7 +27,7 @@ constexpr int kPairs = 5;
 constexpr double kCourse_s = 40.0;
 const std::array kParts{"horizontal", "vertical"};
 
-/// Horizontal and vertical error of each simulated flight of the course.
+/// Horizontal and vertical error (root mean square) of each simulated flight of the course [m].
 using Flown = std::array<std::vector<double>, kParts.size()>;
 
 Flown fly(const model::Vehicle& law, const sim::Plant& plant, const std::string& course) {

@@ -9,10 +9,10 @@
 namespace m100::lab::evening {
 
 /// Compares the laws of vehicle.toml and corrected.toml on the corrected model. A copy of vehicle.toml is slowed down
-/// until it has the margins of corrected.toml there (loop::at_ordered_margin), and both fly course.txt in simulation,
-/// in pairs. If the corrected law is worse horizontally (loop::PairedErrors), corrected.toml becomes that copy but for
-/// the climb axis; if it is worse in height, the climb axis becomes that of vehicle.toml. Records the margins and the
-/// pairs. Errors: InputError.
+/// until it keeps the margins of corrected.toml there, if it can (loop::at_ordered_margin). Copy and corrected.toml fly
+/// course.txt in simulation, in pairs. If corrected.toml is worse horizontally (loop::PairedErrors), it becomes that
+/// copy but for the climb axis; if it is worse in height, its climb axis becomes that of vehicle.toml. Records the
+/// margins and the pairs. Errors: InputError.
 void compare_laws(Folder& folder);
 
 /// The verdict on the flights of the course (flown once each, they have no spread), then the result of compare_laws;

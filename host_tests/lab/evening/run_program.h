@@ -9,16 +9,15 @@ namespace m100::lab::evening {
 /// A command as typed into a shell: words that contain special characters are quoted.
 std::string typed(const std::vector<std::string>& command);
 
-/// Files for a program's standard input (relative to its folder) and output (appended; relative to ours); empty: ours.
+/// Files for a program's input (relative to its folder) and output (appended; relative to ours); empty: our own stream.
 struct Streams {
   std::string in = {};
   std::string out = {};
 };
 
-/// Runs a program inside the folder; it shares our standard error. If its output is a file, Ctrl-C reaches
-/// us only, and we end it (interruption.h).
-/// @returns its exit code; 128 plus the number of the signal that ended it. Errors: InputError if a file cannot be
-/// opened or the program cannot be started.
+/// Runs a program inside the folder; it shares our standard error. If its output is a file, Ctrl-C reaches us only, and
+/// we end it (interruption.h). @returns its exit code, or 128 plus the number of the signal that ended it. Errors:
+/// InputError if a file cannot be opened or the program cannot be started.
 int run_program(const std::vector<std::string>& command, const std::string& folder, const Streams& streams);
 
 /// A lock on a folder. Programs that run_program() starts hold it as long as they run, because the last command of a
@@ -27,7 +26,7 @@ class FolderLock {
  public:
   /// Errors: InputError if another evening, or the last command of one, works there.
   explicit FolderLock(const std::string& folder);
-  /// Whether an evening works there now. The folder must exist.
+  /// Whether an evening, or the last command of one, works there now. The folder must exist.
   static bool is_held(const std::string& folder);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;

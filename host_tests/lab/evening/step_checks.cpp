@@ -20,10 +20,10 @@ namespace {
 using nlohmann::json;
 
 constexpr double kFull_counts = 660.0;       ///< of a stick pushed to its end
-constexpr double kMinMoved_counts = 60.0;    ///< to either side, for roll and pitch: a fit cannot tell less from noise
+constexpr double kMinMoved_counts = 60.0;    ///< to both sides, for roll and pitch: a fit cannot tell less from noise
 constexpr double kWorstFit_percent = 50.0;   ///< on the validation part; below it the log does not show the axis
-constexpr double kTrimmed_s = 5.0;           ///< from the start of control until the mean stick is taken as the trim
-constexpr double kMaxWeightIncreases = 2.0;  ///< how often the input weight grows before the evening gives up
+constexpr double kTrimmed_s = 5.0;           ///< the first seconds of a hover, which its mean sticks leave out
+constexpr double kMaxWeightIncreases = 2.0;  ///< how often the input weight grows at most
 
 std::string rounded(double value) {
   std::ostringstream out;
@@ -142,7 +142,7 @@ double weight_increases(const Folder& folder) {
 
 bool is_weight_at_limit(const Folder& folder) { return weight_increases(folder) >= kMaxWeightIncreases; }
 
-/// Requests a larger input weight: the loop is too fast for the aircraft's real delay. @returns the person's sentence.
+/// Requests a larger input weight, if it may still grow, because the loop is too fast. @returns what the person reads
 std::string increase_input_weight(Folder& folder, const std::string& seen) {
   if (is_weight_at_limit(folder)) {
     return seen + ", also with the calmest weights. Check the delays in the log, and record a new flight by hand";

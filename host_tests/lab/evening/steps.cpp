@@ -22,10 +22,10 @@ constexpr const char* kDeclared = "second_order,transport_delay,dead_zone,trim_o
 constexpr const char* kDeclaredClimb = "second_order,transport_delay,dead_zone,trim_offset";
 /// In the measured flight, yaw has a stick curve: it leaves an error of 0.036 rad/s, a dead zone leaves 0.039.
 constexpr const char* kDeclaredYaw = "first_order,transport_delay,stick_curve,trim_offset";
-constexpr double kMinHeight_m = 0.5;   ///< up and down, for an excitation: less does not show the throttle
-constexpr double kMaxHeight_m = 0.8;   ///< up and down: more is not needed
+constexpr double kMinHeight_m = 0.5;   ///< an excitation's way up and down: less does not show the throttle
+constexpr double kMaxHeight_m = 0.8;   ///< an excitation's way up and down: more is not needed
 constexpr double kYawFence_rad = 1.0;  ///< for an excitation of yaw alone, in a room too low to move the throttle
-constexpr double kShareOfFence = 0.6;  ///< for an excitation: the rest is a margin for unforeseen tilt
+constexpr double kShareOfFence = 0.6;  ///< that an excitation uses; the rest is a margin for unforeseen tilt
 
 std::string text(double value) {
   std::ostringstream out;
@@ -42,7 +42,7 @@ companion::FlightFile flight_file(const Folder& folder) {
   return companion::parse_flight(whole_file(folder.file("flight.toml")), folder.file("flight.toml"));
 }
 
-/// The distance from the start to the nearest side of the flight file's fence.
+/// The horizontal distance from the start to the nearest side of the flight file's fence.
 double min_side_m(const Folder& folder) {
   const companion::FlightFile flight = flight_file(folder);
   return std::min({-flight.fence_x_m.low, flight.fence_x_m.high, -flight.fence_y_m.low, flight.fence_y_m.high});

@@ -240,7 +240,7 @@ void run(const ExciteOptions& options) {
     }
     write_json(options.json, json);
   }
-  // These need no manoeuvre: a trim shows while the stick rests, and the forecast itself moves the other stick.
+  // Not counted: a trim, which shows while the stick rests, and what needs the other stick, which the forecast moves.
   const auto shows = [](const excite::Forecast& one) {
     return one.effect != "trim_offset" && !model::axis_effect(one.effect)->needs_other_stick && enough(one);
   };

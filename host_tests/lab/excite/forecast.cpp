@@ -50,7 +50,7 @@ std::vector<double> response(const Manoeuvre& manoeuvre, const model::StickAxis&
 
 namespace {
 
-/// The largest response of the vehicle without any effect.
+/// The largest response of the vehicle without any effect, and the largest rate of change of this response.
 struct Largest {
   double response = 0.0;
   double rate_per_s = 0.0;
@@ -94,8 +94,7 @@ std::vector<std::pair<std::string, double>> medium_sizes(const Manoeuvre& manoeu
 std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::StickAxis& axis, const InputDesign& design) {
   const std::vector<double> plain = response(manoeuvre, axis, design, "", 0.0);
   const std::vector<std::pair<std::string, double>> sizes = medium_sizes(manoeuvre, axis, design, plain);
-  // Every fit has gain, frequency, damping and delay: of a change of the response, only what they cannot imitate
-  // counts.
+  // Every fit has gain, frequency, damping and delay: of a signature, only what they cannot imitate counts.
   Matrix fitted(static_cast<Eigen::Index>(plain.size()), 4);
   fitted.col(0) = difference(plain, std::vector<double>(plain.size(), 0.0));
   model::StickAxis faster = flyable(axis);

@@ -18,7 +18,7 @@ constexpr double kPeriod_s = 0.02;  ///< of the samples
 // Margins with which a part of a piece must fit.
 constexpr double kMoreAnswer = 1.2;  ///< the axis responds a fifth more than in the vehicle file
 constexpr double kOffPlace_m =
-    0.2;  ///< offset from the start at its begin; in flight the law holds 0.3 m, mostly a few centimetres
+    0.2;  ///< between the start and a part's begin; in flight the law comes within 0.3 m, mostly a few centimetres
 constexpr double kSmaller = 0.85;     ///< factor each time that an amplitude is too large
 constexpr double kMinShare = 0.3;     ///< of the requested amplitude: a smaller movement shows too little
 constexpr double kMin_counts = 25.0;  ///< beyond the dead zone

@@ -11,8 +11,8 @@ namespace m100::lab::excite {
 struct Piece {
   double length_s = 0.0;
   std::function<double(double)> shape;  ///< as a function of the time since its start [s]
-  /// Times [s] at which the stick passes neutral. There the movement may be split, with a return to the start between
-  /// the parts. A doublet and a 3211 have none, because they bring the aircraft back by themselves.
+  /// Times [s] at which the stick passes neutral and the movement may be split, with a return to the start between the
+  /// parts. Empty for a doublet and a 3211, which are flown whole.
   std::vector<double> breaks_s;
 };
 

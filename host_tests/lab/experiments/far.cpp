@@ -10,7 +10,7 @@
 namespace m100::lab::experiments {
 namespace {
 
-constexpr double kRest_s = 2.0;  ///< end of a flight that is averaged as position at rest; also the time of settling
+constexpr double kRest_s = 2.0;  ///< averaged at a flight's end as place of rest; a settled error must last as long
 constexpr double kSettled_m = 0.02;
 constexpr double kFar_m = 100.0;
 
@@ -121,12 +121,12 @@ const std::vector<FarTask>& far_tasks() {
 
 namespace {
 
-/// The range of positions that the reference spans, in x and y [m].
+/// The range of positions (no acceleration) that the reference spans, in x and y [m].
 struct RequestedAcceleration {
   std::array<double, 2> low{}, high{};
 };
 
-/// The range over a flight. If a fence blocks the course, it ends in x where the aircraft came to rest.
+/// That range over a flight. If a fence blocks the course, it ends in x where the aircraft came to rest.
 RequestedAcceleration acceleration_for(const Trace& trace, const FarTask& task) {
   RequestedAcceleration asked;
   auto& [low, high] = asked;

@@ -25,7 +25,7 @@ struct FarTask {
 /// reach 4 m/s; braking before the fence from 4 m/s; step of 6 m in calm air.
 const std::vector<FarTask>& far_tasks();
 
-/// The score of one law, mean of the flights that were flown.
+/// The errors of one law, means over the flights that were flown, and the numbers of flights.
 struct FarScore {
   double overshoot_m =
       0.0;                 ///< largest horizontal distance outside the box that the reference spans, in the worst axis

@@ -48,16 +48,16 @@ struct FlightPlan {
   ctl::ExcitationPlan excitation{};  ///< flown at the start of the course; what it views must outlive the flight
   /// Called once, before the first tick: faults that exist from the start.
   std::function<void(sim::World&)> prepare;
-  /// Called before every tick of the course with its time: faults.
+  /// Called before every tick of the course with the time since its start: faults.
   std::function<void(sim::World&, double t_s)> disturb;
-  /// Called before every tick of the course with its time: the operator.
+  /// Called before every tick of the course with the time since its start: the operator's actions.
   std::function<void(app::FlightController<double>&, double t_s)> operate;
 };
 
 struct FlightResult {
   bool flew = false;            ///< control was obtained and the course was started
   ref::Waypoint<double> start;  ///< where the course began
-  std::string descent;          ///< why the failsafe left the state nominal for good, in words
+  std::string descent;          ///< why the failsafe last left nominal, or coast before its time-out, in words
   double limit_cycle_detected_s =
       -1.0;  ///< from the start of the course; negative: no oscillation (ctl::LimitCycleDetector)
   // Alarms while the course was flown.
@@ -66,7 +66,7 @@ struct FlightResult {
   std::uint32_t refused_poses = 0;  ///< largest number in a row that the observer's gate refused
   std::string authority;            ///< the link's last statement about control, in words
   Trace trace;                      ///< one point a tick, t_s from the start of the course
-  /// Sum over the poses that the observer used during the course (est::EkfCounters); the expectation is 2 for each.
+  /// Sum of the normalised squared innovations of the poses used during the course; the expectation is 2 for each.
   double nis_sum = 0.0;
   std::uint32_t nis_count = 0;
   est::PoseTimingReport<double> pose_timing;  ///< as found at the end

@@ -19,7 +19,7 @@ struct TaskResult {
   Cell mean;
   Cell spread;                      ///< standard deviation over the seeds
   std::vector<Cell> flights;        ///< of the seeds that obtained control, in their order
-  double time_optimal_m = 0.0;      ///< horizontal RMS of the fastest possible flight; 0: no steps
+  double time_optimal_m = 0.0;      ///< horizontal RMS of the fastest possible flight; 0: no steps, or not flown
   double time_optimal_share = 0.0;  ///< time_optimal_m divided by our horizontal RMS; 1 would be perfect
   int seeds = 0;
   bool flown() const { return seeds > refused; }  ///< false: mean, spread and trace are invalid
@@ -52,10 +52,10 @@ struct SuiteOptions {
   std::function<void(const Task&, std::string)> keep_log;
 };
 
-/// Flies the tasks, with the fan where the task has it. The same options give the same numbers, bit for bit.
+/// Flies the tasks, with the fan where the task has it. The same options give the same errors, bit for bit.
 std::vector<TaskResult> fly_suite(const SuiteOptions& options);
 
-/// A cell that the paper fills, by its name in JSON, and whether ours is above it; a cell never flown counts as above.
+/// A cell that is compared with the paper's, by its name in JSON, and whether ours is above it or was never flown.
 struct PaperComparison {
   std::string name;
   bool above = false;

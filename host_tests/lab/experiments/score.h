@@ -8,8 +8,8 @@
 
 namespace m100::lab::experiments {
 
-/// Root mean squares over a window, as in the paper's results table (IV-C: pose by Euclidean distance), and values that
-/// the position does not show: tilt, command motion, and the largest error.
+/// Root mean squares over a window, as in the paper's results table (IV-C: pose by Euclidean distance; roll and pitch
+/// themselves, not their errors), and values that the table does not have.
 struct Cell {
   double pose_m = 0.0;
   double x_m = 0.0;

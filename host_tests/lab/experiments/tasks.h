@@ -11,13 +11,13 @@ namespace m100::lab::experiments {
 
 /// One column of the paper's results table, and the task that we fly for it.
 struct Task {
-  std::string task;       ///< "hover", "step", "trajectory", "simulator"
+  std::string task;       ///< "hover", "step", "trajectory", "simulator"; "step_6m", "step_2m"
   std::string condition;  ///< "calm" or "wind"
   std::string course;     ///< companion::parse_course
   double from_s = 0.0;    ///< window of the root mean squares (the paper's durations)
   double to_s = 0.0;
   bool fan = false;
-  bool tilt_counts = false;                           ///< the paper gives roll and pitch for hovering only
+  bool tilt_counts = false;                           ///< roll and pitch are compared: in the hovers only
   const model::paper::ResultColumn* paper = nullptr;  ///< null: not in the paper
   std::vector<double> steps_m;  ///< distances of the set points, for the time-optimal bound; empty: no steps
 };

@@ -8,8 +8,8 @@
 
 namespace m100::lab::flight {
 
-/// The part below the first screen: steps of the failsafe, error by axis, attitude, disturbance as estimated in flight
-/// and as found from the log, prediction, residual, timing.
+/// The part below the first screen: notes, steps of the failsafe, prediction, error by axis, attitude, battery,
+/// disturbance as estimated in flight and as found from the log, residual, timing, sticks.
 void add_details(const std::vector<FlightSeries>& flights, plot::Page& page);
 
 }  // namespace m100::lab::flight

@@ -19,7 +19,7 @@ using Flights = std::vector<FlightSeries>;
 plot::Figure path_from_above(const Flights& flights);
 /// Seen along the horizontal axis in which the flight is shorter.
 plot::Figure path_from_the_side(const Flights& flights);
-/// The least distance to a side of the fence, in words; that the log holds no fence; empty for a recording.
+/// The least distance to a side of the fence, or that the log holds no fence, as a sentence; empty for a recording.
 std::string fence_words(const FlightSeries& flight);
 plot::Figure distance_figure(const Flights& flights);
 plot::Figure failsafe_figure(const Flights& flights);

@@ -34,7 +34,7 @@ struct Pose {
   std::array<double, 3> position_m{};
 };
 
-/// Prediction of the vehicle file in the log from the sticks: root mean square error at each of loop::kHorizons_s.
+/// Root mean square error of the prediction from the sticks by the log's vehicle file, at each of loop::kHorizons_s.
 struct PredictionRow {
   std::string quantity;
   std::vector<double> errors;
@@ -52,7 +52,7 @@ struct FlightSeries {
   std::vector<double> attitude_t_s;
   std::array<std::vector<double>, 4> wanted;                  ///< ticks, by the law: roll, pitch, climb, yaw rate
   std::array<std::vector<double>, 4> granted;                 ///< ticks, after the supervisor
-  std::array<Timed, 4> sticks_counts;                         ///< roll, pitch, throttle, yaw; recorded: of 10000
+  std::array<Timed, 4> sticks_counts;                         ///< sent: roll, pitch, throttle, yaw; recorded: of 10000
   std::array<std::vector<double>, 2> disturbance_m_s2;        ///< ticks, x and y: as the observer estimated in flight
   std::array<std::vector<double>, 2> found_disturbance_m_s2;  ///< ticks, as the poses show it afterwards
   std::vector<double> residual;         ///< ticks: of the worst axis against its model, as a multiple of the expected

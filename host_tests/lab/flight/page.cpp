@@ -120,7 +120,7 @@ void add_tiles(const std::vector<FlightSeries>& flights, plot::Page& page) {
   }
 }
 
-/// Good: control was given back on purpose. Bad: the law ended for another known reason. Warn: it coasted.
+/// "bad": the law's flight ended for a known reason other than giving back on purpose. "warn": it coasted. Else "good".
 std::string kind_of(const std::vector<FlightSeries>& flights) {
   std::string kind = "good";
   for (const FlightSeries& flight : flights) {

@@ -11,7 +11,7 @@ namespace m100::lab::flight {
 namespace {
 
 constexpr double kSettled_s = 1.0;
-constexpr double kShortest_s = 5.0;  ///< fits two starts of the longest prediction, and the samples before them
+constexpr double kShortest_s = 5.0;  ///< fits two of the longest predictions after each other, and samples before them
 
 }  // namespace
 

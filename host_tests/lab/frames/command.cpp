@@ -28,7 +28,7 @@ namespace m100::lab {
 namespace {
 
 struct FramesOptions {
-  std::string file;  ///< empty or "-": standard input, also for endless input
+  std::string file;  ///< empty or "-": standard input, which may be endless
   std::string key_file;
 
   void check_files() const {

@@ -10,7 +10,7 @@ namespace m100::lab::gains {
 
 /// One horizontal axis in continuous time, about hover:
 ///   p' = v,   v' = tilt_sign g_eff tilt - c v + d,   tilt from the commanded tilt by the attitude model.
-/// States (p, v, chi [, chi']): tilt = chi + z chi' with the lead zero z (0: chi is the tilt). Inputs: command, d.
+/// States x = (p, v, chi [, chi']), x' = f x + g command + gd d; tilt = chi + z chi', z the lead zero (0: tilt = chi).
 struct ContinuousAxis {
   Matrix f;   ///< n x n
   Vector g;   ///< command

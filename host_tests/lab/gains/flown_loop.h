@@ -17,11 +17,11 @@ struct FlownController {
 
   using Square = Eigen::Matrix<double, 6, 6>;
   using Six = Eigen::Matrix<double, 6, 1>;
-  /// The observer est::AxisFilter: states p, v, tilt, rate, d, m; its steady gains in the order of its corrections.
+  /// The observer est::AxisFilter: states p, v, tilt, rate, disturbance d [m/s^2], input offset m [rad]; steady gains.
   model::AxisStep step;
   double acceleration_per_tilt_m_s2 = 0.0;  ///< acceleration per tilt, with its sign
   double drag_per_s = 0.0;
-  double scale_per_count = 0.0;  ///< stick scale; 0: not stated
+  double scale_per_count = 0.0;  ///< of the stick [rad/count]; 0: not stated
   Six tilt_gain, rate_gain, pose_gain;
   mpc::DelayModel<double> delay;
   /// Gains of the law's first input u_0 without limits, for a reference of zero.

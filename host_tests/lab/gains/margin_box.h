@@ -53,7 +53,7 @@ struct WorstMargins {
   bool stable = true;
   double peak_sensitivity = 0.0;
   double delay_margin_s = 0.0;  ///< a multiple of 10 ms, at most 0.2 s; only for kNominal and kCorners
-  std::string where{};          ///< structure, axis, channel and numbers of the largest peak
+  std::string where{};          ///< structure, axis, channel and numbers of the aircraft with the largest peak
 };
 
 /// Selects loops of a MarginBox; a member that is not given selects all.

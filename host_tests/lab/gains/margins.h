@@ -10,9 +10,9 @@ namespace m100::lab::gains {
 
 /// Stability margins of the sampled loop of one axis, opened at the attitude command. margins_of(): with a command in
 /// every tick of 10 ms, as in the paper; flown_margins_of(): as the program flies. The loop consists of the axis as in
-/// the vehicle file, the steady observer (position, tilt, tilt rate measured; disturbance and input offset estimated),
-/// the prediction through the delay, the unconstrained MPC, and a pose whose age the observer knows
-/// (est/filter/acceleration_history.h). Limits are not included.
+/// the vehicle file, the steady observer (with disturbance and input offset), the prediction through the delay, the MPC
+/// without limits, and a pose whose age the observer knows (est/filter/acceleration_history.h). Position, tilt and tilt
+/// rate are measured; margins_of() leaves the rate out for an axis of first order or with a lead zero.
 struct Margins {
   bool stable = false;
   double peak_sensitivity = 0.0;
@@ -43,7 +43,7 @@ inline constexpr double kLargestDelay_s = 0.4;  ///< largest delay margin that i
 Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis,
                          const LoopTiming& timing, int frequencies = kFrequencies);
 
-/// Margins from the response of the controller's command to the vehicle's, with this period. The caller sets `stable`.
+/// Margins from minus L, the response from the vehicle's command to the controller's, at this period; sets no `stable`.
 Margins margins_from(const std::function<std::complex<double>(double frequency_rad_s)>& response, double period_s,
                      int frequencies = kFrequencies);
 

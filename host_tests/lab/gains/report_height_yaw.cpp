@@ -44,7 +44,7 @@ Margins margins_at(const Loop& loop, const model::StickAxis& axis, double gain, 
         return -gain * law * hold * axis_at(axis, s) / s;
       },
       period_s);
-  // Nyquist: no unstable open-loop pole, and the gain falls through 1 once: stable if the phase margin is positive.
+  // The open loop has no unstable pole, so it needs a positive phase margin; margins_from() gives only its size.
   out.stable = out.gain_margin > 1.0 && out.delay_margin_s > 0.0 && std::isfinite(out.peak_sensitivity);
   return out;
 }

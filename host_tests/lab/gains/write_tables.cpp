@@ -127,7 +127,7 @@ void put_axis(std::string& out, const std::string& name, const mpc::GainTable<do
   out += "template <typename T>\ninline constexpr auto kLaws" + name + "In = rounded<T>(kLaws" + name + ");\n\n";
 }
 
-/// One struct of the vehicle with all its numbers, as designated initialisers.
+/// Designated initialisers of one struct of the vehicle, for the members that are added.
 class StructText {
  public:
   explicit StructText(const std::string& name) : text_("." + name + " = {") {}

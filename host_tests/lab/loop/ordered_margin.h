@@ -21,7 +21,7 @@ MarginOrder order_of(const model::Vehicle& first);
 /// A vehicle file whose law keeps the ordered margins on an aircraft, if any input weight does.
 struct OrderedLaw {
   model::Vehicle vehicle;
-  bool keeps = false;  ///< false: no input weight keeps them; `vehicle` has the least peak sensitivity
+  bool keeps = false;  ///< false: no input weight does; `vehicle` has the least peak of the stable ones, if any is
 };
 
 /// `believed` with the smallest input weight, from its own upwards, whose law keeps the ordered margins on the aircraft
@@ -31,7 +31,7 @@ OrderedLaw at_ordered_margin(const model::Vehicle& believed, const model::Vehicl
 /// Whether the law of `believed` keeps the order on `truth`.
 bool keeps_ordered_margin(const model::Vehicle& believed, const model::Vehicle& truth, const MarginOrder& order);
 
-/// {"x": {"peak_sensitivity", "delay_margin_s", "gain_margin", "phase_margin_rad", "stable", ...}, "y": {...},
+/// {"x": {"peak_sensitivity", "delay_margin_s", "gain_margin", "phase_margin_rad", "stable"}, "y": {...},
 ///  "ordered": whether the ordered margins are kept}: the law of `believed` on `truth`, as flown on Virtual RC.
 nlohmann::json margins_on(const model::Vehicle& believed, const model::Vehicle& truth, const MarginOrder& order);
 

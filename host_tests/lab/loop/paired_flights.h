@@ -20,9 +20,9 @@ struct PairedErrors {
   double before_m = 0.0;
   double after_m = 0.0;
   identify::Interval difference_m;  ///< after minus before: mean of the pairs, 95 % by Student's t
-  /// By the pairs' ratios after / before, whose logarithms have a mean and a 95 % interval: one flight with a very
-  /// large error would hide every difference. "better": the interval lies below 1. "worse": it lies above 1 and reaches
-  /// beyond the margin. Otherwise "no difference".
+  /// By the mean and the 95 % interval of the pairs' ratios after / before, taken on logarithms, so that one flight
+  /// with a very large error does not hide every difference. "better": the interval lies below 1. "worse": it lies
+  /// above 1 and reaches beyond the margin kNonInferiority. Otherwise "no difference".
   std::string verdict = "no difference";
   bool within_margin = false;  ///< the interval of the ratio excludes an increase beyond the margin
 };
@@ -37,8 +37,8 @@ struct PairedTask {
   PairedErrors pose, horizontal, vertical;
   bool is_worse() const { return horizontal.verdict == "worse" || vertical.verdict == "worse"; }
 };
-/// By task. Cells that diverged, or in which a flight never obtained control, are left out; a task without another cell
-/// is missing. Preconditions: the same cells in the same order, the same seeds.
+/// By task. Cells that diverged, or in which a flight never obtained control, are left out; a task with no cell left is
+/// missing. Preconditions: the same cells in the same order, the same seeds.
 std::map<std::string, PairedTask> compare_tasks(const std::vector<experiments::TaskResult>& before,
                                                 const std::vector<experiments::TaskResult>& after);
 

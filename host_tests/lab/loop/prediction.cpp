@@ -112,7 +112,7 @@ class VelocityForecast {
   Velocity velocity_;
 };
 
-/// Velocity errors at one horizon.
+/// Sums over the velocity errors at one horizon.
 struct ErrorSums {
   double squares = 0.0, x = 0.0, y = 0.0, count = 0.0;
 

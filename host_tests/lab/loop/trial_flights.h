@@ -16,7 +16,7 @@ struct Trial {
   std::vector<std::string> messages;  ///< cells that diverged, channels that were taken back, and the errors
 };
 
-/// Whether a flight of the cell (task and condition) never obtained control, or its mean pose RMS is above 5 m.
+/// Whether a flight of the cell (task and condition) never obtained control, or its mean pose RMS is not 5 m or less.
 bool diverged(const experiments::TaskResult& cell);
 
 /// Flies with all channels of `candidates`. While the trial is worse than `before`, it takes back one channel, always
@@ -24,7 +24,7 @@ bool diverged(const experiments::TaskResult& cell);
 /// them; then "worse" by the paired flights of each task, horizontal and vertical error apart (compare_tasks), "best"
 /// by the pose RMS of the other cells. A cell that diverges before and after is reported and decides nothing.
 /// @param before  the same cells in the same order as `fly` gives them
-/// @param fly  the trial with these channels taken over; called at most n (n + 1) / 2 + 1 times for n candidates
+/// @param fly  the trial with these channels taken over; called at most n (n + 1) / 2 times for n candidates
 Trial fly_trials(const std::set<std::string>& candidates, const std::vector<experiments::TaskResult>& before,
                  const std::function<std::vector<experiments::TaskResult>(const std::set<std::string>&)>& fly);
 

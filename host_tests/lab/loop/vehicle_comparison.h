@@ -23,11 +23,11 @@ inline constexpr double kMinLikelihoodRatio = 15.0;
 /// Half a tick: our log does not show when between two of our ticks the autopilot took a stick and sent its attitude.
 inline constexpr double kTickPhase_s = 0.005;
 
-/// Whether the found model predicts an unseen flight better than the believed one. For a stick axis this must hold for
-/// every delay within half a tick of the believed one: at 3 rad/s the effect of a millisecond equals the noise of the
-/// air. Better means a smaller error 1 s ahead, and for a stick axis also better innovations: in a closed loop the
+/// Whether the found model predicts an unseen flight better than the believed one: with an error 1 s ahead that is
+/// smaller by kMinGain, and for a stick axis also with innovations better by kMinLikelihoodRatio: in a closed loop the
 /// sticks respond to the air, so a wrong model can predict part of the air; innovations do not reward this (the direct
-/// method of identification in closed loop).
+/// method of identification in closed loop). For a stick axis both must hold against five delays within half a tick of
+/// the believed one, because at 3 rad/s the effect of a millisecond equals the noise of the air.
 bool predicts_better(const model::Vehicle& believed, const model::Vehicle& found, const UnseenFlight& flight,
                      const std::string& channel);
 
@@ -36,7 +36,7 @@ bool predicts_better(const model::Vehicle& believed, const model::Vehicle& found
 /// our own logs have none.
 std::vector<std::string> declared(const model::Vehicle& vehicle, const std::string& channel);
 
-/// `believed` with this channel taken from `found`.
+/// `believed` with this channel taken from `found`; if it is roll or pitch, without the designs.
 model::Vehicle with_channel(const model::Vehicle& believed, const model::Vehicle& found, const std::string& channel);
 
 /// Believed and found values of every parameter of the final model, with intervals. A parameter matters if all found

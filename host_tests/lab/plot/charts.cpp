@@ -43,7 +43,7 @@ std::array<double, 3> shares(const IntervalRow& row) {
   return {(row.low - row.value) / size, (row.high - row.value) / size, (row.believed - row.value) / size};
 }
 
-/// A round number of per cent that includes every interval, at most 50.
+/// The least of 1, 2, 5, 10, 20, 50 % that includes every interval and believed value; 50 % if none does.
 double widest_percent(const IntervalChart& chart) {
   constexpr std::array kRound{1.0, 2.0, 5.0, 10.0, 20.0, 50.0};
   double widest = 0.0;

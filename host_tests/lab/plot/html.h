@@ -20,8 +20,8 @@ struct HeatMap;
 struct IntervalChart;
 
 /// A self-contained page: one HTML file that needs no other file and no network. It names the version of the program
-/// that made it. Where dygraphs is installed, its figures can be zoomed and read off; on paper and without the library
-/// they are static drawings.
+/// that made it. If dygraphs is installed where the page is made, the figures can be zoomed and read off; on paper and
+/// without the library they are static drawings.
 class Page {
  public:
   explicit Page(std::string title);

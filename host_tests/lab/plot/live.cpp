@@ -30,7 +30,7 @@ std::string quoted(const std::string& words) {
   return out;
 }
 
-/// A JSON array with so many significant digits (7 for x, 5 for y); null for a value that is not finite.
+/// A JSON array of the values with `digits` significant digits; null for a value that is not finite.
 std::string numbers(const std::vector<double>& values, int digits) {
   std::string out = "[";
   std::array<char, 32> one{};

@@ -226,7 +226,7 @@ class Proof {
   double frequency_rad_s_;
   LoopTiming timing_;
   double margin_;
-  double low_;  ///< angle
+  double low_;  ///< angle of z at kLow_rad_s
   CertifiedLoop& out_;
   CertifiedLoop::Peak* peak_ = nullptr;  ///< of the present age of the pose
 };

@@ -124,7 +124,7 @@ double bound_of(const std::vector<ComplexBall>& polynomial, double radius, std::
   return sum;
 }
 
-/// The first terms of numerator over denominator, approximately: any polynomial has a bound of its error.
+/// The first terms of numerator over denominator, approximately: the caller bounds the error of any polynomial.
 std::vector<ComplexBall> quotient(const std::vector<ComplexBall>& numerator,
                                   const std::vector<ComplexBall>& denominator) {
   constexpr std::size_t kTerms = 7;

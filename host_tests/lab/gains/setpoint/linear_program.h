@@ -66,10 +66,11 @@ class Polytope {
   /// Adds a half-space, which gets the next number, starting with 0. Its vector a has one entry per dimension.
   void add(const HalfSpace& half_space);
 
-  // Each of these functions spends one linear program of the budget; throws ComputeBudget::Exhausted if none is left.
+  // Each of these functions spends one linear program of the budget; throws ComputeBudget::Exhausted if none is left or
+  // rational arithmetic takes more than kPivots steps.
 
-  /// The maximum of the scalar product a's over the polytope (a as in add()), and in `where` its place; -infinity:
-  /// the polytope is empty. If the value is within 1e-8 of `decision`, rational arithmetic finds it.
+  /// The maximum of the scalar product a's over the polytope (a as in add()), and in `where` its place; -infinity: the
+  /// polytope is empty. Rational arithmetic finds it if floating point fails or is within 1e-8 of `decision`.
   double maximise(const Eigen::VectorXd& a, double decision, Eigen::VectorXd* where = nullptr);
   /// Radius of the largest inscribed ball (negative: empty) and its centre; with `on`, of the ball on that facet.
   double radius(Eigen::VectorXd* centre = nullptr, std::size_t on = SIZE_MAX);

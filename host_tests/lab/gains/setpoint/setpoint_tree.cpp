@@ -134,7 +134,7 @@ class Splitting {
     });
   }
 
-  /// Whether the affine piece is beyond the limit of `side` everywhere in region and cell.
+  /// Whether the affine piece is beyond the limit of `side` everywhere in the part of the region inside the cell.
   bool saturates(std::size_t region, const Cell& cell, const Piece& affine, int side) const {
     const double bound = program_.limit() - side * affine.constant;  // side * slope s >= bound wanted
     for (const VectorXd& corner : regions_.all().at(region).corners) {

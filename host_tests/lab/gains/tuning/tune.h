@@ -30,13 +30,13 @@ struct Tuned {
   model::MpcWeights weights;
   TunedMargins kept;
   double motion_deg_s = 0.0;
-  bool keeps_all = false;  ///< false: no weight keeps all limits; this one has the least peak sensitivity
+  bool keeps_all = false;  ///< false: no weight keeps all limits, and tune() chose the least peak sensitivity
 };
 
 inline constexpr double kSmallestInputWeight = 0.1;
-/// Finds the smallest input weight R, and so the fastest loop, that keeps three limits as flown on every structure:
-/// kLargestPeakSensitivity, kFieldDelayMargin_s, and a command motion in hover of at most kLargestMotion_deg_s. Q and
-/// the observer's noises stay. The search is a bisection to 5 %. If no R keeps the limits, it returns the R of a coarse
+/// Finds the smallest input weight R, and so the fastest loop, that keeps kLargestPeakSensitivity and
+/// kFieldDelayMargin_s as flown on every structure, and a hover_motion() of at most kLargestMotion_deg_s. Q and the
+/// observer's noises stay. The search is a bisection to 5 %. If no R keeps the limits, it returns the R of a coarse
 /// series with the least peak sensitivity, if possible one that is stable and keeps the limit of the motion.
 /// @param hover_motion returns the command motion [deg/s] of a hover with this vehicle file
 Tuned tune(const model::Vehicle& believed, const std::vector<Structure>& structures,
