@@ -12,14 +12,12 @@ using safety::AuthorityAction;
 constexpr char kBundleCharacter = '9';
 constexpr std::uint8_t kOnce = 1;
 
-protocol::TelemetryFrequency wanted_rates(const std::array<protocol::Rate, 16>& rates,
+protocol::TelemetryFrequency wanted_rates(const std::array<protocol::Rate, 12>& rates,
                                           protocol::TelemetryLayout layout) {
   protocol::TelemetryFrequency wanted;
-  const std::array<std::uint8_t, 16> places = protocol::rate_places(layout);
+  const std::array<std::uint8_t, 12> places = protocol::rate_places(layout);
   for (std::size_t item = 0; item < rates.size(); ++item) {
-    if (places[item] < wanted.rates.size()) {
-      wanted.rates[places[item]] = rates[item];
-    }
+    wanted.rates[places[item]] = rates[item];
   }
   return wanted;
 }

@@ -17,7 +17,7 @@ struct LinkConfig {
   bool encrypt_commands = false;             ///< of command sets 0x01, 0x05; answers may be plain or encrypted
   std::uint32_t baud = 230400;               ///< for line times (arrival of frames) and the shares in LinkHealth
   /// Rate of each telemetry item. RC and control at 100 Hz, because they show a loss of control.
-  std::array<protocol::Rate, 16> rates{protocol::Rate::k100Hz, protocol::Rate::k100Hz, protocol::Rate::k100Hz,
+  std::array<protocol::Rate, 12> rates{protocol::Rate::k100Hz, protocol::Rate::k100Hz, protocol::Rate::k100Hz,
                                        protocol::Rate::k100Hz, protocol::Rate::k100Hz, protocol::Rate::k10Hz,
                                        protocol::Rate::kOff,   protocol::Rate::k100Hz, protocol::Rate::kOff,
                                        protocol::Rate::k10Hz,  protocol::Rate::k1Hz,   protocol::Rate::k100Hz};

@@ -92,8 +92,8 @@ core::Expected<Value> encode(const TelemetryFrequency& command) {
     return core::Status::kOutOfRange;
   }
   return Value::of([&](ByteWriter& writer) {
-    for (std::size_t item = 0; item < command.rates.size(); ++item) {
-      writer.put(item < 12 ? code(command.rates[item]) : std::uint8_t{0});
+    for (const Rate rate : command.rates) {
+      writer.put(code(rate));
     }
   });
 }

@@ -32,7 +32,7 @@ struct Activation {
 enum class Rate : std::uint8_t { kOff = 0, k1Hz = 1, k10Hz = 2, k50Hz = 3, k100Hz = 4, kAsItIs = 5 };
 
 struct TelemetryFrequency {
-  std::array<Rate, 16> rates{};  ///< by the item's bit (TelemetryItem); entries 12..15 are reserved and sent as zero
+  std::array<Rate, 16> rates{};  ///< at the places of rate_places(); DJI reserves the others, which stay kOff
 };
 
 /// Up to 100 free bytes; used in both directions.

@@ -126,8 +126,8 @@ core::Status decode_family_telemetry(std::span<const std::byte> value, Telemetry
   return core::Status::kOk;
 }
 
-std::array<std::uint8_t, 16> rate_places(TelemetryLayout layout) {
-  std::array<std::uint8_t, 16> places{};
+std::array<std::uint8_t, 12> rate_places(TelemetryLayout layout) {
+  std::array<std::uint8_t, 12> places{};
   for (std::size_t item = 0; item < places.size(); ++item) {
     const bool moves = layout == TelemetryLayout::kFamily && item >= kFirstMovedItem;
     places[item] = static_cast<std::uint8_t>(moves ? item + kMoved : item);

@@ -67,7 +67,7 @@ struct FamilyItems {
 /// @returns kInvalidArgument: the size does not fit the flag word exactly; nothing is changed then.
 core::Status decode_family_telemetry(std::span<const std::byte> value, Telemetry& telemetry, FamilyItems& more);
 
-/// The place of each M100 item's rate in the telemetry frequencies; a place of 16 or more: the item has none.
-std::array<std::uint8_t, 16> rate_places(TelemetryLayout layout);
+/// The place of each item in TelemetryFrequency::rates, by the number of the item on an M100.
+std::array<std::uint8_t, 12> rate_places(TelemetryLayout layout);
 
 }  // namespace m100::protocol

@@ -137,7 +137,7 @@ TEST(DecodeCommand, RefusesCodesThatDoNotExist) {
 }
 
 // The SDK replaces unknown rates by "leave as it is", and our decoder does the same.
-TEST(TelemetryFrequency, ClampsUnknownRatesAndZeroesReservedItems) {
+TEST(TelemetryFrequency, ClampsUnknownRatesAndSendsEveryPlace) {
   std::array<std::byte, 16> value{};
   value[3] = std::byte{9};
   const auto command = decode_command(ids::kTelemetryFrequency, value);
@@ -148,7 +148,7 @@ TEST(TelemetryFrequency, ClampsUnknownRatesAndZeroesReservedItems) {
   const auto encoded = encode(all);
   ASSERT_TRUE(encoded);
   EXPECT_EQ(encoded->bytes()[11], std::byte{4});
-  EXPECT_EQ(encoded->bytes()[12], std::byte{0});
+  EXPECT_EQ(encoded->bytes()[13], std::byte{4}) << "the control item of an N3";
   all.rates[0] = static_cast<Rate>(6);
   EXPECT_EQ(encode(all).status(), kOutOfRange);
 }
