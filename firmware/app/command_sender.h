@@ -22,17 +22,18 @@ class CommandSender {
   /// ours (sticks: after rounding to counts), or the pilot's if control is not ours.
   const ctl::Command<T>& update(bool in_control, const protocol::Telemetry& telemetry);
 
-  /// Sends the supervised command, if the link may carry one now. @param commanded the command before the supervisor.
+  /// Sends the supervised command, if the link may carry one now, or gives control back. @param commanded the command
+  /// before the supervisor.
   /// @returns as SerialLink::send, but kNotReady also if control is not ours; kRefused: the failsafe sends nothing.
   core::Status send(const safety::SupervisedCommand<T>& supervised, const ctl::Command<T>& commanded,
                     const ctl::Excitation<T>& excitation, link::SerialLink& link, core::TimePoint now);
 
-  /// The command of the excited stick, in SI units. Precondition: the excitation moves a stick.
+  /// The command that the stick moved by the excitation gives, in SI units. Precondition: excitation.moves().
   T excited_command(const ctl::Excitation<T>& excitation) const;
   /// Forgets what rounding to counts has left over.
   void reset() { commands_.reset(); }
   bool uses_sticks() const { return channel_ == link::Channel::kVirtualRc; }
-  /// The last sticks that were sent.
+  /// The last sticks that were sent; centred before the first.
   const vrc::Sticks& sticks() const { return sticks_; }
 
  private:

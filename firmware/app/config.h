@@ -12,14 +12,14 @@
 
 namespace m100::app {
 
-/// Configuration of a flight apart from the vehicle: chosen at run time, checked once before the first tick.
+/// Configuration of a flight apart from the vehicle: chosen at run time, before the first tick.
 struct FlightConfig {
   link::LinkConfig link;
   safety::Limits limits;
   safety::Envelope envelope;
   SensorLimits sensor_limits;
   core::Fence fence;
-  /// An order to fly has no effect farther than this from where the course begins [m]: the law would fly there at once.
+  /// An order to fly has no effect farther than this from the course's beginning [m]: the law would fly there at once.
   double reach_m = 1e9;
   mpc::Law law = mpc::Law::kMpc;  ///< of the horizontal axes
   bool plans_setpoints = true;    ///< set points are flown as motions of ctl::SetpointPlanner, not as jumps
@@ -30,11 +30,11 @@ struct FlightConfig {
       true;                           ///< false: no reaction to a limit cycle, and no report (tests of the law alone)
   est::CheckSet disabled_checks = 0;  ///< checks of pose against autopilot that the operator has switched off by name
   ctl::ExcitationPlan excitation{};   ///< empty: none. Virtual RC only; what it views must outlive the flight
-  /// Age of the attitude in a telemetry package when a tick reads it. The autopilot states none of its parts: half a
-  /// period of 100 Hz inside the autopilot, 1.5 ms on the wire at 921600 baud (protocol, section 10), and half a tick
-  /// until the tick reads it; together 11.5 ms (16 ms at 230400 baud), set to one tick.
+  /// Assumed age of the attitude in a telemetry package when a tick reads it: one tick. Its parts are estimates,
+  /// because the autopilot states none: half a period of 100 Hz inside the autopilot, 1.5 ms on the wire at 921600 baud
+  /// (protocol, section 10), half a tick until it is read; together 11.5 ms, about a tick (16 ms at 230400 baud).
   core::Duration attitude_age = std::chrono::milliseconds(10);
-  std::uint32_t pose_baud = 115200;  ///< of the second UART
+  std::uint32_t pose_baud = 115200;  ///< of the poses' UART
   link::SenderChoice pose_from{};    ///< whose poses are used
   /// How long an order to fly stays valid if it is not served: start-up and the requests for control take time.
   core::Duration order_timeout = std::chrono::seconds(20);

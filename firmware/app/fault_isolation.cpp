@@ -11,7 +11,7 @@ namespace {
 /// After braking begins, the tilt takes a quarter of a second to reverse. Until then the speed may grow by the tilt of
 /// our commands or by the measured force, whichever gives more, and in a gust by kGust_m_s.
 constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4;
-constexpr double kFar_m_s = 0.5;  ///< the poses are false if observed and dead-reckoned velocity differ by more
+constexpr double kFar_m_s = 0.5;  ///< doubtful poses are false if observed and dead-reckoned velocity differ by more
 
 /// Largest distance of healthy poses from the observer's prediction by the reported attitude: the speed times the
 /// largest error of the time of capture that PathConsistency allows, and another 5 cm for noise and the lag after a
@@ -49,7 +49,8 @@ est::Contradiction<T> FaultIsolation<T>::contradiction() const {
   return velocity_consistency_.report();
 }
 
-/// Force and observer do not contradict an attitude that was false before control was ours; only the poses do.
+/// Judges whether the poses leave the prediction to where the commands, not the attitude, tilt the aircraft: only
+/// they contradict an attitude that was false before control was ours, because force and observer agree with it.
 template <typename T>
 void FaultIsolation<T>::update_pose_offset(const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
                                            const core::Vector<T, 2>& model_tilt_rad) {
@@ -135,7 +136,7 @@ T FaultIsolation<T>::speed_after_turn(const core::Vector<T, 2>& model_tilt_rad, 
   return moved_m_s > turned_m_s ? moved_m_s : turned_m_s;
 }
 
-/// The reckoned velocity may use a false attitude until that is noticed; this one, by commands and poses, does not.
+/// Predicts the velocity from commands and poses. (Dead reckoning uses the attitude, also a false one until noticed.)
 template <typename T>
 void FaultIsolation<T>::predict_from_commands(const est::Measurement<T>& measured, T step_s) {
   constexpr T kGravity_m_s2 = static_cast<T>(model::kGravity_m_s2);

@@ -20,13 +20,13 @@ namespace m100::app {
 /// Reacts to false poses: compares the poses with the autopilot, remembers that they gave the observer a false motion,
 /// and then supplies another motion for braking.
 ///
-/// Contradicted poses have given the observer a false motion. While the failsafe ends the flight (kLevel, kRelease),
-/// poses that the gate refuses or that come again after a gap may have done so, too: then the observer's velocity is
-/// compared with the dead-reckoned one. A motion that counts as false does so until the failsafe has ended. If the
-/// autopilot's attitude and rates contradict each other, the attitude does not follow our commands while poses and
-/// autopilot disagree, or no usable attitude comes while the failsafe ends the flight, the motion is computed from the
-/// poses and the tilt predicted by the commands. If the computed speed exceeds what a braking aircraft can reach, it is
-/// useless: the aircraft then only holds trim and wind, and nothing waits for it to slow down.
+/// The observer's motion counts as false while a check contradicts poses or attitude. While the failsafe ends the
+/// flight (kLevel, kRelease) it also does so if the gate refuses poses, or poses come again after a gap, and the
+/// observer's velocity differs from the dead-reckoned one; then it stays false until the failsafe has ended. Braking
+/// uses the dead-reckoned motion instead. If the autopilot's attitude and rates contradict each other, the attitude
+/// does not follow our commands while poses and autopilot disagree, or no usable attitude comes while the failsafe ends
+/// the flight, the motion is computed from the poses and the tilt predicted from the commands. If the dead-reckoned
+/// speed exceeds what a braking aircraft can reach, only trim and wind are held, and the hand-over does not wait.
 ///
 /// No heap. Cost: that of its parts. T is float or double.
 template <typename T>
@@ -35,15 +35,16 @@ class FaultIsolation {
   /// @param off checks that the operator has switched off.
   explicit FaultIsolation(est::CheckSet off) : disabled_checks_(off), velocity_consistency_(off) {}
 
-  /// Once per tick, after the observer. @param measured of which the pose is used. @param model_tilt_rad the tilt that
-  /// the model predicts from the commands. @param failsafe_state before this tick's review.
+  /// Once per tick, after the observer. @param measured only its pose is used. @param model_tilt_rad the tilt that the
+  /// model predicts from the commands. @param failsafe_state that of the tick before.
   void update(const est::ImuSample<T>& imu, const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
               const core::Vector<T, 2>& model_tilt_rad, safety::FailsafeState failsafe_state, core::Duration elapsed);
 
   bool is_converged() const { return velocity_consistency_.is_converged(); }
   /// See VelocityConsistency.
   T force_scale_m_s2() const { return velocity_consistency_.force_scale_m_s2(); }
-  /// The attitude is contradicted by its rates or our commands, or is missing while the failsafe ends the flight.
+  /// The attitude is contradicted by its rates or our commands, or is missing while the failsafe ends the flight; also
+  /// afterwards until the failsafe has ended.
   bool attitude_is_contradicted() const { return attitude_fault_; }
   /// The present contradiction. A false attitude is reported first, because it makes the poses look false, too.
   est::Contradiction<T> contradiction() const;
@@ -51,7 +52,7 @@ class FaultIsolation {
   const est::DisturbanceAcceleration<T>& disturbance_acceleration() const {
     return velocity_consistency_.disturbance_acceleration();
   }
-  /// The motion for braking: a contradicted estimate would follow the false poses.
+  /// The motion for braking: the estimate, or where that counts as false its replacement (see above).
   est::Estimate<T> motion(const est::Estimate<T>& estimate) const;
   /// The motion by which the fence is held. While force or path disagree with the poses, the velocity is that of dead
   /// reckoning even before the alarm: an aircraft that flies at 2.4 m/s could not stop in time after it. The position
@@ -62,8 +63,8 @@ class FaultIsolation {
   double speed_m_s(const est::Estimate<T>& estimate) const;
   /// The horizontal speed after `later`, if tilt and disturbance stay as they are; not less than speed_m_s().
   double speed_then_m_s(const est::Estimate<T>& estimate, core::Duration later) const;
-  /// For how long poses have been refused (at least limits.gate_shut while the observer's motion counts as false), and
-  /// the speed for which the hand-over waits. @param levels_limit_cycle nothing reduces the speed, so nothing waits.
+  /// The supervisor's input. refused_for is at least limits.gate_shut while the observer's motion counts as false.
+  /// @param levels_limit_cycle nothing reduces the speed: both speeds are 0, so that the hand-over does not wait.
   est::ConsistencyStatus status(const est::Estimate<T>& estimate, safety::FailsafeState failsafe_state,
                                 bool levels_limit_cycle, const safety::Limits& limits) const;
 
@@ -88,13 +89,13 @@ class FaultIsolation {
   est::CommandConsistency<T> command_consistency_;
   est::HeightConsistency<T> height_consistency_;
   est::DeadReckoning<T> dead_reckoning_;
-  bool estimate_faulted_ = false;  ///< the observer's motion was learned from poses that are contradicted
+  bool estimate_faulted_ = false;  ///< the observer's motion counts as false
   core::Vector<T, 2> unseen_m_ =
       core::Vector<T, 2>::Zero();  ///< flown since force or path contradict the poses, and not shown by them
   T max_speed_m_s_{0};             ///< limit of the reckoned speed under braking
-  bool attitude_fault_ = false;    ///< the attitude is contradicted, by its rates or by our own commands, or missing
-  bool diverges_ = false;          ///< the reckoned motion is useless
-  bool misses_poses_ = false;      ///< no pose was used for a while since the failsafe began to end the flight
+  bool attitude_fault_ = false;    ///< attitude_is_contradicted()
+  bool diverges_ = false;          ///< the reckoned speed has exceeded max_speed_m_s_
+  bool misses_poses_ = false;      ///< since the failsafe began to end the flight, poses were missing for a while
   bool poses_confirm_commands_ =
       false;  ///< the poses lie far from where the attitude leads, on the side to which the commands lead
   core::Vector<T, 2> pose_offset_m_ = core::Vector<T, 2>::Zero();  ///< mean offset of the poses from the observer

@@ -59,7 +59,7 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   const ctl::Command<T> commanded =
       excite(design_.to_send(law_.update(estimate_, reference_, acting, elapsed, solves)), now);  // -> control
   monitors_.update(estimate_, reference_, flies(), excitation_.moves(), elapsed, law_);
-  supervised_ = supervise(commanded, leaves, now);                                          // it may only take away
+  supervised_ = supervise(commanded, leaves, now);                                          // it may only restrict
   const core::Status sent = sender_.send(supervised_, commanded, excitation_, link_, now);  // -> Virtual RC -> bytes
   monitors_.update_model(measured, estimate_, sender_.sticks(), sender_.uses_sticks() && link_.authority().in_control,
                          reference_.constant && !excitation_.moves(), elapsed);
@@ -104,15 +104,15 @@ ctl::Command<T> FlightController<T, S>::excite(ctl::Command<T> commanded, core::
   return commanded;
 }
 
-/// Braking by feedback might sustain a limit cycle. While one persists, only trim and wind are compensated, and the
-/// hand-over does not wait for the speed, which nothing reduces.
+/// While a limit cycle persists, or has ended the flight, only trim and wind are compensated, because braking by
+/// feedback might sustain it; and the hand-over does not wait for a lower speed, because nothing reduces it.
 template <typename T, typename S>
 bool FlightController<T, S>::levels_limit_cycle() const {
   return monitors_.limit_cycle_persists() ||
          (supervisor_.ends() && supervisor_.descent().reason == safety::FailsafeReason::kLimitCycle);
 }
 
-/// Braking by a contradicted estimate would follow the false poses.
+/// Uses FaultIsolation's motion: braking by an estimate from false poses would follow them.
 template <typename T, typename S>
 ctl::Command<T> FlightController<T, S>::brake_and_hold() const {
   if (orders_.takes_off()) {  // on the ground there is nothing to brake
@@ -149,7 +149,7 @@ void FlightController<T, S>::prepare_start(core::TimePoint now) {
   }
 }
 
-/// The granted command is held until the next one can leave: the slew limit is between commands that leave.
+/// The granted command stays between two commands that can leave, so that the slew limit counts from one to the other.
 template <typename T, typename S>
 safety::SupervisedCommand<T> FlightController<T, S>::supervise(const ctl::Command<T>& commanded, bool leaves,
                                                                core::TimePoint now) {

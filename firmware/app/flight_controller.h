@@ -43,8 +43,8 @@ class FlightController {
   core::Status tick(core::TimePoint now);
 
   /// The operator's two orders. engage(): control is requested as the protocol requires, and the failsafe may enter
-  /// kNominal, at which the trajectory begins. No effect while the law already flies. release(): neutral sticks, then
-  /// control goes back to the pilot. Both take effect in the next tick and are logged in its record.
+  /// kNominal, at which the trajectory begins. No effect while the law already flies, or out of reach. release(): the
+  /// command of kRelease for half a second, then control goes back; in kSilent at once. Both act in the next tick.
   void engage() { orders_.add(log::kOrderEngage); }
   void release() { orders_.add(log::kOrderRelease); }
 
@@ -62,7 +62,7 @@ class FlightController {
   const link::PoseLink& pose_link() const { return poses_.link(); }
   const safety::Supervisor<T>& supervisor() const { return supervisor_; }
   const est::Estimate<T>& estimate() const { return estimate_; }
-  /// Whether poses and force have been compared for long enough to detect a false motion, or cannot be compared.
+  /// Whether poses and specific force have been compared for long enough to detect a false motion, or cannot be.
   bool is_converged() const { return fault_isolation_.is_converged(); }
   const ref::Window<T>& reference() const { return reference_; }
   const safety::SupervisedCommand<T>& grant() const { return supervised_; }
@@ -81,28 +81,26 @@ class FlightController {
   /// The check that contradicts the poses or the attitude, if any does.
   est::Contradiction<T> contradiction() const { return fault_isolation_.contradiction(); }
   const TickStats& stats() const { return timer_.stats(); }
-  /// When the failsafe last reached NOMINAL from SILENT or LEVEL: the zero of the trajectory's time.
+  /// When the failsafe last reached NOMINAL from SILENT or LEVEL: there the trajectory began.
   core::TimePoint started() const { return orders_.served(); }
 
  private:
   bool flies() const { return safety::passes_law(supervisor_.failsafe_state()); }
   bool is_in_reach() const;
   est::Measurement<T> adapt(const protocol::Telemetry& telemetry, core::TimePoint now);
-  /// Prevents pieces of the course from beginning while no fresh pose comes. Resets course and integral in every tick
-  /// in which the law does not fly: the failsafe hands over to the law only after the law has computed the command that
-  /// is then sent.
+  /// Resets course and law in every tick in which the law does not fly: in the tick in which the failsafe lets it fly,
+  /// the law has computed its command before that. While no fresh pose comes, no piece of the course begins.
   void prepare_start(core::TimePoint now);
   /// Replaces the jump to a set point by a motion, unless the configuration or an excitation forbids it.
   void plan(core::TimePoint now, std::size_t points);
-  /// Limits the reference to the fence. Not inlined: its copy of the estimate is not on the stack during the programs.
+  /// Limits the reference to the fence. Not inlined: its copy of the estimate leaves the stack before the law solves.
   void hold_fence(std::size_t points);
-  /// Whether a command of this tick may leave (true unless the tables' law flies). The slew limit counts from the last
-  /// one.
+  /// Whether a command of this tick may leave. False only while the tables' law flies and the link is not due.
   bool may_leave(core::TimePoint now) const;
-  /// @returns the law's command, with the command of the stick that the excitation moves, where there is one.
+  /// @returns the law's command; on the axis that the excitation moves, the excitation's.
   ctl::Command<T> excite(ctl::Command<T> commanded, core::TimePoint now);
   bool levels_limit_cycle() const;
-  /// The command of the level state: it brakes, then holds.
+  /// The command of the level state: it brakes, then holds. It is neutral during a take-off by the autopilot's task.
   ctl::Command<T> brake_and_hold() const;
   safety::SupervisedCommand<T> supervise(const ctl::Command<T>& commanded, bool leaves, core::TimePoint now);
   void start_when_nominal(safety::FailsafeState before, core::TimePoint now);

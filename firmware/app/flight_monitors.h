@@ -18,8 +18,8 @@ namespace m100::app {
 template <typename T>
 class FlightMonitors {
  public:
-  /// @param attitude_delay from the tick that sends a stick to the tick that reads the attitude, without the vehicle's
-  ///   own delay. @param responds false: limit cycles are neither reported nor answered.
+  /// @param attitude_delay from sending a stick to reading the attitude that it gives, without the vehicle's own delay.
+  ///   @param responds false: limit cycles are neither reported nor answered.
   FlightMonitors(const model::Vehicle& vehicle, const ctl::Braking& braking, core::Duration attitude_delay,
                  bool responds);
 
@@ -54,7 +54,7 @@ class FlightMonitors {
   ctl::LimitCycleResponse<T> limit_cycle_;
   sysid::ResidualMonitor<T> residual_;
   est::TrimMonitor<T> trim_;
-  Attitude attitude_;  ///< of the tick before; is_new: it came in that tick
+  Attitude attitude_;  ///< of the tick before; is_new is true if it came in that tick
 };
 
 extern template class FlightMonitors<float>;

@@ -33,7 +33,7 @@ class LogTap final : public link::ByteTap {
   log::Stream out_;
 };
 
-/// What a tick hands to the log: each part's value.
+/// What a tick hands to the log.
 template <typename T>
 struct FlownTick {
   core::TimePoint now;

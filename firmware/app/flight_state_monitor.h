@@ -15,7 +15,7 @@ template <typename T>
 class FlightStateMonitor {
  public:
   /// Once per tick, after the fault isolation.
-  /// @param model_tilt_rad see DisturbanceEkf
+  /// @param model_tilt_rad along x and y, predicted from the commands by the observer's model
   void update(const link::SerialLink& link, const est::Estimate<T>& estimate, const core::Vector<T, 2>& model_tilt_rad,
               const FaultIsolation<T>& isolation, core::Duration elapsed);
   safety::FlightState status() const { return {.on_ground_for = ground_contact_.duration(), .failure = failure_}; }

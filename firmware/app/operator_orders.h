@@ -22,10 +22,10 @@ class OperatorOrders {
   /// Sends the request for one of the autopilot's own tasks. @returns as SerialLink::request.
   core::Status begin_task(protocol::Task task, link::SerialLink& link, core::TimePoint now);
 
-  /// Once per tick, before the link receives. @param in_reach the aircraft is where the course begins.
+  /// Once per tick, before the link receives. @param in_reach FlightConfig::reach_m; if false, "engage" has no effect.
   void update(bool in_reach, safety::FailsafeState failsafe_state, link::SerialLink& link, core::TimePoint now);
-  /// Once per tick, after the supervisor: gives control back that has been ours for 0.8 s with the failsafe in kSilent,
-  /// as when no pose arrives: unused control blocks the pilot's sticks.
+  /// Once per tick, after the supervisor: gives control back that has been ours for 0.8 s while the failsafe stayed in
+  /// kSilent, as when no pose arrives: control that is not used blocks the pilot's sticks.
   void release_unused(safety::FailsafeState failsafe_state, link::SerialLink& link, core::TimePoint now);
   /// The law flies: the order is served.
   void serve(core::TimePoint now) { until_ = served_ = now; }
@@ -34,7 +34,7 @@ class OperatorOrders {
 
   /// The orders that this tick acts upon: log::kOrder*.
   std::uint32_t acting() const { return acting_; }
-  /// An engage order is served only with `in_reach`, of this tick.
+  /// @param in_reach of this tick; without it a valid engage order is not served.
   safety::OrderStatus status(bool in_reach, core::TimePoint now) const;
   bool takes_off() const;
 

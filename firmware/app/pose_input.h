@@ -10,7 +10,7 @@
 
 namespace m100::app {
 
-/// The poses: from the second UART to one pose a tick, with the time of its capture. T is float or double.
+/// The poses: from their UART to one pose a tick, with the time of its capture. T is float or double.
 template <typename T>
 class PoseInput {
  public:
@@ -19,8 +19,8 @@ class PoseInput {
   PoseInput(hal::Uart& uart, std::uint32_t baud, link::ByteTap* tap, link::SenderChoice from)
       : link_(uart, baud, tap, from) {}
 
-  /// @param stalled the tick covers a stall: then no pose is used, because those that waited are older than they seem,
-  ///   by an unknown time. The next tick has a fresh one. @returns the newest pose; is_new is false if none came.
+  /// @param stalled the tick comes after a stall: then waiting poses are dropped, because they are older than they seem
+  ///   by an unknown time. @returns the newest pose; is_new is false if none came or was used.
   core::Pose<double> receive(bool stalled, core::TimePoint now) {
     const core::Expected<core::Pose<double>> came = link_.receive(now);
     link_.request_time(now);

@@ -15,17 +15,17 @@ namespace m100::app {
 
 /// Limits of a working sensor; readings outside are dropped and counted.
 struct SensorLimits {
-  float position_m = 100.F;           ///< the estimator's own range
-  float rate_rad_s = 20.F;            ///< twice the estimator's range; a slow turn in deg/s is already beyond it
+  float position_m = 100.F;           ///< on each axis: the estimator's own range
+  float rate_rad_s = 20.F;            ///< on each axis: twice the estimator's range; 21 deg/s, not converted, is beyond
   float norm_error = 0.01F;           ///< of the length of the unit quaternion
-  float tilt_rad = 1.2F;              ///< level flight with a larger tilt means swapped axes
+  float tilt_rad = 1.2F;              ///< no flight tilts so far: more means swapped axes
   std::uint32_t stuck_readings = 50;  ///< bit-identical readings in a row: half a second of a sensor that is stuck
 };
 
 struct SensorAdapterStats {
   std::uint32_t refused_poses = 0;      ///< not finite, out of range, or captured later than now
-  std::uint32_t refused_attitudes = 0;  ///< not a unit quaternion, too steep, too fast
-  std::uint32_t stuck_attitudes = 0;    ///< the same bits for too long
+  std::uint32_t refused_attitudes = 0;  ///< not a unit quaternion, tilted too far, or turning too fast
+  std::uint32_t stuck_attitudes = 0;    ///< with the same numbers for SensorLimits::stuck_readings
   std::uint32_t repeated_poses = 0;     ///< the same bits as the pose before: not new, whatever its time stamp is
 };
 

@@ -8,7 +8,6 @@
 
 namespace m100::app {
 
-/// Tick timing.
 struct TickStats {
   std::uint32_t ticks = 0;
   std::uint32_t stalls = 0;  ///< more than two periods since the last tick (R9); the failsafe sees the old pose

@@ -33,14 +33,14 @@ inline void fill_standard_streams() {
   }
 }
 
-/// Whether everything printed was written: a full disk would lose an answer silently.
+/// Whether all text for standard output was written; on a full disk it is lost.
 inline bool all_output_written() {
   std::cout.flush();
   return std::cout && std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
 }
 
-/// The text without anything that may be a key (64 hexadecimal digits): a key given on the command line must not appear
-/// in a journal.
+/// The text without anything that may be a key (a run of exactly 64 hexadecimal digits): a key given on the command
+/// line must not appear in a journal.
 inline std::string without_keys(std::string text) {
   constexpr std::size_t kDigits = 64;
   constexpr const char* kHexadecimal = "0123456789abcdefABCDEF";
@@ -105,7 +105,7 @@ inline void refuse_odd_numbers(CLI::App& app) {
   }
 }
 
-/// The message if the word is an option that its subcommand does not have; empty: it has it.
+/// The message if `command` has no such option; empty if it has it.
 inline std::string unknown_option(const CLI::App& command, const std::string& word) {
   const std::string name = word.substr(0, word.find('='));
   if (command.get_option_no_throw(name) != nullptr) {
@@ -118,9 +118,9 @@ inline std::string unknown_option(const CLI::App& command, const std::string& wo
   return word + ": no such option" + did_you_mean(name, known);
 }
 
-/// The first word of a command line that is an unknown option of its subcommand, or stands where a subcommand must,
-/// with the known word that is nearest; empty: there is none. CLI11 reports a missing option before an unknown one,
-/// which may be the same option, misspelt.
+/// The message about the first word of a command line that is an unknown option of its subcommand, or an unknown word
+/// where a subcommand must be; empty: there is none. CLI11 would report a missing option before an unknown one, which
+/// may be the same option, misspelt.
 inline std::string unknown_word(const CLI::App& app, std::span<char* const> words) {
   const CLI::App* at = &app;
   for (const std::string word : words) {
@@ -140,8 +140,8 @@ inline std::string unknown_word(const CLI::App& app, std::span<char* const> word
   return "";
 }
 
-/// The end of CLI11's message about a word that is not in its list, "--mode: feild not in {field,calm_room}": the word
-/// of the list that is meant. Empty for every other message.
+/// What to append to CLI11's message about a word that is not in its list, "--mode: feild not in {field,calm_room}":
+/// the word of the list that may be meant. Empty for every other message.
 inline std::string listed_word_meant(const std::string& message) {
   constexpr std::string_view kIn = " not in {";
   const std::size_t at = message.find(kIn);
@@ -156,7 +156,8 @@ inline std::string listed_word_meant(const std::string& message) {
   return did_you_mean(message.substr(begin + 1, at - begin - 1), listed);
 }
 
-/// The message for a command line that CLI11 refuses, in one line; empty if it asks for help and has no unknown word.
+/// The one-line message for a command line that CLI11 does not parse; empty if it asks for help or the version and has
+/// no unknown word.
 inline std::string refusal(const CLI::App& app, std::span<char* const> words, const CLI::ParseError& wrong) {
   if (const std::string unknown = unknown_word(app, words); !unknown.empty()) {
     const bool has_key =

@@ -39,7 +39,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
   CLI::App m100{"m100: fly a Matrice 100 from a companion board"};
   m100.require_subcommand(1);
   m100.set_version_flag("--version", m100::companion::version_text("m100"));
-  m100.option_defaults()->always_capture_default();  // --help of every subcommand shows them
+  m100.option_defaults()->always_capture_default();  // --help of every subcommand shows the default values
   m100.footer("Exit codes: 0 done, 1 the answer is no, 2 wrong use or bad input (one line on stderr).");
   m100::companion::add_fly(m100);
   m100::companion::add_handshake(m100);

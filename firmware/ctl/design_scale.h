@@ -6,10 +6,10 @@
 
 namespace m100::ctl {
 
-/// Converts commands between the stick map's scale, which is the identified one, and the design's. If the design's
-/// scale is 5 % larger, the law takes the sticks that are sent for 5 % more tilt than the stick map does, and its
-/// commands become 5 % smaller sticks. Without a scale in [design], and on a channel without sticks, the factors are 1
-/// and no bit changes.
+/// Converts the tilts of commands between two scales (rad per count): the identified one, with which the stick map
+/// converts, and the one of [design]. If the design's is 5 % larger, the law assumes that sent counts tilt the aircraft
+/// by 5 % more than the stick map says, and fewer counts are sent for its commands. On an axis without a scale in
+/// [design], and on a channel without sticks, the factor is 1 and no bit changes.
 template <typename T>
 class DesignScale {
  public:

@@ -7,11 +7,11 @@
 namespace m100::ctl {
 namespace {
 
-// At rest at its place: the bounds of the paper's hover, with a margin for gusts.
+// Within these bounds the aircraft counts as at rest at its place: the paper's hover, with a margin for gusts.
 constexpr double kNear_m = 0.3;
 constexpr double kStill_m_s = 0.15;
 constexpr double kNear_rad = 0.15;
-constexpr double kMaxHolding_counts = 200.0;  // a tilt of 10 degrees: larger than any trim, too windy to excite
+constexpr double kMaxHolding_counts = 200.0;  // a tilt of 10 degrees, more than trim and a moderate wind need
 
 template <typename T>
 T absolute(T value) {
@@ -61,7 +61,7 @@ void Excitation<T>::end(Abort why) {
 
 template <typename T>
 void Excitation<T>::update_distance(const est::Estimate<T>& estimate, const ref::Window<T>& reference) {
-  // Along the body's axes, as the stick pushes: pitch forward, roll to the right.
+  // Along the axes of the body without its tilt, positive as a positive stick moves it: pitch forward, roll right.
   const core::Vector<T, 2> away_b =
       core::rotate_by_yaw(core::Vector<T, 2>(estimate.x.position_m - reference.x[0].position_m,
                                              estimate.y.position_m - reference.y[0].position_m),

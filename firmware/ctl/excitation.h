@@ -25,10 +25,10 @@ constexpr auto& value_of(C& command, std::size_t axis) {
                      : command.yaw_rate_rad_s;
 }
 
-/// Limits that abort an excitation: distances in m and speeds in m/s along the moved axis; for yaw in rad and rad/s.
+/// Limits beyond which an excitation is aborted, along the moved axis: in m, m/s and m/s^2; for yaw in rad and seconds.
 struct ExcitationLimits {
   double distance = 0.0;  ///< from the reference, braking distance included: |s| + v^2 / (2 a), v outwards
-  double braking = 1.0;   ///< a
+  double braking = 1.0;   ///< a, the assumed deceleration
   double speed = 0.0;
   double tilt_rad = 0.0;  ///< of both axes together
 };
@@ -40,7 +40,7 @@ struct ExcitationPiece {
   std::size_t count = 0;
 };
 
-/// Stick movements for identification, computed before the flight; the caller owns the viewed data. Empty: none.
+/// Stick movements for identification, computed before the flight; the caller owns the viewed data. No pieces: none.
 struct ExcitationPlan {
   core::Duration period = std::chrono::milliseconds(20);
   std::span<const std::int16_t> counts{};  ///< from the trim; positive: roll right, pitch forward, climb, yaw right
@@ -63,12 +63,11 @@ template <typename T>
 class Excitation {
  public:
   enum class State : std::uint8_t { kIdle, kReturning, kMoving, kOver, kAborted };
-  /// Why it was aborted.
   enum class Abort : std::uint8_t {
     kNone,
-    kFailsafe,  ///< the failsafe left kNominal, for example because the pilot took control
+    kFailsafe,  ///< the failsafe left kNominal or control was lost, for example because the pilot took it
     kFence,     ///< the geofence limiter brakes: the aircraft might not stop before a side of the fence
-    kDistance,  ///< the aircraft might not stop within ExcitationLimits::distance
+    kDistance,  ///< distance and braking distance exceed ExcitationLimits::distance
     kTilt,
     kSpeed,
     kNotAtRest,  ///< the law did not bring the aircraft to rest at the place within kPatience
@@ -78,12 +77,12 @@ class Excitation {
 
   explicit Excitation(const ExcitationPlan& plan) : plan_(plan) {}
 
-  /// The failsafe reached kNominal: starts with the first piece, if there is one.
+  /// Begins with the return before the first piece, if there is one. Call it when the failsafe has reached kNominal.
   void start(core::TimePoint now);
 
-  /// Once per tick, before update(): the roll and pitch sticks, in counts from their trims, that would hold the
-  /// position now, by the observer's wind and trim. The next piece begins at their mean over the time at rest: without
-  /// this a constant disturbance would carry the aircraft away for as long as the piece lasts.
+  /// In every tick with returns(), before update(): the roll and pitch sticks, in counts from their trims, that would
+  /// hold the position now, by the observer's wind and trim. Their mean over the time at rest is added to the next
+  /// piece: without this a constant disturbance would carry the aircraft away for as long as the piece lasts.
   void rest_at(const HoldingSticks<T>& holding);
   /// Once per tick, before a command is chosen.
   /// @param may the failsafe is in kNominal, control is ours. @param brakes the geofence limiter brakes.
@@ -94,15 +93,15 @@ class Excitation {
   Abort abort() const { return abort_; }
   bool moves() const { return state_ == State::kMoving; }
   ExcitedStick axis() const { return moves_piece() ? plan_.pieces[piece_].axis : ExcitedStick::kRoll; }
-  /// Before a piece: rest_at() is needed.
+  /// The law brings the aircraft to rest before a piece: rest_at() is needed.
   bool returns() const { return state_ == State::kReturning; }
-  /// Added to counts() on the stick of axis(): holds against wind and trim as of the rest before the piece.
+  /// Added to counts(): holds against wind and trim as of the rest before the piece. At most 200; throttle, yaw: 0.
   int holding_counts() const;
-  /// Of the stick of axis(), from its trim; 0 while it does not move.
+  /// The plan's counts for the stick of axis(), from its trim; 0 while the plan moves no stick.
   int counts() const { return moves() ? plan_.counts[plan_.pieces[piece_].begin + sample_] : 0; }
   std::size_t piece() const { return piece_; }
   std::size_t sample() const { return sample_; }
-  /// Distance from the place of rest, and speed, along axis().
+  /// Distance from the reference, and speed, along axis(), positive where a positive stick moves the aircraft.
   T distance() const { return distance_; }
   T speed() const { return speed_; }
   /// The excitation lasts from start() to its end or abort; until then ended() is the time of the last update().

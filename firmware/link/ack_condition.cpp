@@ -26,7 +26,7 @@ bool awaits_ack_of(AuthorityStage stage, protocol::MessageId command) {
 
 safety::AuthorityCondition condition_of(const protocol::AckMeaning& answer, protocol::MessageId command) {
   if (answer.code == protocol::kAckNotAuthorised) {
-    return AuthorityCondition::kNotActivated;  // not the answer to a wrong key, for which a retry is useless
+    return AuthorityCondition::kNotActivated;  // unlike the answer to a wrong key, after which a retry is useless
   }
   // The answer to a request for control names what was done, which may be the opposite of the request.
   if (command == protocol::ids::kControlRequest && answer.code == protocol::control_ack::kReleased) {

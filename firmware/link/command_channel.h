@@ -16,8 +16,8 @@ namespace m100::link {
 
 /// How commands reach the autopilot.
 enum class Channel : std::uint8_t {
-  kVirtualRc,  ///< stick counts, as the paper flew; 5..25 Hz
-  kMovement,   ///< flag 0x0A: angle, vertical velocity, yaw rate, body frame; at most 50 Hz
+  kVirtualRc,  ///< stick counts, as in the paper
+  kMovement,   ///< flag 0x0A: angle, vertical velocity, yaw rate, body frame
 };
 
 /// A command for one of the two channels.
@@ -27,7 +27,7 @@ struct ChannelConfig {
   Channel channel = Channel::kVirtualRc;
   /// 0: the default of the channel (25 or 50 Hz). Virtual RC takes 5..25 Hz, movement control 1..50 Hz.
   double rate_hz = 0.0;
-  /// The rate of the paper, 100 Hz on either channel, beyond what DJI allows. Only this member sets it, never rate_hz.
+  /// True: the rate of the paper, 100 Hz on either channel, beyond what DJI allows; rate_hz is then not used.
   bool paper_100_hz = false;
 };
 
@@ -37,8 +37,8 @@ core::Expected<core::Duration> command_period(const ChannelConfig& config);
 
 /// Limits the command rate. Due times lie on a grid, so that clock jitter hardly lowers the mean rate and never raises
 /// it: two commands are never closer than period - kSlack, and a pause is not made up for. At 50 Hz or less, no window
-/// of one second holds more commands than it begins periods. The cost: a jittering clock makes about one command a
-/// second late by a tick.
+/// of one second holds more commands than 1 s / period, rounded up. The cost: a jittering clock makes about one command
+/// a second late by a tick.
 class RateLimiter {
  public:
   static constexpr core::Duration kSlack = std::chrono::milliseconds(2);
@@ -62,7 +62,7 @@ class RateLimiter {
     used_ = true;
     left(now);
   }
-  /// The last command waited for the line and was sent only now.
+  /// Call it when the last byte of that command has left: only then was it sent.
   void left(core::TimePoint now) {
     last_ = now;
     times_[newest_] = now;

@@ -49,7 +49,7 @@ core::Status CommandWriter::perform(AuthorityAction action, const protocol::Vers
     case AuthorityAction::kSwitchVirtualRcOn:
       return transmit(protocol::VirtualRcSwitch{.on = true, .fall_back_to_rc = true, .reserved = 0}, false);
     case AuthorityAction::kReleaseControl:
-      (void)release(virtual_rc_on, now);  // the table retries a release that did not leave
+      (void)release(virtual_rc_on, now);
       return core::Status::kOk;
   }
   return core::Status::kOk;
@@ -57,7 +57,7 @@ core::Status CommandWriter::perform(AuthorityAction action, const protocol::Vers
 
 core::Status CommandWriter::release(bool virtual_rc_on, core::TimePoint now) {
   if (outbox_.has_requests()) {
-    return core::Status::kNotReady;  // the line is stuck: only one release waits for it, not many
+    return core::Status::kNotReady;  // the line has not taken what waits: a release would only lengthen the queue
   }
   if (config_.uses_virtual_rc() || virtual_rc_on) {
     const core::Status sent =

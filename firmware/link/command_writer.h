@@ -26,7 +26,7 @@ class CommandWriter {
   /// @param tap may be null.
   CommandWriter(hal::Uart& uart, const LinkConfig& config, ByteTap* tap) : uart_(uart), tap_(tap), config_(config) {}
 
-  /// Does what the authority table demands. @param version the autopilot's answer; empty: unknown.
+  /// Does what the authority table demands. @param version the autopilot's answer to the version query; empty: unknown.
   /// @returns kOk: on its way. kReleaseControl is always kOk: the table repeats a release that did not leave.
   core::Status perform(safety::AuthorityAction action, const protocol::VersionAnswer& version,
                        protocol::TelemetryLayout layout, bool virtual_rc_on, core::TimePoint now);
@@ -38,7 +38,7 @@ class CommandWriter {
   /// Queues one flight command; it replaces one that still waits. @returns kResourceExhausted: that one is half sent.
   core::Status write(const ChannelCommand& command);
 
-  /// Queues what the sessions repeat. @param failed called with each command that nobody answered.
+  /// Queues the repeats that are due. @param failed called with each request that was repeated in vain.
   template <typename Failed>
   void poll(core::TimePoint now, Failed&& failed) {
     for (std::size_t i = 0; i < protocol::kReliableSessions; ++i) {
@@ -47,7 +47,7 @@ class CommandWriter {
         return;
       }
       if (due->kind == protocol::Due::Kind::kRepeat) {
-        (void)outbox_.add_request(due->frame.bytes);  // with a full outbox this retry is lost: the next one follows
+        (void)outbox_.add_request(due->frame.bytes);  // with a full outbox this repeat is lost: the next one follows
       } else {
         failed(due->command);
       }

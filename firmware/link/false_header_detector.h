@@ -8,11 +8,11 @@
 
 namespace m100::link {
 
-/// Detects that the parser waits for the rest of a header that cannot begin a frame of an autopilot. The parser accepts
-/// any legal length and has no clock, so a dozen false bytes could delay a tenth of a second of telemetry.
+/// Detects that the parser waits for the rest of a frame whose header is false. The parser accepts any legal length and
+/// has no clock, so a dozen false bytes could delay a tenth of a second of telemetry.
 class FalseHeaderDetector {
  public:
-  /// Longest frame that an N1 sends: telemetry with every item, encrypted, is 144 bytes (protocol, section 10).
+  /// More than the longest frame that an N1 sends: telemetry with every item, encrypted, 144 bytes (protocol, 10).
   static constexpr std::size_t kLongestFrame = 160;
 
   explicit FalseHeaderDetector(std::uint32_t baud) : baud_(baud) {}

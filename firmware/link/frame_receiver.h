@@ -17,8 +17,8 @@ namespace m100::link {
 
 /// Bytes of a UART to frames, each with the time at which it arrived.
 ///
-/// The arrival of a frame is that of the read, less the line time of the bytes after it, but not before the previous
-/// read. Cost per tick: the bytes that came through the parser, at most kBatchesPerTick batches. No heap.
+/// The arrival of a frame is the time of the read, less the line time of the bytes after it, but not before the
+/// previous read. Cost per tick: parsing the bytes that came, at most kBatchesPerTick batches of kBatchBytes. No heap.
 class FrameReceiver {
  public:
 #ifdef M100_SMALL_MEMORY
@@ -59,10 +59,10 @@ class FrameReceiver {
     }
   }
 
-  /// More waits than a tick reads.
+  /// The last receive() may have left bytes unread: its last batch was full.
   bool is_behind() const { return behind_; }
   bool is_port_gone() const { return port_gone_; }
-  /// Bytes were dropped between the frame before and the one that is handled: it may have waited for the parser.
+  /// For `handle`: bytes were dropped between the frame before and this one, so it may have waited in the parser.
   bool follows_damage() const { return dropped_bytes_ != parser_.stats().bytes_dropped; }
   const protocol::ParserStats& stats() const { return parser_.stats(); }
 

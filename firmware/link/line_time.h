@@ -13,7 +13,7 @@ constexpr core::Duration line_time(std::uint64_t bytes, std::uint32_t baud) {
   if (baud == 0) {
     return core::Duration{0};
   }
-  // Both divisions give the same number; only beyond 429 bytes (18 ms at 230400 baud) a library function divides.
+  // Both divisions give the same number; up to 429 bytes (18 ms at 230400 baud) no library function is needed.
   constexpr std::uint64_t kShort = 0xFFFFFFFFU / kAtOneBaud_us;
   return core::Duration{bytes <= kShort ? static_cast<std::uint32_t>(bytes) * kAtOneBaud_us / baud
                                         : static_cast<core::Duration::rep>(bytes * kAtOneBaud_us / baud)};

@@ -14,9 +14,9 @@ struct LinkConfig {
   ChannelConfig channel;
   std::uint32_t app_id = 0;                  ///< from DJI's developer site
   const protocol::Cipher* cipher = nullptr;  ///< the key of that app; null: nothing is encrypted or decrypted
-  bool encrypt_commands = false;             ///< of command sets 0x01, 0x05; answers may be plain or encrypted
+  bool encrypt_commands = false;             ///< all but command set 0x00; answers may be plain or encrypted
   std::uint32_t baud = 230400;               ///< for line times (arrival of frames) and the shares in LinkHealth
-  /// Rate of each telemetry item. RC and control at 100 Hz, because they show a loss of control.
+  /// Rate of each telemetry item, by its bit number. RC and control at 100 Hz: they show a loss of control.
   std::array<protocol::Rate, 12> rates{protocol::Rate::k100Hz, protocol::Rate::k100Hz, protocol::Rate::k100Hz,
                                        protocol::Rate::k100Hz, protocol::Rate::k100Hz, protocol::Rate::k10Hz,
                                        protocol::Rate::kOff,   protocol::Rate::k100Hz, protocol::Rate::kOff,

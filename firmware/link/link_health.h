@@ -12,7 +12,7 @@ namespace m100::link {
 
 /// Statistics of a link for its user.
 struct LinkHealth {
-  /// Upper ends of the jitter bins [us]; the last bin has none.
+  /// Upper ends (exclusive) of the jitter bins [us]; the last bin has none.
   static constexpr std::array<std::int64_t, 9> kJitterBins_us{500, 1000, 2000, 4000, 8000, 16000, 32000, 64000, 128000};
 
   double telemetry_rate_hz = 0.0;  ///< packages in the last full second
@@ -28,10 +28,10 @@ struct LinkHealth {
   std::uint64_t bytes_received = 0;
   std::uint64_t bytes_sent = 0;
   std::uint32_t packages = 0;          ///< of telemetry
-  std::uint32_t bad_packages = 0;      ///< good frame, but sizes do not fit
+  std::uint32_t bad_packages = 0;      ///< good frames whose content cannot be decoded; of any message
   std::uint32_t old_packages = 0;      ///< repeated, overtaken, or the first of a new clock; not in `packages`
   std::uint32_t refused_items = 0;     ///< telemetry items that held a number that is not finite
-  std::uint32_t undecipherable = 0;    ///< encrypted, but we have no key, or not in whole blocks
+  std::uint32_t undecipherable = 0;    ///< frames that are encrypted, but we have no key, or not in whole blocks
   std::uint32_t commands_sent = 0;     ///< flight commands
   std::uint32_t commands_refused = 0;  ///< out of range, without control, or the last one is half sent
   std::uint32_t commands_dropped =

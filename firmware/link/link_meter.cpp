@@ -47,7 +47,7 @@ void LinkMeter::timed_package(core::TimePoint now, core::Duration autopilot_time
   if (has_time_) {
     const core::Duration jitter = (now - last_timed_) - (autopilot_time - last_autopilot_time_);
     ++health_.jitter_histogram[bin_of(std::chrono::abs(jitter))];
-    // The clocks drift apart, so the least offset may grow by 100 parts per million.
+    // The clocks drift apart, so the least offset may grow by 100 parts per million of the time.
     min_offset_ = std::min(offset, min_offset_ + (now - last_timed_) / 10000);
   } else {
     min_offset_ = offset;

@@ -39,9 +39,9 @@ class LinkMeter {
   bool has_time_ = false;
   core::TimePoint last_timed_{};
   core::Duration last_autopilot_time_{0};
-  core::Duration window_delay_{0};  ///< longest transport delay of this second; former_delay_: of the last one
+  core::Duration window_delay_{0};  ///< longest transport delay of this second; former_delay_: of the one before
   core::Duration former_delay_{0};
-  core::Duration min_offset_{0};  ///< our clock minus the autopilot's, for the fastest package
+  core::Duration min_offset_{0};  ///< arrival by our clock minus the autopilot's time, for the fastest package
 };
 
 }  // namespace m100::link

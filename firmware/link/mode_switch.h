@@ -9,8 +9,8 @@
 namespace m100::link {
 
 /// The pilot's mode switch. While Virtual RC is on, the RC item may show our own mode channel (A) instead of the real
-/// switch (protocol, 7); then only the control item shows the switch. An RC item that shows F after our data have been
-/// in mode A for a while shows the real switch.
+/// switch (protocol, 7); then only the loss of control in the control item shows that the switch has left F. An RC item
+/// that shows F after we have sent mode A for kOwnModeShows shows the real switch.
 class ModeSwitch {
  public:
   /// If the RC item can show our own mode (A), it does so at most this long after our Virtual RC data began.
@@ -23,14 +23,14 @@ class ModeSwitch {
   }
   /// Control is not ours.
   void end_commands() { commanded_ = false; }
-  /// After each package with `items`.
+  /// After each telemetry package. @param items those that it brought.
   void update(const protocol::Telemetry& telemetry, std::uint16_t items, core::TimePoint now) {
     const bool ours_would_show = commanded_ && now - first_command_ >= kOwnModeShows;
     const bool has_rc = (items & static_cast<std::uint16_t>(protocol::TelemetryItem::kRc)) != 0;
     rc_item_is_real_ =
         rc_item_is_real_ || (has_rc && ours_would_show && telemetry.control.virtual_rc_on() && shows_f(telemetry));
   }
-  /// Another autopilot may be at the other end.
+  /// For another autopilot at the other end.
   void reset() { rc_item_is_real_ = false; }
 
   /// Whether the switch is at F, or may be because the RC item shows our own mode.
@@ -43,7 +43,7 @@ class ModeSwitch {
  private:
   static bool shows_f(const protocol::Telemetry& telemetry) { return telemetry.rc.mode == protocol::kRcModeF; }
 
-  bool commanded_ = false;  ///< since control was granted
+  bool commanded_ = false;  ///< a command was sent since control was granted
   core::TimePoint first_command_{};
   bool rc_item_is_real_ = false;  ///< it shows the transmitter even while Virtual RC is on
 };

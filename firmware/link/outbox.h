@@ -11,9 +11,9 @@
 
 namespace m100::link {
 
-/// Frames that wait for a UART, which may take them in pieces. Two kinds: requests wait in a queue of kRequests; there
-/// is at most one flight command. Both can be dropped at any time, even half written (the receiver discards an
-/// incomplete frame). Frames never mix. No heap.
+/// Frames that wait for a UART, which may take them in pieces. Two kinds: requests and answers wait in a queue of
+/// kRequests; there is at most one flight command. Both can be dropped at any time, even half written (the receiver
+/// discards an incomplete frame). No frame begins before the one before is complete or dropped. No heap.
 class Outbox {
  public:
   static constexpr std::size_t kRequests = 8;
@@ -99,7 +99,7 @@ class Outbox {
     return true;
   }
 
-  /// A half-written frame must be finished first; otherwise requests go before the command.
+  /// The frame to write: one that is half written must be finished first; otherwise requests go before the command.
   Frame& current() {
     const bool command_begun = has_command() && command_.written > 0;
     return command_begun || count_ == 0 ? command_ : requests_[first_];

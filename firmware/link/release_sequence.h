@@ -15,13 +15,12 @@ namespace m100::link {
 /// switch-off, and two requests to release control. They are encoded at start-up, before anything can be broken;
 /// sending them is one write of constant bytes, which a handler can do whatever the state of the program is.
 ///
-/// The releases use the two highest sessions, which SerialLink never opens: it takes the lowest free one.
+/// The releases use the two highest sessions, which SerialLink does not reach: it opens the lowest free one.
 class ReleaseSequence {
  public:
   static constexpr std::size_t kBytes = 256;
 
-  /// Any number is valid for a single release sequence: the autopilot compares it with the last one of the same
-  /// session.
+  /// Any number is valid for a single release sequence: the autopilot compares it with the last one of its session.
   static constexpr std::uint16_t kSequence = 0xFA2E;
 
   /// @param neutral command of the channel in use. @param cipher null: plain. @param sequence of all frames; to send a

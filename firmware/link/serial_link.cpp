@@ -78,7 +78,7 @@ void SerialLink::handle(const protocol::FrameView& frame, core::TimePoint now) {
   } else if (message->has_id && message->id == protocol::ids::kTelemetry) {
     says_something_new = handle_telemetry(*message, now);
   } else if (message->has_id && is_our_question(message->id)) {
-    ++meter_.counters().echoes;  // the autopilot never asks it
+    ++meter_.counters().echoes;  // an autopilot never sends it
     says_something_new = false;
   } else {
     handle_push(*message);

@@ -28,13 +28,13 @@ namespace m100::link {
 struct AuthorityView {
   safety::AuthorityStage stage = safety::AuthorityStage::kListening;
   safety::AuthorityReason reason = safety::AuthorityReason::kStarting;
-  protocol::AckMeaning answer;  ///< of the autopilot to the last command; gives the cause if reason is kAnswer
-  bool in_control = false;      ///< commands may leave
-  bool mode_f = false;
+  protocol::AckMeaning answer;     ///< of the autopilot, its last except to a release; the cause if reason is kAnswer
+  bool in_control = false;         ///< commands may leave
+  bool mode_f = false;             ///< as LinkStatus::mode_f
   bool control_requested = false;  ///< the operator's request is not served yet
   bool release_pending = false;    ///< control or Virtual RC may be ours
   bool port_gone = false;          ///< the device itself is gone: our bytes cannot leave
-  bool link_alive = false;         ///< a frame, no old telemetry or echo, within the last 500 ms
+  bool link_alive = false;         ///< a frame other than old telemetry and echoes within the last 500 ms
   bool telemetry_fresh = false;    ///< a telemetry package within the last 100 ms
 };
 
@@ -44,8 +44,7 @@ struct AuthorityView {
 /// that the line has not taken waits; a newer one replaces it, and a loss of control drops it.
 ///
 /// Control that telemetry shows as ours while nobody wants it, or that may be ours while nothing is received, is given
-/// back five times a second until telemetry shows the transmitter (promise R15); authority().release_pending is true
-/// meanwhile.
+/// back five times a second until telemetry shows that it is not ours (promise R15).
 ///
 /// Cost per tick: FrameReceiver's. No heap.
 class SerialLink {
@@ -54,7 +53,7 @@ class SerialLink {
   /// A tick that has not read all waiting bytes sends nothing, because its telemetry is stale.
   static constexpr std::size_t kBatchesPerTick = FrameReceiver::kBatchesPerTick;
   static constexpr core::Duration kLinkTimeout =
-      std::chrono::milliseconds(500);  ///< promise sheet: link silent, RELEASE
+      std::chrono::milliseconds(500);  ///< for kLinkAlive and kItemsFresh of the authority table
   /// Precondition (asserted): the rate is inside the window of its channel; check it with command_period() first.
   SerialLink(hal::Uart& uart, const LinkConfig& config, ByteTap* tap = nullptr);
 
@@ -81,8 +80,8 @@ class SerialLink {
   /// @returns kRefused: not in control, or one is open already.
   core::Status request(const protocol::MotorRequest& request, core::TimePoint now);
   core::Status request(const protocol::TaskRequest& request, core::TimePoint now);
-  /// The last requested task still waits for its answer. Afterwards authority().answer is that answer, without a name
-  /// if none came.
+  /// The last requested task still waits for its answer. After that authority().answer is its answer, until another one
+  /// comes; without a name if none came.
   bool task_is_open() const { return writer_.is_open(protocol::ids::kTask); }
 
   const AuthorityView& authority() const { return authority_; }
@@ -102,7 +101,7 @@ class SerialLink {
  private:
   void reset_autopilot();
   void handle(const protocol::FrameView& frame, core::TimePoint now);
-  /// @returns false: telemetry that is repeated, overtaken, or the first of a new clock.
+  /// @returns false: the package is repeated, overtaken, or the first of a new clock.
   bool handle_telemetry(const protocol::Message& message, core::TimePoint now);
   void handle_answer(const protocol::Message& message, core::TimePoint now);
   void handle_push(const protocol::Message& message);

@@ -12,7 +12,7 @@
 
 namespace m100::log {
 
-/// The log of a flight: a record of every tick and of an excitation, every byte of both lines, lines of text.
+/// The log of a flight: a record of every tick, records of an excitation, every byte of both lines, and lines of text.
 class FlightLogWriter {
  public:
   explicit FlightLogWriter(Ring& ring) : writer_(ring) {}

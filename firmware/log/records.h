@@ -12,16 +12,16 @@ namespace m100::log {
 /// Changes with every change of a record's fields.
 inline constexpr std::uint32_t kVersion = 1;
 
-/// One tick of the flight: measurements, estimate, command of the law, command that was sent. World NWU, body FLU, SI;
+/// One tick of the flight: measurements, estimate, command of the law, supervised command. World NWU, body FLU, SI;
 /// sticks in counts. No padding: kTickFormat describes the same layout for ULog, and a test compares the two.
 struct TickRecord {
   std::uint64_t timestamp = 0;  ///< us
   std::array<double, 3> position{};
   std::array<double, 3> velocity{};
-  std::array<double, 3> attitude{};  ///< roll, pitch in the yaw-free frame, yaw
-  std::array<double, 2> tilt_rate{};
+  std::array<double, 3> attitude{};      ///< roll, pitch in the yaw-free frame, yaw
+  std::array<double, 2> tilt_rate{};     ///< roll, pitch, likewise
   std::array<double, 2> disturbance{};   ///< x, y, m/s^2
-  std::array<double, 2> input_offset{};  ///< pitch (x), roll (y), rad
+  std::array<double, 2> input_offset{};  ///< of pitch (x) and roll (y), rad
   double climb_offset = 0.0;
   std::array<double, 3> ref_position{};
   std::array<double, 3> ref_velocity{};
@@ -31,18 +31,18 @@ struct TickRecord {
   double pose_yaw = 0.0;
   std::array<double, 3> imu_attitude{};  ///< roll, pitch, yaw as measured
   std::array<double, 3> imu_rate{};
-  std::array<double, 4> wanted{};         ///< roll, pitch, climb, yaw rate of the law
-  std::array<double, 4> granted{};        ///< of the supervisor
+  std::array<double, 4> wanted{};         ///< roll, pitch, climb, yaw rate of law and excitation
+  std::array<double, 4> granted{};        ///< likewise, of the supervisor
   float pose_age = 0.0F;                  ///< s, R3
   float telemetry_age = 0.0F;             ///< s
   float late = 0.0F;                      ///< s, time since the last tick beyond one period
   float residual = 0.0F;                  ///< of the residual monitor: worst channel over its expected value
-  std::array<std::uint16_t, 4> sticks{};  ///< roll, pitch, throttle, yaw as sent
-  std::uint32_t facts = 0;
-  std::uint32_t refused_poses = 0;
-  std::uint32_t dropped_messages = 0;  ///< of this log
-  std::uint8_t state = 0;              ///< safety::FailsafeState
-  std::uint8_t sent = 0;               ///< 1: a control frame was sent in this tick
+  std::array<std::uint16_t, 4> sticks{};  ///< roll, pitch, throttle, yaw as last sent
+  std::uint32_t facts = 0;                ///< safety::FailsafeCondition
+  std::uint32_t refused_poses = 0;        ///< by the gate, in a row
+  std::uint32_t dropped_messages = 0;     ///< of this log
+  std::uint8_t state = 0;                 ///< safety::FailsafeState
+  std::uint8_t sent = 0;                  ///< 1: a control frame was sent in this tick
   std::uint8_t pose_new = 0;
   std::uint8_t imu_new = 0;
   std::uint8_t link_state = 0;  ///< safety::AuthorityStage
@@ -70,14 +70,14 @@ inline constexpr std::string_view kTickFormat =
     "uint8_t sent;uint8_t pose_new;uint8_t imu_new;uint8_t link_state;uint8_t mpc_path_x;uint8_t mpc_path_y;"
     "uint8_t mpc_changes;uint32_t orders;";
 
-/// One tick of an excitation: the stick that it moves, and the aircraft's distance from where the excitation began.
-/// Distance and speed are along the axis, positive in the direction of the stick: m and m/s, for yaw rad and rad/s.
+/// One tick from the start of an excitation on: the stick that it moves, and distance from the reference and speed
+/// along the axis, positive in the direction of the stick: m and m/s, for yaw rad and rad/s.
 struct ExcitationRecord {
   std::uint64_t timestamp = 0;  ///< us
   float distance = 0.0F;
   float speed = 0.0F;
   std::int16_t counts = 0;   ///< from the trim, as planned; 0 while the law has the stick
-  std::uint16_t sample = 0;  ///< of the piece
+  std::uint16_t sample = 0;  ///< its number in the piece
   std::uint8_t piece = 0;
   std::uint8_t axis = 0;   ///< 0 roll, 1 pitch, 2 throttle, 3 yaw
   std::uint8_t state = 0;  ///< 1 the law returns to the place, 2 the stick moves, 3 over, 4 aborted

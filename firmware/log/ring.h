@@ -10,9 +10,8 @@
 
 namespace m100::log {
 
-/// Passes messages from the tick, which writes whole messages, to the thread that writes them to the medium. The tick
-/// never waits: a message that does not fit is dropped as a whole and counted, so that the log stays readable. One
-/// writer, one reader.
+/// Passes the bytes of messages from the tick to the thread that writes them to the medium. The tick never waits: a
+/// message that does not fit is dropped as a whole and counted, so that the log stays readable. One writer, one reader.
 class Ring {
  public:
   /// @param storage its size is a power of two; it belongs to the caller and must outlive the ring.
@@ -36,7 +35,7 @@ class Ring {
     return true;
   }
 
-  /// Reader only. The oldest bytes in one piece; empty when there are none. They stay until pop().
+  /// Reader only. The oldest bytes, up to the end of the storage; empty when there are none. They stay until pop().
   std::span<const std::byte> front() const {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);  // only the reader changes tail_
     const std::size_t waiting = head_.load(std::memory_order_acquire) - tail;

@@ -18,7 +18,7 @@ std::span<const std::byte> bytes_of(std::string_view text) {
   return std::as_bytes(std::span(text.data(), text.size()));
 }
 
-/// The few bytes before a message's body.
+/// The first bytes of a message's content, before the caller's bytes.
 class Head {
  public:
   void put(std::uint8_t value) {

@@ -17,11 +17,11 @@ inline constexpr std::size_t kLongestNote_bytes = 60000;  ///< a message's size 
 /// Information that a reader needs besides the records, for instance the vehicle file.
 struct Note {
   std::string_view key;
-  std::string_view text;  ///< at most kLongestNote_bytes: an incomplete vehicle file is useless
+  std::string_view text;  ///< a longer one than kLongestNote_bytes is left out, because a part of a file is useless
 };
 
-/// Writes ULog (version 1, docs.px4.io/main/en/dev_log/ulog_file_format.html) into a ring: the bytes that leave the
-/// ring, in this order, are the file. Never waits; a message that does not fit is dropped as a whole and counted.
+/// Writes ULog (version 1, docs.px4.io/main/en/dev_log/ulog_file_format.html) into a ring: the bytes as they leave the
+/// ring are the file. Never waits; a message that does not fit is dropped as a whole and counted.
 ///
 /// Cost: one copy of the record per append. R6: the bytes depend on the arguments only.
 class UlogWriter {

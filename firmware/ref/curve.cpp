@@ -9,7 +9,7 @@ namespace m100::ref {
 namespace {
 
 constexpr std::size_t kRampPieces = 8;
-constexpr double kRampSteepest = 2.1875;  // of the ramp, at its middle: 140 / 64
+constexpr double kRampSteepest = 2.1875;  // largest slope of the ramp polynomial in s, at its middle: 140 / 64
 constexpr double kShortestCruise_s = 0.05;
 
 /// Rounds a time so that it divides into `pieces` pieces of whole microseconds.
@@ -30,7 +30,7 @@ struct Phase {
   double p = 0.0, p1 = 0.0, p2 = 0.0, p3 = 0.0;
 };
 
-/// The integral of the ramp, and the ramp with two derivatives, at s = t / ramp_s.
+/// The phase and its rates in the ramp at s = t / ramp_s: the integral, the ramp polynomial and two derivatives.
 Phase ramped(double s, double rate_rad_s, double ramp_s) {
   const double s2 = s * s, s3 = s2 * s, left = 1.0 - s;
   const double value = s2 * s2 * (35.0 + s * (-84.0 + s * (70.0 - 20.0 * s)));

@@ -8,8 +8,8 @@
 
 namespace m100::ref {
 
-/// A horizontal curve of several turns, from rest to rest; phase p in rad, from 0 to 2 pi turns, offsets from its
-/// beginning in the world frame:
+/// A horizontal curve of `turns` turns (also fractions), from rest to rest; phase p in rad, from 0 to 2 pi turns;
+/// offsets x and y from its beginning in the world frame:
 ///   circle  x = a sin p, y = b (1 - cos p)   begins along +x; a = |radius|, b = radius: to the left, or, negative,
 ///                                            to the right
 ///   eight   x = a sin p, y = b sin 2 p       begins at its crossing
@@ -25,18 +25,20 @@ struct Curve {
   static Curve figure_of_eight(double length_m, double width_m, double speed_m_s, double turns);
 };
 
-/// Position on a curve as a function of time. The rate of the phase rises by 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7, s = t /
-/// ramp_s, and falls in the same way: the first four time derivatives of the position are continuous, at the ends too.
+/// Position on a curve as a function of time. In the first ramp_s the rate of the phase rises by the share 35 s^4 -
+/// 84 s^5 + 70 s^6 - 20 s^7, s = t / ramp_s, and in the last ramp_s it falls in the same way: the first four time
+/// derivatives of the position are continuous, also from and to rest.
 class CurveTimes {
  public:
-  /// @param acceleration_m_s2 largest along the path, in the ramp. A curve too short for its speed is flown slower.
+  /// @param acceleration_m_s2 largest acceleration along the path. On a curve that is too short to reach its speed with
+  ///   it, the largest speed is lower.
   CurveTimes(const Curve& curve, double acceleration_m_s2);
 
   /// Number of pieces of degree 7 that keep the position to 1e-6 of the curve's size.
   std::size_t pieces() const { return 2 * ramp_pieces_ + cruise_pieces_; }
   /// Time from the beginning until `piece` pieces have ended, in whole microseconds; 0 for no piece.
   double end_s(std::size_t piece) const;
-  /// Offset from the beginning and its time derivatives, at a time from 0 to end_s(pieces()).
+  /// Offset from the beginning and three time derivatives, at a time from 0 to end_s(pieces()).
   Node at(double time_s) const;
 
  private:
@@ -48,7 +50,7 @@ class CurveTimes {
   std::size_t cruise_pieces_ = 0;
 };
 
-/// Whether a and |b| are 5 cm to 500 m, the speed is 1 cm/s to 100 m/s, and the turns are above 0.01, up to 100.
+/// Whether a and |b| are 5 cm to 500 m, the speed 1 cm/s to 100 m/s, and the turns more than 0.01 and at most 100.
 bool usable(const Curve& curve);
 
 }  // namespace m100::ref

@@ -36,7 +36,7 @@ Form snap_form() {
   return w;
 }
 
-/// W for time derivatives, for a piece of this duration.
+/// The quadratic form in the end states with derivatives by time, not by normalised time, of a piece of this duration.
 Form timed(const Form& w, double duration_s) {
   std::array<double, 4> power{};
   power[0] = 1.0;

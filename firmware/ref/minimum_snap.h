@@ -14,7 +14,7 @@ inline constexpr std::size_t kMaxNodes = 1025;  ///< solving them takes about 17
 #endif
 inline constexpr std::size_t kDimensions = 4;  ///< x, y, z, yaw
 
-/// A point of the course, with its time derivatives in the optimum.
+/// A point of a course (m, yaw in rad) with three time derivatives.
 struct Node {
   std::array<double, kDimensions> position{};
   std::array<double, kDimensions> velocity{};
@@ -22,8 +22,8 @@ struct Node {
   std::array<double, kDimensions> jerk{};
 };
 
-/// Sets velocity, acceleration and jerk of the inner nodes so that the integral of the squared snap is minimal; the
-/// ends are at rest. durations_s[i] > 0 is the time from node i to node i + 1.
+/// Sets velocity, acceleration and jerk of the nodes so that the integral of the squared snap is minimal; those of the
+/// first and the last node to zero. durations_s[i] > 0 is the time from node i to node i + 1.
 ///
 /// The snap of a piece of duration T is a quadratic form in its end states d: T^-7 d~' W d~, d~_k = d_k T^k. Setting
 /// the gradient by the inner derivatives to zero gives a block tridiagonal system of 3 x 3 blocks (the unconstrained

@@ -16,7 +16,7 @@ struct Polynomial {
   std::array<T, kCoefficients> c{};
 
   /// Value and its first two time derivatives. Horner, three products for each coefficient after the first. The
-  /// coefficients c[count] and higher must be zero; 1 <= count.
+  /// coefficients from c[count] on must be zero; count is at least 1.
   AxisReference<T> at(T s, T duration_s, std::size_t count = kCoefficients) const {
     T value = c[count - 1], slope = T(0), bend = T(0);
     for (std::size_t i = count - 1; i-- > 0;) {
@@ -28,7 +28,7 @@ struct Polynomial {
             .velocity_m_s = slope / duration_s,
             .acceleration_m_s2 = T(2) * bend / (duration_s * duration_s)};
   }
-  /// The time derivative of an order, for checks; slow.
+  /// The time derivative of any order; slower than at().
   double derivative(unsigned order, double s, double duration_s) const {
     double sum = 0.0, power = 1.0, scale = 1.0;
     for (std::size_t i = order; i < kCoefficients; ++i) {

@@ -32,8 +32,7 @@ AxisReference<T> after(const AxisReference<T>& state, T time_s, T jerk_m_s3) {
 
 }  // namespace
 
-/// The search for the peak, in coordinates that count from the goal and are mirrored so that a mere stop would end
-/// below the goal.
+/// The search for the peak, in coordinates that count from the goal and are mirrored if a mere stop would end above it.
 template <typename T>
 class TimeOptimal<T>::Search {
  public:
@@ -44,12 +43,12 @@ class TimeOptimal<T>::Search {
         peak_m_s2_(max_of(limits.up_m_s2, from.acceleration_m_s2)),
         braking_m_s2_(max_of(limits.braking_share * limits.down_m_s2, -from.acceleration_m_s2)),
         speed_m_s_(limits.speed_m_s) {
-    if (stops_upwards(from)) {  // has to reverse first, and so begins by braking
+    if (stops_upwards(from)) {  // it moves downwards, so the motion begins by braking
       peak_m_s2_ = max_of(limits.braking_share * limits.up_m_s2, from.acceleration_m_s2);
     }
   }
 
-  /// Whether the mere stop from a state begins by raising the acceleration.
+  /// Whether braking to rest at once, wherever that is, begins by raising the acceleration.
   bool stops_upwards(const AxisReference<T>& state) const { return level_speed(state) < T(0); }
 
   /// Where the aircraft comes to rest if it brakes at once. Requires !stops_upwards().
@@ -233,7 +232,7 @@ void TimeOptimal<T>::plan(const AxisReference<T>& from, T goal_m, const AxisLimi
                                   .acceleration_m_s2 = -begin.acceleration_m_s2};
   Search up(begin, limits);
   Search down(mirrored, turned);
-  // Where the mere stop ends: the direction in which it begins by lowering the acceleration computes it.
+  // Where it would rest if it braked at once: asks the search in whose coordinates that begins by a lower acceleration.
   const T stop_m = up.stops_upwards(begin) ? -down.stop_m() : up.stop_m();
   const bool goes_up = stop_m < T(0);
   (goes_up ? up : down).run(pieces_.data() + 1);

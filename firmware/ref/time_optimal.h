@@ -17,7 +17,7 @@ struct AxisLimits {
   T down_m_s2{0};      ///< acceleration towards -
   T braking_share{1};  ///< of `up` and `down`: what the final braking uses, at most 1
   T jerk_m_s3{0};      ///< rate of the acceleration
-  T release_m_s3{0};   ///< its rate when the final braking ends, at most the jerk
+  T release_m_s3{0};   ///< rate of the acceleration where the final braking ends, at most jerk_m_s3
 };
 
 /// The fastest motion of one axis from any position, velocity and acceleration to rest at a goal, with limited speed,
@@ -33,7 +33,7 @@ class TimeOptimal {
  public:
   static constexpr int kMaxSteps = 24;
 
-  /// Rests at a goal.
+  /// Replaces the motion by rest at a goal.
   void rest(T goal_m);
   /// Plans from a state to rest at `goal_m`.
   void plan(const AxisReference<T>& from, T goal_m, const AxisLimits<T>& limits);

@@ -23,7 +23,7 @@ struct Waypoint {
   T yaw_rad{0};
 };
 
-/// A waypoint with the time at which it is passed, counted from the beginning of its way.
+/// A waypoint with the time at which it is passed, counted from the beginning of the way that append_timed() appends.
 template <typename T>
 struct TimedWaypoint {
   Waypoint<T> place;
@@ -48,7 +48,7 @@ using Motion = std::array<std::array<double, 5>, kDimensions>;
 /// flight; window() is bounded: ten comparisons to find the present piece, and 44 polynomials.
 ///
 /// A set point (hold, step) enters the window only when it begins, without preview (the paper's steps are chosen by
-/// hand), and sets Window::constant while nothing else follows in the window. All other pieces are previewed.
+/// hand), and sets Window::constant while no piece of another kind begins in the window. Those pieces are previewed.
 template <typename T>
 class Trajectory {
  public:
@@ -63,14 +63,14 @@ class Trajectory {
   void hold(const Waypoint<T>& place);
   /// Appends a jump to a position, held for `duration`. kResourceExhausted, kOutOfRange (beyond 1 km, or no duration).
   core::Status append_step(const Waypoint<T>& place, core::Duration duration);
-  /// Appends a straight line from rest to rest, degree 5, in a given time or as fast as `limits` (not tilt) allow.
+  /// Appends a straight line from rest to rest, degree 5, in a given time or as fast as `limits` (except tilt) allow.
   core::Status append_quintic(const Waypoint<T>& place, core::Duration duration);
   core::Status append_quintic(const Waypoint<T>& place, const SpeedLimits& limits);
-  /// Appends a way from the present end, at rest, through the waypoints to rest at the last, with the least snap
-  /// (integral of the squared fourth derivative) for times shared by distance. All times are then scaled by one factor
-  /// until speed, acceleration, tilt and yaw rate just keep their limits (within 1 %).
+  /// Appends a way from rest at the present end through the waypoints to rest at the last, with the least snap
+  /// (integral of the squared fourth derivative) for times that grow with the distances. One factor then scales all
+  /// times so that speed, acceleration, tilt and yaw rate just keep their limits (within 1 %).
   core::Status append_minimum_snap(std::span<const Waypoint<T>> waypoints, const SpeedLimits& limits);
-  /// Appends a way from the present end, at rest, through the waypoints at their times, kMinWaypointSpacing to one hour
+  /// Appends a way from rest at the present end through the waypoints at their times, kMinWaypointSpacing to one hour
   /// apart (otherwise kInvalidArgument), to rest at the last, with the least snap. Limits are not checked.
   core::Status append_timed(std::span<const TimedWaypoint<T>> waypoints);
   /// Appends a curve from the present end, at rest at both ends. Half of what the limits of acceleration and tilt allow
@@ -83,9 +83,9 @@ class Trajectory {
   core::Status append_square(T side_m, core::Duration per_side, core::Duration pause);
   /// Time zero of the first piece.
   void start(core::TimePoint begin) { begin_ = begin; }
-  /// For ticks in which no fresh pose shows where the aircraft is: a piece from rest that would have begun between now
-  /// - elapsed and now begins after now instead, and the rest of the course is delayed by as much. A piece that
-  ///   continues a motion is not delayed.
+  /// For ticks in which no fresh pose shows where the aircraft is. If a piece that begins at rest would have begun in
+  /// the last `elapsed`, it begins just after now instead, and all later pieces are delayed by as much. A piece that
+  /// continues a motion is not delayed.
   void postpone(core::TimePoint now, core::Duration elapsed);
   core::Duration duration() const { return duration_; }
   const Waypoint<T>& end() const { return end_; }  ///< where the last piece ends
@@ -103,7 +103,7 @@ class Trajectory {
     return window;
   }
   /// window() without a copy.
-  /// @param points of x and y to fill, 1 to kHorizon + 1; the rest is unchanged
+  /// @param points how many of x and y to fill, 1 to kHorizon + 1; the others do not count, and may keep old values
   void fill(Window<T>& window, core::TimePoint now, core::Duration lead, std::size_t points = kHorizon + 1) const;
 
  private:
@@ -121,12 +121,12 @@ class Trajectory {
   struct Moment {
     const Piece* piece;
     T s{0};           ///< share of the duration, 0..1
-    T duration_s{1};  ///< 0: at rest, before or after the piece
+    T duration_s{1};  ///< 0: at rest, in a set point or before or after the piece
   };
   static Moment moment(const Piece& piece, core::Duration time);
   static AxisReference<T> sample(const Moment& moment, std::size_t axis);
   void fill_constant(Window<T>& window, const Waypoint<T>& place) const;
-  /// The piece at a time: the last that has begun by then, or the first. There must be one.
+  /// The piece at a time: the last that has begun by then, or the first if none has. There must be one.
   std::size_t begun_by(core::Duration time) const;
   static bool begins_at_rest(const Piece& piece);
   /// The piece at a time, searched forward from piece `from`, but not past the beginning of a future set point.

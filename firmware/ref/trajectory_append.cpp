@@ -13,7 +13,7 @@ Polynomial<double> piece_between(const Node& from, const Node& to, std::size_t d
 }
 
 /// Factor k by which all times must be multiplied so that this point just keeps the limits: speed is proportional to
-/// 1/k, acceleration to 1/k^2, and the shape stays. The tilt is kept where
+/// 1/k, acceleration to 1/k^2, and the shape stays. The tilt keeps its limit where
 /// horizontal / k^2 <= tan(tilt) (g + vertical / k^2).
 double factor_of(const std::array<AxisReference<double>, kDimensions>& at, const SpeedLimits& limits) {
   double speed2 = 0.0, acceleration2 = 0.0;
@@ -30,7 +30,7 @@ double factor_of(const std::array<AxisReference<double>, kDimensions>& at, const
   return larger(factor, (yaw_rate < 0.0 ? -yaw_rate : yaw_rate) / limits.yaw_rate_rad_s);
 }
 
-/// The factor by which all times of a course must be multiplied, evaluated at 33 points of each piece.
+/// The factor by which all times of a course must be multiplied to just keep the limits, by 33 points of each piece.
 double time_factor(std::span<const Node> nodes, std::span<const double> durations_s, const SpeedLimits& limits) {
   constexpr int kSamples = 32;
   double factor = 0.0;

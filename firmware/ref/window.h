@@ -17,7 +17,7 @@ struct AxisReference {
 };
 
 /// The reference now and over the horizon, world frame. x[k], y[k] are at now + lead + k * 0.1 s, k = 0..20, where lead
-/// is the transport delay that the caller passed; height and yaw are at now.
+/// is what the caller of Trajectory::fill() passed (a transport delay); height and yaw are at now.
 template <typename T>
 struct Window {
   std::array<AxisReference<T>, kHorizon + 1> x{};

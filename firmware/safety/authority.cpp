@@ -64,8 +64,8 @@ void note(AuthorityAction action, AuthorityState& state) {
   }
 }
 
-/// The operator's request for control ends when it is served, refused or withdrawn, when control is lost meanwhile, and
-/// when a port came back: it was not meant for the autopilot that answers there now.
+/// Whether the operator's request for control ends with this row: when it is served, refused or withdrawn, when control
+/// is lost meanwhile, and when a port came back: it was not meant for the autopilot that answers there now.
 constexpr bool ends_ask(const AuthorityTransition& row) {
   const bool refused_at_ready = row.from.has(AuthorityStage::kReady) && row.to == AuthorityStage::kReady;
   return refused_at_ready || row.to == AuthorityStage::kObtaining || row.to == AuthorityStage::kReleasing ||
@@ -87,7 +87,7 @@ bool is_release_pending(const AuthorityState& state, AuthorityCondition conditio
   return shows_ours(conditions) || (state.release_pending && !settled);
 }
 
-/// Time to the next release: five are close together, the sixth waits for a full second, the rest are evenly spaced.
+/// Least time to the next release: five are 100 ms apart, the sixth a second after the first, the rest 200 ms apart.
 constexpr core::Duration release_spacing(std::uint8_t releases) {
   if (releases < kReleasesAtOnce) {
     return kReleaseSpacing;

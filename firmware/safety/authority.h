@@ -13,35 +13,35 @@ namespace m100::safety {
 // Nothing here touches a wire: conditions come in, a stage and an action for the owner of the link come out.
 
 enum class AuthorityStage : std::uint8_t {
-  kListening,          ///< no frame yet; after kListenTime sends the version query nevertheless
+  kListening,          ///< waits for a frame, at most kListenTime; then the version query is sent
   kRequestingVersion,  ///< version query open
   kActivating,         ///< activation open
   kSettingRates,       ///< telemetry frequencies open
   kPausing,            ///< start-up failed for a reason that may pass; starts again after kPauseTime
-  kAwaitingTelemetry,  ///< activated; RC and control items not seen yet
+  kAwaitingTelemetry,  ///< activated; waits for fresh RC and control items
   kReady,              ///< control can be requested; waits for the operator
   kObtaining,          ///< request for control open
   kSpacing,            ///< the request must be repeated, but not before kRequestSpacing is over
   kConfirming,         ///< granted; telemetry does not show it yet (or Virtual RC must wait for its spacing)
   kEnabling,           ///< Virtual RC switched on; telemetry does not show it yet
   kInControl,          ///< the only stage in which commands may leave
-  kReleasing,          ///< control is being given back on purpose, until telemetry shows that it is
+  kReleasing,          ///< control is being given back on purpose, until telemetry shows it as not ours
   kSilent,             ///< control was lost or refused: only releases leave until the operator requests control
-  kSilentCold,         ///< as kSilent, but start-up is due after a request: it failed, or is not valid any more
+  kSilentCold,         ///< as kSilent, but a request begins with start-up, which failed or is not valid any more
 };
 inline constexpr std::size_t kStageCount = 15;
 
 /// Conditions that the authority table tests. Levels are set for as long as they are true, edges for one step.
 enum class AuthorityCondition : std::uint32_t {
   kNone = 0,
-  // The operator (edges; kControlRequested is kept until it is served, refused or withdrawn).
+  // The operator (edges; step() keeps kControlRequested until it is served, refused, withdrawn or void).
   kControlRequested = 1U << 0U,
   kReleaseRequested = 1U << 1U,
   // The link (levels; the restart and the push are edges).
   kLinkAlive = 1U << 2U,        ///< a good frame within the last 500 ms
   kItemsFresh = 1U << 3U,       ///< RC and control items within the last 500 ms
   kRestarted = 1U << 4U,        ///< the autopilot's clock jumped
-  kControlLostPush = 1U << 5U,  ///< control-lost push
+  kControlLostPush = 1U << 5U,  ///< the autopilot's message that control was lost
   // Telemetry (levels).
   kModeF = 1U << 6U,
   kRcOff = 1U << 7U,
@@ -52,19 +52,19 @@ enum class AuthorityCondition : std::uint32_t {
   // The answer to the open request (edges).
   kDone = 1U << 11U,
   kSendAgain = 1U << 12U,  ///< "in progress: send the request again"
-  kRetry = 1U << 13U,      ///< its cause may pass: mobile app, internet, version
-  kRefused = 1U << 14U,    ///< a repetition is useless
+  kRetry = 1U << 13U,      ///< refused, but the cause may pass: mobile app, internet, version
+  kRefused = 1U << 14U,    ///< refused, and a repetition is useless
   kNotActivated = 1U << 15U,
   kNoAnswer = 1U << 16U,
   // Made by step() from ages and counters.
   kRequestSpaced = 1U << 17U,  ///< the last request for control is at least kRequestSpacing old
-  kTriesLeft = 1U << 18U,      ///< fewer than kRequestsPerAction requests for control so far
+  kTriesLeft = 1U << 18U,      ///< fewer than kRequestsPerAction requests for control since the operator's request
   kSwitchSpaced = 1U << 19U,   ///< the last Virtual RC "on" is at least kRequestSpacing old
   kSwitchesLeft = 1U << 20U,
   kTimeOver = 1U << 21U,        ///< the stage has lasted as long as it may
   kReleasePending = 1U << 22U,  ///< control or Virtual RC may be ours
   // Ourselves (edge).
-  kOwnStall = 1U << 23U,  ///< our own program stood still for longer than it may
+  kOwnStall = 1U << 23U,  ///< our own program did not run for more than 500 ms
   // The link (edge).
   kPortBack = 1U << 24U,  ///< the port was opened anew: another autopilot may answer now
 };
@@ -116,7 +116,7 @@ std::string_view name(AuthorityReason reason);
 std::string_view remedy(AuthorityReason reason);
 
 inline constexpr core::Duration kRequestSpacing = std::chrono::seconds(2);  ///< R4; "on" of Virtual RC too
-inline constexpr std::uint8_t kRequestsPerAction = 3;                       ///< R4, of each kind
+inline constexpr std::uint8_t kRequestsPerAction = 3;                       ///< R4: of control, and "on" of Virtual RC
 inline constexpr core::Duration kListenTime = std::chrono::seconds(1);
 inline constexpr core::Duration kPauseTime = std::chrono::seconds(5);
 inline constexpr core::Duration kItemsTime = std::chrono::seconds(2);  ///< for RC and control items to appear
@@ -157,13 +157,12 @@ struct AuthorityStep {
   bool moved = false;  ///< a row matched: any open request is void
 };
 
-/// True in the one stage in which commands may leave.
 constexpr bool may_command(AuthorityStage stage) { return stage == AuthorityStage::kInControl; }
 
-/// One step: at most one row of the table, then the releases that are not in the table (promise R15). In a stage that
-/// does not want control, everything that telemetry shows as ours, or that may be ours while telemetry is silent, is
-/// given back, at most five times a second, until telemetry shows that the transmitter has it. Pure: the caller keeps
-/// the state.
+/// One step: at most one row of the table, then the releases that are not in the table (promise R15). In a stage other
+/// than acquiring or having control, everything that telemetry shows as ours, or that may be ours while telemetry is
+/// silent, is given back, at most five times a second, until telemetry shows that it is not ours. Pure: the caller
+/// keeps the state.
 /// @param elapsed since the step before, not negative.
 AuthorityStep step(const AuthorityState& state, AuthorityCondition conditions, core::Duration elapsed);
 

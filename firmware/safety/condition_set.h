@@ -32,7 +32,7 @@ template <ConditionSet S>
 constexpr S& operator|=(S& a, S b) {
   return a = a | b;
 }
-/// The condition if it holds, otherwise the empty set.
+/// `sign` if the condition is true, otherwise the empty set.
 template <ConditionSet S>
 constexpr S when(bool condition, S sign) {
   return condition ? sign : S::kNone;

@@ -11,7 +11,7 @@
 
 namespace m100::safety {
 
-/// The states of the failsafe, from the top down, with the command that each state lets through:
+/// The states of the failsafe, from normal flight down, with the command that each state lets through:
 ///   kNominal  the law's command
 ///   kCoast    the law's command, computed from the model's prediction, for a limited time; the command of kLevel once
 ///             the predicted error reaches the fence
@@ -29,28 +29,28 @@ enum class FailsafeCondition : std::uint32_t {
   kTelemetryDead = 1U << 2U,     ///< no telemetry package for 500 ms
   kCommandInvalid = 1U << 3U,    ///< the law's command is not finite or far out of range
   kEstimateLost = 1U << 4U,      ///< poses refused for 0.3 s or contradicted, or not Estimate::healthy
-  kFresh = 1U << 5U,             ///< pose younger than fresh_limit() and telemetry than 100 ms
-  kRecovered = 1U << 6U,         ///< fresh, and ten new poses in a row
-  kCoastOver = 1U << 7U,         ///< 700 ms in kCoast since the error was last no larger than at its beginning
+  kFresh = 1U << 5U,             ///< the pose is at most fresh_limit() old, and telemetry 100 ms
+  kRecovered = 1U << 6U,         ///< kFresh without interruption for ten new poses
+  kCoastOver = 1U << 7U,         ///< 700 ms since kCoast began, or since fresh poses made the error as small as then
   kLevelOver = 1U << 8U,         ///< in kLevel for 1 s, and slow enough for the pilot or there for too long
   kNeutralOver = 1U << 9U,       ///< in kRelease for 0.5 s
   kOperatorEngages = 1U << 10U,  ///< the operator's order to fly is valid
   // Reported only: no row of the table tests the next five. They are in the log's field `facts`.
-  kRollModelMismatch = 1U << 11U,   ///< the axis no longer follows its model, by the residual monitor; likewise below
-  kPitchModelMismatch = 1U << 12U,  ///< in the order of sysid::MonitoredAxis
+  kRollModelMismatch = 1U << 11U,  ///< roll no longer follows its model, by sysid::ResidualMonitor; likewise the next
+  kPitchModelMismatch = 1U << 12U,
   kYawRateModelMismatch = 1U << 13U,
   kClimbModelMismatch = 1U << 14U,
   kTrimDrifted = 1U << 15U,  ///< in hover, by est::TrimMonitor
-  // Acted upon again.
+  // Tested by rows again, except kLimitCycle.
   kReserveSpent = 1U << 16U,       ///< 500 ms in kCoast, as for kCoastOver, and the predicted error reached the fence
-  kOutsideFence = 1U << 17U,       ///< the aircraft is beyond a side of its fence
-  kAuthorityExceeded = 1U << 18U,  ///< for 3 s the wind has been stronger than the aircraft
+  kOutsideFence = 1U << 17U,       ///< the aircraft is beyond a side, the floor or the ceiling of its fence
+  kAuthorityExceeded = 1U << 18U,  ///< for 3 s the wind has been stronger than the aircraft (ControlAuthorityMonitor)
   kTaskFlies = 1U << 19U,          ///< the autopilot takes off or lands by its own task, by the operator's order
   kLimitCycle =
       1U << 20U,  ///< reported only: a limit cycle was detected, and the fallback law flies (ctl::LimitCycleDetector)
-  kLimitCyclePersists = 1U << 21U,  ///< acted upon: the limit cycle persists under the fallback law
+  kLimitCyclePersists = 1U << 21U,  ///< the limit cycle persists under the fallback law
   kOnGround = 1U << 22U,            ///< in flight the autopilot has reported "on the ground" for 500 ms
-  kFlightFailure = 1U << 23U,       ///< tilt beyond 45 degrees, tumbling, free fall or a crash (FailureDetector)
+  kFlightFailure = 1U << 23U,       ///< tilt beyond 45 degrees, tumbling, free fall or a crash, by FailureDetector
 };
 template <>
 inline constexpr bool kIsCondition<FailsafeCondition> = true;
@@ -119,7 +119,7 @@ inline constexpr std::array kFailsafeTransitions{
                        FailsafeState::kSilent, FailsafeReason::kOnGround},
     FailsafeTransition{FailsafeState::kLevel, FailsafeCondition::kOnGround, FailsafeCondition::kTaskFlies,
                        FailsafeState::kSilent, FailsafeReason::kOnGround},
-    // The way out.
+    // From kRelease to kSilent.
     FailsafeTransition{FailsafeState::kRelease, FailsafeCondition::kNeutralOver, FailsafeCondition::kNone,
                        FailsafeState::kSilent, FailsafeReason::kNeutralOver},
     FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kOperatorReleases, FailsafeCondition::kNone,
@@ -150,7 +150,7 @@ inline constexpr std::array kFailsafeTransitions{
         FailsafeState::kSilent, FailsafeCondition::kTaskFlies | FailsafeCondition::kCommandable,
         FailsafeCondition::kOperatorReleases | FailsafeCondition::kTelemetryDead | FailsafeCondition::kFlightFailure,
         FailsafeState::kLevel, FailsafeReason::kTask},
-    // Down one step.
+    // Down to kLevel, or from kNominal to kCoast.
     FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kCommandInvalid, FailsafeCondition::kNone,
                        FailsafeState::kLevel, FailsafeReason::kCommandInvalid},
     FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kCommandInvalid, FailsafeCondition::kNone,
@@ -185,7 +185,7 @@ inline constexpr std::array kFailsafeTransitions{
         FailsafeState::kNominal, FailsafeReason::kEngaged},
 };
 
-/// Number of the row that matches; the table's size if none does.
+/// Number of the first row that matches; the table's size if none does.
 constexpr std::size_t row_number(FailsafeState state, FailsafeCondition conditions) {
   return first_row(kFailsafeTransitions, [state, conditions](const FailsafeTransition& row) {
     return row.from == state && all(conditions, row.needs) && !any(conditions, row.excludes);
@@ -198,7 +198,7 @@ constexpr FailsafeState next_failsafe_state(FailsafeState state, FailsafeConditi
   return number < kFailsafeTransitions.size() ? kFailsafeTransitions[number].to : state;
 }
 
-/// Whether the law's command may leave in this state, and whether any control byte may.
+/// Whether the law's command may leave in this state. (In kCoast that of kLevel may leave instead.)
 constexpr bool passes_law(FailsafeState state) {
   return state == FailsafeState::kNominal || state == FailsafeState::kCoast;
 }

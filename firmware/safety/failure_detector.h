@@ -14,10 +14,10 @@ struct FlightSample {
   using Vector3 = core::Vector<T, 3>;
   std::optional<Vector3> up_b = std::nullopt;  ///< the world's vertical in body axes (FLU), by the autopilot's attitude
   Vector3 rate_b_rad_s = Vector3::Zero();      ///< FLU; read where up_b is given
-  bool attitude_is_trusted = true;             ///< false: its own rates, or our commands, contradict the attitude
+  bool attitude_is_trusted = true;             ///< false: FaultIsolation::attitude_is_contradicted()
   T lean_rad{0};                               ///< between the tilt and the tilt that model and commands predict
-  std::optional<T> force_g = std::nullopt;     ///< length of the specific force
-  std::optional<T> climb_m_s = std::nullopt;   ///< the autopilot's
+  std::optional<T> force_g = std::nullopt;     ///< length of the specific force, in g
+  std::optional<T> climb_m_s = std::nullopt;   ///< by the autopilot
 };
 
 /// Detects flights that are out of control, as PX4's failure detector and ArduPilot's crash check do.
@@ -27,13 +27,13 @@ struct FlightSample {
 ///              limits of tilt a healthy aircraft turns by 60 degrees
 ///   free fall  a specific force below 0.2 g for 0.3 s (PX4), while the aircraft, if a climb speed comes, sinks at half
 ///              of what such a fall gains or faster: one channel alone may be a sensor's fault
-///   crash      tilted 30 degrees away from the command for 2 s (ArduPilot); or a force above 3 g, twice the largest of
-///              a flight within 30 degrees, and then for a second neither rates nor climb speed: a free aircraft moves
-///              after such a blow
+///   crash      tilted 30 degrees away from the predicted tilt for 2 s (ArduPilot); or a force above 3 g, twice the
+///              largest of a flight within 30 degrees, and in the 3 s after it one second with rates below 0.1 rad/s
+///              and a climb speed below 0.1 m/s: a free aircraft moves after such a blow
 ///
 /// The tilt counts only where it agrees with the rates: the vertical is also integrated from the rates (memory 0.5 s),
-/// and both must be beyond the limit. An attitude that its own rates or our commands contradict is not judged; such a
-/// flight is ended by that check, which brakes first. T is float or double. No heap. Cost: about 30 products a tick.
+/// and both must be beyond the limit. Tilt, tumbling and lean are not judged by an attitude that is not trusted; such a
+/// flight is ended by FaultIsolation, which brakes first. T is float or double. No heap. Cost: 30 products a tick.
 template <typename T>
 class FailureDetector {
  public:
@@ -48,7 +48,7 @@ class FailureDetector {
   bool begun_ = false;
   Vector3 up_b_ = Vector3::UnitZ();  ///< integrated from the rates, corrected by the attitude
   T reported_up_{1};                 ///< cosine of the newest attitude's tilt
-  T turn_rad_s_{0};                  ///< newest rate
+  T turn_rad_s_{0};                  ///< magnitude of the newest rates
   T force_g_{1};                     ///< newest, likewise below
   T climb_m_s_{0};
   bool climb_known_ = false;

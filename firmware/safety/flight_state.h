@@ -13,15 +13,15 @@ enum class FlightFailure : std::uint8_t {
   kNone,
   kTilt,      ///< tilted beyond 45 degrees
   kTumbling,  ///< turned by 90 degrees at more than one revolution per second
-  kFreeFall,  ///< no thrust for 0.3 s
-  kCrash,     ///< tilted 30 degrees away from the command for 2 s, or a shock and then no motion
+  kFreeFall,  ///< almost no specific force for 0.3 s, while it sinks
+  kCrash,     ///< tilted 30 degrees away from the predicted tilt for 2 s, or a shock and then no motion
 };
 
 std::string_view name(FlightFailure failure);
 
 /// Whether the aircraft still flies.
 struct FlightState {
-  /// How long the flight status has been "on the ground"; zero: not "in the air" before, or so for a second since.
+  /// How long the flight status has been "on the ground"; zero if it never was "in the air", or has been for a second.
   core::Duration on_ground_for{0};
   FlightFailure failure = FlightFailure::kNone;  ///< by FailureDetector
 };

@@ -5,15 +5,15 @@
 
 namespace m100::safety {
 
-/// Measures for how long the autopilot's flight status has been "on the ground" since it was "in the air". A hop of
-/// less than a second does not end the contact and does not count: at hover thrust the aircraft leaves the ground by
-/// millimetres, and takes more than half a second to come back. A status that was never "in the air" is no evidence of
-/// a landing.
+/// Measures for how long the autopilot's flight status has been "on the ground" since it was "in the air". "In the air"
+/// for less than a second (a hop) does not end the contact, and its time is not counted: at hover thrust the aircraft
+/// leaves the ground by millimetres, and takes more than half a second to come back. Without any "in the air" before,
+/// "on the ground" is no evidence of a landing.
 class GroundContact {
  public:
   static constexpr core::Duration kHop = std::chrono::seconds(1);
 
-  /// @param received_at when the newest status came
+  /// @param received_at when the newest status came; may be the same as in the call before
   void update(bool on_ground, core::TimePoint received_at) {
     if (on_ground) {
       duration_ += received_at - last_;

@@ -7,29 +7,29 @@
 
 namespace m100::safety {
 
-/// Latency of the poses from capture to arrival, as the observer measured it.
+/// Latency of the poses from capture to arrival, as est::PoseTiming measured it in flight.
 struct MeasuredLatency {
   core::Duration min_latency{0};
-  core::Duration jitter{0};    ///< 99th percentile minus the least
-  core::Duration interval{0};  ///< of the source
+  core::Duration jitter{0};    ///< 99th percentile of the latency minus min_latency
+  core::Duration interval{0};  ///< between two captures
 };
 
 /// The named timers and counts of the failsafe.
 struct Limits {
   core::Duration pose_fresh = std::chrono::milliseconds(60);
-  /// Whether the flight file sets pose_fresh; then the measured latency does not lengthen it.
+  /// Whether the flight file sets pose_fresh; then the measured latency does not lengthen the limit.
   bool pose_fresh_is_set = false;
   core::Duration coast = std::chrono::milliseconds(700);
   core::Duration level = std::chrono::milliseconds(1000);
-  /// LEVEL lasts longer while the aircraft is faster than hand_over_m_s, so that the pilot gets it slow: at most
-  /// level_moving while the speed is predicted, and level_moving_seen while a fresh pose shows it.
+  /// LEVEL lasts longer than `level` while the aircraft is faster than hand_over_m_s, so that the pilot gets it slow:
+  /// at most level_moving while the speed is predicted, and level_moving_seen while a fresh pose shows it.
   core::Duration level_moving = std::chrono::milliseconds(2500);
   core::Duration level_moving_seen = std::chrono::milliseconds(10000);
   double hand_over_m_s = 0.9;
   core::Duration neutral = std::chrono::milliseconds(500);
   core::Duration telemetry_stale = std::chrono::milliseconds(100);
   core::Duration telemetry_dead = std::chrono::milliseconds(500);
-  core::Duration gate_shut = std::chrono::milliseconds(300);            ///< refused poses that agree: a jump
+  core::Duration gate_shut = std::chrono::milliseconds(300);            ///< of refused poses that agree: estimate lost
   core::Duration authority_exceeded = std::chrono::milliseconds(3000);  ///< the wind is stronger than the aircraft
   core::Duration on_ground = std::chrono::milliseconds(500);            ///< promise R18
   std::uint32_t good_poses_to_recover = 10;

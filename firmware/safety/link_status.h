@@ -7,7 +7,7 @@ namespace m100::safety {
 
 /// What the supervisor needs to know of the link to the autopilot.
 struct LinkStatus {
-  core::Duration telemetry_age{core::Duration::max()};  ///< since the last telemetry package
+  core::Duration telemetry_age{core::Duration::max()};  ///< as LinkHealth::telemetry_age
   bool in_control = false;                              ///< AuthorityStage::kInControl
   bool mode_f = false;                                  ///< the pilot's switch is at F, or may be (ModeSwitch)
 };

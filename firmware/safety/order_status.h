@@ -6,7 +6,7 @@ namespace m100::safety {
 /// The operator's orders in one tick.
 struct OrderStatus {
   bool engages = false;     ///< a valid order to fly (FlightConfig::order_timeout), and the aircraft is in reach
-  bool releases = false;    ///< control goes back, in this tick
+  bool releases = false;    ///< the order to give control back, in the tick in which it takes effect
   bool task_flies = false;  ///< the autopilot takes off or lands by its own task
 };
 

@@ -10,13 +10,13 @@ namespace {
 /// Tolerance of the tilt limit: a law that keeps the same limit in float must not be cut because of its last bits.
 constexpr double kTiltRounding_rad = 1e-4;
 /// Least time in COAST before a spent reserve ends it; until then the aircraft brakes, and flies on if poses come back.
-/// The gap of the poses is longer than this, because COAST begins only when the pose is older than its limit.
+/// Poses may be missing for longer than this, because COAST begins only when the pose is older than its limit.
 constexpr core::Duration kFlownThrough = std::chrono::milliseconds(500);
-/// Unobserved acceleration while no pose shows the speed: the offset of the specific force from which the speed is
-/// computed (est::kForceOffset_m_s2).
+/// Largest error of the acceleration from which the speed is computed while no pose shows it: the offset of the
+/// specific force (est::kForceOffset_m_s2).
 constexpr double kUnseen_m_s2 = 0.2;
 
-/// Finite and at most twice the range; NaN fails every comparison.
+/// At most twice the range; false for NaN, which fails every comparison.
 template <typename T>
 bool sound(T value, T range) {
   return value >= T(-2) * range && value <= T(2) * range;
@@ -54,8 +54,8 @@ void Supervisor<T>::count_good_poses(const Observation& seen, bool fresh) {
   good_poses_ += good_poses_ < limits_.good_poses_to_recover ? 1U : 0U;
 }
 
-/// Two successive gaps count as two coasts if poses were used in between and the observer's error is no larger than
-/// when the first one began. Refused poses do not count as used.
+/// Restarts the time limits of kCoast when fresh poses, of which the gate refuses none, have made the observer's error
+/// no larger than when kCoast began: then the next gap counts as a new coast.
 template <typename T>
 void Supervisor<T>::update_known(const Observation& seen, bool fresh) {
   if (fresh && seen.consistency.refused_poses == 0 && seen.estimate.error_m <= last_step_.seen.estimate.error_m) {
@@ -63,8 +63,8 @@ void Supervisor<T>::update_known(const Observation& seen, bool fresh) {
   }
 }
 
-/// Once the predicted error in kCoast has used up the reserve (the distance to the fence), the aircraft brakes as in
-/// kLevel, and this time counts as kLevel; but if poses come back after a gap of usual length, the law flies on.
+/// Once the predicted error in kCoast exceeds GeofenceStatus::reserve_m, the aircraft brakes as in kLevel, and this
+/// time counts as kLevel; but if poses come back after a gap of usual length, the law flies on.
 template <typename T>
 void Supervisor<T>::update_reserve(const Observation& seen) {
   if (failsafe_state_ != FailsafeState::kCoast || known_ == seen.now) {
@@ -86,12 +86,13 @@ FailsafeCondition Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Obse
   update_reserve(seen);
   entered_ = failsafe_state_ == FailsafeState::kLevel && seen.orders.task_flies
                  ? seen.now
-                 : entered_;  // its time begins after the task
+                 : entered_;  // kLevel's time begins after the task
   const core::Duration inside = seen.now - entered_;
   const bool sees = fresh && seen.consistency.refused_for < limits_.gate_shut;  // refused poses show no speed
   const core::Duration most_level = sees ? limits_.level_moving_seen : limits_.level_moving;
   const double unseen_m_s = sees ? 0.0 : kUnseen_m_s2 * core::seconds<double>(seen.estimate.pose_age);
-  // A wind stronger than the tilt keeps pushing until the pilot has the sticks, so the hand-over waits for a lull.
+  // A wind that the tilt cannot resist accelerates the aircraft until the pilot has the sticks: so the speed at the
+  // hand-over decides, if it is larger than the present one.
   const double speed_m_s = seen.consistency.speed_then_m_s > seen.consistency.speed_m_s
                                ? seen.consistency.speed_then_m_s
                                : seen.consistency.speed_m_s;
@@ -211,8 +212,8 @@ CommandSource Supervisor<T>::update_failsafe(const ctl::Command<T>& wanted, cons
   }
   ended_ = before != FailsafeState::kSilent && failsafe_state_ == FailsafeState::kSilent &&
            any(conditions_, FailsafeCondition::kCommandable);
-  // Half a second of level sticks in a wind costs a metre per second: an aircraft that was stopped is held until the
-  // pilot has the sticks.
+  // Half a second of level sticks in a wind costs a metre per second: after kLevel the aircraft is held until the pilot
+  // has the sticks.
   const bool stands = failsafe_state_ == FailsafeState::kRelease && last_step_.from == FailsafeState::kLevel;
   const bool brakes = failsafe_state_ == FailsafeState::kLevel || (failsafe_state_ == FailsafeState::kCoast && spent_);
   const CommandSource passes = brakes || stands              ? CommandSource::kBrakeAndHold

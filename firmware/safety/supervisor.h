@@ -17,7 +17,7 @@ template <typename T>
 struct SupervisedCommand {
   ctl::Command<T> command{};  ///< finite, inside the envelope and its slew limits
   FailsafeState failsafe_state = FailsafeState::kSilent;
-  bool transmit = false;  ///< whether a control byte may leave at all
+  bool transmit = false;  ///< false: no command may leave, by the failsafe
   bool release = false;   ///< true in the one tick in which control is to be given back
 };
 
@@ -32,11 +32,11 @@ struct FailsafeStep {
 /// Which command passes in a tick.
 enum class CommandSource : std::uint8_t { kNeutral, kLaw, kBrakeAndHold };
 
-/// Counters for the log.
+/// Counters since the start.
 struct SupervisorStats {
   std::uint32_t steps = 0;             ///< of the failsafe
-  std::uint32_t invalid_commands = 0;  ///< not finite, or beyond twice the envelope
-  std::uint32_t limited_commands = 0;  ///< numbers of commands cut by range or slew, and cuts of the tilt
+  std::uint32_t invalid_commands = 0;  ///< ticks with a number not finite, or beyond twice its range
+  std::uint32_t limited_commands = 0;  ///< single numbers cut by range or slew limit, and cuts of both tilts together
   std::uint32_t coasts = 0;
   std::uint32_t levels = 0;
   std::uint32_t releases = 0;
@@ -58,7 +58,7 @@ class Supervisor {
 
   /// Once per tick. @param step_s the time since the last one, for the slew limits.
   /// @param brake_and_hold the command for kLevel, kRelease after kLevel, and kCoast once the error reached the fence.
-  ///   Without it and the law, or if the law's command is invalid, the command is level and trimmed.
+  ///   Where neither it nor the law's command passes, or the law's is invalid, the command is level and trimmed.
   SupervisedCommand<T> review(const ctl::Command<T>& wanted, const ctl::Command<T>& brake_and_hold,
                               const Observation& seen, T step_s) {
     const CommandSource passes = update_failsafe(wanted, seen);
@@ -120,7 +120,7 @@ class Supervisor {
   Limits limits_;
   EnvelopeIn<T> envelope_;
   FailsafeState failsafe_state_ = FailsafeState::kSilent;
-  std::size_t row_ = row_number(failsafe_state_, FailsafeCondition::kNone);  ///< of the last tick in the table
+  std::size_t row_ = row_number(failsafe_state_, FailsafeCondition::kNone);  ///< the last tick's row of the table
   FailsafeState row_state_ = FailsafeState::kSilent;
   core::TimePoint entered_{};
   bool spent_ = false;  ///< kCoast: the error exceeded the reserve to the fence, and has not become small again
@@ -133,7 +133,7 @@ class Supervisor {
   FailsafeStep last_step_;
   FailsafeStep descent_;
   ctl::Command<T> last_{};
-  core::Duration held_for_{0};  ///< since the granted command last changed
+  core::Duration held_for_{0};  ///< since limit_command(), by the ticks that called hold_ or preview_command()
   Observation observed_;
   SupervisorStats stats_;
 };

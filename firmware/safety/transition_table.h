@@ -27,7 +27,7 @@ constexpr bool is_on(std::size_t) {
 }
 #endif
 
-/// Reads a table from the top; the first row that matches wins. (The authority table is read the same way, by stage.)
+/// Reads a table from the top; the first row that matches wins. (The authority table has match_number() for this.)
 /// @returns the number of the row; the table's size if none matches.
 template <typename Row, std::size_t kRows, typename Matches>
 constexpr std::size_t first_row(const std::array<Row, kRows>& table, const Matches& matches) {

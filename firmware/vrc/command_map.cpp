@@ -58,7 +58,7 @@ Stick CommandMap::modulated(StickIndex index, float command_si) {
   };
   const Stick neutral = map.to_stick(0.F).value();
   Stick stick = map.to_stick(wanted_si).value();
-  if (error(neutral) <= error(stick)) {  // nearer to level than to the edge of the dead zone
+  if (error(neutral) <= error(stick)) {  // in a dead zone with a jump, nearer to its middle than to its edge
     stick = neutral;
   }
   const float most_si = map.scale_si_per_vrc * (map.dead_zone_vrc + 1.F);

@@ -16,7 +16,8 @@ namespace m100::vrc {
 ///
 /// A stick cannot represent every command (dead zone with a jump, whole counts). The part of a command that a stick
 /// does not represent is added to the next one (error feedback), so that the mean over a few sticks is the command.
-/// Without it a jump of +-20 counts is a relay of +-1 degree. The remainder is limited to the dead zone and a count.
+/// Without it a jump of +-20 counts is a relay of +-1 degree. What is carried over is at most the dead zone's half
+/// width and one count.
 class CommandMap {
  public:
   /// Precondition (asserted): finite trims, dead zones of at least zero, stick exponents and gain asymmetries above
@@ -26,7 +27,7 @@ class CommandMap {
   /// The sticks for a command. Call it once per stick message that leaves.
   /// kOutOfRange: a number is not finite; nothing is changed then.
   core::Expected<Sticks> to_sticks(const ctl::Command<float>& command);
-  /// The command that is in force with these sticks: pass it to the observer and to the law.
+  /// The command that these sticks give: pass it to the observer and to the law.
   ctl::Command<float> to_command(const Sticks& sticks) const;
   /// All sticks at their trims: level, no climb, no turn.
   Sticks neutral() const;

@@ -9,7 +9,7 @@ namespace m100::vrc {
 
 /// One stick: the autopilot's mapping from counts to a command, and its inverse.
 ///   u = counts - neutral;  dead zone (half width w): continuous u -> sign(u)(|u| - w), jump: u inside w -> 0
-///   curve u -> sign(u) 660 (|u| / 660)^exponent;  value = sign * scale * u, scale per side if it is asymmetric
+///   curve u -> sign(u) 660 (|u| / 660)^exponent;  command = sign * scale * u, a scale per side if it is asymmetric
 /// In SI of the axis: rad (roll, pitch), m/s (throttle), rad/s (yaw).
 struct StickMap {
   float scale_si_per_vrc = 1.F;
@@ -17,14 +17,14 @@ struct StickMap {
   float dead_zone_vrc = 0.F;   ///< half width
   model::DeadZoneShape shape = model::DeadZoneShape::kJump;
   float exponent = 1.F;
-  float gain_asymmetry = 1.F;  ///< positive over negative
+  float gain_asymmetry = 1.F;  ///< gain of sticks above neutral over that below; the mean is the scale
   float sign = 1.F;            ///< -1 where the larger stick is the smaller command (yaw)
 
   /// The stick that gives a command, rounded to a count. Dead zone compensation (paper, III-B.5): continuous, half the
-  /// width is added; jump, a command inside is moved to the first counts outside, except zero, which is neutral.
-  /// Saturates at the travel. kOutOfRange: the command is not finite.
+  /// width is added; jump, a stick inside is moved to the first count outside, except for zero, which gives neutral.
+  /// Ends at the limits of the travel. kOutOfRange: the command is not finite.
   core::Expected<Stick> to_stick(float command_si) const;
-  /// The command that the autopilot derives from a stick: after rounding and saturation, this is the one that acts.
+  /// The command that the autopilot derives from a stick.
   float to_command(Stick stick) const;
 };
 

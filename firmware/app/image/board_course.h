@@ -15,7 +15,7 @@ namespace m100::app {
 inline constexpr core::Fence kBoardFence{
     .side = {core::Fence::Side{-5.0, 5.0}, core::Fence::Side{-5.0, 5.0}, core::Fence::Side{0.5, 4.0}}, .wind_m_s = 5.0};
 
-/// Largest distance from a course's beginning at which an order to fly is obeyed; the companion uses the same value.
+/// Largest distance from a course's beginning at which an order to fly is obeyed [m]; the companion has the same value.
 inline constexpr double kBoardReach_m = 1.5;
 
 /// The courses that a board without files can fly, by name: "hover" at 1.5 m, "step" (a metre in x and y, 0.2 m up, and

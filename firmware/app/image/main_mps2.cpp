@@ -30,8 +30,8 @@ using Course = ref::Trajectory<float>;
 constexpr mpc::GainTables<float> kTables{mpc::generated::kX<float>, mpc::generated::kY<float>};
 constexpr std::uint32_t kBaud = 230400;
 constexpr std::uint32_t kClockPeriod_us = 10000;
-/// If the program hangs, its release sequence leaves after this time, and the board resets after twice this time
-/// (R15: 1.5 s).
+/// If the program hangs, its release sequence leaves after this time, and if that hangs, too, the board resets after
+/// twice this time (R15: 1.5 s).
 constexpr core::Duration kPatience = std::chrono::milliseconds(500);
 
 hal::CmsdkUart autopilot_uart(hal::mps2::uart(1), hal::mps2::set_pending(), hal::mps2::transmit_mask(1));

@@ -14,8 +14,8 @@ namespace m100::app {
 /// An order of a board's operator.
 enum class Order : std::uint8_t { kNone, kEngage, kRelease };
 
-/// Turns the position of a switch, wired to a pin or sent in messages, into orders. Only its movement is an order: a
-/// board that starts or restarts with the switch already on does nothing until the switch has been off.
+/// Turns the position of a switch, wired to a pin or sent in messages, into orders. Only its movement is an order: if
+/// the switch is on when the board starts, nothing is ordered until it has been off.
 class OrderSwitch {
  public:
   /// @returns kEngage: it was turned on after it had been off. kRelease: it was turned off. kNone: it did not move, or

@@ -10,7 +10,7 @@
 namespace m100::companion {
 namespace {
 
-/// Buffer for the descriptor that may accompany a byte. No heap.
+/// Buffer for the descriptor that may accompany a message. No heap.
 union Ancillary {
   cmsghdr header;  ///< for its alignment
   std::array<char, CMSG_SPACE(sizeof(int))> bytes;

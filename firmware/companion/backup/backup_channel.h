@@ -20,20 +20,20 @@ struct BackupSharedState {
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free, "a lock could die with the program");
 
 // Messages from the flying program over the socket, one letter each.
-inline constexpr char kExit = 'g';
+inline constexpr char kExit = 'g';     ///< end without sending
 inline constexpr char kRelease = 's';  ///< send the release sequence, then end
 inline constexpr char kPort = 'p';     ///< comes with a descriptor
 inline constexpr char kNoPort = 'n';   ///< the port is closed
 
-/// The backup process's one message: it runs, and would send if the program died now.
+/// The backup process's one message: it runs, and sends from now on if the program dies.
 inline constexpr char kReady = 'k';
 
-/// Never waits. @returns false: the other side takes nothing now, or has ended.
+/// Never waits. @param descriptor -1: none. @returns false: the other side takes nothing now, or has ended.
 bool send_message(int socket, char letter, int descriptor);
 
-/// A message from the other process. letter 0: none; -1: that process has ended.
+/// A message from the other process.
 struct BackupMessage {
-  int letter = 0;
+  int letter = 0;  ///< 0: no message; -1: that process has ended
   int descriptor = -1;
 };
 

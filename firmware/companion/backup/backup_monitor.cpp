@@ -50,7 +50,7 @@ class BackupMonitor {
     (void)signal(SIGSEGV, SIG_DFL);
     (void)signal(SIGBUS, SIG_DFL);
     (void)prctl(PR_SET_NAME, "m100-backup");
-    // All other inherited descriptors belong to the program; stderr stays open for one possible line.
+    // All other inherited descriptors belong to the program; stderr stays open for the messages.
     const auto socket = static_cast<unsigned>(socket_);
     close_all(STDERR_FILENO + 1, socket - 1);
     close_all(socket + 1, ~0U);
@@ -99,7 +99,7 @@ class BackupMonitor {
   }
 
   [[noreturn]] void release_and_exit(const char* line) {
-    // The neutral command is a control command: it is sent only while the last tick's view of control may be valid.
+    // The neutral command is a control command: it is sent only if the last tick was just now and had control.
     const bool in_control =
         shared_.in_control.load() != 0 && (shared_.heartbeats.load() & BackupSharedState::kReleased) == 0;
     const bool just_now = clock_.now() - last_change_ <= kMaxHeartbeatAge;
@@ -152,7 +152,7 @@ class BackupMonitor {
     next_round_ = now + BackupProcess::kRoundInterval;
   }
 
-  /// Sends one round, as much of it as the line takes within kWriteTimeout.
+  /// Sends the release sequence of the next round, as much of it as the line takes within kWriteTimeout.
   void send_release(bool with_neutral) {
     const link::ReleaseSequence& sequence = rounds_[next_++ % BackupProcess::kRounds];
     std::span<const std::byte> left = with_neutral ? sequence.bytes() : sequence.release_only();

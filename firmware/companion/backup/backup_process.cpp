@@ -101,8 +101,7 @@ bool BackupProcess::heartbeat(bool in_control) {
   shared_->in_control.store(in_control ? 1 : 0);
   std::uint32_t heartbeats = shared_->heartbeats.load();
   const std::uint32_t next = (heartbeats + 1) & ~BackupSharedState::kReleased;
-  // The exchange can fail only because the backup process has set its bit; then the backup process does not write any
-  // more.
+  // The exchange can fail only because the backup process has set kReleased; then that process does not write any more.
   if ((heartbeats & BackupSharedState::kReleased) == 0 &&
       shared_->heartbeats.compare_exchange_strong(heartbeats, next == 0 ? 1 : next)) {
     return true;

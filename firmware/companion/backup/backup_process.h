@@ -20,9 +20,9 @@ struct BackupSharedState;
 /// from the port.
 ///
 /// It is forked early, before there are threads, and while it is too small for the out-of-memory killer to choose. It
-/// has a session of its own and ignores every signal that can be ignored, so Ctrl-C, a closed terminal and `kill 0` do
-/// not reach it. On request it ends at once. After the death of the program it ends with its last round, and the lock
-/// on the port ends with it.
+/// has a session of its own and ignores every signal that can be ignored but SIGSEGV and SIGBUS, so Ctrl-C, a closed
+/// terminal and `kill 0` do not end it. On request it ends at once. After the death of the program it ends with its
+/// last round, and the lock on the port ends with it.
 ///
 /// The backup process's decision to send and the program's heartbeats share one atomic word: after that decision the
 /// next heartbeat() fails, and a heartbeat() that succeeded is valid for kHeartbeatTimeout. So the two never send at
@@ -43,8 +43,8 @@ class BackupProcess {
   /// Errors: std::runtime_error if the system has no room for a process, or the process does not report: nothing flies.
   /// @param port whose clock is used; a simulated port has its own.
   BackupProcess(const link::ChannelCommand& neutral, const protocol::Cipher* cipher, const std::string& port = "");
-  /// If it was not ended before: without any heartbeat, dismisses the backup process; after one, an exception is the
-  /// cause, and the backup process sends its release sequence.
+  /// If the backup process has not been ended yet: dismisses it if there was no heartbeat; otherwise an exception is
+  /// the cause, and the backup process sends its release sequence.
   ~BackupProcess();
   BackupProcess(const BackupProcess&) = delete;
   BackupProcess& operator=(const BackupProcess&) = delete;
@@ -55,23 +55,23 @@ class BackupProcess {
   /// @param openings SerialPort::openings(), which distinguishes two ports with the same descriptor.
   void set_port(int descriptor, std::uint32_t openings);
 
-  /// The heartbeat, each tick, before anything is sent. @param in_control commands may be in force.
-  /// @returns false, once: the backup process has sent since the last heartbeat; control is given back: do not use it.
+  /// The heartbeat, each tick, before anything is sent. @param in_control control is ours.
+  /// @returns false, once: the backup process has given control back since the last heartbeat: do not use control.
   bool heartbeat(bool in_control);
 
-  /// False: the backup process was killed, so nobody would give control back. Reaps it.
+  /// False: the backup process has ended (it is reaped then), so nobody would give control back.
   bool alive();
 
   enum class State : std::uint8_t { kReady, kStalled, kDead };
-  /// Each tick: whether the backup process would send if this program died now. A backup process that was stopped, or
-  /// gets no processor time, has not looked for kHeartbeatTimeout. Costs a system call only in that case.
+  /// Each tick: whether the backup process would send if this program died now (kReady). It would not if it has not
+  /// polled for kHeartbeatTimeout, because it is stopped, gets no processor time (kStalled), or has ended (kDead).
   State state(core::TimePoint now);
 
-  /// The flight is over and control is back: the backup process ends. Waits for its end.
+  /// The flight is over and control is back: the backup process ends. Waits for its end, and kills it after 2 s.
   void dismiss();
 
   /// The flight is over, but control may still be ours, or may be granted later: the backup process sends its rounds
-  /// and ends. Waits for its end, at most 4 s.
+  /// and ends. Waits for its end, and kills it after 4 s.
   void send_release();
 
   pid_t process() const { return process_; }

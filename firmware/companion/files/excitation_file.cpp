@@ -15,7 +15,7 @@ constexpr std::array<std::string_view, ctl::kStickAxes> kNames{"roll", "pitch", 
 constexpr double kPeriod_s = 0.02;
 constexpr double kTravel_counts = 660.0;
 constexpr std::size_t kMaxPieces = 255;       // the log's record counts them in a byte
-constexpr std::size_t kMaxNoteBytes = 59000;  // of 60 000
+constexpr std::size_t kMaxNoteBytes = 59000;  // below log::kLongestNote_bytes
 constexpr double kMaxTilt_rad = 0.6;          // promise R12 allows 35 degrees
 
 [[noreturn]] void fail(const std::string& name, long line, const std::string& what) {

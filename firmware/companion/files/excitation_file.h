@@ -12,7 +12,7 @@
 
 namespace m100::companion {
 
-/// What is wrong with an excitation, in one line: "e.csv:3: column 3 is not a number".
+/// An error in an excitation, in one line: "e.csv:3: column 3 is not a number".
 class ExcitationFileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -42,7 +42,8 @@ std::string_view name(ctl::ExcitedStick axis);
 /// that moves. Errors: ExcitationFileError. @param name of the file, for messages.
 ExcitationFile parse_excitation(std::string_view text, const std::string& name);
 
-/// Converts an excitation into a note of a log (at most 59 000 bytes) and back. Errors: ExcitationFileError.
+/// Converts an excitation into the text of a note in a log and back. Errors: ExcitationFileError, also if that text is
+/// longer than 59 000 bytes.
 std::string note_of(const ExcitationFile& excitation, const std::string& name);
 ExcitationFile excitation_of_note(const std::string& note);
 

@@ -31,7 +31,8 @@ bool same_file(const std::string& a, const std::string& b) {
   return !error && place_a.lexically_normal() == place_b.lexically_normal();
 }
 
-/// Whether two outputs to this path would overwrite each other: true for a file, false for a device such as /dev/null.
+/// Whether two outputs to this path would overwrite each other: true for a regular file, also one that does not exist
+/// yet; false for a device such as /dev/null.
 bool keeps_one_only(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
@@ -62,11 +63,11 @@ bool is_text_device(const struct stat& device) {
   return false;
 }
 
-/// Why an existing path cannot take an output; empty: it can, or it does not exist.
+/// Why the file or device at the path cannot take an output; empty: it can, does not exist, or is a folder.
 std::string why_no_place(const std::string& path) {
   struct stat there {};
   if (::stat(path.c_str(), &there) != 0 || S_ISREG(there.st_mode) || S_ISDIR(there.st_mode)) {
-    return "";  // the system refuses to write to a folder
+    return "";  // a folder is refused by the system later
   }
   if (S_ISFIFO(there.st_mode)) {
     return is_unnamed_pipe(path) ? "" : "is a named pipe, which waits for its reader: give a file, or /dev/stdout";

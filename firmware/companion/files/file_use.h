@@ -49,7 +49,7 @@ class FileUse {
   FileUse& add(Access kind, const std::string& option, const std::string& path, bool makes_folder = false);
   void reject_same_file(const Entry& a, const Entry& b) const;
   void reject_overlaps() const;
-  /// Compares what exists at the path with the intended use.
+  /// Refuses what exists at the path if it does not suit the intended use.
   static void reject_existing(const Entry& entry);
 
   std::vector<Entry> entries_;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kFarthest_m = 1000.0;
 constexpr double kLegalHeight_m = 122.0;  ///< 400 ft (14 CFR 107.51); the European Union allows 120 m
-constexpr double kRoom_m = 0.5;           ///< around the start: a hover in wind wanders by half; the rest brakes
+constexpr double kRoom_m = 0.5;           ///< least room on each side: half for a hover in wind, half for braking
 constexpr std::array kKeys{
     FlightKey{.section = "", .key = "mode", .mode = &FlightFile::mode},
     FlightKey{.section = "fence",

@@ -34,20 +34,20 @@ Mode mode_of(std::string_view word, const std::string& where);
 /// What a flight may do and when it ends (TOML). Linux only: reading happens once, before the first tick.
 struct FlightFile {
   Mode mode = Mode::kField;
-  Range fence_x_m;  ///< from where the flight starts
+  Range fence_x_m;  ///< from where the flight starts, like fence_y_m
   Range fence_y_m;
-  Range fence_z_m;            ///< of the height in the world of the pose
+  Range fence_z_m;            ///< height in the world of the pose
   double ground_z_m = 0.0;    ///< in the world of the pose
   double wind_m_s = 5.0;      ///< wind class for which fence and observer are designed
   double pose_fresh_s = 0.0;  ///< 0: not given; the limit follows the measured latency (safety::fresh_limit)
   double pose_coast_s = 0.0;
   double pose_level_s = 0.0;
   link::SenderChoice pose_from{};  ///< whose poses are used
-  double course_speed_m_s = 0.0;   ///< limits of a course; 0: not given, as in CourseLimits
+  double course_speed_m_s = 0.0;   ///< this and the next three: limits of a course; 0: those of CourseLimits
   double course_acceleration_m_s2 = 0.0;
   double course_tilt_deg = 0.0;
   double course_yaw_rate_deg_s = 0.0;
-  double battery_low_percent = 20.0;  ///< at this charge the flight ends where it began; 0: never
+  double battery_low_percent = 20.0;  ///< at this charge or less the aircraft returns to the start; 0: never
 };
 
 /// Parses "SYS" or "SYS:COMP". Errors: FlightFileError, which begins with `where`.
@@ -79,10 +79,10 @@ std::string text_of(const Range& range);
 /// @param name of the file, for messages.
 FlightFile parse_flight(std::string_view text, const std::string& name);
 
-/// The fence in the world of the pose, from where the flight starts.
+/// The fence in the world of the pose. The flight's ranges of x and y count from `start`.
 core::Fence fence_of(const FlightFile& flight, const ref::Waypoint<double>& start);
 
-/// The failsafe's times: those of the file, otherwise the defaults.
+/// The failsafe's limits: the times of the file, otherwise the defaults.
 safety::Limits limits_of(const FlightFile& flight);
 
 /// The limits of a course.

@@ -21,7 +21,7 @@ namespace m100::companion {
 /// Writes a log to a file from a thread of its own: that thread waits for the medium, the tick never does.
 class LogFile {
  public:
-  /// @param when_full ends the line on stderr that says why the medium takes no more data.
+  /// @param when_full the end of the line on stderr that says why the medium takes no more data. Errors: UsageError.
   explicit LogFile(const std::string& path, std::string when_full = "the flight goes on without the rest of its log")
       : file_(path), when_full_(std::move(when_full)), storage_(kRingBytes), ring_(storage_), log_(ring_) {
     if (file_.open() != core::Status::kOk) {
@@ -45,7 +45,7 @@ class LogFile {
       }
     });
   }
-  /// Writes the rest of the log and waits for the medium. Nothing may be appended afterwards.
+  /// Writes the rest of the log and waits until it is on the medium. Nothing may be appended afterwards.
   void finish() {
     running_ = false;
     if (writer_.joinable()) {
@@ -99,7 +99,7 @@ class LogFile {
   log::FlightLogWriter log_;
   std::atomic<bool> running_{true};
   std::atomic<bool> is_cut_{false};
-  std::atomic<std::uint32_t> rounds_{0};  ///< passes of the writer: each writes what the ring held at its begin
+  std::atomic<std::uint32_t> rounds_{0};  ///< passes of the writer: each writes at least what the ring held before
   std::thread writer_;
 };
 

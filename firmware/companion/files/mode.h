@@ -25,7 +25,8 @@ bool has_mode(const VehicleFile& file, Mode mode);
 std::string_view name(Mode mode);
 std::optional<Mode> mode_named(std::string_view word);
 
-/// The vehicle with the mode's weights and observer noises.
+/// The vehicle with the mode's design: robust, the axes, weights and noises of [design.robust]; calm_room, no [design]
+/// and lower weights of velocity and input.
 model::Vehicle in_mode(const model::Vehicle& vehicle, Mode mode);
 
 /// The text of the vehicle file that flies in the mode. In mode field it is the file's own text. Otherwise it begins
@@ -33,7 +34,7 @@ model::Vehicle in_mode(const model::Vehicle& vehicle, Mode mode);
 /// that file (promise R10). The log holds it as the vehicle that flew, so a replay needs no modes.
 std::string text_in_mode(const std::string& text, const std::string& file_name, Mode mode);
 
-/// The vehicle file of text_in_mode(), parsed. Errors of both: VehicleFileError if the file has not the mode.
+/// The vehicle file of text_in_mode(), parsed. Errors of both: VehicleFileError, if has_mode() is false.
 VehicleFile in_mode(const VehicleFile& file, Mode mode);
 
 }  // namespace m100::companion

@@ -14,7 +14,6 @@ namespace {
 constexpr std::size_t kHeaderBytes = 16;
 constexpr std::array<char, 8> kMagic{0x55, 0x4C, 0x6F, 0x67, 0x01, 0x12, 0x35, 0x01};
 
-/// Reads the messages of one file.
 class Reader {
  public:
   Reader(std::string path, std::string bytes) : path_(std::move(path)), bytes_(std::move(bytes)) {}

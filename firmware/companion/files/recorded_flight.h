@@ -12,7 +12,7 @@
 
 namespace m100::companion {
 
-/// A log that cannot be replayed, in one line with its cause; the reader also names the file, and the byte if damaged.
+/// Why a log cannot be read or replayed, in one line.
 class FlightLogError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -33,7 +33,7 @@ struct RecordedFlight {
 };
 
 /// Reads the whole file. Bytes belong to the tick whose record follows them. A truncated end is ignored: the power may
-/// have failed. Errors: FlightLogError for a file of another program or another version.
+/// have failed. Errors: FlightLogError for a file that is damaged, of another program or of another version.
 RecordedFlight read_flight(const std::string& path);
 /// As read_flight(), for the bytes of a log. @param name of the log, for messages.
 RecordedFlight parse_flight_log(std::string bytes, const std::string& name);

@@ -44,7 +44,7 @@ struct Line {
   mavlink::ReplayStream stream{};  ///< of "newest" only the time
 };
 
-/// @returns nothing: m100 does not write such a line.
+/// @returns nullopt: m100 does not write such a line.
 std::optional<Line> read_line(const std::string& line) {
   std::istringstream words(line);
   std::string kind;

@@ -10,9 +10,9 @@
 
 namespace m100::companion {
 
-/// Parses the accepted time stamps of a key. Errors: UsageError naming file and line.
+/// Parses the text of a SignatureTimesFile. Errors: UsageError naming file and line.
 mavlink::ReplayMemory parse_replay_memory(const std::string& text, const std::string& name);
-/// @param ahead added to the time of every stream: a later run refuses time stamps up to there.
+/// The text of the file. @param ahead added to the time of every stream: a later run refuses time stamps up to there.
 std::string text_of(const mavlink::ReplayMemory& memory, mavlink::SignatureTime ahead);
 
 /// The newest time stamps that were accepted with a key, in a file beside it (KEY.accepted), so that frames recorded

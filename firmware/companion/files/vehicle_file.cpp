@@ -31,7 +31,6 @@ class Writer {
     }
   }
 
-  /// The rivals of the file.
   void rivals() {
     for (std::size_t k = 0; file_ != nullptr && k < file_->rivals.size(); ++k) {
       const Rival& rival = file_->rivals[k];
@@ -48,7 +47,7 @@ class Writer {
   void section(const std::string& name, std::span<const NumberKey<T>> keys, const T& from) {
     if constexpr (std::is_same_v<T, model::StickAxis>) {
       if (!from.is_identified()) {
-        return;  // nobody has identified this axis yet
+        return;  // an axis that was not identified has no section
       }
     }
     text_ << "[" << name << "]\n";

@@ -15,7 +15,7 @@
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/files/vehicle_keys.h"
 
-// Shared by the sources of the vehicle file only.
+// Only vehicle_file.cpp includes this file.
 namespace m100::companion {
 
 /// The shortest text that reads back to the same bits.
@@ -35,7 +35,7 @@ inline std::string shortest_number(double value) {
 inline constexpr std::string_view kDeadZoneShapeKey = "dead_zone_shape";
 inline constexpr std::string_view kDesignKey = "design";
 
-/// Whether altitude.design, where it is true, computes this height gain, so that the file's own number has no effect.
+/// Whether altitude.design = true replaces this height gain, so that the file's own number has no effect.
 inline bool is_designed(double model::AltitudeGains::*member) {
   using Gains = model::AltitudeGains;
   return member == &Gains::proportional_per_s || member == &Gains::integral_per_s2 || member == &Gains::derivative;

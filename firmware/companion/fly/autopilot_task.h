@@ -18,10 +18,10 @@ struct LandedState {
 };
 
 /// A take-off or a landing by the autopilot's own task (protocol, 6.3), from the operator's order to its end. It sends
-/// one request, at least two seconds after the last one. The answer and the flight status item of telemetry show the
-/// outcome. A landing waits until the aircraft is slow, for 2.5 s at most, because the task flies level and does not
-/// brake. The failsafe is in kLevel meanwhile, so that the pilot's switch, a silent autopilot and the operator's stop
-/// end the task as they end a flight; a lost pose does not, because the task needs none. No heap, no clock.
+/// one request, at least two seconds after that of the task before. The answer and the flight status item of telemetry
+/// show the outcome. The request to land waits until the aircraft is slow, for 2.5 s at most, because the autopilot's
+/// task does not brake. The failsafe is in kLevel meanwhile, so that the pilot's switch, a silent autopilot and the
+/// operator's stop end the task as they end a flight; a lost pose does not, because the task needs none. No heap.
 class AutopilotTask {
  public:
   using Controller = app::FlightController<double>;
@@ -32,10 +32,10 @@ class AutopilotTask {
     kNoAnswer,    ///< no answer, and the flight status does not show the task
     kNotSent,     ///< the request could not be sent
     kNotStarted,  ///< accepted, but the flight status does not change
-    kAborted,     ///< the flight status returned to where the task began
+    kAborted,     ///< the flight status returned to that before the task
     kTimeout,
   };
-  static constexpr core::Duration kRequestInterval = std::chrono::seconds(2);  ///< between two requests
+  static constexpr core::Duration kRequestInterval = std::chrono::seconds(2);  ///< least, between two requests
   static constexpr core::Duration kSlowDownTimeout = std::chrono::milliseconds(2500);
   static constexpr double kMaxLandingSpeed_m_s = 0.3;
   static constexpr core::Duration kAckTimeout = std::chrono::seconds(1);
@@ -70,14 +70,14 @@ class AutopilotTask {
   protocol::AckMeaning answer_{};
   core::TimePoint started_at_{};
   core::TimePoint requested_at_{-kRequestInterval};
-  core::TimePoint same_since_{};  ///< when the flight status last changed
+  core::TimePoint same_since_{};  ///< when the flight status last changed since the request
   protocol::FlightStatus status_ = protocol::FlightStatus::kMotorsOff;
   bool begun_ = false;
 };
 
 /// "take-off" or "landing".
 std::string_view name(protocol::Task task);
-/// Adds the reason of a failure, with the autopilot's code.
+/// Adds the task and why it failed; after a refusal, with the autopilot's code.
 void describe(TextLine& line, const AutopilotTask& task);
 
 }  // namespace m100::companion

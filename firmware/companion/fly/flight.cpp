@@ -50,8 +50,8 @@ void say_design(const FlyOptions& options, const model::Vehicle& vehicle, Mode m
 
 using Controller = app::FlightController<double>;
 constexpr int kPriority = 50;  ///< of SCHED_FIFO, if it is granted
-/// Largest distance from the beginning of the course at which control is taken. A pilot's hover wanders by a metre; a
-/// longer way there would be a course that the operator did not order.
+/// Largest distance from the beginning of the course at which control is taken. A pilot's hover wanders by a metre;
+/// from farther away the law would fly a way that the operator did not order.
 constexpr double kReach_m = 1.5;
 
 // An assertion handler can only use globals.
@@ -128,7 +128,7 @@ TelemetryStream* prepare_the_thread(PosePort& pose_port, LiveDisplay& live) {
   return telemetry_stream;
 }
 
-/// In simulated time the flight waits for its log after so many ticks: the log's ring holds more than they produce.
+/// In simulated time the flight waits for its log after every so many ticks, whose records the log's ring can hold.
 constexpr std::uint32_t kTicksPerWait = 400;
 /// Watchdog time-out of the service manager: longer than the backup process's 0.7 s, which handles a hang more gently.
 constexpr core::Duration kServiceTimeout = std::chrono::seconds(1);
@@ -212,7 +212,7 @@ void conclude(const FlyOptions& options, nlohmann::json result, const Controller
   }
 }
 
-/// What a tick may read: the bytes that have arrived at either port before its time is taken.
+/// Marks the bytes that have arrived at both ports just before the time of a tick is taken: the tick reads only these.
 auto mark_arrived(hal::SerialPort& port, PosePort& pose_port) {
   return [&] {
     port.mark_arrived();

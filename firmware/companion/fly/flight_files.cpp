@@ -24,7 +24,7 @@ constexpr core::Duration kRatesKnown = std::chrono::seconds(1);    ///< until th
 constexpr core::Duration kLooks = std::chrono::milliseconds(300);  ///< wait for a second sender: nine poses of 30 Hz
 constexpr double kEverywhere_m = 1e9;
 
-/// How far the course goes below and above its start.
+/// Lowest (at most 0) and highest (at least 0) height of a course that starts at height 0.
 Range heights_over_start(const ref::Trajectory<double>& course, const std::vector<CoursePiece>& pieces) {
   Range heights_m;
   for_each_sample(course, pieces, [&](const CoursePiece&, core::Duration, const ref::Motion& motion) {
@@ -74,7 +74,7 @@ void expect_room_for(const FlightFiles& files) {
   }
 }
 
-/// Lays the course; refuses a named course without a piece, which would be a hover that the operator did not order.
+/// Builds the course; refuses a course file without a piece, which would be a hover that the operator did not order.
 std::vector<CoursePiece> lay(const FlightFiles& files, const ref::Waypoint<double>& start,
                              ref::Trajectory<double>& course) {
   std::vector<CoursePiece> pieces = parse_course(files.course_text, start, course, files.course_name);

@@ -20,15 +20,15 @@ struct FlightFiles {
 
   std::string flight_name;
   std::string flight_text;           ///< empty: no flight file was given
-  std::optional<FlightFile> flight;  ///< with --mode's tuning
-  Mode mode = Mode::kField;          ///< of the flight file, or --mode
+  std::optional<FlightFile> flight;  ///< its mode is that of the next line
+  Mode mode = Mode::kField;          ///< that of --mode if given, else of the flight file
   std::string course_name;
   std::string course_text;  ///< empty: hover where the aircraft is
   std::optional<ExcitationFile> excitation;
   std::string excitation_name;
 };
 
-/// Whose poses are used: by the option, or by the flight file. Errors: FlightFileError.
+/// Whose poses are used: by --pose-from if given, else by the flight file. Errors: FlightFileError.
 link::SenderChoice sender_choice(const FlyOptions& options, const FlightFiles& files);
 
 /// Where the aircraft stands, by the first poses that agree; waits for at most 5 s. Errors: UsageError, also if several
@@ -38,7 +38,7 @@ ref::Waypoint<double> find_start_position(PosePort& port, link::SenderChoice cho
 /// Where a take-off from this place by the autopilot's own task ends (protocol, 6.3: "about 1.2 m").
 ref::Waypoint<double> takeoff_end(ref::Waypoint<double> place);
 
-/// Lays the course from where the flight starts and checks it. Errors: CourseError, also if it exceeds its limits;
+/// Builds the course from where the flight starts and checks it. Errors: CourseError, also if it exceeds its limits;
 /// FlightFileError if it leaves the fence; ExcitationFileError if the throttle's excitation may leave it.
 void parse_and_validate(const FlightFiles& files, const ref::Waypoint<double>& start, ref::Trajectory<double>& course);
 

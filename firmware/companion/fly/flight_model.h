@@ -13,9 +13,9 @@
 
 namespace m100::companion {
 
-/// The vehicle and the tables made from it, as they fly in one mode; refused if they do not belong together (R10). A
-/// gain table file holds one table after the other, field first. Every table must be intact and made from this vehicle
-/// file, also those that do not fly.
+/// The vehicle and the tables made from it, as they fly in one mode. Errors: UsageError, if they do not belong together
+/// (R10). A gain table file holds the tables of the modes one after the other, in the order of kModes. Every table must
+/// be intact and made from this vehicle file, also those that do not fly.
 class FlightModel {
  public:
   FlightModel(const std::string& vehicle_path, const std::string& tables_path, Mode mode) {

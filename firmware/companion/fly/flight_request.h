@@ -14,18 +14,18 @@ struct FlightRequest {
   double hold_s = 5.0;        ///< with take_control: after this time give back and end
   bool once = false;          ///< for scripts: end where the program would wait for the operator
   bool take_off = false;      ///< a command to fly, given on the ground, takes off first, by the autopilot's own task
-  bool land = false;          ///< at the end of hold_s land by the autopilot's own task; false: give control back
+  bool land = false;          ///< after hold_s or a return to the start: land by the autopilot's task, not release
   core::Vector<double, 3> course_start_w_m =
       core::Vector<double, 3>::Zero();  ///< where the course begins, in the world
   /// Where the aircraft stands before a take-off.
   core::Vector<double, 3> takeoff_position_w_m = core::Vector<double, 3>::Zero();
   double max_start_distance_m =
-      1e9;                ///< control is not requested farther from there: the law would fly the distance at once
+      1e9;                ///< control is not taken farther from these two: the law would fly the distance at once
   ReturnSettings home{};  ///< a low battery ends the flight where its course begins
   double home_yaw_rad = 0.0;
 };
 
-/// What the operator may do next; ends a line that says why control is not taken now.
+/// The end of a line that says why control is not taken now: what the operator may do next.
 constexpr std::string_view next_input(bool program_ends) {
   return program_ends ? "--once: the program ends; start it again to ask for control again"
                       : "Enter (or SIGUSR1) asks for control again, Ctrl-C ends the program";

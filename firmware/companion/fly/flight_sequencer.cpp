@@ -67,7 +67,7 @@ bool FlightSequencer::wait(core::TimePoint now, const View& view, const Sequence
 }
 
 bool FlightSequencer::ends_without_flight(core::TimePoint now, const View& view) {
-  // Control was refused before it was requested, for a reason that does not go away by itself or has not gone away.
+  // Control was refused, or the reason why it cannot be requested does not go away by itself, or did not within 20 s.
   const bool has_waited = request_.take_control && now - *waits_since_ > kRequestTimeout;
   const bool stuck = view.stage == safety::AuthorityStage::kSilent ||
                      view.stage == safety::AuthorityStage::kSilentCold || order_given_ || has_waited;

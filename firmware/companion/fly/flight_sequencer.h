@@ -30,11 +30,12 @@ struct SequencerInput {
       false;  ///< goals have led the flight: the next flight begins where the aircraft is, not at its course
 };
 
-/// The operator's part of a flight (promise R15). One command takes control when everything is ready, another gives it
-/// back. A refusal or a release by the failsafe does not end the program: it reports the cause and waits for the
-/// operator's next command. The program ends only if control cannot be ours any more, the port is gone, or the operator
-/// insists. A take-off precedes the flight and a landing follows it, each only on its own order. A command, a stop and
-/// the pilot's switch end them as they end a flight; if the autopilot refuses one, control goes back. No heap.
+/// The operator's part of a flight (promise R15). One command takes control when everything is ready; the next, or a
+/// signal, gives it back and ends the program as soon as control cannot be ours any more, the port is gone for good, or
+/// further signals insist. A refusal or a release by the failsafe ends the program only with --once: otherwise it waits
+/// for the operator's next command. A take-off precedes the flight and a landing follows it, each only if it is
+/// ordered. A command, a signal and the pilot's switch end them as they end a flight; if the autopilot refuses one,
+/// control goes back. No heap.
 class FlightSequencer {
  public:
   /// @param trajectory the controller's: a low battery changes it.
@@ -55,7 +56,7 @@ class FlightSequencer {
   bool tick(core::TimePoint now, const SequencerInput& input);
 
   bool flew() const { return outcome_.flew; }
-  /// Control was not requested: a command would request it.
+  /// Control is not ours and was not requested: a command would request it.
   bool waits() const { return phase_ == Phase::kWaiting; }
   /// A command would have no effect.
   bool is_releasing() const { return phase_ == Phase::kReleasing; }
@@ -73,7 +74,7 @@ class FlightSequencer {
   bool returns_to_start() const { return home_.state() != ReturnToStart<double>::State::kInactive; }
   bool took_off() const { return outcome_.took_off; }
   bool landed() const { return outcome_.landed; }
-  /// We had control, the operator ended it, and the transmitter controls the aircraft.
+  /// We had control, gave it back by order, at the end of --hold or after a landing, and the transmitter has it.
   bool given_back() const { return outcome_.given_back; }
   /// The observation when the first limit cycle was detected; nullopt: none was.
   const std::optional<safety::Observation>& limit_cycle() const { return reporter_.limit_cycle(); }
@@ -93,7 +94,7 @@ class FlightSequencer {
   };
 
   bool wait(core::TimePoint now, const View& view, const SequencerInput& input);
-  /// With --once: control was refused, or did not become possible in time. Reports which.
+  /// With --once: control was refused, or was not possible within 20 s. Reports why start-up is not over by then.
   bool ends_without_flight(core::TimePoint now, const View& view);
   bool request_control(core::TimePoint now, const View& view, const SequencerInput& input);
   bool fly(core::TimePoint now, const View& view, const SequencerInput& input);
@@ -122,7 +123,7 @@ class FlightSequencer {
   ReleaseMonitor release_monitor_;
   bool takes_off_ = false;    ///< the flight that was requested begins with a take-off
   bool had_control_ = false;  ///< since the last request
-  bool order_given_ = false;  ///< take_control has given its order to fly
+  bool order_given_ = false;  ///< take_control's one order to fly was given, or was withdrawn before
   bool engaged_ = false;      ///< the law flew in this flight
   bool by_operator_ = false;
   bool ends_ = false;  ///< the program ends when the hand-back is over

@@ -67,7 +67,7 @@ void check_files(const FlyOptions& options) {
 
 void run(const FlyOptions& options) {
   check(options.pose, options.port);
-  (void)receiver_of(options.live.to);  // refuses a wrong one before anything begins
+  (void)receiver_of(options.live.to);  // refuses a malformed address before anything begins
   if (!options.excite.empty() && options.channel != "virtual_rc") {
     throw UsageError("--excite: moves sticks, and needs --channel virtual_rc");
   }

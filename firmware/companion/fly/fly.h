@@ -34,7 +34,7 @@ struct FlyOptions {
   bool dry_run = false;
   bool take_control = false;
   bool once = false;
-  bool release_only = false;  ///< of the handshake
+  bool release_only = false;  ///< of the handshake only
   bool take_off = false;
   bool land = false;
   double hold_s = 5.0;
@@ -45,9 +45,9 @@ struct FlyOptions {
   std::string vehicle;
   std::string gains;
   std::string flight;
-  std::string mode;  ///< empty: the flight file's
+  std::string mode;  ///< empty: that of the flight file
   std::string law = "mpc";
-  std::vector<std::string> disabled_checks;  ///< names_for_override
+  std::vector<std::string> disabled_checks;  ///< from names_for_override()
   std::string course;
   std::string excite;
   std::string log;
@@ -85,7 +85,7 @@ void print_line(std::string_view line);
 /// One line with the state of the authority table, and the remedy if there is one.
 std::string describe(const link::AuthorityView& authority);
 
-/// Ticks of 10 ms by absolute deadlines; a tick that lasts longer starts the grid anew.
+/// Ticks of 10 ms by absolute deadlines; a tick that ends more than a period after its deadline starts the grid anew.
 class TickClock {
  public:
   /// @param port whose clock is used: a simulated port has its own, any other uses the machine's.

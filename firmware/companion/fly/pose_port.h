@@ -28,8 +28,8 @@ struct PoseOptions {
   std::string port;             ///< a serial port, or "udp:PORT"; empty: none
   std::uint32_t baud = 115200;  ///< of a serial port
   std::string key_file;         ///< of the signatures; empty: signatures are not required
-  std::string from;             ///< "SYS" or "SYS:COMP": whose poses are used; empty: there must be one sender only
-  bool accept_clock = false;    ///< a signer may begin behind this machine's clock
+  std::string from;             ///< "SYS" or "SYS:COMP": whose poses are used; empty: not chosen by this option
+  bool accept_clock = false;    ///< the first time stamp of a signer may be old
 };
 
 void add_pose_options(CLI::App& app, PoseOptions& options);

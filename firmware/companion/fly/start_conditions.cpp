@@ -39,7 +39,7 @@ bool StartConditions::is_ready(core::TimePoint now) const {
 }
 
 /// Before the first telemetry package its age is meaningless, and the lost estimate would be blamed on the pose. A
-/// place outside the fence and the ground do not prevent a take-off.
+/// place outside the fence, or on the ground, does not prevent a take-off.
 safety::FailsafeReason StartConditions::denial(bool takes_off) const {
   if (controller_.link().health().packages == 0) {
     return safety::FailsafeReason::kTelemetryOld;

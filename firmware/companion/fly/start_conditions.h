@@ -24,14 +24,14 @@ class StartConditions {
     goal_led_ = goal_led;
   }
 
-  /// The autopilot awaits the operator's command.
+  /// Whether the authority table waits for the operator at this stage.
   static constexpr bool waits_for_operator(safety::AuthorityStage stage) {
     return stage == safety::AuthorityStage::kReady || stage == safety::AuthorityStage::kSilent ||
            stage == safety::AuthorityStage::kSilentCold;
   }
   /// A command would take off: the aircraft stands on the ground.
   bool on_ground(core::TimePoint now) const;
-  safety::FailsafeReason denial(bool takes_off) const;
+  safety::FailsafeReason denial(bool takes_off) const;  ///< why the failsafe would not let the law fly; kNone: it would
   /// No reason of the failsafe would deny control.
   bool is_clear(core::TimePoint now) const { return denial(on_ground(now)) == safety::FailsafeReason::kNone; }
   /// Control can be requested: the autopilot awaits it, and no condition here prevents it.
@@ -43,17 +43,16 @@ class StartConditions {
   bool has_rival() const { return pose_.has_rival(); }
   std::span<const ClockStep> clock_steps() const { return pose_.clock_steps(); }
 
-  /// Reports once why the source of pose prevents control. @param again reports it even if it was reported before.
-  /// @returns whether the operator's order is withdrawn: for a second sender or a wrong attitude, not for a check that
-  /// has failed and may soon hold again.
+  /// Reports why the source of pose prevents control; only once unless `again`. @returns whether the operator's order
+  /// is withdrawn: for a second sender or a wrong attitude, not for a check that has failed and may soon hold again.
   bool report_pose(core::TimePoint now, bool again);
   /// @param program_ends the program ends after this line.
   void report_position(core::TimePoint now, bool takes_off, bool program_ends) const;
   void report_denial(core::TimePoint now, safety::FailsafeReason cause, bool program_ends) const;
-  /// Reports an obstacle, such as a missing pose, once it has lasted: otherwise the operator would wait without knowing
-  /// why. @param waits only the operator's command is missing.
+  /// Reports an obstacle to a flight, such as a missing pose, once it has lasted while the autopilot awaits a request:
+  /// otherwise the operator would wait without knowing why. @param waits as for update().
   void report_awaited(core::TimePoint now, bool waits);
-  /// From now on only the operator's command is missing.
+  /// The time for which an obstacle has lasted counts from now.
   void restart(core::TimePoint now) { clear_ = now; }
 
  private:
@@ -69,7 +68,7 @@ class StartConditions {
   PoseMonitor pose_;
   bool pose_reported_ = false;
   bool goal_led_ = false;
-  core::TimePoint clear_{};  ///< when only the operator's command was missing
+  core::TimePoint clear_{};  ///< when there was last no obstacle
   safety::FailsafeReason reported_denial_ = safety::FailsafeReason::kNone;
 };
 

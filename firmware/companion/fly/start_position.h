@@ -15,8 +15,8 @@ namespace m100::companion {
 
 /// Where the aircraft stands before a flight, from poses that agree. The course and the fence are laid from this place,
 /// so one wrong pose must not define it. Of nine successive poses, more than half must lie within 0.3 m of their median
-/// (an aircraft that wanders at 1 m/s moves so far while a source of 30 Hz sends nine). The result is the pose nearest
-/// to the median among those whose heading agrees with the others'. Otherwise later poses replace the oldest.
+/// (an aircraft that wanders at 1 m/s moves so far while a source of 30 Hz sends nine); until they do, later poses
+/// replace the oldest. The result is the pose nearest to the median among those whose heading agrees with the others'.
 class StartPosition {
  public:
   /// @returns the place, as soon as enough poses agree.
@@ -31,7 +31,7 @@ class StartPosition {
     if (2 * static_cast<std::size_t>(agree) <= kPoses) {
       return std::nullopt;
     }
-    // Of the headings that count, the one that all the others together are nearest to.
+    // The sum of the angles between this heading and those of the poses near the median.
     const auto turned_rad = [&](const core::Pose<double>& one) {
       double sum = 0.0;
       for (const core::Pose<double>& other : last_) {
@@ -56,7 +56,7 @@ class StartPosition {
     return start;
   }
 
-  static constexpr std::size_t kPoses = 9;  ///< that are compared
+  static constexpr std::size_t kPoses = 9;  ///< number of poses that are compared
   /// The number of poses so far.
   std::size_t poses() const { return seen_; }
   /// Enough poses came, but did not agree.

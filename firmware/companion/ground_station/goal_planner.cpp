@@ -20,7 +20,7 @@ constexpr std::uint8_t kLocalNed = 1;  // MAV_FRAME
 
 constexpr double kShortestBrake_s = 0.5;
 /// The polynomial of degree 7 from a speed to rest peaks at 1.9 times its mean deceleration, or at 2.5 times it if it
-/// begins with an acceleration as large as the mean; a larger one exceeds the limit.
+/// begins with an acceleration as large as that mean. If it begins with a larger one, the peak exceeds the limit.
 constexpr double kBrakePeak = 2.5;
 constexpr double kShortestWay_s = 0.3;
 constexpr double kLonger = 1.06;  ///< ratio of successive durations that are tried
@@ -29,7 +29,7 @@ constexpr double kSameYaw_rad = 1e-3;
 
 bool is_number(float value) { return std::isfinite(value) && std::abs(value) <= 1000.F; }
 
-/// Comes to rest after a time, at half of the distance that the speed alone would cover.
+/// From a motion to rest after a time, degree 7, over half of the distance that the speed alone would cover.
 ref::Polynomial<double> to_rest(double position, double speed, double acceleration, double time_s) {
   return ref::through({.start = {position, speed * time_s, acceleration * time_s * time_s, 0.0},
                        .end = {position + speed * time_s / 2.0, 0.0, 0.0, 0.0}});
@@ -134,7 +134,7 @@ void GoalPlanner<T>::update(core::TimePoint now, bool by_law, core::TimePoint st
     return;
   }
   started_ = started;
-  if (goal_) {  // its way began elsewhere; the flight's first tick uses this place
+  if (goal_) {  // the next flight does not begin on the way to that goal, but here
     ref::Waypoint<T> here;
     here.position_w_m = {estimate.x.position_m, estimate.y.position_m, estimate.height_m};
     here.yaw_rad = estimate.yaw_rad;

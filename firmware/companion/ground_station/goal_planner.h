@@ -31,15 +31,14 @@ std::string_view name(GoalResult answer);
 /// Turns goals into a course during the flight. A goal is a place where the aircraft comes to rest; the way there is
 /// straight, of degree 5, as fast as the limits allow. If a goal arrives on the way, the new way starts from the
 /// present motion without a stop, provided that one polynomial of degree 5 per axis keeps the limits and the fence.
-/// Otherwise the reference first comes to rest on its way (degree 7). So speed and acceleration stay inside their
-/// limits, except that a stop out of a strong acceleration may decelerate up to 40 % harder; place, speed and
-/// acceleration never jump. Goals beyond the fence are moved to its side; the geofence limiter keeps the reference and
-/// the speed inside, as for any course.
+/// Otherwise the reference first comes to rest on its way (degree 7). So speed and acceleration keep their limits,
+/// except that a stop out of a strong acceleration may decelerate up to 40 % harder; place, speed and acceleration
+/// never jump. Goals beyond the fence are moved to its side; the geofence limiter acts as for any course.
 ///
 /// Cost of a goal that arrives on the way: at most kMaxAttempts * kSamples evaluations of four polynomials.
 ///
-/// Goals are taken only while the law flies. A flight that begins after one to goals holds its place until the next
-/// goal arrives. No heap. A replay of a log repeats the planning from the recorded bytes of the pose port.
+/// Goals are taken only while the law flies. A flight that begins after a flight to goals holds the place where it
+/// begins until the next goal arrives. No heap. A replay of a log repeats the planning from the bytes of the pose port.
 template <typename T>
 class GoalPlanner {
  public:
@@ -49,14 +48,16 @@ class GoalPlanner {
   /// Call it after each tick. After a flight to goals the next flight begins where the aircraft is.
   /// @param by_law the law flies. @param started when the trajectory's time last began. @param estimate of this tick.
   void update(core::TimePoint now, bool by_law, core::TimePoint started, const est::Estimate<T>& estimate);
-  /// Takes a goal. @param flies the failsafe passes commands of the law.
+  /// Takes a goal. What it does not name (x, y, z or yaw) stays as in goal(), or as at the course's end.
+  /// @param flies control is ours, and the failsafe passes commands of the law.
   GoalResult take(const mavlink::SetPositionTargetLocalNed& goal, core::TimePoint now, bool flies);
-  /// Flies to a place, or to the nearest inside the fence. Only while the law flies. @returns false: no way; it stops.
+  /// Flies to a place, or to the nearest inside the fence. Call it only while the law flies. @returns false: it cannot;
+  /// the reference comes to rest.
   bool fly_to(const ref::Waypoint<T>& place, core::TimePoint now);
   /// Brings the reference to rest on its way. @returns false: the law does not fly.
   bool hold(core::TimePoint now, bool flies);
 
-  /// The last accepted goal, world frame; nothing: the course of the flight applies.
+  /// The last accepted goal, or where a hold or the begin of a later flight put it; nullopt: the course applies.
   const std::optional<ref::Waypoint<T>>& goal() const { return goal_; }
   /// The reference has reached its end and rests.
   bool at_rest(core::TimePoint now) const { return trajectory_.finished(now); }
@@ -75,7 +76,8 @@ class GoalPlanner {
   /// x, y, z, yaw.
   using PolynomialPath = std::array<ref::Polynomial<double>, ref::kDimensions>;
 
-  /// Lays the shortest way to rest at a place, from the present motion, inside limits and fence. @returns false: none.
+  /// Sets the fastest way found from the present motion to rest at a place, inside limits and fence. @returns false:
+  /// none is found, or the reference is at rest.
   bool plan_to(const ref::Waypoint<T>& place, core::TimePoint now);
   bool within_limits(const PolynomialPath& way, double time_s, double speed_m_s) const;
   /// Begins the trajectory anew, from its present motion to rest. @returns where it ends.

@@ -51,7 +51,7 @@ bool is_guided_command(const mavlink::CommandLong& order) {
 /// The answer to an order and the commands that follow from it.
 struct CommandDecision {
   std::uint8_t result = kAccepted;
-  std::string_view why;  ///< follows its name
+  std::string_view why;  ///< follows the order's name in the report
   OperatorInput input;
 };
 

@@ -9,24 +9,24 @@
 
 namespace m100::companion {
 
-/// How the operator's part of the flight would treat an order now.
+/// How the FlightSequencer would treat an order now.
 struct SequencerStatus {
-  bool waits = false;         ///< a command would request control; otherwise it would give it back
-  bool is_releasing = false;  ///< control goes back: a command has no effect
-  bool on_ground = false;     ///< a command would take off first
-  bool may_land = false;
-  bool takes_off = false;  ///< the autopilot takes off
-  bool lands = false;
+  bool waits = false;             ///< a command would request control; otherwise it would give it back
+  bool is_releasing = false;      ///< control goes back: a command has no effect
+  bool on_ground = false;         ///< a command would take off first
+  bool may_land = false;          ///< an order to land would be served
+  bool takes_off = false;         ///< the autopilot takes off, or control is requested for it
+  bool lands = false;             ///< the autopilot lands
   bool returns_to_start = false;  ///< the battery is low: the ground station cannot change the course
 };
 SequencerStatus sequencer_status(const FlightSequencer& sequencer, core::TimePoint now);
 
 /// Handles goals, missions and orders from the ground station: goals and missions change the course, an order to engage
-/// or release has the effect of the operator's command, and each order is answered. An unknown order is refused by its
-/// number. No heap.
+/// or release has the effect of the operator's command, and each order is answered. An unknown order is refused, and
+/// reported by its number. No heap.
 class GroundStationCommands {
  public:
-  /// @param limits nothing: the flight takes no goals, see goal_limits(). @param telemetry_stream null: nothing is
+  /// @param limits nullopt: the flight takes no goals, see goal_limits(). @param telemetry_stream null: nothing is
   ///   answered, and so no mission can be transferred.
   GroundStationCommands(const std::optional<ref::SpeedLimits>& limits, const model::Vehicle& vehicle,
                         const app::FlightConfig& config, ref::Trajectory<double>& trajectory, GroundStationTap& line,
@@ -43,9 +43,9 @@ class GroundStationCommands {
   /// Call it after each tick of the controller. @returns the ground station's commands in the operator's place.
   OperatorInput tick(core::TimePoint now, const app::FlightController<double>& controller,
                      const SequencerStatus& status);
-  /// Whether goals have led the flight.
+  /// Whether goals, or an order to hold, have led the flight.
   bool has_goal() const { return guided_mode_ && guided_mode_->goals().goal().has_value(); }
-  /// Number of requests to change a parameter; one of a known name is answered with its value.
+  /// Number of requests to change a parameter, none of which is served: the answer is the unchanged value.
   std::uint32_t parameters_not_set() const { return parameters_not_set_; }
 
  private:

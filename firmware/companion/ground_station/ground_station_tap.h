@@ -21,8 +21,8 @@ struct GroundStationStats {
   std::uint32_t goals = 0;
   std::uint32_t orders = 0;
   std::uint32_t requests = 0;
-  std::uint32_t orders_lost = 0;    ///< more than kMaxCommands waited
-  std::uint32_t requests_lost = 0;  ///< more than kMaxRequests came in a tick
+  std::uint32_t orders_lost = 0;    ///< because kMaxCommands waited already; or they lost their place to another
+  std::uint32_t requests_lost = 0;  ///< because kMaxRequests came before in that tick
 };
 
 inline constexpr std::uint16_t kGuidedEnable = 92;    ///< MAV_CMD_NAV_GUIDED_ENABLE: param1 1 engage, 0 release

@@ -21,8 +21,8 @@ inline constexpr std::uint16_t kTakeOff = 22;        ///< MAV_CMD_NAV_TAKEOFF: t
 struct GuidedModeUpdate {
   std::optional<GoalResult> goal;
   std::optional<GroundStationTap::Order> order;
-  bool done = false;                     ///< the order for goals or mission was carried out, or was already
-  std::optional<std::uint16_t> reached;  ///< item of the mission
+  bool done = false;                     ///< the order for goals or mission was carried out, now or before
+  std::optional<std::uint16_t> reached;  ///< item of the mission that was reached in this tick
   bool new_items = false;                ///< a list of items is complete, or was cleared
   Replies replies;                       ///< of the mission protocol
 };
@@ -44,7 +44,7 @@ class GuidedMode {
   GuidedMode& operator=(const GuidedMode&) = delete;
 
   /// Call it after each tick: messages that came over the pose port change the trajectory from the next tick. It does
-  /// the same in flight and in a replay. Engaging and releasing are left to the caller: the log holds them as orders.
+  /// the same in flight and in a replay. All other orders are left to the caller; the log holds them as kOrder*.
   template <typename S>
   GuidedModeUpdate update(GroundStationTap& line, const app::FlightController<T, S>& controller, core::TimePoint now);
 
@@ -115,12 +115,12 @@ bool GuidedMode<T>::execute(const mavlink::CommandLong& order, core::TimePoint n
   return mission_.is_active_as(items(), first, last) || mission_.start(items(), first, last, now, flies);
 }
 
-/// Without goals, or on the way back to the start: passes an order on, refuses a goal, answers as if without items.
+/// For a flight without goals, or on the way back to the start: passes an order on, refuses goals and missions.
 GuidedModeUpdate reject_requests(GroundStationTap& line);
 
-/// The limits of the ways to goals, as a log has them: "speed acceleration yaw_rate".
+/// The limits of the ways to goals as a note in the log: "speed acceleration yaw_rate", SI.
 std::string goals_note(const ref::SpeedLimits& limits);
-/// @returns nothing: the note is of another version.
+/// @returns nullopt: the note is of another version.
 std::optional<ref::SpeedLimits> limits_of_note(const std::string& note);
 
 }  // namespace m100::companion

@@ -17,10 +17,11 @@ enum class MissionState : std::uint8_t { kNone = 1, kNotStarted = 2, kActive = 3
 ///
 /// An item is reached when the aircraft is within its radius of the place (param2; kRadius_m where it is 0 or not a
 /// number) and the reference is at rest there. With a radius, autocontinue and no time to hold (param1) the reference
-/// need not rest: as soon as both are within the radius the next item follows, without a stop. The heading is param4
-/// (deg, clockwise from x), or does not change if param4 is not a number. With autocontinue 0 the mission pauses there.
+/// need not rest: as soon as aircraft and reference are within the radius the next item follows, without a stop. The
+/// heading is param4 (deg, clockwise from x), or does not change if param4 is not a number; it does not count for
+/// "reached". With autocontinue 0 the mission pauses there, if another item follows.
 ///
-/// Anything else that moves the aircraft pauses the mission: another goal, an order to hold, the failsafe below coast,
+/// Anything else that moves the aircraft pauses the mission: another goal, an order to hold, the failsafe below kCoast,
 /// the end of control. It continues only on an order, towards the item that was not reached.
 template <typename T>
 class Mission {
@@ -33,7 +34,7 @@ class Mission {
   /// @param last item to fly; if it does not come after the first, or does not exist, all remaining ones are flown.
   /// @returns false: there is no such item, or the law does not fly.
   bool start(Items items, std::uint16_t first, std::uint16_t last, core::TimePoint now, bool flies);
-  /// The order to start was already obeyed: it is repeated because its acknowledgement was lost.
+  /// Whether the mission is active as such an order would start it: the order is repeated because its answer was lost.
   bool is_active_as(Items items, std::uint16_t first, std::uint16_t last) const {
     return state_ == MissionState::kActive && first == first_ && last_of(items, first, last) == last_;
   }
@@ -61,7 +62,7 @@ class Mission {
   GoalPlanner<T>& goals_;
   MissionState state_ = MissionState::kNone;
   std::uint16_t current_ = 0;
-  std::uint16_t first_ = 0;  ///< where it was started
+  std::uint16_t first_ = 0;  ///< item with which it was started
   std::uint16_t last_ = 0;
   std::optional<core::TimePoint> reached_at_;
 };

@@ -172,7 +172,7 @@ void MissionTransfer::take(const mavlink::MissionItemInt& item, mavlink::Address
   if (item.seq != next_) {
     return;  // a duplicate; a missing item is requested again by tick()
   }
-  if (is_flown) {  // it began after the list was announced
+  if (is_flown) {  // the mission's flight began after the new list was announced
     finish(item, mission_result::kDenied, replies);
     return;
   }

@@ -29,8 +29,8 @@ inline constexpr std::uint8_t kDenied = 14;
 inline constexpr std::uint8_t kCancelled = 15;
 }  // namespace mission_result
 
-/// Whether an item can be flown here: NAV_WAYPOINT in LOCAL_NED, at most 1 km away, its numbers in their ranges.
-/// @returns one of mission_result.
+/// Whether an item can be flown here: NAV_WAYPOINT in LOCAL_NED, at most 1 km away on each axis, its numbers in their
+/// ranges. @returns one of mission_result.
 std::uint8_t validate(const mavlink::MissionItemInt& item);
 
 /// Converts an item to the newer message. A coordinate that is not a number, or too far away for a flight, becomes one
@@ -75,13 +75,12 @@ class MissionTransfer {
   std::size_t count_ = 0;
   std::uint32_t edition_ = 0;
   // State of the open transfer.
-  std::uint16_t expected_ = 0;  ///< items; 0: none is open
+  std::uint16_t expected_ = 0;  ///< number of items; 0: no transfer is open
   std::uint16_t next_ = 0;
   mavlink::Address partner_{};
   core::TimePoint requested_at_{};
   std::uint32_t request_count_ = 0;
-  /// How the newest transfer ended, and with which item. A sender that repeats that item has lost the answer and gets
-  /// it again.
+  /// How the newest transfer ended, and with which item. A sender that repeats that item gets the answer again.
   struct TransferResult {
     std::uint16_t seq;
     std::uint8_t result;

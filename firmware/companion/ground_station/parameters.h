@@ -31,7 +31,7 @@ struct ParameterEntry {
 /// All parameters, in the order of their indices.
 std::span<const ParameterEntry> parameter_entries();
 
-/// The name, from our table, of the parameter that a PARAM_SET would change; "of unknown name": none.
+/// The name, as in parameter_entries(), of the parameter that a PARAM_SET would change; else "of unknown name".
 std::string_view name_of(const mavlink::ParamSet& parameter);
 
 /// Answers requests for the numbers of a flight (PARAM_REQUEST_LIST, PARAM_REQUEST_READ). They are read-only: PARAM_SET

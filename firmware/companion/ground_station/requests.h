@@ -18,7 +18,6 @@ using RequestMessage =
                  mavlink::MissionRequest, mavlink::MissionRequestInt, mavlink::MissionAck, mavlink::MissionClearAll,
                  mavlink::ParamRequestList, mavlink::ParamRequestRead, mavlink::ParamSet>;
 
-/// A request and its sender.
 struct Request {
   RequestMessage message;
   mavlink::Address from;

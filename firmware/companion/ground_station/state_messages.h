@@ -21,7 +21,7 @@ struct FlightState {
   double yaw_rad = 0.0;
   std::array<float, 3> rate_frd_rad_s{};
   double horizontal_sigma_m = 0.0;  ///< of position, from the observer's covariance
-  double gate_ratio = 0.0;          ///< last refused pose: its distance over the allowed one; 0: none
+  double gate_ratio = 0.0;          ///< of the newest pose if refused: its distance over the allowed one; else 0
   bool healthy = false;
   bool prediction_valid = false;
   bool in_control = false;
@@ -40,8 +40,8 @@ mavlink::LocalPositionNed position_of(const FlightState& state);
 mavlink::EstimatorStatus estimator_of(const FlightState& state);
 mavlink::BatteryStatus battery_of(const FlightState& state);
 
-/// Makes one piece of a sentence as STATUSTEXT, 50 characters each. @param id of a sentence of several pieces, not 0.
-/// @param piece from 0. @returns false: there is no such piece.
+/// Makes one piece of a sentence, 50 characters, as STATUSTEXT. @param id identifies a sentence of several pieces; not
+/// 0. @param piece from 0. @returns false: there is no such piece.
 bool status_text(std::string_view sentence, std::uint8_t severity, std::uint16_t id, std::uint8_t piece,
                  mavlink::StatusText& message);
 

@@ -29,7 +29,7 @@ class ClockStepRecorder {
   std::span<const ClockStep> steps() const { return std::span(steps_).first(step_count_); }
 
  private:
-  core::Duration set_by_{0};  ///< as reported
+  core::Duration set_by_{0};  ///< PoseTimingReport's, at the last step
   std::uint32_t times_set_ = 0;
   ClockStep step_;
   bool step_is_open_ = false;

@@ -27,7 +27,6 @@ class LineWriter {
   /// Starts the thread. @param write writes a line to a descriptor; it may block. @param patience how long finish()
   /// waits for a blocked output.
   explicit LineWriter(Write write = &write_nonblocking, std::chrono::milliseconds patience = kTerminalTimeout);
-  /// As finish().
   ~LineWriter() { finish(); }
   LineWriter(const LineWriter&) = delete;
   LineWriter& operator=(const LineWriter&) = delete;

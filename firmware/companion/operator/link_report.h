@@ -13,7 +13,7 @@ namespace m100::companion {
 
 /// The health of a link as one JSON object, in SI units.
 nlohmann::json to_json(const link::LinkHealth& health);
-/// "link_health {...}": most of these numbers in one line, for the flight log. No heap.
+/// "link_health {...}": most numbers of to_json() in one line, for the flight log. No heap.
 using HealthText = std::array<char, 1024>;
 std::string_view health_line(const link::LinkHealth& health, HealthText& space);
 

@@ -28,7 +28,7 @@ struct LiveOptions {
 
 void add_live_options(CLI::App& app, LiveOptions& options);
 
-/// Parses an IPv4 address and a port; empty text: nothing. Errors: UsageError if it is neither.
+/// Parses an IPv4 address and a port; empty text: nullopt. Errors: UsageError if it is neither.
 std::optional<sockaddr_in> receiver_of(const std::string& text);
 
 /// The state that is shown of a tick: a copy, so that the thread that shows it needs nothing of the flight. World
@@ -46,8 +46,8 @@ struct LiveState {
   ctl::Command<double> command{};  ///< that the failsafe passes; roll and pitch of the body, forward-left-up
   double pose_age_s = 0.0;         ///< of the newest, since its capture
   double pose_latency_s = 0.0;     ///< least latency of a pose
-  double pose_jitter_s = 0.0;      ///< 99th percentile above the latency
-  std::uint64_t poses = 0;         ///< taken, since the beginning
+  double pose_jitter_s = 0.0;      ///< 99th percentile of the latency, minus the least
+  std::uint64_t poses = 0;         ///< accepted since the program began
   std::uint64_t poses_lost = 0;
   double telemetry_hz = 0.0;
   double telemetry_age_s = 0.0;  ///< not a number: none has arrived
@@ -56,13 +56,13 @@ struct LiveState {
 
 LiveState live_state(const app::FlightController<double>& controller, const ref::Trajectory<double>& trajectory,
                      core::TimePoint now);
-/// One object of JSON, as PlotJuggler's UDP server takes it; `timestamp` is the time of the tick.
+/// One object of JSON, as PlotJuggler's UDP server takes it; its `timestamp` is t_s.
 std::string json_of(const LiveState& state);
-/// FailsafeState, position, distance from the reference, latency and loss of the poses, link. @param lost_share of the
-/// poses.
+/// One line: failsafe state, position, distance from the reference, latency and loss of the poses, link. @param
+/// lost_share lost poses over sent ones.
 std::string status_of(const LiveState& state, double lost_share);
 
-/// The characters that begin a line for the terminal: they erase the status line, if this process shows one.
+/// What to put before a line for the terminal: it erases the status line, if this process shows one; else empty.
 std::string_view line_begin();
 
 /// Shows a flight from a thread of its own: values as JSON over UDP fifty times a second, and a line on the terminal
@@ -106,7 +106,7 @@ class LiveDisplay {
   std::thread thread_;
   // Used by the thread that shows.
   std::uint32_t shown_ = 0;
-  std::array<LiveState, 5> former_{};  ///< of the lines of the last second
+  std::array<LiveState, 5> former_{};  ///< shown by the last five lines, of one second
   std::uint32_t lines_ = 0;
 };
 

@@ -7,7 +7,7 @@
 
 namespace m100::companion {
 
-/// Takes lines for the operator and the log.
+/// Takes lines for the operator; OperatorChannels also logs them.
 class OperatorLog {
  public:
   virtual void write(core::TimePoint now, std::string_view line) = 0;

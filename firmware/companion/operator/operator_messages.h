@@ -15,7 +15,7 @@ namespace m100::companion {
 /// The state of the authority table, its reason, and the remedy if there is one.
 void describe(TextLine& line, const link::AuthorityView& authority);
 
-/// What was seen: "pose refused: 0.31 m from the prediction, allowed 0.02 m".
+/// What was seen that is the cause: "pose refused: 0.31 m from the prediction, allowed 0.02 m".
 void describe(TextLine& line, safety::FailsafeReason cause, const safety::Observation& seen,
               const safety::Limits& limits);
 
@@ -25,7 +25,7 @@ void describe_limit_cycle(TextLine& line, const safety::Observation& seen);
 /// The state of an excitation; if aborted, why, with numbers. Nothing if there is none, or while the law returns.
 void describe(TextLine& line, const ctl::Excitation<double>& excitation);
 
-/// What prevents flying now; kNone: nothing.
+/// What prevents flying now, apart from authority and orders; kNone: nothing.
 safety::FailsafeReason denial_reason(const safety::Observation& seen, const safety::Limits& limits);
 /// The remedy for an obstacle.
 std::string_view remedy_for(safety::FailsafeReason denial_reason);

@@ -18,7 +18,7 @@ namespace m100::companion {
 class PoseMonitor {
  public:
   static constexpr core::Duration kHold = std::chrono::seconds(30);
-  /// At a lower rate a flight uses older poses, because fresh_limit() adds the interval.
+  /// The operator is warned of a lower rate: fresh_limit() adds the interval, so a flight then uses older poses.
   static constexpr double kMinPoses_hz = 50.0;
 
   /// Call it after each tick. @param waits control is not ours and was not requested
@@ -28,7 +28,7 @@ class PoseMonitor {
   bool has_rival() const { return rival_; }
   /// If blocks(): the only cause is a check that failed and must hold for longer.
   bool is_on_trial_only(core::TimePoint now) const { return !rival_ && !is_tilted(now); }
-  /// Why, in words that follow "control is not asked for: ".
+  /// Why control may not be requested, in words that follow "control is not asked for: ".
   void describe(TextLine& line, const app::FlightController<double>& controller, core::TimePoint now) const;
   std::span<const ClockStep> clock_steps() const { return clock_steps_.steps(); }
 
@@ -42,8 +42,8 @@ class PoseMonitor {
   void watch_rival(core::TimePoint now, const app::FlightController<double>& controller, bool waits,
                    OperatorLog& listener);
 
-  /// Trim, mounting and tracking add up to some degrees; a wrong order or axis shows 15 degrees for any heading but
-  /// one.
+  /// Trim, mounting and tracking add up to some degrees; a wrong quaternion order or axis gives more than this (15
+  /// degrees) at almost every heading.
   static constexpr double kMaxTilt_rad = 0.26;
   static constexpr core::Duration kTiltLasts = std::chrono::milliseconds(300);
 
@@ -53,7 +53,7 @@ class PoseMonitor {
   double tilt_apart_rad_ = 0.0;
   double pose_tilt_rad_ = 0.0;
   double autopilot_tilt_rad_ = 0.0;
-  core::Vector<double, 3> up_b_ = core::Vector<double, 3>::Zero();  ///< mean of the autopilot's
+  core::Vector<double, 3> up_b_ = core::Vector<double, 3>::Zero();  ///< mean, by the autopilot's attitude
   core::TimePoint tilted_since_{};
   bool failed_ = false;
   core::TimePoint failed_at_{};

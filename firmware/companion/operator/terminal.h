@@ -11,13 +11,13 @@ namespace m100::companion {
 /// How long the closing lines wait for a terminal that takes nothing.
 constexpr std::chrono::seconds kTerminalTimeout{5};
 
-/// Makes writes to the terminal non-blocking from now on. Asking a terminal beforehand does not suffice: it may be
-/// stopped between question and write, or have room for half of the line. Therefore standard output and error, if they
-/// are terminals, are opened anew in non-blocking mode. Other writers to the same terminal, such as the shell, are not
-/// affected. A terminal that this user may not open stays as it is.
+/// Makes writes to the terminal non-blocking from now on: standard output and error, if they are terminals, are opened
+/// anew in non-blocking mode. (poll() before a write does not suffice: the terminal may be stopped in between, or have
+/// room for half of the line.) Other writers to the same terminal, such as the shell, are not affected. A terminal that
+/// this user may not open stays as it is.
 void make_terminals_nonblocking();
 
-/// Writes as much as the screen takes at this moment. Uses neither heap, lock nor stdio.
+/// Writes as much as the descriptor takes at this moment. Uses neither heap, lock nor stdio.
 void write_nonblocking(int descriptor, std::string_view text);
 
 /// After a flight: writes the text to the standard output; gives up when nothing was taken for kTerminalTimeout.

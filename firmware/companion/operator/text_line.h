@@ -9,7 +9,7 @@
 
 namespace m100::companion {
 
-/// A line of text without heap, for the thread that flies (promise R1). Text beyond 640 characters is cut off.
+/// A line of text without heap, for the thread that flies (promise R1). Text beyond kMaxBytes is cut off.
 class TextLine {
  public:
   static constexpr std::size_t kMaxBytes = 640;

@@ -20,7 +20,7 @@ constexpr double kMinTurn_rad = 0.03;
 constexpr double kMinAcceleration_m_s2 = 0.25;
 /// Least correlation by which two axes count as the same.
 constexpr double kSure = 0.6;
-constexpr double kNoiseShare = 0.01;  ///< share of the least motion; below it the pose shows noise or nothing
+constexpr double kNoiseShare = 0.01;  ///< of the least motion; below this share the pose shows noise or nothing
 
 /// Body to world.
 Eigen::Matrix3d rotation_of(const core::Quaternion<double>& q) {
@@ -41,8 +41,8 @@ std::string percent(double correlation) {
 }
 
 /// Judges an axis of the pose by `row`, its correlations with the autopilot's axes.
-/// @param shown root mean square of the pose's axis. @param motion that of each of the autopilot's axes. @param min
-///   value of `motion` that suffices.
+/// @param shown root mean square of the pose's axis. @param motion those of the autopilot's axes. @param min
+///   least value of `motion` that suffices.
 template <typename Row>
 CheckResult judge(std::string_view what, std::string_view how, std::size_t axis, const Row& row, double shown,
                   const Row& motion, double min, std::span<const std::string_view> names) {

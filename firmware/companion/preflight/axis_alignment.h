@@ -14,7 +14,7 @@
 namespace m100::companion::preflight {
 
 /// Finds the axes of the pose that are turned, exchanged or mirrored, while the aircraft is moved by hand: only motion
-/// distinguishes the axes. It makes three comparisons, each independent of the headings of the two worlds:
+/// distinguishes the axes. It makes three comparisons, none of which needs the angle between the two worlds:
 ///
 ///   tilt      the direction of up in the body, by the pose and by the autopilot's attitude: roll and pitch.
 ///   turning   the change of heading in 0.2 s, by the pose and by the autopilot.
@@ -23,22 +23,22 @@ namespace m100::companion::preflight {
 ///             the pose's heading: x, y, z of the world. The mean length of the specific force is taken as g, whatever
 ///             its unit is.
 ///
-/// Each comparison is a matrix of correlations; the check reports the signed axis with the largest one. Companion only:
-/// it uses the heap.
+/// Each comparison gives correlations of every axis of the pose with every axis of the autopilot; the axis of largest
+/// magnitude must be the same one, with a positive sign. Companion only: it uses the heap.
 class AxisAlignment {
  public:
   /// The newest pose and the newest telemetry at one time.
   struct Sample {
     core::TimePoint at{};
     core::Vector<double, 3> position_w_m = core::Vector<double, 3>::Zero();
-    core::Quaternion<double> pose_wb{};                                 ///< body to the pose's world
-    core::Quaternion<double> autopilot_wb{};                            ///< body to the autopilot's, FLU and NWU
+    core::Quaternion<double> pose_wb{};       ///< body to the pose's world
+    core::Quaternion<double> autopilot_wb{};  ///< body to the autopilot's world; FLU and NWU, both quaternions
     core::Vector<double, 3> force_b = core::Vector<double, 3>::Zero();  ///< specific force, FLU, m/s^2 or g
   };
   /// Adds a sample; the caller adds 100 a second, evenly spaced.
   void add(const Sample& sample);
-  /// One check for each axis: pitch, roll, heading, x, y, z; "up" if it is upside down. kDoubtful: the axis was not
-  /// moved enough, or the pose does not show its motion.
+  /// One check for each axis: pitch, roll, heading, x, y, z; and "up" if the pose is upside down. kDoubtful: the axis
+  /// was not moved enough, or the pose does not show its motion.
   std::vector<CheckResult> checks() const;
   std::size_t samples() const { return samples_; }
 

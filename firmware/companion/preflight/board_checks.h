@@ -11,9 +11,9 @@ namespace m100::companion::preflight {
 
 inline constexpr const char* kHeldByAnother = "another program holds it";
 
-/// Whether the port exists, may be read and written, is free, takes 230400 baud, and is not the pose's.
+/// Whether the port exists, may be read and written, is free, takes 230400 baud, and does not bring MAVLink poses.
 CheckResult check_port(const std::string& path);
-/// The latency timer of an FTDI adapter: by default it collects bytes for 16 ms, more than one control period.
+/// The latency timer of an FTDI adapter: by default it collects bytes for 16 ms, more than a tick; at most 2 is good.
 CheckResult check_adapter(const std::string& path);
 /// Whether the program may run with real-time priority and lock its memory.
 CheckResult check_real_time();

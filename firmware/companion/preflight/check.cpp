@@ -31,8 +31,8 @@ struct CheckOptions {
   std::string json;
 };
 
-/// Reads and checks flight file and course as `fly` does.
-/// @returns the mode that would fly
+/// Reads and checks flight file and course as `fly` does, as far as that is possible without a start. @returns the mode
+/// that would fly.
 Mode check_orders(const CheckOptions& options, std::vector<ConsistencyFinding>& out) {
   FlyOptions files;
   files.flight = options.flight;

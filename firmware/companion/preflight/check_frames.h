@@ -18,8 +18,8 @@ struct CheckFramesOptions {
   double hold_s = 30.0;
 };
 
-/// Listens to both ports while the operator moves the aircraft by hand, and sends nothing to the autopilot.
-/// Errors: UsageError.
+/// Listens to both ports while the operator moves the aircraft by hand; sends nothing to the autopilot, and judges with
+/// AxisAlignment. Errors: UsageError.
 std::vector<CheckResult> check_frames(const CheckFramesOptions& options);
 
 }  // namespace m100::companion::preflight

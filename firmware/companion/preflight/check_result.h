@@ -7,7 +7,6 @@ namespace m100::companion::preflight {
 
 enum class Health { kGood, kDoubtful, kBad };
 
-/// The result of one check.
 struct CheckResult {
   std::string name;
   Health health = Health::kGood;

@@ -28,7 +28,7 @@ struct ReceivedState {
   std::uint32_t stalls = 0;
 };
 
-/// Ticks until --hold is over or a signal comes.
+/// Calls `tick` every 10 ms until --hold is over or a signal comes. @returns the number of stalls.
 template <typename Tick>
 std::uint32_t listen(const FlyOptions& options, const std::function<void()>& before_time, const Tick& tick) {
   TickClock clock(options.port, before_time);
@@ -58,7 +58,7 @@ ReceivedState listen_only(const FlyOptions& options, const link::LinkConfig& con
           .stalls = stalls};
 }
 
-/// Runs the whole program without sending.
+/// Runs the flight controller without sending.
 ReceivedState fly_silently(const FlyOptions& options, const FlightFiles& orders, const FlightModel& model,
                            const link::LinkConfig& link, hal::Uart& port) {
   PosePort pose_port(options.pose, options.port);

@@ -5,8 +5,8 @@
 
 namespace m100::companion {
 
-/// Does everything of a flight that needs no sending. @returns true: telemetry came, and if there is a pose, it is
-/// fresh and the estimate healthy.
+/// Does everything of a flight that needs no sending. @returns true: at the end telemetry is fresh, and, if a pose port
+/// and a vehicle are named, the pose is fresh and the estimate healthy.
 bool dry_run(const FlyOptions& options, const link::LinkConfig& link, hal::Uart& autopilot);
 
 }  // namespace m100::companion

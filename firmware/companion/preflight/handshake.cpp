@@ -36,7 +36,7 @@ link::ChannelCommand neutral_of(const FlyOptions& options) {
 }
 
 /// One session with the autopilot. A signal gives control back. However control ends, the session continues until
-/// telemetry shows that it is not ours.
+/// ReleaseMonitor says that the release is over.
 class Session final : public OperatorLog {
  public:
   Session(const FlyOptions& options, link::SerialLink& link)
@@ -75,7 +75,7 @@ class Session final : public OperatorLog {
     print_line(timed.str());
   }
 
-  /// Control was taken, held for its time or until the operator's command, and the transmitter has it.
+  /// Control was taken, held for its time or until a signal, and the transmitter has it.
   bool succeeded() const { return released_; }
   json to_json() const {
     json stages = json::array();
@@ -145,7 +145,7 @@ class Session final : public OperatorLog {
     released_ = state == ReleaseMonitor::State::kReleased && was_held_ && release_monitor_.pilot_in_control();
     return state == ReleaseMonitor::State::kPending;
   }
-  /// The authority table is back at a stage that waits for the operator.
+  /// The authority table is at a stage that waits for the operator, more than 4 s after our request.
   bool was_refused(core::TimePoint now) const {
     const safety::AuthorityStage stage = link_.authority().stage;
     const bool waits = stage == safety::AuthorityStage::kReady || stage == safety::AuthorityStage::kSilent ||

@@ -13,7 +13,7 @@ namespace m100::companion {
 /// One point on which vehicle file, table and the program's limits must agree. `m100 check` prints each; `fly` refuses
 /// a finding that does not hold, unless --override names it.
 struct ConsistencyFinding {
-  std::string_view name;  ///< for --override; empty: nothing overrides it, because it was refused before
+  std::string_view name;  ///< for --override; empty: it always holds, because otherwise an error came before
   bool holds = false;
   std::string what;
 };

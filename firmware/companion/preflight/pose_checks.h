@@ -27,7 +27,7 @@ std::vector<std::string> pose_messages();
 /// Whether the planned rate of poses, with signatures, fits into the serial line. Not for a network.
 CheckResult check_pose_line(const PosePlan& line);
 
-/// Checks the port, its key, and the poses that arrive within two seconds. Empty if no port is named.
+/// Checks the port, its key, and the poses that arrive within two seconds. No results if no port is named.
 std::vector<CheckResult> check_pose_port(const PosePlan& line);
 
 }  // namespace m100::companion::preflight

@@ -9,13 +9,14 @@
 
 namespace m100::companion {
 
-/// Converts time stamps of the autopilot's clock to ours. Arrival times have a jitter; the time stamps in the packages
-/// have none. The offset between the clocks is the smallest one seen, and may grow as fast as two crystals drift apart.
-/// So the converted time stamps keep their original spacing.
+/// Converts time stamps of another clock (the autopilot's, the pose sender's) to ours. Arrival times have a jitter; the
+/// time stamps have none. The offset between the clocks is the smallest one seen, and may grow as fast as two crystals
+/// drift apart. So the converted time stamps nearly keep their original spacing.
 class ClockFit {
  public:
-  /// @param own time stamp of the package. @param arrived its arrival on our clock.
-  /// @returns when it was made, by the shortest transport delay seen; never after `arrived` or before the last result.
+  /// @param own time stamp, by the other clock. @param arrived its arrival on our clock.
+  /// @returns the time of the stamp on our clock, as if the shortest delay seen were none; never after `arrived` or
+  ///   before the last result.
   core::TimePoint to_our_clock(core::Duration own, core::TimePoint arrived) {
     const core::Duration offset = arrived.time_since_epoch() - own;
     if (offset_ && std::max(offset - *offset_, *offset_ - offset) > kJump) {
@@ -28,7 +29,7 @@ class ClockFit {
     last_ = std::max(last_, core::TimePoint{own + *offset_});
     return last_;
   }
-  /// Number of jumps of more than a second: the autopilot restarted.
+  /// Number of jumps of more than a second: the other side restarted, or its clock was set.
   std::uint32_t restarts() const { return restarts_; }
 
  private:

@@ -19,7 +19,7 @@ constexpr core::Duration kAdapterDelay = std::chrono::milliseconds(20);  // an F
 constexpr double kGap_s = 0.05;
 constexpr double kGapIntervals = 3.5;
 constexpr std::uint64_t kFewestIntervals = 10;
-constexpr double kCountsPerFull = 660.0 / 10000.0;  // of the RC item
+constexpr double kCountsPerFull = 660.0 / 10000.0;  // Virtual RC counts per unit of the RC item
 
 constexpr std::array<std::string_view, Recorder::kStreams + 1> kFormats{
     recording::Rc::kFormat,     recording::Attitude::kFormat, recording::kRatesFormat,

@@ -25,13 +25,12 @@ class Recorder {
   enum Stream : std::size_t { kRc, kAttitude, kRates, kVelocity, kForce, kPosition, kStatus, kPose, kStreams };
   static std::string_view name(Stream stream);
 
-  /// Statistics of one stream.
   struct StreamStatistics {
     std::uint64_t samples = 0;
     core::TimePoint first{};
     core::TimePoint last{};
     core::Duration longest_gap{0};
-    std::uint32_t gaps = 0;  ///< longer than both 50 ms and 3.5 known intervals: a fit leaves them out
+    std::uint32_t gaps = 0;  ///< longer than 50 ms and than 3.5 mean intervals (after ten samples): a fit omits them
     double rate_hz() const;
     void add(core::TimePoint at);
     /// Ends the recording: a stream that stopped before has a gap until here.
@@ -47,7 +46,7 @@ class Recorder {
     double max_counts = -std::numeric_limits<double>::infinity();
   };
 
-  /// @param cipher of the app's key, if the autopilot encrypts its telemetry; otherwise null.
+  /// @param cipher of the app's key, if the autopilot encrypts its telemetry; null: none.
   Recorder(log::UlogWriter& log, std::uint32_t baud, const protocol::Cipher* cipher);
 
   /// Writes header and formats of the log. @returns as UlogWriter::begin().

@@ -7,15 +7,15 @@
 
 namespace m100::companion::recording {
 
-// The records of `m100 record`, of telemetry items and poses, in our frames (world NWU, body FLU), SI, with the
-// autopilot's own time stamp converted to our clock [us]. No padding: each format describes the same layout in ULog.
+// The records of `m100 record`, of telemetry items and poses, in our frames (world NWU, body FLU), SI. Each timestamp
+// is the sender's, converted to our clock [us] by ClockFit. No padding: each format describes the same layout in ULog.
 
 /// The pilot's transmitter, -10000..10000 each: right, forward, up, right positive.
 struct Rc {
   std::uint64_t timestamp = 0;
   std::int16_t roll = 0, pitch = 0, throttle = 0, yaw = 0;
   std::int16_t mode = 0, gear = 0;
-  std::uint32_t package = 0;  ///< of telemetry, counted
+  std::uint32_t package = 0;  ///< number of the telemetry package, from 1; likewise below
   static constexpr std::string_view kFormat =
       "rc:uint64_t timestamp;int16_t roll;int16_t pitch;int16_t throttle;int16_t yaw;int16_t mode;int16_t gear;"
       "uint32_t package;";
@@ -66,7 +66,7 @@ struct Status {
 };
 static_assert(sizeof(Status) == 16);
 
-/// A pose of the second port, with the time stamp of its capture.
+/// A pose; its timestamp is the time of capture.
 struct Pose {
   std::uint64_t timestamp = 0;
   std::array<double, 3> xyz{};  ///< m

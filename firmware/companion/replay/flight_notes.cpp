@@ -12,7 +12,7 @@ namespace {
 
 [[noreturn]] void refuse_link_note() { throw FlightLogError(std::string("'") + kLinkNote + "' is of another version"); }
 
-/// Reads what a note holds only where it was chosen: another law than the MPC, a sender of poses, a disabled check.
+/// Reads an entry of the link note that is there only if chosen: a law, a sender of poses, or a disabled check.
 void read_choice(const std::string& key, const std::string& word, app::FlightConfig& config) {
   const std::optional<mpc::Law> law = key == "law" ? mpc::law_of(word) : std::nullopt;
   const std::optional<est::ConsistencyCheck> off = key == "override" ? est::check_of(word) : std::nullopt;
@@ -46,7 +46,7 @@ bool read_link_note(const std::string& text, app::FlightConfig& config) {
   if (!words || app_id != "app_id" || rate != "rate_hz" || pose_baud != "pose_baud" || crypt != "encrypted") {
     refuse_link_note();
   }
-  if (std::string baud; words >> baud) {  // gives bytes that are read in bunches their arrival; older logs lack it
+  if (std::string baud; words >> baud) {  // for the arrival of frames that one read brings; older logs lack it
     words >> config.link.baud;
     if (!words || baud != "baud") {
       refuse_link_note();

@@ -18,7 +18,7 @@ inline constexpr const char* kVehicleNote = "m100_vehicle";  ///< the vehicle fi
 inline constexpr std::array kTablesNotes{"m100_tables", "m100_tables_more", "m100_tables_more_2", "m100_tables_more_3",
                                          "m100_tables_more_4"};
 inline constexpr const char* kVersionNote = "m100_version";  ///< of the program; a replay ignores it
-inline constexpr const char* kCourseNote = "m100_course";    ///< parse_course
+inline constexpr const char* kCourseNote = "m100_course";    ///< for parse_course(); empty: a hover
 inline constexpr const char* kFlightNote =
     "m100_flight";                                     ///< the flight file's text; without: safety::Limits' defaults
 inline constexpr const char* kModeNote = "m100_mode";  ///< the tuning that flew
@@ -27,7 +27,7 @@ inline constexpr const char* kStartNote = "m100_start";      ///< "x y z yaw" of
 inline constexpr const char* kChannelNote = "m100_channel";  ///< "virtual_rc" or "movement", then "paper_100_hz" or not
 inline constexpr const char* kExcitationNote = "m100_excitation";  ///< excitation_of_note()
 inline constexpr const char* kGoalsNote = "m100_goals";  ///< goals_note(); if present: goals over the pose port counted
-/// home_note(); if present: a low battery ended the flight where it began.
+/// home_note(); without it a low battery has no effect.
 inline constexpr const char* kHomeNote = "m100_home";
 /// link_note(); a log without it was flown with app id 1, the default rate, the default pose baud, unencrypted.
 inline constexpr const char* kLinkNote = "m100_link";
@@ -35,12 +35,12 @@ inline constexpr const char* kLinkNote = "m100_link";
 /// The note of that key. @throws FlightLogError the log does not hold it.
 const std::string& note_of(const RecordedFlight& flight, const char* key);
 
-/// The other settings that determine the bytes sent: "app_id N rate_hz X pose_baud N encrypted 0|1 baud N", then "law
-/// NAME", "pose_from SYS:COMP" and "override CHECK" if not the default. The key of an encrypted flight is not in it.
+/// The other settings on which the sent bytes depend: "app_id N rate_hz X pose_baud N encrypted 0|1 baud N", then "law
+/// NAME", "pose_from SYS[:COMP]" and "override CHECK" where not the default. It does not hold the key.
 std::string link_note(const app::FlightConfig& config);
 
-/// Sets what link_note() has written. @throws FlightLogError the note is malformed or of another version.
-/// @returns whether the commands were encrypted
+/// Sets in `config` what link_note() has written, except encryption. @throws FlightLogError the note is malformed or of
+/// another version. @returns whether the commands were encrypted.
 bool read_link_note(const std::string& text, app::FlightConfig& config);
 
 /// Adds the notes that hold a gain table file. @returns false: it needs more notes than there are.

@@ -10,7 +10,7 @@
 
 namespace m100::companion {
 
-/// The records that the replayed flight would have logged of a tick, besides the bytes: the last messages of its ring.
+/// The records that the replayed flight logs in a tick, without the bytes: the last messages in its log's ring.
 class RecordWindow {
  public:
   RecordWindow() : ring_(storage_), log_(ring_) {}

@@ -18,18 +18,18 @@ class FlightController;
 
 namespace m100::companion {
 
-/// Which arithmetic the flight code is run in.
+/// The arithmetic of the flight code; kFixed: the observer in fixed point, the rest in float.
 enum class Scalar : std::uint8_t { kDouble, kFloat, kFixed };
 
 struct ReplayResult {
-  core::Sha256Digest digest{};  ///< over the bytes to the autopilot and the state record of every tick, in order
+  core::Sha256Digest digest{};  ///< over the bytes to the autopilot and the log::TickRecord of every tick, in order
   std::size_t ticks = 0;
-  std::size_t different_ticks = 0;       ///< ticks whose record or output bytes differ from the log
-  std::size_t first_difference = 0;      ///< the first such tick
-  std::vector<std::size_t> differences;  ///< all of them
-  double largest_difference_m = 0.0;     ///< of the estimated position, against the record
-  double largest_command_difference_rad = 0.0;
-  std::uint32_t messages_missing = 0;  ///< dropped by the log's ring: their bytes cannot be replayed
+  std::size_t different_ticks = 0;              ///< ticks whose record or output bytes differ from the log
+  std::size_t first_difference = 0;             ///< the first such tick
+  std::vector<std::size_t> differences;         ///< all of them
+  double largest_difference_m = 0.0;            ///< of the estimated position, against the record
+  double largest_command_difference_rad = 0.0;  ///< of roll and pitch as granted
+  std::uint32_t messages_missing = 0;           ///< dropped by the log's ring: their bytes cannot be replayed
 };
 
 /// Feeds the recorded bytes and times to the flight code. Errors: FlightLogError, or the error of a file in its notes.

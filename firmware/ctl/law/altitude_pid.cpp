@@ -7,7 +7,7 @@ namespace {
 // Natural frequency times delay; with kDamping it leaves 6 dB of gain margin in every corner (`m100-lab gains`).
 constexpr double kBandwidth = 0.42;
 constexpr double kDamping = 1.02;
-constexpr double kFeedback_s = 0.03;  // pose age, tick and stick period, which no vehicle file states
+constexpr double kFeedback_s = 0.03;  // delay by pose age, tick and stick period, which no vehicle file states
 constexpr double kSlowest_rad_s = 1.0;
 constexpr double kFastest_rad_s = 4.0;
 constexpr double kIntegralShare = 0.1;  // integral corner over natural frequency

@@ -12,8 +12,8 @@ namespace m100::ctl {
 /// With the climb loop modelled as one lag T (tau, at least 50 ms, or 2 z / w) plus its delay D, u = Kp e - Kd w
 /// gives T s^2 + (1 + Kd) s + Kp. The natural frequency is set to kBandwidth / (D + T2 + kFeedback_s), within 1 to
 /// 4 rad/s. T2 is the lag that this model leaves out (0.5 / w for a second order). The damping is kDamping; where
-/// that requires no Kd, Kp is raised until it is. Limits are taken from `base`. With AltitudeGains::design = false the
-/// vehicle file's own gains are used; their defaults are the paper's (III-E.2).
+/// Kd = 0 gives even more, Kp is raised until it does not. Ki is a tenth of Kp times that frequency. All limits are
+/// those of `base`. A caller whose AltitudeGains::design is false uses the vehicle file's own gains instead of this.
 model::AltitudeGains design_altitude(const model::StickAxis& climb, const model::AltitudeGains& base);
 
 /// Reference of the height loop.
@@ -26,7 +26,7 @@ struct HeightReference {
 
 /// Height PID (paper, III-E.2) with feed-forward:
 ///   u = w_cmd + Kp e + I + Kd (w_ref - w),  e = z_ref - z,  I' = Ki e, I in [integral_min, integral_max]
-/// The derivative acts on climb speeds, so that a step of the height gives it no kick. The integral is frozen
+/// The derivative acts on climb speeds, so that a step of the reference height gives it no kick. The integral is frozen
 /// while the output is at its limit and e would drive it further. Output within +-climb_limit.
 template <typename T>
 class AltitudePid {

@@ -11,14 +11,14 @@
 
 namespace m100::ctl {
 
-/// The command of the failsafe's level state: it stops the aircraft without a course, and then holds it against trim
-/// and wind as last estimated. Per axis of the yaw-free frame
+/// The command of the failsafe's level state: it stops the aircraft without a course, and then holds it against input
+/// offset m (trim) and disturbance d (wind) as last estimated. Per axis of the yaw-free frame
 ///   v' = -k s (1 + (s / s1)^2),  s = v + t v'now,  at most the vehicle's braking:  slope = +-(v' - d) / g - m
 /// The speed s is that of a reaction time t later, so that the tilt is removed in time; with k t = 0.7 the stop does
-/// not overshoot. At s1 the linear part alone has half of the vehicle's braking: a linear law would begin to ease at
-/// twice that speed. It brakes as hard as the fence assumes: a gentler stop would end beyond the fence. Both slopes
-/// together are at most tan(30 degrees), the law's own limit, reduced by any tilt beyond it (slope_limit.h), and keep
-/// their direction. While no pose arrives the velocity is the model's prediction; if its sigma is too large, only trim
+/// not overshoot. At s1 the linear part -k s alone has half of the vehicle's braking: without the cube the braking
+/// would ease below 2 s1 already. The fence assumes that the aircraft brakes this hard. Both slopes together are at
+/// most tan(30 degrees), the law's own limit, reduced if the tilt is beyond it (slope_limit.h), and keep their
+/// direction. While no pose arrives the velocity is the model's prediction; if its sigma is 1 m/s or more, only trim
 /// and wind are compensated. Without a prediction the command is level. No climb, no turn: the autopilot keeps height.
 template <typename T>
 Command<T> brake_and_hold(const est::Estimate<T>& estimate, const Braking& braking) {

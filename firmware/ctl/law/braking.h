@@ -11,18 +11,18 @@ struct Braking {
   double acceleration_m_s2 = 0.0;
   /// The steady disturbance against which it can hold its position: at most 4 m/s^2.
   double max_disturbance_m_s2 = 0.0;
-  /// Time from the decision to stop until the attitude is reversed.
+  /// Time from the decision to stop until the attitude is reversed and the estimate shows it; at least 0.35 s.
   double reaction_s = 0.0;
   /// effective_delay_s() of the slower axis.
   double acts_s = 0.0;
   /// Drag that the aircraft may have in addition to that of the vehicle file. The wind that is estimated at a speed
   /// includes this drag, which disappears as the aircraft slows down.
   double unknown_drag_per_s = 0.0;
-  /// The drag by which wind and gusts accelerate the aircraft.
+  /// The drag by which wind and gusts accelerate the aircraft: that of the vehicle file, but at least 0.3 1/s.
   double drag_per_s = 0.0;
 };
 
-/// Time until a command sent now has begun to act, and the next one can: transport delay + command period (40 ms).
+/// Time from a command to the earliest effect of the command after it: transport delay + command period (40 ms).
 double effective_delay_s(const model::StickAxis& axis);
 
 /// @param slope_limit the largest slope (tangent of tilt) that the control law gives to one horizontal axis while the
@@ -31,7 +31,7 @@ double effective_delay_s(const model::StickAxis& axis);
 /// acceleration = 0.95 g tilt_gain slope_limit: the law approaches its limit gradually, hence a twentieth less.
 /// reaction     = transport delay + command period (40 ms) + attitude loop (2 zeta / w, or its time constant) + 20 ms
 ///                until the estimate shows the effect; the slower of roll and pitch, at least 0.35 s.
-/// unknown drag = how much less drag the vehicle file has than a free rotor aircraft (published: 0.2 to 0.5 1/s; 0.3).
+/// unknown drag = 0.3 1/s (published for free rotor aircraft: 0.2 to 0.5) less the vehicle file's drag, at least 0.
 Braking braking_of(const model::Vehicle& vehicle, double slope_limit);
 
 }  // namespace m100::ctl

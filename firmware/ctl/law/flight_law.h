@@ -20,8 +20,8 @@
 namespace m100::ctl {
 
 struct FlightLawOptions {
-  /// Limit of the commanded tilt of both axes together, 0 to 90 degrees. The measured tilt exceeds it only briefly
-  /// (slope_limit.h): the promise is 35 degrees, the attitude loop overshoots by 7 %.
+  /// Limit of the commanded tilt of both axes together, above 0 and below 90 degrees. The flown tilt exceeds it only
+  /// briefly (slope_limit.h) and shall stay below 35 degrees (promise R12): the attitude loop overshoots by 7 %.
   double combined_tilt_limit_rad = 0.5235987755982988;  // 30 deg
   /// Law of the horizontal axes; the baseline (kLqr) differs from the MPC only in the optimisation.
   mpc::Law horizontal = mpc::Law::kMpc;
@@ -36,11 +36,11 @@ struct InverseLags {
 /// a = tau and b = 0, and the lead zero L. Zeros for an axis that follows at once.
 InverseLags inverse_lags(const model::StickAxis& axis);
 
-/// How the horizontal commands were last computed, for the log.
+/// How the horizontal commands were computed when they were last solved, for the log.
 struct LawReport {
   mpc::Path path_x = mpc::Path::kTable;
   mpc::Path path_y = mpc::Path::kTable;
-  unsigned changes = 0;       ///< of the active sets of both axes
+  unsigned changes = 0;       ///< of the active sets, both axes together
   bool tilt_limited = false;  ///< the combined limit reduced the tilt
   bool fallback = false;      ///< the fallback law flies; paths and changes are still those of the tables' law
 };
@@ -56,7 +56,7 @@ struct LawReport {
 ///     wind (d) nor trim and command gain (m) leaves a steady offset.
 /// Then both tilts are limited together, keeping their direction, with regard to the present tilt (slope_limit.h), and
 /// rotated by yaw into roll and pitch.
-/// Needs a window whose lead is lead(). Cost: firmware/README.md.
+/// The reference's window must begin lead() after now. Cost: firmware/README.md.
 template <typename T>
 class FlightLaw {
  public:
@@ -76,7 +76,7 @@ class FlightLaw {
   /// Largest slope that is available to one axis whatever the other one wants: the smaller of the tables' boxes and the
   /// combined limit divided by the root of two.
   T slope_limit() const;
-  /// Replaces the jump to a set point by the fastest motion (setpoint_planner.h); not while the fallback flies.
+  /// Replaces the jump to a set point by the fastest motion (setpoint_planner.h), unless the fallback law flies.
   void plan(ref::Window<T>& window, const est::Estimate<T>& estimate, core::TimePoint now, std::size_t points) {
     fallback() ? planner_.reset() : planner_.update(window, estimate, now, lead(), points);
   }

@@ -8,12 +8,12 @@ namespace m100::ctl {
 namespace {
 
 constexpr double kGoalMargin_m = 0.2;         // from a side to the nearest goal: overshoot and tracking error
-constexpr double kLargestMarginShare = 0.25;  // of a box that is narrow
+constexpr double kLargestMarginShare = 0.25;  // of the width between two sides: in a narrow box the margin is smaller
 // The attitude passes level this long before it is reversed; from then on the speed no longer grows.
 constexpr double kTurnedRound_s = 0.05;
-// Least braking that is assumed: if wind and gusts leave less, almost no speed is admitted.
+// Least braking that is assumed, where wind, gusts and offset leave less: then almost no speed is admitted.
 constexpr double kMinBraking_m_s2 = 0.05;
-constexpr double kGustShare = 0.3;  // of the wind, as an amplitude
+constexpr double kGustShare = 0.3;  // amplitude of the gusts, as a share of the wind class
 constexpr double kReliefShare = 1.0 / 3.0;
 constexpr double kBlend_m = 0.4;   // braking grows to its full size over this distance
 constexpr double kBehind_m = 3.0;  // a goal this far behind the aircraft makes the law use all the tilt
@@ -38,7 +38,7 @@ GeofenceLimiter<T>::GeofenceLimiter(const core::Fence& fence, const Braking& bra
       y_(side_of(fence.side[core::Fence::kY])),
       z_(side_of(fence.side[core::Fence::kZ])),
       braking_m_s2_(static_cast<T>(braking.acceleration_m_s2)),
-      // The remaining distance may be used in the next tick, which checks again.
+      // The next check comes one tick later, so the aircraft may fly on for a tick before the reaction begins.
       reaction_s_(static_cast<T>(braking.reaction_s) + core::seconds<T>(core::kTickPeriod)),
       unknown_drag_per_s_(static_cast<T>(braking.unknown_drag_per_s)),
       wind_m_s2_(static_cast<T>(braking.drag_per_s * fence.wind_m_s)),
@@ -85,7 +85,7 @@ void GeofenceLimiter<T>::limit_axis(Axis window, const Side& side, const est::Ax
   const T sigma_m = core::sqrt(estimate.position_variance_m2);
   const T share =
       core::clamp((static_cast<T>(kSigmas) * sigma_m - room_m) * static_cast<T>(1.0 / kBlend_m) + T(1), T(0), T(1));
-  // Below this speed the reference is not moved: at rest beside a side nothing has to be braked.
+  // Below this speed the reference is not moved behind the aircraft: at rest beside a side nothing has to be braked.
   constexpr T kSlow_m_s = static_cast<T>(0.3);
   if (share <= T(0) || speed_m_s < kSlow_m_s) {
     return;

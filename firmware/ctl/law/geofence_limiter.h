@@ -12,26 +12,25 @@
 
 namespace m100::ctl {
 
-/// Holds the reference inside the fence, and limits the speed so that the aircraft can always stop before a side.
+/// Holds the reference inside the fence, and in x and y limits the speed so that the aircraft can stop before a side.
 ///
 /// Stopping distance on one horizontal axis, at a speed v towards a side (Braking has the vehicle's numbers):
 ///   v t + a0 s (t - s / 2) + (v + a0 s)^2 / (2 a)
-/// where t is the reaction time until the attitude is reversed, s < t the time until it passes level, a0 >= 0 the
-/// acceleration by tilt, wind and gusts of the wind class until then, and
-///   a = braking - gusts - offset - the wind that blows towards the side.
-/// The offset is that of the specific force (est::kForceOffset_m_s2), which alone shows changes of the wind while no
-/// pose arrives. The wind is the present estimate plus a third of the drag that the speed may hide in it: braking
-/// removes the drag and leaves the wind, at most one of the class. Over the braking distance a disturbance that grows
-/// by c (v - v') costs as much as a constant third of c v. A state is admitted if position plus stopping distance plus
-/// three sigmas of position end before the side. Over the last 0.4 m before that limit, at 0.3 m/s or more, the
-/// reference is moved gradually to a place behind the aircraft, so that the law finally brakes with all its tilt. The
-/// estimate continues when the pose is lost, so the same applies while coasting. T is float or double.
+/// where t is the reaction time until the attitude is reversed, s = t - 0.05 s the time until it passes level, and
+///   a  = braking - p,  at least 0.05 m/s^2,   p = gusts + offset + the wind that blows towards the side
+///   a0 = p + the acceleration of the present tilt towards the side.
+/// Gusts are those of the fence's wind class. The offset is that of the specific force (est::kForceOffset_m_s2), which
+/// alone shows changes of the wind while no pose arrives. The wind is the present estimate plus a third (the mean over
+/// the braking distance) of the drag that the speed may hide in it, at most that of the class: braking removes the drag
+/// and leaves the wind. A state is admitted if position plus stopping distance plus three sigmas of position end before
+/// the side. Over the last 0.4 m before that limit, at 0.3 m/s or more, the reference is moved gradually to a place
+/// behind the aircraft, so that the law finally brakes with all its tilt. The same applies while coasting.
 template <typename T>
 class GeofenceLimiter {
  public:
   GeofenceLimiter(const core::Fence& fence, const Braking& braking);
 
-  /// Moves a set point that is beyond a side, or too near to it, inside: before a motion to it is planned.
+  /// Moves a constant reference that is beyond or too near a side (x, y) inside, before a motion to it is planned.
   void limit_goal(ref::Window<T>& window) const;
   /// Limits the reference. @param points number of points in x and y that are limited, beginning with the first.
   void limit(ref::Window<T>& window, const est::Estimate<T>& estimate, std::size_t points = ref::kHorizon + 1);
@@ -50,7 +49,7 @@ class GeofenceLimiter {
  private:
   struct Side {
     T low_m, high_m;            ///< of the fence
-    T goal_low_m, goal_high_m;  ///< for goals
+    T goal_low_m, goal_high_m;  ///< for the reference
   };
   using Axis = std::span<ref::AxisReference<T>>;
   static Side side_of(const core::Fence::Side& side);

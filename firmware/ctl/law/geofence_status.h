@@ -6,7 +6,7 @@ namespace m100::ctl {
 /// Where the aircraft is in its fence.
 struct GeofenceStatus {
   double reserve_m = 1e6;   ///< from the point where the aircraft can stop to the side towards which it flies (x, y)
-  double outside_m = -1e6;  ///< how far the estimated position is beyond the nearest side; negative: inside
+  double outside_m = -1e6;  ///< estimated position beyond the nearest side, floor or ceiling; negative: inside
 };
 
 }  // namespace m100::ctl

@@ -10,8 +10,8 @@ namespace m100::ctl {
 namespace {
 
 constexpr double kMaxSpeed_m_s = 17.0;  ///< of the aircraft, by its maker
-constexpr double kMinGoal_m = 0.05;     ///< a nearer goal is within the tracking error: not planned
-constexpr double kMinShare = 0.25;      ///< smallest share of the slope: of the axis that moves less, and in a wind
+constexpr double kMinGoal_m = 0.05;     ///< no motion to a goal at most this far away, at most this fast (in m/s)
+constexpr double kMinShare = 0.25;      ///< least share of the slope limit for an axis, and of its acceleration in wind
 
 template <typename T>
 T magnitude(T value) {
@@ -84,7 +84,7 @@ void SetpointPlanner<T>::set_goals(T x_m, T y_m, const est::Estimate<T>& estimat
   follows_ = true;
 }
 
-/// @param share of this axis in the direction to the goal
+/// @param share component of the direction to the goal along this axis, 0 to 1
 template <typename T>
 void SetpointPlanner<T>::set_goal(Axis& axis, const est::AxisEstimate<T>& estimate, T goal_m, T share) {
   if (follows_ && goal_m == axis.goal_m) {
@@ -105,7 +105,7 @@ void SetpointPlanner<T>::set_goal(Axis& axis, const est::AxisEstimate<T>& estima
   }
 }
 
-/// Plans again if the aircraft has left the motion or the disturbance has changed; not within one reaction time.
+/// Orders a new plan if the aircraft has left the motion or the disturbance changed; not in the first reaction time.
 template <typename T>
 void SetpointPlanner<T>::check(Axis& axis, const est::AxisEstimate<T>& estimate, T time_s, T lead_s) {
   if (time_s < reaction_s_ || time_s > axis.motion.duration_s()) {
@@ -124,7 +124,7 @@ void SetpointPlanner<T>::check(Axis& axis, const est::AxisEstimate<T>& estimate,
   }
 }
 
-/// If one tilt was commanded for a whole reaction time, the share that the aircraft has reached scales the authority.
+/// If one large tilt was planned for a whole reaction time, scales authority by the share of it that was reached.
 template <typename T>
 void SetpointPlanner<T>::learn_authority(Axis& axis, const est::AxisEstimate<T>& estimate, T time_s) const {
   const T planned_m_s2 = axis.motion.at(time_s).acceleration_m_s2;

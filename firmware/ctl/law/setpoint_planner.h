@@ -15,18 +15,18 @@ namespace m100::ctl {
 /// Replaces the jump to a new set point by the fastest motion that the aircraft can make (ref/time_optimal.h), so that
 /// the law sees the braking beyond its horizon. Windows that are not constant stay as they are.
 ///
-/// Limits per axis. Acceleration: the tilt of the gain table, or the axis' part (a quarter at least) of the law's limit
-/// of both axes in the direction of the goal if that is less; plus or minus the disturbance. Braking uses kBrakingShare
-/// of it and leaves the rest to the feedback. Jerk: the tilt is reversed in Braking::reaction_s less Braking::acts_s,
-/// the delay until a command acts; the final release is slower, see kRelease.
+/// Limits per axis. Acceleration: by the tilt of the gain table, or by the axis' part (a quarter at least) of the law's
+/// limit of both axes in the direction of the goal if that is less; plus or minus the disturbance, but at least a
+/// quarter of the tilt's. Braking uses kBrakingShare of it and leaves the rest to the feedback. Jerk: the tilt is
+/// reversed in Braking::reaction_s less Braking::acts_s; the final release is slower, see kRelease.
 ///
-/// A motion is planned again at most kMaxReplans times for one goal. First, from the measured state, when the aircraft
-/// has left it by more than kMaxError_m; if it tilts less than planned, the plan's tilt is scaled down too, not below
-/// kMinAuthority. Second, from the motion's own state, when the disturbance has changed by more than kMaxChange_m_s2
-/// since it was planned: a wind looks weaker the faster one flies with it. All limits take the disturbance a third of
-/// the way back to its value when the goal was set: what returns in braking, as a mean over the braking distance.
+/// The motion of an axis is planned again at most kMaxReplans times for one goal: from the measured state, when the
+/// aircraft has left the motion by more than kMaxError_m (if it accelerates less than planned, the plan's tilt is
+/// scaled down, too, not below kMinAuthority); or from the motion's own state, when the disturbance has changed by more
+/// than kMaxChange_m_s2 since it was planned: a wind looks weaker the faster one flies with it. All limits use the
+/// present disturbance, moved a third of the way back to its value when the goal was set: the mean during the braking.
 ///
-/// One axis is planned a tick. After the motion's end the window is the set point itself again. T is float or double.
+/// One axis is planned a tick. After both motions' end the window is the set point itself again. T is float or double.
 template <typename T>
 class SetpointPlanner {
  public:
@@ -41,8 +41,8 @@ class SetpointPlanner {
 
   SetpointPlanner(const Braking& braking, const mpc::GainTables<T>& tables, T combined_slope);
 
-  /// Once per tick while the law flies. @param lead from now to the first point of the window. @param points of the
-  /// window to fill.
+  /// Once per tick while the law flies. @param lead from now to the first point of the window. @param points how many
+  /// points of the window to fill, beginning with the first.
   void update(ref::Window<T>& window, const est::Estimate<T>& estimate, core::TimePoint now, core::Duration lead,
               std::size_t points);
   /// Forgets the goal: the next set point is planned from the measured state.
@@ -60,7 +60,7 @@ class SetpointPlanner {
     T planned_m_s2{0};    ///< disturbance that the motion was planned with
     T authority{1};       ///< share of the commanded slope that the aircraft was measured to reach
     unsigned replans = 0;
-    bool is_due = false;
+    bool is_due = false;  ///< a motion to goal_m has to be planned
     bool is_off = false;  ///< the aircraft is not where the motion is: plan from the estimate
   };
   static Axis make_axis(const mpc::GainTable<T>& table);

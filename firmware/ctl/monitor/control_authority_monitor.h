@@ -22,12 +22,12 @@ class ControlAuthorityMonitor {
   explicit ControlAuthorityMonitor(const Braking& braking)
       : max_disturbance_m_s2_(static_cast<T>(braking.max_disturbance_m_s2)) {}
 
-  /// Once per tick. @param flies whether the law flies; if not, nothing is watched.
+  /// Once per tick. @param flies whether the law flies; if not, mean and time are reset.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& window, bool flies, T step_s);
 
   /// How long both conditions have been true, on the worse axis.
   T exceeded_s() const { return x_.exceeded_s > y_.exceeded_s ? x_.exceeded_s : y_.exceeded_s; }
-  /// The averaged disturbance, on the axis that is worse.
+  /// Magnitude of the averaged disturbance, on the axis where it is larger.
   T disturbance_acceleration_m_s2() const;
 
   ControlAuthorityStatus status() const {

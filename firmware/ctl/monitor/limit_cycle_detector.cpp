@@ -52,7 +52,7 @@ void LimitCycleDetector<T>::turn(Axis& axis) {
   const T height_rad = size_of(axis.extreme_rad - axis.turning_point_rad);
   const T length_s = axis.age_s - axis.extreme_age_s;
   const bool long_enough = length_s > static_cast<T>(kMinHalfWave_s) && length_s < static_cast<T>(kMaxHalfWave_s);
-  // The filter's gain at the swing's frequency converts metres to the tilt that would have moved the aircraft as far.
+  // Inverts the filter at the half-wave's frequency: converts unexplained metres to the tilt that would cause them.
   const T shortest_s = long_enough ? length_s : static_cast<T>(kMinHalfWave_s);
   const T per_metre =
       kPerGravity * (static_cast<T>(kFrom_per_s * kFrom_per_s) + static_cast<T>(kPiSquare) / (shortest_s * shortest_s));

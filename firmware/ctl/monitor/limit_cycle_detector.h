@@ -12,23 +12,23 @@ namespace m100::ctl {
 template <typename T>
 struct LimitCycleReport {
   bool detected = false;
-  T height_rad{0};    ///< of the highest half-wave in the row, peak to peak
+  T height_rad{0};    ///< of the highest of the counted half-waves, peak to peak
   T frequency_hz{0};  ///< of the last half-wave
 };
 
 /// Detects a limit cycle: a repeated oscillation of the tilt that neither the course nor the air causes. On each
 /// horizontal axis the estimated tilt, minus the tilt for the reference's acceleration, is divided into half-waves,
 /// from one turning point to the next. (A turning point is confirmed when the tilt has come back from it by a quarter
-/// of the half-wave before, so that ripple does not divide a wave.) The loop oscillates if kHalfWaves consecutive
-/// half-waves meet all of these conditions:
+/// of the half-wave before, or of kMinHeight_rad if that is more, so that ripple does not divide a wave.) The loop
+/// oscillates if kHalfWaves consecutive half-waves meet all of these conditions:
 ///   - higher than kMinHeight_rad: ten times the sigma of the tilt in a healthy hover, noise included, which is half a
 ///     degree;
 ///   - higher than the sum of the reference's own oscillation and kMinRatio times what the disturbance of the aircraft
 ///     in that time explains (below);
 ///   - kMinHalfWave_s to kMaxHalfWave_s long, which is 0.3 to 3 Hz: a third and three times the crossover (1.1 Hz) of a
 ///     loop for such an aircraft. Outside this band the loop has not enough gain, or not enough lag, to oscillate;
-///   - at least kMinHeightRatio times as high as the highest in the row, and as long as the one before within a factor
-///     kMaxPeriodRatio.
+///   - at least kMinHeightRatio times as high as the highest before it, and as long as the one before within a factor
+///     kMaxPeriodRatio; one that fails only this begins a new count.
 /// The response to a step dies out; and when the reference jumps, counting begins anew. Turbulence excites the same
 /// band, and tilts the aircraft as far. The two are distinguished by cause and effect. With x'' = g t + d, the equation
 ///   s^2 / (s + a)^2 x  -  g / (s + a)^2 t  =  1 / (s + a)^2 d      (a = kFrom_per_s, near the crossover)
@@ -58,15 +58,15 @@ class LimitCycleDetector {
   /// Jumps of the reference, in position and speed: smaller ones tilt the aircraft by less than two degrees.
   static constexpr double kJump_m = 0.02;
   static constexpr double kJump_m_s = 0.1;
-  static constexpr double kStall_s = 0.025;  ///< after a longer step, counting begins anew
+  static constexpr double kStall_s = 0.025;  ///< a step of this length or longer begins the counting anew
 
   /// Once per tick. @param flies the law flies, and nothing else moves the sticks; if false, nothing is watched.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& window, bool flies, T step_s);
-  /// Forgets all half-waves and pauses for this time, in which the detected oscillation has to fade. Afterwards, and
-  /// for as long as the law flies, kHalfWavesAgain in a row are enough.
+  /// Forgets all half-waves and pauses for this time, in which the detected oscillation has to fade. Afterwards, until
+  /// update() is called with flies = false, kHalfWavesAgain consecutive half-waves are enough.
   void pause(T time_s);
 
-  /// The axis that oscillates; if both do, the one with the larger oscillation.
+  /// Of the axis that oscillates; if both do, of the one with the larger oscillation.
   LimitCycleReport<T> report() const;
 
  private:
@@ -96,15 +96,15 @@ class LimitCycleDetector {
     T age_s{0};              ///< since the last turning point
     T extreme_rad{0};        ///< highest (if it rises) or lowest tilt since the last turning point
     T extreme_age_s{0};      ///< since that extreme
-    T height_rad{0};         ///< of the last half-wave, or the highest in the row
+    T height_rad{0};         ///< of the highest counted half-wave, or of the last one where none is counted
     T length_s{0};           ///< of the last half-wave
-    std::uint32_t count{0};  ///< half-waves in a row
+    std::uint32_t count{0};  ///< consecutive half-waves that meet the conditions
     T ref_position_m{0};     ///< of the tick before
     T ref_velocity_m_s{0};
     UnexplainedMotion unexplained;
     Range unexplained_m;  ///< since the last turning point
     Range disturbed_rad;  ///< the estimated disturbance, as a tilt
-    Range reference_rad;  ///< by the reference
+    Range reference_rad;  ///< the tilt that the reference's acceleration needs
   };
   void update_axis(Axis& axis, const est::AxisEstimate<T>& estimate, const ref::AxisReference<T>& reference, T sign,
                    T step_s) const;

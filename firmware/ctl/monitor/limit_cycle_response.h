@@ -32,7 +32,7 @@ class LimitCycleResponse {
     fallback_ = law.fallback();
   }
 
-  /// The last limit cycle that was detected in this flight.
+  /// The last limit cycle that was detected since the law began to fly.
   const LimitCycleReport<T>& seen() const { return seen_; }
   /// The aircraft oscillates in this tick although the fallback law flies.
   bool persists() const { return goes_on_; }

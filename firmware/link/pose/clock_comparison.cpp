@@ -5,7 +5,7 @@ namespace m100::link {
 namespace {
 
 constexpr std::int64_t kNsPerUs = 1000;
-/// The error bound of an answer grows by a thousandth of the time since then: ten times the drift of a poor quartz.
+/// The error bound of an answer grows by a thousandth of the time since it came: ten times the drift of a poor quartz.
 constexpr std::int64_t kAging = 1000;
 
 std::int64_t ns_of(core::TimePoint at) { return at.time_since_epoch().count() * kNsPerUs; }
@@ -31,7 +31,7 @@ bool ClockComparison::answer(std::int64_t ts1, std::int64_t theirs, core::TimePo
   waiting_ = false;
   const core::Duration half = (arrived - asked_at_) / 2;
   const core::Duration to_ours = (asked_at_ + half).time_since_epoch() - core::Duration(theirs / kNsPerUs);
-  const bool apart = known_ && distance(to_ours, to_ours_) > half + bound(arrived);  // their clock was set
+  const bool apart = known_ && distance(to_ours, to_ours_) > half + bound(arrived);  // the sender's clock was set
   if (!known_ || apart || half <= bound(arrived)) {
     known_ = true;
     to_ours_ = to_ours;

@@ -17,7 +17,7 @@ class ClockComparison {
   static constexpr core::Duration kEvery = std::chrono::milliseconds(200);
   static constexpr core::Duration kLatest = std::chrono::milliseconds(500);  ///< round trip; a later answer is ignored
 
-  /// @returns true: it is time to ask.
+  /// Whether it is time for a question.
   bool due(core::TimePoint now) const { return !asked_ || since_request(now) >= kEvery; }
   core::Duration since_request(core::TimePoint now) const { return now - asked_at_; }
   /// Whether an answer has come.
@@ -27,7 +27,7 @@ class ClockComparison {
   /// Records an answer. @param ts1 that of its question; only an answer to the last question, within kLatest, counts.
   /// @param theirs the sender's time [ns]. @returns false: the answer is ignored.
   bool answer(std::int64_t ts1, std::int64_t theirs, core::TimePoint arrived);
-  /// Another sender has taken over: forgets all answers.
+  /// For another sender: forgets all answers.
   void reset() { *this = ClockComparison{}; }
 
   core::ClockOffset offset(core::TimePoint now) const;

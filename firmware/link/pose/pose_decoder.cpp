@@ -32,7 +32,7 @@ struct Reading {
   std::uint64_t captured_us = 0;
   core::Vector<float, 3> position_ned_m;
   core::Quaternion<float> frd_in_ned;
-  Variances variance_m2;  ///< of x, y, z; 0 or no number: not known
+  Variances variance_m2;  ///< of x, y, z; not above 0, or NaN: not known
 };
 
 // A comparison with NaN is false, so each test states the valid range.

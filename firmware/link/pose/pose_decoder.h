@@ -8,20 +8,19 @@
 
 namespace m100::link {
 
-/// What a pose message holds besides the pose that the observer uses.
+/// What decode_pose() returns besides the pose.
 struct PoseAside {
-  PoseFault fault = PoseFault::kNone;
+  PoseFault fault = PoseFault::kNone;  ///< why the pose is refused
   /// The world's up in the body (FLU), by the pose's own attitude.
   core::Vector<float, 3> up_b = core::Vector<float, 3>::UnitZ();
 };
 
 /// The pose in a frame of ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY, in our frames: NED and FRD of the wire
-/// become world NWU and body FLU. `captured` is the sender's time stamp, zero without a stamp; a
-/// variance that the sender does not know, or reports as zero, is zero.
-/// @param beside receives what the message holds besides the pose, or why the pose is refused
-/// @returns kNotReady: another message. kOutOfRange: an impossible pose: a number that is not finite, a position beyond
-///   1 km, a quaternion whose length is not one to 1 %, angles beyond 2 pi, a variance above 100 m^2, a stamp beyond
-///   285 years, ODOMETRY in a frame that is not NED or FRD.
+/// become world NWU and body FLU. `captured` is the sender's time stamp, zero without a stamp; a variance that the
+/// sender does not know, or reports as zero or negative, is zero.
+/// @returns kNotReady: another message. kOutOfRange: an impossible pose: all zeros, a number that is not finite, a
+///   position beyond 1 km, a quaternion whose length is not one to 1 %, angles beyond 2 pi, a variance above 100 m^2, a
+///   stamp beyond 285 years, ODOMETRY in a frame that is not NED or FRD.
 core::Expected<core::Pose<double>> decode_pose(const mavlink::FrameView& frame, PoseAside& beside);
 inline core::Expected<core::Pose<double>> decode_pose(const mavlink::FrameView& frame) {
   PoseAside beside;

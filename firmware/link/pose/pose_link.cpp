@@ -50,7 +50,7 @@ bool PoseLink::is_from_sender(const mavlink::FrameView& frame, core::TimePoint n
 
 bool PoseLink::accept(const core::Pose<double>& pose, std::uint8_t frame, core::TimePoint now) {
   const bool stamped = pose.captured != core::SenderTime{};
-  if (stamped || is_stamped_) {  // once stamped, a pose without a stamp is one that goes back
+  if (stamped || is_stamped_) {  // after a stamped pose, one without a stamp has the stamp 0, which goes back
     const PoseFault unit = unit_.judge(pose.captured, now);
     const StampOrder::Verdict verdict = order_.judge(pose.captured, frame, now);
     if (unit != PoseFault::kNone || verdict == StampOrder::Verdict::kRefused) {

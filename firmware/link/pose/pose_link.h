@@ -20,8 +20,8 @@ namespace m100::link {
 
 struct PoseLinkStats {
   std::uint64_t poses = 0;                          ///< accepted
-  std::uint32_t refused = 0;                        ///< by numbers, frame of ODOMETRY, or unit of the time stamps
-  std::uint32_t refused_order = 0;                  ///< by their time stamps
+  std::uint32_t refused = 0;                        ///< for numbers, frame of ODOMETRY, or unit of the time stamps
+  std::uint32_t refused_order = 0;                  ///< by StampOrder
   std::uint32_t refused_senders = 0;                ///< from another sender than the accepted one
   std::uint32_t lost_frames = 0;                    ///< by the sequence numbers of the sender's frames, of any message
   std::uint32_t answers = 0;                        ///< to our time requests
@@ -30,10 +30,10 @@ struct PoseLinkStats {
   core::TimePoint last_fault_at{};
 };
 
-/// The source of pose at the other end of a second UART, in MAVLink; SignedLine checks signatures, if a key is used.
-/// One call per tick; older poses of the same tick are skipped. A pose whose time stamp is not newer than the last is
-/// refused, unless StampOrder shows that the sender's clock was set. Only the chosen sender is accepted; without a
-/// choice the first, until it is silent for a second.
+/// The source of pose at the other end of a second UART, in MAVLink (with a key, SignedLine checks signatures before).
+/// One call per tick returns the newest pose only. A pose whose time stamp is not newer than the last is refused,
+/// unless StampOrder shows that the sender's clock was set. Only the chosen sender is accepted; without a choice the
+/// first, until no pose of it was accepted for a second.
 class PoseLink {
  public:
   static constexpr std::size_t kBytesPerTick = 2048;
@@ -53,11 +53,11 @@ class PoseLink {
   const PoseLinkStats& stats() const { return stats_; }
   const PoseSenders& senders() const { return senders_; }
   mavlink::Address sender() const { return sender_; }  ///< whose poses are used
-  /// If the operator has not chosen a sender: another one with poses within PoseSenders::kRecent. @returns null: none
+  /// If the operator has not chosen a sender: another one that sent poses within PoseSenders::kRecent. null: none.
   const PoseSenders::Sender* rival(core::TimePoint now) const {
     return choice_.is_made() || !has_last_ ? nullptr : senders_.other_than(sender_, now);
   }
-  /// The world's up in the body (FLU) by the attitude of the poses, mean of the last; zero before the first.
+  /// The world's up in the body (FLU) by the attitude of the poses, mean of about the last 16; zero before the first.
   const core::Vector<float, 3>& up_b() const { return up_b_; }
   const mavlink::ParserStats& parser_stats() const { return parser_.stats(); }
 

@@ -12,10 +12,10 @@
 
 namespace m100::link {
 
-/// The sender of poses that the operator has chosen; component 0: any of that system.
+/// The sender of poses that the operator has chosen.
 struct SenderChoice {
-  std::uint8_t system = 0;  ///< 0: none was chosen
-  std::uint8_t component = 0;
+  std::uint8_t system = 0;     ///< 0: none was chosen
+  std::uint8_t component = 0;  ///< 0: any of that system
 
   bool is_made() const { return system != 0; }
   bool admits(mavlink::Address from) const {
@@ -23,7 +23,7 @@ struct SenderChoice {
   }
 };
 
-/// The senders of poses on a line, whether their poses are used or not.
+/// The first eight senders of poses on a line, whether their poses are used or not.
 class PoseSenders {
  public:
   static constexpr std::size_t kMaxSenders = 8;

@@ -7,7 +7,7 @@ namespace m100::link {
 namespace {
 
 constexpr core::Duration kLate = 2 * core::kTickPeriod;
-/// More than the reads and verifications of a late tick: each round uses up one of either, or a part of a chunk.
+/// Rounds of read(), more than a late tick needs: each uses up a read, a verification, or a part of a chunk.
 constexpr std::uint32_t kMaxRounds =
     SignedLine::kLateFactor * (3 * SignedLine::kReadsPerTick + SignedLine::kVerificationsPerTick);
 

@@ -19,24 +19,23 @@ struct SignedLineStats {
   std::uint32_t unsigned_frames = 0;
   std::uint32_t wrong = 0;            ///< signed with another key, or changed on the way
   std::uint32_t replayed = 0;         ///< not newer than the stream's last one: a replay, duplicated, or overtaken
-  std::uint32_t old = 0;              ///< the first of a stream, with a time stamp more than a minute old
-  mavlink::SignatureTime old_by = 0;  ///< how old the last of them was
+  std::uint32_t old = 0;              ///< the first of a stream, stamped over a minute before the newest known time
+  mavlink::SignatureTime old_by = 0;  ///< by how much the last of those was before the newest known time
   std::uint32_t too_many = 0;         ///< of a new stream, while all that can be remembered are in use
-  std::uint32_t interrupted = 0;      ///< ticks that left bytes for the next, because their work budget was used up
+  std::uint32_t interrupted = 0;      ///< ticks whose work budget was used up, so that bytes may have had to wait
 
   std::uint64_t refused() const { return std::uint64_t{unsigned_frames} + wrong + replayed + old + too_many; }
 };
 
-/// A line that passes on only frames that are signed with the key and were not sent before, and that signs every frame
-/// that is written. Its reader sees a line without any other sender, so a log of the accepted frames replays without
-/// the key.
+/// A line that passes on only frames that are signed with the key and did not come before, and that signs every frame
+/// that is written. Its reader gets no other bytes, so a log of what it reads replays without the key.
 ///
 /// It works in the thread that flies. There a frame is accepted or refused at a time that the flight knows, and a
 /// simulated flight gives the same result each time; with a separate thread the times of arrival would depend on its
 /// schedule. The cost of a tick is therefore bounded: at most kReadsPerTick reads of kChunk bytes and
 /// kVerificationsPerTick signatures (at most five blocks of SHA-256 each). Further bytes wait, and the kernel discards
-/// bytes that wait too long. A late tick may do kLateFactor times as much, because the age of the bytes that waited is
-/// unknown and their reader drops them.
+/// bytes that wait too long. A tick after a stall may do kLateFactor times as much: the age of the bytes that waited is
+/// unknown, and the reader drops them then.
 class SignedLine final : public hal::Uart {
  public:
   static constexpr std::size_t kChunk = 256;
@@ -50,7 +49,7 @@ class SignedLine final : public hal::Uart {
   SignedLine(hal::Uart& line, const mavlink::Key& key, const mavlink::ReplayMemory& known, std::uint8_t link)
       : SignedLine(line, nullptr, key, known, link) {}
 
-  /// The first frame of a stream may be old; see ReplayGuard.
+  /// @param accepts true: the first frame of a stream may be old; see ReplayGuard.
   void accept_any_clock(bool accepts) { guard_.accept_any_clock(accepts); }
   /// Call it once per tick, before read(). @param time the time stamp of a signature made now.
   void tick(core::TimePoint now, mavlink::SignatureTime time);
@@ -62,8 +61,7 @@ class SignedLine final : public hal::Uart {
   const SignedLineStats& stats() const { return stats_; }
   const mavlink::ParserStats& parser_stats() const { return parser_.stats(); }
   const mavlink::ReplayMemory& memory() const { return guard_.memory(); }
-  /// Smallest time stamp for a signature made now: not before any accepted stamp, because a receiver that has seen that
-  /// one would refuse an earlier one.
+  /// Smallest time stamp for a signature made now: not before any accepted stamp.
   mavlink::SignatureTime min_time() const { return time_ > guard_.newest() ? time_ : guard_.newest(); }
 
  private:

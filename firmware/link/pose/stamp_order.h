@@ -14,20 +14,20 @@ namespace m100::link {
 ///
 /// A stamp that goes back has two causes. A pose that was overtaken fills a gap between the stamps that have come.
 /// After the sender's clock was set back, a frame that was sent later has a stamp at which a pose has already come. A
-/// stamp in the future has one cause, because no message is early. Two poses that only a set clock explains, with
-/// rising stamps, show a new clock; a single wrong stamp costs one pose. If neither is certain, poses whose stamps rise
-/// among themselves are refused for kMaxRefusal at most.
+/// stamp in the future has one cause, a set clock, because no message is early. Two poses that only a set clock
+/// explains, with rising stamps, show a new clock; a single wrong stamp costs one pose. If neither cause is certain,
+/// poses whose stamps rise among themselves are refused until there are three of them over at least kMaxRefusal.
 ///
 /// Cost: constant for a rising stamp, one pass over kRemembered stamps for another.
 class StampOrder {
  public:
   static constexpr std::size_t kRemembered = 64;
-  /// est::kMaxPoseAge_s less one pose of a 20 Hz source: an overtaken pose that comes later is too old to be used.
+  /// est::kMaxPoseAge_s less one period of a 20 Hz source: an overtaken pose that comes later is too old to be used.
   static constexpr core::Duration kMaxRefusal = std::chrono::milliseconds(200);
   static constexpr core::Duration kSenderGone = std::chrono::seconds(1);
 
   enum class Verdict : std::uint8_t {
-    kRises,    ///< newer than the last
+    kRises,    ///< newer than the last, or the first
     kSet,      ///< newer, by a clock that was set
     kRefused,  ///< doubled, overtaken, or not yet known to be newer
   };
@@ -38,7 +38,7 @@ class StampOrder {
   void reset() { *this = StampOrder{}; }
 
  private:
-  /// Refused poses that rise among themselves, since the last that was taken.
+  /// Refused poses whose stamps rise among themselves, since the last accepted pose.
   struct Run {
     std::uint32_t count = 0;
     std::uint32_t sure = 0;  ///< those of them that only a set clock explains

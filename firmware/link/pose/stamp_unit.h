@@ -9,8 +9,8 @@
 namespace m100::link {
 
 /// Detects time stamps that are not microseconds, by how fast they advance compared with the arrivals. Two successive
-/// windows decide, because one may hold a step of the sender's clock. Nanoseconds run 1000 times too fast, milliseconds
-/// 1000 times too slowly; a factor of 30 lies half-way.
+/// windows must agree, because one may hold a step of the sender's clock. Nanoseconds run 1000 times too fast,
+/// milliseconds 1000 times too slowly; the limit is a factor of 30, about the root of 1000.
 class StampUnit {
  public:
   static constexpr core::Duration kWindow = std::chrono::milliseconds(300);  ///< nine poses of 30 Hz

@@ -7,7 +7,7 @@
 
 namespace m100::link {
 
-/// Removes numbers that are not finite: an item that holds one gets its former values back and loses its bit in
+/// Removes numbers that are not finite: an item that holds one gets all its values of `former` and loses its bit in
 /// `items`.
 /// @returns how many items were refused.
 std::uint32_t reject_non_finite(protocol::Telemetry& telemetry, const protocol::Telemetry& former);

@@ -12,8 +12,8 @@ namespace m100::link {
 /// control when it has not (promise R15).
 ///
 /// A package is new if its clock is ahead of all previous ones. A step of the clock that differs from ours by more than
-/// a second, or goes back by more than a second, is a restart of the autopilot, which is reported at once. Packages of
-/// the new clock count from the second one, when the new clock has advanced, too.
+/// a second, or goes back by more than a second, is a restart of the autopilot, which is reported at once. The first
+/// package of the new clock is not new; the next one is if its clock is ahead of that.
 class TelemetryClock {
  public:
   /// The autopilot counts ticks of 400 Hz.

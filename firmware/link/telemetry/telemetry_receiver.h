@@ -22,18 +22,16 @@ class TelemetryReceiver {
   struct Reception {
     bool is_old = false;      ///< repeated, overtaken, or the first of a new clock
     bool restarted = false;   ///< its clock is a new one: the autopilot restarted
-    std::uint16_t items = 0;  ///< that were used
+    std::uint16_t items = 0;  ///< those that were used
   };
 
   /// Begins a tick, in which no item has come yet.
   void begin() { telemetry_.items = 0; }
   /// @param last when the line was read before: the package came between then and `now`, so that a stall of our own is
-  ///   not taken for a restart. @param waited the package may have waited in the parser, so that its delay says nothing
-  ///   about the adapter.
+  ///   not taken for a restart. @param waited the package may have waited in the parser: it is not used for delays.
   Reception take(std::span<const std::byte> package, bool waited, core::TimePoint last, core::TimePoint now,
                  LinkMeter& meter);
-  /// Another autopilot may be at the other end: nothing counts as received, and its layout is the M100's until it
-  /// answers the version query.
+  /// For another autopilot at the other end: nothing counts as received, and the layout is the M100's again.
   void reset();
   void set_layout(protocol::TelemetryLayout layout) { layout_ = layout; }
 

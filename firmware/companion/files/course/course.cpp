@@ -21,7 +21,7 @@ constexpr double kSamePlace_m = 1e-3;
 constexpr std::string_view kTable = "t_s";
 constexpr core::Duration kHour = std::chrono::hours(1);
 
-/// Lays a course line by line.
+/// Builds a course line by line.
 template <typename T>
 class CourseBuilder {
  public:
@@ -96,8 +96,8 @@ class CourseBuilder {
     return is_limited() && !stands ? step_within_limits(there, lasts, spot) : course_.append_step(there, lasts);
   }
 
-  /// A jump reaches the speed that its distance and the tilt allow. After a limit of speed, acceleration or tilt the
-  /// course flies there within the limits instead, and stays for the rest of the line's time.
+  /// A jump reaches the speed that its distance and the tilt allow. Below a 'limits' line with speed, acceleration or
+  /// tilt the course flies there within the limits instead, and stays for the rest of the line's time.
   core::Status step_within_limits(const ref::Waypoint<T>& there, core::Duration lasts, const FilePosition& spot) {
     ref::SpeedLimits limits = limits_;
     limits.acceleration_m_s2 =
@@ -192,7 +192,7 @@ class CourseBuilder {
     table_.end();
   }
 
-  /// Lays the waypoints that were collected.
+  /// Appends the waypoints of 'through' lines or of a table that were collected.
   void end_run() {
     end_table();
     if (!through_.empty()) {
@@ -222,7 +222,7 @@ class CourseBuilder {
             static_cast<double>(place.position_w_m.z()), static_cast<double>(place.yaw_rad)};
   }
 
-  /// The place of one line of words. No line needs more than a turn, so a larger heading was meant in degrees.
+  /// The place n = X, Y, Z, YAW of a line. No line needs more than a turn, so a larger heading was meant in degrees.
   ref::Waypoint<T> turned_place(const std::vector<double>& n, const FilePosition& spot) const {
     if (std::abs(n[3]) > 2.0 * core::kPi) {
       std::ostringstream what;
@@ -251,7 +251,7 @@ class CourseBuilder {
   std::vector<ref::Waypoint<T>> through_;
   CourseTable table_;  ///< being read
   std::vector<ref::TimedWaypoint<T>> timed_;
-  std::vector<FilePosition> spots_;  ///< of the waypoints not yet laid
+  std::vector<FilePosition> spots_;  ///< of the waypoints not yet appended
 };
 
 }  // namespace

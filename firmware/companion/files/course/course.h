@@ -46,7 +46,7 @@ inline constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 inline constexpr ref::SpeedLimits kNoLimits{
     .speed_m_s = kNoLimit, .acceleration_m_s2 = kNoLimit, .yaw_rate_rad_s = kNoLimit, .tilt_rad = kNoLimit};
 
-/// One line of a course, as laid.
+/// One line of a course, with its times.
 struct CoursePiece {
   int line = 0;
   std::string word;
@@ -55,12 +55,12 @@ struct CoursePiece {
   ref::SpeedLimits limits = kNoLimits;  ///< of the 'limits' lines above; infinite if not named
 };
 
-/// Makes a course from text, one piece per line: the text that `m100 fly` flies and writes into every log. Linux only;
-/// before the first tick. The words: kCourseWords. Places are offsets from the start in m and rad along the axes of the
-/// world; '#' begins a comment. A file that holds only a table of time and place is a course, too.
+/// Makes a course from text, line by line: the text that `m100 fly` flies and writes into every log. Linux only; before
+/// the first tick. The words: kCourseWords. Places are offsets from the start in m and rad along the axes of the world;
+/// '#' begins a comment. A file that holds only a table of time and place is a course, too.
 ///
 /// With an empty text, `course` holds the start. Errors: CourseError.
-/// @param name of the file, for errors. @returns the pieces, in order: one per line, one per waypoint.
+/// @param name of the file, for errors. @returns the pieces, in order: one for each line that moves or holds.
 template <typename T>
 std::vector<CoursePiece> parse_course(std::string_view text, const ref::Waypoint<T>& start, ref::Trajectory<T>& course,
                                       const std::string& name = "course");

@@ -6,7 +6,7 @@ namespace {
 
 constexpr double kRounding_m = 1e-3;  ///< poses are exact to millimetres; a course along the fence counts as inside
 
-/// One axis of a place and the fence's range there.
+/// One axis of a place, and the fence's range on this axis.
 struct Side {
   const char* axis;
   double at_m;

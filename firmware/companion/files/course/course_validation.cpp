@@ -52,7 +52,7 @@ ref::Motion standing(const ref::Motion& at) {
   return out;
 }
 
-/// The lowest derivative (0: place) in which two motions differ; 3: none.
+/// The lowest derivative (0: place) in which two motions differ, beginning with `from`; 3: none.
 std::size_t difference(const ref::Motion& a, const ref::Motion& b, std::size_t from) {
   for (std::size_t order = from; order < kJoint.size(); ++order) {
     for (std::size_t d = 0; d < ref::kDimensions; ++d) {
@@ -91,8 +91,8 @@ void expect_joints(const ref::Trajectory<double>& course, std::span<const Course
 }
 
 /// A jump sets no speed of its own. With full tilt for half of the way and full opposite tilt for the other half, the
-/// aircraft reaches the root of acceleration x distance. After a limit of speed, acceleration or tilt, a way within the
-/// limits replaces the jump.
+/// aircraft reaches the root of acceleration x distance. (Below a 'limits' line with speed, acceleration or tilt a way
+/// within the limits replaces the jump.)
 void expect_slow_jump(const ref::Motion& from, const ref::Motion& to, const CoursePiece& piece,
                       const CourseLimits& limits, const std::string& course_name) {
   const double way_m = std::hypot(to[0][0] - from[0][0], to[1][0] - from[1][0]);

@@ -11,8 +11,8 @@
 
 namespace m100::companion {
 
-/// The limits of any course. Climb and yaw rate are limited to what the supervisor passes. The tilt is limited to the
-/// law's own input limit along an axis, because the margin from there to the supervisor's limit is for braking in wind.
+/// The limits of any course. A flight file may set lower ones. Climb and yaw rate: what the supervisor passes. Tilt:
+/// the law's input limit along an axis; the margin from there to the supervisor's limit is for braking in wind.
 struct CourseLimits {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   double speed_m_s = kNone;
@@ -43,10 +43,10 @@ std::string when_and_where(core::Duration at, const ref::Motion& motion, const r
 /// Refuses a course
 ///  - that exceeds its own 'limits', the given ones or the supervisor's by more than 1 % (a way of minimum snap keeps
 ///    its limits within 1 %);
-///  - whose pieces do not join in place, velocity and acceleration (1 mm, 1 cm/s, 5 cm/s^2); a set point may jump, but
-///    only from rest, and under a speed limit only as far as the jump keeps it;
+///  - whose pieces do not join in place, velocity and acceleration (1 mm, 1 cm/s, 5 cm/s^2; as many rad for the
+///    heading); a set point may jump, but only from rest, and not so far that it would exceed limits.speed_m_s;
 ///  - that ends in motion.
-/// Errors: CourseError with file, line and word, except of a jump also time and place.
+/// Errors: CourseError with file, line and word, and unless a jump is too far, with time and place.
 void validate_course(const ref::Trajectory<double>& course, std::span<const CoursePiece> pieces,
                      const ref::Waypoint<double>& start, const CourseLimits& limits, const std::string& course_name);
 

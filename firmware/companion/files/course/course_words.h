@@ -5,7 +5,7 @@
 
 namespace m100::companion {
 
-/// The words and their meanings, for --help.
+/// kCourseWords as text, for --help.
 std::string course_help();
 
 }  // namespace m100::companion

@@ -13,10 +13,10 @@
 
 namespace m100::companion {
 
-/// Why a key file is refused. Empty `what`: it is accepted.
+/// Why a key file is refused.
 struct KeyFileProblem {
-  long line = 0;  ///< 0: the file as a whole
-  std::string what;
+  long line = 0;     ///< 0: the file as a whole
+  std::string what;  ///< empty: the file is accepted
 };
 
 /// Reads the app's key: 64 hexadecimal digits, and nothing else in the file. Anybody with the key can fly the aircraft,

@@ -17,7 +17,7 @@ inline bool is_plain_number(std::string_view text) {
   return error == std::errc{} && end == text.data() + text.size() && std::isfinite(value);
 }
 
-/// Whether the text is a decimal whole number, with or without a minus, of at most 64 bits.
+/// Whether the text is a decimal whole number of at most 64 bits, with or without a minus, without leading zeros.
 inline bool is_plain_whole_number(std::string_view text) {
   const std::string_view digits = text.substr(text.starts_with('-') ? 1 : 0);
   if (digits.empty() || (digits.size() > 1 && digits.front() == '0')) {

@@ -46,8 +46,8 @@ inline std::size_t utf8_sequence(std::string_view text) {
   return row->length == 3 && is_bidi_control(text.substr(0, 3)) ? 0 : row->length;
 }
 
-/// Makes text from a file or a command line safe for a terminal: control characters and bytes that are not UTF-8 become
-/// \xNN, and text longer than `max_bytes` bytes ends in "...".
+/// Makes text from a file or a command line safe for a terminal: control characters (also those of is_bidi_control())
+/// and bytes that are not UTF-8 become \xNN, and text longer than `max_bytes` bytes ends in "...".
 inline std::string printable(std::string_view text, std::size_t max_bytes = 1200) {
   std::string out;
   for (std::size_t k = 0; k < text.size();) {

@@ -37,9 +37,9 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
-/// The end of a message about an unknown word: "; did you mean `damping_ratio`?". Empty: no known word is near, because
-/// more than a third of its letters differ, or the word itself is known, but has no place here.
-/// @param known rows that outlive the call. @param name gives the word of a row.
+/// The end of a message about an unknown word: "; did you mean `damping_ratio`?". Empty: every known word differs in
+/// more than a third of its letters (and in more than one), or the word itself is known, but is not allowed here.
+/// @param known rows of which `name` gives the words.
 template <typename Rows, typename Name = std::identity>
 std::string did_you_mean(std::string_view word, const Rows& known, Name name = {}) {
   std::string_view nearest;
@@ -55,7 +55,7 @@ std::string did_you_mean(std::string_view word, const Rows& known, Name name = {
   return nearest.empty() || best == 0 ? "" : "; did you mean `" + std::string(nearest) + "`?";
 }
 
-/// The end of a message about an unknown section: it belongs to a file of another kind, or a known section is meant.
+/// The end of a message about an unknown section: the kind of file it belongs to, or the section that may be meant.
 template <typename Rows>
 std::string section_meant(std::string_view section, const Rows& known) {
   struct Owner {

@@ -19,8 +19,8 @@ struct TomlTextError : std::runtime_error {
 };
 
 /// Converts TOML to ASCII: a character that is not ASCII becomes an escape in a string and a question mark in a
-/// comment. Line numbers stay the same. Errors: TomlTextError at the first such character anywhere else, at bytes that
-/// are not UTF-8, and in a literal string of several lines, which has no escapes.
+/// comment. Line numbers stay the same. Errors: TomlTextError at the first such character anywhere else, also in a
+/// literal string of several lines, which has no escapes; at bytes that are not UTF-8; at a name of too many parts.
 std::string ascii_toml(std::string_view text);
 
 /// Parses a text of TOML 1.0. Errors: TomlTextError. Every TOML file of ours is read through this function, because

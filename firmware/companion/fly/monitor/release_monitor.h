@@ -9,14 +9,14 @@
 
 namespace m100::companion {
 
-/// The end of control, the same for a flight and for the handshake (promise R15): from the moment when control is to go
-/// back, or is lost, until new telemetry shows who has it. The link gives control back; this class decides when that is
-/// over, and tells the operator what to do if it does not succeed. No heap.
+/// The end of control, for a flight and for the handshake (promise R15): from the moment when control is to go back, or
+/// is lost, until new telemetry shows who has it. The link gives control back; this class decides when that is over,
+/// and tells the operator what to do if it does not succeed. No heap.
 class ReleaseMonitor {
  public:
   /// After this time the operator is told what the pilot has to do.
   static constexpr core::Duration kReportDelay = std::chrono::seconds(1);
-  /// After this time a port that is gone is not expected back: if the program was to end, it ends.
+  /// A port that is gone for longer is not expected back: confirm_release() then gives kAbandoned.
   static constexpr core::Duration kPortTimeout = std::chrono::seconds(5);
 
   enum class State : std::uint8_t {
@@ -29,7 +29,8 @@ class ReleaseMonitor {
 
   /// Notes that control is requested. @param outages of the port so far: a later one may bring another autopilot.
   void control_requested(std::uint32_t outages) { outages_before_ = outages; }
-  /// Begins: control is to go back, or is lost. @param stops signals to end so far, which this hand-back answers.
+  /// Begins: control is to go back, or is lost. @param stops signals to end so far. After kReportDelay one more
+  /// insists; if there was none, the second one, because the first is the order to end.
   void begin(core::TimePoint now, std::uint32_t stops);
   /// Call it each tick, in every phase: tells what the pilot has to do if control may be ours and cannot be given back.
   void update(core::TimePoint now, const link::AuthorityView& view);

@@ -9,12 +9,12 @@ namespace m100::companion {
 /// Says why this program stood still for longer than kReportedStall, by what the kernel counted since the tick before.
 class StallMonitor {
  public:
-  /// No tick of a flight may come that late (five periods).
+  /// Five periods between two ticks: more than a healthy flight ever has.
   static constexpr core::Duration kReportedStall = 5 * core::kTickPeriod;
 
   explicit StallMonitor(OperatorLog& operator_log) : operator_log_(operator_log) {}
 
-  /// Call it at the begin of each tick. No heap.
+  /// Call it at the beginning of each tick. No heap.
   void tick(core::TimePoint now) {
     const ThreadCounts counts = accounting_.update();
     if (last_ != core::TimePoint{} && now - last_ > kReportedStall) {

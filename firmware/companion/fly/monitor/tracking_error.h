@@ -47,7 +47,7 @@ class TrackingError {
     core::Vector<double, 2> position_m = core::Vector<double, 2>::Zero();
   };
 
-  /// Linear between two ticks.
+  /// The horizontal reference at a time, linear between two ticks.
   core::Vector<double, 2> reference_at(core::TimePoint now) const {
     const Point* after = &leading_[newest_];
     for (std::size_t ago = 1; ago < kKept && after->at > now; ++ago) {

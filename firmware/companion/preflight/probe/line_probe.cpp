@@ -12,7 +12,7 @@ namespace {
 /// Firmware 2.3: time is a bare u32, the gimbal has no limit byte, control no mode byte (protocol, section 8).
 constexpr std::array<std::uint8_t, protocol::kTelemetryItemCount> kOldItemBytes{4, 16, 12, 13, 12, 25,
                                                                                 6, 12, 12, 1,  1,  1};
-constexpr double kNoisyShare = 0.05;  ///< of the bytes, outside of frames
+constexpr double kNoisyShare = 0.05;  ///< largest share of the bytes outside of frames on a good line
 /// Share of bytes without a stop bit. At a wrong rate any bit may be at the place of the stop bit: about half of the
 /// bytes lack it. Noise that hit the stop bits of a tenth of all bytes would destroy every frame; no line is that bad.
 constexpr double kFramingShareOfWrongBaud = 0.1;

@@ -20,7 +20,7 @@ enum class Verdict : std::uint8_t {
   kNoAutopilot,      ///< bytes with good stop bits, but no frame among them
   kNoisy,            ///< frames, but many are damaged; or none, and some bytes without a stop bit
   kOverrun,          ///< frames, but many are damaged: this machine was too slow to take them
-  kLineHeldLow,      ///< breaks, and no byte that means anything
+  kLineHeldLow,      ///< breaks, and no frame; few bytes or none besides
   kPosePort,         ///< MAVLink frames: the source of pose
   kNothingReceived,  ///< not one byte
   kCannotOpen,
@@ -33,7 +33,7 @@ std::string_view remedy(Verdict verdict);
 enum class Firmware : std::uint8_t { kUnknown, kM100, kM100Old, kOther };
 std::string_view name(Firmware firmware);
 
-/// Counts frames and telemetry in the bytes of a line, and judges them. It sends nothing.
+/// Counts frames and telemetry in the bytes of a line, and judges them.
 class LineProbe {
  public:
   void receive(std::span<const std::byte> bytes);

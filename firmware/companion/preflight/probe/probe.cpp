@@ -161,7 +161,7 @@ nlohmann::json to_json(const core::Expected<hal::LineErrors>& errors) {
           {"breaks", errors->breaks}};
 }
 
-/// What to do. Of a port that cannot be opened it says why, as `m100 doctor` does.
+/// What to do; for a port that cannot be opened, finding and remedy of `m100 doctor`.
 std::string remedy_of(const PortVerdict& finding) {
   if (finding.verdict == Verdict::kCannotOpen) {
     const preflight::CheckResult port = preflight::check_port(finding.port);
