@@ -66,13 +66,13 @@ core::Quaternion<double> quaternion(const std::array<float, 4>& q) {
 /// Keeps the attitude of the newest pose, of which a flight uses only the heading.
 class AttitudeTap final : public MavlinkTap {
  public:
-  using MavlinkTap::MavlinkTap;
+  AttitudeTap(hal::Uart& line, link::SenderChoice choice) : MavlinkTap(line), choice_(choice) {}
   /// Body FLU to world NWU.
   const core::Quaternion<double>& attitude() const { return attitude_; }
 
  private:
   void receive(const mavlink::FrameView& frame) override {
-    if (!link::decode_pose(frame)) {  // a flight would refuse it, too
+    if (!choice_.admits(frame.from) || !link::decode_pose(frame)) {  // a flight would refuse it, too
       return;
     }
     if (mavlink::is<mavlink::AttPosMocap>(frame)) {
@@ -86,6 +86,7 @@ class AttitudeTap final : public MavlinkTap {
     }
   }
 
+  link::SenderChoice choice_;
   core::Quaternion<double> attitude_{};
 };
 
@@ -110,9 +111,10 @@ std::vector<CheckResult> check_frames(const CheckFramesOptions& options) {
   hal::SerialPort port(options.port, options.baud);
   open_or_explain(port);
   PosePort pose_port(options.pose, options.port);
-  AttitudeTap pose_line(pose_port.line());
+  const link::SenderChoice choice = choice_of(options.pose);
+  AttitudeTap pose_line(pose_port.line(), choice);
   ExchangedPorts exchanged;
-  link::PoseLink pose_link(pose_line, pose_port.baud(), &exchanged);
+  link::PoseLink pose_link(pose_line, pose_port.baud(), &exchanged, choice);
   TelemetryReceiver ear(port);
   AxisAlignment frames;
   std::optional<core::Pose<double>> pose;
@@ -136,6 +138,10 @@ std::vector<CheckResult> check_frames(const CheckFramesOptions& options) {
   if (!pose) {
     return {{"frames", Health::kBad, "no pose came; " + why_no_pose(pose_link, pose_port, exchanged),
              "check the source of pose"}};
+  }
+  if (!choice.is_made() && pose_link.stats().refused_senders > 0) {
+    return {{"frames", Health::kBad, "poses come from several senders: " + describe(pose_link.senders()),
+             "choose one with --pose-from SYS:COMP"}};
   }
   if (frames.samples() == 0) {
     return {{"frames", Health::kBad,

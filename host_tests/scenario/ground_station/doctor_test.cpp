@@ -138,6 +138,10 @@ struct Frames : Doctor {
       mavlink::AttPosMocap changed = seen;
       change(changed);
       (void)ground_station->send(mavlink::encode(changed, GroundStation::kSender, ground_station->frames++));
+      if (has_stray) {
+        changed.x = -changed.x;
+        (void)ground_station->send(mavlink::encode(changed, {99, 1}, ground_station->frames));
+      }
     };
     ground_station->start_autopilot(events, {"--script", script(), "--rc-mode", "A"});
     ASSERT_TRUE(ground_station->start(
@@ -147,8 +151,16 @@ struct Frames : Doctor {
         << error();
     ending = ground_station->run_to_end(60.0);
   }
+  bool has_stray = false;
   std::optional<int> ending;
 };
+
+TEST_F(Frames, TwoSendersAreNamed) {
+  has_stray = true;
+  move([](mavlink::AttPosMocap&) {});
+  EXPECT_EQ(ending, 1);
+  EXPECT_NE(check("frames").find("poses come from several senders"), std::string::npos) << check("frames");
+}
 
 TEST_F(Frames, RightAxesAreRight) {
   move([](mavlink::AttPosMocap&) {});
