@@ -9,9 +9,6 @@
 
 namespace m100::log {
 
-/// Changes with every change of a record's fields.
-inline constexpr std::uint32_t kVersion = 1;
-
 /// One tick of the flight: measurements, estimate, command of the law, supervised command. World NWU, body FLU, SI;
 /// sticks in counts. No padding: kTickFormat describes the same layout for ULog, and a test compares the two.
 struct TickRecord {
