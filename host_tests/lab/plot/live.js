@@ -129,14 +129,14 @@ addEventListener('DOMContentLoaded', () => {
         const zoomed = graph.isZoomed('x'), window = graph.xAxisRange();
         linked(one, other => other.graph.updateOptions({dateWindow: zoomed ? window : other.all}));
       }};
-    if (data.yrange) options.valueRange = data.yrange;
+    if (data.yrange && data.yrange[1] > data.yrange[0]) options.valueRange = data.yrange;
     else if (data.levels.length > 0) {  // the levels are part of the picture, as on the static drawing
       const all = [...data.levels.map(level => level[0][0]), ...data.series.flatMap(line => line.y)].filter(Number.isFinite);
       const low = all.reduce((a, b) => Math.min(a, b)), high = all.reduce((a, b) => Math.max(a, b));
       options.valueRange = [low - 0.06 * (high - low || 1), high + 0.06 * (high - low || 1)];
     }
-    one.all = data.xrange || null;
-    if (data.xrange) options.dateWindow = data.xrange;
+    one.all = data.xrange && data.xrange[1] > data.xrange[0] ? data.xrange : null;
+    if (one.all) options.dateWindow = one.all;
     figure.classList.add('live');  // before the graph: it measures its width
     one.graph = new Dygraph(plot, rows, options);
     data.series.forEach((line, k) => {

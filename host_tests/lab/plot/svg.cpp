@@ -27,13 +27,20 @@ struct Range {
   double size() const { return high - low; }
 };
 
-/// The range with a margin above and below, a share of its size (of a single value: of that value); 0 to 1 if empty.
+/// The range with a margin above and below, a share of its size; a single value stands in the middle; 0 to 1 if empty.
 Range padded(Range range, double air) {
   if (!(range.low <= range.high)) {
     return {.low = 0.0, .high = 1.0};
   }
-  const double size = range.size() > 0.0 ? range.size() : std::max(1e-9, std::abs(range.low));
-  return {.low = range.low - air * size, .high = range.high + air * size};
+  const double largest = std::max(std::abs(range.low), std::abs(range.high));
+  const bool is_single = range.size() <= 1e-9 * largest;  // narrower ranges cannot hold ticks that differ
+  const double margin = is_single ? (largest > 0.0 ? 0.5 * largest : 0.5) : air * range.size();
+  return {.low = range.low - margin, .high = range.high + margin};
+}
+
+/// The given range, or else the padded range of the data.
+Range shown(const std::optional<std::pair<double, double>>& given, const Range& data, double air) {
+  return given ? padded({.low = given->first, .high = given->second}, 0.0) : padded(data, air);
 }
 
 /// The smallest step of 1, 2 or 5 times a power of ten with at most `count` steps in the range.
@@ -101,7 +108,7 @@ void draw_grid(std::ostream& out, const Sheet& s) {
 
 void draw_line(std::ostream& out, const Curve& line, const Sheet& s) {
   out << "<path fill=\"none\" stroke=\"" << line.color << "\" stroke-width=\"" << line.width
-      << "\" stroke-linejoin=\"round\"" << (line.dashed ? " stroke-dasharray=\"6 4\"" : "") << " d=\"";
+      << "\" stroke-linejoin=\"round\" stroke-linecap=\"round\"" << (line.dashed ? " stroke-dasharray=\"6 4\"" : "") << " d=\"";
   bool pen_down = false;
   std::array<char, 64> step{};
   const Curve drawn = thinned(line, static_cast<std::size_t>(4.0 * s.width));
@@ -110,7 +117,9 @@ void draw_line(std::ostream& out, const Curve& line, const Sheet& s) {
       pen_down = false;
       continue;
     }
-    std::snprintf(step.data(), step.size(), "%c%.1f %.1f", pen_down ? 'L' : 'M', s.px(drawn.x[i]), s.py(drawn.y[i]));
+    // The line of no length shows a point that has no neighbours.
+    std::snprintf(step.data(), step.size(), pen_down ? "L%.1f %.1f" : "M%.1f %.1fh0", s.px(drawn.x[i]),
+                  s.py(drawn.y[i]));
     out << step.data();
     pen_down = true;
   }
@@ -160,8 +169,8 @@ Sheet sheet_of(const Figure& figure, bool bare) {
   for (const auto& level : figure.levels) {
     s.y.take(level.first);
   }
-  s.x = figure.x_range ? Range{figure.x_range->first, figure.x_range->second} : padded(s.x, 0.0);
-  s.y = figure.y_range ? Range{figure.y_range->first, figure.y_range->second} : padded(s.y, 0.06);
+  s.x = shown(figure.x_range, s.x, 0.0);
+  s.y = shown(figure.y_range, s.y, 0.06);
   if (figure.equal_axes) {
     const double metre = std::min(s.width / s.x.size(), s.height / s.y.size());
     const double x_air = (s.width / metre - s.x.size()) / 2;

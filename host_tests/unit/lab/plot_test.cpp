@@ -25,10 +25,17 @@ TEST(Plot, ThinningKeepsASpikeOfOneSample) {
   EXPECT_NE(svg(figure).find(" 46.0"), std::string::npos);  // the upper edge of the sheet
 }
 
-TEST(Plot, NanBreaksACurveInsteadOfDrawingIt) {
-  const Curve line{.name = "", .x = {0, 1, 2, 3}, .y = {1, std::nan(""), 1, 2}};
-  const std::string picture = svg(Figure{.title = "t", .x_label = "", .y_label = "", .lines = {line}});
-  EXPECT_EQ(picture.find("nan"), std::string::npos);
+// Also of one point, of an axis whose values are all alike, and of a range without a width.
+TEST(Plot, NoCoordinateIsNan) {
+  for (const Curve& line : {Curve{.name = "", .x = {0, 1, 2, 3}, .y = {1, std::nan(""), 1, 2}},
+                            Curve{.name = "", .x = {7}, .y = {0}}, Curve{.name = "", .x = {7, 7}, .y = {1, 2}}}) {
+    for (Figure figure : {Figure{.title = "t", .x_label = "", .y_label = "", .lines = {line}},
+                          Figure{.title = "t", .x_label = "", .y_label = "", .lines = {line}, .y_range = {{0, 0}}},
+                          Figure{.title = "t", .x_label = "", .y_label = "", .lines = {line}, .equal_axes = true}}) {
+      EXPECT_EQ(svg(figure).find("nan"), std::string::npos);
+      EXPECT_EQ(svg(figure).find("inf"), std::string::npos);
+    }
+  }
 }
 
 TEST(Plot, WordsOfTheUserCannotBreakThePage) {
