@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/plot/html.h"
 
+#include <algorithm>
 #include <cctype>
 #include <filesystem>
 #include <fstream>
@@ -29,7 +30,7 @@ td.missed{background:#fbeee5;color:#a33c00;font-weight:bold}td.missed::after{con
 .bad{border-color:#d55e00;background:#fbeee5}
 figure{margin:1.2em 0;min-width:0}figure svg{max-width:100%;height:auto}figcaption{color:#555;font-size:.92em}
 .title{font-weight:bold}.title span,.axis{font-weight:normal;color:#555;font-size:.9em}
-p,li,h1,h2,.box,td,.title{overflow-wrap:anywhere}
+p,li,h1,h2,.box,.title,.tight td{overflow-wrap:anywhere}
 .narrow{display:none}.grid .narrow{display:block}.grid .wide{display:none}
 .grid{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,340px),1fr));gap:.6em 1.4em}.grid figure{margin:.2em 0}
 .tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(150px,1fr));gap:.6em;margin:.8em 0}
@@ -44,17 +45,20 @@ p,li,h1,h2,.box,td,.title{overflow-wrap:anywhere}
 .keys{display:flex;flex-wrap:wrap;gap:0 1em;font-size:.85em;min-height:1.5em}.keys label{cursor:pointer}
 .keys i{display:inline-block;width:20px;margin:0 .3em .25em 0}.keys b{font-variant-numeric:tabular-nums}.keys>span{color:#555}
 .live .static{display:none}.dygraph-xlabel{font-size:12px;color:#555}
+@media(max-width:1000px){.many td{overflow-wrap:anywhere}}
 @media(max-width:700px){body{margin:.6em auto}.wide{display:none}.narrow{display:block}
 .bars{grid-template-columns:1fr}.bars>div{display:block;margin-bottom:.4em}.bars span{display:block}.bars span:first-child{text-align:left}
 .many,.many tbody,.heat,.heat tbody{display:block}.many tr,.heat tr{display:block;border-bottom:2px solid #9aa;padding:.3em 0}
-.many tr:first-child,.heat tr:first-child{display:none}.many td{display:flex;justify-content:space-between;gap:1em;border:0;padding:.1em .3em;white-space:normal}
+.many tr:first-child,.heat tr:first-child{display:none}.many td{display:flex;flex-wrap:wrap;justify-content:space-between;gap:0 1em;border:0;padding:.1em .3em;white-space:normal}
 .many td:empty,.heat td.none{display:none}.many td:first-child{font-weight:bold;justify-content:flex-start}.many td::before{content:attr(data-head);color:#555;font-weight:normal;overflow-wrap:break-word}
-.many td:first-child::before{content:""}.heat th{display:block}.heat td{display:inline-block;margin:1px}.heat td::before{content:attr(data-head) ": "}}
+.many td:first-child::before{content:none}.heat th{display:block}.heat td{display:inline-block;margin:1px}.heat td::before{content:attr(data-head) ": "}}
 @media print{*{print-color-adjust:exact;-webkit-print-color-adjust:exact}.live .static{display:block}.plot,.keys,.hint{display:none}}
 </style>)";
 
 /// Width of the drawing for a telephone of 400 px, without the margins of the page and a scroll bar.
 constexpr double kNarrow_px = 345.0;
+/// Width inside of a page for a computer's screen that has no grid.
+constexpr double kPage_px = 928.0;
 
 constexpr const char* kHint =
     R"(<span class="hint" hidden> &middot; Figures: drag zooms, shift and drag moves, a double click shows all; a name switches its curve off.</span>)";
@@ -69,6 +73,27 @@ std::string table_cell(const std::string& cell, const std::string& head, bool mi
   const std::string look = std::string(looks_like_a_number(cell) ? "n" : "") + (missed ? " missed" : "");
   return "<td" + (look.empty() ? "" : " class=\"" + look + "\"") + " data-head=\"" + escape(head) + "\">" +
          escape(cell) + "</td>";
+}
+
+/// The least width of a table whose lines break at spaces only.
+double unbroken_px(const std::vector<std::vector<std::string>>& rows) {
+  constexpr double kLetter_px = 8.0;  // wide fonts need this for the letters of a cell
+  constexpr double kPadding_px = 18.0;
+  double sum = 0.0;
+  for (std::size_t c = 0; c < rows.front().size(); ++c) {
+    std::size_t longest = 0;
+    for (const std::vector<std::string>& row : rows) {
+      const std::string& cell = row.at(c);
+      std::size_t begin = 0;
+      for (std::size_t i = 0; i <= cell.size(); ++i) {
+        const bool ends = i == cell.size() || (cell[i] == ' ' && !looks_like_a_number(cell));
+        longest = ends ? std::max(longest, i - begin) : longest;
+        begin = ends ? i + 1 : begin;
+      }
+    }
+    sum += kPadding_px + kLetter_px * static_cast<double>(longest);
+  }
+  return sum;
 }
 
 }  // namespace
@@ -93,8 +118,10 @@ void Page::begin_answer(const Answer& parts, const std::string& kind) {
 }
 
 void Page::table(const std::vector<std::vector<std::string>>& rows, const Cells& missed) {
-  constexpr std::size_t kFew = 3;  // columns that fit on a telephone side by side
-  body_ += rows.front().size() > kFew ? "<table class=\"many\">\n" : "<table>\n";
+  const double width_px = unbroken_px(rows);
+  body_ += width_px <= kNarrow_px ? "<table>\n"
+           : width_px <= kPage_px ? "<table class=\"many\">\n"
+                                  : "<table class=\"many tight\">\n";
   for (std::size_t r = 0; r < rows.size(); ++r) {
     body_ += "<tr>";
     for (std::size_t c = 0; c < rows[r].size(); ++c) {

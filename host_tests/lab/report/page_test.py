@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Opens the pages of m100-lab in a browser, 400 and 1280 px wide, and checks: no console error, nothing that scrolls
-sideways, no text below 12 px, no truncated words in a figure, the first figure within the first screen; and uses the
-figures: the cursor shows values in every linked figure, a zoom reaches them too, a curve is switched off.
+sideways, no text below 12 px, no truncated words in a figure, no word broken in its middle, the first figure within the
+first screen; and uses the figures: the cursor shows values in every linked figure, a zoom reaches them too, a curve is switched off.
 
 Usage: page_test.py LAB [PAGE ...]. Without pages it makes some: an identification, a flown task and its flight, a
 campaign, and all joined.
@@ -23,11 +23,12 @@ import tempfile
 
 WIDTHS_PX, MIN_TEXT_PX, SCREEN_PX, SKIPPED = (400, 1280), 12.0, 900, 77
 DYGRAPHS = pathlib.Path("/usr/share/javascript/dygraphs/dygraph.min.js")
+LONG_WORD = 32  # letters: so many fit on a line of a telephone
 PLANTED_MISSES = 3  # a cell of the paper, a flight that became worse, a loop that is not stable
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 MEASURE = """<script>addEventListener('load',()=>{
- let least=1e9,words='',cut='',sideways='';
+ let least=1e9,words='',cut='',sideways='',broken='';
  const walk=document.createTreeWalker(document.body,NodeFilter.SHOW_TEXT);
  for(let node;node=walk.nextNode();){
   const at=node.parentElement;
@@ -37,6 +38,9 @@ MEASURE = """<script>addEventListener('load',()=>{
    const box=at.getBBox(),view=at.ownerSVGElement.viewBox.baseVal;
    if(!at.hasAttribute('transform')&&(box.x<-1||box.x+box.width>view.width+1))cut=node.textContent.trim().slice(0,60);}
   if(px<least){least=px;words=node.textContent.trim().slice(0,60);}
+  for(const word of at.ownerSVGElement?[]:node.textContent.matchAll(/[^\\s-]+/g)){
+   const range=document.createRange();range.setStart(node,word.index);range.setEnd(node,word.index+word[0].length);
+   if(word[0].length<=LONG_WORD&&new Set([...range.getClientRects()].map(box=>box.top)).size>1)broken=word[0];}
  }
  for(const one of document.body.querySelectorAll('*'))
   if(/auto|scroll/.test(getComputedStyle(one).overflowX)&&one.scrollWidth>one.clientWidth+1)sideways=one.className||one.tagName;
@@ -62,8 +66,8 @@ MEASURE = """<script>addEventListener('load',()=>{
  }
  for(const box of document.querySelectorAll('.keys input')){box.click();if(box.checked)used='a curve stays on';box.click();}
  parent.postMessage({scroll:document.documentElement.scrollWidth,width:document.documentElement.clientWidth,
-                     least,words,cut,sideways,used,graphs:graphs.length,first:first?first.getBoundingClientRect().top:0},'*');
-});</script>"""
+                     least,words,cut,sideways,broken,used,graphs:graphs.length,first:first?first.getBoundingClientRect().top:0},'*');
+});</script>""".replace("LONG_WORD", str(LONG_WORD))
 FRAME = """<!DOCTYPE html><html><body style="margin:0"><iframe width="{width}" height="1200" style="border:0"
 src="page.html"></iframe><script>addEventListener('message',e=>document.body.setAttribute('data-measured',
 JSON.stringify(e.data)))</script></body></html>"""
@@ -96,6 +100,8 @@ def offences(browser, page, width):
         yield f"a part of it scrolls sideways: {numbers['sideways']}"
     if numbers["least"] < MIN_TEXT_PX - 0.01:
         yield f"text of {numbers['least']:.1f} px: '{numbers['words']}'"
+    if numbers["broken"]:
+        yield f"the word '{numbers['broken']}' is broken"
     if numbers["cut"]:
         yield f"a figure cuts '{numbers['cut']}' off"
     if width > 1000 and numbers["first"] > SCREEN_PX:
@@ -190,11 +196,11 @@ def self_test(browser):
     """All of these must be found on one bad page; otherwise the browser checked nothing."""
     bad = ("<!DOCTYPE html><html><head></head><body><script>console.error('x')</script><p style='height:1000px'></p>"
            '<div style="width:900px;font-size:9px">words</div><p style="width:90px;overflow:auto"><u style="padding:99px">'
-           '</u></p><figure><svg viewBox="0 0 40 20" width="40"><text x="2" y="14">a title that is wider</text></svg>'
+           '</u></p><p style="width:60px;overflow-wrap:anywhere">parameter_name</p><figure><svg viewBox="0 0 40 20" width="40"><text x="2" y="14">a title that is wider</text></svg>'
            "</figure></body></html>")
     found = [one for width in WIDTHS_PX for one in offences(browser, bad, width)]
     return [f"self-test: '{what}' was not found"
-            for what in ("console", "scrolls", "a part of it", "text of", "cuts", "px down", "no viewport")
+            for what in ("console", "scrolls", "a part of it", "text of", "is broken", "cuts", "px down", "no viewport")
             if not any(what in one for one in found)]
 
 
