@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/lab/evening/board.h"
 #include "host_tests/lab/evening/corrected_vehicle.h"
 #include "host_tests/lab/evening/flight_result.h"
@@ -19,6 +20,7 @@
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/interruption.h"
 #include "host_tests/lab/subcommands.h"
+#include "host_tests/lab/whole_file.h"
 
 namespace m100::lab {
 namespace {
@@ -168,10 +170,14 @@ class Evening {
   std::string run(const Step& step, const Command& command, const std::string& said) {
     const std::string& verb = command.front();
     if (verb == "copy") {
-      return copy(command);
+      companion::load_vehicle(folder_.file(command[1]));  // an error names the file that a person may have changed
+      evening::write_file(folder_.file(command[2]), whole_file(folder_.file(command[1])));
+      return "";
     }
     if (verb == "adjust") {
-      return adjust(command);
+      std::cout << "  " << command[1] << ": set the calmer weights or the trims of the hover" << std::endl;
+      evening::adjust(folder_, command[1]);
+      return "";
     }
     if (verb == "take_over") {
       evening::write_corrected_vehicle(folder_);
@@ -189,18 +195,6 @@ class Evening {
       return "";
     }
     return run_one(step, command, said);
-  }
-
-  std::string copy(const Command& command) const {
-    std::error_code error;
-    fs::copy_file(folder_.file(command[1]), folder_.file(command[2]), fs::copy_options::overwrite_existing, error);
-    return error ? command[1] + ": cannot be copied to " + command[2] + ": " + error.message() : "";
-  }
-
-  std::string adjust(const Command& command) const {
-    std::cout << "  " << command[1] << ": set the calmer weights or the trims of the hover" << std::endl;
-    evening::adjust(folder_, command[1]);
-    return "";
   }
 
   std::string run_one(const Step& step, Command command, const std::string& said) const {
@@ -259,37 +253,28 @@ class Evening {
     }
   }
 
+  /// Runs `m100-lab WORDS --out PAGE` in the folder. Errors: InputError.
+  void make_page(Command words, const std::string& page) const {
+    words.insert(words.begin(), fs::read_symlink("/proc/self/exe").string());
+    words.insert(words.end(), {"--out", page});
+    if (evening::run_program(words, folder_.path(), {.out = "/dev/null"}) != kDone) {
+      throw InputError(folder_.file(page), 0, "", "cannot be written");
+    }
+  }
+
   void finish() const {
     evening::write_summary(folder_);
-    const Command flights{fs::read_symlink("/proc/self/exe").string(),
-                          "flight",
-                          std::string(evening::kBefore) + ".ulg",
-                          std::string(evening::kAfter) + ".ulg",
-                          "--out",
-                          "flights.html",
-                          "--title",
-                          "The course before and after the correction"};
-    if (evening::run_program(flights, folder_.path(), {.out = "/dev/null"}) != kDone) {
-      throw InputError(folder_.file("flights.html"), 0, "", "cannot be written");
-    }
-    Command report{fs::read_symlink("/proc/self/exe").string(),
-                   "report",
-                   "--out",
-                   "evening.html",
-                   "--title",
-                   "One evening with one aircraft",
-                   "--lead",
-                   "summary.html",
-                   "flights.html"};
+    make_page({"flight", std::string(evening::kBefore) + ".ulg", std::string(evening::kAfter) + ".ulg", "--title",
+               "The course before and after the correction"},
+              "flights.html");
+    Command report{"report", "--title", "One evening with one aircraft", "--lead", "summary.html", "flights.html"};
     for (const char* const part : {"hand_roll/roll", "hand_pitch/pitch", "flown_roll/roll", "flown_pitch/pitch",
                                    "flown_climb/climb", "flown_yaw_rate/yaw_rate"}) {
       if (folder_.has(std::string(part) + ".html")) {
         report.push_back(std::string(part) + ".html");
       }
     }
-    if (evening::run_program(report, folder_.path(), {.out = "/dev/null"}) != kDone) {
-      throw InputError(folder_.file("evening.html"), 0, "", "cannot be written");
-    }
+    make_page(report, "evening.html");
     std::cout
         << "the evening is complete; errors on the same course before and after the correction, root mean square:\n"
         << evening::before_and_after(folder_) << folder_.file("evening.html") << "\n";
@@ -329,6 +314,10 @@ void run(const CLI::App& command, const EveningOptions& options) {
   const bool is_new = !fs::exists(fs::path(options.folder) / "evening.json");
   if (is_new && options.list) {
     throw InputError(options.folder, 0, "--list", "no evening has begun in this folder");
+  }
+  if (is_new && fs::is_directory(options.folder) && !fs::is_empty(options.folder) &&
+      !fs::exists(fs::path(options.folder) / "columns_hand.toml")) {  // the first file of an evening
+    throw InputError(options.folder, 0, "", "holds other files: name a new or an empty folder");
   }
   if (is_new && (options.settings.port.empty() || options.settings.pose_port.empty())) {
     throw InputError(options.folder, 0, "",

@@ -22,27 +22,9 @@ using nlohmann::json;
 constexpr const char* kStateFile = "evening.json";
 constexpr const char* kFormat = "m100-evening-1";
 
-json to_json(const Settings& settings) {
-  return {{"port", settings.port},         {"pose_port", settings.pose_port},
-          {"baud", settings.baud},         {"pose_baud", settings.pose_baud},
-          {"app_id", settings.app_id},     {"flights", settings.flights},
-          {"key_file", settings.key_file}, {"m100", settings.m100}};
-}
-
-Settings settings_of(const json& from) {
-  Settings out;
-  from.at("port").get_to(out.port);
-  from.at("pose_port").get_to(out.pose_port);
-  from.at("baud").get_to(out.baud);
-  from.at("pose_baud").get_to(out.pose_baud);
-  from.at("app_id").get_to(out.app_id);
-  out.flights = from.value("flights", 1);
-  from.at("key_file").get_to(out.key_file);
-  from.at("m100").get_to(out.m100);
-  return out;
-}
-
 }  // namespace
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Settings, port, pose_port, baud, pose_baud, app_id, flights, key_file, m100)
 
 std::string sha256_of(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
@@ -91,7 +73,9 @@ Folder::Folder(const std::string& path) : path_(made(path)) {
     if (state.at("format") != kFormat) {
       throw InputError(file(kStateFile), 0, "format", "is not " + std::string(kFormat));
     }
-    settings_ = settings_of(state.at("settings"));
+    json settings{{"flights", 1}};
+    settings.update(state.at("settings"));
+    settings.get_to(settings_);
     state.at("done").get_to(done_);
     state.at("numbers").get_to(numbers_);
     for (const auto& [name, made] : state.at("files").items()) {
@@ -200,9 +184,8 @@ void Folder::save(const json& next) const {
   for (const auto& [name, one] : files_) {
     made[name] = {{"sha256", one.sha256}, {"made_by", one.made_by}, {"from", one.from}};
   }
-  const json state{{"format", kFormat},   {"settings", to_json(settings_)},
-                   {"done", done_},       {"files", made},
-                   {"numbers", numbers_}, {"next", next}};
+  const json state{{"format", kFormat}, {"settings", settings_}, {"done", done_},
+                   {"files", made},     {"numbers", numbers_},   {"next", next}};
   write_file(file(kStateFile), state.dump(1) + "\n");
 }
 

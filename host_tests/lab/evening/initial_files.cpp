@@ -43,9 +43,9 @@ void adjust(const Folder& folder, const std::string& vehicle) {
 }
 
 void write_initial_files(const Folder& folder) {
+  put(folder, "columns_hand.toml", kHandMap);  // the first: it marks the folder as an evening's
   put(folder, "flight.toml", kFlightFile);
   put(folder, "course.txt", kCourse);
-  put(folder, "columns_hand.toml", kHandMap);
   put(folder, "columns_flight.toml", kFlightMap);
   put(folder, "columns_climb.toml", kClimbMap);
   put(folder, "first_vehicle.toml", companion::to_text(mpc::generated::kVehicle, {}));
