@@ -113,6 +113,11 @@ void check_gain_of_sticks(const IdentifyOptions& options, const logs::FlightLog&
         options.vehicle, 0, "--vehicle",
         "needs " + std::string(logs::name_of(stick)) + " in the log: the gain per count cannot be found from commands");
   }
+  const auto is_large = [](double counts) { return std::abs(counts) > 5.0; };  // below: a fraction of the travel
+  if (!options.vehicle.empty() && stick != Signal::kCount && std::ranges::none_of(log.of(stick), is_large)) {
+    throw InputError(log.columns, 0, std::string(logs::name_of(stick)),
+                     "stays within 5 counts of 660: it was not moved, or its scale is wrong");
+  }
 }
 
 /// The text of a certain finding that makes the parameters unfit to fly (column map or clock wrong); empty: none.

@@ -52,8 +52,8 @@ class Loader {
  public:
   Loader(const RawLog& raw, const ColumnMap& map, double period_s) : raw_(raw), map_(map) {
     log_.file = raw.file();
+    log_.columns = map.file;
     log_.period_s = period_s;
-    log_.alignment.evidence = "none";
   }
 
   FlightLog load() {

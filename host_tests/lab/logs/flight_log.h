@@ -35,6 +35,7 @@ struct Flight {
 /// A log on a uniform clock, in canonical units. Sample k was taken at start_s + k * period_s of the log's own time.
 struct FlightLog {
   std::string file;
+  std::string columns;  ///< the file of the column map
   double start_s = 0;
   double epoch_s = 0;  ///< seconds that count_from_begin() subtracted from the log's own clock
   double period_s = 0.01;

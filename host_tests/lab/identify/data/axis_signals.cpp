@@ -87,14 +87,14 @@ AxisChannels pick(const logs::FlightLog& log, const std::string& axis) {
   const bool counts = has(log, choice->stick);
   const Signal stick = counts ? choice->stick : choice->command;
   if (!has(log, stick)) {
-    throw InputError(log.file, 0, std::string(logs::name_of(choice->stick)),
+    throw InputError(log.columns, 0, std::string(logs::name_of(choice->stick)),
                      "axis " + axis + " needs this signal; the column map has neither it nor " +
                          std::string(logs::name_of(choice->command)));
   }
   const bool is_integral = !has(log, choice->response);
   const Signal response = is_integral ? choice->integral : choice->response;
   if (!has(log, response)) {
-    throw InputError(log.file, 0, std::string(logs::name_of(choice->response)),
+    throw InputError(log.columns, 0, std::string(logs::name_of(choice->response)),
                      "axis " + axis + " needs this signal; the column map has none");
   }
   const Signal other = counts ? choice->other : choice->other_command;

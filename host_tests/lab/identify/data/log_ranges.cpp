@@ -53,7 +53,7 @@ Range range_of(const std::string& option, const std::string& part, const logs::F
   if (range.first < there.first - 1e-9 || range.second > there.second + 0.5) {
     std::ostringstream message;
     message << "outside of the log, which covers " << there.first << " to " << there.second << " s";
-    throw InputError(option + " " + part, 0, log.flights.empty() ? log.file : log.flights[flight].file, message.str());
+    throw InputError(log.flights.empty() ? log.file : log.flights[flight].file, 0, option + " " + part, message.str());
   }
   return {logs::joined_time(log, flight, range.first),
           logs::joined_time(log, flight, std::min(range.second, there.second))};

@@ -323,11 +323,11 @@ void check_blocks(std::size_t training, const std::string& training_file, std::s
   constexpr std::size_t kMinBlocks = 4;
   if (training < kMinBlocks) {
     throw InputError(
-        training_file, 0, "--train",
+        training_file, 0, "--train or --split",
         "needs at least " + std::to_string(kMinBlocks) + " blocks of 2.5 s with data, has " + std::to_string(training));
   }
   if (validation < 1) {
-    throw InputError(validation_file, 0, "--validate", "needs at least one block of 2.5 s with data");
+    throw InputError(validation_file, 0, "--validate or --split", "needs at least one block of 2.5 s with data");
   }
 }
 
