@@ -153,8 +153,9 @@ void open_or_explain(hal::SerialPort& port) {
     case core::Status::kInvalidArgument:
       throw UsageError(port.path() + ": this baud rate is not supported");
     default:
-      throw UsageError(port.path() +
-                       (std::filesystem::exists(port.path()) ? ": is not a serial port" : ": no such serial port"));
+      throw UsageError(port.path() + (std::filesystem::exists(port.path())
+                                          ? ": is not a serial port"
+                                          : ": no such serial port: " + missing_port_remedy(port.path())));
   }
 }
 

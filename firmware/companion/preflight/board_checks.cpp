@@ -98,7 +98,7 @@ CheckResult check_port(const std::string& path) {
   CheckResult check{.name = "port " + path, .health = Health::kBad, .finding = "", .remedy = ""};
   if (access(path.c_str(), F_OK) != 0) {
     check.finding = "does not exist";
-    check.remedy = "plug the adapter in; dmesg shows under which name it appears";
+    check.remedy = missing_port_remedy(path);
     return check;
   }
   if (access(path.c_str(), R_OK | W_OK) != 0) {

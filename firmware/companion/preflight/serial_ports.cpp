@@ -92,6 +92,13 @@ std::vector<PortHolder> port_holders(const std::string& port) {
   return holders;
 }
 
+std::string missing_port_remedy(const std::string& port) {
+  constexpr std::string_view kSimulated = "sim:";
+  return port.starts_with(kSimulated)
+             ? "start m100-lab autopilot --sim " + port.substr(kSimulated.size()) + " first; it serves one command"
+             : "plug the adapter in; dmesg shows under which name it appears";
+}
+
 std::string holders_note(const std::string& port) {
   std::string note;
   for (const PortHolder& holder : port_holders(port)) {

@@ -17,6 +17,8 @@ struct PortHolder {
   std::string name;
 };
 std::vector<PortHolder> port_holders(const std::string& port);
+/// What to do about a port that does not exist.
+std::string missing_port_remedy(const std::string& port);
 /// " (also open in cat, process 1234; if it reads, it takes bytes away)"; empty: no other process holds it.
 std::string holders_note(const std::string& port);
 

@@ -68,7 +68,8 @@ std::string section_meant(std::string_view section, const Rows& known) {
       Owner{"mpc", "vehicle file (--vehicle)"},      Owner{"estimator", "vehicle file (--vehicle)"},
       Owner{"altitude", "vehicle file (--vehicle)"}, Owner{"translation", "vehicle file (--vehicle)"},
       Owner{"air", "plant file (--plant)"},          Owner{"payload", "plant file (--plant)"},
-      Owner{"sensors", "plant file (--plant)"}};
+      Owner{"sensors", "plant file (--plant)"},      Owner{"battery", "flight file (--flight) or plant file (--plant)"},
+      Owner{"extra", "column map (--columns)"}};
   for (const Owner& owner : kOwners) {
     if (owner.section == section) {
       return "; this looks like a " + std::string(owner.kind);
