@@ -70,6 +70,9 @@ if [ "$name" = m100-lab ]; then
     "$share/maps/px4.toml" "$share/columns/m100_csv.toml" "$share/flight/loop_train.ulg"; do
     [ -s "$file" ] || fail "${file#"$root"} is missing"
   done
+  for file in $(grep -rhoE '\b(firmware|host_tests|protocol|build)/[A-Za-z0-9_/.]*\w' "$documents/guide" "$share/demonstration" | sort -u); do
+    grep -qE "^#.*$file" "$share/demonstration" || [ -e "$documents/$file" ] || fail "the guide or the demonstration names $file"
+  done
   knows_subcommands '\.SH OPTIONS OF SUBCOMMAND' "${run[@]}" "$root/usr/bin/m100-lab"
   if [ ${#run[@]} -gt 0 ]; then  # emulated: the demonstration starts further programs, so only its log is identified
     "${run[@]}" "$root/usr/bin/m100-lab" identify --log "$share/flight/loop_train.ulg" \

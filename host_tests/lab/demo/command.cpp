@@ -9,6 +9,7 @@
 #include <iostream>
 #include <memory>
 
+#include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/subcommands.h"
 
@@ -20,11 +21,18 @@ struct DemoOptions {
   std::string logs;
 };
 
-/// Does not return. Errors: InputError if the script is not installed.
+/// Does not return. Errors: InputError if the script is not installed, or a folder cannot be used.
 void become_demonstration(DemoOptions& options) {
-  std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
-  std::string script =
-      (std::filesystem::path(program).parent_path().parent_path() / "share/m100-lab/demonstration").string();
+  namespace fs = std::filesystem;
+  companion::FileUse().fills("--out", options.out, "report.html").check();
+  const auto has = [logs = fs::path(options.logs)](const char* name) { return fs::exists(logs / name); };
+  if (!options.logs.empty() && !(has("pitch_roll.csv") && has("height.csv")) &&
+      !(has("ExperimentPitchRoll.mat") && has("ExperimentHeight.mat"))) {
+    throw InputError(options.logs, 0, "--logs",
+                     "has neither pitch_roll.csv and height.csv nor ExperimentPitchRoll.mat and ExperimentHeight.mat");
+  }
+  std::string program = fs::read_symlink("/proc/self/exe").string();
+  std::string script = (fs::path(program).parent_path().parent_path() / "share/m100-lab/demonstration").string();
   char* const words[] = {script.data(), program.data(), options.out.data(),
                          options.logs.empty() ? nullptr : options.logs.data(), nullptr};
   std::cout.flush();

@@ -23,7 +23,11 @@ FILES = {
     "course.txt": "step 1 0 0 0 5\n", "word.txt": "sqare 1 2 3\n", "degrees.txt": "quintic 1 0 0 90 5\n",
     "limit.txt": "limits sped_m_s 1\n", "script.txt": "1 silense 2\n", "script_value.txt": "1 tasks stuk\n",
     "script_fault.txt": "1 fault pose_nann\n", "data.csv": "t_s,rc_roll,foo\n0,1,2\n0.1,2,3\n0.2,3,4\n",
-    "world.toml": "# as measured\n", "binary.bin": "\x00\x01"}
+    "world.toml": "# as measured\n", "binary.bin": "\x00\x01",
+    "roll.csv": "t,stick,roll\n" + "".join(f"{k / 50},{k % 7 / 7},{k % 5 / 50}\n" for k in range(2000)),
+    "fraction.toml": 'time = "t"\n[signals]\nstick_roll = "stick"\nattitude_roll = "roll"\n',
+    "no_stick.toml": 'time = "t"\n[signals]\nattitude_roll = "roll"\n'}
+ROLL = ["identify", "--log", "roll.csv", "--axis", "roll", "--declare", "second_order", "--split", "alternate:5"]
 
 # Program, words (names of FILES become paths), exit code, words of the line on the standard error.
 MISTAKES = [
@@ -61,7 +65,14 @@ MISTAKES = [
     ("lab", ["convert", "data.csv", "--columns", "data.csv", "--out", "o"], 2, "this looks like a table (CSV), not TOML"),
     ("lab", ["convert", "data.csv", "--columns", "VEHICLE", "--out", "o"], 2, "this looks like a vehicle file"),
     ("lab", ["campaign", "binary.bin"], 2, "is no text: a log or another binary file"),
+    ("lab", ["gains", "--vehicle", "map.toml"], 2, "this looks like a column map (--columns)"),
+    # Folders.
+    ("lab", ["demo", "--logs", "FOLDER"], 2, "has neither pitch_roll.csv and height.csv nor"),
+    ("lab", ["demo", "--out", "course.txt"], 2, "course.txt/report.html: cannot be written: Not a directory (--out)"),
+    ("lab", ["evening", "FOLDER"], 2, "holds other files: name a new or an empty folder"),
     # Units.
+    ("lab", [*ROLL, "--columns", "fraction.toml", "--vehicle", "o.toml"], 2, "fraction.toml: 'stick_roll': stays within 5"),
+    ("lab", [*ROLL, "--columns", "no_stick.toml"], 2, "no_stick.toml: 'stick_roll': axis roll needs this signal"),
     ("lab", ["course", "degrees.txt", "--flight", "flight.toml"], 2, "the heading is in rad, and 90 is more than a turn"),
     ("lab", ["course", "course.txt", "--flight", "centimetres.toml"], 2, "the fence is in metres, not in centimetres"),
     ("lab", ["excite", "--amplitude", "10"], 2, "10 counts are inside the dead zone of roll"),
@@ -69,6 +80,7 @@ MISTAKES = [
     ("lab", ["excite", "--axis", "yaw_rate", "--amplitude", "0.1"], 1, "take a larger --amplitude or --duration"),
     # Ports.
     ("m100", ["probe", "--port", "/nope"], 2, "/nope: does not exist: plug the adapter in"),
+    ("m100", ["probe", "--port", "sim:/nope"], 2, "start m100-lab autopilot --sim /nope"),
     ("m100", ["probe", "--port", "FOLDER"], 2, "is not a serial port"),
     ("m100", ["fly", "--dry-run", "--port", "x", "--pose-port", "x"], 2, "x is the autopilot's port, too"),
     ("m100", ["record", "--port", "x", "--pose-port", "x", "--log", "o"], 2, "x is the autopilot's port, too"),
