@@ -97,6 +97,10 @@ def messages_table(root):
     words = source("firmware/companion/operator/operator_messages.cpp")
     rows += [row("an excitation aborted", spoken(text)) for text in re.findall(
         r"case Abort::k\w+:\s*line\.add\(" + TEXT + r"\)", words)]
+    result = source("host_tests/lab/identify/output/result.h")
+    findings = re.search(r"contract's names:\n/// ([\w, ]+), note\.", result)[1].split(", ")
+    verdicts = re.findall(r'"(\w+)"', re.search(r"string verdict;.*", result)[0])
+    rows += [row("what m100-lab identify says about a log", name) for name in findings + verdicts]
     return {"columns": ["what the program advises"], "rows": rows}
 
 
@@ -126,9 +130,16 @@ def page_rows(text):
     return rows
 
 
+def shown(table, section):
+    """The places of the columns that have more than "-" in a section; the others are not on the page."""
+    rows = [row["cells"] for row in table["rows"] if row["section"] == section]
+    return [place for place in range(len(table["columns"])) if any(cells[place] != "-" for cells in rows)]
+
+
 def differences(page, table, text):
     there = page_rows(text)
-    wanted = {(row["section"], row["key"]): row["cells"] for row in table["rows"]}
+    wanted = {(row["section"], row["key"]): [row["cells"][place] for place in shown(table, row["section"])]
+              for row in table["rows"]}
     for (section, key), cells in wanted.items():
         found = there.get((section, key))
         if found is None:
@@ -152,14 +163,15 @@ def written(table, text):
         notes[name.strip()] = "\n".join(line for line in body.splitlines() if not line.startswith("|")).strip("\n")
     out = [head]
     for section in unique(row["section"] for row in table["rows"]):
-        columns = ["key", *table["columns"], "meaning"]
+        places = shown(table, section)
+        columns = ["key", *(table["columns"][place] for place in places), "meaning"]
         out += ["", f"## {section}", ""]
         if notes.get(section):
             out += [notes[section], ""]
         out += ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
         for row in table["rows"]:
             if row["section"] == section:
-                cells = [f"`{row['key']}`", *row["cells"], meanings.get((section, row["key"]), "")]
+                cells = [f"`{row['key']}`", *(row["cells"][place] for place in places), meanings.get((section, row["key"]), "")]
                 out.append("| " + " | ".join(escaped(cell) for cell in cells) + " |")
     return "\n".join(out) + "\n"
 
