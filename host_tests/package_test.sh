@@ -83,6 +83,7 @@ if [ "$name" = m100-lab ]; then
     exit 0
   fi
   completes --columns m100-lab identify --colu
+  completes 'roll' m100-lab identify --axis ro
   completes 'decode encode --help' m100-lab frames ''
   "$root/usr/bin/m100-lab" demo --out "$root/demo" >"$root/log" 2>&1 || { cat "$root/log"; fail "the demonstration fails"; }
   grep -q 'SIMULATED flight:' "$root/log" && [ -s "$root/demo/report.html" ] || fail "the demonstration leaves no page"

@@ -263,7 +263,7 @@ void add_record(CLI::App& m100) {
   add_pose_options(*app, options->pose);
   app->add_option(
          "--log", options->log,
-         "log to write (ULog); must not exist. Its columns: m100_recording.toml, or m100_recording_with_pose.toml")
+         "log to write (ULog); must not exist. Its column maps, on the PC: /usr/share/m100-lab/maps/m100_recording*")
       ->required();
   app->add_option("--hold", options->hold_s, "seconds to record; 0: until Ctrl-C")->check(CLI::Range(0.0, 86400.0));
   app->add_option("--json", options->json, "rates, gaps and stick travel as JSON");

@@ -25,10 +25,9 @@ void print_references() {
 }  // namespace
 
 void add_reference(CLI::App& lab) {
-  CLI::App* const command = lab.add_subcommand(
-      "reference", "print every key and word that the programs read, with unit, range and default, as JSON");
-  command->footer("host_tests/lab/reference/pages.py --write makes the pages of firmware/companion/guide from it");
-  command->callback(print_references);
+  lab.add_subcommand("reference",
+                     "print every key and word that the programs read, with unit, range and default, as JSON")
+      ->callback(print_references);
 }
 
 }  // namespace m100::lab
