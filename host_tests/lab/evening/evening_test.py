@@ -250,6 +250,11 @@ def refuses_a_misread_log(evening):
     code, said = evening.call()
     expect(code == 1 and "a sign of the column map is probably wrong" in said, "identify refuses a log whose sign is wrong")
     expect("identify: NOT PASSED: the command ended with exit code 1" in said and "gains:" not in said, "and it stops")
+    page = (evening.folder / "hand_roll/roll.html").read_text()
+    box = page[page.index('<div class="box answer'):]
+    expect(box.startswith('<div class="box answer bad">\n<p><b>Refused: ') and "sign of the column map" in box[:300],
+           "the page begins with the refusal")
+    expect("(measured" not in page and "(simulated" not in page, "the page claims no origin, because a log does not hold it")
 
 
 def notices_changes(evening):

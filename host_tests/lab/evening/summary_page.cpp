@@ -146,7 +146,7 @@ std::string at_equal_margin(const Folder& folder) {
 
 /// Writes the first screen: question, findings, what they explain and change, what remains, and both flights.
 void outcome(const Folder& folder, plot::Page& page) {
-  const std::string data = folder.settings().port.starts_with("sim:") ? " (simulated)" : " (measured)";
+  const std::string data = folder.settings().port.starts_with("sim:") ? " (simulated)" : "";
   const auto before = folder.numbers().find(std::string("pose_m.") + kBefore);
   const auto after = folder.numbers().find(std::string("pose_m.") + kAfter);
   const bool flown = before != folder.numbers().end() && after != folder.numbers().end();
@@ -175,9 +175,8 @@ void outcome(const Folder& folder, plot::Page& page) {
                 "Of the poses; dashed: root mean square.");
   }
   page.end_answer();
-  page.paragraph(folder.settings().port.starts_with("sim:")
-                     ? "The aircraft is emulated: every number of a flight on this page is simulated."
-                     : "The numbers of the flights are measured: they come from the logs of the board.");
+  page.paragraph(data.empty() ? "The numbers of the flights come from the logs of the board."
+                              : "The aircraft is emulated: every number of a flight on this page is simulated.");
 }
 
 /// Writes each error before and after, the verdicts, and what else changed between the two flights.

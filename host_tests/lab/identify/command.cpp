@@ -120,18 +120,6 @@ void check_gain_of_sticks(const IdentifyOptions& options, const logs::FlightLog&
   }
 }
 
-/// The text of a certain finding that makes the parameters unfit to fly (column map or clock wrong); empty: none.
-std::string misread_attitude(const identify::IdentifyResult& result) {
-  for (const identify::Finding& finding : result.findings) {
-    const bool wrong = finding.what == "sign_reversed" || finding.what == "swapped_axes" ||
-                       finding.what == "wrong_unit" || finding.what == "clock_shift";
-    if (wrong && finding.certain) {
-      return finding.text;
-    }
-  }
-  return "";
-}
-
 std::string base_names(const std::vector<std::string>& files) {
   std::string out;
   for (const std::string& file : files) {
@@ -280,7 +268,7 @@ void write_page(const IdentifyOptions& options, const identify::IdentifyResult& 
   }
   const bool split = !options.split.empty();
   const identify::ReportOrigin origin{base_names(options.logs), split ? options.split : options.train + " s",
-                                      split ? options.split : options.validate + " s", false};
+                                      split ? options.split : options.validate + " s"};
   std::cout << "wrote " << printable(identify::write_report(result, origin, options.report)) << "\n";
 }
 
@@ -296,7 +284,7 @@ void run(const IdentifyOptions& options) {
   if (!options.believed.empty()) {
     result.refitted = identify::refitted(options.believed, result);
   }
-  const std::string wrong = misread_attitude(result);
+  const std::string wrong = identify::misreading(result);
   if (!options.vehicle.empty() && wrong.empty()) {
     update_vehicle(options, result);
   }

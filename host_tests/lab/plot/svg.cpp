@@ -108,7 +108,8 @@ void draw_grid(std::ostream& out, const Sheet& s) {
 
 void draw_line(std::ostream& out, const Curve& line, const Sheet& s) {
   out << "<path fill=\"none\" stroke=\"" << line.color << "\" stroke-width=\"" << line.width
-      << "\" stroke-linejoin=\"round\" stroke-linecap=\"round\"" << (line.dashed ? " stroke-dasharray=\"6 4\"" : "") << " d=\"";
+      << "\" stroke-linejoin=\"round\" stroke-linecap=\"round\"" << (line.dashed ? " stroke-dasharray=\"6 4\"" : "")
+      << " d=\"";
   bool pen_down = false;
   std::array<char, 64> step{};
   const Curve drawn = thinned(line, static_cast<std::size_t>(4.0 * s.width));

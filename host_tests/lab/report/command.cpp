@@ -24,7 +24,6 @@ struct ReportOptions {
   std::string lead;
   std::string note;
   report::Sources sources;
-  std::string source = "measured";
   std::vector<std::string> pages;
 };
 
@@ -59,7 +58,6 @@ void run(const ReportOptions& options) {
   plot::Page whole(options.title);
   if (options.sources.any()) {
     report::Sources sources = options.sources;
-    sources.measured = options.source == "measured";
     sources.asked = options.asked;
     report::summarise(sources, whole);
   } else if (!options.asked.empty()) {
@@ -99,7 +97,7 @@ void add_report(CLI::App& lab) {
   command->add_option("--note", options->note, "a sentence under the title");
   command->add_option("--identified", options->sources.identified,
                       "result of identify (JSON), for the summary; may be repeated");
-  command->add_option("--source", options->source, "origin of the identified logs")
+  command->add_option("--source", options->sources.origin, "origin of the identified logs; default: not stated")
       ->check(CLI::IsMember({"measured", "simulated"}));
   command->add_option("--experiments", options->sources.experiments, "result of experiments (JSON), for the summary");
   command->add_option("--loop", options->sources.loop, "result of loop (JSON), for the summary");

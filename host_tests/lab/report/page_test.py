@@ -180,7 +180,7 @@ def first_screen(page, identified):
     missed = PLANTED_MISSES + int(unexplained)
     if unexplained != ("roll: no known effect explains a part of the log's error" in said):
         yield f"identify's verdict is '{identified['verdict']}', and the first screen says otherwise"
-    for what in ("Asked: is it better?", "m100-lab ", "0 of 1 errors of the paper's tasks are at or below", f" {missed} goals were not reached",
+    for what in ("Asked: is it better?", "m100-lab ", "What it explains (simulated): ", "0 of 1 errors of the paper's tasks are at or below", f" {missed} goals were not reached",
                  "roll: second order, dead zone", '<td>log: roll [rad]</td><td class="n">',
                  '<td>loop: roll [rad]</td><td class="n">0.100</td><td class="n">0.0100</td>',
                  '<td>flown: step, calm [m]</td><td class="n">0.300</td><td class="n missed">0.400</td>',

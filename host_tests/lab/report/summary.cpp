@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/report/summary.h"
 
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "host_tests/lab/identify/output/result.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/plot/charts.h"
 #include "host_tests/lab/read_json.h"
@@ -47,7 +49,7 @@ double number_at(const json& from, const std::string& path) {
 /// Builds the first screen: rows with the errors before and after, and the goals that were not reached.
 class Summary {
  public:
-  explicit Summary(const Sources& sources) : sources_(sources), measured_(sources.measured) {
+  explicit Summary(const Sources& sources) : sources_(sources) {
     for (const std::string& file : sources.identified) {
       identified_.push_back(read(file));
     }
@@ -71,15 +73,18 @@ class Summary {
     for (const std::string& one : missed_) {
       remains += (remains.empty() ? "" : "; ") + one;
     }
-    page.begin_answer({{"Asked", sources_.asked},
+    page.begin_answer({{"Refused", refused_},
+                       {"Asked", sources_.asked},
                        {"Missing in the model", found_},
-                       {std::string("What it explains (") + (measured_ ? "measured)" : "simulated)"), explained_},
+                       {"What it explains" + (sources_.origin.empty() ? "" : " (" + sources_.origin + ")"), explained_},
                        {"What it changed in flight (simulated)", in_flight()},
                        {"What remains", missed_.empty() ? "every goal was reached."
                                                         : std::to_string(missed_.size()) +
                                                               (missed_.size() == 1 ? " goal was" : " goals were") +
                                                               " not reached: " + remains + "."}},
-                      missed_.empty() ? "good" : "warn");
+                      !refused_.empty() ? "bad"
+                      : missed_.empty() ? "good"
+                                        : "warn");
     if (!bars_.bars.empty()) {
       page.figure(bars_, "Orange: before; blue: after. In per cent of the error before.");
     }
@@ -93,7 +98,7 @@ class Summary {
   }
 
  private:
-  void row(const std::string& what, double before, double after, bool simulated) {
+  void row(const std::string& what, double before, double after, const std::string& data = "simulated") {
     if (before < 0.0 || after < 0.0) {
       return;
     }
@@ -104,7 +109,7 @@ class Summary {
                         " after");
     }
     const std::string change = before > 0.0 ? plot::percent(after / before - 1.0) : "";
-    rows_.push_back({what, plot::number(before), plot::number(after), change, simulated ? "simulated" : "measured"});
+    rows_.push_back({what, plot::number(before), plot::number(after), change, data.empty() ? "-" : data});
     if (before > 0.0) {
       bars_.bars.push_back({.label = what, .value = 100.0, .note = plot::number(before), .color = plot::kOrange});
       bars_.bars.push_back({.label = "",
@@ -120,7 +125,15 @@ class Summary {
     for (const json& effect : one.value("effects", json::array())) {
       names += (names.empty() ? "" : ", ") + spaced(effect.value("name", ""));
     }
-    found_ += (found_.empty() ? "" : "; ") + spaced(axis) + ": " + (names.empty() ? "nothing" : names);
+    const bool unexplained = one.value("verdict", "") == "unexplained";
+    names = !names.empty() ? names : unexplained ? "what could not be named" : "nothing";
+    found_ += (found_.empty() ? "" : "; ") + spaced(axis) + ": " + names;
+    for (const json& finding : one.value("findings", json::array())) {
+      if (finding.value("certain", true) && std::ranges::count(identify::kMisreadings, finding.value("what", "")) > 0) {
+        refused_ += (refused_.empty() ? "not fit to fly, because the log is misread: " : "; ") + spaced(axis) + ": " +
+                    finding.value("text", "");
+      }
+    }
     const double before = number_at(one, "/declared/validation_rmse");
     const double after = number_at(one, "/final/validation_rmse");
     if (before > 0.0 && after >= 0.0) {
@@ -128,8 +141,8 @@ class Summary {
                     plot::number(after) + " " + unit_of(axis) + " (" + plot::percent(after / before - 1.0) + ")";
     }
     row("log: " + spaced(axis) + " [" + unit_of(axis) + "]", number_at(one, "/declared/validation_rmse"),
-        number_at(one, "/final/validation_rmse"), !measured_);
-    if (one.value("verdict", "") == "unexplained") {
+        number_at(one, "/final/validation_rmse"), sources_.origin);
+    if (unexplained) {
       missed_.push_back(spaced(axis) + ": no known effect explains a part of the log's error");
     }
   }
@@ -142,7 +155,7 @@ class Summary {
                                                                      {"yaw_rate_rad_s", "yaw rate [rad/s]"}}};
     for (const auto& [key, words] : kQuantities) {
       const std::string path = std::string("/prediction_1s/") + key;
-      row(std::string("loop: ") + words, number_at(loop_, "/before" + path), number_at(loop_, "/after" + path), true);
+      row(std::string("loop: ") + words, number_at(loop_, "/before" + path), number_at(loop_, "/after" + path));
     }
   }
 
@@ -155,7 +168,7 @@ class Summary {
       for (const auto& [air, cell] : airs.items()) {
         const std::string path = "/" + task + "/" + air + "/pose_m";
         row("flown: " + spaced(task) + ", " + air + " [m]", number_at(before, path),
-            number_at(loop_, "/after/experiments" + path), true);
+            number_at(loop_, "/after/experiments" + path));
       }
     }
   }
@@ -214,12 +227,11 @@ class Summary {
   }
 
   const Sources& sources_;
-  bool measured_;
   std::vector<json> identified_;
   json experiments_;
   json loop_;
   json margins_;
-  std::string found_;
+  std::string found_, refused_;
   std::string explained_;
   plot::BarChart bars_{.title = "Root mean square error before and after", .x_label = "", .bars = {}};
   std::vector<std::vector<std::string>> rows_{{"root mean square error", "before", "after", "change", "data"}};

@@ -12,7 +12,7 @@ namespace m100::lab::report {
 struct Sources {
   std::string asked;                    ///< the question that the page answers
   std::vector<std::string> identified;  ///< of identify, one for each axis
-  bool measured = false;                ///< a real aircraft flew the identified logs; false: the simulator
+  std::string origin;                   ///< of the identified logs: "measured", "simulated", or empty: not known
   std::string experiments;
   std::string loop;
   std::string margins;  ///< of gains
@@ -21,7 +21,7 @@ struct Sources {
 
 /// Writes the first screen of a page: what was asked, what the model lacks, how much error that explains, what it
 /// changed in flight, what remains, with a figure beside it; then the errors before and after. Each number is marked as
-/// measured or simulated. Errors: InputError.
+/// measured or simulated where that is known. Errors: InputError.
 void summarise(const Sources& sources, plot::Page& page);
 
 }  // namespace m100::lab::report

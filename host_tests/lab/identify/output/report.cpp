@@ -90,15 +90,19 @@ std::string missing(const IdentifyResult& r) {
     }
   }
   const char* const joint = parts.empty() ? "; but numbers are wrong: " : "; wrong numbers: ";
-  return (parts.empty() ? "no effect that these data show" : joined(parts, ", ")) +
-         (wrong.empty() ? "" : joint + joined(wrong, ", ")) + ".";
+  const char* const none = r.verdict == "unexplained" ? "what could not be named" : "no effect that these data show";
+  return (parts.empty() ? none : joined(parts, ", ")) + (wrong.empty() ? "" : joint + joined(wrong, ", ")) + ".";
 }
 
 std::string explained(const IdentifyResult& r) {
   const double before = r.declared.validation_rmse;
   const double after = r.final_model.validation_rmse;
   const std::string unit = " " + unit_of(r.axis);
-  return std::string("the error on data that no fit has seen ") + (after < before ? "falls" : "goes") + " from " +
+  if (number(before) == number(after)) {
+    return "no more than the declared model, fitted to this log: the error on data that no fit has seen is " +
+           number(after) + unit + ".";
+  }
+  return std::string("the error on data that no fit has seen ") + (after < before ? "falls" : "rises") + " from " +
          number(before) + " to " + number(after) + unit +
          (before > 0.0 ? " (" + plot::percent(after / before - 1.0) + ")" : "") + ".";
 }
@@ -201,16 +205,17 @@ void residual_figures(plot::Page& page, const IdentifyResult& r) {
 }
 
 void summary(plot::Page& page, const IdentifyResult& r, const ReportOrigin& origin) {
-  const std::string data = origin.simulated ? "simulated" : "measured";
-  page.begin_answer({{"Asked", "what does the declared model of " + r.axis + " (" +
+  const std::string misread = misreading(r);
+  page.begin_answer({{"Refused", misread.empty() ? "" : "not fit to fly, because the log is misread: " + misread + "."},
+                     {"Asked", "what does the declared model of " + r.axis + " (" +
                                    joined(r.declared.structure, " + ") + ") lack, by the log " + origin.log + "?"},
                      {"Missing in the model", missing(r)},
-                     {"What it explains (" + data + ")", explained(r)},
+                     {"What it explains", explained(r)},
                      {"What it changes in flight", "not flown here: m100-lab loop flies both models."},
                      {"What remains", remains(r)}},
-                    r.verdict != "unexplained" ? "good"
-                    : r.effects.empty()        ? "bad"
-                                               : "warn");
+                    !misread.empty() || (r.verdict == "unexplained" && r.effects.empty()) ? "bad"
+                    : r.verdict == "unexplained"                                          ? "warn"
+                                                                                          : "good");
   time_figure(page, r, r.axis == "translation" ? "_x" : "");
   page.end_answer();
   page.paragraph((origin.train == origin.validation
@@ -277,7 +282,7 @@ void candidates_figure(plot::Page& page, const IdentifyResult& r) {
     if (row.round == 0) {
       chart.bars.push_back({.label = row.name,
                             .value = 100 * std::max(row.cv_gain, -0.2),
-                            .note = number(100 * row.cv_gain) + " %" + (row.winner ? "  taken" : ""),
+                            .note = plot::percent(row.cv_gain) + (row.winner ? "  taken" : ""),
                             .color = row.winner ? plot::kGreen : (row.accepted ? plot::kBlue : plot::kGrey)});
     }
   }
@@ -322,6 +327,15 @@ void horizon_figure(plot::Page& page, const IdentifyResult& r) {
 }
 
 }  // namespace
+
+std::string misreading(const IdentifyResult& result) {
+  for (const Finding& finding : result.findings) {
+    if (finding.certain && std::ranges::count(kMisreadings, finding.what) > 0) {
+      return finding.text;
+    }
+  }
+  return "";
+}
 
 plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin) {
   plot::Page page("Identification: " + result.axis);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -86,6 +87,9 @@ struct Finding {
   std::string text{};  ///< a sentence
   bool certain = true;
 };
+/// A certain finding of these makes every number unfit to fly: the column map or the clock is wrong.
+inline constexpr std::array<std::string_view, 4> kMisreadings{"sign_reversed", "swapped_axes", "wrong_unit",
+                                                              "clock_shift"};
 inline Finding note(std::string text) { return {.text = std::move(text)}; }
 
 /// A property of the vehicle that changes within the log.
