@@ -128,17 +128,15 @@ class Loop {
       FlownLog next = fly_and_log(options_, seed + static_cast<std::uint64_t>(flight) * kAnother,
                                   (path.parent_path() / name).string());
       const double length_s = next.in_control.second - next.in_control.first;
-      const std::string why = next.descent.empty() ? "" : " (" + next.descent + ")";
+      std::string messages = name + two_numbers(": under control for %.1f s of %.0f s", length_s, options_.flight_s) +
+                             ", ended by " + next.descent +
+                             (flight + 1 < kFlights ? ": flown again" : ": the longest of these flights is used");
       if (flight == 0 || length_s > best.in_control.second - best.in_control.first) {
         best = std::move(next);
       }
       if (length_s >= kMax * options_.flight_s) {
         break;
       }
-      std::string messages = name;
-      messages += two_numbers(": the failsafe handed over after %.1f s of %.0f s", length_s, options_.flight_s);
-      messages += why;
-      messages += flight + 1 < kFlights ? ": flown again" : ": the longest of these flights is used";
       result_.decisions.push_back(std::move(messages));
     }
     return best;
