@@ -47,8 +47,13 @@ std::string step_words(const std::vector<FlightSeries>& flights) {
   return out + (count > kMaxSteps ? "; " + std::to_string(count - kMaxSteps) + " more below" : "");
 }
 
-/// What ended the law's flight, and how often it coasted before.
+/// What ended the law's flight, and how often it coasted before; or how far the failsafe came without it.
 std::string failsafe_words(const FlightSeries& flight) {
+  if (!flight.flew()) {
+    return flight.changes.empty()
+               ? "the failsafe made no step"
+               : "the failsafe ended at " + flight.changes.back().to + ": " + flight.changes.back().reason;
+  }
   std::size_t coasts = 0;
   std::string end = "flew until the log's end";
   for (const FailsafeChange& step : flight.changes) {
@@ -120,10 +125,12 @@ void add_tiles(const std::vector<FlightSeries>& flights, plot::Page& page) {
   }
 }
 
-/// "bad": the law's flight ended for a known reason other than giving back on purpose. "warn": it coasted. Else "good".
+/// Good: control was given back on purpose. Bad: the law ended for another known reason. Warn: it coasted, or did not
+/// fly.
 std::string kind_of(const std::vector<FlightSeries>& flights) {
   std::string kind = "good";
   for (const FlightSeries& flight : flights) {
+    kind = flight.flew() || flight.is_recording ? kind : "warn";
     for (const FailsafeChange& step : flight.changes) {
       const bool leaves = step.from == "nominal" || step.from == "coast";
       const bool on_purpose = step.reason == "given_back" || step.reason == "task" || step.reason.empty();
@@ -143,8 +150,11 @@ std::string error_sentence(const std::vector<FlightSeries>& flights) {
   if (flights.front().is_recording) {
     return "Recorded by hand for " + number(flights.front().end_s) + " s.";
   }
+  if (!flights.front().flew()) {
+    return "The law did not fly: " + failsafe_words(flights.front()) + ". There is no error to show.";
+  }
   if (first.empty()) {
-    return "The law did not fly.";
+    return "The law flew less than a second: the error is counted after that.";
   }
   const Tracking before = tracking_of(first);
   if (flights.size() < 2) {
@@ -154,7 +164,7 @@ std::string error_sentence(const std::vector<FlightSeries>& flights) {
   }
   const std::vector<TrackingError> second = tracking_errors(flights.back());
   if (second.empty()) {
-    return "The law did not fly after the change.";
+    return "After the change the law flew less than a second: the error is counted after that.";
   }
   const Interval difference = rms_difference(first, second);
   const char* const verdict = std::isnan(difference.low) ? "too short for an interval"
@@ -176,9 +186,11 @@ void add_first_screen(const std::vector<FlightSeries>& flights, plot::Page& page
     page.figure(path_from_the_side(flights), "");
   }
   if (!flights.front().is_recording) {
-    page.figure(distance_figure(flights), "Shaded: the failsafe is not at nominal.");
+    if (flights.front().flew()) {
+      page.figure(distance_figure(flights), "Shaded: the failsafe is not at nominal.");
+      page.figure(command_figure(flights), "As sent; dashed: limit.");
+    }
     page.figure(failsafe_figure(flights), step_words(flights));
-    page.figure(command_figure(flights), "As sent; dashed: limit.");
   } else {
     page.figure(stick_figure(flights), "");
   }

@@ -145,5 +145,16 @@ TEST(FlightPage, AnswersFirstAndShowsBothFlights) {
   EXPECT_NE(two.find("no difference that these two flights can show"), std::string::npos);
 }
 
+// Catches a page that calls a log good in which the law never flew.
+TEST(FlightPage, SaysThatTheLawDidNotFly) {
+  FlightSeries waited = along_x(5.0, [](double) { return 0.0; });
+  std::fill(waited.state.begin(), waited.state.end(), static_cast<std::uint8_t>(safety::FailsafeState::kSilent));
+  waited.end_s = 0.0;
+  const std::string page = flight_page({waited}, "Waited", "").html();
+  EXPECT_NE(page.find("<div class=\"box warn\">The law did not fly: the failsafe made no step."), std::string::npos);
+  EXPECT_EQ(page.find("flew until"), std::string::npos);
+  EXPECT_EQ(page.find("Distance from the course"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace m100::lab::flight
