@@ -5,6 +5,7 @@
 #include <string>
 
 #include "host_tests/lab/evening/folder.h"
+#include "host_tests/lab/loop/prediction.h"
 
 namespace m100::lab::evening {
 
@@ -15,7 +16,7 @@ struct VehicleAxis {
 };
 inline constexpr std::array<VehicleAxis, 5> kVehicleAxes{{{"roll", "roll [rad]"},
                                                           {"pitch", "pitch [rad]"},
-                                                          {"climb", "climb speed [m/s]"},
+                                                          {"climb", loop::kClimbByHeight},
                                                           {"yaw_rate", "yaw rate [rad/s]"},
                                                           {"translation", "horizontal velocity [m/s]"}}};
 

@@ -108,7 +108,8 @@ void residual_and_timing(const Flights& flights, plot::Page& page) {
 
 /// Prediction errors: one row per quantity and flight.
 void predictions(const Flights& flights, plot::Page& page) {
-  std::vector<std::vector<std::string>> rows{{"prediction from the sticks, rms", "0.2 s ahead", "0.5 s", "1 s", "2 s"}};
+  std::vector<std::vector<std::string>> rows{
+      {"each flight's prediction by its own vehicle file, rms", "0.2 s ahead", "0.5 s", "1 s", "2 s"}};
   for (std::size_t f = 0; f < flights.size(); ++f) {
     for (const PredictionRow& one : flights[f].predictions) {
       rows.push_back({which(flights, f) + one.quantity});
@@ -119,7 +120,10 @@ void predictions(const Flights& flights, plot::Page& page) {
   }
   if (rows.size() > 1) {
     page.table(rows);
-    page.paragraph("By the vehicle file that the log holds, from the measured state, without looking at the flight.");
+    page.paragraph(
+        "Each prediction starts from the measured state and knows only the sticks after it. The vehicle file is the "
+        "one "
+        "that the flight's own log holds.");
   }
 }
 
@@ -133,10 +137,8 @@ void add_details(const Flights& flights, plot::Page& page) {
     }
   }
   const bool flew = flights.front().flew();
-  if (flew) {
-    failsafe_steps(flights, page);
-    predictions(flights, page);
-  }
+  failsafe_steps(flights, page);
+  predictions(flights, page);
   page.begin_grid();
   if (flew) {
     error_by_axis(flights, page);

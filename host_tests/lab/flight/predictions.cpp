@@ -26,14 +26,21 @@ void add_predictions(const std::string& file, FlightSeries& flight) {
     }
     const model::Vehicle vehicle =
         companion::parse_vehicle(log.notes.at(companion::kVehicleNote), companion::kVehicleNote).vehicle;
-    const logs::FlightLog signals = logs::load(
-        *logs::open_log(file), logs::parse_column_map(loop::kMotionColumns, "(sticks, attitude and velocity)"));
+    logs::FlightLog signals =
+        logs::load(*logs::open_log(file), logs::parse_column_map(loop::own_columns(), "(our own flight log)"));
     const double start_s = 1e-6 * static_cast<double>(log.ticks.front().record.timestamp);
-    const loop::Prediction found =
-        loop::predict(vehicle, signals, start_s + flight.control_s + kSettled_s, start_s + flight.end_s);
+    const auto predict = [&] {
+      return loop::predict(vehicle, signals, start_s + flight.control_s + kSettled_s, start_s + flight.end_s);
+    };
+    loop::Prediction found = predict();
+    // The climb speed in the log is the estimator's, which believes the vehicle file: the measured height decides.
+    signals.of(logs::Signal::kVelocityZ).clear();
+    found.climb_m_s = predict().climb_m_s;
     for (const loop::Quantity& quantity : loop::kQuantities) {
       const auto& errors = found.*quantity.member;
-      flight.predictions.push_back({quantity.name, {errors.begin(), errors.end()}});
+      flight.predictions.push_back(
+          {quantity.member == &loop::Prediction::climb_m_s ? loop::kClimbByHeight : quantity.name,
+           {errors.begin(), errors.end()}});
     }
   } catch (const std::exception& wrong) {
     flight.notes.push_back(std::string("The vehicle file's prediction is missing: ") + wrong.what());

@@ -37,6 +37,9 @@ inline constexpr std::array<Quantity, 5> kQuantities{
      {"climb speed [m/s]", &Prediction::climb_m_s, "climb"},
      {"yaw rate [rad/s]", &Prediction::yaw_rate_rad_s, "yaw_rate"}}};
 
+/// The name of the climb speed where the log has no velocity: the derivative of the measured height.
+inline constexpr const char* kClimbByHeight = "climb speed, by the measured height [m/s]";
+
 Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, double from_s, double to_s);
 
 /// A flight that no fit has used, and its part that was flown under control [s, log's clock]. The log must outlive it.
