@@ -48,9 +48,9 @@ enum class FailsafeCondition : std::uint32_t {
   kTaskFlies = 1U << 19U,          ///< the autopilot takes off or lands by its own task, by the operator's order
   kLimitCycle =
       1U << 20U,  ///< reported only: a limit cycle was detected, and the fallback law flies (ctl::LimitCycleDetector)
-  kLimitCyclePersists = 1U << 21U,  ///< the limit cycle persists under the fallback law
-  kOnGround = 1U << 22U,            ///< in flight the autopilot has reported "on the ground" for 500 ms
-  kFlightFailure = 1U << 23U,       ///< tilt beyond 45 degrees, tumbling, free fall or a crash, by FailureDetector
+  kLimitCyclePersists = 1U << 21U,  ///< acted upon: the limit cycle persists under the fallback law
+  kOnGround = 1U << 22U,            ///< "on the ground" in flight for 500 ms, or 250 ms if kEstimateLost
+  kFlightFailure = 1U << 23U,       ///< tilt beyond 45 degrees, tumbling, free fall or a crash (FailureDetector)
 };
 template <>
 inline constexpr bool kIsCondition<FailsafeCondition> = true;

@@ -101,7 +101,8 @@ FailsafeCondition Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Obse
   add(seen.orders.releases, FailsafeCondition::kOperatorReleases);
   add(seen.link.telemetry_age > limits_.telemetry_dead, FailsafeCondition::kTelemetryDead);
   add(!is_valid(wanted), FailsafeCondition::kCommandInvalid);
-  add(!seen.estimate.healthy || seen.consistency.refused_for >= limits_.gate_shut, FailsafeCondition::kEstimateLost);
+  const bool lost = !seen.estimate.healthy || seen.consistency.refused_for >= limits_.gate_shut;
+  add(lost, FailsafeCondition::kEstimateLost);
   add(fresh, FailsafeCondition::kFresh);
   add(good_poses_ >= limits_.good_poses_to_recover, FailsafeCondition::kRecovered);
   add(failsafe_state_ == FailsafeState::kCoast && seen.now - known_ >= limits_.coast, FailsafeCondition::kCoastOver);
@@ -114,7 +115,7 @@ FailsafeCondition Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Obse
   add(failsafe_state_ == FailsafeState::kRelease && inside >= limits_.neutral, FailsafeCondition::kNeutralOver);
   add(seen.orders.engages, FailsafeCondition::kOperatorEngages);
   add(seen.orders.task_flies, FailsafeCondition::kTaskFlies);
-  add(seen.flight.on_ground_for >= limits_.on_ground, FailsafeCondition::kOnGround);
+  add(seen.flight.on_ground_for >= (lost ? limits_.on_ground / 2 : limits_.on_ground), FailsafeCondition::kOnGround);
   add(seen.flight.failure != FlightFailure::kNone, FailsafeCondition::kFlightFailure);
   add(seen.model.mismatch[0], FailsafeCondition::kRollModelMismatch);
   add(seen.model.mismatch[1], FailsafeCondition::kPitchModelMismatch);

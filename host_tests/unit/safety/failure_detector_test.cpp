@@ -197,8 +197,10 @@ TEST(GroundContact, CountsFromTheLastStatusInTheAir) {
   contact.update(false, at(1500));
   contact.update(true, at(1600));
   contact.update(false, at(2590));
-  EXPECT_EQ(contact.duration(), std::chrono::milliseconds(500)) << "a hop";
-  contact.update(false, at(2600));
+  EXPECT_EQ(contact.duration(), std::chrono::milliseconds(600)) << "a hop counts";
+  contact.update(true, at(2595));
+  EXPECT_EQ(contact.duration(), std::chrono::milliseconds(1205)) << "as long as the contact before it, at most";
+  contact.update(false, at(3595));
   EXPECT_EQ(contact.duration(), core::Duration{0});
 }
 

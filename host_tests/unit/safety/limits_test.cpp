@@ -61,8 +61,18 @@ const Edge kEdges[] = {
      FailsafeState::kCoast, FailsafeReason::kPoseOld},
     {"TelemetryOf100Ms", [](Observation& o, Duration d) { o.link.telemetry_age = milliseconds(100) + d; },
      FailsafeState::kCoast, FailsafeReason::kTelemetryOld},
-    {"GateShutFor300Ms", [](Observation& o, Duration d) { o.consistency.refused_for = milliseconds(300) + d - kMin; },
+    {"GateShutFor300Ms",
+     [](Observation& o, Duration d) {
+       o.consistency.refused_for = milliseconds(300) + d - kMin;
+       o.flight.on_ground_for = milliseconds(250) - kMin;
+     },
      FailsafeState::kLevel, FailsafeReason::kPoseRefused},
+    {"GateShutOnTheGroundFor250Ms",
+     [](Observation& o, Duration d) {
+       o.consistency.refused_for = milliseconds(300) + d - kMin;
+       o.flight.on_ground_for = milliseconds(250);
+     },
+     FailsafeState::kSilent, FailsafeReason::kOnGround},
     {"PlaceLostFor3S", [](Observation& o, Duration d) { o.wind.exceeded_for = milliseconds(3000) + d - kMin; },
      FailsafeState::kLevel, FailsafeReason::kAuthorityExceeded},
     {"OnTheFence", [](Observation& o, Duration d) { o.fence.outside_m = 1e-9 * static_cast<double>(d.count()); },
