@@ -97,7 +97,8 @@ class DisturbanceEkf {
   /// uncertainty of the time of capture: the gate uses all of this distance, the filter at most kMaxTimingError_m.
   Weight weight(Real sender_variance_m2, Real time_sigma_s, S speed, Real unseen_m) const;
   void begin(const core::Pose<Real>& pose);
-  void record_fused(core::Duration pose_age, Real time_sigma_s);
+  /// The state continues from this pose, by correction, start or reset.
+  void record_used(const core::Pose<Real>& pose);
   void check_reset(const core::Pose<Real>& pose, const MeasurementAge<S>& age);
   /// How often a sigma of a horizontal axis was halved because it had met its ceiling. After that the covariance no
   /// longer fits the errors, and would distribute a pose's innovation wrongly over the states.

@@ -68,14 +68,13 @@ typename DisturbanceEkf<S, Real>::Weight DisturbanceEkf<S, Real>::weight(Real se
 }
 
 template <typename S, typename Real>
-void DisturbanceEkf<S, Real>::record_fused(core::Duration pose_age, Real time_sigma_s) {
-  ++counters_.poses_used;
+void DisturbanceEkf<S, Real>::record_used(const core::Pose<Real>& pose) {
   pose_.refused_in_a_row = 0;
   agreement_.end_row();
   pose_.since_use = core::Duration(0);
   pose_.ceilings = ceilings_met();
-  pose_.age = pose_age;
-  pose_.time_sigma_s = time_sigma_s;
+  pose_.age = pose.age(now_);
+  pose_.time_sigma_s = pose.time_sigma_s;
 }
 
 template <typename S, typename Real>
@@ -86,8 +85,7 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
     ++counters_.not_finite;
     return;
   }
-  const core::Duration pose_age = pose.age(now_);
-  const Real age_s = core::seconds<Real>(pose_age);
+  const Real age_s = core::seconds<Real>(pose.age(now_));
   if (age_s > static_cast<Real>(kMaxPoseAge_s) || age_s < Real(0)) {
     ++counters_.poses_stale;
     return;
@@ -131,7 +129,8 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
     correct(y_, inflation_y_, y);
     height_.fuse_pose(z);
     yaw_.correct(turned, age);
-    record_fused(pose_age, pose.time_sigma_s);
+    ++counters_.poses_used;
+    record_used(pose);
     return;
   }
   ++counters_.poses_refused;
@@ -140,7 +139,9 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
   check_reset(pose, age);
 }
 
-#define M100_POSES_OF(S, Real) template void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>&);
+#define M100_POSES_OF(S, Real)                                                 \
+  template void DisturbanceEkf<S, Real>::record_used(const core::Pose<Real>&); \
+  template void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>&);
 M100_POSES_OF(double, double)
 M100_POSES_OF(float, float)
 M100_POSES_OF(core::Fixed, float)

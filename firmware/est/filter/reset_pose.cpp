@@ -39,11 +39,8 @@ void DisturbanceEkf<S, Real>::begin(const core::Pose<Real>& pose) {
   height_.start(Number::template number<Real>(position.z()), Number::template number<Real>(velocity.z()));
   started_ = true;
   since_start_ = core::Duration(0);
-  pose_.since_use = core::Duration(0);
-  pose_.ceilings = ceilings_met();
-  pose_.age = pose.age(now_);
-  agreement_.end_row();
   ++counters_.poses_used;
+  record_used(pose);
 }
 
 template <typename S, typename Real>
@@ -67,11 +64,7 @@ void DisturbanceEkf<S, Real>::check_reset(const core::Pose<Real>& pose, const Me
   y_.reset_position(number(pose.position_w_m.y()), number(velocity.y()), age);
   height_.reset_position(number(pose.position_w_m.z()), number(velocity.z()), age);
   yaw_.reset_position(number(wrapped_yaw(pose)));
-  pose_.refused_in_a_row = 0;
-  agreement_.end_row();
-  pose_.since_use = core::Duration(0);
-  pose_.ceilings = ceilings_met();
-  pose_.age = pose.age(now_);
+  record_used(pose);
 }
 
 template <typename S, typename Real>

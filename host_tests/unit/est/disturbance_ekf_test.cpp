@@ -236,7 +236,15 @@ TYPED_TEST(AllScalars, ComesBackAfterALongDropoutSomewhereElse) {
   }
   hover.position += core::Vector<double, 3>{0.6, 0.3, 0.1};
   hover.velocity = {0.5, 0.0, 0.0};
-  const Estimate<Real> e = run(filter, hover, 60);
+  hover.time_sigma_s = 0.4;
+  Estimate<Real> e;
+  while (filter.counters().recoveries == 0) {
+    e = run(filter, hover, 1);
+  }
+  EXPECT_NEAR(e.x.velocity_m_s, Real(0.5), Real(0.1));
+  EXPECT_GT(e.x.position_variance_m2, Real(0.02)) << "the time of this pose is uncertain: 0.2 m";
+  hover.time_sigma_s = 0.0;
+  e = run(filter, hover, 60);
   EXPECT_NEAR(static_cast<double>(e.x.position_m), hover.position.x(), 0.03);
   EXPECT_EQ(filter.counters().last_recovery, ResetReason::kLongDropout);
   EXPECT_EQ(filter.counters().recoveries, 1U);
@@ -264,6 +272,7 @@ TYPED_TEST(AllScalars, StartsInFlightWhereItIsAndWithTheVelocityItHas) {
   hover.wind_x_m_s2 = 0.0;
   hover.velocity = {2.5, -2.0, 1.0};
   hover.age = milliseconds(100);
+  hover.time_sigma_s = 0.4;
   Estimate<Real> e;
   for (int i = 0; i < 30 && filter.counters().poses_used == 0; ++i) {
     e = run(filter, hover, 1);
@@ -274,6 +283,8 @@ TYPED_TEST(AllScalars, StartsInFlightWhereItIsAndWithTheVelocityItHas) {
   EXPECT_NEAR(static_cast<double>(e.x.position_m), truth.x(), 0.02);
   EXPECT_NEAR(static_cast<double>(e.y.position_m), truth.y(), 0.02);
   EXPECT_NEAR(static_cast<double>(e.height_m), truth.z(), 0.02);
+  EXPECT_GT(e.x.position_variance_m2, Real(0.9)) << "the time of this pose is uncertain: 1 m";
+  hover.time_sigma_s = 0.0;
   e = run(filter, hover, 70);
   EXPECT_NEAR(e.x.velocity_m_s, Real(2.5), Real(0.15));
   EXPECT_NEAR(e.y.velocity_m_s, Real(-2.0), Real(0.15));
