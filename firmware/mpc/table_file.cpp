@@ -103,7 +103,11 @@ core::Status TableStorage<T>::load(std::span<const std::byte> file, const core::
   }
   Reader reader(body.subspan(kHeaderBytes));
   const bool sound = read_axis(reader, vehicle, x_rows_, tables_.x) && read_axis(reader, vehicle, y_rows_, tables_.y);
-  return sound && reader.done() ? core::Status::kOk : core::Status::kInvalidArgument;
+  if (!sound || !reader.done()) {
+    tables_ = {};
+    return core::Status::kInvalidArgument;
+  }
+  return core::Status::kOk;
 }
 
 template class TableStorage<float>;

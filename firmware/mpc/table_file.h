@@ -27,13 +27,13 @@ inline constexpr std::size_t kMaxTableFileBytes =
 template <typename T>
 class TableStorage {
  public:
-  /// Reads a file's bytes. If it fails, tables() must not be used:
+  /// Reads a file's bytes, before the first tick: no controller may use tables(). A refused file leaves the former
+  /// tables, or none, with which no controller begins (GainTable's limits are zero):
   ///   kDataLoss: the file's checksum is wrong;
   ///   kInvalidArgument: not a table file, another version, or impossible sizes or limits;
   ///   kRefused: the table was made from another vehicle file.
   core::Status load(std::span<const std::byte> file, const core::Sha256Digest& vehicle);
 
-  /// Valid after load() gave kOk, as long as the storage lives.
   const GainTables<T>& tables() const { return tables_; }
 
  private:

@@ -55,11 +55,17 @@ TEST_F(TableFile, InFloatIsTheTableOfTheFirmware) {
   EXPECT_EQ(single->tables().y.filter_gain, lab::gains::to_float(set.tables.y).filter_gain);
 }
 
-// Without this check the controller's own assertion would end the flight program.
-TEST_F(TableFile, WithLimitsThatCrossIsRefused) {
+// Without this check the controller's own assertion would end the flight program. Catches tables that are half the
+// former ones, half those of the refused file.
+TEST_F(TableFile, WithLimitsThatCrossIsRefusedAndLeavesNothingToFly) {
   TableSet crossed = made_from(file);
   std::swap(crossed.tables.y.input_min_rad, crossed.tables.y.input_max_rad);
+  ASSERT_EQ(storage->load(bytes, file.digest), Status::kOk);
   EXPECT_EQ(storage->load(to_file(crossed), file.digest), Status::kInvalidArgument);
+  for (const GainTable<double>* axis : {&storage->tables().x, &storage->tables().y}) {
+    EXPECT_FALSE(axis->input_min_rad < axis->input_max_rad) << "with these limits no controller begins";
+    EXPECT_TRUE(axis->setpoint.nodes.empty());
+  }
 }
 
 // Catches rows that are written past the end of their array.
