@@ -64,11 +64,16 @@ typename SpecificForce<T>::Unmeasured SpecificForce<T>::learn(const Vector2& cha
   const T unmeasured_up_m_s = climbed_m_s - vertical_acceleration_m_s2() * step_s;
   offset_up_m_s2_ += core::clamp(unmeasured_up_m_s, -most, most) * share;
   offset_h_m_s2_ += out.learned_h_m_s;
-  mean_h_m_s2_ += (measured_h_m_s2 + out.learned_h_m_s - mean_h_m_s2_) * (step_s * static_cast<T>(1.0 / kForceMean_s));
+  average(measured_h_m_s2 + out.learned_h_m_s, step_s);
+  return out;
+}
+
+template <typename T>
+void SpecificForce<T>::average(const Vector2& acceleration_h_m_s2, T step_s) {
+  mean_h_m_s2_ += (acceleration_h_m_s2 - mean_h_m_s2_) * (step_s * static_cast<T>(1.0 / kForceMean_s));
   const T moves_m_s2 = core::sqrt(mean_h_m_s2_.squaredNorm());
   moved_m_s2_ -= moved_m_s2_ * (step_s * static_cast<T>(1.0 / kMovedLately_s));
   moved_m_s2_ = moves_m_s2 > moved_m_s2_ ? moves_m_s2 : moved_m_s2_;
-  return out;
 }
 
 template <typename T>

@@ -34,6 +34,8 @@ class SpecificForce {
   /// @param change_h_m_s, climbed_m_s change of the velocity of the poses in the tick
   /// @param suspect force and poses disagree: only a small part is learned, the rest may be the effect of a fault
   Unmeasured learn(const Vector2& change_h_m_s, T climbed_m_s, bool suspect, T step_s);
+  /// Part of learn(); alone in a tick without a velocity of the poses.
+  void average(const Vector2& acceleration_h_m_s2, T step_s);
 
   /// The acceleration that the force shows, without gravity and without the sensor's error.
   Vector2 acceleration_h_m_s2() const { return force_h_m_s2_ + bias_h_m_s2(); }

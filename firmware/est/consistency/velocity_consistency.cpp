@@ -61,20 +61,18 @@ template <typename T>
   disturbance_acceleration_ = {};
 }
 
-/// @returns whether the motion was observed: the tick lasted at most kGap, and the force (if one ever came) is no older
 template <typename T>
-bool VelocityConsistency<T>::update_force(const ImuSample<T>& imu, const Estimate<T>& estimate,
+void VelocityConsistency<T>::update_force(const ImuSample<T>& imu, const Estimate<T>& estimate,
                                           core::Duration elapsed) {
   force_age_ = imu.force_is_new ? core::Duration{0} : core::clamp(force_age_ + elapsed, core::Duration{0}, 2 * kGap);
   if (imu.force_is_new) {
     specific_force_.update(imu);
   }
-  const bool is_observed = elapsed <= kGap && (force_age_ <= kGap || !specific_force_.is_received());
+  is_observed_ = elapsed <= kGap && (force_age_ <= kGap || !specific_force_.is_received());
   const bool force_counts = force_scale_m_s2() > T(0) && !is_disabled(ConsistencyCheck::kForce) &&
                             specific_force_.learned_s() >= static_cast<T>(ForceConsistency<T>::kFirstLook_s);
-  update_disturbance(estimate.heading(), force_counts && estimate.prediction_valid && is_observed,
+  update_disturbance(estimate.heading(), force_counts && estimate.prediction_valid && is_observed_,
                      core::seconds<T>(elapsed));
-  return is_observed;
 }
 
 template <typename T>
@@ -85,14 +83,17 @@ void VelocityConsistency<T>::update(const ImuSample<T>& imu, const Estimate<T>& 
   }
   const T step_s = core::seconds<T>(elapsed);
   const bool force_disabled = is_disabled(ConsistencyCheck::kForce);
-  const bool is_observed = update_force(imu, estimate, elapsed);
+  update_force(imu, estimate, elapsed);
   if (!estimate.healthy) {
     force_.lose_estimate();
   }
-  if (!estimate.healthy || !is_observed) {
+  if (!estimate.healthy || !is_observed_) {
     force_.restart();
     suspect_ = false;
     paths_.restart();
+    if (is_observed_) {
+      specific_force_.average(specific_force_.acceleration_h_m_s2(), step_s);
+    }
     return;
   }
   if (paths_.recovers_from_gap(estimate, step_s)) {

@@ -54,10 +54,11 @@ class VelocityConsistency {
   /// The force disagrees by more than is allowed, or the path has more than half of the evidence for an alarm.
   bool is_suspect() const { return suspect_; }
   /// Measured horizontal acceleration, averaged over kForceMean_s, without the sensor's error: forward and left of the
-  /// heading. nullopt: no force of a known unit was compared with the poses yet.
+  /// heading. nullopt: no force came, or none of a known unit was compared with the poses yet.
   std::optional<core::Vector<T, 2>> measured_h_m_s2() const {
-    return specific_force_.learned_s() > T(0) ? std::optional<core::Vector<T, 2>>(specific_force_.mean_h_m_s2())
-                                              : std::nullopt;
+    return is_observed_ && specific_force_.learned_s() > T(0)
+               ? std::optional<core::Vector<T, 2>>(specific_force_.mean_h_m_s2())
+               : std::nullopt;
   }
   /// The largest recent acceleration, without the rotors' vibration.
   T moved_m_s2() const { return specific_force_.moved_m_s2(); }
@@ -69,7 +70,7 @@ class VelocityConsistency {
   bool is_disabled(ConsistencyCheck check) const { return (disabled_checks_ & set_of(check)) != 0; }
   bool is_sane() const;
   void reset_sums();
-  bool update_force(const ImuSample<T>& imu, const Estimate<T>& estimate, core::Duration elapsed);
+  void update_force(const ImuSample<T>& imu, const Estimate<T>& estimate, core::Duration elapsed);
   void update_disturbance(const core::SinCos<T>& yaw, bool is_known, T step_s);
   void judge(ConsistencyCheck check, CheckEvidence<T>& evidence, T step_s);
   void report_if(bool contradicts, const Contradiction<T>& found);
@@ -77,6 +78,7 @@ class VelocityConsistency {
   CheckSet disabled_checks_;
   bool suspect_ = false;  ///< is_suspect(): the effect of a sensor fault must not be learned as the sensor's error
   core::Duration force_age_{0};
+  bool is_observed_ = false;  ///< telemetry showed the motion of this tick; true while no force has ever come
   SpecificForce<T> specific_force_;
   ForceConsistency<T> force_;
   ClimbConsistency<T> climb_;

@@ -73,8 +73,22 @@ TEST_F(VelocityConsistencyTest, AForceThatDidNotComeIsNoEvidence) {
     fly(0.3, acceleration_m_s2);
   }
   EXPECT_NEAR(silent_s_, 22.56, 0.02);
+  EXPECT_TRUE(check_.measured_h_m_s2().has_value());
+  imu_.force_is_new = false;
+  fly(0.06);
+  EXPECT_FALSE(check_.measured_h_m_s2().has_value()) << "an old force is no measurement";
+  imu_.force_is_new = true;
   fly(2.0);  // the force goes on and the pose does not
   EXPECT_EQ(reported(), ConsistencyCheck::kForce);
+}
+
+// Catches a dead reckoning that goes on with the force of the last pose.
+TEST_F(VelocityConsistencyTest, MeasuresTheAccelerationWithoutPosesToo) {
+  fly(5.0);
+  estimate_.healthy = false;
+  imu_.force_b.x() = 2.0;
+  fly(0.5);
+  EXPECT_NEAR(check_.measured_h_m_s2()->x(), 2.0, 0.05);
 }
 
 TEST_F(VelocityConsistencyTest, TurnsTheForceWithTheHeading) {
