@@ -21,7 +21,7 @@ std::string_view name(FlightFailure failure);
 
 /// Whether the aircraft still flies.
 struct FlightState {
-  /// How long the flight status has been "on the ground" (GroundContact); zero: never "in the air", or so for a second.
+  /// How long the flight status has been "on the ground" (GroundContact); zero: never "in the air", or now for 1.5 s.
   core::Duration on_ground_for{0};
   FlightFailure failure = FlightFailure::kNone;  ///< by FailureDetector
 };

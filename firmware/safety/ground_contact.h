@@ -7,12 +7,12 @@
 namespace m100::safety {
 
 /// Measures for how long the autopilot's flight status has been "on the ground" since it was "in the air". A hop of
-/// less than a second does not end the contact and counts, but not longer than the contact before it: at hover thrust
-/// the aircraft leaves the ground by millimetres, and takes more than half a second to come back. A status that was
-/// never "in the air" is no evidence of a landing.
+/// less than 1.5 s does not end the contact and counts, but not longer than the contact before it: at hover thrust the
+/// aircraft leaves the ground by millimetres, and takes up to 1.6 s to come back (384 simulated drifts). A status that
+/// was never "in the air" is no evidence of a landing.
 class GroundContact {
  public:
-  static constexpr core::Duration kHop = std::chrono::seconds(1);
+  static constexpr core::Duration kHop = std::chrono::milliseconds(1500);
 
   /// @param received_at when the newest status came; may be the same as in the call before
   void update(bool on_ground, core::TimePoint received_at) {
