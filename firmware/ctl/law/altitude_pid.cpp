@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/ctl/law/altitude_pid.h"
 
+#include <algorithm>
+
 namespace m100::ctl {
 namespace {
 
 // Natural frequency times delay; with kDamping it leaves 6 dB of gain margin in every corner (`m100-lab gains`).
 constexpr double kBandwidth = 0.42;
 constexpr double kDamping = 1.02;
-constexpr double kFeedback_s = 0.03;  // delay by pose age, tick and stick period, which no vehicle file states
-constexpr double kSlowest_rad_s = 1.0;
+constexpr double kFeedback_s = 0.03;  // delay by pose age and tick, which no vehicle file states
+constexpr double kHold_s = 0.02;      // half of the stick period
+// Largest Kd / T, and largest Kp where Kd is 0, times delay and hold: 6 dB and 45 degrees for T of 0.05 to 1 s.
+constexpr double kMaxDerivative = 0.6;
+constexpr double kMaxProportional = 0.45;
 constexpr double kFastest_rad_s = 4.0;
 constexpr double kIntegralShare = 0.1;  // integral corner over natural frequency
 
@@ -20,15 +25,14 @@ model::AltitudeGains design_altitude(const model::StickAxis& climb, const model:
                               : (climb.time_constant_s > 0.05 ? climb.time_constant_s : 0.05);
   const double rest_s = second ? 0.5 / climb.natural_frequency_rad_s : 0.0;
   const double late_s = climb.transport_delay_s + rest_s + kFeedback_s;
-  const double frequency = core::clamp(kBandwidth / late_s, kSlowest_rad_s, kFastest_rad_s);
+  const double by_derivative = (1.0 / lag_s + kMaxDerivative / (late_s + kHold_s)) / (2.0 * kDamping);
+  const double frequency = std::min({kBandwidth / late_s, by_derivative, kFastest_rad_s});
   model::AltitudeGains gains = base;
   gains.proportional_per_s = frequency * frequency * lag_s;
-  const double derivative = 2.0 * kDamping * frequency * lag_s - 1.0;
-  if (derivative > 0.0) {
-    gains.derivative = derivative;
-  } else {  // the climb loop alone damps enough
+  gains.derivative = 2.0 * kDamping * frequency * lag_s - 1.0;
+  if (gains.derivative < 0.0) {  // the climb loop alone damps enough
     gains.derivative = 0.0;
-    gains.proportional_per_s = 0.25 / (kDamping * kDamping * lag_s);
+    gains.proportional_per_s = std::min(0.25 / (kDamping * kDamping * lag_s), kMaxProportional / (late_s + kHold_s));
   }
   gains.integral_per_s2 = kIntegralShare * frequency * gains.proportional_per_s;
   return gains;

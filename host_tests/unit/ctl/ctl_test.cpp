@@ -71,8 +71,9 @@ struct Loop {
 };
 class DesignOfTheAltitudeLoop : public ::testing::TestWithParam<Loop> {};
 
-// Worked out by hand from the header: frequency w = 0.42 / (delay + rest of the lag + 30 ms), 1 to 4 rad/s; then Kp =
-// w^2 T, Kd = 2.04 w T - 1 (damping 1.02), or, where T damps enough by itself, Kp = 1/(4.1616 T) and no derivative.
+// Worked out by hand from the header: frequency w = 0.42 / d, d = delay + rest of the lag + 30 ms, at most 4 rad/s and
+// (1/T + 0.6 / (d + 20 ms)) / 2.04; then Kp = w^2 T, Kd = 2.04 w T - 1 (damping 1.02), or, where T damps enough by
+// itself, no derivative and Kp = the lesser of 1/(4.1616 T) and 0.45 / (d + 20 ms).
 TEST_P(DesignOfTheAltitudeLoop, GivesTheGainsOfItsEquations) {
   const model::AltitudeGains gains = design_altitude(GetParam().climb, model::AltitudeGains{});
   EXPECT_NEAR(gains.proportional_per_s, GetParam().proportional_per_s, 1e-3);
@@ -96,10 +97,10 @@ model::StickAxis second_order(double frequency_rad_s, double damping, double del
 INSTANTIATE_TEST_SUITE_P(
     Table, DesignOfTheAltitudeLoop,
     ::testing::Values(Loop{"SlowAndPrompt", first_order(0.5, 0.02), 8.0, 3.08, 3.2},      // w = 8.4, cut to 4
-                      Loop{"AsFlown", first_order(0.334, 0.08), 4.8692, 1.6016, 1.8592},  // w = 3.8182
+                      Loop{"AsFlown", first_order(0.334, 0.08), 4.6471, 1.5415, 1.7334},  // w = 3.7301
                       Loop{"Late", first_order(0.334, 0.17), 1.4729, 0.4309, 0.3093},     // w = 2.1
-                      Loop{"VeryLate", first_order(0.6, 0.97), 0.6, 0.224, 0.06},         // w = 0.42, raised to 1
-                      Loop{"FastAndLate", first_order(0.05, 0.17), 4.8058, 0.0, 1.0092},  // 2.04 w T - 1 = -0.79
+                      Loop{"VeryLate", first_order(0.6, 0.97), 0.4005, 0.0, 0.0168},      // w = 0.42
+                      Loop{"FastAndLate", first_order(0.05, 0.17), 2.0455, 0.0, 0.4295},  // 0.45 / 0.22
                       Loop{"SecondOrder", second_order(3.0, 0.7, 0.1), 0.9353, 0.3478,
                            0.1324}),  // T = 0.4667, w = 1.4157
     [](const auto& tested) { return tested.param.name; });
