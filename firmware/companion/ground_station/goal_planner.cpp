@@ -19,9 +19,9 @@ constexpr unsigned kIgnoreYawRate = 1U << 11U;
 constexpr std::uint8_t kLocalNed = 1;  // MAV_FRAME
 
 constexpr double kShortestBrake_s = 0.5;
-/// The polynomial of degree 7 from a speed to rest peaks at 1.9 times its mean deceleration, or at 2.5 times it if it
-/// begins with an acceleration as large as that mean. If it begins with a larger one, the peak exceeds the limit.
-constexpr double kBrakePeak = 2.5;
+/// The stop takes this times speed / acceleration: 3 / sqrt(2), with which a first acceleration at the limit in any
+/// direction is never exceeded. It falls as (1 - s) (1 - 3 s), and the speed adds at most sqrt(2) s (1 - s).
+constexpr double kBrakeTime = 2.1213203435596424;
 constexpr double kShortestWay_s = 0.3;
 constexpr double kLonger = 1.06;  ///< ratio of successive durations that are tried
 constexpr double kSamePlace_m = 1e-3;
@@ -29,10 +29,10 @@ constexpr double kSameYaw_rad = 1e-3;
 
 bool is_number(float value) { return std::isfinite(value) && std::abs(value) <= 1000.F; }
 
-/// From a motion to rest after a time, degree 7, over half of the distance that the speed alone would cover.
+/// Comes to rest after a time, wherever that is; the acceleration is a parabola that ends at zero.
 ref::Polynomial<double> to_rest(double position, double speed, double acceleration, double time_s) {
-  return ref::through({.start = {position, speed * time_s, acceleration * time_s * time_s, 0.0},
-                       .end = {position + speed * time_s / 2.0, 0.0, 0.0, 0.0}});
+  const double slope = speed * time_s, bend = acceleration * time_s * time_s;
+  return {{position, slope, bend / 2.0, -slope - bend * 2.0 / 3.0, slope / 2.0 + bend / 4.0, 0.0, 0.0, 0.0}};
 }
 
 template <typename T>
@@ -156,7 +156,7 @@ ref::Waypoint<T> GoalPlanner<T>::brake(core::TimePoint now) {
   if (speed == 0.0 && turns_rad_s == 0.0) {
     return here;
   }
-  const double time_s = std::max({kShortestBrake_s, kBrakePeak * speed / limits_.acceleration_m_s2});
+  const double time_s = std::max(kShortestBrake_s, kBrakeTime * speed / limits_.acceleration_m_s2);
   std::array<ref::Polynomial<double>, ref::kDimensions> way{};
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {
     way[axis] = to_rest(as_double(axes[axis].position_m), as_double(axes[axis].velocity_m_s),

@@ -31,9 +31,9 @@ std::string_view name(GoalResult answer);
 /// Turns goals into a course during the flight. A goal is a place where the aircraft comes to rest; the way there is
 /// straight, of degree 5, as fast as the limits allow. If a goal arrives on the way, the new way starts from the
 /// present motion without a stop, provided that one polynomial of degree 5 per axis keeps the limits and the fence.
-/// Otherwise the reference first comes to rest on its way (degree 7). So speed and acceleration keep their limits,
-/// except that a stop out of a strong acceleration may decelerate up to 40 % harder; place, speed and acceleration
-/// never jump. Goals beyond the fence are moved to its side; the geofence limiter acts as for any course.
+/// Otherwise the reference first comes to rest on its way (degree 4). So speed and acceleration stay inside their
+/// limits; place, speed and acceleration never jump. Goals beyond the fence are moved to its side; the geofence limiter
+/// acts as for any course.
 ///
 /// Cost of a goal that arrives on the way: at most kMaxAttempts * kSamples evaluations of four polynomials.
 ///
