@@ -264,9 +264,13 @@ class Evening {
 
   void finish() const {
     evening::write_summary(folder_);
-    make_page({"flight", std::string(evening::kBefore) + ".ulg", std::string(evening::kAfter) + ".ulg", "--title",
-               "The course before and after the correction"},
-              "flights.html");
+    Command flights{"flight", std::string(evening::kBefore) + ".ulg", std::string(evening::kAfter) + ".ulg", "--title",
+                    "The course before and after the correction"};
+    if (folder_.settings().flights > 1) {
+      flights.insert(flights.end(),
+                     {"--note", "The first flight before and the first after; the summary compares all."});
+    }
+    make_page(std::move(flights), "flights.html");
     Command report{"report", "--title", "One evening with one aircraft", "--lead", "summary.html", "flights.html"};
     for (const char* const part : {"hand_roll/roll", "hand_pitch/pitch", "flown_roll/roll", "flown_pitch/pitch",
                                    "flown_climb/climb", "flown_yaw_rate/yaw_rate"}) {

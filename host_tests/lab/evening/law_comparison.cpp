@@ -12,9 +12,10 @@
 #include "host_tests/lab/evening/steps.h"
 #include "host_tests/lab/experiments/flight.h"
 #include "host_tests/lab/experiments/score.h"
+#include "host_tests/lab/flight/tracking.h"
 #include "host_tests/lab/loop/aligned_log.h"
 #include "host_tests/lab/loop/ordered_margin.h"
-#include "host_tests/lab/loop/paired_flights.h"
+#include "host_tests/lab/loop/results.h"
 #include "host_tests/lab/loop/vehicle_comparison.h"
 #include "host_tests/lab/whole_file.h"
 #include "host_tests/sim/world/base_plant.h"
@@ -54,14 +55,10 @@ void record_margins(Folder& folder, const std::string& name, const model::Vehicl
 
 std::string margins_text(const Folder& folder, const char* name, const char* words) {
   const double peak = folder.numbers().at(std::string("peak_sensitivity.") + name);
-  std::array<char, 200> text{};
-  if (peak > 0.0) {
-    std::snprintf(text.data(), text.size(), "%s, on the corrected model: peak sensitivity %.2f, delay margin %.0f ms",
-                  words, peak, 1e3 * folder.numbers().at(std::string("delay_margin_s.") + name));
-  } else {
-    std::snprintf(text.data(), text.size(), "%s, on the corrected model: UNSTABLE", words);
-  }
-  return text.data();
+  const double delay_s = folder.numbers().at(std::string("delay_margin_s.") + name);
+  return std::string(words) + ", on the corrected model: " +
+         (peak > 0.0 ? loop::two_numbers("peak sensitivity %.2f, delay margin %.0f ms", peak, 1e3 * delay_s)
+                     : "UNSTABLE");
 }
 
 /// The errors of the flights NAME, NAME_2, ... that were flown.
@@ -76,7 +73,39 @@ std::vector<double> repeated(const Folder& folder, const std::string& quantity, 
   }
 }
 
+std::vector<flight::TrackingError> errors_of(const Folder& folder, const char* name) {
+  return flight::tracking_errors(flight::read_series(folder.file(std::string(name) + ".ulg"), nullptr));
+}
+
 }  // namespace
+
+FlownErrors compare_flights(const Folder& folder) {
+  FlownErrors out;
+  std::vector<flight::TrackingError> first, second;
+  for (const auto& [key, axes] : std::map<std::string, std::array<double, 3>>{{"pose_m", {1.0, 1.0, 1.0}},
+                                                                              {"horizontal_m", {1.0, 1.0, 0.0}},
+                                                                              {"x_m", {1.0, 0.0, 0.0}},
+                                                                              {"y_m", {0.0, 1.0, 0.0}},
+                                                                              {"height_m", {0.0, 0.0, 1.0}}}) {
+    std::vector<double> before = repeated(folder, key, kBefore);
+    std::vector<double> after = repeated(folder, key, kAfter);
+    before.resize(std::min(before.size(), after.size()));
+    after.resize(before.size());
+    if (before.size() > 1) {
+      out[key] = loop::compare_pairs(before, after);
+    } else if (before.size() == 1) {
+      first = first.empty() ? errors_of(folder, kBefore) : first;
+      second = second.empty() ? errors_of(folder, kAfter) : second;
+      const flight::Interval found = flight::rms_difference(flight::along(first, axes), flight::along(second, axes));
+      out[key] = {.flights = 1,
+                  .before_m = before.front(),
+                  .after_m = after.front(),
+                  .difference_m = {found.value, found.low, found.high},
+                  .verdict = flight::verdict_of(found)};
+    }
+  }
+  return out;
+}
 
 void compare_laws(Folder& folder) {
   companion::VehicleFile first_file = companion::load_vehicle(folder.file("vehicle.toml"));
@@ -119,19 +148,13 @@ void compare_laws(Folder& folder) {
   companion::save_vehicle(folder.file("corrected.toml"), corrected.vehicle, sources);
 }
 
-std::vector<std::string> law_verdicts(const Folder& folder) {
+std::vector<std::string> law_verdicts(const Folder& folder, const FlownErrors& flown) {
   std::vector<std::string> out;
   const std::map<std::string, double>& numbers = folder.numbers();
   for (const auto& [key, words] : {std::pair{"horizontal_m", "flights of the course, horizontal"},
                                    std::pair{"height_m", "flights of the course, height"}}) {
-    std::vector<double> before = repeated(folder, key, kBefore);
-    std::vector<double> after = repeated(folder, key, kAfter);
-    before.resize(std::min(before.size(), after.size()));
-    after.resize(before.size());
-    if (before.size() > 1) {
-      out.push_back(std::string(words) + ": " + loop::describe(loop::compare_pairs(before, after)));
-    } else if (before.size() == 1) {
-      out.push_back(std::string(words) + ": one flight each has no spread; the option --flights repeats them");
+    if (flown.contains(key)) {
+      out.push_back(std::string(words) + ": " + loop::describe(flown.at(key)));
     }
   }
   if (!numbers.contains("kept.corrected")) {
@@ -145,14 +168,11 @@ std::vector<std::string> law_verdicts(const Folder& folder) {
   const auto in_mm = [&](const std::string& key) { return std::round(1e4 * numbers.at(key)) / 10.0 + 0.0; };
   for (const char* const part : kParts) {
     const std::string name = std::string("paired.") + part;
-    std::array<char, 240> text{};
-    std::snprintf(text.data(), text.size(),
-                  "%d simulated pairs on the corrected model, both laws at the same peak sensitivity, %s: %.1f mm "
-                  "before, %.1f mm "
-                  "after, difference [%+.1f, %+.1f] mm",
-                  kPairs, part, in_mm(name + ".before_m"), in_mm(name + ".after_m"), in_mm(name + ".low_m"),
-                  in_mm(name + ".high_m"));
-    out.emplace_back(text.data());
+    out.push_back(
+        std::to_string(kPairs) + " simulated pairs on the corrected model, both laws at the same peak " +
+        "sensitivity, " + part +
+        loop::two_numbers(": %.1f mm before, %.1f mm after, ", in_mm(name + ".before_m"), in_mm(name + ".after_m")) +
+        loop::two_numbers("difference [%+.1f, %+.1f] mm", in_mm(name + ".low_m"), in_mm(name + ".high_m")));
   }
   out.emplace_back(
       numbers.at("kept.corrected") > 0.0

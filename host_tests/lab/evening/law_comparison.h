@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
 #include "host_tests/lab/evening/folder.h"
+#include "host_tests/lab/loop/paired_flights.h"
 
 namespace m100::lab::evening {
 
@@ -15,8 +17,12 @@ namespace m100::lab::evening {
 /// margins and the pairs. Errors: InputError.
 void compare_laws(Folder& folder);
 
-/// The verdict on the flights of the course (flown once each, they have no spread), then the result of compare_laws;
-/// one sentence each.
-std::vector<std::string> law_verdicts(const Folder& folder);
+/// The errors of the flights of the course, before and after, by the names of record_errors() ("pose_m", ...), with
+/// their verdict: from the pairs of flights; of one flight each, from the spread inside them. Errors: InputError.
+using FlownErrors = std::map<std::string, loop::PairedErrors>;
+FlownErrors compare_flights(const Folder& folder);
+
+/// The verdict on the flights of the course, then the result of compare_laws; one sentence each.
+std::vector<std::string> law_verdicts(const Folder& folder, const FlownErrors& flown);
 
 }  // namespace m100::lab::evening

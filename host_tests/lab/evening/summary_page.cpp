@@ -2,8 +2,10 @@
 #include "host_tests/lab/evening/summary_page.h"
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -17,35 +19,45 @@
 namespace m100::lab::evening {
 namespace {
 
-constexpr double kNoticed_percent = 5.0;  ///< smaller changes of the error are ignored
+constexpr double kNoticed = 1.05;  ///< of a prediction's error, after over before; smaller growth is ignored
 
 using Rows = std::vector<std::vector<std::string>>;
+
+constexpr std::string_view kAhead = "predicted 1 s ahead: ";
 
 /// One error before and after the correction.
 struct Compared {
   std::string words;
   double before = 0.0;
   double after = 0.0;
-  bool is_worse() const { return after > (1.0 + kNoticed_percent / 100.0) * before; }
+  std::string verdict{};  ///< of a flown error: FlownErrors; of a prediction: "larger"; empty: none
+  bool is_bad() const { return verdict == "worse" || verdict == "larger"; }
 };
+using Comparison = std::vector<Compared>;
 
 /// The errors that are known before and after the correction: of the flights of the course, and of the predictions.
-std::vector<Compared> compared(const Folder& folder) {
-  std::vector<std::array<std::string, 3>> names;
+Comparison compared(const Folder& folder, const FlownErrors& flown) {
+  Comparison out;
+  const auto add = [&](const std::string& words, const std::string& before, const std::string& after) {
+    const bool is_known = folder.numbers().contains(before) && folder.numbers().contains(after);
+    if (is_known) {
+      out.push_back({words, folder.numbers().at(before), folder.numbers().at(after)});
+    }
+    return is_known;
+  };
   for (const auto& [key, words] :
        {std::pair{"pose_m", "distance from the course [m]"}, std::pair{"horizontal_m", "horizontal distance [m]"},
         std::pair{"x_m", "along x [m]"}, std::pair{"y_m", "along y [m]"}, std::pair{"height_m", "in height [m]"},
         std::pair{"heading_deg", "heading [degrees]"}}) {
-    names.push_back({words, std::string(key) + ".course", std::string(key) + ".corrected"});
+    if (add(words, std::string(key) + ".course", std::string(key) + ".corrected") && flown.contains(key) &&
+        std::isfinite(flown.at(key).difference_m.low)) {
+      out.back().verdict = flown.at(key).verdict;
+    }
   }
   for (const VehicleAxis& axis : kVehicleAxes) {
     const std::string name = std::string("ahead.") + axis.name;
-    names.push_back({std::string("predicted 1 s ahead: ") + axis.words, name + ".before", name + ".after"});
-  }
-  std::vector<Compared> out;
-  for (const auto& [words, before, after] : names) {
-    if (folder.numbers().contains(before) && folder.numbers().contains(after)) {
-      out.push_back({words, folder.numbers().at(before), folder.numbers().at(after)});
+    if (add(std::string(kAhead) + axis.words, name + ".before", name + ".after")) {
+      out.back().verdict = out.back().after > kNoticed * out.back().before ? "larger" : "";
     }
   }
   return out;
@@ -102,25 +114,27 @@ std::string found_in_short(const Folder& folder) {
          "; drag [1/s]: " + (has_drag ? number(folder, "linear_drag_per_s") : "unchanged") + ".";
 }
 
+std::string change(const Compared& one) { return one.before > 0.0 ? plot::percent(one.after / one.before - 1.0) : ""; }
+
 /// One sentence: the errors of the predictions 1 s ahead by both files.
-std::string predicted_ahead(const Folder& folder) {
+std::string predicted_ahead(const Comparison& all) {
   std::string out;
-  for (const Compared& one : compared(folder)) {
-    if (one.words.starts_with("predicted")) {
-      out += (out.empty() ? "" : "; ") + one.words + ": " + plot::number(one.before) + " to " +
-             plot::number(one.after) +
-             (one.before > 0.0 ? " (" + plot::percent(one.after / one.before - 1.0) + ")" : "");
+  for (const Compared& one : all) {
+    if (one.words.starts_with(kAhead)) {
+      out += (out.empty() ? "error of the predictions 1 s ahead: " : "; ") + one.words.substr(kAhead.size()) + " " +
+             plot::number(one.before) + " to " + plot::number(one.after) + " (" + change(one) + ")";
     }
   }
-  return out;
+  return out + (out.empty() ? "" : ".");
 }
 
 /// One sentence: the errors that became worse, and the parts of the vehicle file that the evening does not correct.
-std::string not_reached(const Folder& folder) {
+std::string not_reached(const Folder& folder, const Comparison& all) {
   std::string out;
-  for (const Compared& one : compared(folder)) {
-    if (one.is_worse()) {
-      out += one.words + " became worse (" + plot::number(one.before) + " to " + plot::number(one.after) + "); ";
+  for (const Compared& one : all) {
+    if (one.is_bad()) {
+      out += one.words + " became " + one.verdict + " (" + plot::number(one.before) + " to " + plot::number(one.after) +
+             "); ";
     }
   }
   return (out.empty() ? "no error became worse; " : out) + (is_taken_over(folder, "translation") ? "" : "drag, ") +
@@ -145,31 +159,25 @@ std::string at_equal_margin(const Folder& folder) {
 }
 
 /// Writes the first screen: question, findings, what they explain and change, what remains, and both flights.
-void outcome(const Folder& folder, plot::Page& page) {
+void outcome(const Folder& folder, const FlownErrors& flown, const Comparison& all, plot::Page& page) {
   const std::string data = folder.settings().port.starts_with("sim:") ? " (simulated)" : "";
-  const auto before = folder.numbers().find(std::string("pose_m.") + kBefore);
-  const auto after = folder.numbers().find(std::string("pose_m.") + kAfter);
-  const bool flown = before != folder.numbers().end() && after != folder.numbers().end();
-  const double change = flown ? after->second / before->second - 1.0 : 0.0;
-  const double share = kNoticed_percent / 100.0;
+  const auto pose = flown.find("pose_m");
+  const bool is_flown = pose != flown.end();
   page.begin_answer(
       {{"Asked",
         "which effects does a vehicle file miss that was identified from a log flown by hand, and does the corrected "
         "file fly better?"},
        {"Missing in the model", found_in_short(folder)},
-       {"What it explains" + data, predicted_ahead(folder)},
+       {"What it explains" + data, predicted_ahead(all)},
        {"What it changed in flight" + data,
-        flown ? "distance from the reference on the same course, root mean square: " + plot::number(before->second) +
-                    " m before, " + plot::number(after->second) + " m after (" + plot::percent(change) +
-                    (folder.settings().flights > 1 ? "); the interval of all flights stands below."
-                                                   : "), one flight each, whose spread is not known.") +
-                    at_equal_margin(folder)
-              : "the corrected flight was not flown yet."},
-       {"What remains", not_reached(folder)}},
-      !flown || std::abs(change) <= share ? "warn"
-      : change < 0.0                      ? "good"
-                                          : "bad");
-  if (flown) {
+        is_flown ? "distance from the reference on the same course, root mean square, before -> after: " +
+                       loop::describe(pose->second) + "." + at_equal_margin(folder)
+                 : "the corrected flight was not flown yet."},
+       {"What remains", not_reached(folder, all)}},
+      is_flown && all.front().verdict == "better"  ? "good"
+      : is_flown && all.front().verdict == "worse" ? "bad"
+                                                   : "warn");
+  if (is_flown) {
     page.figure(flight::distance_figure({flight::read_series(folder.file(std::string(kBefore) + ".ulg"), nullptr),
                                          flight::read_series(folder.file(std::string(kAfter) + ".ulg"), nullptr)}),
                 "Of the poses; dashed: root mean square.");
@@ -180,19 +188,20 @@ void outcome(const Folder& folder, plot::Page& page) {
 }
 
 /// Writes each error before and after, the verdicts, and what else changed between the two flights.
-void flights(const Folder& folder, plot::Page& page) {
+void flights(const Folder& folder, const FlownErrors& flown, const Comparison& all, plot::Page& page) {
   plot::Cells worse;
-  Rows rows{{"root mean square", "before", "after"}};
-  for (const Compared& one : compared(folder)) {
-    if (one.is_worse()) {
+  Rows rows{{"root mean square", "before", "after", "change"}};
+  for (const Compared& one : all) {
+    if (one.is_bad()) {
       worse.insert({rows.size(), 2});
     }
-    rows.push_back({one.words, plot::number(one.before), plot::number(one.after)});
+    rows.push_back({one.words, plot::number(one.before), plot::number(one.after),
+                    change(one) + (one.verdict.empty() ? "" : ", " + one.verdict)});
   }
   page.table(rows, worse);
-  page.list(law_verdicts(folder));
+  page.list(law_verdicts(folder, flown));
   page.paragraph(
-      "The distances are those of the two flights of the course. The predictions 1 s ahead are of the flight before "
+      "The distances are those of the flights of the course. The predictions 1 s ahead are of the flight before "
       "the correction, which no fit has used: by the first vehicle file (before) and by the corrected one (after).");
   if (folder.numbers().contains(kWeightIncreases)) {
     page.paragraph(
@@ -255,16 +264,17 @@ void files(const Folder& folder, plot::Page& page) {
 
 std::string before_and_after(const Folder& folder) {
   std::string out;
-  for (const Compared& one : compared(folder)) {
-    char line[120];
-    std::snprintf(line, sizeof line, "  %-46s %8.4f %8.4f%s\n", one.words.c_str(), one.before, one.after,
-                  one.is_worse() ? "  worse" : "");
+  const FlownErrors flown = compare_flights(folder);
+  for (const Compared& one : compared(folder, flown)) {
+    char line[160];
+    std::snprintf(line, sizeof line, "  %-63s %8.4f %8.4f%s\n", one.words.c_str(), one.before, one.after,
+                  (one.verdict.empty() ? "" : "  " + one.verdict).c_str());
     out += line;
   }
   for (const std::string& name : fallback_law_flew(folder)) {
     out += "  the flight " + name + " the correction began to oscillate, and the fallback law took over\n";
   }
-  for (const std::string& verdict : law_verdicts(folder)) {
+  for (const std::string& verdict : law_verdicts(folder, flown)) {
     out += "  " + verdict + "\n";
   }
   return out;
@@ -272,8 +282,10 @@ std::string before_and_after(const Folder& folder) {
 
 void write_summary(const Folder& folder) {
   plot::Page page("One evening: from the first byte to the corrected flight");
-  outcome(folder, page);
-  flights(folder, page);
+  const FlownErrors flown = compare_flights(folder);
+  const Comparison all = compared(folder, flown);
+  outcome(folder, flown, all, page);
+  flights(folder, flown, all, page);
   found(folder, page);
   files(folder, page);
   page.write(folder.file("summary.html"));

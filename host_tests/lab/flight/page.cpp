@@ -7,28 +7,16 @@
 #include "host_tests/lab/flight/details.h"
 #include "host_tests/lab/flight/figures.h"
 #include "host_tests/lab/flight/tracking.h"
+#include "host_tests/lab/statistics.h"
 
 namespace m100::lab::flight {
 namespace {
 
 using plot::number;
 
-std::string with_interval(const Interval& one) {
-  return number(one.value) + " m" + (std::isnan(one.low) ? "" : " [" + number(one.low) + ", " + number(one.high) + "]");
-}
-
-std::string in_mm(const Interval& one) {
-  return number(1e3 * one.value) + " mm" +
-         (std::isnan(one.low) ? "" : " [" + number(1e3 * one.low) + ", " + number(1e3 * one.high) + "]");
-}
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) {
-    return std::nan("");
-  }
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
+std::string with_interval(const Interval& one, double scale = 1.0, const std::string& unit = " m") {
+  const std::string interval = " [" + number(scale * one.low) + ", " + number(scale * one.high) + "]";
+  return number(scale * one.value) + unit + (std::isnan(one.low) ? "" : interval);
 }
 
 /// The first steps of the failsafe, which its figure has no room for.
@@ -125,8 +113,7 @@ void add_tiles(const std::vector<FlightSeries>& flights, plot::Page& page) {
   }
 }
 
-/// Good: control was given back on purpose. Bad: the law ended for another known reason. Warn: it coasted, or did not
-/// fly.
+/// Good: control was given back on purpose. Bad: the law ended for another known reason. Warn: coasted, or not flown.
 std::string kind_of(const std::vector<FlightSeries>& flights) {
   std::string kind = "good";
   for (const FlightSeries& flight : flights) {
@@ -153,7 +140,8 @@ std::string error_sentence(const std::vector<FlightSeries>& flights) {
   if (!flights.front().flew()) {
     return "The law did not fly: " + failsafe_words(flights.front()) + ". There is no error to show.";
   }
-  if (first.empty()) {
+  const std::vector<TrackingError> second = tracking_errors(flights.back());
+  if (first.empty() || second.empty()) {
     return "The law flew less than a second: the error is counted after that.";
   }
   const Tracking before = tracking_of(first);
@@ -162,19 +150,13 @@ std::string error_sentence(const std::vector<FlightSeries>& flights) {
            " m at most, " + std::to_string(before.poses) + " poses. The law flew " +
            number(flights.front().end_s - flights.front().control_s) + " s, " + failsafe_words(flights.front()) + ".";
   }
-  const std::vector<TrackingError> second = tracking_errors(flights.back());
-  if (second.empty()) {
-    return "After the change the law flew less than a second: the error is counted after that.";
-  }
   const Interval difference = rms_difference(first, second);
-  const char* const verdict = std::isnan(difference.low) ? "too short for an interval"
-                              : difference.high < 0.0    ? "better"
-                              : difference.low > 0.0     ? "worse"
-                                                         : "no difference that these two flights can show";
+  const std::string verdict = std::isnan(difference.low) ? "too short for an interval" : verdict_of(difference);
   return "Distance from the course, root mean square: " + number(before.rms_m.value) + " m before, " +
          number(tracking_of(second).rms_m.value) +
-         " m after. Difference on the part that both flew: " + in_mm(difference) + " (" +
-         plot::percent(difference.value / before.rms_m.value) + "), " + verdict + ".";
+         " m after. Difference on the part that both flew: " + with_interval(difference, 1e3, " mm") + " (" +
+         plot::percent(difference.value / before.rms_m.value) + "), " + verdict +
+         " by the spread inside these two flights.";
 }
 
 void add_first_screen(const std::vector<FlightSeries>& flights, plot::Page& page) {

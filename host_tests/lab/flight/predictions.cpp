@@ -29,13 +29,11 @@ void add_predictions(const std::string& file, FlightSeries& flight) {
     logs::FlightLog signals =
         logs::load(*logs::open_log(file), logs::parse_column_map(loop::own_columns(), "(our own flight log)"));
     const double start_s = 1e-6 * static_cast<double>(log.ticks.front().record.timestamp);
-    const auto predict = [&] {
-      return loop::predict(vehicle, signals, start_s + flight.control_s + kSettled_s, start_s + flight.end_s);
-    };
-    loop::Prediction found = predict();
+    const double from_s = start_s + flight.control_s + kSettled_s, to_s = start_s + flight.end_s;
+    loop::Prediction found = loop::predict(vehicle, signals, from_s, to_s);
     // The climb speed in the log is the estimator's, which believes the vehicle file: the measured height decides.
     signals.of(logs::Signal::kVelocityZ).clear();
-    found.climb_m_s = predict().climb_m_s;
+    found.climb_m_s = loop::predict(vehicle, signals, from_s, to_s).climb_m_s;
     for (const loop::Quantity& quantity : loop::kQuantities) {
       const auto& errors = found.*quantity.member;
       flight.predictions.push_back(

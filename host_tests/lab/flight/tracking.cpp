@@ -128,4 +128,15 @@ Interval rms_difference(const std::vector<TrackingError>& before, const std::vec
   return jackknife(blocks, true);
 }
 
+std::vector<TrackingError> along(std::vector<TrackingError> errors, const std::array<double, 3>& axes) {
+  for (TrackingError& one : errors) {
+    one.error_m = {axes[0] * one.error_m[0], axes[1] * one.error_m[1], axes[2] * one.error_m[2]};
+  }
+  return errors;
+}
+
+const char* verdict_of(const Interval& difference) {
+  return difference.high < 0.0 ? "better" : difference.low > 0.0 ? "worse" : "no difference";
+}
+
 }  // namespace m100::lab::flight

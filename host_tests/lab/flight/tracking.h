@@ -43,4 +43,10 @@ Tracking tracking_of(const std::vector<TrackingError>& errors);
 /// The blocks are paired by the time on the course.
 Interval rms_difference(const std::vector<TrackingError>& before, const std::vector<TrackingError>& after);
 
+/// The errors along some axes: x, y, z, each 1 or 0.
+std::vector<TrackingError> along(std::vector<TrackingError> errors, const std::array<double, 3>& axes);
+
+/// Whether a difference with its interval is "better", "worse" or "no difference".
+const char* verdict_of(const Interval& difference);
+
 }  // namespace m100::lab::flight

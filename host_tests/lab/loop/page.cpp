@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 
+#include "host_tests/lab/loop/paired_flights.h"
 #include "host_tests/lab/loop/results.h"
 #include "host_tests/lab/plot/charts.h"
 #include "host_tests/lab/plot/html.h"
@@ -13,7 +15,7 @@
 namespace m100::lab::loop {
 namespace {
 
-constexpr double kWorse = 1.02;  ///< after over before; above it a cell misses its goal
+constexpr double kWorse = 1.02;  ///< of a prediction error, after over before; above it a cell misses its goal
 
 constexpr const char* kNothing = "nothing";
 constexpr const char* kNothingThatMatters = "none that matters";
@@ -21,6 +23,10 @@ constexpr const char* kNothingThatMatters = "none that matters";
 using Errors = std::array<double, kHorizons_s.size()>;
 
 std::string change(double before, double after) { return before > 0.0 ? plot::percent(after / before - 1.0) : ""; }
+
+plot::Curve curve(const char* name, const Errors& of, const char* color) {
+  return {.name = name, .x = {kHorizons_s.begin(), kHorizons_s.end()}, .y = {of.begin(), of.end()}, .color = color};
+}
 
 void predictions(const LoopResult& result, plot::Page& page) {
   page.heading("Prediction error on a third flight, which no fit and no decision used");
@@ -31,9 +37,8 @@ void predictions(const LoopResult& result, plot::Page& page) {
     const Errors& after = result.after.prediction.*quantity.member;
     plot::Figure figure{.title = std::string("Prediction of ") + quantity.name,
                         .x_label = "ahead [s]",
-                        .y_label = quantity.name,
-                        .lines = {{.name = "before", .x = {}, .y = {}, .color = plot::kOrange},
-                                  {.name = "after", .x = {}, .y = {}, .color = plot::kBlue}},
+                        .y_label = "error, root mean square",
+                        .lines = {curve("before", before, plot::kOrange), curve("after", after, plot::kBlue)},
                         .y_range = std::pair{0.0, 1.1 * std::max(*std::max_element(before.begin(), before.end()),
                                                                  *std::max_element(after.begin(), after.end()))},
                         .height = 180.0};
@@ -43,12 +48,8 @@ void predictions(const LoopResult& result, plot::Page& page) {
       }
       rows.push_back({quantity.name, plot::number(kHorizons_s[i]), plot::number(before[i]), plot::number(after[i]),
                       change(before[i], after[i])});
-      figure.lines[0].x.push_back(kHorizons_s[i]);
-      figure.lines[0].y.push_back(before[i]);
-      figure.lines[1].x.push_back(kHorizons_s[i]);
-      figure.lines[1].y.push_back(after[i]);
     }
-    page.figure(figure, std::string("Error against the prediction horizon: ") + quantity.name);
+    page.figure(figure, "");
   }
   page.table(rows, worse);
 }
@@ -67,7 +68,7 @@ double largest(const experiments::TaskResult& before, const experiments::TaskRes
 }
 
 plot::Curve distance(const char* name, const experiments::Trace& trace, const char* color) {
-  plot::Curve line{.name = name, .x = {}, .y = {}, .color = color};
+  plot::Curve line{.name = name, .color = color};
   for (const experiments::TracePoint& point : trace) {
     line.x.push_back(point.t_s);
     line.y.push_back(std::hypot(point.position_m[0] - point.reference_m[0], point.position_m[1] - point.reference_m[1],
@@ -93,11 +94,14 @@ void tracking(const LoopResult& result, plot::Page& page) {
   std::vector<std::vector<std::string>> rows{
       {"task", "air", "pose before [m]", "after [m]", "change", "tilt before [deg]", "after [deg]"}};
   plot::Cells worse;
+  const auto pairs = compare_tasks(result.before.experiments, result.after.experiments);
   const std::size_t count = std::min(result.before.experiments.size(), result.after.experiments.size());
   for (std::size_t i = 0; i < count; ++i) {
     const experiments::TaskResult& before = result.before.experiments[i];
     const experiments::TaskResult& after = result.after.experiments[i];
-    if (after.refused > 0 || after.mean.pose_m > kWorse * before.mean.pose_m) {
+    const auto paired = pairs.find(before.task->task);
+    const bool is_worse = paired != pairs.end() && paired->second.is_worse();
+    if (after.refused > 0 || (is_worse && after.mean.pose_m > before.mean.pose_m)) {
       worse.insert({rows.size(), 3});
     }
     rows.push_back({before.task->task, before.task->condition,
@@ -109,18 +113,15 @@ void tracking(const LoopResult& result, plot::Page& page) {
   page.table(rows, worse);
   page.list(verdicts(result));
   for (std::size_t i = 0; i < count; ++i) {
-    const experiments::TaskResult& before = result.before.experiments[i];
-    const experiments::TaskResult& after = result.after.experiments[i];
-    if (before.trace.empty() || after.trace.empty()) {
-      continue;
+    if (!result.before.experiments[i].trace.empty() && !result.after.experiments[i].trace.empty()) {
+      page.figure(distance_figure(result, i), "Distance from the reference over time, first seed.");
     }
-    page.figure(distance_figure(result, i), "Distance from the reference over time, first seed.");
   }
 }
 
 /// For each parameter: the believed value as a square, the value that the fit found as a dot on its 95 % interval.
 plot::IntervalChart chart_of(const std::string& channel, const std::vector<identify::Refitted>& rows) {
-  plot::IntervalChart chart{.title = channel + ": believed (square) and found (dot, 95 %)", .rows = {}};
+  plot::IntervalChart chart{.title = channel + ": believed (square) and found (dot, 95 %)"};
   for (const identify::Refitted& one : rows) {
     chart.rows.push_back({.label = one.parameter,
                           .value = one.found.value,
@@ -157,32 +158,25 @@ void found(const LoopResult& result, plot::Page& page) {
   std::vector<std::vector<std::string>> rows{
       {"axis", "verdict", "named", "error declared", "error final", "unexplained"}};
   for (const auto& [axis, one] : result.identified) {
-    std::string names;
-    for (const identify::EffectResult& effect : one.effects) {
-      names += (names.empty() ? "" : ", ") + effect.name;
-    }
-    std::string left;
-    for (const std::string& sentence : one.unexplained) {
-      left += (left.empty() ? "" : "; ") + sentence;
-    }
-    rows.push_back({axis, one.verdict, names.empty() ? "nothing" : names, plot::number(one.declared.validation_rmse),
-                    plot::number(one.final_model.validation_rmse), left});
+    std::vector<std::string> names;
+    std::ranges::transform(one.effects, std::back_inserter(names), &identify::EffectResult::name);
+    rows.push_back({axis, one.verdict, names.empty() ? "nothing" : plot::joined(names, ", "),
+                    plot::number(one.declared.validation_rmse), plot::number(one.final_model.validation_rmse),
+                    plot::joined(one.unexplained, "; ")});
   }
   page.table(rows);
   page.heading("Decisions");
   page.list(result.decisions);
 }
 
-/// Tasks that were flown worse: the mean of the trajectory may fall while another task gets worse.
-std::string flown_worse(const LoopResult& result) {
-  std::string out;
-  const std::size_t count = std::min(result.before.experiments.size(), result.after.experiments.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    const experiments::TaskResult& before = result.before.experiments[i];
-    const experiments::TaskResult& after = result.after.experiments[i];
-    if (before.refused == 0 && after.refused == 0 && after.mean.pose_m > kWorse * before.mean.pose_m) {
-      out += (out.empty() ? "" : "; ") + before.task->task + ", " + before.task->condition + ", " +
-             plot::number(before.mean.pose_m) + " m before, " + plot::number(after.mean.pose_m) + " m after";
+/// The tasks that were flown worse, by the verdicts that the page lists.
+std::vector<std::string> flown_worse(const LoopResult& result) {
+  std::vector<std::string> out;
+  for (const auto& [task, pairs] : compare_tasks(result.before.experiments, result.after.experiments)) {
+    for (const auto& [part, errors] : {std::pair{"horizontal", &pairs.horizontal}, {"vertical", &pairs.vertical}}) {
+      if (errors->verdict == "worse") {
+        out.push_back("flown worse: " + task + ", " + part + ": " + describe(*errors));
+      }
     }
   }
   return out;
@@ -221,14 +215,6 @@ std::string believed_wrongly(const std::vector<identify::Refitted>& parameters) 
 constexpr std::size_t kOneSecond = 2;
 static_assert(kHorizons_s[kOneSecond] == 1.0);
 
-std::string joined(const std::vector<std::string>& sentences) {
-  std::string out;
-  for (const std::string& sentence : sentences) {
-    out += (out.empty() ? "" : "; ") + sentence;
-  }
-  return out;
-}
-
 /// How many of a channel's believed numbers are wrong and matter (Refitted::matters), in words; empty: none.
 std::string count_of_wrong(const LoopResult& result, const std::string& channel) {
   const auto believed = result.believed_found.find(channel);
@@ -257,7 +243,7 @@ std::string missing_in_file(const LoopResult& result) {
   if (!right.empty()) {
     out.push_back(right + ": nothing");
   }
-  return joined(out) + ".";
+  return plot::joined(out, "; ") + ".";
 }
 
 std::string explained(const LoopResult& result) {
@@ -268,7 +254,7 @@ std::string explained(const LoopResult& result) {
     out.push_back(std::string(quantity.name) + " " + plot::number(before) + " to " + plot::number(after) + " (" +
                   change(before, after) + ")");
   }
-  return "prediction 1 s ahead on a flight that no fit has seen: " + joined(out) + ".";
+  return "prediction 1 s ahead on a flight that no fit has seen: " + plot::joined(out, "; ") + ".";
 }
 
 /// What became worse, with the margins of both laws (a slower law is safer), and what no effect explains.
@@ -280,8 +266,8 @@ std::vector<std::string> remains(const LoopResult& result) {
   for (const std::string& sentence : predicted_worse(result)) {
     out.push_back(sentence);
   }
-  if (const std::string tasks = flown_worse(result); !tasks.empty()) {
-    out.push_back("worse tracking: " + tasks);
+  if (const std::vector<std::string> tasks = flown_worse(result); !tasks.empty()) {
+    out.insert(out.end(), tasks.begin(), tasks.end());
     for (const std::string& sentence : verdicts(result)) {
       if (sentence.starts_with("margins on the corrected model")) {
         out.push_back(sentence);
@@ -290,7 +276,7 @@ std::vector<std::string> remains(const LoopResult& result) {
   }
   for (const auto& [axis, one] : result.identified) {
     if (!one.unexplained.empty()) {
-      out.push_back(axis + ": unexplained: " + joined(one.unexplained));
+      out.push_back(axis + ": unexplained: " + plot::joined(one.unexplained, "; "));
     }
   }
   return out;
@@ -298,16 +284,15 @@ std::vector<std::string> remains(const LoopResult& result) {
 
 /// Index of the task whose figure is beside the answer: the trajectory, or else the first flown before and after.
 std::size_t shown_task(const LoopResult& result) {
-  const std::size_t count = std::min(result.before.experiments.size(), result.after.experiments.size());
-  std::size_t shown = result.before.experiments.size();
-  for (std::size_t i = count; i-- > 0;) {
-    const bool flown = !result.before.experiments[i].trace.empty() && !result.after.experiments[i].trace.empty();
-    const bool better = shown == result.before.experiments.size() ||
-                        result.before.experiments[shown].task->task != "trajectory" ||
-                        result.before.experiments[i].task->task == "trajectory";
-    shown = flown && better ? i : shown;
+  const auto& [before, after] = std::tie(result.before.experiments, result.after.experiments);
+  for (const bool any : {false, true}) {
+    for (std::size_t i = 0; i < std::min(before.size(), after.size()); ++i) {
+      if (!before[i].trace.empty() && !after[i].trace.empty() && (any || before[i].task->task == "trajectory")) {
+        return i;
+      }
+    }
   }
-  return shown;
+  return before.size();
 }
 
 /// The result in one table: missing effects, wrong numbers, their certainty, and their effect on the prediction.
@@ -343,21 +328,23 @@ void write_page(const LoopResult& result, const std::string& file) {
   plot::Page page("Closing the loop: fly, identify, fly again");
   const std::vector<std::string> left = remains(result);
   const TrajectoryErrors errors = trajectory_errors(result);
-  page.begin_answer({{"Asked",
-                      "which numbers of the vehicle file are wrong, and do the numbers found from the log predict and "
-                      "fly the aircraft "
-                      "better?"},
-                     {"Missing in the model", missing_in_file(result)},
-                     {"What it explains (simulated)", explained(result)},
-                     {"What it changed in flight (simulated)",
-                      errors.cells > 0 ? "pose error on the trajectory: " + plot::number(errors.before_m) +
-                                             " m before, " + plot::number(errors.after_m) + " m after (" +
-                                             change(errors.before_m, errors.after_m) + ")."
-                                       : "pose error on the trajectory: not flown."},
-                     {"What remains", left.empty() ? "nothing became worse." : joined(left) + "."}},
-                    !errors.diverged.empty()           ? "bad"
-                    : left.empty() && errors.cells > 0 ? "good"
-                                                       : "warn");
+  page.begin_answer(
+      {{"Asked",
+        "which numbers of the vehicle file are wrong, and do the numbers found from the log predict and "
+        "fly the aircraft "
+        "better?"},
+       {"Missing in the model", missing_in_file(result)},
+       {"What it explains (simulated)", explained(result)},
+       {"What it changed in flight (simulated)",
+        errors.cells > 0
+            ? "pose error on the trajectory: " + plot::number(errors.before_m) + " m before, " +
+                  plot::number(errors.after_m) + " m after (" + change(errors.before_m, errors.after_m) + "), " +
+                  compare_tasks(result.before.experiments, result.after.experiments).at("trajectory").pose.verdict + "."
+            : "pose error on the trajectory: not flown."},
+       {"What remains", left.empty() ? "nothing became worse." : plot::joined(left, "; ") + "."}},
+      !errors.diverged.empty()           ? "bad"
+      : left.empty() && errors.cells > 0 ? "good"
+                                         : "warn");
   if (const std::size_t shown = shown_task(result); shown < result.before.experiments.size()) {
     page.figure(distance_figure(result, shown), "Distance from the reference, first seed.");
   }

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host_tests/lab/loop/trial_flights.h"
+#include "host_tests/lab/statistics.h"
 #include "host_tests/lab/student_t.h"
 
 namespace m100::lab::loop {
@@ -41,14 +42,6 @@ std::vector<double> root_mean(const std::vector<double>& sums, double cells) {
   return out;
 }
 
-double average(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) {
-    sum += value;
-  }
-  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
-}
-
 nlohmann::json json_of(const PairedErrors& errors) {
   const auto known = [](double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); };
   return {{"flights", errors.flights},
@@ -65,7 +58,7 @@ nlohmann::json json_of(const PairedErrors& errors) {
 }  // namespace
 
 identify::Interval mean_with_interval(const std::vector<double>& values) {
-  const double mean = average(values);
+  const double mean = mean_value(values);
   double half_width = std::numeric_limits<double>::infinity();
   if (values.size() > 1) {
     double squares = 0.0;
@@ -81,8 +74,8 @@ identify::Interval mean_with_interval(const std::vector<double>& values) {
 PairedErrors compare_pairs(const std::vector<double>& before_m, const std::vector<double>& after_m) {
   PairedErrors out;
   out.flights = static_cast<int>(before_m.size());
-  out.before_m = average(before_m);
-  out.after_m = average(after_m);
+  out.before_m = mean_value(before_m);
+  out.after_m = mean_value(after_m);
   std::vector<double> differences;
   std::vector<double> ratios;
   for (std::size_t i = 0; i < before_m.size(); ++i) {
@@ -125,9 +118,18 @@ std::map<std::string, PairedTask> compare_tasks(const std::vector<experiments::T
 
 std::string describe(const PairedErrors& errors) {
   std::array<char, 200> text{};
-  std::snprintf(text.data(), text.size(), "%.4f -> %.4f m, %+.4f [%+.4f, %+.4f], %s (%d pairs)", errors.before_m,
-                errors.after_m, errors.difference_m.value, errors.difference_m.low, errors.difference_m.high,
-                errors.verdict.c_str(), errors.flights);
+  // Adding 0.0 turns -0.0 into 0.0, which is printed without that sign.
+  const auto rounded = [](double m) { return std::round(1e4 * m) / 1e4 + 0.0; };
+  const auto& [value, low, high] = errors.difference_m;
+  const std::string of =
+      errors.flights == 1 ? "spread inside one flight each" : std::to_string(errors.flights) + " pairs";
+  if (std::isfinite(low)) {
+    std::snprintf(text.data(), text.size(), "%.4f -> %.4f m, %+.4f [%+.4f, %+.4f], %s (%s)", errors.before_m,
+                  errors.after_m, rounded(value), rounded(low), rounded(high), errors.verdict.c_str(), of.c_str());
+  } else {
+    std::snprintf(text.data(), text.size(), "%.4f -> %.4f m, of which the spread is not known", errors.before_m,
+                  errors.after_m);
+  }
   return text.data();
 }
 

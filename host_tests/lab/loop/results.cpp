@@ -2,6 +2,7 @@
 // The result of the loop as JSON and as text.
 #include "host_tests/lab/loop/results.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -139,22 +140,19 @@ void print_believed_found(std::ostream& out, const LoopResult& result) {
   }
 }
 
-/// "dead_zone, trim_offset; gain changed at 31.2 s; unexplained: predictable from stick_roll ..."
+/// "dead_zone; trim_offset; gain changed at 31.2 s; unexplained: predictable from stick_roll ..."
 std::string missing_effects(const identify::IdentifyResult& found) {
-  std::string out;
-  for (const identify::EffectResult& effect : found.effects) {
-    out += (out.empty() ? "" : ", ") + effect.name;
-  }
+  std::vector<std::string> out;
+  std::ranges::transform(found.effects, std::back_inserter(out), &identify::EffectResult::name);
   for (const identify::Change& change : found.changes) {
-    out += (out.empty() ? "" : "; ") + change.name + " changed at " + plot::number(change.at_s) + " s";
+    out.push_back(change.name + " changed at " + plot::number(change.at_s) + " s");
   }
   if (!found.unexplained.empty()) {
-    out += (out.empty() ? "unexplained: " : "; unexplained: ") + found.unexplained.front();
+    out.push_back("unexplained: " + found.unexplained.front());
   }
-  if (out.empty()) {
-    out = found.verdict == "nothing_missing" ? "the file lacks nothing" : "the residual has no named cause";
-  }
-  return out;
+  const char* const none =
+      found.verdict == "nothing_missing" ? "the file lacks nothing" : "the residual has no named cause";
+  return out.empty() ? none : plot::joined(out, "; ");
 }
 
 }  // namespace
@@ -170,19 +168,13 @@ void print(std::ostream& out, const LoopResult& result) {
   for (const std::string& sentence : predicted_worse(result)) {
     out << "  WORSE: " << sentence << "\n";
   }
-  out << "\nPrediction error 1 s ahead on a third flight, which no fit and no decision used: roll "
-      << two_numbers("%.4f -> %.4f rad", result.before.prediction.roll_rad[2], result.after.prediction.roll_rad[2])
-      << ", pitch "
-      << two_numbers("%.4f -> %.4f rad", result.before.prediction.pitch_rad[2], result.after.prediction.pitch_rad[2])
-      << ", velocity "
-      << two_numbers("%.3f -> %.3f m/s", result.before.prediction.velocity_m_s[2],
-                     result.after.prediction.velocity_m_s[2])
-      << ", climb "
-      << two_numbers("%.3f -> %.3f m/s", result.before.prediction.climb_m_s[2], result.after.prediction.climb_m_s[2])
-      << ", yaw rate "
-      << two_numbers("%.4f -> %.4f rad/s", result.before.prediction.yaw_rate_rad_s[2],
-                     result.after.prediction.yaw_rate_rad_s[2])
-      << "\n\nPose RMS [m] (simulated), before -> after\n";
+  out << "\nPrediction error 1 s ahead on a third flight, which no fit and no decision used, before -> after\n";
+  for (const Quantity& row : kQuantities) {
+    out << "  " << row.name
+        << two_numbers(": %.4f -> %.4f\n", (result.before.prediction.*row.member)[2],
+                       (result.after.prediction.*row.member)[2]);
+  }
+  out << "\nPose RMS [m] (simulated), before -> after\n";
   for (std::size_t i = 0; i < result.before.experiments.size() && i < result.after.experiments.size(); ++i) {
     const experiments::TaskResult& before = result.before.experiments[i];
     const experiments::TaskResult& after = result.after.experiments[i];

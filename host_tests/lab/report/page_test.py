@@ -161,7 +161,8 @@ def summary_of(folder):
     cell = {"x_m": 0.3, "paper": {"x_m": 0.26}, "compared": 1, "above_paper": ["x_m"]}
     results = {"experiments": {"step": {"calm": cell}, "cells_above_paper": 1},
                "loop": {"before": {"experiments": flights(0.3), "prediction_1s": {"roll_rad": 0.1}},
-                        "after": {"experiments": flights(0.4), "prediction_1s": {"roll_rad": 0.01}}},
+                        "after": {"experiments": flights(0.4), "prediction_1s": {"roll_rad": 0.01}},
+                        "paired": {"step": {"horizontal": {"verdict": "worse"}, "vertical": {"verdict": "no difference"}}}},
                "margins": {"flown": {"its own structure": {"x": {"movement": {"stable": False}}}}}}
     options = ["--asked", "is it better?", "--source", "simulated", "--identified", str(folder / "roll.json")]
     for name, result in results.items():

@@ -258,30 +258,48 @@ TEST(TrajectoryErrors, LeaveOutACellThatDivergesAndNameIt) {
   ASSERT_EQ(errors.diverged.size(), 1U);
 }
 
-// Catches a page that shows an error of zero for a task that was not flown.
-TEST(Page, WithoutTheTrajectorySaysThatItWasNotFlown) {
+std::string page_of(const LoopResult& result) {
   const std::string file = (std::filesystem::path(::testing::TempDir()) / "m100_loop_page.html").string();
-  const LoopResult result;
   write_page(result, file);
-  EXPECT_EQ(trajectory_errors(result).cells, 0);
   std::stringstream page;
   page << std::ifstream(file).rdbuf();
   std::filesystem::remove(file);
-  EXPECT_NE(page.str().find("not flown"), std::string::npos);
-  EXPECT_EQ(page.str().find("0 m before"), std::string::npos);
+  return page.str();
+}
+
+// Catches a page whose box or table says "worse" because a mean grew by 3 %, where the pairs show no difference.
+TEST(Page, SaysWorseOnlyWhereThePairsDo) {
+  for (const double by : {1.03, 1.5}) {
+    LoopResult result;
+    result.before.experiments = cells(0.1, 0.1);
+    result.after.experiments = cells(0.1 * by, 0.1 * by);
+    for (std::size_t cell = 0; cell < result.before.experiments.size(); ++cell) {
+      for (const double apart : {0.006, -0.009, 0.006, -0.009, 0.006}) {
+        result.before.experiments[cell].flights.push_back({.x_m = 0.1});
+        result.after.experiments[cell].flights.push_back({.x_m = 0.1 * by + apart});
+      }
+    }
+    const std::string page = page_of(result);
+    EXPECT_EQ(page.find("flown worse: ") != std::string::npos, by > 1.1);
+    EXPECT_EQ(page.find("n missed\"") != std::string::npos, by > 1.1);
+  }
+}
+
+// Catches a page that shows an error of zero for a task that was not flown.
+TEST(Page, WithoutTheTrajectorySaysThatItWasNotFlown) {
+  const LoopResult result;
+  const std::string page = page_of(result);
+  EXPECT_EQ(trajectory_errors(result).cells, 0);
+  EXPECT_NE(page.find("not flown"), std::string::npos);
+  EXPECT_EQ(page.find("0 m before"), std::string::npos);
   EXPECT_TRUE(to_json(result).at("before").at("experiments").at("cells_above_paper").is_null());
 }
 
 // Catches a drawing that shrinks with the screen: at 400 px its text was five pixels high.
 TEST(Page, DrawingsKeepTheirSizeOnANarrowScreen) {
-  const std::string file = (std::filesystem::path(::testing::TempDir()) / "m100_loop_drawing.html").string();
   LoopResult result;
   result.believed_found["roll"] = {{.parameter = "dead_zone_counts", .believed = 14.0, .found = {15.0, 14.5, 15.5}}};
-  write_page(result, file);
-  std::stringstream page;
-  page << std::ifstream(file).rdbuf();
-  std::filesystem::remove(file);
-  const std::string text = page.str();
+  const std::string text = page_of(result);
   std::size_t drawings = 0;
   for (std::size_t at = text.find("<svg"); at != std::string::npos; at = text.find("<svg", at + 1), ++drawings) {
     EXPECT_NE(text.substr(at, text.find('>', at) - at).find(" width="), std::string::npos);
