@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstdint>
-
 #include "firmware/app/command_sender.h"
 #include "firmware/app/config.h"
 #include "firmware/app/fault_isolation.h"

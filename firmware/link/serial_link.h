@@ -2,8 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
-#include <span>
 
 #include "firmware/core/time.h"
 #include "firmware/link/byte_tap.h"

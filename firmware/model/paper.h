@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
-
 namespace m100::model::paper {
 
 // The numbers of Sa et al., "Dynamic System Identification, and Control for a cost effective open-source VTOL MAV",

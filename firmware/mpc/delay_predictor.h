@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 
 #include "firmware/core/assert.h"
 #include "firmware/core/time.h"

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #ifdef M100_TRANSITIONS_CAN_BE_DISABLED
-#include <cstdint>
 #include <type_traits>
 #endif
 

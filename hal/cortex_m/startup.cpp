@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // From reset to main(), on any Cortex-M with an FPU. The symbols named __* come from the board's linker script; the
 // board's vector table names the handlers defined here.
-#include <array>
 #include <cstdint>
 
 #include "hal/cortex_m/exceptions.h"

@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include <cmath>
 #include <cstdlib>
 #include <sstream>
 #include <string>

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <tuple>
-#include <type_traits>
 
 #include "protocol/mavlink/command_messages.h"
 #include "protocol/mavlink/mission_messages.h"

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include "firmware/core/status.h"
 #include "protocol/mavlink/frame.h"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
-
 #include "firmware/ctl/law/braking.h"
 #include "firmware/ctl/monitor/control_authority_status.h"
 #include "firmware/est/estimate.h"

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <string_view>
 
 #include "firmware/core/fixed_point.h"
 #include "firmware/est/filter/acceleration_history.h"

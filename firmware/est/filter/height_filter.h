@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <string_view>
 
 #include "firmware/est/filter/acceleration_history.h"
 #include "firmware/est/filter/filter_math.h"

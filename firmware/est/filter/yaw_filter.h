@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
-
 #include "firmware/est/filter/acceleration_history.h"
 #include "firmware/est/filter/scaled_covariance.h"
 

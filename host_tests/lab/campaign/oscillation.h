@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <vector>
-
 #include "host_tests/lab/experiments/trace.h"
 
 namespace m100::lab::campaign {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <string>
 
 #include "host_tests/lab/evening/folder.h"
 #include "host_tests/lab/loop/prediction.h"

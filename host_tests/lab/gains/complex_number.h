@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cmath>
-
 namespace m100::lab::gains {
 
 inline double square(double x) { return x * x; }

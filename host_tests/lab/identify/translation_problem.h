@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <string>
 #include <vector>
 
 #include "host_tests/lab/identify/model/translation/flight_winds.h"

@@ -3,7 +3,6 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "firmware/model/axis_effect.h"
 #include "host_tests/lab/hidden/hidden_flight.h"

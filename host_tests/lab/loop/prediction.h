@@ -3,7 +3,6 @@
 
 #include <array>
 #include <string>
-#include <vector>
 
 #include "firmware/model/vehicle.h"
 #include "host_tests/lab/logs/flight_log.h"

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <csignal>
 #include <cstdint>
 #include <map>
 #include <optional>

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
-
 #include "host_tests/sim/body/attitude_filter.h"
 #include "host_tests/sim/body/body_control.h"
 #include "host_tests/sim/body/body_sticks.h"

@@ -3,7 +3,6 @@
 
 #include <span>
 #include <string>
-#include <vector>
 
 #include "host_tests/sim/world/vehicle_port.h"
 

@@ -3,7 +3,6 @@
 
 #include <deque>
 #include <functional>
-#include <limits>
 #include <optional>
 
 #include "firmware/core/pose.h"

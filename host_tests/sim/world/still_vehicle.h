@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstdint>
-
 #include "host_tests/sim/world/vehicle_port.h"
 
 namespace m100::sim {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "firmware/ctl/design_scale.h"
 #include "firmware/ctl/law/altitude_pid.h"

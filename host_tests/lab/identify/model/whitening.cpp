@@ -2,7 +2,6 @@
 #include "host_tests/lab/identify/model/whitening.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace m100::lab::identify {
 

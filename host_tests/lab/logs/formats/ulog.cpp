@@ -2,7 +2,6 @@
 #include "host_tests/lab/logs/formats/ulog.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string_view>

@@ -2,7 +2,6 @@
 #include "host_tests/lab/identify/model/translation/translation_regression.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 
 namespace m100::lab::identify::translation {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <string>
-
 #include "host_tests/lab/identify/model/model_family.h"
 #include "host_tests/lab/identify/model/translation/translation_regression.h"
 
