@@ -10,10 +10,10 @@
 
 #include "firmware/model/axis_effects.h"
 #include "host_tests/lab/identify/data/log_defects.h"
-#include "host_tests/lab/identify/data/quantile.h"
 #include "host_tests/lab/identify/model/axis/axis_structure.h"
 #include "host_tests/lab/identify/residual_tests/residual_test.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/statistics.h"
 
 namespace m100::lab::identify {
 namespace {

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <numeric>
 #include <sstream>
 
 #include "firmware/safety/failsafe.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/alignment/capture_alignment.h"
 #include "host_tests/lab/logs/formats/ulog.h"
+#include "host_tests/lab/statistics.h"
 #include "host_tests/sim/world/random.h"
 
 namespace m100::lab::loop {
@@ -60,10 +60,6 @@ void turn_rates_into_heading(logs::FlightLog& log) {
     rate[i] = (std::sin(roll) * log.of(Signal::kRateY)[i] + std::cos(roll) * rate[i]) /
               std::cos(log.of(Signal::kAttitudePitch)[i]);
   }
-}
-
-double mean(const std::vector<double>& values) {
-  return values.empty() ? 0.0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 }  // namespace
@@ -117,7 +113,7 @@ FlownLog load_flown(const experiments::FlightResult& flight, const std::string& 
     log.of(signal) = logs::moved_later(log.of(signal), -kTelemetry_s / log.period_s);
   }
   turn_rates_into_heading(log);
-  const double believed_age_s = mean(taken(log, "pose_age"));
+  const double believed_age_s = mean_value(taken(log, "pose_age"));
   const double lag_s = logs::capture_lag_s(log, taken(log, "pose_yaw"), out.in_control, believed_age_s);
   log = logs::with_captured_velocity(std::move(log), lag_s);
   return out;

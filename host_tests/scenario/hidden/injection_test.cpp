@@ -7,8 +7,8 @@
 
 #include "firmware/model/stick_axis.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
-#include "host_tests/lab/identify/data/quantile.h"
 #include "host_tests/lab/inject/inject.h"
+#include "host_tests/lab/statistics.h"
 #include "host_tests/shared_files.h"
 #include "host_tests/unit/identify/one_log.h"
 

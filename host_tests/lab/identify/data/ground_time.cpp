@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/identify/data/ground_time.h"
+#include "host_tests/lab/statistics.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <deque>
-
-#include "host_tests/lab/identify/data/quantile.h"
 
 namespace m100::lab::identify {
 namespace {

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/identify/data/log_defects.h"
+#include "host_tests/lab/statistics.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
 #include <numbers>
-
-#include "host_tests/lab/identify/data/quantile.h"
 
 namespace m100::lab::identify {
 namespace {

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "host_tests/lab/statistics.h"
+
 namespace m100::lab::identify {
 namespace {
 
@@ -51,15 +53,11 @@ std::vector<Complex> windowed(const std::vector<double>& values, std::size_t beg
   return out;
 }
 
-double mean_of(const std::vector<double>& values) {
-  return values.empty() ? 0.0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
 /// Covariance of a[k] and b[k + lag]: the sum over the pairs within a stretch, divided by the length of the series.
 double product(const std::vector<double>& a, const std::vector<double>& b, std::ptrdiff_t lag,
                const std::vector<std::pair<std::size_t, std::size_t>>& stretches) {
-  const double mean_a = mean_of(a);
-  const double mean_b = mean_of(b);
+  const double mean_a = mean_value(a);
+  const double mean_b = mean_value(b);
   double sum = 0.0;
   for (const auto& [first, last] : stretches) {
     const auto begin = static_cast<std::ptrdiff_t>(first) + std::max<std::ptrdiff_t>(0, -lag);

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "host_tests/lab/logs/stream.h"
+#include "host_tests/lab/statistics.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -20,12 +21,6 @@ constexpr double kLatest = 0.98;
 constexpr double kMaxDisorder_s = 0.05;  // a larger step back: time runs backwards
 constexpr double kHoleBunches = 3.5;
 constexpr double kMinHole_s = 0.05;
-
-double quantile(std::vector<double> values, double share) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 /// The arrivals without single ones that are far out of order between ordered neighbours: NaN takes their place.
 std::vector<double> without_outliers(std::vector<double> arrival_s) {
@@ -66,14 +61,6 @@ double bunch_interval(const std::vector<double>& intervals, double mean) {
   std::vector<double> longer;
   std::copy_if(intervals.begin(), intervals.end(), std::back_inserter(longer), [&](double d) { return d > mean; });
   return longer.empty() ? mean : median(std::move(longer));
-}
-
-double mean_of(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) {
-    sum += value;
-  }
-  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
 }
 
 /// Removes the wraps of a counter of 8, 16 or 32 bits: steps back by more than three quarters of the range.
@@ -157,12 +144,12 @@ bool are_bunched(const std::vector<double>& arrival_s) {
   if (intervals.size() + 1 < kMinArrivals) {
     return false;
   }
-  const double rough = mean_of(intervals);
+  const double rough = mean_value(intervals);
   const double hole = std::max(kMinHole_s, kHoleBunches * bunch_interval(intervals, rough));
   std::vector<double> without_holes;
   std::copy_if(intervals.begin(), intervals.end(), std::back_inserter(without_holes),
                [&](double d) { return d <= hole; });
-  const double mean = mean_of(without_holes);
+  const double mean = mean_value(without_holes);
   const auto shorter =
       std::count_if(without_holes.begin(), without_holes.end(), [&](double d) { return d < kShortInterval * mean; });
   return static_cast<double>(shorter) > kShortShare * static_cast<double>(without_holes.size());
@@ -188,7 +175,7 @@ std::optional<SpreadArrivals> spread_arrivals(const std::vector<double>& arrival
   }
   number = without_wraps(std::move(number));
   SpreadArrivals out{.time_s = std::vector<double>(arrival_s.size(), std::numeric_limits<double>::quiet_NaN()),
-                     .bunch_s = bunch_interval(intervals, mean_of(intervals)),
+                     .bunch_s = bunch_interval(intervals, mean_value(intervals)),
                      .by_counter = counted};
   const double hole = std::max(kMinHole_s, kHoleBunches * out.bunch_s);
   std::vector<ArrivalPart> parts = parts_of(at.size(), [&](std::size_t k) { return number[k] < number[k - 1]; });

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/identify/model/axis/axis_scale.h"
+#include "host_tests/lab/statistics.h"
 
 #include <algorithm>
 #include <cmath>
-
-#include "host_tests/lab/identify/data/quantile.h"
 
 namespace m100::lab::identify {
 namespace {

@@ -7,9 +7,9 @@
 #include <cstdio>
 #include <vector>
 
-#include "host_tests/lab/identify/data/quantile.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_change_point.h"
 #include "host_tests/lab/identify/residual_tests/score_test.h"
+#include "host_tests/lab/statistics.h"
 
 namespace m100::lab::identify {
 namespace {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/identify/residual_tests/axis/stick_freeze.h"
+#include "host_tests/lab/statistics.h"
 
 #include <algorithm>
 #include <array>
@@ -7,8 +8,6 @@
 #include <cstdio>
 #include <iterator>
 #include <map>
-
-#include "host_tests/lab/identify/data/quantile.h"
 
 namespace m100::lab::identify {
 namespace {

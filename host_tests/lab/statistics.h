@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <utility>
 #include <vector>
 
-namespace m100::lab::identify {
+namespace m100::lab {
 
 /// The value below which this fraction (0 to 1) of the values lies; 0 where there are no values.
 inline double quantile(std::vector<double> values, double fraction) {
@@ -19,6 +20,11 @@ inline double quantile(std::vector<double> values, double fraction) {
   return *at;
 }
 
+/// The mean; 0 where there are no values.
+inline double mean_value(const std::vector<double>& values) {
+  return values.empty() ? 0.0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
 /// The typical large value of a signal: the 98 % quantile of its absolute value, which a few outliers do not move.
 inline double large(const std::vector<double>& values) {
   std::vector<double> sizes(values.size());
@@ -26,4 +32,4 @@ inline double large(const std::vector<double>& values) {
   return quantile(std::move(sizes), 0.98);
 }
 
-}  // namespace m100::lab::identify
+}  // namespace m100::lab
