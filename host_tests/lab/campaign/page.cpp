@@ -44,15 +44,7 @@ std::vector<std::vector<std::string>> rows_of(const Json& report) {
 template <typename Value, typename Words>
 plot::HeatMap map_of(const Json& report, const std::string& title, double good, double bad, const Value& value,
                      const Words& words) {
-  plot::HeatMap map{.title = title,
-                    .rows = {},
-                    .columns = {},
-                    .values = {},
-                    .words = {},
-                    .good = good,
-                    .bad = bad,
-                    .good_words = {},
-                    .bad_words = {}};
+  plot::HeatMap map{.title = title, .good = good, .bad = bad};
   for (const Json& task : report.at("campaign").at("tasks")) {
     map.columns.push_back(task.get<std::string>());
   }

@@ -45,7 +45,7 @@ Samples samples_of(const ref::Trajectory<double>& course, const ref::Waypoint<do
 /// A cross at the beginning of the course and at the end of each piece.
 plot::Curve crosses(const ref::Trajectory<double>& course, std::span<const companion::CoursePiece> pieces,
                     const ref::Waypoint<double>& start, double half_m) {
-  plot::Curve line{.name = "start, and ends of pieces", .x = {}, .y = {}, .color = plot::kOrange, .width = 2.0};
+  plot::Curve line{.name = "start, and ends of pieces", .color = plot::kOrange, .width = 2.0};
   const double none = std::nan("");
   const auto add = [&](double x_m, double y_m) {
     line.x.insert(line.x.end(), {x_m - half_m, x_m + half_m, none, x_m, x_m, none});

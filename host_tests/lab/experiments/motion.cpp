@@ -33,7 +33,7 @@ std::string text(const std::optional<Cell>& cell, double Cell::*member, int digi
 /// The curve from the largest input weight to the smallest, because its x, the command motion, must not decrease.
 plot::Curve line_of(const std::vector<MotionPoint>& points, std::optional<Cell> MotionPoint::*task, const char* name,
                     const char* color) {
-  plot::Curve line{.name = name, .x = {}, .y = {}, .color = color};
+  plot::Curve line{.name = name, .color = color};
   for (auto point = points.rbegin(); point != points.rend(); ++point) {
     if (const std::optional<Cell>& cell = (*point).*task) {
       line.x.push_back(cell->input_variation_deg_s);

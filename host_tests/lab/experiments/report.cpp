@@ -12,7 +12,7 @@ namespace {
 
 template <typename Get>
 plot::Curve line(const std::string& name, const Trace& trace, Get get, const char* color, bool dashed = false) {
-  plot::Curve out{.name = name, .x = {}, .y = {}, .color = color, .dashed = dashed};
+  plot::Curve out{.name = name, .color = color, .dashed = dashed};
   for (const TracePoint& point : trace) {
     out.x.push_back(point.t_s);
     out.y.push_back(get(point));

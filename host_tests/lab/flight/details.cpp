@@ -39,8 +39,7 @@ void error_by_axis(const Flights& flights, plot::Page& page) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     plot::Figure figure = over_time(flights, std::string("Error along ") + kAxisNames[axis], "pose minus course [m]");
     for (std::size_t f = 0; f < flights.size(); ++f) {
-      plot::Curve curve{
-          .name = which(flights, f) + "error", .x = {}, .y = {}, .color = colors_of(flights, f)[0], .max_step = 0.5};
+      plot::Curve curve{.name = which(flights, f) + "error", .color = colors_of(flights, f)[0], .max_step = 0.5};
       for (const TrackingError& one : errors[f]) {
         curve.x.push_back(shown_s(flights, f, one.course_s + flights[f].control_s));
         curve.y.push_back(one.error_m[axis]);
@@ -57,13 +56,8 @@ void attitude(const Flights& flights, plot::Page& page) {
   for (std::size_t axis = 0; axis < kNames.size(); ++axis) {
     plot::Figure figure = over_time(flights, kNames[axis], "[deg]");
     for (std::size_t f = 0; f < flights.size(); ++f) {
-      plot::Curve measured{
-          .name = which(flights, f) + "measured", .x = {}, .y = {}, .color = colors_of(flights, f)[0], .max_step = 0.5};
-      for (std::size_t k = 0; k < flights[f].attitude_t_s.size(); ++k) {
-        measured.x.push_back(shown_s(flights, f, flights[f].attitude_t_s[k]));
-        measured.y.push_back(kDegrees * flights[f].attitude_rad[axis][k]);
-      }
-      figure.lines.push_back(std::move(measured));
+      figure.lines.push_back(curve(flights, f, "measured", flights[f].attitude_t_s, flights[f].attitude_rad[axis],
+                                   colors_of(flights, f)[0], kDegrees));
       if (!flights[f].is_recording) {
         figure.lines.push_back(
             tick_curve(flights, f, "command", flights[f].granted[axis], kDegrees, colors_of(flights, f)[1]));

@@ -69,7 +69,7 @@ std::vector<plot::Span> state_spans(const Flights& flights) {
 /// Every n-th point of a path while the control law flew; of a pilot's recording, of the whole path.
 plot::Curve path_curve(const Flights& flights, std::size_t f, const Axes& of, std::size_t across, std::size_t up) {
   const FlightSeries& flight = flights[f];
-  plot::Curve out{.name = which(flights, f) + "flown", .x = {}, .y = {}, .color = color_of(flights, f)};
+  plot::Curve out{.name = which(flights, f) + "flown", .color = color_of(flights, f)};
   const std::size_t step = std::max<std::size_t>(1, flight.t_s.size() / kPathPoints);
   for (std::size_t k = 0; k < flight.t_s.size(); k += step) {
     if (flight.is_recording || (flight.t_s[k] >= flight.control_s && flight.t_s[k] <= flight.end_s)) {
@@ -155,14 +155,19 @@ plot::Figure over_time(const Flights& flights, const std::string& title, const s
   return figure;
 }
 
-plot::Curve tick_curve(const Flights& flights, std::size_t flight, const std::string& name,
-                       const std::vector<double>& values, double scale, const char* color) {
-  plot::Curve out{.name = which(flights, flight) + name, .x = {}, .y = {}, .color = color, .max_step = kGap_s};
-  for (std::size_t k = 0; k < std::min(values.size(), flights[flight].t_s.size()); ++k) {
-    out.x.push_back(shown_s(flights, flight, flights[flight].t_s[k]));
+plot::Curve curve(const Flights& flights, std::size_t flight, const std::string& name, const std::vector<double>& t_s,
+                  const std::vector<double>& values, const char* color, double scale) {
+  plot::Curve out{.name = which(flights, flight) + name, .color = color, .max_step = kGap_s};
+  for (std::size_t k = 0; k < std::min(values.size(), t_s.size()); ++k) {
+    out.x.push_back(shown_s(flights, flight, t_s[k]));
     out.y.push_back(scale * values[k]);
   }
   return out;
+}
+
+plot::Curve tick_curve(const Flights& flights, std::size_t flight, const std::string& name,
+                       const std::vector<double>& values, double scale, const char* color) {
+  return curve(flights, flight, name, flights[flight].t_s, values, color, scale);
 }
 
 plot::Figure path_from_above(const Flights& flights) { return path(flights, 0, 1, "From above"); }
@@ -192,8 +197,7 @@ plot::Figure distance_figure(const Flights& flights) {
   plot::Figure figure = over_time(flights, "Distance from the course", "[m]");
   for (std::size_t f = 0; f < flights.size(); ++f) {
     const std::vector<TrackingError> errors = tracking_errors(flights[f]);
-    plot::Curve curve{
-        .name = which(flights, f) + "distance", .x = {}, .y = {}, .color = color_of(flights, f), .max_step = kGap_s};
+    plot::Curve curve{.name = which(flights, f) + "distance", .color = color_of(flights, f), .max_step = kGap_s};
     for (const TrackingError& one : errors) {
       curve.x.push_back(shown_s(flights, f, one.course_s + flights[f].control_s));
       curve.y.push_back(one.distance_m());
@@ -246,8 +250,7 @@ plot::Figure command_figure(const Flights& flights) {
 plot::Figure pose_figure(const Flights& flights) {
   plot::Figure figure = over_time(flights, "Pose", "[ms]");
   for (std::size_t f = 0; f < flights.size(); ++f) {
-    plot::Curve latency{
-        .name = which(flights, f) + "latency", .x = {}, .y = {}, .color = color_of(flights, f), .max_step = kGap_s};
+    plot::Curve latency{.name = which(flights, f) + "latency", .color = color_of(flights, f), .max_step = kGap_s};
     plot::Curve interval = latency;
     interval.name = which(flights, f) + "interval";
     interval.color = f == 0 && flights.size() > 1 ? plot::kPurple : plot::kGreen;
@@ -270,11 +273,8 @@ plot::Figure battery_figure(const Flights& flights) {
   plot::Figure figure = over_time(flights, "Battery", "charge [%]");
   for (std::size_t f = 0; f < flights.size(); ++f) {
     const Timed& charge = flights[f].battery_percent;
-    plot::Curve curve{.name = which(flights, f) + "charge", .x = {}, .y = charge.values, .color = color_of(flights, f)};
-    for (const double t_s : charge.t_s) {
-      curve.x.push_back(shown_s(flights, f, t_s));
-    }
-    figure.lines.push_back(std::move(curve));
+    figure.lines.push_back(curve(flights, f, "charge", charge.t_s, charge.values, color_of(flights, f), 1.0));
+    figure.lines.back().max_step = std::numeric_limits<double>::infinity();  // logged when it changes
   }
   figure.y_range = std::pair{0.0, 105.0};
   return figure;
@@ -287,11 +287,9 @@ plot::Figure stick_figure(const Flights& flights) {
   plot::Figure figure = over_time(flights, "Sticks", by_hand ? "of the pilot, 10000 is full travel" : "[counts]");
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     const Timed& stick = flights.back().sticks_counts[i];
-    plot::Curve curve{.name = kNames[i], .x = {}, .y = stick.values, .color = kStickColors[i], .max_step = kGap_s};
-    for (const double t_s : stick.t_s) {
-      curve.x.push_back(shown_s(flights, flights.size() - 1, t_s));
-    }
-    figure.lines.push_back(std::move(curve));
+    figure.lines.push_back(
+        curve(flights, flights.size() - 1, kNames[i], stick.t_s, stick.values, kStickColors[i], 1.0));
+    figure.lines.back().name = kNames[i];
   }
   return figure;
 }

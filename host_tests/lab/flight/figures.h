@@ -30,7 +30,10 @@ plot::Figure stick_figure(const Flights& flights);  ///< of two flights only the
 
 /// An empty figure over time with the failsafe's states behind it.
 plot::Figure over_time(const Flights& flights, const std::string& title, const std::string& y_label);
-/// Values of the ticks as a curve. @param name the curve's, without "before" and "after".
+/// Values over times of the log as a curve; of tick_curve(), values of the ticks.
+/// @param name the curve's, without "before" and "after".
+plot::Curve curve(const Flights& flights, std::size_t flight, const std::string& name, const std::vector<double>& t_s,
+                  const std::vector<double>& values, const char* color, double scale);
 plot::Curve tick_curve(const Flights& flights, std::size_t flight, const std::string& name,
                        const std::vector<double>& values, double scale, const char* color);
 /// The time that a figure shows for a time of the log.

@@ -291,10 +291,6 @@ std::vector<Score> scores(const std::vector<Outcome>& outcomes) {
 
 plot::HeatMap matrix_of(const std::vector<Outcome>& outcomes) {
   plot::HeatMap matrix{.title = "Hidden (rows) and named (columns); simulated logs",
-                       .rows = {},
-                       .columns = {},
-                       .values = {},
-                       .words = {},
                        .bad = -1.0,
                        .good_words = "all of the row, and right",
                        .bad_words = "all of the row, and wrong"};

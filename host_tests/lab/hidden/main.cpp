@@ -16,14 +16,6 @@
 namespace m100::lab::hidden {
 namespace {
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string out;
-  for (const std::string& word : words) {
-    out += (out.empty() ? "" : " + ") + word;
-  }
-  return out.empty() ? "nothing" : out;
-}
-
 nlohmann::json to_json(const std::vector<Outcome>& outcomes) {
   nlohmann::json out;
   for (const Score& score : scores(outcomes)) {
@@ -114,9 +106,9 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
     if (verbose && !one.right) {
       std::printf("%s size %d seed %llu: %s, %s%s%s %.4f -> %.4f\n", one.hidden_case.label.c_str(),
                   one.hidden_case.size, static_cast<unsigned long long>(one.hidden_case.plan.seed),
-                  joined(one.found).c_str(), one.verdict.c_str(),
-                  one.unexplained.empty() ? "" : (": " + joined(one.unexplained)).c_str(), one.failure.c_str(),
-                  one.before, one.after);
+                  m100::lab::plot::joined(one.found, " + ").c_str(), one.verdict.c_str(),
+                  one.unexplained.empty() ? "" : (": " + m100::lab::plot::joined(one.unexplained, " + ")).c_str(),
+                  one.failure.c_str(), one.before, one.after);
     }
     if (finished % 20 == 0) {
       std::fprintf(stderr, "%zu of %zu\n", finished, list.size());

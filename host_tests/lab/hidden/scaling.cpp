@@ -73,8 +73,8 @@ void write_page(const std::string& file, const std::vector<Cost>& costs) {
   page.paragraph("One stick axis, all candidates, intervals; a dead zone is hidden and must be found; one core.");
   plot::Figure time{.title = "Processor time", .x_label = "log [min]", .y_label = "time [s]"};
   plot::Figure memory{.title = "Largest memory of the process", .x_label = "log [min]", .y_label = "memory [MB]"};
-  time.lines.push_back({.name = "", .x = {}, .y = {}});
-  memory.lines.push_back({.name = "", .x = {}, .y = {}});
+  time.lines.push_back({.name = ""});
+  memory.lines.push_back({.name = ""});
   std::vector<std::vector<std::string>> rows{{"log [min]", "time [s]", "time per minute [s]", "memory [MB]"}};
   for (const Cost& cost : costs) {
     time.lines[0].x.push_back(cost.minutes);

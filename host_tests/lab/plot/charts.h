@@ -14,13 +14,13 @@ namespace m100::lab::plot {
 struct Bar {
   std::string label;
   double value = 0.0;
-  std::string note;  ///< text after the bar
+  std::string note{};  ///< text after the bar
   std::string color = kBlue;
 };
 struct BarChart {
   std::string title;
   std::string x_label;
-  std::vector<Bar> bars;
+  std::vector<Bar> bars{};
 };
 std::string html(const BarChart& chart);
 
@@ -37,7 +37,7 @@ struct IntervalRow {
 };
 struct IntervalChart {
   std::string title;
-  std::vector<IntervalRow> rows;
+  std::vector<IntervalRow> rows{};
 };
 std::string html(const IntervalChart& chart);
 
@@ -45,14 +45,14 @@ std::string html(const IntervalChart& chart);
 /// different lightness so that they differ in print too.
 struct HeatMap {
   std::string title;
-  std::vector<std::string> rows;
-  std::vector<std::string> columns;
-  std::vector<std::vector<double>> values;      ///< row by column; NaN: an empty cell
-  std::vector<std::vector<std::string>> words;  ///< text of the cell
+  std::vector<std::string> rows{};
+  std::vector<std::string> columns{};
+  std::vector<std::vector<double>> values{};      ///< row by column; NaN: an empty cell
+  std::vector<std::vector<std::string>> words{};  ///< text of the cell
   double good = 1.0;
-  double bad = 0.0;        ///< values beyond `good` or `bad` have the colour of that end
-  std::string good_words;  ///< at the end of the scale; empty: the number
-  std::string bad_words;
+  double bad = 0.0;          ///< values beyond `good` or `bad` have the colour of that end
+  std::string good_words{};  ///< at the end of the scale; empty: the number
+  std::string bad_words{};
 };
 std::string html(const HeatMap& map);
 

@@ -9,7 +9,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "host_tests/lab/plot/live_script.h"
+#include "host_tests/lab/plot/page_files.h"
 
 namespace m100::lab::plot {
 namespace {

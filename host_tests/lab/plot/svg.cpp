@@ -33,8 +33,8 @@ Range padded(Range range, double air) {
     return {.low = 0.0, .high = 1.0};
   }
   const double largest = std::max(std::abs(range.low), std::abs(range.high));
-  const bool is_single = range.size() <= 1e-9 * largest;  // narrower ranges cannot hold ticks that differ
-  const double margin = is_single ? (largest > 0.0 ? 0.5 * largest : 0.5) : air * range.size();
+  // A narrower range cannot hold ticks that differ.
+  const double margin = range.size() > 1e-9 * largest ? air * range.size() : largest > 0.0 ? 0.5 * largest : 0.5;
   return {.low = range.low - margin, .high = range.high + margin};
 }
 
@@ -204,25 +204,22 @@ void draw_levels(std::ostream& out, const std::vector<std::pair<double, std::str
 
 }  // namespace
 
+std::string joined(const std::vector<std::string>& texts, const std::string& between) {
+  std::string out;
+  for (const std::string& text : texts) {
+    out += (out.empty() ? "" : between) + text;
+  }
+  return out;
+}
+
 std::string escape(const std::string& words) {
   std::string out;
   for (const char c : words) {
-    switch (c) {
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '&':
-        out += "&amp;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
+    if (c == '>' && out.ends_with('-')) {  // the browser would break "->" in two
+      out.replace(out.size() - 1, 1, "→");
+      continue;
     }
+    out += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
   }
   return out;
 }

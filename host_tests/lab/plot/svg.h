@@ -20,8 +20,8 @@ inline constexpr const char* kGrey = "#9a9a9a";
 /// A curve; NaN in y breaks it. With more than four points per pixel of width, its envelope is drawn.
 struct Curve {
   std::string name;  ///< for the legend; empty: not in it
-  std::vector<double> x;
-  std::vector<double> y;
+  std::vector<double> x{};
+  std::vector<double> y{};
   std::string color = kBlue;
   double width = 1.4;
   bool dashed = false;
@@ -63,7 +63,9 @@ std::string svg(const Figure& figure, bool bare = false);
 std::string number(double value);
 /// A change as text: +12 %, -3.4 %, 0 %. @param share 0.12 is 12 %.
 std::string percent(double share);
-/// Text with <, >, & and double quotes escaped.
+/// The texts one after the other, with `between` between them.
+std::string joined(const std::vector<std::string>& texts, const std::string& between);
+/// Text with <, >, & and double quotes escaped; "->" becomes an arrow.
 std::string escape(const std::string& text);
 
 }  // namespace m100::lab::plot

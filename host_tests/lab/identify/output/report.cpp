@@ -13,6 +13,7 @@
 namespace m100::lab::identify {
 namespace {
 
+using plot::joined;
 using plot::number;
 
 constexpr double kGap_s = 0.1;  ///< a longer step between samples is a gap of the log, or one between its ranges
@@ -24,30 +25,14 @@ std::string unit_of(const std::string& axis) {
   return axis == "climb" ? "m/s" : (axis == "yaw_rate" ? "rad/s" : "rad");
 }
 
-std::string joined(const std::vector<std::string>& words, const std::string& between) {
-  std::string all;
-  for (const std::string& word : words) {
-    all += (all.empty() ? "" : between) + word;
+/// What get() makes of the effect's row in the tables of effects; empty where there is none.
+template <typename Get>
+std::string of_effect(const std::string& name, Get get) {
+  if (const model::AxisEffect* const row = model::axis_effect(name)) {
+    return std::string(get(*row));
   }
-  return all;
-}
-
-/// One sentence for pilots: the meaning of the effect for the controller; empty where there is none.
-std::string meaning_of(const std::string& effect) {
-  if (const model::AxisEffect* row = model::axis_effect(effect)) {
-    return std::string(row->sentence);
-  }
-  const model::TranslationEffect* row = model::translation_effect(effect);
-  return row == nullptr ? "" : std::string(row->sentence);
-}
-
-/// Which part of the controller handles the effect in flight, in words; empty: no such effect.
-std::string in_flight(const std::string& effect) {
-  if (const model::AxisEffect* row = model::axis_effect(effect)) {
-    return std::string(words(row->in_flight));
-  }
-  const model::TranslationEffect* row = model::translation_effect(effect);
-  return row == nullptr ? "" : std::string(words(row->in_flight));
+  const model::TranslationEffect* const row = model::translation_effect(name);
+  return row == nullptr ? "" : std::string(get(*row));
 }
 
 /// The stretches of validation samples, for the shading.
@@ -90,7 +75,8 @@ std::string missing(const IdentifyResult& r) {
     }
   }
   const char* const joint = parts.empty() ? "; but numbers are wrong: " : "; wrong numbers: ";
-  const char* const none = r.verdict == "unexplained" ? "what could not be named" : "no effect that these data show";
+  const char* const none =
+      r.verdict == "unexplained" ? "an effect that could not be named" : "no effect that these data show";
   return (parts.empty() ? none : joined(parts, ", ")) + (wrong.empty() ? "" : joint + joined(wrong, ", ")) + ".";
 }
 
@@ -138,7 +124,8 @@ std::string interval_text(const Interval& interval) {
 std::vector<std::string> sentences(const IdentifyResult& r) {
   std::vector<std::string> out;
   for (const EffectResult& effect : r.effects) {
-    if (const std::string meaning = meaning_of(effect.name); !meaning.empty()) {
+    if (const std::string meaning = of_effect(effect.name, [](const auto& row) { return row.sentence; });
+        !meaning.empty()) {
       out.push_back(effect.name + ": " + meaning);
     }
   }
@@ -243,12 +230,11 @@ void effect_table(plot::Page& page, const IdentifyResult& r) {
       parameters.push_back(p.name + " " + interval_text(p.interval));
     }
     std::vector<std::string> rivals;
-    for (const Rival& rival : effect.rivals) {
-      rivals.push_back(rival.name);
-    }
+    std::ranges::transform(effect.rivals, std::back_inserter(rivals), &Rival::name);
     rows.push_back({effect.name + (effect.shape.empty() ? "" : " (" + effect.shape + ")"), joined(parameters, "; "),
                     number(effect.validation_rmse_after), number(100 * effect.cv_gain) + " %", number(effect.delta_bic),
-                    rivals.empty() ? "none" : joined(rivals, ", "), in_flight(effect.name)});
+                    rivals.empty() ? "none" : joined(rivals, ", "),
+                    of_effect(effect.name, [](const auto& row) { return words(row.in_flight); })});
   }
   page.table(rows);
 }
@@ -276,8 +262,7 @@ void candidates_figure(plot::Page& page, const IdentifyResult& r) {
     return;
   }
   plot::BarChart chart{.title = "Candidates of the first round: cross-validated reduction of the error",
-                       .x_label = "gain [% of mean square]",
-                       .bars = {}};
+                       .x_label = "gain [% of mean square]"};
   for (const CandidateRow& row : r.candidates) {
     if (row.round == 0) {
       chart.bars.push_back({.label = row.name,
@@ -295,7 +280,7 @@ void intervals_figure(plot::Page& page, const IdentifyResult& r) {
   if (r.final_intervals.empty()) {
     return;
   }
-  plot::IntervalChart chart{.title = "Parameters of the final model, 95 %, block jackknife", .rows = {}};
+  plot::IntervalChart chart{.title = "Parameters of the final model, 95 %, block jackknife"};
   for (const NamedInterval& p : r.final_intervals) {
     chart.rows.push_back({.label = p.name, .value = p.interval.value, .low = p.interval.low, .high = p.interval.high});
   }
@@ -313,7 +298,7 @@ void horizon_figure(plot::Page& page, const IdentifyResult& r) {
                       .y_label = "error [" + unit_of(r.axis) + "]",
                       .height = 230};
   const auto add = [&](const ModelResult& model, const char* name, const char* color) {
-    plot::Curve line{.name = name, .x = {}, .y = {}, .color = color, .width = 2.2};
+    plot::Curve line{.name = name, .color = color, .width = 2.2};
     for (const auto& [horizon, rmse] : model.horizon_rmse) {
       line.x.push_back(horizon);
       line.y.push_back(rmse);

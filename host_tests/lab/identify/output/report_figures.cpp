@@ -29,8 +29,8 @@ void against_input(plot::Page& page, const Direction& d, const Stretches& pieces
   constexpr double kEarliest_s = -1.0;
   constexpr double kLatest_s = 3.0;
   const auto step = static_cast<std::ptrdiff_t>(std::max(1L, std::lround(0.02 / period_s)));
-  plot::Curve declared{.name = "declared model", .x = {}, .y = {}, .color = plot::kOrange};
-  plot::Curve found{.name = "with the effects found", .x = {}, .y = {}, .color = plot::kBlue};
+  plot::Curve declared{.name = "declared model", .color = plot::kOrange};
+  plot::Curve found{.name = "with the effects found", .color = plot::kBlue};
   const auto last = static_cast<std::ptrdiff_t>(std::lround(kLatest_s / period_s));
   for (auto lag = static_cast<std::ptrdiff_t>(std::lround(kEarliest_s / period_s)); lag <= last; lag += step) {
     for (plot::Curve* line : {&declared, &found}) {
@@ -63,7 +63,7 @@ void spectrum(plot::Page& page, const Direction& d, const Stretches& pieces, dou
       .title = "Power density" + d.name, .x_label = "frequency [Hz]", .y_label = "dB of unit² per Hz", .height = 260};
   const auto add = [&](const std::vector<double>& values, const char* name, const char* color) {
     const Spectra spectra = welch(values, values, pieces, period_s);
-    plot::Curve line{.name = name, .x = {}, .y = {}, .color = color};
+    plot::Curve line{.name = name, .color = color};
     for (std::size_t k = 0; k < bins_of(spectra); ++k) {
       line.x.push_back(spectra.frequency_hz[k]);
       line.y.push_back(10.0 * std::log10(std::max(1e-20, spectra.output[k])));
@@ -111,7 +111,7 @@ void response(plot::Page& page, const Direction& d, const Stretches& pieces, dou
       .title = "Coherence of input and response", .x_label = "frequency [Hz]", .y_label = "share", .height = 180};
   const auto add = [&](const std::vector<double>& output, const char* name, const char* color, bool data) {
     ResponseLines lines = response_lines(welch(d.input, output, pieces, period_s),
-                                         {.name = name, .x = {}, .y = {}, .color = color, .width = data ? 2.4 : 1.4});
+                                         {.name = name, .color = color, .width = data ? 2.4 : 1.4});
     gain.lines.push_back(std::move(lines.gain));
     phase.lines.push_back(std::move(lines.phase));
     if (data) {
