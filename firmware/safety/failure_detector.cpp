@@ -54,6 +54,7 @@ void FailureDetector<T>::update_vertical(const FlightSample<T>& sample, T step_s
   begun_ = true;
   turn_rad_s_ = sane ? core::sqrt(rate2) : T(0);
   reported_up_ = reported.z();
+  agrees_ = up_b_.dot(reported) > static_cast<T>(kMaxTilt_cos);
 }
 
 template <typename T>
@@ -77,7 +78,7 @@ FlightFailure FailureDetector<T>::update(const FlightSample<T>& sample, T step_s
   const bool trusted = begun_ && sample.attitude_is_trusted;
   count(tilted_s_, trusted && reported_up_ < static_cast<T>(kMaxTilt_cos) && up_b_.z() < static_cast<T>(kMaxTilt_cos),
         step_s);
-  count(tumbling_s_, trusted && turn_rad_s_ > static_cast<T>(kTumbling_rad_s), step_s);
+  count(tumbling_s_, trusted && agrees_ && turn_rad_s_ > static_cast<T>(kTumbling_rad_s), step_s);
   count(falling_s_, force_g_ < static_cast<T>(kFreeFall_g), step_s);
   count(leaning_s_, trusted && sample.lean_rad > static_cast<T>(kMaxLean_rad), step_s);
   update_shock(sample, step_s);

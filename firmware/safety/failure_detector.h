@@ -31,9 +31,10 @@ struct FlightSample {
 ///              largest of a flight within 30 degrees, and in the 3 s after it one second with rates below 0.1 rad/s
 ///              and a climb speed below 0.1 m/s: a free aircraft moves after such a blow
 ///
-/// The tilt counts only where it agrees with the rates: the vertical is also integrated from the rates (memory 0.5 s),
-/// and both must be beyond the limit. Tilt, tumbling and lean are not judged by an attitude that is not trusted; such a
-/// flight is ended by FaultIsolation, which brakes first. T is float or double. No heap. Cost: 30 products a tick.
+/// Attitude and rates must agree: the vertical is also integrated from the rates (memory 0.5 s), both must be tilted
+/// beyond the limit, and rates of a tumbling aircraft turn its attitude, too (within 45 degrees). An attitude that its
+/// own rates or our commands contradict is not judged; such a flight is ended by that check, which brakes first. T is
+/// float or double. No heap. Cost: about 30 products a tick.
 template <typename T>
 class FailureDetector {
  public:
@@ -48,6 +49,7 @@ class FailureDetector {
   bool begun_ = false;
   Vector3 up_b_ = Vector3::UnitZ();  ///< integrated from the rates, corrected by the attitude
   T reported_up_{1};                 ///< cosine of the newest attitude's tilt
+  bool agrees_ = true;               ///< up_b_ with the newest attitude's vertical
   T turn_rad_s_{0};                  ///< magnitude of the newest rates
   T force_g_{1};                     ///< newest, likewise below
   T climb_m_s_{0};

@@ -103,12 +103,12 @@ TEST_F(FailureDetectorTest, ATiltThatTheRatesContradictIsJudgedHalfASecondLater)
 
 TEST_F(FailureDetectorTest, Tumbling) {
   RecordProperty("promise", "R18");
-  for (const double rate_rad_s : {2.0 * core::kPi, 6.4}) {  // about the vertical: the tilt is zero
+  for (const auto& [roll_rad_s, rate_rad_s] : {std::pair{0.0, 2.0 * core::kPi}, {0.0, 6.4}, {6.4, 0.0}}) {
     FailureDetector<double> detector;
     FlightFailure failure = FlightFailure::kNone;
     for (int tick = 0; tick < 26; ++tick) {
       sample_.up_b = up_at(0.0);
-      sample_.rate_b_rad_s = {0.0, 0.0, rate_rad_s};
+      sample_.rate_b_rad_s = {roll_rad_s, 0.0, rate_rad_s};  // a roll of a level aircraft has another unit
       failure = detector.update(sample_, kStep_s);
       EXPECT_TRUE(tick > 23 || failure == FlightFailure::kNone) << "for less than 0.25 s";
     }
