@@ -77,10 +77,11 @@ EnclosedLoop::Expansion EnclosedLoop::over(const LoopCell& cell) {
   for (std::size_t i = 0; i < 4; ++i) {
     out.slope[i] = {loop.re.linear[i], loop.im.linear[i]};
     out.curvature[i] = {loop.re.quadratic[i][i], loop.im.quadratic[i][i]};
-    all += std::abs(out.slope[i]);
+    out.share[i] = std::abs(out.slope[i]) + std::abs(out.curvature[i]);  // a slope may vanish at the middle
+    all += out.share[i];
   }
   for (std::size_t i = 0; i < 4; ++i) {
-    out.share[i] = std::abs(out.curvature[i]) + out.rest * std::abs(out.slope[i]) / all;
+    out.share[i] = std::abs(out.curvature[i]) + out.rest * out.share[i] / all;
   }
   for (std::size_t i = 0; i < 4; ++i) {
     for (std::size_t j = i + 1; j < 4; ++j) {
