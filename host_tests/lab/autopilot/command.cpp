@@ -162,7 +162,7 @@ void add_options(CLI::App& app, Options& options) {
                  "file with the app's AES key (64 hexadecimal digits, readable by its owner only)");
   app.add_option("--loss", options.loss, "share of the frames that is lost in each direction")
       ->check(CLI::Range(0.0, 1.0));
-  app.add_option("--duration", options.duration_s, "seconds; default: until interrupted")
+  app.add_option("--duration", options.duration_s, "seconds; default: until interrupted, with --board 30")
       ->check(CLI::Range(0.001, 1e6));
   app.add_flag(
          "--on-ground", options.on_ground,
