@@ -36,6 +36,35 @@ FlightPlan plan_of(const FarTask& task, const SuiteOptions& options) {
   return plan;
 }
 
+/// The range of positions that the reference spans, in x and y [m].
+struct ReferenceRange {
+  std::array<double, 2> low{}, high{};
+};
+
+/// That range over a flight. If a fence blocks the course, it ends in x where the aircraft came to rest.
+ReferenceRange reference_range(const Trace& trace, const FarTask& task) {
+  ReferenceRange range;
+  auto& [low, high] = range;
+  std::array<double, 2> rest{};
+  double resting = 0.0;
+  for (std::size_t axis = 0; axis < 2 && !trace.empty(); ++axis) {
+    low[axis] = high[axis] = trace.front().reference_m[axis];
+  }
+  for (const TracePoint& point : trace) {
+    const bool rests = point.t_s > task.to_s - kRest_s;
+    resting += rests ? 1.0 : 0.0;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      low[axis] = std::min(low[axis], point.reference_m[axis]);
+      high[axis] = std::max(high[axis], point.reference_m[axis]);
+      rest[axis] += rests ? point.position_m[axis] : 0.0;
+    }
+  }
+  if (task.fence_high_m > 0.0 && resting > 0.0) {
+    high[0] = std::min(high[0], rest[0] / resting);
+  }
+  return range;
+}
+
 FarScore mean_of_flights(FlightPlan plan, const FarTask& task, const SuiteOptions& options, mpc::Law law,
                          bool plans = false) {
   plan.law = law;
@@ -119,41 +148,8 @@ const std::vector<FarTask>& far_tasks() {
   return kTasks;
 }
 
-namespace {
-
-/// The range of positions (no acceleration) that the reference spans, in x and y [m].
-struct RequestedAcceleration {
-  std::array<double, 2> low{}, high{};
-};
-
-/// That range over a flight. If a fence blocks the course, it ends in x where the aircraft came to rest.
-RequestedAcceleration acceleration_for(const Trace& trace, const FarTask& task) {
-  RequestedAcceleration asked;
-  auto& [low, high] = asked;
-  std::array<double, 2> rest{};
-  double resting = 0.0;
-  for (std::size_t axis = 0; axis < 2 && !trace.empty(); ++axis) {
-    low[axis] = high[axis] = trace.front().reference_m[axis];
-  }
-  for (const TracePoint& point : trace) {
-    const bool rests = point.t_s > task.to_s - kRest_s;
-    resting += rests ? 1.0 : 0.0;
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      low[axis] = std::min(low[axis], point.reference_m[axis]);
-      high[axis] = std::max(high[axis], point.reference_m[axis]);
-      rest[axis] += rests ? point.position_m[axis] : 0.0;
-    }
-  }
-  if (task.fence_high_m > 0.0 && resting > 0.0) {
-    high[0] = std::min(high[0], rest[0] / resting);
-  }
-  return asked;
-}
-
-}  // namespace
-
 FarScore far_score(const Trace& trace, const FarTask& task) {
-  const RequestedAcceleration asked = acceleration_for(trace, task);
+  const ReferenceRange range = reference_range(trace, task);
   FarScore out{.overshoot_m = 0.0, .iae_m_s = 0.0, .stayed = stayed(trace) ? 1 : 0, .flown = trace.empty() ? 0 : 1};
   double before_s = task.from_s;
   for (const TracePoint& point : trace) {
@@ -163,8 +159,8 @@ FarScore far_score(const Trace& trace, const FarTask& task) {
     double square_m2 = 0.0;
     for (std::size_t axis = 0; axis < 2; ++axis) {
       const double at_m = point.position_m[axis];
-      out.overshoot_m = std::max({out.overshoot_m, at_m - asked.high[axis], asked.low[axis] - at_m});
-      square_m2 += std::pow(at_m - std::min(point.reference_m[axis], asked.high[axis]), 2);
+      out.overshoot_m = std::max({out.overshoot_m, at_m - range.high[axis], range.low[axis] - at_m});
+      square_m2 += std::pow(at_m - std::min(point.reference_m[axis], range.high[axis]), 2);
     }
     out.iae_m_s += std::sqrt(square_m2) * (point.t_s - before_s);
     const double since_s = point.t_s - task.from_s;
@@ -233,24 +229,21 @@ void print_far(std::ostream& out, const std::vector<FarResult>& results) {
 }
 
 nlohmann::json far_to_json(const std::vector<FarResult>& results) {
-  const auto one = [](const FarScore& score) {
+  const auto one = [](const FarScore& score, int seeds) {
     const auto flown = [&](double value) { return score.flown > 0 ? nlohmann::json(value) : nlohmann::json(); };
     return nlohmann::json{{"overshoot_m", flown(score.overshoot_m)},
                           {"iae_m_s", flown(score.iae_m_s)},
                           {"settled_s", flown(score.settled_s)},
-                          {"stayed", score.stayed}};
+                          {"stayed", score.stayed},
+                          {"not_flown", seeds - score.flown}};
   };
   nlohmann::json tasks = nlohmann::json::array();
   for (const FarResult& result : results) {
-    nlohmann::json task{{"name", result.task->name},
-                        {"seeds", result.seeds},
-                        {"planned", one(result.planned)},
-                        {"mpc", one(result.mpc)},
-                        {"lqr", one(result.lqr)}};
-    task["planned"]["not_flown"] = result.seeds - result.planned.flown;
-    task["mpc"]["not_flown"] = result.seeds - result.mpc.flown;
-    task["lqr"]["not_flown"] = result.seeds - result.lqr.flown;
-    tasks.push_back(std::move(task));
+    tasks.push_back({{"name", result.task->name},
+                     {"seeds", result.seeds},
+                     {"planned", one(result.planned, result.seeds)},
+                     {"mpc", one(result.mpc, result.seeds)},
+                     {"lqr", one(result.lqr, result.seeds)}});
   }
   return {{"tasks", tasks},
           {"gain_overshoot", or_null(sum_of(results, &FarScore::overshoot_m).gain())},

@@ -27,8 +27,7 @@ const std::vector<FarTask>& far_tasks();
 
 /// The errors of one law, means over the flights that were flown, and the numbers of flights.
 struct FarScore {
-  double overshoot_m =
-      0.0;                 ///< largest horizontal distance outside the box that the reference spans, in the worst axis
+  double overshoot_m = 0.0;  ///< largest distance outside the box that the reference spans, on the worse axis
   double settled_s = 0.0;  ///< from the start of the window until the distance from the reference stays 2 s below 2 cm
   double iae_m_s = 0.0;    ///< integral of the absolute horizontal distance from the reference
   int stayed = 0;          ///< flights that never went below coast
