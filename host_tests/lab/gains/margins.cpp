@@ -262,10 +262,12 @@ Margins margins_from(const std::function<std::complex<double>(double)>& response
   const double high = std::log(std::numbers::pi / period_s);
   Complex before;
   double before_frequency = 0.0;
+  double angle = 0.0;  // of 1 + L; it begins at minus a right angle for each pole at 0
   for (int i = 0; i <= frequencies; ++i) {
     const double frequency = std::exp(low + (high - low) * i / frequencies);
     const Complex gain = -response(frequency);  // L: the loop is closed by -1
     out.peak_sensitivity = std::max(out.peak_sensitivity, 1.0 / std::abs(1.0 + gain));
+    angle += i > 0 ? std::arg((1.0 + gain) / (1.0 + before)) : std::arg(-1.0 - gain) - std::numbers::pi;
     if (i > 0 && (std::abs(before) - 1.0) * (std::abs(gain) - 1.0) <= 0.0) {
       // phase above -180 degrees, in [0, 2 pi): the lag that a delay must reach
       const double at = frequency * (std::abs(before) > 1.0 ? std::sqrt(before_frequency / frequency) : 1.0);
@@ -281,6 +283,7 @@ Margins margins_from(const std::function<std::complex<double>(double)>& response
     before = gain;
     before_frequency = frequency;
   }
+  out.stable = std::abs(angle) < 0.5 * std::numbers::pi;
   return out;
 }
 

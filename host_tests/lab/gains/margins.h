@@ -43,7 +43,8 @@ inline constexpr double kLargestDelay_s = 0.4;  ///< largest delay margin that i
 Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis,
                          const LoopTiming& timing, int frequencies = kFrequencies);
 
-/// Margins from minus L, the response from the vehicle's command to the controller's, at this period; sets no `stable`.
+/// Margins from minus L, the response from the vehicle's command to the controller's, at this period. `stable` is by
+/// Nyquist, for an open loop whose poles are stable but for one or two at 0.
 Margins margins_from(const std::function<std::complex<double>(double frequency_rad_s)>& response, double period_s,
                      int frequencies = kFrequencies);
 

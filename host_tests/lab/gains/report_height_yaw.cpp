@@ -36,7 +36,7 @@ struct Loop {
 
 Margins margins_at(const Loop& loop, const model::StickAxis& axis, double gain, const LoopTiming& timing) {
   const double period_s = 0.01 * static_cast<double>(timing.command_ticks);
-  Margins out = margins_from(
+  return margins_from(
       [&](double w) {
         const Complex s(0.0, w);
         const Complex law = loop.proportional + loop.integral / s + loop.derivative * s;
@@ -44,9 +44,6 @@ Margins margins_at(const Loop& loop, const model::StickAxis& axis, double gain, 
         return -gain * law * hold * axis_at(axis, s) / s;
       },
       period_s);
-  // The open loop has no unstable pole, so it needs a positive phase margin; margins_from() gives only its size.
-  out.stable = out.gain_margin > 1.0 && out.delay_margin_s > 0.0 && std::isfinite(out.peak_sensitivity);
-  return out;
 }
 
 /// Factors on gain and frequency (or on 1 / time constant) of an axis, and differences of its damping and delay.
@@ -73,7 +70,7 @@ Margins worst_corner(const Loop& loop, const model::StickAxis& axis, const LoopT
     model::StickAxis one = axis;
     one.natural_frequency_rad_s *= corner.frequency;
     one.time_constant_s /= corner.frequency;
-    one.damping_ratio += one.is_first_order() ? 0.0 : corner.damping;
+    one.damping_ratio = std::max(0.01, one.damping_ratio + corner.damping);  // an axis that is itself stable
     one.transport_delay_s = std::max(0.0, one.transport_delay_s + corner.delay_s);
     const Margins margins = margins_at(loop, one, corner.gain, timing);
     worst.stable = worst.stable && margins.stable;

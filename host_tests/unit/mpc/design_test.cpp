@@ -253,6 +253,15 @@ TEST(HeightLoop, Keeps6dBAnd45DegreesForEveryClimbAxis) {
   }
 }
 
+// Catches a verdict by the sizes of the margins alone: this loop is 65 degrees and 20 dB inside the unstable region.
+TEST(HeightYaw, AnUnstableLoopIsNotKept) {
+  model::Vehicle late = companion::load_vehicle(kVehicle).vehicle;
+  late.yaw_rate.transport_delay_s = 0.3;
+  late.yaw.proportional_per_s = 8.0;
+  const nlohmann::json yaw = report_height_yaw(late)["yaw"]["virtual_rc"];
+  EXPECT_FALSE(yaw["stable"].get<bool>() || yaw["kept"].get<bool>()) << yaw;
+}
+
 // A step of 6 m uses the whole tilt. Catches a search that allows no design more of it than the vehicle file flies:
 // with the default file it found no design, because each learns the trim more slowly and flew 29.3 to 29.6 degrees.
 TEST(DesignSearch, AllowsTheTiltThatTheSupervisorPasses) {
