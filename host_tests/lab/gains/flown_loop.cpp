@@ -117,6 +117,8 @@ FlownController::Six predicted(const FlownController& c, const FlownController::
   return to;
 }
 
+}  // namespace
+
 Column step_state(const mpc::StepModel<double>& model, const Column& state, double input, double disturbance) {
   Column out(state.size());
   for (Index row = 0; row < state.size(); ++row) {
@@ -128,8 +130,6 @@ Column step_state(const mpc::StepModel<double>& model, const Column& state, doub
   }
   return out;
 }
-
-}  // namespace
 
 FlownController::FlownController(const model::Vehicle& identified, Axis axis, const LoopTiming& timing) {
   const model::Vehicle believed = model::controller_model(identified);
@@ -146,6 +146,11 @@ FlownController::FlownController(const model::Vehicle& identified, Axis axis, co
   scale_per_count = attitude.scale_per_count;
   take_law(*this, table);
   steady_observer(*this, believed.estimator, timing);
+}
+
+double FlownController::stick_gain(const model::StickAxis& truth, const LoopTiming& timing) const {
+  const bool stated = scale_per_count > 0.0 && truth.scale_per_count > 0.0;
+  return timing.by_sticks && stated ? truth.scale_per_count / scale_per_count : 1.0;
 }
 
 Index FlownController::own_states(const LoopTiming& timing) const {
@@ -257,9 +262,7 @@ FlownLoop::FlownLoop(const FlownController& controller, const model::Vehicle& tr
     : controller_(controller), timing_(timing), period_s_(kTick_s * static_cast<double>(timing.command_ticks)) {
   const model::StickAxis& attitude = attitude_of(truth, axis);
   const ContinuousAxis continuous = continuous_axis(truth, axis);
-  const double scale = controller.scale_per_count;
-  const double stick_gain =
-      timing.by_sticks && scale > 0.0 && attitude.scale_per_count > 0.0 ? attitude.scale_per_count / scale : 1.0;
+  const double stick_gain = controller.stick_gain(attitude, timing);
   const double delay_s = attitude.transport_delay_s + timing.extra_delay_s;
   const double ticks = std::floor(delay_s / kTick_s + 1e-6);
   const Real rest_s = std::max(Real(0), Real(delay_s) - Real(ticks) * Real(kTick_s));

@@ -10,6 +10,10 @@
 
 namespace m100::lab::gains {
 
+/// The state after one step of the predictor's model.
+Eigen::VectorXd step_state(const mpc::StepModel<double>& model, const Eigen::VectorXd& state, double input,
+                           double disturbance);
+
 /// The flight law of one axis with its observer, linear about hover, from a vehicle file (from its design, if it has
 /// one). It does not depend on the aircraft that it flies.
 struct FlownController {
@@ -36,6 +40,8 @@ struct FlownController {
     double tilt_rad = 0.0;
     double rate_rad_s = 0.0;
   };
+  /// Gain of the stick of `truth` over the one that the law assumes; 1: not by sticks, or a scale that is not stated.
+  double stick_gain(const model::StickAxis& truth, const LoopTiming& timing) const;
   /// Size of the state that tick() keeps.
   Eigen::Index own_states(const LoopTiming& timing) const;
   /// One tick of observer, prediction and law. @param sends the command leaves in this tick

@@ -48,17 +48,12 @@ double turned(const std::vector<Complex>& loop, double gain) {
   return sum;
 }
 
-/// Gain of the plant's stick divided by the one that the law assumes; 1: not by sticks, or no stated gain.
-double stick_gain(const LoopTiming& timing, double truth_per_count, double believed_per_count) {
-  return timing.by_sticks && believed_per_count > 0.0 ? truth_per_count / believed_per_count : 1.0;
-}
-
 const char* word(Axis axis) { return axis == Axis::kX ? "x" : "y"; }
 
 /// The open loop of one law with the plants of a case, at the case's frequencies.
 class CaseLoop {
  public:
-  /// @param stick stick_gain() of the plant
+  /// @param stick FlownController::stick_gain() of the plant
   CaseLoop(const std::vector<Eigen::RowVectorXcd>& law, double stick, std::size_t points)
       : law_(law), stick_(stick), loop_(points) {}
 
@@ -238,8 +233,7 @@ bool MarginBox::is_within(Extent extent, const Case& one, const Plant& plant) {
 
 void MarginBox::add_case(const Case& one, const Law& law, Extent extent, WorstMargins& out) const {
   const OpenStructure& structure = structures_[one.structure];
-  const double scale_per_count = attitude_of(structure.vehicle, one.axis).scale_per_count;
-  CaseLoop loop(law.response, stick_gain(one.timing, scale_per_count, law.controller.scale_per_count),
+  CaseLoop loop(law.response, law.controller.stick_gain(attitude_of(structure.vehicle, one.axis), one.timing),
                 one.frequencies_rad_s.size());
   loop.open(one.corners.front().response);
   loop.set_stable();

@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-#include "host_tests/lab/gains/gain_tables.h"
+#include "host_tests/lab/gains/flown_loop.h"
 
 namespace m100::lab::gains {
 namespace {
@@ -221,17 +221,6 @@ class OpenLoop {
     out.head(2) << vehicle(0), vehicle.size() == 4 ? vehicle(2) + truth_zero_s_ * vehicle(3) : vehicle(2);
     if (out.size() == 3) {
       out(2) = vehicle.size() == 4 ? vehicle(3) : 0.0;
-    }
-    return out;
-  }
-  static Column step_state(const mpc::StepModel<double>& model, const Column& state, double input, double disturbance) {
-    Column out(state.size());
-    for (Eigen::Index row = 0; row < state.size(); ++row) {
-      const auto r = static_cast<std::size_t>(row);
-      out(row) = model.input.at(r) * input + model.disturbance.at(r) * disturbance;
-      for (Eigen::Index col = 0; col < state.size(); ++col) {
-        out(row) += model.transition.at(r * mpc::kMaxStates + static_cast<std::size_t>(col)) * state(col);
-      }
     }
     return out;
   }

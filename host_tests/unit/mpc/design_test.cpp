@@ -149,7 +149,8 @@ TEST(TaylorModel, ContainsExactResultsWithARemainderOfThirdOrder) {
 
 // Everywhere in a cell the loop that is stepped from tick to tick lies within the expansion and its remainder.
 TEST(EnclosedLoop, ContainsTheLoopAsFlown) {
-  const OpenStructure structure = both_structures().front();
+  OpenStructure structure = both_structures().front();
+  structure.vehicle.pitch.scale_per_count = 0.0;  // not stated: catches a loop of gain 0, which is always robust
   std::mt19937 dice(5);
   for (const LoopTiming& timing : {kVirtualRcTiming, kMovementTiming}) {
     const FlownController controller(robust_design(), Axis::kX, timing);
@@ -217,6 +218,11 @@ TEST(MarginBox, FindsTheRobustDesignInsideAndTheFastOneOutside) {
   model::Vehicle fast = robust;
   fast.design = {};
   EXPECT_FALSE(box.worst(fast, MarginBox::Extent::kCorners).stable) << "unstable in a corner on movement control";
+  std::vector<OpenStructure> unstated = both_structures();
+  unstated[0].vehicle.pitch.scale_per_count = 0.0;  // catches a loop of gain 0
+  const BoxSelection only{.structure = 0, .axis = Axis::kX, .by_sticks = true};
+  EXPECT_EQ(MarginBox(unstated).worst(robust, MarginBox::Extent::kNominal, only).peak_sensitivity,
+            box.worst(robust, MarginBox::Extent::kNominal, only).peak_sensitivity);
 }
 
 }  // namespace

@@ -9,10 +9,6 @@ namespace {
 /// Above the relative rounding error of the few operations between enclosed numbers and plain bounds.
 constexpr double kSlack = 1e-13;
 
-LiftedController lifted_controller(const FlownController& controller, const LoopTiming& timing) {
-  return {controller, timing};
-}
-
 /// sum of the law's responses, or numerators, times the vehicle's: the position's terms carry the integrators already.
 ComplexNumber<LoopModel> loop_numerator(const std::vector<ComplexNumber<LoopModel>>& law,
                                         const std::vector<ComplexNumber<LoopModel>>& vehicle,
@@ -35,10 +31,9 @@ std::pair<LoopCell, LoopCell> LoopCell::halves(std::size_t k) const {
 
 EnclosedLoop::EnclosedLoop(const model::Vehicle& believed, const OpenStructure& structure, Axis axis,
                            const LoopTiming& timing)
-    : timing_(timing), polynomials_(lifted_controller(FlownController(believed, axis, timing), timing)) {
+    : timing_(timing), polynomials_(LiftedController(FlownController(believed, axis, timing), timing)) {
   const model::StickAxis& of = attitude_of(structure.vehicle, axis);
-  const double scale = FlownController(believed, axis, timing).scale_per_count;
-  stick_ = timing.by_sticks && scale > 0.0 ? of.scale_per_count / scale : 1.0;
+  stick_ = FlownController(believed, axis, timing).stick_gain(of, timing);
   lead_s_ = of.lead_zero_s;
   drag_per_s_ = structure.vehicle.translation.linear_drag_per_s;
   pull_m_s2_ = (axis == Axis::kX ? 1.0 : -1.0) * model::kGravity_m_s2 * structure.vehicle.translation.tilt_gain;
