@@ -5,8 +5,8 @@
 
 namespace m100::lab::logs {
 
-/// Thrown for a column that a CSV, ULog or ArduPilot log does not have. A caller that read the name from a file throws
-/// an InputError with that file and line instead.
+/// Thrown for a name of which the log has no column. A caller that read the name from a file throws an InputError with
+/// that file and line instead.
 class NoSuchColumn : public InputError {
  public:
   using InputError::InputError;

@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/flight_log.h"
+#include "host_tests/unit/logs/log_files.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -123,7 +123,10 @@ TEST(RosBag, UnknownTopicsFieldsAndCompressionsAreOneClearError) {
   const std::string inside = messages();
   const std::string file = write("plain.bag", bag("none", inside, inside.size()));
   EXPECT_NE(error_text(file, "/joystick.axes[0]").find("/joy.axes[0]"), std::string::npos) << "offers what is near";
-  EXPECT_NE(error_text(file, "/joy.axes[9]").find("no such field"), std::string::npos);
+  for (const char* const wrong : {"/joy.axes[9]", "/none.x"}) {
+    const ColumnMap map = parse_column_map("time = \"" + std::string(wrong) + "\"\n[signals]\nrate_x = \"x\"", "map");
+    EXPECT_EQ(complaint_of([&] { load(*open_log(file), map); }).rfind("map:1: 'time': " + file + ": '" + wrong, 0), 0U);
+  }
   EXPECT_NE(error_text(write("lz4.bag", bag("lz4", inside, inside.size())), "/joy.axes[0]").find("lz4"),
             std::string::npos);
   EXPECT_NE(error_text(write("old.bag", "#ROSLOG V1.1\n"), "/joy.axes[0]"), "");

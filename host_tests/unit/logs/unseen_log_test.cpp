@@ -13,23 +13,6 @@
 namespace m100::lab::logs {
 namespace {
 
-/// Columns in memory.
-class MemoryLog final : public RawLog {
- public:
-  explicit MemoryLog(std::map<std::string, RawColumn> columns) : RawLog("memory"), columns_(std::move(columns)) {}
-  RawColumn column(const std::string& name, const std::string&) const override { return columns_.at(name); }
-  std::vector<std::string> names() const override {
-    std::vector<std::string> out;
-    for (const auto& [name, column] : columns_) {
-      out.push_back(name);
-    }
-    return out;
-  }
-
- private:
-  std::map<std::string, RawColumn> columns_;
-};
-
 RawColumn values_of(std::vector<double> values, std::vector<double> time_s = {}, std::vector<double> sequence = {}) {
   return {.values = std::move(values), .time_s = std::move(time_s), .sequence = std::move(sequence)};
 }
@@ -248,7 +231,10 @@ TEST(UnseenLog, AFlightMayLieInSeveralMatFilesOfOneFolder) {
   const std::string name = std::filesystem::path(states.path()).filename().string();
   const auto log = open_log(clock.path());
   EXPECT_DOUBLE_EQ(log->column(name + ":s.x[1]", "x").values[2], 4.0);
-  EXPECT_NE(complaint_of([&] { log->column("none.mat:s.x[1]", "x"); }).find("none.mat"), std::string::npos);
+  for (const char* const wrong : {"none.mat:s.x[1]", "c.y", "c.x", "c.x[3]", "c.x[0]"}) {
+    const std::string map = "time = \"c.x[1]\"\n[signals]\nrate_x = \"" + std::string(wrong) + "\"";
+    EXPECT_EQ(complaint_of([&] { load(*log, parse_column_map(map, "map")); }).rfind("map:3: 'rate_x': ", 0), 0U);
+  }
 }
 
 }  // namespace

@@ -8,8 +8,8 @@
 #include <memory>
 #include <string_view>
 
-#include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/formats/mat_file.h"
+#include "host_tests/lab/logs/no_such_column.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -68,14 +68,14 @@ class MatLog final : public RawLog {
     const MatVariable* parent = nullptr;
     const MatVariable* const variable = find(path.parts, parent);
     if (variable == nullptr || !variable->is_matrix) {
-      throw InputError(file(), 0, name,
-                       (variable == nullptr ? "no such variable" : "is not a real matrix") +
-                           std::string(" (wanted for ") + asked_by + "); there are: " + nearest_names(names(), name));
+      throw NoSuchColumn(file(), 0, name,
+                         (variable == nullptr ? "no such variable" : "is not a real matrix") +
+                             std::string(" (wanted for ") + asked_by + "); there are: " + nearest_names(names(), name));
     }
     const std::size_t width = variable->width();
     if ((path.row == 0 && width != 1) || path.row > width) {
-      throw InputError(file(), 0, name,
-                       "has " + std::to_string(width) + " rows; write [1] to [" + std::to_string(width) + "]");
+      throw NoSuchColumn(file(), 0, name,
+                         "has " + std::to_string(width) + " rows; write [1] to [" + std::to_string(width) + "]");
     }
     RawColumn column{.values = variable->row(path.row == 0 ? 0 : path.row - 1), .time_s = {}, .sequence = {}};
     require_mostly_sound(column.values, name);
@@ -118,7 +118,7 @@ class MatLog final : public RawLog {
     if (other == nullptr) {
       const std::filesystem::path path = std::filesystem::path(file()).parent_path() / name;
       if (!std::filesystem::is_regular_file(path)) {
-        throw InputError(file(), 0, name, "is not a file in the same folder");
+        throw NoSuchColumn(file(), 0, name, "is not a file in the same folder");
       }
       other = std::make_unique<MatLog>(path.string());
     }
@@ -133,7 +133,7 @@ class MatLog final : public RawLog {
       const char* begin = rest.data() + open + 1;
       const char* end = rest.data() + rest.size() - 1;
       if (begin >= end || std::from_chars(begin, end, path.row).ptr != end || path.row == 0) {
-        throw InputError(file(), 0, name, "the row in brackets must be a number from 1");
+        throw NoSuchColumn(file(), 0, name, "the row in brackets must be a number from 1");
       }
       rest.resize(open);
     }

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/formats/ros_types.h"
+#include "host_tests/lab/logs/no_such_column.h"
 
 namespace m100::lab::logs {
 
@@ -87,8 +87,8 @@ RawColumn RosLog::column(const std::string& name, const std::string& asked_by) c
   const std::size_t dot = name.find('.');
   const auto found = topics_.find(name.substr(0, dot));
   if (found == topics_.end() || dot == std::string::npos) {
-    throw InputError(file(), 0, name,
-                     "no such topic (wanted for " + asked_by + "); near: " + nearest_names(names(), name));
+    throw NoSuchColumn(file(), 0, name,
+                       "no such topic (wanted for " + asked_by + "); near: " + nearest_names(names(), name));
   }
   RosTopic& topic = found->second;
   topic.decode(start_s_);
@@ -98,10 +98,10 @@ RawColumn RosLog::column(const std::string& name, const std::string& asked_by) c
   const std::string field = name.substr(dot + 1);
   const std::vector<double>* const values = field == "time" ? &topic.times() : topic.field(field);
   if (values == nullptr) {
-    throw InputError(file(), 0, name,
-                     topic.names().empty() && !topic.error_text().empty()
-                         ? "cannot be read: its type " + topic.type_name + " " + topic.error_text()
-                         : "no such field (wanted for " + asked_by + "); near: " + nearest_names(names(), name));
+    throw NoSuchColumn(file(), 0, name,
+                       topic.names().empty() && !topic.error_text().empty()
+                           ? "cannot be read: its type " + topic.type_name + " " + topic.error_text()
+                           : "no such field (wanted for " + asked_by + "); near: " + nearest_names(names(), name));
   }
   out.values = *values;
   require_mostly_sound(out.values, name);
