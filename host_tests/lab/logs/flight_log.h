@@ -29,7 +29,6 @@ struct Flight {
   std::size_t begin = 0, end = 0;  ///< its samples [begin, end) of the joined log
   double start_s = 0.0;            ///< time on its own clock at `begin`
   double epoch_s = 0.0;            ///< see FlightLog
-  Alignment alignment;
 };
 
 /// A log on a uniform clock, in canonical units. Sample k was taken at start_s + k * period_s of the log's own time.
@@ -55,11 +54,9 @@ struct FlightLog {
   bool has3(Signal first) const { return has(first) && has(offset(first, 1)) && has(offset(first, 2)); }
   const std::vector<double>& of(Signal signal) const { return signals[static_cast<std::size_t>(signal)]; }
   std::vector<double>& of(Signal signal) { return signals[static_cast<std::size_t>(signal)]; }
-  /// Seconds between the logged rows of a signal, at least a period; between rows it is interpolated linearly.
-  double row_of(Signal signal) const {
-    const auto found = row_s.find(signal);
-    return found == row_s.end() ? period_s : std::max(period_s, found->second);
-  }
+  /// Seconds between the logged rows of a signal; between rows it is interpolated linearly.
+  double logged_row_of(Signal signal) const { return row_s.contains(signal) ? row_s.at(signal) : period_s; }
+  double row_of(Signal signal) const { return std::max(period_s, logged_row_of(signal)); }
   double time_s(std::size_t k) const { return start_s + static_cast<double>(k) * period_s; }
   /// Index of the first sample at or after a time, at most size.
   std::size_t index_of(double time_s) const;

@@ -16,10 +16,6 @@ void append(std::vector<double>& to, const std::vector<double>& more, std::size_
   to.insert(to.end(), more.begin(), more.end());
 }
 
-bool all_have(const std::vector<FlightLog>& logs, Signal signal) {
-  return std::all_of(logs.begin(), logs.end(), [&](const FlightLog& log) { return log.has(signal); });
-}
-
 void append_gap(std::vector<std::uint8_t>& to, const std::vector<std::uint8_t>& more, std::size_t size,
                 std::size_t pause) {
   to.insert(to.end(), to.empty() ? 0 : pause, std::uint8_t{1});
@@ -30,9 +26,9 @@ void append_gap(std::vector<std::uint8_t>& to, const std::vector<std::uint8_t>& 
 void join_signals(const std::vector<FlightLog>& logs, std::size_t pause, FlightLog& out) {
   for (std::size_t i = 0; i < kSignals; ++i) {
     const auto signal = static_cast<Signal>(i);
-    const bool one_has = std::any_of(logs.begin(), logs.end(), [&](const FlightLog& log) { return log.has(signal); });
-    if (!all_have(logs, signal)) {
-      if (one_has) {
+    const auto have = std::count_if(logs.begin(), logs.end(), [&](const FlightLog& log) { return log.has(signal); });
+    if (have < std::ssize(logs)) {
+      if (have > 0) {
         out.notes.push_back(std::string(name_of(signal)) + " is not in every log and is left out");
       }
       continue;
@@ -40,7 +36,7 @@ void join_signals(const std::vector<FlightLog>& logs, std::size_t pause, FlightL
     for (const FlightLog& log : logs) {
       append(out.of(signal), log.of(signal), pause);
       append_gap(out.signal_gap[signal], log.gap_of({signal}), log.size, pause);
-      out.row_s[signal] = std::max(out.row_s[signal], log.row_of(signal));
+      out.row_s[signal] = std::max(out.row_s[signal], log.logged_row_of(signal));
     }
   }
   for (const auto& [name, unused] : logs.front().extra) {
@@ -76,6 +72,7 @@ FlightLog joined(std::vector<FlightLog> logs) {
   FlightLog out;
   out.start_s = logs.front().start_s;
   out.period_s = logs.front().period_s;
+  out.velocity_mean_s = logs.front().velocity_mean_s;
   out.alignment = logs.front().alignment;
   const auto pause = static_cast<std::size_t>(std::lround(kPause_s / out.period_s));
   for (std::size_t i = 0; i < logs.size(); ++i) {
@@ -83,7 +80,7 @@ FlightLog joined(std::vector<FlightLog> logs) {
     const std::string number = std::to_string(i + 1);
     const std::size_t begin = out.size + (i == 0 ? 0 : pause);
     out.file += (i == 0 ? "" : " + ") + log.file;
-    out.flights.push_back({log.file, begin, begin + log.size, log.start_s, log.epoch_s, log.alignment});
+    out.flights.push_back({log.file, begin, begin + log.size, log.start_s, log.epoch_s});
     out.size = begin + log.size;
     append_gap(out.gap, log.gap, log.size, pause);
     for (const std::string& note : log.notes) {
@@ -92,9 +89,11 @@ FlightLog joined(std::vector<FlightLog> logs) {
     for (const std::string& note : log.gap_notes) {
       out.gap_notes.push_back("log " + number + ": " + note);
     }
-    if (log.alignment.stick_shift_samples != 0 && i > 0) {
-      out.notes.push_back("log " + number + ": the sticks were moved by " +
-                          std::to_string(log.alignment.stick_shift_samples) + " samples");
+    if (i > 0) {
+      std::array<char, 120> text{};
+      std::snprintf(text.data(), text.size(), ": its time %.2f s is %.2f s on the common clock, which the result uses",
+                    log.start_s, out.time_s(begin));
+      out.notes.push_back("log " + number + text.data());
     }
   }
   join_signals(logs, pause, out);

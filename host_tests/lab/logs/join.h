@@ -11,7 +11,7 @@ void count_from_begin(FlightLog& log);
 
 /// Joins several logs, with a pause between them that is longer than any model's memory. The pause is a gap in which
 /// every signal has the first value of the next log. Signals and extra channels that one of the logs lacks are left
-/// out. A single log is unchanged. Preconditions: at least one log; equal periods.
+/// out. A single log is unchanged. Preconditions: at least one log; equal periods and velocity means.
 FlightLog joined(std::vector<FlightLog> logs);
 /// Converts `own_s`, on the clock of log number `flight` (from 0; 0 for a single log), to the joined log's clock.
 double joined_time(const FlightLog& log, std::size_t flight, double own_s);

@@ -15,18 +15,6 @@
 namespace m100::lab::logs {
 namespace {
 
-class MadeLog final : public RawLog {
- public:
-  explicit MadeLog(std::map<std::string, std::vector<double>> columns) : RawLog("made"), columns_(std::move(columns)) {}
-  RawColumn column(const std::string& name, const std::string&) const override {
-    return {.values = columns_.at(name), .time_s = {}, .sequence = {}};
-  }
-  std::vector<std::string> names() const override { return {}; }
-
- private:
-  std::map<std::string, std::vector<double>> columns_;
-};
-
 constexpr std::size_t kSize = 200;
 
 std::vector<double> clock() {
@@ -88,7 +76,7 @@ std::map<std::string, std::vector<double>> attitude_columns(bool ned) {
 
 TEST(ColumnMapFrame, BothConventionsTellTheSameAttitude) {
   for (const bool ned : {false, true}) {
-    const MadeLog raw(attitude_columns(ned));
+    const MemoryLog raw(attitude_columns(ned));
     const std::string frame = ned ? "frame = \"ned_frd\"\n" : "";
     const FlightLog log = load(raw, parse_column_map(frame + kQuaternionMap, "map"));
     for (std::size_t k = 0; k < log.size; ++k) {
@@ -113,7 +101,7 @@ TEST(ColumnMapFrame, TurnsEveryVectorByHalfATurnAboutX) {
       columns[axis].assign(kSize, vector[i]);
       map += std::string(name) + "_" + axis + " = \"" + axis + "\"\n";
     }
-    const FlightLog log = load(MadeLog(columns), parse_column_map(map, "map"));
+    const FlightLog log = load(MemoryLog(columns), parse_column_map(map, "map"));
     const Eigen::Vector3d turned = half * vector;
     for (int i = 0; i < 3; ++i) {
       const auto signal = signal_of(std::string(name) + "_" + std::string(1, "xyz"[i]));
@@ -128,10 +116,10 @@ TEST(ColumnMapFrame, TurnsEveryVectorByHalfATurnAboutX) {
   for (int i = 0; i < 3; ++i) {
     columns[std::string(1, "xyz"[i])].assign(kSize, down_ned[i]);
   }
-  const FlightLog log = load(MadeLog(columns), parse_column_map("frame = \"ned_frd\"\ntime = \"t\"\n[signals]\n"
-                                                                "thrust_dir_x = \"x\"\nthrust_dir_y = \"y\"\n"
-                                                                "thrust_dir_z = \"z\"\n",
-                                                                "map"));
+  const FlightLog log = load(MemoryLog(columns), parse_column_map("frame = \"ned_frd\"\ntime = \"t\"\n[signals]\n"
+                                                                  "thrust_dir_x = \"x\"\nthrust_dir_y = \"y\"\n"
+                                                                  "thrust_dir_z = \"z\"\n",
+                                                                  "map"));
   for (int i = 0; i < 3; ++i) {
     EXPECT_NEAR(log.of(offset(Signal::kThrustDirX, i))[5], up[i], 1e-12);
   }
@@ -140,9 +128,9 @@ TEST(ColumnMapFrame, TurnsEveryVectorByHalfATurnAboutX) {
 TEST(ColumnMapFrame, TakesDegreesByTheScale) {
   std::map<std::string, std::vector<double>> columns{{"t", clock()}, {"p", std::vector<double>(kSize, 30.0)}};
   const FlightLog log =
-      load(MadeLog(columns), parse_column_map("frame = \"ned_frd\"\ntime = \"t\"\n[signals]\n"
-                                              "attitude_pitch = {column = \"p\", scale = 0.017453292519943295}\n",
-                                              "map"));
+      load(MemoryLog(columns), parse_column_map("frame = \"ned_frd\"\ntime = \"t\"\n[signals]\n"
+                                                "attitude_pitch = {column = \"p\", scale = 0.017453292519943295}\n",
+                                                "map"));
   EXPECT_NEAR(log.of(Signal::kAttitudePitch)[3], -std::acos(-1.0) / 6.0, 1e-12);
 }
 
@@ -151,8 +139,9 @@ TEST(Quaternion, RefusesWhatIsNone) {
   for (double& w : columns["w"]) {
     w *= 57.3;
   }
-  EXPECT_NE(complaint_of([&] { load(MadeLog(columns), parse_column_map(kQuaternionMap, "map")); }).find("unit length"),
-            std::string::npos);
+  EXPECT_NE(
+      complaint_of([&] { load(MemoryLog(columns), parse_column_map(kQuaternionMap, "map")); }).find("unit length"),
+      std::string::npos);
   const std::string three = "time = \"t\"\n[signals]\nattitude_qw = \"w\"\nattitude_qx = \"x\"\nattitude_qy = \"y\"\n";
   EXPECT_NE(complaint_of([&] { parse_column_map(three, "map"); }).find("'attitude_qz': is missing"), std::string::npos);
   const std::string both = std::string(kQuaternionMap) + "attitude_roll = \"w\"\n";
@@ -167,7 +156,7 @@ TEST(SpoiltRows, AreGapsOfTheirSignalOnly) {
   columns["a"][50] = std::numeric_limits<double>::quiet_NaN();
   columns["a"].back() = std::numeric_limits<double>::infinity();
   const FlightLog log =
-      load(MadeLog(columns), parse_column_map("time = \"t\"\n[signals]\nrate_x = \"a\"\nrate_y = \"b\"\n", "map"));
+      load(MemoryLog(columns), parse_column_map("time = \"t\"\n[signals]\nrate_x = \"a\"\nrate_y = \"b\"\n", "map"));
   const auto a = log.gap_of({Signal::kRateX});
   const auto b = log.gap_of({Signal::kRateY});
   for (std::size_t k = 0; k + 1 < log.size; ++k) {
@@ -182,7 +171,8 @@ TEST(SpoiltRows, OfTheClockCostOneRowAndNotTheLog) {
   for (const double stamp : {std::numeric_limits<double>::quiet_NaN(), 1e30, -5.0}) {
     std::map<std::string, std::vector<double>> columns{{"t", clock()}, {"a", clock()}};
     columns["t"][50] = stamp;
-    const FlightLog log = load(MadeLog(columns), parse_column_map("time = \"t\"\n[signals]\nrate_x = \"a\"\n", "map"));
+    const FlightLog log =
+        load(MemoryLog(columns), parse_column_map("time = \"t\"\n[signals]\nrate_x = \"a\"\n", "map"));
     EXPECT_EQ(log.size, kSize) << stamp;
     EXPECT_EQ(log.gap[50], 1) << stamp;
     EXPECT_NEAR(log.of(Signal::kRateX)[120], 1.2, 1e-9) << stamp;
@@ -205,9 +195,13 @@ FlightLog ramp(double from_s, std::size_t size) {
 TEST(JoinedLogs, KeepTheirClocksAndForgetEachOther) {
   std::vector<FlightLog> two{ramp(5.0, 100), ramp(70.0, 200)};
   two[1].of(Signal::kRateY).clear();
+  two[0].velocity_mean_s = two[1].velocity_mean_s = 0.1;
+  two[0].row_s[Signal::kRateX] = two[1].row_s[Signal::kRateX] = 0.0025;
   const FlightLog log = joined(std::move(two));
   ASSERT_EQ(log.flights.size(), 2U);
   EXPECT_FALSE(log.has(Signal::kRateY)) << "not in every log";
+  EXPECT_EQ(log.velocity_mean_s, 0.1);
+  EXPECT_EQ(log.logged_row_of(Signal::kRateX), 0.0025);
   EXPECT_EQ(log.size, 100U + 500U + 200U);
   const auto gap = log.gap_of({Signal::kRateX});
   for (std::size_t k = 0; k < log.size; ++k) {
@@ -217,6 +211,7 @@ TEST(JoinedLogs, KeepTheirClocksAndForgetEachOther) {
   EXPECT_NEAR(log.of(Signal::kRateX)[log.index_of(joined_time(log, 1, 70.5))], 70.5, 1e-9);
   EXPECT_EQ(place_of(log, joined_time(log, 1, 70.5)), "2@70.50 s");
   EXPECT_EQ(place_of(log, 5.25), "1@5.25 s");
+  EXPECT_EQ(log.notes.front(), "log 2: its time 70.00 s is 11.00 s on the common clock, which the result uses");
   EXPECT_EQ(place_of(ramp(5.0, 50), 5.25), "5.25 s");
 }
 

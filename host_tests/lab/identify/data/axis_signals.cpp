@@ -115,8 +115,7 @@ void read_sticks(const logs::FlightLog& log, const AxisChannels& picked, const s
     append(repair_stick(counts, near, {log.start_s, log.period_s, log.row_of(stick)}, name), out);
     move_earlier(counts, stick_earlier_s / log.period_s);
   };
-  const auto row = log.row_s.find(picked.stick);
-  out.data.stick_row_s = row == log.row_s.end() ? log.period_s : row->second;
+  out.data.stick_row_s = log.logged_row_of(picked.stick);
   repaired(picked.stick, out.data.stick, out.stick_name);
   if (picked.other != Signal::kCount) {
     repaired(picked.other, out.data.other, out.other_name);
