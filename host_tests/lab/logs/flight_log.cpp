@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <numeric>
 #include <utility>
 
@@ -39,13 +38,6 @@ std::vector<double> unwrapped(std::vector<double> counter) {
     counter[k] += turns;
   }
   return counter;
-}
-
-void unwrap_angle(std::vector<double>& angle) {
-  constexpr double kTurn = 2.0 * std::numbers::pi;
-  for (std::size_t k = 1; k < angle.size(); ++k) {
-    angle[k] -= kTurn * std::round((angle[k] - angle[k - 1]) / kTurn);
-  }
 }
 
 class Loader {

@@ -8,8 +8,8 @@
 namespace m100::lab::logs {
 namespace {
 
-constexpr std::size_t kMinSamples = 500;  // 5 s at 100 Hz: accelerations average out
-constexpr double kHalf = 0.5;             // between an effect that is absent and one that is there
+constexpr double kMin_s = 5.0;  // accelerations average out
+constexpr double kHalf = 0.5;   // between an effect that is absent and one that is there
 constexpr double kSharedVariance = 0.5;
 
 /// Regression of a force on the same component of the thrust's direction in the world.
@@ -73,7 +73,7 @@ void validate_force(FlightLog& log) {
       tilt[1].add(forward * std::sin(yaw) - std::sin(roll) * std::cos(yaw), log.of(Signal::kForceY)[k]);
     }
   }
-  if (count < kMinSamples) {
+  if (static_cast<double>(count) * log.period_s < kMin_s) {
     return;
   }
   const double size = std::hypot(mean[0], mean[1], mean[2]) / static_cast<double>(count);

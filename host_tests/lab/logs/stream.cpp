@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace m100::lab::logs {
 namespace {
@@ -16,6 +17,13 @@ double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+void unwrap_angle(std::vector<double>& angle) {
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  for (std::size_t k = 1; k < angle.size(); ++k) {
+    angle[k] -= kTurn * std::round((angle[k] - angle[k - 1]) / kTurn);
+  }
 }
 
 double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at, std::size_t& hint) {

@@ -40,6 +40,9 @@ std::vector<double> period_means(const Stream& tidy, double start_s, double peri
 /// starts at 0, and `at` does not decrease from call to call with the same hint.
 double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at, std::size_t& hint);
 
+/// Removes the jumps by whole turns.
+void unwrap_angle(std::vector<double>& angle_rad);
+
 /// Precondition: not empty.
 double median(std::vector<double> values);
 

@@ -10,17 +10,6 @@
 namespace m100::lab::logs {
 namespace {
 
-/// Columns in memory, so that each test shows its time stamps.
-class MadeLog final : public RawLog {
- public:
-  explicit MadeLog(std::map<std::string, RawColumn> columns) : RawLog("made"), columns_(std::move(columns)) {}
-  RawColumn column(const std::string& name, const std::string&) const override { return columns_.at(name); }
-  std::vector<std::string> names() const override { return {}; }
-
- private:
-  std::map<std::string, RawColumn> columns_;
-};
-
 ColumnMap map_of(const std::string& signals) { return parse_column_map("time = \"t\"\n[signals]\n" + signals, "map"); }
 
 double wave(double t) { return std::sin(3.0 * t) + 0.5 * std::cos(1.3 * t); }
@@ -50,8 +39,8 @@ TEST(FlightLog, PutsAnIrregularClockOnAUniformGrid) {
   for (double& x : t) {
     x += jitter(random);
   }
-  const MadeLog raw({{"t", {.values = t, .time_s = {}, .sequence = {}}},
-                     {"x", {.values = mapped(t, wave), .time_s = {}, .sequence = {}}}});
+  const MemoryLog raw({{"t", {.values = t, .time_s = {}, .sequence = {}}},
+                       {"x", {.values = mapped(t, wave), .time_s = {}, .sequence = {}}}});
   const FlightLog log = load(raw, map_of("rate_x = { column = \"x\", scale = 2, offset = 1 }"));
   for (std::size_t k = 0; k < log.size; ++k) {
     EXPECT_NEAR(log.of(Signal::kRateX)[k], 2 * (wave(log.time_s(k)) + 1), 1e-3);
@@ -65,7 +54,7 @@ TEST(FlightLog, PutsAnIrregularClockOnAUniformGrid) {
 // Catches a stick in fast rows that is read at the samples only: a jump between two samples would be up to one late.
 TEST(FlightLog, AveragesAStickInFastRowsOverTheSampleThatHoldsIt) {
   const auto t = clock_of(400, 0.0025);
-  const MadeLog raw(
+  const MemoryLog raw(
       {{"t", {.values = t, .time_s = {}, .sequence = {}}},
        {"x", {.values = mapped(t, [](double s) { return s < 5.5024 ? 0.0 : 80.0; }), .time_s = {}, .sequence = {}}}});
   const FlightLog log = load(raw, map_of("stick_roll = \"x\""));
@@ -80,7 +69,7 @@ TEST(FlightLog, MarksDropoutsAndKeepsTheFirstOfRepeatedStamps) {
   auto x = mapped(t, wave);
   t.insert(t.begin() + 11, t[10]);
   x.insert(x.begin() + 11, 1e6);
-  const MadeLog raw(
+  const MemoryLog raw(
       {{"t", {.values = t, .time_s = {}, .sequence = {}}}, {"x", {.values = x, .time_s = {}, .sequence = {}}}});
   const FlightLog log = load(raw, map_of("rate_x = \"x\""));
   EXPECT_NEAR(log.of(Signal::kRateX)[10], wave(5.1), 1e-9);
@@ -97,21 +86,21 @@ TEST(FlightLog, RefusesAClockThatRunsBackwards) {
   for (std::size_t k = 50; k < t.size(); ++k) {
     t[k] -= 0.3;
   }
-  const MadeLog raw(
+  const MemoryLog raw(
       {{"t", {.values = t, .time_s = {}, .sequence = {}}}, {"x", {.values = t, .time_s = {}, .sequence = {}}}});
   EXPECT_EQ(complaint_of([&] { load(raw, map_of("rate_x = \"x\"")); }), "made:51: 't': time runs backwards");
 }
 
 TEST(FlightLog, RefusesColumnsWhoseLengthsDoNotAgree) {
-  const MadeLog raw({{"t", {.values = clock_of(100, 0.01), .time_s = {}, .sequence = {}}},
-                     {"x", {.values = clock_of(99, 0.01), .time_s = {}, .sequence = {}}}});
+  const MemoryLog raw({{"t", {.values = clock_of(100, 0.01), .time_s = {}, .sequence = {}}},
+                       {"x", {.values = clock_of(99, 0.01), .time_s = {}, .sequence = {}}}});
   EXPECT_EQ(
       complaint_of([&] { load(raw, map_of("rate_x = \"x\"")); }).rfind("made: 'x': has 99 samples, its clock 100", 0),
       0U);
 }
 
 TEST(FlightLog, RefusesATimeInMicroseconds) {
-  const MadeLog raw(
+  const MemoryLog raw(
       {{"t", {.values = mapped(clock_of(100, 0.01), [](double x) { return 1e12 * x; }), .time_s = {}, .sequence = {}}},
        {"x", {.values = clock_of(100, 0.01), .time_s = {}, .sequence = {}}}});
   EXPECT_EQ(complaint_of([&] { load(raw, map_of("rate_x = \"x\"")); }).rfind("made: 't': spans more than 10 days", 0),
@@ -129,8 +118,8 @@ TEST(FlightLog, MovesSticksToMatchTheMessageCounters) {
     stick_counter[k] = std::fmod(65502.0 + static_cast<double>(k), 65536.0);
     stick[k] = wave(t[k] + 0.02);  // row k was sent two messages after the attitude of row k
   }
-  const MadeLog raw({{"t", {.values = t, .time_s = {}, .sequence = counter}},
-                     {"x", {.values = stick, .time_s = {}, .sequence = stick_counter}}});
+  const MemoryLog raw({{"t", {.values = t, .time_s = {}, .sequence = counter}},
+                       {"x", {.values = stick, .time_s = {}, .sequence = stick_counter}}});
   const FlightLog log = load(raw, map_of("stick_roll = \"x\""));
   EXPECT_EQ(log.alignment.stick_shift_samples, 2);
   EXPECT_EQ(log.alignment.evidence, "sequence");
@@ -141,13 +130,19 @@ TEST(FlightLog, MovesSticksToMatchTheMessageCounters) {
 
 TEST(FlightLog, FindsByCorrelationRatesThatLieBesideTheAttitude) {
   const auto t = clock_of(2000, 0.01);
-  const auto rate = [](double at) { return 3.0 * std::cos(3.0 * (at + 0.07)) - 0.65 * std::sin(1.3 * (at + 0.07)); };
-  const MadeLog raw({{"t", {.values = t, .time_s = {}, .sequence = {}}},
-                     {"x", {.values = mapped(t, wave), .time_s = {}, .sequence = {}}},
-                     {"p", {.values = mapped(t, rate), .time_s = {}, .sequence = {}}}});
-  const FlightLog log = load(raw, map_of("attitude_roll = \"x\"\nrate_x = \"p\""));
-  EXPECT_EQ(log.alignment.rate_shift_samples, 7);
-  EXPECT_EQ(log.alignment.evidence, "correlation");
+  const auto rate = [](double at) { return 3.0 * std::cos(3.0 * (at + 0.2)) - 0.65 * std::sin(1.3 * (at + 0.2)); };
+  std::vector<double> rates = mapped(t, rate);
+  std::fill_n(&rates[500], 20, std::nan(""));
+  const MemoryLog raw({{"t", {.values = t, .time_s = {}, .sequence = {}}},
+                       {"x", {.values = mapped(t, wave), .time_s = {}, .sequence = {}}},
+                       {"p", {.values = rates, .time_s = {}, .sequence = {}}}});
+  for (const int per_row : {1, 4}) {
+    const FlightLog log = load(raw, map_of("attitude_roll = \"x\"\nrate_x = \"p\""), 0.01 / per_row);
+    EXPECT_EQ(log.alignment.rate_shift_samples, 20 * per_row);
+    EXPECT_EQ(log.alignment.evidence, "correlation");
+    const std::vector<std::uint8_t> gap = log.gap_of({Signal::kRateX});
+    EXPECT_EQ(std::find(gap.begin(), gap.end(), 1) - gap.begin(), 519 * per_row + 1) << "the gap moves with its rate";
+  }
 }
 
 // The documentation of the measured flights says: "CSV row = odometry index i, RC index i - 2".

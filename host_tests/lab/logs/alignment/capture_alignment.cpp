@@ -6,17 +6,11 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <numbers>
+
+#include "host_tests/lab/logs/stream.h"
 
 namespace m100::lab::logs {
 namespace {
-
-void unwrap(std::vector<double>& angle_rad) {
-  constexpr double kTurn = 2.0 * std::numbers::pi;
-  for (std::size_t i = 1; i < angle_rad.size(); ++i) {
-    angle_rad[i] -= kTurn * std::round((angle_rad[i] - angle_rad[i - 1]) / kTurn);
-  }
-}
 
 std::vector<double> slope(const std::vector<double>& values, std::size_t half, double period_s) {
   std::vector<double> out(values.size(), 0.0);
@@ -59,7 +53,7 @@ double capture_lag_s(const FlightLog& log, std::vector<double> captured_heading_
   if (captured_heading_rad.size() != measured.size() || measured.empty()) {
     return otherwise_s;
   }
-  unwrap(captured_heading_rad);
+  unwrap_angle(captured_heading_rad);
   const std::size_t begin = log.index_of(range_s.first);
   const std::size_t end = std::min(log.index_of(range_s.second), measured.size());
   double lag_s = 0.0;

@@ -9,10 +9,11 @@ namespace m100::lab::logs {
 namespace {
 
 constexpr double kRateEvidence = 0.8;  // least correlation of gyro and attitude rate to count as the same motion
-constexpr int kLongestRateShift = 50;  // samples
+constexpr double kLongestRateShift_s = 0.5;
 
-void shift_later(std::vector<double>& values, int samples) {
-  const std::vector<double> old = values;
+template <typename Value>
+void shift_later(std::vector<Value>& values, int samples) {
+  const std::vector<Value> old = values;
   const auto last = static_cast<std::ptrdiff_t>(old.size()) - 1;
   for (std::ptrdiff_t k = 0; k < static_cast<std::ptrdiff_t>(old.size()); ++k) {
     values[static_cast<std::size_t>(k)] =
@@ -65,7 +66,7 @@ void align_rates(FlightLog& log) {
   for (std::size_t k = 1; k + 1 < log.size; ++k) {
     turning[k] = (roll[k + 1] - roll[k - 1]) / (2.0 * log.period_s);
   }
-  const Lag lag = best_lag(turning, log.of(Signal::kRateX), kLongestRateShift);
+  const Lag lag = best_lag(turning, log.of(Signal::kRateX), static_cast<int>(kLongestRateShift_s / log.period_s + 0.5));
   if (lag.peak < kRateEvidence) {
     return;
   }
@@ -78,8 +79,10 @@ void align_rates(FlightLog& log) {
                       " samples against the attitude (correlation " + std::to_string(lag.peak) +
                       "); the rates were moved");
   for (int i = 0; i < 3; ++i) {
-    if (log.has(offset(Signal::kRateX, i))) {
-      shift_later(log.of(offset(Signal::kRateX, i)), lag.samples);
+    const Signal rate = offset(Signal::kRateX, i);
+    if (log.has(rate)) {
+      shift_later(log.of(rate), lag.samples);
+      log.signal_gap.contains(rate) ? shift_later(log.signal_gap.at(rate), lag.samples) : void();
     }
   }
 }
