@@ -133,11 +133,6 @@ void into_translation(FlightLog& log, const HiddenEffects& effects) {
   if (!log.has(Signal::kAttitudeRoll) || !log.has(Signal::kAttitudePitch) || !log.has3(Signal::kVelocityX)) {
     throw InputError(log.file, 0, "attitude_roll", "translation needs attitude and velocity");
   }
-  for (const auto& [name, value] : effects) {
-    if (!moves_the_aircraft(name)) {
-      throw InputError("--effect", 0, name, "cannot be added to translation");
-    }
-  }
   auto& roll = log.of(Signal::kAttitudeRoll);
   auto& pitch = log.of(Signal::kAttitudePitch);
   for (std::size_t k = 0; k < log.size; ++k) {
@@ -202,6 +197,11 @@ std::optional<model::Bounds> addable(const std::string& effect, const std::strin
 
 FlightLog inject(const FlightLog& log, const std::string& axis, const identify::ModelResult& fitted,
                  const HiddenEffects& effects) {
+  for (const auto& [name, value] : effects) {
+    if (!addable(name, axis)) {
+      throw InputError("--effect", 0, name, "cannot be added to " + axis);
+    }
+  }
   FlightLog out = log;
   if (axis == "translation") {
     into_translation(out, effects);

@@ -25,7 +25,7 @@ std::optional<model::Bounds> addable(const std::string& effect, const std::strin
 /// accelerometer gets the values that it would then measure.
 ///
 /// @param fitted the declared model's parameters as identify reports them; unused for translation.
-/// @throws InputError: an unknown axis, a missing signal, or (translation only) an effect that cannot be added.
+/// @throws InputError: an unknown axis, a missing signal, or an effect that cannot be added.
 logs::FlightLog inject(const logs::FlightLog& log, const std::string& axis, const identify::ModelResult& fitted,
                        const HiddenEffects& effects);
 

@@ -70,6 +70,7 @@ TEST(Injection, AddsAsMuchAsItSays) {
     const double wanted = model::StickLaw<double>(with, log.period_s).shaped(stick) -
                           model::StickLaw<double>(own, log.period_s).shaped(stick);
     EXPECT_NEAR(added, wanted, 1e-6 * std::abs(wanted));
+    EXPECT_THROW(inject(log, "climb", fitted, {{"trim_offsets", 40.0}}), std::exception) << "added nothing";
   }
 }
 
