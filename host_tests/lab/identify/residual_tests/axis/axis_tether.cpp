@@ -123,7 +123,7 @@ Finding tether_finding(const AxisTether& tether, const std::string& response) {
   std::array<char, 240> text{};
   std::snprintf(
       text.data(), text.size(),
-      "%s falls by %.2f m/s per metre of height %s %.2f m, counted from the start of the log (likelihood ratio %.0f): "
+      "%s falls by %.2f m/s per metre of height %s %.2f m, counted from the start of each log (likelihood ratio %.0f): "
       "a force that depends on position, such as a tether, a wall or the ground",
       response.c_str(), tether.rate_per_s, tether.above ? "above" : "below", tether.edge_m, tether.likelihood_ratio);
   return {.what = "position_force", .signal = response, .text = text.data()};
