@@ -225,19 +225,12 @@ void AxisProblem::annotate(const Selection& selection, IdentifyResult& result) c
   if (training_.signals.stick_name.starts_with("command_")) {
     result.stick_unit = request_.axis == "climb" ? "m_s" : request_.axis == "yaw_rate" ? "rad_s" : "rad";
   }
-  const logs::Alignment& found = request_.log->alignment;
-  // An alignment by correlation used the rates and the attitude, so it is no evidence for the sticks.
-  result.alignment = {static_cast<double>(found.stick_shift_samples),
-                      found.evidence == "sequence" ? found.evidence : "none"};
   for (const AxisDataSet* part : {&training_, &validation_}) {
     if (part == &training_ || &validation_.log != &training_.log) {
       result.findings.insert(result.findings.end(), part->signals.findings.begin(), part->signals.findings.end());
     }
   }
-  for (const std::string& said : request_.log->notes) {
-    result.findings.push_back(note(said));
-  }
-  if (found.stick_shift_samples != 0) {
+  if (const logs::Alignment& found = request_.log->alignment; found.stick_shift_samples != 0) {
     result.findings.push_back(note("the sticks were logged " + std::to_string(std::abs(found.stick_shift_samples)) +
                                    " samples too " + (found.stick_shift_samples > 0 ? "early" : "late") +
                                    " relative to the response (evidence: their " + found.evidence +

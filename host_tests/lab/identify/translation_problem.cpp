@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "host_tests/lab/identify/data/ground_time.h"
 #include "host_tests/lab/identify/residual_tests/translation/translation_change_point.h"
 #include "host_tests/lab/identify/residual_tests/translation/translation_residual.h"
 #include "host_tests/lab/input_error.h"
@@ -141,15 +140,6 @@ void TranslationProblem::annotate(const Selection& selection, IdentifyResult& re
           note(std::string(part == &training_ ? "training: " : "validation: ") +
                describe_head_winds(*part, selection.final_model.fit, request_.wind_from_first_s)));
     }
-  }
-  const logs::Alignment& found = request_.log->alignment;
-  // An alignment by correlation used the rates and the attitude, so it is no evidence for the sticks.
-  result.alignment = {static_cast<double>(found.stick_shift_samples),
-                      found.evidence == "sequence" ? found.evidence : "none"};
-  const std::vector<Finding> ground = ground_findings(ground_times(*request_.log));
-  result.findings.insert(result.findings.end(), ground.begin(), ground.end());
-  for (const std::string& said : request_.log->notes) {
-    result.findings.push_back(note(said));
   }
   result.findings.push_back(
       note("acceleration from " + training_.data.source + ", filtered over 0.2 s like the prediction"));

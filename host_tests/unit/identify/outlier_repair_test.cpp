@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host_tests/lab/identify/data/log_defects.h"
+#include "host_tests/lab/identify/data/translation_repair.h"
 #include "host_tests/unit/identify/one_log.h"
 
 namespace m100::lab::identify {
@@ -42,6 +43,17 @@ TEST(SlowRows, ASmoothTurnIsNoOutlier) {
   EXPECT_TRUE(repair_samples(angle, used, clock, "attitude_roll").empty());
   angle[320] += 0.3;
   EXPECT_EQ(repair_samples(angle, used, clock, "attitude_roll").size(), 1U);
+}
+
+// Catches a spoilt sample that stays because another signal was not sampled at that time.
+TEST(TranslationRepair, LooksAtTheGapsOfTheSignalItself) {
+  logs::FlightLog log = healthy_flight("translation", 31);
+  log.gap.assign(log.size, 1);
+  log.signal_gap[logs::Signal::kRateX] = log.gap;
+  log.of(logs::Signal::kAttitudeRoll)[2000] += 0.5;
+  std::vector<Finding> findings;
+  translation::repaired(log, {{3.0, 30.0}}, findings);
+  EXPECT_EQ(findings.at(0).what, "outliers");
 }
 
 // Catches a freeze that ends when the vehicle passes the frozen value again, so that there is no jump at its end.

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <string>
 
+#include "host_tests/lab/identify/data/ground_time.h"
 #include "host_tests/lab/identify/data/log_defects.h"
 #include "host_tests/lab/identify/data/translation_data.h"
 
@@ -141,10 +142,6 @@ bool clearly_better(const ReadingFit& one, const ReadingFit& other) {
   return mean > kErrors * std::sqrt(variance / static_cast<double>(n));
 }
 
-}  // namespace
-
-namespace {
-
 /// The wanted samples without those in gaps.
 std::vector<char> without_gaps(std::vector<char> wanted, const std::vector<std::uint8_t>& gap) {
   for (std::size_t i = 0; i < wanted.size(); ++i) {
@@ -180,14 +177,16 @@ FlightLog repaired(const FlightLog& log, const std::vector<Range>& requested, st
     if (signal == Signal::kAttitudeRoll || signal == Signal::kAttitudePitch) {
       append(repair_units(out.of(signal), wanted, name));
     }
-    std::vector<char> used = without_gaps(wanted, out.gap);
+    const std::vector<std::uint8_t> gap = out.gap_of({signal});
+    std::vector<char> used = without_gaps(wanted, gap);
     append(repair_samples(out.of(signal), used, {out.start_s, out.period_s, out.row_of(signal)}, name));
     for (std::size_t i = 0; i < out.size; ++i) {
-      if (used[i] == 0 && wanted[i] != 0 && out.gap[i] == 0) {
+      if (used[i] == 0 && wanted[i] != 0 && gap[i] == 0) {
         leave_out(signal, i, out);
       }
     }
   }
+  append(ground_findings(ground_times(out)));
   return out;
 }
 

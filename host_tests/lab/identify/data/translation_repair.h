@@ -10,7 +10,7 @@
 namespace m100::lab::identify::translation {
 
 /// The log with repaired samples: degrees converted to radians, outliers replaced, frozen samples of attitude, velocity
-/// and position marked as gaps. Adds a finding for each repair.
+/// and position marked as gaps. Adds a finding for each repair and for each time on the ground.
 /// @param requested  ranges outside of which spoilt samples do not matter; empty: all samples matter
 logs::FlightLog repaired(const logs::FlightLog& log, const std::vector<Range>& requested,
                          std::vector<Finding>& findings);

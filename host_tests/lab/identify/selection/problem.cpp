@@ -73,7 +73,15 @@ class Conclusion {
     report_progress(request_, "intervals (block jackknife)");
     intervals(final_fit);
     effects(final_fit);
+    // An alignment by correlation used the rates and the attitude, so it is no evidence for the sticks.
+    const logs::Alignment& found = request_.log->alignment;
+    result_.alignment = {static_cast<double>(found.stick_shift_samples),
+                         found.evidence == "sequence" ? found.evidence : "none"};
     problem_.annotate(selection_, result_);
+    add_notes(request_.log->notes);
+    for (const std::string& said : in_one_log(request_) ? std::vector<std::string>{} : request_.validation_log->notes) {
+      result_.findings.push_back(note("validation log: " + said));
+    }
     figures(problem_.traces(selection_.declared.fit, final_fit));
     const std::vector<int> all(family_.block_count(), 1);
     ValidationComparison parts =

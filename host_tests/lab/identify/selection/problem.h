@@ -73,7 +73,7 @@ class Problem {
   virtual void examine(const Selection& selection, IdentifyResult& result) const = 0;
   /// Whether the named effects are probably side effects of the unexplained cause and not findings of their own.
   virtual bool are_side_effects(const Selection& selection, const IdentifyResult& result) const = 0;
-  /// Adds the alignment, and findings about the log and the effects, once models, intervals and effects are complete.
+  /// Adds findings about the log and the effects, once models, intervals and effects are complete.
   virtual void annotate(const Selection& selection, IdentifyResult& result) const = 0;
   virtual Traces traces(const Fit& declared, const Fit& final_fit) const = 0;
 };
