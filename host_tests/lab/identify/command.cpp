@@ -162,7 +162,7 @@ nlohmann::ordered_json compared(const nlohmann::json& forecast, const identify::
 }
 
 /// Sets the training and validation ranges, from --split or from --train and --validate. With --split, a log of
-/// --validate-log is for validation as a whole.
+/// --validate-log is for validation as a whole, and all pieces of the other logs are for training.
 void require_ranges(const IdentifyOptions& options, const logs::FlightLog& log, const logs::FlightLog* other,
                     identify::Request& request) {
   if (!options.split.empty()) {
@@ -267,8 +267,10 @@ void write_page(const IdentifyOptions& options, const identify::IdentifyResult& 
     return;
   }
   const bool split = !options.split.empty();
+  const std::string other = options.validation_log.empty() ? "" : " of " + base_names({options.validation_log});
+  const std::string validation = !split ? options.validate + " s" : other.empty() ? options.split : "all";
   const identify::ReportOrigin origin{base_names(options.logs), split ? options.split : options.train + " s",
-                                      split ? options.split : options.validate + " s"};
+                                      validation + other};
   std::cout << "wrote " << printable(identify::write_report(result, origin, options.report)) << "\n";
 }
 

@@ -67,28 +67,17 @@ class SeveralLogs : public ::testing::Test {
 
   /// The answer as JSON, or the program's error message.
   std::pair<nlohmann::json, std::string> ask(const std::vector<std::string>& options) const {
-    CLI::App lab{"test"};
-    add_identify(lab);
-    std::vector<std::string> words{"m100-lab", "identify", "--columns",      path("map.toml"), "--axis",
-                                   "roll",     "--json",   path("out.json"), "--draws",        "0"};
+    std::vector<std::string> words{"identify", "--columns",      path("map.toml"), "--axis", "roll",
+                                   "--json",   path("out.json"), "--draws",        "0"};
     words.insert(words.end(), options.begin(), options.end());
     if (std::find(options.begin(), options.end(), "--declare") == options.end()) {
       words.insert(words.end(), {"--declare", "second_order,transport_delay"});
     }
-    std::vector<const char*> arguments;
-    arguments.reserve(words.size());
-    for (const std::string& word : words) {
-      arguments.push_back(word.c_str());
-    }
-    try {
-      lab.parse(static_cast<int>(arguments.size()), arguments.data());
-    } catch (const std::exception& wrong) {
-      return {nullptr, wrong.what()};
-    }
-    return {nlohmann::json::parse(std::ifstream(path("out.json"))), ""};
+    const std::string wrong = refused_by(add_identify, words);
+    return {wrong.empty() ? nlohmann::json::parse(std::ifstream(path("out.json"))) : nlohmann::json(), wrong};
   }
 
-  /// The error message of a subcommand that refuses.
+  /// The error message of a subcommand; empty: it accepts.
   static std::string refused_by(void (*add)(CLI::App&), const std::vector<std::string>& words) {
     CLI::App lab{"test"};
     add(lab);
@@ -235,6 +224,15 @@ TEST_F(SeveralLogs, SplitStaysWithin) {
       ask({"--log", path("a.csv"), "--train", "5:10,15:20,25:30,35:40", "--validate", "10:15,20:25,30:35"});
   ASSERT_EQ(said_same, "");
   EXPECT_EQ(whole["final"], same["final"]);
+  write("b.csv", SyntheticAxis::random(2), 0.0,
+        [](int row, const std::string& line) { return row == 9 ? line + "\n" + line : line; });
+  const nlohmann::json cut =
+      ask({"--log", path("a.csv"), "--validate-log", path("b.csv"), "--split", "alternate:5", "--within", "5:20"})
+          .first;
+  EXPECT_EQ(cut["final"], ask({"--log", path("a.csv"), "--validate-log", path("b.csv"), "--train", "5:10,10:15,15:20",
+                               "--validate", "0:44.99"})
+                              .first["final"]);
+  EXPECT_NE(cut["findings"].dump().find("validation log: t_s: 1 repeated"), std::string::npos) << cut["findings"];
   EXPECT_NE(ask({"--log", path("a.csv"), "--train", "5:20", "--validate", "20:30", "--within", "5:30"}).second, "");
 }
 

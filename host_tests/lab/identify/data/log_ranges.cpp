@@ -198,10 +198,7 @@ void split(const std::string& text, const std::string& within, const logs::Fligh
   if (!(length_s >= 2.5)) {
     throw InputError("--split", 0, text, "pieces must be at least 2.5 s long");
   }
-  std::vector<Range> all;
-  if (!within.empty()) {
-    all = ranges("--within", within, log);
-  }
+  std::vector<Range> all = within.empty() ? std::vector<Range>{} : ranges("--within", within, log);
   for (std::size_t flight = 0; within.empty() && flight < std::max<std::size_t>(1, log.flights.size()); ++flight) {
     const Range own = own_times(log, flight);
     all.emplace_back(logs::joined_time(log, flight, own.first),
@@ -210,7 +207,7 @@ void split(const std::string& text, const std::string& within, const logs::Fligh
   for (const Range& range : all) {
     for (int piece = 0; range.first + (piece + 1) * length_s <= range.second + 1e-9; ++piece) {
       const Range one{range.first + piece * length_s, range.first + (piece + 1) * length_s};
-      (piece % 2 == 0 ? request.train : request.validate).push_back(one);
+      (piece % 2 == 0 || !in_one_log(request) ? request.train : request.validate).push_back(one);
     }
   }
 }
@@ -241,7 +238,7 @@ void find_gaps(const logs::FlightLog& log, const std::vector<Range>& ranges, std
   std::vector<Hole> all;  // signals that are missing in the same samples share a line
   for (const auto& [signal, missing] : log.signal_gap) {
     const Gap gap = gap_in(log, ranges, missing);
-    if (gap.samples == 0) {
+    if (gap.samples == 0 || !log.has(signal)) {
       continue;
     }
     const auto same = std::find_if(all.begin(), all.end(), [&](const Hole& one) {

@@ -17,7 +17,8 @@ namespace m100::lab::identify {
 std::vector<Range> ranges(const std::string& option, const std::string& text, const logs::FlightLog& log);
 
 /// Parses "alternate:6": divides every log, or every range in `within`, into whole pieces of 6 s, for training and
-/// validation in turn. @throws InputError as ranges(); for another keyword; for pieces shorter than 2.5 s.
+/// validation in turn, or all for training if validation has a log of its own.
+/// @throws InputError as ranges(); for another keyword; for pieces shorter than 2.5 s.
 void split(const std::string& text, const std::string& within, const logs::FlightLog& log, Request& request);
 
 /// Checks that ranges do not share samples of a flight, neither training with validation nor within one option. One
