@@ -172,6 +172,10 @@ void exit_unless(bool all_flown) {
   }
 }
 
+bool all_flew(const std::vector<experiments::TaskResult>& results) {
+  return std::all_of(results.begin(), results.end(), [](const auto& result) { return result.refused == 0; });
+}
+
 void run_rates(const ExperimentsOptions& options) {
   const std::vector<experiments::RateCost> costs = experiments::fly_rates(suite_of(options));
   experiments::print_rates(std::cout, costs);
@@ -180,6 +184,7 @@ void run_rates(const ExperimentsOptions& options) {
     experiments::write_rates_report(options.report, costs, about(options));
     std::cout << "wrote " << printable(options.report) << "/rates.html\n";
   }
+  exit_unless(std::all_of(costs.begin(), costs.end(), [](const auto& cost) { return all_flew(cost.tasks); }));
 }
 
 void run_motion(const ExperimentsOptions& options) {
@@ -190,7 +195,7 @@ void run_motion(const ExperimentsOptions& options) {
     experiments::write_motion_report(options.report, points, about(options));
     std::cout << "wrote " << printable(options.report) << "/motion.html\n";
   }
-  exit_unless(std::all_of(points.begin(), points.end(), [](const auto& point) { return point.flown(); }));
+  exit_unless(std::all_of(points.begin(), points.end(), [](const auto& point) { return point.refused == 0; }));
 }
 
 void run_far(const ExperimentsOptions& options) {
@@ -253,6 +258,7 @@ void run(const ExperimentsOptions& options) {
               << printable(pages.empty() ? "none was flown" : pages.front()) << (pages.size() > 1 ? ", ..." : "")
               << "\n";
   }
+  exit_unless(all_flew(results));
 }
 
 }  // namespace
@@ -304,11 +310,10 @@ void add_experiments(CLI::App& lab) {
     check_together(*command, *options);
     check_files(*options);
     options->body.check();
-    const bool far = options->tasks == "far";
-    options->rates    ? run_rates(*options)
-    : options->motion ? run_motion(*options)
-    : far             ? run_far(*options)
-                      : run(*options);
+    options->rates            ? run_rates(*options)
+    : options->motion         ? run_motion(*options)
+    : options->tasks == "far" ? run_far(*options)
+                              : run(*options);
   });
 }
 

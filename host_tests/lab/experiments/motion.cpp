@@ -15,12 +15,13 @@ namespace {
 
 constexpr std::array kFactors{0.125, 0.24, 0.5, 1.0, 2.0, 4.0};
 
-std::optional<Cell> calm_cell(SuiteOptions options, const char* task) {
+std::optional<Cell> calm_cell(SuiteOptions options, const char* task, int& refused) {
   options.only = task;
   options.condition = "calm";
   options.literal_steps = false;
   const std::vector<TaskResult> results = fly_suite(options);
-  return results.size() == 1 && results.front().flown() ? std::optional(results.front().mean) : std::nullopt;
+  refused += results.front().refused;
+  return results.front().flown() ? std::optional(results.front().mean) : std::nullopt;
 }
 
 /// A number of a cell as text; "not flown" without a cell.
@@ -50,9 +51,11 @@ std::vector<MotionPoint> fly_motion(const SuiteOptions& options) {
   for (const double factor : kFactors) {
     SuiteOptions one = options;
     model::flown_weights(one.vehicle.vehicle).input *= factor;
-    points.push_back({.input_weight = model::flown_weights(one.vehicle.vehicle).input,
-                      .hover = calm_cell(one, "hover"),
-                      .square = calm_cell(one, "trajectory")});
+    MotionPoint point{
+        .input_weight = model::flown_weights(one.vehicle.vehicle).input, .hover = {}, .square = {}, .refused = 0};
+    point.hover = calm_cell(one, "hover", point.refused);
+    point.square = calm_cell(one, "trajectory", point.refused);
+    points.push_back(point);
   }
   return points;
 }

@@ -16,7 +16,7 @@ struct MotionPoint {
   double input_weight = 0.0;
   std::optional<Cell> hover;   ///< in calm air; empty: control was never obtained
   std::optional<Cell> square;  ///< the trajectory in calm air; empty: control was never obtained
-  bool flown() const { return hover && square; }
+  int refused = 0;             ///< flights of both tasks that never obtained control
 };
 
 /// Flies hover and trajectory in calm air with the vehicle file's input weight times 1/8 to 4.
