@@ -45,73 +45,71 @@ inline constexpr StageSet kEveryStage = kStartUp | kIdle | kAcquiring | kHolding
 /// Read from top to bottom, the first row that matches wins. If no row matches, the stage stays.
 inline constexpr auto kAuthorityTable = [] {
   using enum AuthorityCondition;
+  using Row = AuthorityTransition;
   using S = AuthorityStage;
   using A = AuthorityAction;
   using R = AuthorityReason;
   return std::array{
       // Loss of authority is tested before anything else. Control that is still ours then is given back by step().
-      AuthorityTransition{kEveryStage, kPortBack, kNone, S::kListening, A::kNone, R::kPortBack},
-      AuthorityTransition{kAcquiring | kHolding, kOwnStall, kNone, S::kSilent, A::kReleaseControl, R::kOwnStall},
-      AuthorityTransition{kAcquiring | kHolding | kIdle, kRestarted, kNone, S::kSilentCold, A::kNone, R::kRestarted},
-      AuthorityTransition{kStartUp | S::kPausing, kRestarted, kNone, S::kListening, A::kNone, R::kRestarted},
-      AuthorityTransition{kAcquiring | kHolding, kControlLostPush, kNone, S::kSilent, A::kNone, R::kControlLost},
-      AuthorityTransition{kAcquiring | kHolding | kIdle, kNone, kLinkAlive, S::kSilentCold, A::kNone, R::kLinkSilent},
-      AuthorityTransition{kAcquiring | kHolding, kNone, kItemsFresh, S::kSilentCold, A::kNone, R::kLinkSilent},
-      AuthorityTransition{kAcquiring | kHolding, kNone, kModeF, S::kSilent, A::kNone, R::kLeftModeF},
-      AuthorityTransition{S::kEnabling | S::kInControl, kNone, kDeviceOurs, S::kSilent, A::kNone, R::kTaken},
-      AuthorityTransition{S::kInControl, kNeedsVirtualRc, kVirtualRcOn, S::kSilent, A::kNone, R::kVirtualRcEnded},
-      AuthorityTransition{S::kInControl, kNoAnswer, kNone, S::kSilent, A::kReleaseControl, R::kUplinkSilent},
+      Row{kEveryStage, kPortBack, kNone, S::kListening, A::kNone, R::kPortBack},
+      Row{kAcquiring | kHolding, kOwnStall, kNone, S::kSilent, A::kReleaseControl, R::kOwnStall},
+      Row{kAcquiring | kHolding | kIdle, kRestarted, kNone, S::kSilentCold, A::kNone, R::kRestarted},
+      Row{kStartUp | S::kPausing, kRestarted, kNone, S::kListening, A::kNone, R::kRestarted},
+      Row{kAcquiring | kHolding, kControlLostPush, kNone, S::kSilent, A::kNone, R::kControlLost},
+      Row{kAcquiring | kHolding | kIdle, kNone, kLinkAlive, S::kSilentCold, A::kNone, R::kLinkSilent},
+      Row{kAcquiring | kHolding, kNone, kItemsFresh, S::kSilentCold, A::kNone, R::kLinkSilent},
+      Row{kAcquiring | kHolding, kNone, kModeF, S::kSilent, A::kNone, R::kLeftModeF},
+      Row{S::kEnabling | S::kInControl, kNone, kDeviceOurs, S::kSilent, A::kNone, R::kTaken},
+      Row{S::kInControl, kNeedsVirtualRc, kVirtualRcOn, S::kSilent, A::kNone, R::kVirtualRcEnded},
+      Row{S::kInControl, kNoAnswer, kNone, S::kSilent, A::kReleaseControl, R::kUplinkSilent},
 
       // The operator gives control back.
-      AuthorityTransition{kAcquiring | S::kInControl, kReleaseRequested, kNone, S::kReleasing, A::kReleaseControl,
-                          R::kNone},
-      AuthorityTransition{S::kReleasing, kNone, kReleasePending, S::kReady, A::kNone, R::kReleased},
+      Row{kAcquiring | S::kInControl, kReleaseRequested, kNone, S::kReleasing, A::kReleaseControl, R::kNone},
+      Row{S::kReleasing, kNone, kReleasePending, S::kReady, A::kNone, R::kReleased},
 
       // Start-up, by itself, until the first loss.
-      AuthorityTransition{S::kListening, kLinkAlive, kNone, S::kRequestingVersion, A::kRequestVersion, R::kStarting},
-      AuthorityTransition{S::kListening, kTimeOver, kNone, S::kRequestingVersion, A::kRequestVersion,
-                          R::kNothingReceived},
-      AuthorityTransition{S::kRequestingVersion, kDone, kNone, S::kActivating, A::kActivate, R::kStarting},
-      AuthorityTransition{S::kRequestingVersion, kNoAnswer, kLinkAlive, S::kPausing, A::kNone, R::kNothingReceived},
-      AuthorityTransition{S::kActivating, kDone, kNone, S::kSettingRates, A::kSetRates, R::kStarting},
-      AuthorityTransition{S::kSettingRates, kDone, kNone, S::kAwaitingTelemetry, A::kNone, R::kStarting},
-      AuthorityTransition{kStartUp, kRetry, kNone, S::kPausing, A::kNone, R::kAnswer},
-      AuthorityTransition{kStartUp, kNoAnswer, kNone, S::kPausing, A::kNone, R::kNoAnswer},
-      AuthorityTransition{kStartUp, kSendAgain, kNone, S::kPausing, A::kNone, R::kAnswer},
-      AuthorityTransition{kStartUp, kRefused, kNone, S::kSilentCold, A::kNone, R::kAnswer},
-      AuthorityTransition{kStartUp, kNotActivated, kNone, S::kPausing, A::kNone, R::kNotActivated},
-      AuthorityTransition{S::kPausing, kTimeOver, kNone, S::kListening, A::kNone, R::kStarting},
-      AuthorityTransition{S::kAwaitingTelemetry, kItemsFresh, kNone, S::kReady, A::kNone, R::kNone},
-      AuthorityTransition{S::kAwaitingTelemetry, kTimeOver, kNone, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
+      Row{S::kListening, kLinkAlive, kNone, S::kRequestingVersion, A::kRequestVersion, R::kStarting},
+      Row{S::kListening, kTimeOver, kNone, S::kRequestingVersion, A::kRequestVersion, R::kNothingReceived},
+      Row{S::kRequestingVersion, kDone, kNone, S::kActivating, A::kActivate, R::kStarting},
+      Row{S::kRequestingVersion, kNoAnswer, kLinkAlive, S::kPausing, A::kNone, R::kNothingReceived},
+      Row{S::kActivating, kDone, kNone, S::kSettingRates, A::kSetRates, R::kStarting},
+      Row{S::kSettingRates, kDone, kNone, S::kAwaitingTelemetry, A::kNone, R::kStarting},
+      Row{kStartUp, kRetry, kNone, S::kPausing, A::kNone, R::kAnswer},
+      Row{kStartUp, kNoAnswer, kNone, S::kPausing, A::kNone, R::kNoAnswer},
+      Row{kStartUp, kSendAgain, kNone, S::kPausing, A::kNone, R::kAnswer},
+      Row{kStartUp, kRefused, kNone, S::kSilentCold, A::kNone, R::kAnswer},
+      Row{kStartUp, kNotActivated, kNone, S::kPausing, A::kNone, R::kNotActivated},
+      Row{S::kPausing, kTimeOver, kNone, S::kListening, A::kNone, R::kStarting},
+      Row{S::kAwaitingTelemetry, kItemsFresh, kNone, S::kReady, A::kNone, R::kNone},
+      Row{S::kAwaitingTelemetry, kTimeOver, kNone, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
 
       // The operator requests control.
-      AuthorityTransition{S::kSilentCold, kControlRequested, kNone, S::kListening, A::kNone, R::kStarting},
-      AuthorityTransition{S::kSilent, kControlRequested, kNone, S::kAwaitingTelemetry, A::kNone, R::kStarting},
-      AuthorityTransition{S::kReady, kNone, kItemsFresh, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
-      AuthorityTransition{S::kReady, kControlRequested | kRcOff, kNone, S::kReady, A::kNone, R::kRcOff},
-      AuthorityTransition{S::kReady, kControlRequested, kModeF, S::kReady, A::kNone, R::kNotModeF},
-      AuthorityTransition{S::kReady, kControlRequested | kRequestSpaced, kReleasePending, S::kObtaining,
-                          A::kRequestControl, R::kStarting},
+      Row{S::kSilentCold, kControlRequested, kNone, S::kListening, A::kNone, R::kStarting},
+      Row{S::kSilent, kControlRequested, kNone, S::kAwaitingTelemetry, A::kNone, R::kStarting},
+      Row{S::kReady, kNone, kItemsFresh, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
+      Row{S::kReady, kControlRequested | kRcOff, kNone, S::kReady, A::kNone, R::kRcOff},
+      Row{S::kReady, kControlRequested, kModeF, S::kReady, A::kNone, R::kNotModeF},
+      Row{S::kReady, kControlRequested | kRequestSpaced, kReleasePending, S::kObtaining, A::kRequestControl,
+          R::kStarting},
 
       // Every request has to be sent twice: the first is answered "again" (protocol, 6.1). Telemetry may show that
       // control is ours before the answer does, or instead of it.
-      AuthorityTransition{S::kObtaining | S::kSpacing, kDeviceOurs, kNone, S::kConfirming, A::kNone, R::kGranted},
-      AuthorityTransition{S::kObtaining, kDone, kNone, S::kConfirming, A::kNone, R::kGranted},
-      AuthorityTransition{S::kObtaining, kSendAgain | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kStarting},
-      AuthorityTransition{S::kObtaining, kNoAnswer | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kNoAnswer},
-      AuthorityTransition{S::kObtaining, kSendAgain, kNone, S::kSilent, A::kNone, R::kEndlessObtaining},
-      AuthorityTransition{S::kObtaining, kNoAnswer, kNone, S::kSilent, A::kNone, R::kNoAnswer},
-      AuthorityTransition{S::kObtaining, kRetry, kNone, S::kSilent, A::kNone, R::kAnswer},
-      AuthorityTransition{S::kObtaining, kRefused, kNone, S::kSilent, A::kNone, R::kAnswer},
-      AuthorityTransition{S::kObtaining, kNotActivated, kNone, S::kSilentCold, A::kNone, R::kNotActivated},
-      AuthorityTransition{S::kSpacing, kRequestSpaced, kNone, S::kObtaining, A::kRequestControl, R::kStarting},
-      AuthorityTransition{S::kConfirming, kDeviceOurs, kNeedsVirtualRc, S::kInControl, A::kNone, R::kGranted},
-      AuthorityTransition{S::kConfirming, kDeviceOurs | kSwitchSpaced, kNone, S::kEnabling, A::kSwitchVirtualRcOn,
-                          R::kGranted},
-      AuthorityTransition{S::kConfirming, kTimeOver, kDeviceOurs, S::kSilent, A::kReleaseControl, R::kNotConfirmed},
-      AuthorityTransition{S::kEnabling, kVirtualRcOn, kNone, S::kInControl, A::kNone, R::kGranted},
-      AuthorityTransition{S::kEnabling, kTimeOver | kSwitchesLeft, kNone, S::kConfirming, A::kNone, R::kGranted},
-      AuthorityTransition{S::kEnabling, kTimeOver, kNone, S::kSilent, A::kReleaseControl, R::kVirtualRcRefused},
+      Row{S::kObtaining | S::kSpacing, kDeviceOurs, kNone, S::kConfirming, A::kNone, R::kGranted},
+      Row{S::kObtaining, kDone, kNone, S::kConfirming, A::kNone, R::kGranted},
+      Row{S::kObtaining, kSendAgain | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kStarting},
+      Row{S::kObtaining, kNoAnswer | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kNoAnswer},
+      Row{S::kObtaining, kSendAgain, kNone, S::kSilent, A::kNone, R::kEndlessObtaining},
+      Row{S::kObtaining, kNoAnswer, kNone, S::kSilent, A::kNone, R::kNoAnswer},
+      Row{S::kObtaining, kRetry, kNone, S::kSilent, A::kNone, R::kAnswer},
+      Row{S::kObtaining, kRefused, kNone, S::kSilent, A::kNone, R::kAnswer},
+      Row{S::kObtaining, kNotActivated, kNone, S::kSilentCold, A::kNone, R::kNotActivated},
+      Row{S::kSpacing, kRequestSpaced, kNone, S::kObtaining, A::kRequestControl, R::kStarting},
+      Row{S::kConfirming, kDeviceOurs, kNeedsVirtualRc, S::kInControl, A::kNone, R::kGranted},
+      Row{S::kConfirming, kDeviceOurs | kSwitchSpaced, kNone, S::kEnabling, A::kSwitchVirtualRcOn, R::kGranted},
+      Row{S::kConfirming, kTimeOver, kDeviceOurs, S::kSilent, A::kReleaseControl, R::kNotConfirmed},
+      Row{S::kEnabling, kVirtualRcOn, kNone, S::kInControl, A::kNone, R::kGranted},
+      Row{S::kEnabling, kTimeOver | kSwitchesLeft, kNone, S::kConfirming, A::kNone, R::kGranted},
+      Row{S::kEnabling, kTimeOver, kNone, S::kSilent, A::kReleaseControl, R::kVirtualRcRefused},
   };
 }();
 
@@ -173,6 +171,7 @@ constexpr AuthorityStage next(AuthorityStage stage, AuthorityCondition condition
 
 namespace checks {
 
+using S = AuthorityStage;
 using enum AuthorityCondition;
 /// All is well in flight, over Virtual RC.
 inline constexpr AuthorityCondition kFlying =
@@ -182,46 +181,35 @@ constexpr AuthorityCondition except(AuthorityCondition conditions, AuthorityCond
   return conditions & ~gone;
 }
 
-static_assert(next(AuthorityStage::kInControl, kFlying) == AuthorityStage::kInControl);
-static_assert(next(AuthorityStage::kInControl, except(kFlying, kModeF)) == AuthorityStage::kSilent);
-static_assert(next(AuthorityStage::kInControl, except(kFlying, kDeviceOurs)) == AuthorityStage::kSilent);
-static_assert(next(AuthorityStage::kInControl, except(kFlying, kVirtualRcOn)) == AuthorityStage::kSilent);
-static_assert(next(AuthorityStage::kInControl, except(kFlying, kItemsFresh)) == AuthorityStage::kSilentCold);
-static_assert(next(AuthorityStage::kInControl, except(kFlying, kLinkAlive)) == AuthorityStage::kSilentCold);
-static_assert(next(AuthorityStage::kInControl, kFlying | kControlLostPush | kReleaseRequested) ==
-                  AuthorityStage::kSilent,
-              "loss before wishes");
-static_assert(next(AuthorityStage::kInControl, kFlying | kRestarted | kControlLostPush) == AuthorityStage::kSilentCold);
-static_assert(next(AuthorityStage::kInControl, except(kFlying, kVirtualRcOn | kNeedsVirtualRc)) ==
-                  AuthorityStage::kInControl,
+static_assert(next(S::kInControl, kFlying) == S::kInControl);
+static_assert(next(S::kInControl, except(kFlying, kModeF)) == S::kSilent);
+static_assert(next(S::kInControl, except(kFlying, kDeviceOurs)) == S::kSilent);
+static_assert(next(S::kInControl, except(kFlying, kVirtualRcOn)) == S::kSilent);
+static_assert(next(S::kInControl, except(kFlying, kItemsFresh)) == S::kSilentCold);
+static_assert(next(S::kInControl, except(kFlying, kLinkAlive)) == S::kSilentCold);
+static_assert(next(S::kInControl, kFlying | kControlLostPush | kReleaseRequested) == S::kSilent, "loss before wishes");
+static_assert(next(S::kInControl, kFlying | kRestarted | kControlLostPush) == S::kSilentCold);
+static_assert(next(S::kInControl, except(kFlying, kVirtualRcOn | kNeedsVirtualRc)) == S::kInControl,
               "the movement channel does not need Virtual RC");
-static_assert(next(AuthorityStage::kSilent, kFlying | kRequestSpaced | kTriesLeft | kDone) == AuthorityStage::kSilent,
-              "never by itself");
-static_assert(next(AuthorityStage::kSilentCold, kFlying | kRequestSpaced | kTriesLeft | kDone) ==
-              AuthorityStage::kSilentCold);
-static_assert(next(AuthorityStage::kReady, kFlying | kRequestSpaced | kTriesLeft) == AuthorityStage::kReady,
-              "not unasked");
-static_assert(next(AuthorityStage::kReady, kFlying | kControlRequested) == AuthorityStage::kReady,
-              "not before two seconds have passed");
-static_assert(next(AuthorityStage::kReady, kFlying | kControlRequested | kRequestSpaced) == AuthorityStage::kObtaining);
-static_assert(next(AuthorityStage::kReady, kFlying | kControlRequested | kRequestSpaced | kReleasePending) ==
-                  AuthorityStage::kReady,
+static_assert(next(S::kSilent, kFlying | kRequestSpaced | kTriesLeft | kDone) == S::kSilent, "never by itself");
+static_assert(next(S::kSilentCold, kFlying | kRequestSpaced | kTriesLeft | kDone) == S::kSilentCold);
+static_assert(next(S::kReady, kFlying | kRequestSpaced | kTriesLeft) == S::kReady, "not unasked");
+static_assert(next(S::kReady, kFlying | kControlRequested) == S::kReady, "not before two seconds have passed");
+static_assert(next(S::kReady, kFlying | kControlRequested | kRequestSpaced) == S::kObtaining);
+static_assert(next(S::kReady, kFlying | kControlRequested | kRequestSpaced | kReleasePending) == S::kReady,
               "first it is given back");
-static_assert(next(AuthorityStage::kReleasing, kFlying | kReleasePending | kDone) == AuthorityStage::kReleasing,
+static_assert(next(S::kReleasing, kFlying | kReleasePending | kDone) == S::kReleasing,
               "telemetry decides, not an answer");
-static_assert(next(AuthorityStage::kInControl, kFlying | kOwnStall) == AuthorityStage::kSilent);
-static_assert(next(AuthorityStage::kInControl, kFlying | kNoAnswer) == AuthorityStage::kSilent, "nobody hears us");
-static_assert(next(AuthorityStage::kInControl, kFlying | kPortBack) == AuthorityStage::kListening);
-static_assert(next(AuthorityStage::kSilentCold, kFlying | kPortBack) == AuthorityStage::kListening);
-static_assert(
-    kAuthorityTable[match_number(AuthorityStage::kReady, except(kFlying, kModeF) | kControlRequested | kRequestSpaced)]
-        .reason == AuthorityReason::kNotModeF);
-static_assert(next(AuthorityStage::kObtaining, except(kFlying, kDeviceOurs) | kSendAgain) == AuthorityStage::kSilent,
+static_assert(next(S::kInControl, kFlying | kOwnStall) == S::kSilent);
+static_assert(next(S::kInControl, kFlying | kNoAnswer) == S::kSilent, "nobody hears us");
+static_assert(next(S::kInControl, kFlying | kPortBack) == S::kListening);
+static_assert(next(S::kSilentCold, kFlying | kPortBack) == S::kListening);
+static_assert(kAuthorityTable[match_number(S::kReady, except(kFlying, kModeF) | kControlRequested | kRequestSpaced)]
+                  .reason == AuthorityReason::kNotModeF);
+static_assert(next(S::kObtaining, except(kFlying, kDeviceOurs) | kSendAgain) == S::kSilent,
               "someone else holds control");
-static_assert(next(AuthorityStage::kObtaining, except(kFlying, kDeviceOurs) | kSendAgain | kTriesLeft) ==
-              AuthorityStage::kSpacing);
-static_assert(next(AuthorityStage::kObtaining, kFlying | kNoAnswer) == AuthorityStage::kConfirming,
-              "telemetry says that it is granted");
+static_assert(next(S::kObtaining, except(kFlying, kDeviceOurs) | kSendAgain | kTriesLeft) == S::kSpacing);
+static_assert(next(S::kObtaining, kFlying | kNoAnswer) == S::kConfirming, "telemetry says that it is granted");
 
 /// Every row that leads to a stage in which commands may leave requires control or Virtual RC as ours in telemetry.
 constexpr bool control_needs_proof() {
@@ -251,9 +239,9 @@ static_assert(requests_are_spaced());
 /// kReady, which again waits for the operator.
 constexpr bool silence_ends_by_asking() {
   for (const AuthorityTransition& row : kAuthorityTable) {
-    const bool leaves = (row.from.has(AuthorityStage::kSilent) || row.from.has(AuthorityStage::kSilentCold)) &&
-                        row.to != AuthorityStage::kSilent && row.to != AuthorityStage::kSilentCold;
-    const bool starts_anew = all(row.with, kPortBack) && row.to == AuthorityStage::kListening;
+    const bool leaves =
+        (row.from.has(S::kSilent) || row.from.has(S::kSilentCold)) && row.to != S::kSilent && row.to != S::kSilentCold;
+    const bool starts_anew = all(row.with, kPortBack) && row.to == S::kListening;
     if (leaves && !all(row.with, kControlRequested) && !starts_anew) {
       return false;
     }

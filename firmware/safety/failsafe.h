@@ -94,96 +94,63 @@ struct FailsafeTransition {
 };
 
 /// Read from the top, first match wins; no match: stay. In every state the rows for a loss of control come first.
-inline constexpr std::array kFailsafeTransitions{
-    // The pilot, the app or a mission took control: stop at once, and never request it again without the operator.
-    FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kNone, FailsafeCondition::kCommandable,
-                       FailsafeState::kSilent, FailsafeReason::kControlGone},
-    FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kNone, FailsafeCondition::kCommandable,
-                       FailsafeState::kSilent, FailsafeReason::kControlGone},
-    FailsafeTransition{FailsafeState::kLevel, FailsafeCondition::kNone, FailsafeCondition::kCommandable,
-                       FailsafeState::kSilent, FailsafeReason::kControlGone},
-    FailsafeTransition{FailsafeState::kRelease, FailsafeCondition::kNone, FailsafeCondition::kCommandable,
-                       FailsafeState::kSilent, FailsafeReason::kControlGone},
-    // Nothing of ours helps an aircraft that is out of control or on the ground: the pilot has the sticks at once.
-    FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kFlightFailure, FailsafeCondition::kNone,
-                       FailsafeState::kSilent, FailsafeReason::kFlightFailure},
-    FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kFlightFailure, FailsafeCondition::kNone,
-                       FailsafeState::kSilent, FailsafeReason::kFlightFailure},
-    FailsafeTransition{FailsafeState::kLevel, FailsafeCondition::kFlightFailure, FailsafeCondition::kNone,
-                       FailsafeState::kSilent, FailsafeReason::kFlightFailure},
-    FailsafeTransition{FailsafeState::kRelease, FailsafeCondition::kFlightFailure, FailsafeCondition::kNone,
-                       FailsafeState::kSilent, FailsafeReason::kFlightFailure},
-    FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kOnGround, FailsafeCondition::kTaskFlies,
-                       FailsafeState::kSilent, FailsafeReason::kOnGround},
-    FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kOnGround, FailsafeCondition::kTaskFlies,
-                       FailsafeState::kSilent, FailsafeReason::kOnGround},
-    FailsafeTransition{FailsafeState::kLevel, FailsafeCondition::kOnGround, FailsafeCondition::kTaskFlies,
-                       FailsafeState::kSilent, FailsafeReason::kOnGround},
-    // From kRelease to kSilent.
-    FailsafeTransition{FailsafeState::kRelease, FailsafeCondition::kNeutralOver, FailsafeCondition::kNone,
-                       FailsafeState::kSilent, FailsafeReason::kNeutralOver},
-    FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kOperatorReleases, FailsafeCondition::kNone,
-                       FailsafeState::kRelease, FailsafeReason::kGivenBack},
-    FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kOperatorReleases, FailsafeCondition::kNone,
-                       FailsafeState::kRelease, FailsafeReason::kGivenBack},
-    FailsafeTransition{FailsafeState::kLevel, FailsafeCondition::kOperatorReleases, FailsafeCondition::kNone,
-                       FailsafeState::kRelease, FailsafeReason::kGivenBack},
-    FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kTelemetryDead, FailsafeCondition::kNone,
-                       FailsafeState::kRelease, FailsafeReason::kTelemetrySilent},
-    FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kTelemetryDead, FailsafeCondition::kNone,
-                       FailsafeState::kRelease, FailsafeReason::kTelemetrySilent},
-    FailsafeTransition{FailsafeState::kLevel, FailsafeCondition::kTelemetryDead, FailsafeCondition::kNone,
-                       FailsafeState::kRelease, FailsafeReason::kTelemetrySilent},
-    // An order to fly that can be obeyed is obeyed even at the last moment; one that cannot does not delay the pilot.
-    FailsafeTransition{FailsafeState::kLevel, FailsafeCondition::kOperatorEngages | FailsafeCondition::kRecovered,
-                       FailsafeCondition::kEstimateLost | FailsafeCondition::kCommandInvalid |
-                           FailsafeCondition::kOutsideFence | FailsafeCondition::kTaskFlies,
-                       FailsafeState::kNominal, FailsafeReason::kEngaged},
-    FailsafeTransition{FailsafeState::kLevel, FailsafeCondition::kLevelOver, FailsafeCondition::kNone,
-                       FailsafeState::kRelease, FailsafeReason::kLevelOver},
-    // While the autopilot flies its own task the law is inactive, because the task needs no pose.
-    FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kTaskFlies, FailsafeCondition::kNone,
-                       FailsafeState::kLevel, FailsafeReason::kTask},
-    FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kTaskFlies, FailsafeCondition::kNone,
-                       FailsafeState::kLevel, FailsafeReason::kTask},
-    FailsafeTransition{
-        FailsafeState::kSilent, FailsafeCondition::kTaskFlies | FailsafeCondition::kCommandable,
-        FailsafeCondition::kOperatorReleases | FailsafeCondition::kTelemetryDead | FailsafeCondition::kFlightFailure,
-        FailsafeState::kLevel, FailsafeReason::kTask},
-    // Down to kLevel, or from kNominal to kCoast.
-    FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kCommandInvalid, FailsafeCondition::kNone,
-                       FailsafeState::kLevel, FailsafeReason::kCommandInvalid},
-    FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kCommandInvalid, FailsafeCondition::kNone,
-                       FailsafeState::kLevel, FailsafeReason::kCommandInvalid},
-    FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kEstimateLost, FailsafeCondition::kNone,
-                       FailsafeState::kLevel, FailsafeReason::kEstimateLost},
-    FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kEstimateLost, FailsafeCondition::kNone,
-                       FailsafeState::kLevel, FailsafeReason::kEstimateLost},
-    FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kOutsideFence, FailsafeCondition::kNone,
-                       FailsafeState::kLevel, FailsafeReason::kFenceLeft},
-    FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kOutsideFence, FailsafeCondition::kNone,
-                       FailsafeState::kLevel, FailsafeReason::kFenceLeft},
-    FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kAuthorityExceeded, FailsafeCondition::kNone,
-                       FailsafeState::kLevel, FailsafeReason::kAuthorityExceeded},
-    FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kLimitCyclePersists, FailsafeCondition::kNone,
-                       FailsafeState::kLevel, FailsafeReason::kLimitCycle},
-    FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kReserveSpent, FailsafeCondition::kFresh,
-                       FailsafeState::kLevel, FailsafeReason::kReserveSpent},
-    FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kCoastOver, FailsafeCondition::kFresh,
-                       FailsafeState::kLevel, FailsafeReason::kCoastOver},
-    FailsafeTransition{FailsafeState::kNominal, FailsafeCondition::kNone, FailsafeCondition::kFresh,
-                       FailsafeState::kCoast, FailsafeReason::kPoseOld},
-    // Up again: from kCoast by itself, from kLevel (above) and kSilent only by the operator.
-    FailsafeTransition{FailsafeState::kCoast, FailsafeCondition::kRecovered, FailsafeCondition::kNone,
-                       FailsafeState::kNominal, FailsafeReason::kRecovered},
-    FailsafeTransition{
-        FailsafeState::kSilent,
-        FailsafeCondition::kOperatorEngages | FailsafeCondition::kCommandable | FailsafeCondition::kRecovered,
-        FailsafeCondition::kEstimateLost | FailsafeCondition::kCommandInvalid | FailsafeCondition::kOperatorReleases |
-            FailsafeCondition::kTelemetryDead | FailsafeCondition::kOutsideFence | FailsafeCondition::kOnGround |
-            FailsafeCondition::kFlightFailure,
-        FailsafeState::kNominal, FailsafeReason::kEngaged},
-};
+inline constexpr std::array kFailsafeTransitions = [] {
+  using Row = FailsafeTransition;
+  using In = FailsafeState;
+  using When = FailsafeCondition;
+  using Why = FailsafeReason;
+  return std::array{
+      // The pilot, the app or a mission took control: stop at once, and never request it again without the operator.
+      Row{In::kNominal, When::kNone, When::kCommandable, In::kSilent, Why::kControlGone},
+      Row{In::kCoast, When::kNone, When::kCommandable, In::kSilent, Why::kControlGone},
+      Row{In::kLevel, When::kNone, When::kCommandable, In::kSilent, Why::kControlGone},
+      Row{In::kRelease, When::kNone, When::kCommandable, In::kSilent, Why::kControlGone},
+      // Nothing of ours helps an aircraft that is out of control or on the ground: the pilot has the sticks at once.
+      Row{In::kNominal, When::kFlightFailure, When::kNone, In::kSilent, Why::kFlightFailure},
+      Row{In::kCoast, When::kFlightFailure, When::kNone, In::kSilent, Why::kFlightFailure},
+      Row{In::kLevel, When::kFlightFailure, When::kNone, In::kSilent, Why::kFlightFailure},
+      Row{In::kRelease, When::kFlightFailure, When::kNone, In::kSilent, Why::kFlightFailure},
+      Row{In::kNominal, When::kOnGround, When::kTaskFlies, In::kSilent, Why::kOnGround},
+      Row{In::kCoast, When::kOnGround, When::kTaskFlies, In::kSilent, Why::kOnGround},
+      Row{In::kLevel, When::kOnGround, When::kTaskFlies, In::kSilent, Why::kOnGround},
+      // From kRelease to kSilent.
+      Row{In::kRelease, When::kNeutralOver, When::kNone, In::kSilent, Why::kNeutralOver},
+      Row{In::kNominal, When::kOperatorReleases, When::kNone, In::kRelease, Why::kGivenBack},
+      Row{In::kCoast, When::kOperatorReleases, When::kNone, In::kRelease, Why::kGivenBack},
+      Row{In::kLevel, When::kOperatorReleases, When::kNone, In::kRelease, Why::kGivenBack},
+      Row{In::kNominal, When::kTelemetryDead, When::kNone, In::kRelease, Why::kTelemetrySilent},
+      Row{In::kCoast, When::kTelemetryDead, When::kNone, In::kRelease, Why::kTelemetrySilent},
+      Row{In::kLevel, When::kTelemetryDead, When::kNone, In::kRelease, Why::kTelemetrySilent},
+      // An order to fly that can be obeyed is obeyed even at the last moment; one that cannot does not delay the pilot.
+      Row{In::kLevel, When::kOperatorEngages | When::kRecovered,
+          When::kEstimateLost | When::kCommandInvalid | When::kOutsideFence | When::kTaskFlies, In::kNominal,
+          Why::kEngaged},
+      Row{In::kLevel, When::kLevelOver, When::kNone, In::kRelease, Why::kLevelOver},
+      // While the autopilot flies its own task the law is inactive, because the task needs no pose.
+      Row{In::kNominal, When::kTaskFlies, When::kNone, In::kLevel, Why::kTask},
+      Row{In::kCoast, When::kTaskFlies, When::kNone, In::kLevel, Why::kTask},
+      Row{In::kSilent, When::kTaskFlies | When::kCommandable,
+          When::kOperatorReleases | When::kTelemetryDead | When::kFlightFailure, In::kLevel, Why::kTask},
+      // Down to kLevel, or from kNominal to kCoast.
+      Row{In::kNominal, When::kCommandInvalid, When::kNone, In::kLevel, Why::kCommandInvalid},
+      Row{In::kCoast, When::kCommandInvalid, When::kNone, In::kLevel, Why::kCommandInvalid},
+      Row{In::kNominal, When::kEstimateLost, When::kNone, In::kLevel, Why::kEstimateLost},
+      Row{In::kCoast, When::kEstimateLost, When::kNone, In::kLevel, Why::kEstimateLost},
+      Row{In::kNominal, When::kOutsideFence, When::kNone, In::kLevel, Why::kFenceLeft},
+      Row{In::kCoast, When::kOutsideFence, When::kNone, In::kLevel, Why::kFenceLeft},
+      Row{In::kNominal, When::kAuthorityExceeded, When::kNone, In::kLevel, Why::kAuthorityExceeded},
+      Row{In::kNominal, When::kLimitCyclePersists, When::kNone, In::kLevel, Why::kLimitCycle},
+      Row{In::kCoast, When::kReserveSpent, When::kFresh, In::kLevel, Why::kReserveSpent},
+      Row{In::kCoast, When::kCoastOver, When::kFresh, In::kLevel, Why::kCoastOver},
+      Row{In::kNominal, When::kNone, When::kFresh, In::kCoast, Why::kPoseOld},
+      // Up again: from kCoast by itself, from kLevel (above) and kSilent only by the operator.
+      Row{In::kCoast, When::kRecovered, When::kNone, In::kNominal, Why::kRecovered},
+      Row{In::kSilent, When::kOperatorEngages | When::kCommandable | When::kRecovered,
+          When::kEstimateLost | When::kCommandInvalid | When::kOperatorReleases | When::kTelemetryDead |
+              When::kOutsideFence | When::kOnGround | When::kFlightFailure,
+          In::kNominal, Why::kEngaged},
+  };
+}();
 
 /// Number of the first row that matches; the table's size if none does.
 constexpr std::size_t row_number(FailsafeState state, FailsafeCondition conditions) {
@@ -204,33 +171,25 @@ constexpr bool passes_law(FailsafeState state) {
 }
 constexpr bool may_transmit(FailsafeState state) { return state != FailsafeState::kSilent; }
 
-static_assert(next_failsafe_state(FailsafeState::kNominal, FailsafeCondition::kFresh | FailsafeCondition::kRecovered) ==
-                  FailsafeState::kSilent,
-              "the pilot comes first");
-static_assert(next_failsafe_state(FailsafeState::kNominal, FailsafeCondition::kCommandable |
-                                                               FailsafeCondition::kFresh) == FailsafeState::kNominal);
-static_assert(next_failsafe_state(FailsafeState::kNominal, FailsafeCondition::kCommandable) == FailsafeState::kCoast);
-static_assert(next_failsafe_state(FailsafeState::kCoast, FailsafeCondition::kCommandable |
-                                                             FailsafeCondition::kCoastOver) == FailsafeState::kLevel);
-static_assert(next_failsafe_state(FailsafeState::kCoast, FailsafeCondition::kCommandable |
-                                                             FailsafeCondition::kCoastOver |
-                                                             FailsafeCondition::kFresh) == FailsafeState::kCoast,
+namespace failsafe_checks {
+
+using S = FailsafeState;
+using enum FailsafeCondition;
+
+static_assert(next_failsafe_state(S::kNominal, kFresh | kRecovered) == S::kSilent, "the pilot comes first");
+static_assert(next_failsafe_state(S::kNominal, kCommandable | kFresh) == S::kNominal);
+static_assert(next_failsafe_state(S::kNominal, kCommandable) == S::kCoast);
+static_assert(next_failsafe_state(S::kCoast, kCommandable | kCoastOver) == S::kLevel);
+static_assert(next_failsafe_state(S::kCoast, kCommandable | kCoastOver | kFresh) == S::kCoast,
               "poses are back: ten of them decide");
-static_assert(next_failsafe_state(FailsafeState::kLevel, FailsafeCondition::kCommandable | FailsafeCondition::kFresh |
-                                                             FailsafeCondition::kRecovered) == FailsafeState::kLevel,
+static_assert(next_failsafe_state(S::kLevel, kCommandable | kFresh | kRecovered) == S::kLevel,
               "from level back only by the operator");
-static_assert(next_failsafe_state(FailsafeState::kSilent, FailsafeCondition::kCommandable | FailsafeCondition::kFresh |
-                                                              FailsafeCondition::kRecovered) == FailsafeState::kSilent,
+static_assert(next_failsafe_state(S::kSilent, kCommandable | kFresh | kRecovered) == S::kSilent,
               "nobody flies unasked");
-static_assert(next_failsafe_state(FailsafeState::kLevel, FailsafeCondition::kTaskFlies) == FailsafeState::kSilent,
-              "the pilot ends a task, too");
-static_assert(next_failsafe_state(FailsafeState::kLevel,
-                                  FailsafeCondition::kCommandable | FailsafeCondition::kTaskFlies |
-                                      FailsafeCondition::kOperatorReleases) == FailsafeState::kRelease);
-static_assert(next_failsafe_state(FailsafeState::kSilent,
-                                  FailsafeCondition::kCommandable | FailsafeCondition::kTaskFlies |
-                                      FailsafeCondition::kRecovered | FailsafeCondition::kOperatorEngages) ==
-                  FailsafeState::kLevel,
+static_assert(next_failsafe_state(S::kLevel, kTaskFlies) == S::kSilent, "the pilot ends a task, too");
+static_assert(next_failsafe_state(S::kLevel, kCommandable | kTaskFlies | kOperatorReleases) == S::kRelease);
+static_assert(next_failsafe_state(S::kSilent, kCommandable | kTaskFlies | kRecovered | kOperatorEngages) == S::kLevel,
               "the law waits for the end of a take-off");
 
+}  // namespace failsafe_checks
 }  // namespace m100::safety
