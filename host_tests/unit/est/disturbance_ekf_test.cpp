@@ -241,9 +241,7 @@ TYPED_TEST(AllScalars, ComesBackAfterALongDropoutSomewhereElse) {
   while (filter.counters().recoveries == 0) {
     e = run(filter, hover, 1);
   }
-  EXPECT_NEAR(e.x.velocity_m_s, Real(0.5), Real(0.1));
   EXPECT_GT(e.x.position_variance_m2, Real(0.02)) << "the time of this pose is uncertain: 0.2 m";
-  hover.time_sigma_s = 0.0;
   e = run(filter, hover, 60);
   EXPECT_NEAR(static_cast<double>(e.x.position_m), hover.position.x(), 0.03);
   EXPECT_EQ(filter.counters().last_recovery, ResetReason::kLongDropout);
@@ -284,7 +282,6 @@ TYPED_TEST(AllScalars, StartsInFlightWhereItIsAndWithTheVelocityItHas) {
   EXPECT_NEAR(static_cast<double>(e.y.position_m), truth.y(), 0.02);
   EXPECT_NEAR(static_cast<double>(e.height_m), truth.z(), 0.02);
   EXPECT_GT(e.x.position_variance_m2, Real(0.9)) << "the time of this pose is uncertain: 1 m";
-  hover.time_sigma_s = 0.0;
   e = run(filter, hover, 70);
   EXPECT_NEAR(e.x.velocity_m_s, Real(2.5), Real(0.15));
   EXPECT_NEAR(e.y.velocity_m_s, Real(-2.0), Real(0.15));

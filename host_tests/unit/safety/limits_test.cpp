@@ -61,18 +61,8 @@ const Edge kEdges[] = {
      FailsafeState::kCoast, FailsafeReason::kPoseOld},
     {"TelemetryOf100Ms", [](Observation& o, Duration d) { o.link.telemetry_age = milliseconds(100) + d; },
      FailsafeState::kCoast, FailsafeReason::kTelemetryOld},
-    {"GateShutFor300Ms",
-     [](Observation& o, Duration d) {
-       o.consistency.refused_for = milliseconds(300) + d - kMin;
-       o.flight.on_ground_for = milliseconds(250) - kMin;
-     },
+    {"GateShutFor300Ms", [](Observation& o, Duration d) { o.consistency.refused_for = milliseconds(300) + d - kMin; },
      FailsafeState::kLevel, FailsafeReason::kPoseRefused},
-    {"GateShutOnTheGroundFor250Ms",
-     [](Observation& o, Duration d) {
-       o.consistency.refused_for = milliseconds(300) + d - kMin;
-       o.flight.on_ground_for = milliseconds(250);
-     },
-     FailsafeState::kSilent, FailsafeReason::kOnGround},
     {"PlaceLostFor3S", [](Observation& o, Duration d) { o.wind.exceeded_for = milliseconds(3000) + d - kMin; },
      FailsafeState::kLevel, FailsafeReason::kAuthorityExceeded},
     {"OnTheFence", [](Observation& o, Duration d) { o.fence.outside_m = 1e-9 * static_cast<double>(d.count()); },
@@ -114,7 +104,10 @@ TEST(FlightLimit, TheGroundAndAFailureGiveControlBackAtOnce) {
   for (const bool ground : {true, false}) {
     Flight flight;
     Observation seen = good(flight.now);
-    seen.flight.on_ground_for = ground ? milliseconds(500) : milliseconds(0);
+    seen.consistency.refused_for = milliseconds(300);  // halves the time on the ground
+    seen.flight.on_ground_for = milliseconds(250) - kMin;
+    EXPECT_EQ(flight.tick(seen).failsafe_state, FailsafeState::kLevel);
+    seen.flight.on_ground_for = ground ? milliseconds(250) : milliseconds(0);
     seen.flight.failure = ground ? FlightFailure::kNone : FlightFailure::kCrash;
     const SupervisedCommand<double> command = flight.tick(seen);
     EXPECT_TRUE(command.release);
