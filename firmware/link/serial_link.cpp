@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/link/serial_link.h"
 
+#include <cstdint>
+
 #include "firmware/core/assert.h"
 #include "firmware/link/ack_condition.h"
 #include "protocol/dji/catalogue.h"

@@ -2,6 +2,8 @@
 #include "protocol/dji/order_message.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <span>
 
 #include "firmware/core/assert.h"
 #include "protocol/bytes.h"

@@ -2,6 +2,7 @@
 #include "protocol/mavlink/signature.h"
 
 #include <algorithm>
+#include <span>
 
 #include "firmware/core/sha256.h"
 #include "protocol/bytes.h"

@@ -2,6 +2,7 @@
 #include "firmware/companion/ground_station/parameters.h"
 
 #include <algorithm>
+#include <cstdint>
 
 #include "firmware/core/time.h"
 

@@ -2,6 +2,7 @@
 #include "firmware/companion/preflight/axis_alignment.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 #include <sstream>

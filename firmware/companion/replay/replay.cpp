@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <sstream>
+#include <string>
 
 #include "firmware/app/flight_controller.h"
 #include "firmware/companion/files/course/course.h"

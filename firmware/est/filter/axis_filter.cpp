@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/est/filter/axis_filter.h"
 
+#include <string_view>
+
 #include "firmware/core/maths.h"
 #include "firmware/est/estimate.h"
 #include "firmware/est/filter/units.h"

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/est/filter/height_filter.h"
 
+#include <string_view>
+
 #include "firmware/est/filter/units.h"
 
 namespace m100::est {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/est/filter/yaw_filter.h"
 
+#include <array>
 #include <string_view>
 
 #include "firmware/core/maths.h"

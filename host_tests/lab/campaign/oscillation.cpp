@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <numbers>
 #include <span>
+#include <vector>
 
 namespace m100::lab::campaign {
 namespace {

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <utility>
+#include <vector>
 
 #include "host_tests/lab/evening/run_program.h"
 #include "host_tests/lab/input_error.h"

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/evening/corrected_vehicle.h"
 
+#include <string>
+
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/lab/evening/flight_result.h"
 #include "host_tests/lab/logs/flight_log.h"

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "host_tests/lab/hidden/random_source.h"
 #include "host_tests/lab/hidden/stick_response.h"

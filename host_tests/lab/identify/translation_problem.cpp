@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 
 #include "host_tests/lab/identify/residual_tests/translation/translation_change_point.h"
 #include "host_tests/lab/identify/residual_tests/translation/translation_residual.h"

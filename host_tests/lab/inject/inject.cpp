@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include "firmware/model/axis_effects.h"
 #include "firmware/model/paper.h"

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "firmware/sysid/axis_dynamics.h"
 #include "host_tests/lab/identify/data/axis_signals.h"

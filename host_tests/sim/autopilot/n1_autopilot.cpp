@@ -2,6 +2,7 @@
 #include "host_tests/sim/autopilot/n1_autopilot.h"
 
 #include <algorithm>
+#include <string_view>
 
 #include "host_tests/sim/autopilot/n1_script_syntax.h"
 #include "protocol/dji/acks.h"

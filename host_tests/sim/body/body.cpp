@@ -2,6 +2,7 @@
 #include "host_tests/sim/body/body.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "firmware/model/vehicle.h"

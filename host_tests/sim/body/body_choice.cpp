@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/sim/body/body_choice.h"
 
+#include <optional>
 #include <sstream>
 
 #include "host_tests/sim/body/take_off.h"

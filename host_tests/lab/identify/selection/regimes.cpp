@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <numeric>
 #include <string>
+#include <utility>
 
 namespace m100::lab::identify {
 namespace {

@@ -2,6 +2,7 @@
 #include "host_tests/lab/logs/formats/mat_file.h"
 
 #include <zlib.h>
+#include <utility>
 
 #include <algorithm>
 #include <optional>

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <string>
 
 #include "host_tests/lab/identify/model/translation/coordinate_search.h"
 #include "host_tests/lab/identify/residual_tests/periodic_force.h"
