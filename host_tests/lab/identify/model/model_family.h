@@ -39,6 +39,8 @@ class Family {
   virtual ~Family() = default;
 
   virtual std::size_t block_count() const = 0;
+  /// Number of axes whose errors follow each other in a block, all equally long.
+  virtual std::size_t axes() const { return 1; }
   virtual std::size_t samples_in(std::size_t block) const = 0;
   /// Fits to the blocks whose weight is positive (an integer weight counts a block several times).
   /// Without `warm` it tries several starts. With `warm` of the same structure it starts there and takes few

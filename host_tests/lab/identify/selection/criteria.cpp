@@ -11,10 +11,6 @@
 namespace m100::lab::identify {
 namespace {
 
-double sum_of_squares(const std::vector<double>& values) {
-  return std::inner_product(values.begin(), values.end(), values.begin(), 0.0);
-}
-
 double paired_t(const std::vector<double>& without, const std::vector<double>& with) {
   const double n = static_cast<double>(without.size());
   double mean = 0.0;
@@ -133,9 +129,20 @@ double information_criterion(double mean_square, double effective_samples, std::
          static_cast<double>(parameters) * std::log(std::max(effective_samples, 2.0));
 }
 
+std::vector<std::vector<double>> training_errors(const Family& family, const Fit& fit) {
+  std::vector<std::vector<double>> out;
+  for (const std::vector<double>& block : family.errors(fit, std::vector<int>(family.block_count(), 1))) {
+    const std::ptrdiff_t length = std::ssize(block) / static_cast<std::ptrdiff_t>(family.axes());
+    for (auto at = block.begin(); at != block.end(); at += length) {
+      out.emplace_back(at, at + length);
+    }
+  }
+  return out;
+}
+
 void cross_validate(const Family& family, CrossValidatedFit& out, std::size_t folds) {
   const std::size_t blocks = family.block_count();
-  out.errors = family.errors(out.fit, std::vector<int>(blocks, 1));
+  out.errors = training_errors(family, out.fit);
   out.effective_samples = effective_sample_size(out.errors);
   out.cv_block.assign(blocks, 0.0);
   const std::size_t used = std::min(folds, blocks);
@@ -149,7 +156,7 @@ void cross_validate(const Family& family, CrossValidatedFit& out, std::size_t fo
     const Fit fitted = family.fit(out.fit.structure, kept, &out.fit);
     const std::vector<std::vector<double>> errors = family.errors(fitted, left_out);
     for (std::size_t block = fold; block < blocks; block += used) {
-      out.cv_block[block] = sum_of_squares(errors[block]);
+      out.cv_block[block] = lagged_product({errors[block]}, 0);
     }
   }
   out.cv = std::accumulate(out.cv_block.begin(), out.cv_block.end(), 0.0);

@@ -12,6 +12,8 @@ void cross_validate(const Family& family, CrossValidatedFit& validated, std::siz
 /// Fits `structure` to all blocks and cross-validates it.
 CrossValidatedFit cross_validated_fit(const Family& family, const Structure& structure, const Fit* warm,
                                       std::size_t folds);
+/// Errors of all training blocks; each axis of a block is a series of its own, because no filter may run across axes.
+std::vector<std::vector<double>> training_errors(const Family& family, const Fit& fit);
 
 double samples_of(const std::vector<std::vector<double>>& blocks);
 /// Sum of the products of samples that are `lag` apart in a block; zero where no block is longer.

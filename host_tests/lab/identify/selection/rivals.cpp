@@ -128,7 +128,6 @@ void ForwardSelection::record_aliases(SelectionStep& step) {
   for (const Alias& alias : aliases_) {
     if (alias.winner == step.name) {
       step.rivals.push_back({alias.name, alias.fit, alias.cv_ratio});
-      step.alias_of_rival = true;
       out_.not_separable.push_back({step.name, alias.name});
     }
   }

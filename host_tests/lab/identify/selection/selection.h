@@ -54,7 +54,6 @@ struct SelectionStep {
     double cv_ratio = 1.0;
   };
   std::vector<RivalFit> rivals;
-  bool alias_of_rival = false;
 };
 
 /// Largest factor by which a kept effect may increase the validation error. An effect with weak evidence must reduce

@@ -9,10 +9,9 @@
 namespace m100::lab::identify {
 namespace {
 
-using Errors = std::vector<std::vector<double>>;
-
 /// Weight of an alternative against the fit's own, which is 1.
-double weight(const Fit& fit, const Errors& own, const Fit& alternative, const Errors& others) {
+double weight(const Fit& fit, const std::vector<std::vector<double>>& own, const Fit& alternative,
+              const std::vector<std::vector<double>>& others) {
   constexpr double kCertain = 40.0;
   const bool more = alternative.free_parameters >= fit.free_parameters;
   const std::size_t extra =
@@ -25,14 +24,13 @@ double weight(const Fit& fit, const Errors& own, const Fit& alternative, const E
 
 std::vector<double> structure_spread(const Problem& problem, const Fit& fit, const std::vector<Fit>& alternatives) {
   const Family& family = problem.family();
-  const std::vector<int> all(family.block_count(), 1);
-  const Errors own = family.errors(fit, all);
+  const auto own = training_errors(family, fit);
   const std::vector<Problem::Parameter> parameters = problem.parameters(fit);
   const std::vector<double> values = problem.coordinates(fit);
   std::vector<double> squares(values.size(), 0.0);
   std::vector<double> weights(values.size(), 1.0);
   for (const Fit& alternative : alternatives) {
-    const double share = weight(fit, own, alternative, family.errors(alternative, all));
+    const double share = weight(fit, own, alternative, training_errors(family, alternative));
     const std::vector<Problem::Parameter> others = problem.parameters(alternative);
     const std::vector<double> moved = problem.coordinates(alternative);
     for (std::size_t k = 0; k < parameters.size(); ++k) {

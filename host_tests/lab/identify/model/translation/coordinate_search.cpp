@@ -111,10 +111,6 @@ void take_winds(const TranslationBlocks& part, const Structure& structure, const
   winds.take_from(columns, head.columns, target, measured_rows(*part.head) - head.base, weights);
 }
 
-}  // namespace
-
-namespace {
-
 /// The parameters that minimise x' N x - 2 r' x inside the structure's bounds.
 Vector minimiser(Matrix normal, const Vector& right, const Structure& structure) {
   if (right.size() == 0) {

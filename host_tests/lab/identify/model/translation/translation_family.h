@@ -25,6 +25,7 @@ class TranslationFamily final : public Family {
   explicit TranslationFamily(const TranslationBlocks& training);
 
   std::size_t block_count() const override { return training_.blocks.size(); }
+  std::size_t axes() const override { return training_.data->axes; }
   std::size_t samples_in(std::size_t block) const override {
     return training_.blocks[block].samples.size() * training_.data->axes;
   }
