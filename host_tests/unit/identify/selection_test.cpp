@@ -62,9 +62,7 @@ class Lines : public Family {
     const Eigen::VectorXd sizes = normal.ldlt().solve(right);
     Fit out{
         .structure = structure, .parameters{sizes.begin(), sizes.end()}, .shape = "", .free_parameters = used.size()};
-    for (const std::vector<double>& block : errors(out, weights)) {
-      out.sum_of_squares += std::inner_product(block.begin(), block.end(), block.begin(), 0.0);
-    }
+    out.sum_of_squares = lagged_product(errors(out, weights), 0);
     return out;
   }
   std::vector<std::vector<double>> errors(const Fit& fit, std::span<const int> weights) const override {
