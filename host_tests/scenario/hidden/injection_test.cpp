@@ -99,8 +99,8 @@ std::vector<Case> medium_effects(const logs::FlightLog& flight, const std::strin
     rate[k] = (y[k] - y[k - 1]) / flight.period_s;
   }
   return {{{{"transport_delay", 0.1}}, {"transport_delay", "lead_zero"}},
-          {{{"saturation", 0.7 * identify::large(y)}}, {"saturation", "tilt_limit"}},
-          {{{"rate_limit", 0.5 * identify::large(rate)}}, {"rate_limit"}},
+          {{{"saturation", 0.7 * lab::large(y)}}, {"saturation", "tilt_limit"}},
+          {{{"rate_limit", 0.5 * lab::large(rate)}}, {"rate_limit"}},
           {{{"gain_asymmetry", 1.25}}, {"gain_asymmetry"}},
           {{{"gain_asymmetry", 0.8}}, {"gain_asymmetry"}},
           {{{"trim_offset", 40.0}}, {"trim_offset"}},
