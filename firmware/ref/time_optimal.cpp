@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/ref/time_optimal.h"
 
+#include <algorithm>
+
 #include "firmware/core/assert.h"
 #include "firmware/core/maths.h"
 
@@ -9,15 +11,6 @@ namespace {
 
 template <typename T>
 constexpr T kTolerance_m = static_cast<T>(sizeof(T) == sizeof(float) ? 2e-5 : 1e-9);
-
-template <typename T>
-T max_of(T a, T b) {
-  return a > b ? a : b;
-}
-template <typename T>
-T min_of(T a, T b) {
-  return a < b ? a : b;
-}
 
 /// The state after a piece of constant jerk.
 template <typename T>
@@ -40,11 +33,11 @@ class TimeOptimal<T>::Search {
       : from_(from),
         jerk_m_s3_(limits.jerk_m_s3),
         release_m_s3_(limits.release_m_s3),
-        peak_m_s2_(max_of(limits.up_m_s2, from.acceleration_m_s2)),
-        braking_m_s2_(max_of(limits.braking_share * limits.down_m_s2, -from.acceleration_m_s2)),
+        peak_m_s2_(std::max(limits.up_m_s2, from.acceleration_m_s2)),
+        braking_m_s2_(std::max(limits.braking_share * limits.down_m_s2, -from.acceleration_m_s2)),
         speed_m_s_(limits.speed_m_s) {
     if (stops_upwards(from)) {  // it moves downwards, so the motion begins by braking
-      peak_m_s2_ = max_of(limits.braking_share * limits.up_m_s2, from.acceleration_m_s2);
+      peak_m_s2_ = std::max(limits.braking_share * limits.up_m_s2, from.acceleration_m_s2);
     }
   }
 
@@ -59,18 +52,19 @@ class TimeOptimal<T>::Search {
     const T base_m_s = from_.velocity_m_s - T(0.5) * a0 * a0 / jerk_m_s3_;  // level speed = base + peak^2 / jerk
     const bool upwards = stops_upwards(from_);
     const T turning_m_s2 = core::sqrt(-base_m_s * ramps_m_s3());
-    const T least = upwards && base_m_s < T(0) ? min_of(max_of(turning_m_s2, a0), peak_m_s2_) : a0;
-    const T by_speed = max_of(core::sqrt(jerk_m_s3_ * (speed_m_s_ - base_m_s)), least);
-    const T most = min_of(peak_m_s2_, by_speed);
+    const T least = upwards && base_m_s < T(0) ? std::min(std::max(turning_m_s2, a0), peak_m_s2_) : a0;
+    const T by_speed = std::max(core::sqrt(jerk_m_s3_ * (speed_m_s_ - base_m_s)), least);
+    const T most = std::min(peak_m_s2_, by_speed);
     const T level_m_s = base_m_s + peak_m_s2_ * peak_m_s2_ / jerk_m_s3_;
     const T turned_m_s = base_m_s + peak_m_s2_ * peak_m_s2_ / ramps_m_s3();
-    const T least_hold_s = upwards ? max_of(-turned_m_s / peak_m_s2_, T(0)) : T(0);
+    const T least_hold_s = upwards ? std::max(-turned_m_s / peak_m_s2_, T(0)) : T(0);
     if (end_m(most, least_hold_s) >= T(0)) {
       peak_ = find(least, most, [this, least_hold_s](T peak) { return end_m(peak, least_hold_s); });
       hold_s_ = least_hold_s;
     } else {
       peak_ = most;
-      const T most_hold_s = by_speed < peak_m_s2_ ? T(0) : max_of((speed_m_s_ - level_m_s) / peak_m_s2_, least_hold_s);
+      const T most_hold_s =
+          by_speed < peak_m_s2_ ? T(0) : std::max((speed_m_s_ - level_m_s) / peak_m_s2_, least_hold_s);
       const T short_m = -end_m(peak_, most_hold_s);
       if (short_m > T(0)) {
         hold_s_ = most_hold_s;
@@ -93,7 +87,7 @@ class TimeOptimal<T>::Search {
   T ramps_m_s3() const { return T(2) * jerk_m_s3_ * release_m_s3_ / (jerk_m_s3_ + release_m_s3_); }
   /// The state after the rise to `peak` and its hold.
   AxisReference<T> risen(T peak, T hold_s, Piece* pieces) const {
-    const T rise_s = max_of((peak - from_.acceleration_m_s2) / jerk_m_s3_, T(0));
+    const T rise_s = std::max((peak - from_.acceleration_m_s2) / jerk_m_s3_, T(0));
     if (pieces != nullptr) {
       pieces[0] = {rise_s, jerk_m_s3_};
       pieces[1] = {hold_s, T(0)};
@@ -111,12 +105,12 @@ class TimeOptimal<T>::Search {
     T release_m_s3 = release_m_s3_;
     if (a < T(0) && stops_upwards(state)) {  // brakes too hard already: the braking ends at a higher jerk
       trough = -a;
-      release_m_s3 = state.velocity_m_s > T(0) ? min_of(T(0.5) * a * a / state.velocity_m_s, jerk_m_s3_) : jerk_m_s3_;
+      release_m_s3 = state.velocity_m_s > T(0) ? std::min(T(0.5) * a * a / state.velocity_m_s, jerk_m_s3_) : jerk_m_s3_;
     } else if (trough > braking_m_s2_) {
       trough = braking_m_s2_;
       hold_s = level_m_s / trough - trough / ramps_m_s3();
     }
-    const T fall_s = max_of((a + trough) / fall_m_s3, T(0));
+    const T fall_s = std::max((a + trough) / fall_m_s3, T(0));
     const T rise_s = trough / release_m_s3;
     if (pieces != nullptr) {
       pieces[0] = {fall_s, -fall_m_s3};
@@ -212,21 +206,17 @@ void TimeOptimal<T>::plan(const AxisReference<T>& from, T goal_m, const AxisLimi
   M100_ASSERT(limits.up_m_s2 > T(0) && limits.down_m_s2 > T(0) && limits.release_m_s3 > T(0) &&
               limits.speed_m_s > T(0) && limits.braking_share > T(0) && limits.jerk_m_s3 >= limits.release_m_s3);
   goal_m_ = goal_m;
-  from_ = {.position_m = from.position_m - goal_m,
-           .velocity_m_s = from.velocity_m_s,
-           .acceleration_m_s2 = from.acceleration_m_s2};
+  from_ = from;
+  from_.position_m -= goal_m;
   pieces_ = {};
   const T beyond_m_s2 = from.acceleration_m_s2 - core::clamp(from.acceleration_m_s2, -limits.down_m_s2, limits.up_m_s2);
   pieces_[0] = {(beyond_m_s2 < T(0) ? -beyond_m_s2 : beyond_m_s2) / limits.jerk_m_s3,
                 beyond_m_s2 > T(0) ? -limits.jerk_m_s3 : limits.jerk_m_s3};
   const AxisReference<T> begin = after(from_, pieces_[0].duration_s, pieces_[0].jerk_m_s3);
 
-  const AxisLimits<T> turned{.speed_m_s = limits.speed_m_s,
-                             .up_m_s2 = limits.down_m_s2,
-                             .down_m_s2 = limits.up_m_s2,
-                             .braking_share = limits.braking_share,
-                             .jerk_m_s3 = limits.jerk_m_s3,
-                             .release_m_s3 = limits.release_m_s3};
+  AxisLimits<T> turned = limits;
+  turned.up_m_s2 = limits.down_m_s2;
+  turned.down_m_s2 = limits.up_m_s2;
   const AxisReference<T> mirrored{.position_m = -begin.position_m,
                                   .velocity_m_s = -begin.velocity_m_s,
                                   .acceleration_m_s2 = -begin.acceleration_m_s2};

@@ -23,8 +23,7 @@ model::AltitudeGains design_altitude(const model::StickAxis& climb, const model:
   const bool second = !(climb.time_constant_s > 0.0) && climb.natural_frequency_rad_s > 0.0;
   const double lag_s = second ? 2.0 * climb.damping_ratio / climb.natural_frequency_rad_s
                               : (climb.time_constant_s > 0.05 ? climb.time_constant_s : 0.05);
-  const double rest_s = second ? 0.5 / climb.natural_frequency_rad_s : 0.0;
-  const double late_s = climb.transport_delay_s + rest_s + kFeedback_s;
+  const double late_s = climb.transport_delay_s + (second ? 0.5 / climb.natural_frequency_rad_s : 0.0) + kFeedback_s;
   const double by_derivative = (1.0 / lag_s + kMaxDerivative / (late_s + kHold_s)) / (2.0 * kDamping);
   const double frequency = std::min({kBandwidth / late_s, by_derivative, kFastest_rad_s});
   model::AltitudeGains gains = base;

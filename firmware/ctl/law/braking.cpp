@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/ctl/law/braking.h"
 
-#include "firmware/core/maths.h"
+#include <algorithm>
 
 namespace m100::ctl {
 namespace {
@@ -12,9 +12,6 @@ constexpr double kSeen_s = 0.02;
 constexpr double kMinReaction_s = 0.35;
 constexpr double kDrag_per_s = 0.3;
 constexpr double kHolds_m_s2 = 4.0;
-
-double larger(double a, double b) { return a > b ? a : b; }
-double smaller(double a, double b) { return a < b ? a : b; }
 
 double lag_s(const model::StickAxis& axis) {
   const double w = axis.natural_frequency_rad_s;
@@ -28,14 +25,14 @@ double effective_delay_s(const model::StickAxis& axis) { return axis.transport_d
 
 Braking braking_of(const model::Vehicle& vehicle, double slope_limit) {
   const model::Translation& air = vehicle.translation;
-  const double reaction_s = larger(lag_s(vehicle.pitch), lag_s(vehicle.roll)) + kCommandPeriod_s + kSeen_s;
+  const double reaction_s = std::max(lag_s(vehicle.pitch), lag_s(vehicle.roll)) + kCommandPeriod_s + kSeen_s;
   const double acceleration_m_s2 = kUsed * model::kGravity_m_s2 * air.tilt_gain * slope_limit;
   return {.acceleration_m_s2 = acceleration_m_s2,
-          .max_disturbance_m_s2 = smaller(acceleration_m_s2, kHolds_m_s2),
-          .reaction_s = larger(reaction_s, kMinReaction_s),
-          .acts_s = larger(effective_delay_s(vehicle.pitch), effective_delay_s(vehicle.roll)),
-          .unknown_drag_per_s = larger(kDrag_per_s - air.linear_drag_per_s, 0.0),
-          .drag_per_s = larger(kDrag_per_s, air.linear_drag_per_s)};
+          .max_disturbance_m_s2 = std::min(acceleration_m_s2, kHolds_m_s2),
+          .reaction_s = std::max(reaction_s, kMinReaction_s),
+          .acts_s = std::max(effective_delay_s(vehicle.pitch), effective_delay_s(vehicle.roll)),
+          .unknown_drag_per_s = std::max(kDrag_per_s - air.linear_drag_per_s, 0.0),
+          .drag_per_s = std::max(kDrag_per_s, air.linear_drag_per_s)};
 }
 
 }  // namespace m100::ctl

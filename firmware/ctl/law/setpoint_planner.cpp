@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/ctl/law/setpoint_planner.h"
 
+#include <algorithm>
 #include <span>
 
 #include "firmware/core/assert.h"
@@ -16,10 +17,6 @@ constexpr double kMinShare = 0.25;      ///< least share of the slope limit for 
 template <typename T>
 T magnitude(T value) {
   return value < T(0) ? -value : value;
-}
-template <typename T>
-T max_of(T a, T b) {
-  return a > b ? a : b;
 }
 
 }  // namespace
@@ -64,8 +61,8 @@ ref::AxisLimits<T> SetpointPlanner<T>::limits(const Axis& axis, const est::AxisE
   const T disturbance_m_s2 =
       estimate.disturbance_m_s2 + static_cast<T>(1.0 / 3.0) * (axis.at_rest_m_s2 - estimate.disturbance_m_s2);
   return {.speed_m_s = static_cast<T>(kMaxSpeed_m_s),
-          .up_m_s2 = max_of(reached_m_s2 + disturbance_m_s2, least_m_s2),
-          .down_m_s2 = max_of(reached_m_s2 - disturbance_m_s2, least_m_s2),
+          .up_m_s2 = std::max(reached_m_s2 + disturbance_m_s2, least_m_s2),
+          .down_m_s2 = std::max(reached_m_s2 - disturbance_m_s2, least_m_s2),
           .braking_share = static_cast<T>(kBrakingShare),
           .jerk_m_s3 = T(2) * tilted_m_s2 / reversal_s_,
           .release_m_s3 = static_cast<T>(kRelease) * tilted_m_s2 / reaction_s_};
@@ -78,7 +75,7 @@ void SetpointPlanner<T>::set_goals(T x_m, T y_m, const est::Estimate<T>& estimat
   }
   const T away_x_m = magnitude(x_m - estimate.x.position_m);
   const T away_y_m = magnitude(y_m - estimate.y.position_m);
-  const T away_m = max_of(core::sqrt(away_x_m * away_x_m + away_y_m * away_y_m), static_cast<T>(kMinGoal_m));
+  const T away_m = std::max(core::sqrt(away_x_m * away_x_m + away_y_m * away_y_m), static_cast<T>(kMinGoal_m));
   set_goal(x_, estimate.x, x_m, away_x_m / away_m);
   set_goal(y_, estimate.y, y_m, away_y_m / away_m);
   follows_ = true;
@@ -90,7 +87,7 @@ void SetpointPlanner<T>::set_goal(Axis& axis, const est::AxisEstimate<T>& estima
   if (follows_ && goal_m == axis.goal_m) {
     return;
   }
-  const T slope = max_of(share, static_cast<T>(kMinShare)) * combined_slope_;
+  const T slope = std::max(share, static_cast<T>(kMinShare)) * combined_slope_;
   axis.slope = slope < axis.max_slope ? slope : axis.max_slope;
   axis.goal_m = goal_m;
   axis.at_rest_m_s2 = estimate.disturbance_m_s2;

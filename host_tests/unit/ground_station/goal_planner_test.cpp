@@ -154,10 +154,11 @@ TEST_F(GoalsTest, RandomGoalsAndStopsKeepTheLimits) {
   std::mt19937 random(7);
   const auto below = [&random](unsigned most) { return static_cast<float>(random() % (1000 * most)) / 1000.F; };
   for (int i = 0; i < 1000; ++i) {
-    const bool stops = below(1) < 0.3F;
-    EXPECT_TRUE(stops ? goals->hold(now, true)
-                      : goals->take(goal(below(10) - 5.F, below(10) - 5.F, -below(5)), now, true) ==
-                            GoalResult::kAccepted);
+    if (below(1) < 0.3F) {
+      EXPECT_TRUE(goals->hold(now, true));
+    } else {
+      EXPECT_EQ(goals->take(goal(below(10) - 5.F, below(10) - 5.F, -below(5)), now, true), GoalResult::kAccepted);
+    }
     pass(kTick * static_cast<int>(1.F + below(200)));
   }
 }
