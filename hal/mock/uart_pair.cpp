@@ -23,19 +23,7 @@ Line::Line(Clock& clock, std::uint32_t baud, std::uint64_t seed)
     : clock_(clock),
       byte_time_ns_(baud == 0 ? 0 : kBitsPerByte * kNanosPerSecond / baud),
       random_(seed * 2 + 1),
-      queue_(kSenderBytes + kReceiverBytes) {
-  held_.reserve(kSenderBytes);
-}
-
-const LineFaults& Line::faults() const {
-  const core::TimePoint now = clock_.now();
-  for (const ScriptedFaults& window : script_) {
-    if (now >= window.from && now < window.until) {
-      return window.faults;
-    }
-  }
-  return always_;
-}
+      queue_(kSenderBytes + kReceiverBytes) {}
 
 // xorshift64* (Vigna, 2016): small, and the same on every machine.
 std::uint64_t Line::random() {
@@ -77,7 +65,7 @@ void Line::enqueue(std::byte value, core::Duration delay) {
     return;
   }
   core::TimePoint arrival = time_of(line_free_ns_) + delay;
-  if (const core::Duration chunk = faults().chunk; chunk > core::Duration{0}) {
+  if (const core::Duration chunk = faults_.chunk; chunk > core::Duration{0}) {
     arrival = core::TimePoint(chunk * ((arrival.time_since_epoch() + chunk - core::Duration{1}) / chunk));
   }
   if (size_ > 0) {
@@ -94,91 +82,81 @@ void Line::add_noise(std::size_t count) {
   stats_.bytes_added += count;
 }
 
-void Line::carry_byte(std::byte value, const LineFaults& faults) {
-  if (chance(faults.drop_per_byte)) {
+void Line::carry_byte(std::byte value) {
+  if (chance(faults_.drop_per_byte)) {
     ++stats_.bytes_dropped;
     line_free_ns_ = std::max(line_free_ns_, nanos(clock_.now())) + byte_time_ns_;
     return;
   }
-  if (faults.flip_per_bit > 0.0) {
+  if (faults_.flip_per_bit > 0.0) {
     for (unsigned bit = 0; bit < 8; ++bit) {
-      if (chance(faults.flip_per_bit)) {
+      if (chance(faults_.flip_per_bit)) {
         value ^= std::byte{1} << bit;
         ++stats_.bits_flipped;
       }
     }
   }
-  if (chance(faults.framing_error_per_byte)) {
+  if (chance(faults_.framing_error_per_byte)) {
     value = static_cast<std::byte>(random() >> 56U);
     ++errors_.framing;
   }
-  errors_.parity += chance(faults.parity_error_per_byte) ? 1U : 0U;
-  enqueue(value, faults.delay);
-  if (chance(faults.duplicate_per_byte)) {
-    enqueue(value, faults.delay);
+  errors_.parity += chance(faults_.parity_error_per_byte) ? 1U : 0U;
+  enqueue(value, faults_.delay);
+  if (chance(faults_.duplicate_per_byte)) {
+    enqueue(value, faults_.delay);
     ++stats_.bytes_added;
   }
 }
 
-void Line::carry(std::span<const std::byte> source, const LineFaults& faults) {
+void Line::carry(std::span<const std::byte> source) {
   for (const std::byte value : source) {
-    carry_byte(value, faults);
+    carry_byte(value);
   }
 }
 
 core::Expected<std::size_t> Line::write(std::span<const std::byte> source) {
   advance_to_now();
-  const LineFaults& now = faults();
-  if (now.unplugged || !plugged_) {
+  if (!plugged_) {
     size_ = 0;
     arrived_ = 0;
-    held_.clear();
     return core::Status::kUnavailable;
   }
   const std::size_t waiting = std::min(size_ - arrived_, kSenderBytes);
-  const std::size_t count = std::min({source.size(), kSenderBytes - waiting, now.longest_write});
+  const std::size_t count = std::min({source.size(), kSenderBytes - waiting, faults_.longest_write});
   const std::span<const std::byte> taken = source.first(count);
   stats_.bytes_written += count;
   if (count == 0) {
     return count;
   }
-  if (chance(now.drop_per_write)) {
+  if (chance(faults_.drop_per_write)) {
     ++stats_.writes_dropped;
     stats_.bytes_dropped += count;
     return count;
   }
-  if (chance(now.burst_per_write)) {
-    add_noise(now.burst_bytes);
+  if (chance(faults_.burst_per_write)) {
+    add_noise(faults_.burst_bytes);
   }
-  if (chance(now.break_per_write)) {
-    enqueue(std::byte{0}, now.delay);
+  if (chance(faults_.break_per_write)) {
+    enqueue(std::byte{0}, faults_.delay);
     ++stats_.bytes_added;
     ++errors_.breaks;
   }
-  if (held_.empty() && chance(now.swap_per_write)) {
-    held_.assign(taken.begin(), taken.end());
-    return count;
-  }
-  carry(taken, now);
-  if (chance(now.duplicate_per_write)) {
-    carry(taken, now);
+  carry(taken);
+  if (chance(faults_.duplicate_per_write)) {
+    carry(taken);
     stats_.bytes_added += count;
   }
-  carry(held_, now);
-  held_.clear();
   return count;
 }
 
 core::Expected<std::size_t> Line::read(std::span<std::byte> destination) {
   advance_to_now();
-  const LineFaults& now = faults();
-  if (now.unplugged || !plugged_) {
+  if (!plugged_) {
     size_ = 0;
     arrived_ = 0;
-    held_.clear();
     return core::Status::kUnavailable;
   }
-  const std::size_t count = std::min({destination.size(), arrived_, now.longest_read});
+  const std::size_t count = std::min(destination.size(), arrived_);
   for (std::size_t i = 0; i < count; ++i) {
     destination[i] = queue_[(head_ + i) % queue_.size()].value;
   }

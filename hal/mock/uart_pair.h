@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "hal/clock.h"
@@ -21,25 +20,15 @@ struct LineFaults {
   double duplicate_per_byte = 0.0;
   double drop_per_write = 0.0;
   double duplicate_per_write = 0.0;
-  double swap_per_write = 0.0;       ///< this write arrives after the next one
   double burst_per_write = 0.0;      ///< noise before the write
   std::size_t burst_bytes = 0;       ///< length of a burst of noise
   core::Duration delay{0};           ///< added to the arrival of each byte
   core::Duration chunk{0};           ///< bytes arrive at the next multiple of this, as from an adapter's latency timer
-  std::size_t longest_read = 4096;   ///< 1: one-byte reads
   std::size_t longest_write = 4096;  ///< small: short writes
-  bool unplugged = false;            ///< reads and writes report kUnavailable; bytes on the line are lost
-};
-
-/// Faults in force from `from` (included) to `until` (not included).
-struct ScriptedFaults {
-  core::TimePoint from{};
-  core::TimePoint until{};
-  LineFaults faults;
 };
 
 /// One direction of a line. A byte takes ten bit times; it arrives when it is complete, and never before its
-/// predecessor. Allocates in the constructor and in script() only.
+/// predecessor. Allocates in the constructor only.
 class Line {
  public:
   static constexpr std::size_t kSenderBytes = 4096;    ///< waiting to leave; beyond it a write is short
@@ -48,11 +37,8 @@ class Line {
   /// @param baud 0: no pacing, bytes arrive at once.
   Line(Clock& clock, std::uint32_t baud, std::uint64_t seed);
 
-  /// Faults that apply when no scripted ones are in force.
-  void set_faults(const LineFaults& faults) { always_ = faults; }
-  /// Windows may overlap: the first match counts.
-  void script(std::vector<ScriptedFaults> windows) { script_ = std::move(windows); }
-  /// Plugs or unplugs the cable; unplugged is the same as the fault `unplugged`.
+  void set_faults(const LineFaults& faults) { faults_ = faults; }
+  /// Plugs or unplugs the cable. Unplugged, reads and writes report kUnavailable; bytes on the line are lost.
   void set_plugged(bool plugged) { plugged_ = plugged; }
 
   core::Expected<std::size_t> write(std::span<const std::byte> source);
@@ -77,11 +63,10 @@ class Line {
     std::byte value;
   };
 
-  const LineFaults& faults() const;
   void advance_to_now();
   void lose_newest();
-  void carry(std::span<const std::byte> source, const LineFaults& faults);
-  void carry_byte(std::byte value, const LineFaults& faults);
+  void carry(std::span<const std::byte> source);
+  void carry_byte(std::byte value);
   void add_noise(std::size_t count);
   void enqueue(std::byte value, core::Duration delay);
   bool chance(double probability);
@@ -92,13 +77,11 @@ class Line {
   std::int64_t line_free_ns_ = 0;  ///< when the last byte has left
   std::uint64_t random_;
   bool plugged_ = true;
-  LineFaults always_;
-  std::vector<ScriptedFaults> script_;
+  LineFaults faults_;
   std::vector<Travelling> queue_;  ///< ring: first arrived_, then still travelling
   std::size_t head_ = 0;
   std::size_t size_ = 0;
   std::size_t arrived_ = 0;
-  std::vector<std::byte> held_;  ///< a write that a swap holds back
   Stats stats_;
   LineErrors errors_;
 };

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <utility>
 #include <vector>
 
@@ -118,51 +117,12 @@ TEST_F(UartFaults, AByteNeverOvertakesItsPredecessor) {
   EXPECT_EQ(read_all(pair.b()), (std::vector{std::byte{1}, std::byte{2}}));
 }
 
-TEST_F(UartFaults, OfTwoScriptedWindowsTheFirstCounts) {
-  const core::TimePoint end{milliseconds(10)};
-  pair.a_to_b().script({{.from = {}, .until = end, .faults = {.duplicate_per_byte = 1.0}},
-                        {.from = {}, .until = end, .faults = {.drop_per_byte = 1.0}}});
-  (void)pair.a().write(counting(2));
-  clock.advance(milliseconds(9));
-  EXPECT_EQ(read_all(pair.b()).size(), 4U);
-}
-
 // Only a fault can put more bytes on the line than the sender and the receiver may hold.
 TEST_F(UartFaults, WhatFindsNoRoomOnTheLineIsLostAndCounted) {
   pair.a_to_b().set_faults({.duplicate_per_byte = 1.0, .burst_per_write = 1.0, .burst_bytes = 10});
   EXPECT_EQ(pair.a().write(counting(Line::kSenderBytes)).value(), Line::kSenderBytes);
   EXPECT_EQ(pair.a_to_b().stats().overruns, 10U);
   EXPECT_EQ(pair.b().line_errors().value().overrun, 10U);
-}
-
-TEST_F(UartFaults, EverySecondOfSwappedWritesIsHeldBackAndALostCableForgetsIt) {
-  pair.a_to_b().set_faults({.swap_per_write = 1.0});
-  for (const int number : {1, 2, 3, 4, 5}) {
-    (void)pair.a().write(std::vector{static_cast<std::byte>(number)});
-  }
-  clock.advance(milliseconds(1));
-  EXPECT_EQ(read_all(pair.b()), (std::vector{std::byte{2}, std::byte{1}, std::byte{4}, std::byte{3}}));
-  pair.set_plugged(false);
-  (void)pair.a().write(std::vector{std::byte{9}});
-  pair.set_plugged(true);
-  pair.a_to_b().set_faults({});
-  (void)pair.a().write(std::vector{std::byte{6}});
-  clock.advance(milliseconds(1));
-  EXPECT_EQ(read_all(pair.b()), (std::vector{std::byte{6}})) << "neither the fifth nor the ninth";
-}
-
-// The scripted fault acts like a pulled cable, in one direction.
-TEST_F(UartFaults, AScriptedLossOfTheCableIsReportedAtBothCalls) {
-  (void)pair.a().write(counting(3));
-  clock.advance(milliseconds(1));
-  pair.a_to_b().set_faults({.unplugged = true});
-  std::array<std::byte, 4> destination;
-  EXPECT_EQ(pair.a().write(counting(1)).status(), core::Status::kUnavailable);
-  EXPECT_EQ(pair.b().read(destination).status(), core::Status::kUnavailable);
-  EXPECT_EQ(pair.a().read(destination).value_or(7), 0U) << "the other direction is whole";
-  pair.a_to_b().set_faults({});
-  clock.advance(milliseconds(1));
-  EXPECT_EQ(pair.b().read(destination).value_or(7), 0U);
 }
 
 }  // namespace
