@@ -2,15 +2,17 @@
 // m100-lab autopilot: emulates an N1 autopilot with its vehicle, on a pseudo-terminal in real time, on simulated ports
 // that also carry the simulated time, or in lockstep with a flight image in QEMU.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <csignal>
+#include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "firmware/companion/files/file_use.h"
 #include "hal/linux/simulated_port.h"
-#include "host_tests/lab/autopilot/board.h"
+#include "host_tests/lab/autopilot/event_file.h"
 #include "host_tests/lab/autopilot/line.h"
 #include "host_tests/lab/autopilot/run.h"
 #include "host_tests/lab/body_options.h"
@@ -21,6 +23,7 @@
 #include "host_tests/lab/whole_file.h"
 #include "host_tests/sim/autopilot/real_autopilot_file.h"
 #include "host_tests/sim/body/body_plant.h"
+#include "host_tests/sim/ports/emulated_board.h"
 #include "host_tests/sim/ports/world.h"
 #include "host_tests/sim/world/plant_file.h"
 #include "protocol/aes256.h"
@@ -87,6 +90,40 @@ void check_files(const Options& options) {
     use.names("--sim", options.simulated.empty() ? "" : options.simulated + end);
   }
   use.check();
+}
+
+/// Runs the flight image in QEMU, for 30 s without --duration: its UART1 is the autopilot's line, its UART2 the pose,
+/// and the simulation drives its clock. The operator requests control after 6 s and releases it 3 s before the end.
+void run_with_board(const Options& options, const sim::Plant& plant, const sim::N1Config& config) {
+  sim::World world(plant, {.seed = options.seed, .autopilot = config});
+  std::optional<EventFile> events;
+  if (!options.events.empty()) {
+    events.emplace(options.events, EventFile::WriteMode::kAtOnce);
+    world.autopilot().on_event([&](const sim::N1Event& event) { events->write(event); });
+  }
+  world.autopilot().happen(sim::N1EventKind::kLoss, options.loss);
+  sim::EmulatedBoard board(options.board, "lockstep " + options.course);
+  const int ticks = static_cast<int>((options.duration_s > 0.0 ? options.duration_s : 30.0) * 100.0);
+  const core::Vector<double, 3> start = world.vehicle().state().position_w_m;
+  double farthest_m = 0.0;
+  for (int tick = 0; tick < ticks && !stop_requested(); ++tick) {
+    world.pose_source().set_faults({.silent = !world.autopilot().pose_on()});
+    world.advance(core::kTickPeriod);
+    const hal::LockstepOrder order =
+        tick == 600 ? hal::LockstepOrder::kEngage
+                    : (tick == ticks - 300 ? hal::LockstepOrder::kRelease : hal::LockstepOrder::kNone);
+    board.step(world.now(), order, world.autopilot_uart(), world.pose_uart());
+    farthest_m = std::max(farthest_m, (world.vehicle().state().position_w_m - start).norm());
+    if (events) {
+      events->write_truth(world.now(), world.vehicle().state());
+    }
+  }
+  std::cout << options.course << " flown by " << options.board << ": " << world.autopilot().record().virtual_rc_taken
+            << " stick commands taken, at most " << farthest_m << " m from the start, exit status " << board.end()
+            << std::endl;
+  if (events) {
+    events->summarise(world.now(), world.autopilot(), core::Duration{0});
+  }
 }
 
 void run(const Options& options) {

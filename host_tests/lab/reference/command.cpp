@@ -1,20 +1,265 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab reference: prints the keys and words that the programs read, as JSON, for the guide's reference pages.
 #include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
 
-#include "host_tests/lab/reference/tables.h"
+#include "firmware/companion/files/course/course.h"
+#include "firmware/companion/files/flight_file.h"
+#include "firmware/companion/files/vehicle_file.h"
+#include "firmware/companion/files/vehicle_keys.h"
+#include "firmware/companion/ground_station/parameters.h"
+#include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/lab/logs/signal.h"
 #include "host_tests/lab/subcommands.h"
+#include "host_tests/sim/autopilot/n1_script_syntax.h"
+#include "host_tests/sim/world/plant_keys.h"
 
 namespace m100::lab {
+namespace reference {
 namespace {
+
+/// One key or word from the code's own table.
+struct Row {
+  std::string section;  ///< "[fence]"; the heading on the page
+  std::string key;
+  std::vector<std::string> cells;  ///< the page's columns between the key and its meaning
+};
+
+/// One reference page of the guide: the part of it that the code knows.
+struct Table {
+  std::string page;                  ///< file name without its ending
+  std::vector<std::string> columns;  ///< headings of the cells
+  std::vector<Row> rows;
+};
+
+using companion::NumberKey;
+
+/// The unit that the ending of a key stands for; longer endings come first.
+struct Unit {
+  std::string_view ending;
+  std::string_view unit;
+};
+constexpr std::array kUnits{Unit{"_rad_s_per_count", "(rad/s)/count"},
+                            Unit{"_m_s_per_count", "(m/s)/count"},
+                            Unit{"_rad_per_count", "rad/count"},
+                            Unit{"_per_minute", "1/min"},
+                            Unit{"_per_s2", "1/s^2"},
+                            Unit{"_per_s", "1/s"},
+                            Unit{"_per_m", "1/m"},
+                            Unit{"_rad_s2", "rad/s^2"},
+                            Unit{"_rad_s", "rad/s"},
+                            Unit{"_deg_s", "deg/s"},
+                            Unit{"_m_s2", "m/s^2"},
+                            Unit{"_m_s", "m/s"},
+                            Unit{"_counts", "counts"},
+                            Unit{"_percent", "%"},
+                            Unit{"_ppm", "ppm"},
+                            Unit{"_rad", "rad"},
+                            Unit{"_deg", "deg"},
+                            Unit{"_kg", "kg"},
+                            Unit{"_hz", "Hz"},
+                            Unit{"_s", "s"},
+                            Unit{"_m", "m"}};
+
+std::string unit_of(std::string_view key) {
+  for (const Unit& unit : kUnits) {
+    if (key.ends_with(unit.ending)) {
+      return std::string(unit.unit);
+    }
+  }
+  return "-";
+}
+
+std::string text(double value) {
+  std::array<char, 32> buffer{};
+  const std::to_chars_result end =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::general, 6);
+  return {buffer.data(), end.ptr};
+}
+
+std::string range(double low, double high) { return text(low) + " to " + text(high); }
+
+template <typename T>
+void add(Table& table, const std::string& section, std::span<const NumberKey<T>> keys, const T& defaults) {
+  for (const NumberKey<T>& key : keys) {
+    table.rows.push_back(
+        {section, std::string(key.key), {unit_of(key.key), range(key.low, key.high), text(defaults.*key.member)}});
+  }
+}
+
+/// Adds an axis of a vehicle file; a user's own file has no axis until it is identified.
+void add_axis(Table& table, const std::string& section, model::AxisUnit unit) {
+  add<model::StickAxis>(table, section, companion::axis_keys(unit), model::StickAxis{});
+  table.rows.push_back({section, "dead_zone_shape", {"text", "\"continuous\" or \"jump\"", "\"continuous\""}});
+}
+
+/// Checks that every section of a written vehicle file is in the table.
+void expect_sections(const Table& table) {
+  std::istringstream written(companion::to_text(mpc::generated::kVehicle, {}));
+  for (std::string line; std::getline(written, line);) {
+    const bool known = std::any_of(table.rows.begin(), table.rows.end(),
+                                   [&](const Row& row) { return row.section.find(line) != std::string::npos; });
+    const bool repeats = line.starts_with("[design.");  // the keys of [axis.*], [mpc] and [estimator]
+    if (line.starts_with("[") && !known && !repeats) {
+      throw std::logic_error("reference: a vehicle file has the section " + line + ", which is not listed");
+    }
+  }
+}
+
+Table vehicle_table() {
+  Table table{"vehicle_keys", {"unit", "range", "default"}, {}};
+  const model::Vehicle vehicle;
+  add_axis(table, "[axis.roll] and [axis.pitch]", model::AxisUnit::kTilt_rad);
+  add_axis(table, "[axis.yaw_rate]", model::AxisUnit::kYawRate_rad_s);
+  add_axis(table, "[axis.climb]", model::AxisUnit::kClimb_m_s);
+  add<model::Translation>(table, "[translation]", companion::translation_keys(), vehicle.translation);
+  add<model::MpcWeights>(table, "[mpc]", companion::mpc_keys(), vehicle.mpc);
+  add<model::EstimatorNoise>(table, "[estimator]", companion::estimator_keys(), vehicle.estimator);
+  table.rows.push_back({"[altitude]", "design", {"-", "true or false", "true"}});
+  add<model::AltitudeGains>(table, "[altitude]", companion::altitude_keys(), vehicle.altitude);
+  add<model::YawGain>(table, "[yaw]", companion::yaw_keys(), vehicle.yaw);
+  table.rows.push_back({"every section", "source", {"text", "any", "-"}});
+  expect_sections(table);
+  return table;
+}
+
+Table flight_table() {
+  Table table{"flight_keys", {"unit", "range", "default"}, {}};
+  const companion::FlightFile defaults;
+  for (const companion::FlightKey& key : companion::flight_keys()) {
+    const std::string section = key.section.empty() ? "top of the file" : "[" + std::string(key.section) + "]";
+    std::vector<std::string> cells{unit_of(key.key), range(key.low, key.high), "-"};
+    if (key.mode != nullptr) {
+      cells = {"text", "\"field\", \"calm_room\" or \"robust\"", "\"" + std::string(name(defaults.*key.mode)) + "\""};
+    } else if (key.sender != nullptr) {
+      cells = {"text", "\"SYSTEM\" or \"SYSTEM:COMPONENT\"", "-"};
+    } else if (key.range != nullptr) {
+      cells = {unit_of(key.key), "two numbers, " + cells[1], "-"};
+    } else if (defaults.*key.number != 0.0 || key.low <= 0.0) {
+      cells[2] = text(defaults.*key.number);
+    }
+    cells[2] = key.required ? "must be there" : cells[2];
+    table.rows.push_back({section, std::string(key.key), cells});
+  }
+  return table;
+}
+
+template <typename T, std::size_t kCount>
+std::string one_of(const std::array<sim::NamedValue<T>, kCount>& words) {
+  std::string out;
+  for (const sim::NamedValue<T>& word : words) {
+    out += (out.empty() ? "\"" : " or \"") + std::string(word.word) + "\"";
+  }
+  return out;
+}
+
+Table plant_table() {
+  Table table{"plant_keys", {"unit", "range", "default"}, {}};
+  const sim::Plant plant = sim::measured_plant();
+  add<sim::Air>(table, "[air]", sim::air_keys(), plant.air);
+  table.rows.push_back({"[air]", "wind_m_s", {"m/s", "three numbers, -40 to 40", "0, 0, 0"}});
+  add<sim::Payload>(table, "[payload]", sim::kPayloadKeys, plant.payload);
+  add<sim::PoseNumbers>(table, "[pose]", sim::kPoseKeys, plant.pose);
+  table.rows.push_back({"[pose]", "phase", {"text", one_of(sim::kPhases), "\"random\""}});
+  table.rows.push_back({"[pose]", "reported_age", {"text", one_of(sim::kReportedAges), "\"true\""}});
+  add<sim::Sensors>(table, "[sensors]", sim::kSensorKeys, plant.sensors);
+  for (const sim::KeyAlias& name : sim::kPoseKeyAliases) {
+    table.rows.push_back(
+        {"[sensors]", std::string(name.old), {unit_of(name.old), "as pose." + std::string(name.key), "-"}});
+  }
+  add<sim::Link>(table, "[link]", sim::kLinkKeys, plant.link);
+  add<sim::Battery>(table, "[battery]", sim::kBatteryKeys, plant.battery);
+  add<sim::AutopilotNumbers>(table, "[autopilot]", sim::kAutopilotKeys, plant.autopilot);
+  add<sim::Plant>(table, "[vehicle]", sim::kVehicleKeys, plant);
+  table.rows.push_back({"[change]", "at_s", {"s", "0 to 1e+06", "must be there"}});
+  return table;
+}
+
+Table course_table() {
+  Table table{"course_words", {"takes"}, {}};
+  for (const companion::CourseWord& word : companion::kCourseWords) {
+    table.rows.push_back({"words", std::string(word.word), {std::string(word.arguments)}});
+  }
+  return table;
+}
+
+std::string takes(const sim::N1EventSyntax& form) {
+  if (form.words.empty()) {
+    return form.low == form.high ? "nothing"
+                                 : (form.whole ? "a whole number, " : "a number, ") + range(form.low, form.high);
+  }
+  std::string out;
+  for (const sim::N1NamedValue& word : form.words) {
+    out += (out.empty() ? "" : " or ") + std::string(word.text);
+  }
+  return out;
+}
+
+Table script_table() {
+  Table table{"script_words", {"takes"}, {}};
+  for (const sim::N1EventSyntax& form : sim::kN1Events) {
+    table.rows.push_back({"what happens", std::string(form.name), {takes(form)}});
+  }
+  for (const sim::N1StickShapeName& word : sim::kN1StickShapes) {
+    const bool chirp = word.shape == sim::N1StickMove::Shape::kChirp;
+    table.rows.push_back({"what the pilot does",
+                          std::string(word.name),
+                          {chirp ? "STICK COUNTS FROM_HZ TO_HZ SECONDS" : "STICK COUNTS SECONDS"}});
+  }
+  for (const sim::SensorFault& fault : sim::sensor_faults()) {
+    table.rows.push_back({"a sensor fault, and its size",
+                          std::string(sim::kN1FaultWord) + " " + std::string(fault.name),
+                          {fault.unit.empty() ? "-" : "[" + std::string(fault.unit) + "]"}});
+  }
+  for (const std::string_view stick : sim::kN1StickNames) {
+    table.rows.push_back({"names of a STICK", std::string(stick), {"-"}});
+  }
+  for (const sim::N1RequestName& word : sim::kN1RequestNames) {
+    table.rows.push_back({"commands that lose_acks can name", std::string(word.text), {"-"}});
+  }
+  return table;
+}
+
+Table signal_table() {
+  Table table{"column_keys", {"turned for ned_frd"}, {}};
+  for (std::size_t i = 0; i < logs::kSignals; ++i) {
+    const bool turned = logs::sign_in_ned_frd(static_cast<logs::Signal>(i)) < 0.0;
+    table.rows.push_back({"[signals]", std::string(logs::kSignalNames[i]), {turned ? "yes" : "no"}});
+  }
+  return table;
+}
+
+Table parameter_table() {
+  Table table{"mavlink_parameters", {"unit"}, {}};
+  for (const companion::ParameterEntry& row : companion::parameter_entries()) {
+    table.rows.push_back({"what a room may read", std::string(row.name), {std::string(row.unit)}});
+  }
+  return table;
+}
+
+/// The keys of every file and the words of every script that the programs read, from the tables with which they read
+/// them. Throws std::logic_error if a written vehicle file has a section that is not listed here.
+std::vector<Table> tables() {
+  return {vehicle_table(), flight_table(), plant_table(),    course_table(),
+          script_table(),  signal_table(), parameter_table()};
+}
 
 void print_references() {
   nlohmann::ordered_json pages;
-  for (const reference::Table& table : reference::tables()) {
+  for (const Table& table : tables()) {
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-    for (const reference::Row& row : table.rows) {
+    for (const Row& row : table.rows) {
       rows.push_back({{"section", row.section}, {"key", row.key}, {"cells", row.cells}});
     }
     pages[table.page] = {{"columns", table.columns}, {"rows", rows}};
@@ -23,11 +268,12 @@ void print_references() {
 }
 
 }  // namespace
+}  // namespace reference
 
 void add_reference(CLI::App& lab) {
   lab.add_subcommand("reference",
                      "print every key and word that the programs read, with unit, range and default, as JSON")
-      ->callback(print_references);
+      ->callback(reference::print_references);
 }
 
 }  // namespace m100::lab
