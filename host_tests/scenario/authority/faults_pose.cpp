@@ -13,6 +13,14 @@ using std::chrono::milliseconds;
 
 constexpr std::uint8_t kWithPose = bit(Stage::kStarting) | bit(Stage::kAsking) | bit(Stage::kFlying);
 
+template <typename Change>
+void change_poses(Bench& bench, const Change& change) {
+  bench.pose_messages.set_change([change](mavlink::AttPosMocap& message, core::TimePoint) {
+    change(message);
+    return true;
+  });
+}
+
 void turn_pose(mavlink::AttPosMocap& message) {
   message.x = -message.x;
   message.y = -message.y;
@@ -20,9 +28,11 @@ void turn_pose(mavlink::AttPosMocap& message) {
   message.q = {-q[3], -q[2], q[1], q[0]};  // multiplied from the left by half a turn about z
 }
 
+void lose_y(mavlink::AttPosMocap& message) { message.y = std::numeric_limits<float>::quiet_NaN(); }
+
 void freeze_pose(Bench& bench) {
   auto frozen = std::make_shared<std::optional<mavlink::AttPosMocap>>();
-  bench.pose_messages.set_change([frozen](mavlink::AttPosMocap& message, core::TimePoint) {
+  change_poses(bench, [frozen](mavlink::AttPosMocap& message) {
     if (!*frozen) {
       *frozen = message;
     }
@@ -30,7 +40,6 @@ void freeze_pose(Bench& bench) {
     message.y = (*frozen)->y;
     message.z = (*frozen)->z;
     message.q = (*frozen)->q;
-    return true;
   });
 }
 
@@ -63,33 +72,15 @@ constexpr std::array kFaults{
           .within_s = kFailsafe_s},
     Fault{.name = "pose frozen", .strike = freeze_pose, .stages = kWithPose},
     Fault{.name = "pose jumps 1 m",
-          .strike =
-              [](Bench& b) {
-                b.pose_messages.set_change([](mavlink::AttPosMocap& message, core::TimePoint) {
-                  message.x += 1.0F;
-                  return true;
-                });
-              },
+          .strike = [](Bench& b) { change_poses(b, [](mavlink::AttPosMocap& message) { message.x += 1.0F; }); },
           .stages = bit(Stage::kFlying),
           .within_s = kFailsafe_s},
     Fault{.name = "pose turned by half a turn",
-          .strike =
-              [](Bench& b) {
-                b.pose_messages.set_change([](mavlink::AttPosMocap& message, core::TimePoint) {
-                  turn_pose(message);
-                  return true;
-                });
-              },
+          .strike = [](Bench& b) { change_poses(b, turn_pose); },
           .stages = bit(Stage::kFlying),
           .within_s = kFailsafe_s},
     Fault{.name = "pose not a number",
-          .strike =
-              [](Bench& b) {
-                b.pose_messages.set_change([](mavlink::AttPosMocap& message, core::TimePoint) {
-                  message.y = std::numeric_limits<float>::quiet_NaN();
-                  return true;
-                });
-              },
+          .strike = [](Bench& b) { change_poses(b, lose_y); },
           .stages = kWithPose,
           .within_s = kFailsafe_s},
     Fault{.name = "pose 0.4 s late",

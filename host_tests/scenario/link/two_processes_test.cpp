@@ -1,21 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The two programs as a user starts them, m100 and m100-lab autopilot, connected by a pseudo-terminal, in real time.
-#include <gtest/gtest.h>
-#include <unistd.h>
-
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <nlohmann/json.hpp>
-#include <string>
-#include <thread>
-#include <vector>
 
 #include "hal/linux/serial_port.h"
 #include "hal/mock/wrong_baud.h"
-#include "host_tests/scenario/program/process.h"
-#include "host_tests/scenario/program/real_time.h"
+#include "host_tests/scenario/program/program_fixture.h"
 #include "host_tests/sim/ports/pty_uart.h"
 #include "host_tests/sim/world/random.h"
 
@@ -23,54 +13,16 @@ namespace m100 {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
+using scenario::json;
 using scenario::Process;
-using std::chrono::milliseconds;
 
-struct TwoProcesses : ::testing::Test {
-  fs::path folder = fs::temp_directory_path() / ("m100_two_" + std::to_string(getpid()));
-  fs::path port = folder / "port";
-  fs::path events = folder / "events.json";
-  fs::path result = folder / "result.json";
-  void SetUp() override { fs::create_directories(folder); }
-  void TearDown() override { fs::remove_all(folder); }
-
-  std::unique_ptr<Process> start_autopilot(std::vector<std::string> more) {
-    std::vector<std::string> arguments{"autopilot",     "--pty",      port.string(), "--events",
-                                       events.string(), "--duration", "100"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    auto process = std::make_unique<Process>(M100_LAB_PROGRAM, arguments);
-    for (int i = 0; i < 1000 && !fs::exists(port); ++i) {
-      std::this_thread::sleep_for(milliseconds(10));
-    }
-    EXPECT_TRUE(fs::exists(port));
-    return process;
-  }
+struct TwoProcesses : scenario::ProgramTest {
   int shake_hands(std::vector<std::string> more) {
     std::vector<std::string> arguments{"handshake", "--port", port.string(), "--json", result.string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return Process(M100_PROGRAM, arguments).wait(std::chrono::seconds(60));
   }
-  /// Repeats the flight while the machine stalls, each time in an empty folder: see real_time.h.
-  void in_real_time(const std::function<void()>& flight) {
-    const auto begin_again = [this] {
-      TearDown();
-      SetUp();
-    };
-    scenario::judge_in_real_time(begin_again, flight);
-  }
   json flown() const { return json::parse(std::ifstream(result)); }
-  /// Ends the autopilot. @returns its summary.
-  json examined(Process& autopilot) const {
-    autopilot.interrupt();
-    EXPECT_EQ(autopilot.wait(std::chrono::seconds(10)), 0);
-    std::ifstream file(events);
-    std::string line, last;
-    while (std::getline(file, line)) {
-      last = line;
-    }
-    return json::parse(last);
-  }
 };
 
 struct Line {
@@ -202,24 +154,11 @@ TEST_F(TwoProcesses, ProbeNamesASilentLineAndAWrongBaudRate) {
   std::jthread talker([&](const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       (void)line.write(seen);
-      std::this_thread::sleep_for(milliseconds(5));
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
   });
   EXPECT_EQ(probe({"--port", port.string(), "--baud", "230400", "--json", result.string()}), 1);
   EXPECT_EQ(flown()["verdict"], "wrong_baud");
-}
-
-TEST_F(TwoProcesses, WrongUseEndsWithTwoAndNamesTheFileAndLine) {
-  EXPECT_EQ(Process(M100_PROGRAM, {"handshake", "--port", (folder / "none").string()}).wait(std::chrono::seconds(5)),
-            2);
-  EXPECT_EQ(Process(M100_PROGRAM, {"handshake", "--port", "/dev/null"}).wait(std::chrono::seconds(5)), 2);
-  EXPECT_EQ(Process(M100_PROGRAM, {"handshake", "--port", "/dev/null", "--rate", "100"}).wait(std::chrono::seconds(5)),
-            2);
-  const fs::path script = folder / "script";
-  std::ofstream(script) << "1 mode F\n2 mode Q\n";
-  EXPECT_EQ(Process(M100_LAB_PROGRAM, {"autopilot", "--pty", port.string(), "--script", script.string()})
-                .wait(std::chrono::seconds(5)),
-            2);
 }
 
 TEST_F(TwoProcesses, TheDoctorFindsAMissingPortAndNamesARemedy) {

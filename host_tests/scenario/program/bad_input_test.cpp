@@ -46,6 +46,7 @@ TEST_F(BadInput, OfTheCommandLineIsNamed) {
   expect_refused({"fly", "--dry-run", "--port", "x", "--rate", "nan"}, "--rate");
   expect_refused({"fly", "--dry-run", "--port", "x", "--nonsense"}, "--nonsense");
   expect_refused({"fly", "--port", "x", "--live", "localhost:9870"}, "--live");  // before the port is opened
+  expect_refused({"handshake", "--port", "/dev/null", "--rate", "100"}, "--rate");
   expect_refused({"doctor", "--pose-rate", "nan"}, "--pose-rate");
   expect_refused({"doctor", "--pose-port", "x", "--pose-baud", "nan"}, "--pose-baud");
   expect_refused({"doctor", "--frames", "--port", "x", "--pose-port", "y", "--hold", "nan"}, "--hold");
@@ -65,6 +66,7 @@ TEST_F(BadInput, AnEmptyWordIsNoName) {
 TEST_F(BadInput, OfAPortSaysWhetherItIsMissingOrNoPort) {
   const std::string missing = (folder / "none").string();
   expect_refused({"fly", "--dry-run", "--port", missing}, missing + ": no such serial port");
+  expect_refused({"handshake", "--port", missing}, missing + ": no such serial port");
   expect_refused({"fly", "--dry-run", "--port", folder.string()}, folder.string() + ": is not a serial port");
   expect_refused({"fly", "--dry-run", "--port", table.string()}, table.string() + ": is not a serial port");
   expect_refused({"fly", "--dry-run", "--port", missing, "--json", (folder / "no" / "x.json").string()}, "x.json");
