@@ -58,8 +58,7 @@ void something(LinkBench& bench, sim::Random& random) {
 
 TEST_P(CapriciousWorld, TheExaminerHasNothingToObject) {
   RecordProperty("promise", "R4");
-  LinkBench::Options options;
-  options.link.channel.channel = GetParam().channel;
+  LinkBench::Options options = LinkBench::over(GetParam().channel);
   options.seed = GetParam().seed;
   LinkBench bench(options);
   sim::Random random(GetParam().seed, "capricious");

@@ -23,6 +23,11 @@ class LinkBench {
     std::uint64_t seed = 1;
     link::ByteTap* tap = nullptr;  ///< sees the bytes of the link
   };
+  static Options over(link::Channel channel) {
+    Options options;
+    options.link.channel.channel = channel;
+    return options;
+  }
 
   explicit LinkBench(const Options& options)
       : pair_(clock, options.baud, options.seed),

@@ -111,9 +111,7 @@ TEST_F(OperatorOrdersTest, ATaskIsRequestedOnceAndSaid) {
 // Each reason for which no command leaves is said as it is.
 TEST(CommandSenderTest, SaysWhyNothingLeaves) {
   for (const link::Channel channel : {link::Channel::kVirtualRc, link::Channel::kMovement}) {
-    sim::LinkBench::Options options;
-    options.link.channel.channel = channel;
-    sim::LinkBench bench(options);
+    sim::LinkBench bench(sim::LinkBench::over(channel));
     CommandSender<double> sender(mpc::generated::kVehicle, channel);
     const ctl::Excitation<double> none{{}};
     safety::SupervisedCommand<double> supervised;

@@ -149,15 +149,6 @@ TEST_P(CourseInTheBox, IsTakenOrRefusedByLineAndPlace) {
   EXPECT_TRUE(GetParam().said[0] == '\0' ? said.empty() : said.starts_with(GetParam().said)) << said;
 }
 
-TEST(FlightFile, AStartBelowTheFloorIsRefused) {
-  const FlightFile flight = parse_flight(kFence, "f.toml");
-  ref::Waypoint<double> start;
-  start.position_w_m = {0.0, 0.0, 0.1};
-  auto course = std::make_unique<ref::Trajectory<double>>();
-  course->hold(start);
-  EXPECT_THROW(validate_inside_fence(flight, start, *course, {}, "c"), FlightFileError);
-}
-
 /// The limits of the file's keys, written out a second time, each with a file that holds the key.
 struct KeyEdges {
   const char* name;

@@ -22,8 +22,11 @@ struct GroundStationTapTest : ::testing::Test {
   std::uint8_t sequence = 0;
 
   void say(std::uint16_t command, float param1, std::uint8_t system = 1) {
-    const mavlink::CommandLong order{.param1 = param1, .command = command, .target_system = system};
-    const mavlink::Frame frame = mavlink::encode(order, kStation, sequence++);
+    send(mavlink::CommandLong{.param1 = param1, .command = command, .target_system = system});
+  }
+  template <typename Message>
+  void send(const Message& message) {
+    const mavlink::Frame frame = mavlink::encode(message, kStation, sequence++);
     EXPECT_EQ(pair.b().write(frame.bytes()).value_or(0), frame.bytes().size());
     std::vector<std::byte> got(frame.bytes().size());
     EXPECT_EQ(line.read(got).value_or(0), got.size());
@@ -85,11 +88,7 @@ TEST_F(GroundStationTapTest, WhatWasHeardIsCounted) {
   const std::size_t most = [&] {
     std::size_t asked = 0;
     for (; asked < 100 && line.requests().size() == asked; ++asked) {
-      const mavlink::Frame frame =
-          mavlink::encode(mavlink::MissionRequestList{.target_system = 1}, kStation, sequence++);
-      EXPECT_EQ(pair.b().write(frame.bytes()).value_or(0), frame.bytes().size());
-      std::vector<std::byte> got(frame.bytes().size());
-      EXPECT_EQ(line.read(got).value_or(0), got.size());
+      send(mavlink::MissionRequestList{.target_system = 1});
     }
     return asked;
   }();
@@ -101,10 +100,7 @@ TEST_F(GroundStationTapTest, WhatWasHeardIsCounted) {
 // Catches a flight without missions (an excitation, for example) that leaves a ground station waiting for a list.
 TEST_F(GroundStationTapTest, AFlightWithoutMissionsAnswersWhoAsksForOne) {
   const auto ask = [this](const auto& message) {
-    const mavlink::Frame frame = mavlink::encode(message, kStation, sequence++);
-    EXPECT_EQ(pair.b().write(frame.bytes()).value_or(0), frame.bytes().size());
-    std::vector<std::byte> got(frame.bytes().size());
-    EXPECT_EQ(line.read(got).value_or(0), got.size());
+    send(message);
     const Replies replies = reject_requests(line).replies;
     EXPECT_EQ(replies.all().size(), 1U);
     return replies.all().empty() ? Reply{} : replies.all()[0];

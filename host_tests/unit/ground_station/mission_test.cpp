@@ -22,17 +22,23 @@ constexpr mavlink::Address kStation{.system = 9, .component = 190};
 constexpr mavlink::Address kOther{.system = 8, .component = 190};
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-mavlink::MissionItemInt item(std::uint16_t seq, double x_m, double y_m, double z_m) {
+template <typename Item, typename Number>
+Item item_at(std::uint16_t seq, Number x, Number y, float z_m) {
   return {.param4 = kNan,
-          .x = static_cast<std::int32_t>(std::lround(x_m * 1e4)),
-          .y = static_cast<std::int32_t>(std::lround(y_m * 1e4)),
-          .z = static_cast<float>(z_m),
+          .x = x,
+          .y = y,
+          .z = z_m,
           .seq = seq,
           .command = 16,
           .target_system = 1,
           .frame = 1,
           .autocontinue = 1};
 }
+mavlink::MissionItemInt item(std::uint16_t seq, double x_m, double y_m, double z_m) {
+  const auto tenths_of_mm = [](double metres) { return static_cast<std::int32_t>(std::lround(metres * 1e4)); };
+  return item_at<mavlink::MissionItemInt>(seq, tenths_of_mm(x_m), tenths_of_mm(y_m), static_cast<float>(z_m));
+}
+constexpr auto older_item = item_at<mavlink::MissionItem, float>;
 
 struct TransferTest : ::testing::Test {
   MissionTransfer transfer;
@@ -135,18 +141,6 @@ TEST_F(TransferTest, WhatIsNotWholeReplacesNothing) {
   EXPECT_EQ(transfer.items().size(), 2U);
   EXPECT_EQ(transfer.items()[1].seq, 1);
   EXPECT_EQ(transfer.edition(), edition);
-}
-
-mavlink::MissionItem older_item(std::uint16_t seq, float x_m, float y_m, float z_m) {
-  return {.param4 = kNan,
-          .x = x_m,
-          .y = y_m,
-          .z = z_m,
-          .seq = seq,
-          .command = 16,
-          .target_system = 1,
-          .frame = 1,
-          .autocontinue = 1};
 }
 
 // A sender from before 2020 requests with MISSION_REQUEST and sends MISSION_ITEM, in metres. Would catch a vehicle that

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Every kind of bad input to `m100-lab identify` ends in a one-line message with the file, line and key.
 #include <gtest/gtest.h>
-#include <CLI/CLI.hpp>
 
 #include <cmath>
 #include <filesystem>
@@ -11,6 +10,7 @@
 
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/subcommands.h"
+#include "host_tests/unit/lab/refusal.h"
 
 namespace m100::lab {
 namespace {
@@ -63,21 +63,10 @@ class BadInput : public ::testing::TestWithParam<Case> {
 };
 
 TEST_P(BadInput, IsOneClearLine) {
-  CLI::App lab{"test"};
-  add_identify(lab);
   std::vector<std::string> words{"identify", "--log", write("flight.csv", GetParam().log), "--columns",
                                  write("map.toml", GetParam().map)};
   words.insert(words.end(), GetParam().options.begin(), GetParam().options.end());
-  std::vector<const char*> arguments{"m100-lab"};
-  for (const std::string& word : words) {
-    arguments.push_back(word.c_str());
-  }
-  std::string said;
-  try {
-    lab.parse(static_cast<int>(arguments.size()), arguments.data());
-  } catch (const std::exception& wrong) {
-    said = wrong.what();
-  }
+  const std::string said = refusal_of(add_identify, words);
   ASSERT_FALSE(said.empty()) << "nothing was thrown";
   EXPECT_EQ(said.find('\n'), std::string::npos) << said;
   for (const std::string& part : GetParam().must_say) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The command line of `m100-lab identify`: several logs, ranges, spoilt rows inside and outside of ranges.
 #include <gtest/gtest.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +15,7 @@
 #include "host_tests/lab/logs/write_csv.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/property/identify/synthetic_axis.h"
+#include "host_tests/unit/lab/refusal.h"
 
 namespace m100::lab {
 namespace {
@@ -73,24 +73,8 @@ class SeveralLogs : public ::testing::Test {
     if (std::find(options.begin(), options.end(), "--declare") == options.end()) {
       words.insert(words.end(), {"--declare", "second_order,transport_delay"});
     }
-    const std::string wrong = refused_by(add_identify, words);
-    return {wrong.empty() ? nlohmann::json::parse(std::ifstream(path("out.json"))) : nlohmann::json(), wrong};
-  }
-
-  /// The error message of a subcommand; empty: it accepts.
-  static std::string refused_by(void (*add)(CLI::App&), const std::vector<std::string>& words) {
-    CLI::App lab{"test"};
-    add(lab);
-    std::vector<const char*> arguments{"m100-lab"};
-    for (const std::string& word : words) {
-      arguments.push_back(word.c_str());
-    }
-    try {
-      lab.parse(static_cast<int>(arguments.size()), arguments.data());
-    } catch (const std::exception& wrong) {
-      return wrong.what();
-    }
-    return "";
+    const std::string said = refusal_of(add_identify, words);
+    return {said.empty() ? nlohmann::json::parse(std::ifstream(path("out.json"))) : nlohmann::json(), said};
   }
 
   static std::string gaps_in(const nlohmann::json& answer) {
@@ -280,7 +264,7 @@ TEST_F(SeveralLogs, NothingThatIsReadIsOverwrittenByInjectAndReport) {
   const auto log_size = size_of("a.csv");
   const auto map_size = size_of("map.toml");
   const auto inject = [&](const std::string& out, const std::string& map) {
-    return refused_by(add_inject, {"inject", "--log", path("a.csv"), "--columns", path("map.toml"), "--axis", "roll",
+    return refusal_of(add_inject, {"inject", "--log", path("a.csv"), "--columns", path("map.toml"), "--axis", "roll",
                                    "--train", "3:24", "--effect", "dead_zone=20", "--out", out, "--map", map});
   };
   EXPECT_NE(inject(path("a.csv"), path("new.toml")).find("would be overwritten"), std::string::npos);
@@ -292,7 +276,7 @@ TEST_F(SeveralLogs, NothingThatIsReadIsOverwrittenByInjectAndReport) {
   std::ofstream(path("page.html")) << "<html><title>a</title><body>b</body></html>";
   const auto page_size = size_of("page.html");
   EXPECT_NE(
-      refused_by(add_report, {"report", path("page.html"), "--out", path("page.html")}).find("would be overwritten"),
+      refusal_of(add_report, {"report", path("page.html"), "--out", path("page.html")}).find("would be overwritten"),
       std::string::npos);
   EXPECT_EQ(size_of("page.html"), page_size);
 }

@@ -3,7 +3,6 @@
 #include "host_tests/lab/bridge/vrpn.h"
 
 #include <gtest/gtest.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +13,7 @@
 #include "host_tests/lab/bridge/vrpn_source.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/subcommands.h"
+#include "host_tests/unit/lab/refusal.h"
 #include "host_tests/unit/lab/vrpn_stand_in.h"
 
 namespace m100::lab::bridge {
@@ -75,16 +75,9 @@ TEST(Vrpn, UnknownTrackerListsTheNames) {
 }
 
 /// The message with which the subcommand refuses. The key's file does not exist, so the subcommand never waits.
-std::string refused(std::vector<const char*> words) {
-  CLI::App lab{"test"};
-  add_bridge(lab);
-  words.insert(words.begin(), {"m100-lab", "bridge", "--mavlink-key", "/nowhere/key"});
-  try {
-    lab.parse(static_cast<int>(words.size()), words.data());
-  } catch (const std::exception& wrong) {
-    return wrong.what();
-  }
-  return "";
+std::string refused(std::vector<std::string> words) {
+  words.insert(words.begin(), {"bridge", "--mavlink-key", "/nowhere/key"});
+  return refusal_of(add_bridge, words);
 }
 
 // Catches a duration for which the bridge would run for ever, and options that have no effect.

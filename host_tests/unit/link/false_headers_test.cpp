@@ -28,12 +28,7 @@ std::vector<std::byte> header_of(std::size_t claimed) {
 
 class FalseHeaders : public ::testing::TestWithParam<std::tuple<std::size_t, Channel>> {
  protected:
-  FalseHeaders() : bench_(options()) {}
-  static LinkBench::Options options() {
-    LinkBench::Options options;
-    options.link.channel.channel = std::get<1>(GetParam());
-    return options;
-  }
+  FalseHeaders() : bench_(LinkBench::over(std::get<1>(GetParam()))) {}
   /// One tick, with a false header on the line every tenth of a second.
   void tick() {
     if (++ticks_ % 10 == 0) {

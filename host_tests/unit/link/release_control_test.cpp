@@ -24,11 +24,7 @@ using std::chrono::seconds;
 
 class ReleaseControl : public ::testing::TestWithParam<Channel> {
  protected:
-  static LinkBench::Options options() {
-    LinkBench::Options options;
-    options.link.channel.channel = GetParam();
-    return options;
-  }
+  static LinkBench::Options options() { return LinkBench::over(GetParam()); }
   static bool is_pilots(const LinkBench& bench) {
     return !bench.autopilot.client_in_control() && !bench.autopilot.virtual_rc_on();
   }
@@ -86,8 +82,7 @@ struct SentSwitches final : ByteTap {
 // would fly its fail-safe for a lost transmitter.
 TEST(GivingBackOnTheWire, VirtualRcIsSwitchedOffAndFallsBackToTheTransmitter) {
   SentSwitches sent;
-  LinkBench::Options options;
-  options.link.channel.channel = Channel::kVirtualRc;
+  LinkBench::Options options = LinkBench::over(Channel::kVirtualRc);
   options.tap = &sent;
   LinkBench bench(options);
   ASSERT_TRUE(bench.take_control());
@@ -211,9 +206,7 @@ INSTANTIATE_TEST_SUITE_P(Link, OwnStall, ::testing::Values(100, 400, 600, 2000, 
 TEST_P(OwnStall, LongerThanHalfASecondEndsControlAndIsCalledOurs) {
   RecordProperty("promise", "R9,R15");
   for (const Channel channel : {Channel::kVirtualRc, Channel::kMovement}) {
-    LinkBench::Options options;
-    options.link.channel.channel = channel;
-    LinkBench bench(options);
+    LinkBench bench(LinkBench::over(channel));
     ASSERT_TRUE(bench.take_control());
     bench.run(seconds(2));
     const core::TimePoint end = bench.clock.now() + milliseconds(GetParam());

@@ -25,12 +25,6 @@ using sim::N1EventKind;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-LinkBench::Options over(Channel channel) {
-  LinkBench::Options options;
-  options.link.channel.channel = channel;
-  return options;
-}
-
 class BothChannels : public ::testing::TestWithParam<Channel> {};
 INSTANTIATE_TEST_SUITE_P(SerialLink, BothChannels, ::testing::Values(Channel::kVirtualRc, Channel::kMovement),
                          [](const auto& tested) {
@@ -38,7 +32,7 @@ INSTANTIATE_TEST_SUITE_P(SerialLink, BothChannels, ::testing::Values(Channel::kV
                          });
 
 TEST_P(BothChannels, StartUpRunsByItselfAndStopsBeforeAskingForControl) {
-  LinkBench bench(over(GetParam()));
+  LinkBench bench(LinkBench::over(GetParam()));
   ASSERT_TRUE(bench.run_until(AuthorityStage::kReady, seconds(3)));
   EXPECT_TRUE(bench.autopilot.activated());
   bench.run(seconds(10));
@@ -50,7 +44,7 @@ TEST_P(BothChannels, StartUpRunsByItselfAndStopsBeforeAskingForControl) {
 
 TEST_P(BothChannels, FromStartUpToRelease) {
   RecordProperty("promise", "R4");
-  LinkBench bench(over(GetParam()));
+  LinkBench bench(LinkBench::over(GetParam()));
   ASSERT_TRUE(bench.take_control());
   EXPECT_EQ(bench.autopilot.record().obtain_requests, 2U);
   EXPECT_GE(bench.autopilot.record().min_obtain_spacing, seconds(2) - sim::N1Autopilot::kTick);
@@ -127,7 +121,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_P(EveryLoss, StopsWithinAPeriodAndStaysSilentUntilTheOperatorAsks) {
   RecordProperty("promise", "R4");
   const auto& [loss, channel] = GetParam();
-  LinkBench bench(over(channel));
+  LinkBench bench(LinkBench::over(channel));
   ASSERT_TRUE(bench.take_control());
   bench.run(seconds(3));
   const sim::N1Mode mode = sim::N1Mode::kF;
@@ -211,7 +205,7 @@ TEST_P(RcItem, TheModeSwitchTakesTheAircraftBackInEveryStage) {
       if (stage == AuthorityStage::kEnabling && channel == Channel::kMovement) {
         continue;  // movement control has no enabling stage
       }
-      LinkBench::Options options = over(channel);
+      LinkBench::Options options = LinkBench::over(channel);
       options.autopilot.behaviour.virtual_rc.shown_in_rc_item = GetParam();
       for (const char mode : {'A', 'P'}) {
         ASSERT_NO_FATAL_FAILURE(expect_taken_back(options, stage, mode));
@@ -224,7 +218,7 @@ TEST_P(RcItem, TheModeSwitchTakesTheAircraftBackInEveryStage) {
 // Where the RC item shows the transmitter, the switch is seen all the same.
 TEST(SerialLinkTest, TheModeSwitchIsSeenEvenIfTheAutopilotIgnoresIt) {
   RecordProperty("promise", "R4");
-  LinkBench::Options options = over(Channel::kVirtualRc);
+  LinkBench::Options options = LinkBench::over(Channel::kVirtualRc);
   options.autopilot.behaviour.virtual_rc.shown_in_rc_item = false;
   LinkBench bench(options);
   ASSERT_TRUE(bench.take_control());
@@ -360,7 +354,7 @@ TEST(SerialLinkTest, PluggedInAgainItBecomesReadyAndAsksNobodyForControl) {
 TEST(SerialLinkTest, BytesOfOursThatDoNotArriveAreNoticedWithinASecond) {
   RecordProperty("promise", "R15");
   for (const Channel channel : {Channel::kMovement, Channel::kVirtualRc}) {
-    LinkBench bench(over(channel));
+    LinkBench bench(LinkBench::over(channel));
     ASSERT_TRUE(bench.take_control());
     bench.run(seconds(10));
     EXPECT_EQ(bench.link.authority().stage, AuthorityStage::kInControl) << "healthy is silent";
@@ -382,7 +376,7 @@ TEST(SerialLinkTest, BytesOfOursThatDoNotArriveAreNoticedWithinASecond) {
 TEST(SerialLinkTest, AStuckLineKeepsNoStaleCommands) {
   RecordProperty("promise", "R4");
   for (const Channel channel : {Channel::kMovement, Channel::kVirtualRc}) {
-    LinkBench bench(over(channel));
+    LinkBench bench(LinkBench::over(channel));
     ASSERT_TRUE(bench.take_control());
     bench.run(seconds(1));
     bench.cable().a_to_b().set_faults({.longest_write = 0});
@@ -398,7 +392,7 @@ TEST(SerialLinkTest, AStuckLineKeepsNoStaleCommands) {
 }
 
 TEST(SerialLinkTest, ShortWritesAndOneByteReadsChangeNothing) {
-  LinkBench bench(over(Channel::kMovement));
+  LinkBench bench(LinkBench::over(Channel::kMovement));
   bench.cable().a_to_b().set_faults({.longest_write = 7});
   ASSERT_TRUE(bench.take_control());
   bench.run(seconds(5));
@@ -409,7 +403,7 @@ TEST(SerialLinkTest, ShortWritesAndOneByteReadsChangeNothing) {
 
 TEST(SerialLinkTest, NumbersOutOfRangeNeverLeave) {
   RecordProperty("promise", "R5");
-  LinkBench bench(over(Channel::kMovement));
+  LinkBench bench(LinkBench::over(Channel::kMovement));
   ASSERT_TRUE(bench.take_control());
   bench.commanding = false;
   bench.run(milliseconds(100));
@@ -428,7 +422,7 @@ TEST(SerialLinkTest, NumbersOutOfRangeNeverLeave) {
 
 TEST(SerialLinkTest, SticksOutsideTheirTravelNeverLeave) {
   RecordProperty("promise", "R5");
-  LinkBench bench(over(Channel::kVirtualRc));
+  LinkBench bench(LinkBench::over(Channel::kVirtualRc));
   ASSERT_TRUE(bench.take_control());
   bench.commanding = false;
   bench.run(milliseconds(100));
@@ -469,7 +463,7 @@ TEST(SerialLinkTest, TheFarewellIsTheseCommandsInThisOrder) {
 // Catches a release sequence that the autopilot does not accept: wrong session, stored answer, only one request.
 TEST(SerialLinkTest, TheFarewellGivesControlBackWithoutTheLink) {
   for (const Channel channel : {Channel::kVirtualRc, Channel::kMovement}) {
-    LinkBench bench(over(channel));
+    LinkBench bench(LinkBench::over(channel));
     const ReleaseSequence release_sequence(bench.command(), nullptr);
     ASSERT_TRUE(bench.take_control());
     ASSERT_EQ(bench.cable().a().write(release_sequence.bytes()).value(), release_sequence.bytes().size());

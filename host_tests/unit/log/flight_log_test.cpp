@@ -38,6 +38,14 @@ std::vector<Message> messages(const std::vector<std::uint8_t>& file) {
   return out;
 }
 
+/// The messages that are left in the ring after the file's head.
+std::vector<Message> remaining(Ring& ring) {
+  std::vector<std::uint8_t> file(16);
+  const std::vector<std::uint8_t> rest = drained(ring);
+  file.insert(file.end(), rest.begin(), rest.end());
+  return messages(file);
+}
+
 std::size_t bytes_of_format(std::string_view format) {
   const std::map<std::string_view, std::size_t> sizes{{"uint64_t", 8}, {"double", 8},  {"float", 4},  {"uint32_t", 4},
                                                       {"uint16_t", 2}, {"int16_t", 2}, {"uint8_t", 1}};
@@ -111,12 +119,8 @@ TEST(FlightLog, KeepsEveryByteOfALongRead) {
     sent[i] = static_cast<std::byte>(i);
   }
   log.append(Stream::kAutopilotIn, core::TimePoint(std::chrono::seconds(1)), sent);
-  std::vector<std::uint8_t> file(16);
-  for (const std::uint8_t value : drained(ring)) {
-    file.push_back(value);
-  }
   std::vector<std::byte> back;
-  for (const Message& one : messages(file)) {
+  for (const Message& one : remaining(ring)) {
     BytesRecord record;
     std::memcpy(&record, one.body.data() + 2, sizeof record);
     EXPECT_EQ(record.timestamp, 1000000U);
@@ -138,11 +142,7 @@ TEST(FlightLog, DropsWholeMessagesWhenNobodyEmptiesTheRing) {
     log.append(record);
   }
   EXPECT_GT(log.dropped(), 0U);
-  std::vector<std::uint8_t> file(16);
-  for (const std::uint8_t value : drained(ring)) {
-    file.push_back(value);
-  }
-  const std::vector<Message> all = messages(file);
+  const std::vector<Message> all = remaining(ring);
   EXPECT_EQ(all.size(), 10U - log.dropped());
   for (const Message& one : all) {
     EXPECT_EQ(one.type, 'D');
@@ -191,10 +191,7 @@ TEST(FlightLog, WritesTextAndAnExcitationAsUlogHasThem) {
   record.counts = -3;
   log.append(record);
   log.append(core::TimePoint{}, std::string(60001, 'x'));
-  std::vector<std::uint8_t> file(16, 0);
-  const std::vector<std::uint8_t> rest = drained(ring);
-  file.insert(file.end(), rest.begin(), rest.end());
-  const std::vector<Message> all = messages(file);
+  const std::vector<Message> all = remaining(ring);
   ASSERT_EQ(all.size(), 3U);
   EXPECT_EQ(all[0].type, 'L');
   EXPECT_EQ(all[0].body,

@@ -19,10 +19,7 @@ namespace {
 
 using namespace std::string_literals;
 
-template <typename T>
-std::string raw(T value) {
-  return UlogBytes::raw(value);
-}
+const auto raw = [](auto value) { return UlogBytes::raw(value); };
 
 struct Foreign {
   const char* name;

@@ -8,6 +8,8 @@
 #include <fstream>
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/raw_log.h"

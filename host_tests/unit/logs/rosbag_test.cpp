@@ -5,25 +5,17 @@
 #endif
 
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 
 #include "host_tests/lab/logs/flight_log.h"
 #include "host_tests/unit/logs/log_files.h"
+#include "host_tests/unit/logs/log_samples.h"
 
 namespace m100::lab::logs {
 namespace {
 
-template <typename T>
-std::string raw(T value) {
-  std::string out(sizeof value, '\0');
-  std::memcpy(out.data(), &value, sizeof value);
-  return out;
-}
-std::string sized(const std::string& bytes) { return raw(static_cast<std::uint32_t>(bytes.size())) + bytes; }
-std::string field(const std::string& name, const std::string& value) { return sized(name + "=" + value); }
-std::string record(const std::string& header, const std::string& data) { return sized(header) + sized(data); }
+const auto raw = [](auto value) { return UlogBytes::raw(value); };
 std::string stamp(double t_s) {
   const auto whole = static_cast<std::uint32_t>(t_s);
   return raw(whole) + raw(static_cast<std::uint32_t>((t_s - whole) * 1e9));
@@ -45,11 +37,12 @@ const std::string kJoyText =
 
 std::string connection(std::uint32_t number, const std::string& topic, const std::string& type,
                        const std::string& text) {
-  return record(field("op", "\x07") + field("conn", raw(number)) + field("topic", topic),
-                field("topic", topic) + field("type", type) + field("md5sum", "x") + field("message_definition", text));
+  return bag_record(bag_field("op", "\x07") + bag_field("conn", raw(number)) + bag_field("topic", topic),
+                    bag_field("topic", topic) + bag_field("type", type) + bag_field("md5sum", "x") +
+                        bag_field("message_definition", text));
 }
 std::string message(std::uint32_t number, double t_s, const std::string& data) {
-  return record(field("op", "\x02") + field("conn", raw(number)) + field("time", stamp(t_s)), data);
+  return bag_record(bag_field("op", "\x02") + bag_field("conn", raw(number)) + bag_field("time", stamp(t_s)), data);
 }
 std::string header(std::uint32_t seq, double t_s) { return raw(seq) + stamp(t_s) + sized("world"); }
 
@@ -75,11 +68,11 @@ std::string messages() {
 
 std::string bag(const std::string& compression, const std::string& chunk, std::size_t size) {
   return "#ROSBAG V2.0\n" +
-         record(field("op", "\x03") + field("index_pos", raw(std::uint64_t{0})), std::string(100, ' ')) +
-         record(field("op", "\x05") + field("compression", compression) +
-                    field("size", raw(static_cast<std::uint32_t>(size))),
-                chunk) +
-         record(field("op", "\x04") + field("ver", raw(std::uint32_t{1})), "index, which nobody needs");
+         bag_record(bag_field("op", "\x03") + bag_field("index_pos", raw(std::uint64_t{0})), std::string(100, ' ')) +
+         bag_record(bag_field("op", "\x05") + bag_field("compression", compression) +
+                        bag_field("size", raw(static_cast<std::uint32_t>(size))),
+                    chunk) +
+         bag_record(bag_field("op", "\x04") + bag_field("ver", raw(std::uint32_t{1})), "index, which nobody needs");
 }
 
 std::string write(const std::string& name, const std::string& bytes) {

@@ -204,36 +204,24 @@ TEST(AnswerSessions, SessionsZeroAndOneAreExecutedEachTime) {
   EXPECT_EQ(sessions.answer(command(0, 1), encode_ack(0)).status(), core::Status::kInvalidArgument);
 }
 
-TEST(AnswerSessions, MirrorsTheEncryptionOfTheCommand) {
-  const Aes256 cipher(CipherKey{7});
-  AnswerSessions sessions;
-  FrameHeader to = command(4, 9);
-  to.encryption = 1;
-  (void)sessions.accept(to);
-  const auto answer = sessions.answer(to, encode_ack(2), &cipher);
-  ASSERT_TRUE(answer);
-  FrameParser parser;
-  ASSERT_EQ(parser.push(answer->bytes), answer->bytes.size());
-  const auto frame = parser.poll();
-  ASSERT_TRUE(frame);
-  EXPECT_TRUE(frame->header.encrypted());
-  CipherScratch scratch;
-  EXPECT_EQ(*decode_ack(open(*frame, &cipher, scratch)->value), 2);
-}
-
-// The autopilot encrypts with a key that we do not have; we answer unencrypted.
-TEST(AnswerSessions, WithoutAKeyTheAnswerIsPlain) {
-  AnswerSessions sessions;
-  FrameHeader to = command(4, 9);
-  to.encryption = 1;
-  (void)sessions.accept(to);
-  const auto answer = sessions.answer(to, encode_ack(2));
-  ASSERT_TRUE(answer);
-  FrameParser parser;
-  ASSERT_EQ(parser.push(answer->bytes), answer->bytes.size());
-  const auto frame = parser.poll();
-  ASSERT_TRUE(frame);
-  EXPECT_FALSE(frame->header.encrypted());
+// Without the key with which the autopilot encrypts, we answer unencrypted.
+TEST(AnswerSessions, MirrorsTheEncryptionOfTheCommandWhereItHasTheKey) {
+  const Aes256 key(CipherKey{7});
+  for (const Cipher* const cipher : {static_cast<const Cipher*>(&key), static_cast<const Cipher*>(nullptr)}) {
+    AnswerSessions sessions;
+    FrameHeader to = command(4, 9);
+    to.encryption = 1;
+    (void)sessions.accept(to);
+    const auto answer = sessions.answer(to, encode_ack(2), cipher);
+    ASSERT_TRUE(answer);
+    FrameParser parser;
+    ASSERT_EQ(parser.push(answer->bytes), answer->bytes.size());
+    const auto frame = parser.poll();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->header.encrypted(), cipher != nullptr);
+    CipherScratch scratch;
+    EXPECT_EQ(*decode_ack(open(*frame, cipher, scratch)->value), 2);
+  }
 }
 
 TEST(AnswerSessions, AfterARestartEverythingIsNew) {

@@ -14,19 +14,13 @@ namespace {
 using Course = Trajectory<double>;
 
 Waypoint<double> at(double x_m, double y_m, double z_m, double yaw_rad = 0.0) {
-  Waypoint<double> place;
-  place.position_w_m = {x_m, y_m, z_m};
-  place.yaw_rad = yaw_rad;
-  return place;
+  return {.position_w_m = {x_m, y_m, z_m}, .yaw_rad = yaw_rad};
 }
 
 std::unique_ptr<Course> standing() {
   auto course = std::make_unique<Course>();
   course->hold(at(0, 0, 1));
   return course;
-}
-bool goes_to(const Waypoint<double>& place) {
-  return standing()->append_step(place, std::chrono::seconds(1)) == core::Status::kOk;
 }
 bool goes_with(const SpeedLimits& limits) {
   return standing()->append_quintic(at(1, 0, 1), limits) == core::Status::kOk;
@@ -40,10 +34,6 @@ struct Edge {
   double high, above;
 };
 const Edge kEdges[] = {
-    {"X", [](double v) { return goes_to(at(v, 0, 1)); }, -1000, -1000.1, 1000, 1000.1},
-    {"Y", [](double v) { return goes_to(at(0, v, 1)); }, -1000, -1000.1, 1000, 1000.1},
-    {"Z", [](double v) { return goes_to(at(0, 0, v)); }, -1000, -1000.1, 1000, 1000.1},
-    {"Yaw", [](double v) { return goes_to(at(0, 0, 1, v)); }, -100, -100.1, 100, 100.1},
     {"Speed", [](double v) { return goes_with({.speed_m_s = v}); }, 0.01, 0.0099, 100, 100.1},
     {"Acceleration", [](double v) { return goes_with({.acceleration_m_s2 = v}); }, 0.01, 0.0099, 100, 100.1},
     {"YawRate", [](double v) { return goes_with({.yaw_rate_rad_s = v}); }, 0.01, 0.0099, 100, 100.1},

@@ -141,6 +141,7 @@ TEST(RefusedTime, IsNoneOrNotApart) {
   EXPECT_EQ(timed(1s, 1s + 1h + 1us), Status::kInvalidArgument);
   EXPECT_EQ(standing()->append_timed({}), Status::kInvalidArgument);
   EXPECT_EQ(standing()->append_minimum_snap({}, {}), Status::kInvalidArgument);
+  EXPECT_EQ(standing()->append_minimum_snap(std::vector{place(2.0)}, {.speed_m_s = 0.0}), Status::kInvalidArgument);
   EXPECT_EQ(course->pieces(), 0U);
 }
 

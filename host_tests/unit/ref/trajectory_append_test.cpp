@@ -17,10 +17,7 @@ namespace {
 using std::chrono::milliseconds;
 
 Waypoint<double> at(double x, double y, double z, double yaw = 0.0) {
-  Waypoint<double> place;
-  place.position_w_m = {x, y, z};
-  place.yaw_rad = yaw;
-  return place;
+  return {.position_w_m = {x, y, z}, .yaw_rad = yaw};
 }
 
 /// The largest jump of a derivative at the joints of the pieces, relative to its largest value anywhere.
@@ -118,14 +115,6 @@ TEST_P(RandomWay, ByTheClockIsAtItsPointsInTime) {
   for (std::size_t order = 0; order <= 4; ++order) {
     EXPECT_LE(worst_jump(*course_, 0, order, order < 4), 1e-6) << "derivative " << order;
   }
-}
-
-TEST(TimedWay, RefusesTimesThatAreNotApart) {
-  auto course = std::make_unique<Trajectory<double>>();
-  const std::array<TimedWaypoint<double>, 2> close{TimedWaypoint<double>{at(1, 0, 1), milliseconds(500)},
-                                                   TimedWaypoint<double>{at(2, 0, 1), milliseconds(540)}};
-  EXPECT_EQ(course->append_timed(close), core::Status::kInvalidArgument);
-  EXPECT_EQ(course->append_timed({}), core::Status::kInvalidArgument);
 }
 
 struct Round {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "firmware/ref/minimum_snap.h"
 
@@ -16,10 +15,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 Waypoint<double> at(double x, double y, double z, double yaw = 0.0) {
-  Waypoint<double> place;
-  place.position_w_m = {x, y, z};
-  place.yaw_rad = yaw;
-  return place;
+  return {.position_w_m = {x, y, z}, .yaw_rad = yaw};
 }
 
 core::TimePoint time_of(double s) { return core::TimePoint(core::Duration(std::llround(s * 1e6))); }
@@ -236,21 +232,6 @@ TEST(Trajectory, TheSquareOfThePaperReturnsToItsCorner) {
   EXPECT_NEAR(p(11.5).x[0].position_m, 0.5, 1e-12);
   EXPECT_NEAR(p(20.0).y[0].position_m, 0.5, 1e-12);
   EXPECT_TRUE(p(20.0).constant);
-}
-
-TEST(Trajectory, RefusesWhatItCannotFly) {
-  Trajectory<double> course;
-  course.hold(at(0, 0, 1));
-  EXPECT_EQ(course.append_step(at(std::numeric_limits<double>::quiet_NaN(), 0, 1), seconds(1)),
-            core::Status::kOutOfRange);
-  EXPECT_EQ(course.append_quintic(at(1, 0, 1), core::Duration(0)), core::Status::kOutOfRange);
-  EXPECT_EQ(course.append_minimum_snap({}, {}), core::Status::kInvalidArgument);
-  const std::array<Waypoint<double>, 1> way{at(1, 0, 1)};
-  EXPECT_EQ(course.append_minimum_snap(way, {.speed_m_s = 0.0}), core::Status::kInvalidArgument);
-  for (std::size_t i = 0; i < Trajectory<double>::kMaxPieces; ++i) {
-    EXPECT_EQ(course.append_step(at(0, 0, 1), seconds(1)), core::Status::kOk);
-  }
-  EXPECT_EQ(course.append_step(at(0, 0, 1), seconds(1)), core::Status::kResourceExhausted);
 }
 
 }  // namespace

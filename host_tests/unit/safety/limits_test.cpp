@@ -5,8 +5,7 @@
 
 #include <string>
 
-#include "firmware/safety/observation.h"
-#include "firmware/safety/supervisor.h"
+#include "host_tests/unit/safety/supervised_flight.h"
 
 namespace m100::safety {
 namespace {
@@ -14,40 +13,9 @@ namespace {
 using core::Duration;
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
+using Flight = SupervisedFlight;
 
 constexpr Duration kMin = microseconds(1);
-
-Observation good(core::TimePoint now) {
-  return {.now = now,
-          .estimate = {.pose_age = milliseconds(20), .healthy = true},
-          .link = {.telemetry_age = milliseconds(5), .in_control = true, .mode_f = true}};
-}
-
-/// A supervisor in flight, run one tick at a time.
-struct Flight {
-  core::TimePoint now{};
-  Supervisor<double> supervisor{Limits{}, Envelope{}};
-
-  explicit Flight(const ctl::Command<double>& wanted = {}) {
-    for (int i = 0; i < 20; ++i) {
-      Observation seen = good(now);
-      seen.orders.engages = i == 15;
-      tick(seen, wanted);
-    }
-    EXPECT_EQ(supervisor.failsafe_state(), FailsafeState::kNominal);
-  }
-  SupervisedCommand<double> tick(Observation seen, const ctl::Command<double>& wanted = {},
-                                 const ctl::Command<double>& settled = {}) {
-    now += milliseconds(10);
-    seen.now = now;
-    return supervisor.review(wanted, settled, seen, 0.01);
-  }
-  /// Runs one tick at the time `after` later than the previous tick.
-  FailsafeState later(Duration after, Observation seen) {
-    now += after - milliseconds(10);
-    return tick(seen).failsafe_state;
-  }
-};
 
 /// An observation at a limit of normal flight, which the failsafe accepts and which ends normal flight one step beyond.
 struct Edge {
@@ -302,6 +270,7 @@ TEST(FlightLimit, ACommandBeyondTwiceItsRangeIsUnsound) {
 
 // Slew and range of each command, from rest: 20 rad/s, 40 m/s^2, 40 rad/s^2 for 10 ms.
 TEST(Envelope, EachCommandRisesAtItsOwnPaceToItsOwnRange) {
+  RecordProperty("promise", "R5");
   Flight flight;
   const ctl::Command<double> wanted{.roll_rad = 0.3, .pitch_rad = -0.3, .climb_m_s = 3.0, .yaw_rate_rad_s = -3.0};
   ctl::Command<double> first = flight.tick(good({}), wanted).command;
