@@ -98,7 +98,7 @@ def messages_table(root):
     rows += [row("an excitation aborted", spoken(text)) for text in re.findall(
         r"case Abort::k\w+:\s*line\.add\(" + TEXT + r"\)", words)]
     result = source("host_tests/lab/identify/output/result.h")
-    findings = re.search(r"contract's names:\n/// ([\w, ]+), note\.", result)[1].split(", ")
+    findings = re.search(r"/// (\w+(?:, \w+)+), note\.", result)[1].split(", ")
     verdicts = re.findall(r'"(\w+)"', re.search(r"string verdict;.*", result)[0])
     rows += [row("what m100-lab identify says about a log", name) for name in findings + verdicts]
     return {"columns": ["what the program advises"], "rows": rows}

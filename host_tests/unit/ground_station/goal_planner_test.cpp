@@ -152,7 +152,7 @@ TEST_F(GoalsTest, AnIgnoredAxisStaysWhereItIs) {
 // Catches a stop that brakes harder than the limit, as it did by 39 % if the aircraft accelerated when it began.
 TEST_F(GoalsTest, RandomGoalsAndStopsKeepTheLimits) {
   std::mt19937 random(7);
-  const auto below = [&random](unsigned most) { return static_cast<float>(random() % (1000 * most)) / 1000.F; };
+  const auto below = [&random](unsigned most) { return static_cast<float>(random() % (1000UL * most)) / 1000.F; };
   for (int i = 0; i < 1000; ++i) {
     if (below(1) < 0.3F) {
       EXPECT_TRUE(goals->hold(now, true));
