@@ -19,8 +19,6 @@ namespace {
 
 using namespace std::string_literals;
 
-const auto raw = [](auto value) { return UlogBytes::raw(value); };
-
 struct Foreign {
   const char* name;
   std::string bytes;

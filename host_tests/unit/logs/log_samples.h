@@ -21,6 +21,8 @@ namespace m100::lab::logs {
 
 using namespace std::string_literals;
 
+std::string raw(auto value) { return UlogBytes::raw(value); }
+
 inline std::string csv_sample() {
   std::string out = "t_s,rc_roll,\"odom, roll\"\n";
   for (int k = 0; k < 20; ++k) {

@@ -15,7 +15,6 @@
 namespace m100::lab::logs {
 namespace {
 
-const auto raw = [](auto value) { return UlogBytes::raw(value); };
 std::string stamp(double t_s) {
   const auto whole = static_cast<std::uint32_t>(t_s);
   return raw(whole) + raw(static_cast<std::uint32_t>((t_s - whole) * 1e9));
