@@ -49,8 +49,8 @@ est::Contradiction<T> FaultIsolation<T>::contradiction() const {
   return velocity_consistency_.report();
 }
 
-/// Judges whether the poses leave the prediction to where the commands, not the attitude, tilt the aircraft: only
-/// they contradict an attitude that was false before control was ours, because force and observer agree with it.
+/// Judges whether the poses lie beside the prediction, on the side to which the commands and not the attitude tilt the
+/// aircraft. Force and observer agree with an attitude that was false before control was ours; only poses do not.
 template <typename T>
 void FaultIsolation<T>::update_pose_offset(const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
                                            const core::Vector<T, 2>& model_tilt_rad) {

@@ -169,7 +169,7 @@ constexpr double number_of(const TranslationNumbers& numbers, std::string_view k
   return 0.0;
 }
 
-/// Acceleration of a vehicle by all external forces that the numbers describe.
+/// Acceleration of a vehicle by the effects that can be simulated, which are external forces, with these numbers.
 /// @param share  the mass for which the numbers are valid, divided by the vehicle's mass
 inline Acceleration outer_acceleration(const TranslationNumbers& numbers, const Moment& at, double share) {
   Acceleration sum{};

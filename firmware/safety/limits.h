@@ -14,7 +14,7 @@ struct MeasuredLatency {
   core::Duration interval{0};  ///< between two captures
 };
 
-/// The named timers and counts of the failsafe.
+/// The timers, the count and the speed limit of the failsafe.
 struct Limits {
   core::Duration pose_fresh = std::chrono::milliseconds(60);
   /// Whether the flight file sets pose_fresh; then the measured latency does not lengthen the limit.

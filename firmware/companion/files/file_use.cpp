@@ -105,7 +105,7 @@ class TrialFile {
     return fs::is_directory(folder, error) ? 0 : ENOTDIR;
   }
 
-  /// @returns errno; 0: the file exists and can be written.
+  /// Creates the file if it is missing. @returns errno; 0: the file exists now and can be written.
   int open_file(const std::string& path) {
     std::error_code error;
     const fs::file_status before = fs::status(path, error);

@@ -43,8 +43,8 @@ class StartConditions {
   bool has_rival() const { return pose_.has_rival(); }
   std::span<const ClockStep> clock_steps() const { return pose_.clock_steps(); }
 
-  /// Reports why the source of pose prevents control; only once unless `again`. @returns whether the operator's order
-  /// is withdrawn: for a second sender or a wrong attitude, not for a check that has failed and may soon hold again.
+  /// Reports why the source of pose prevents control; only once unless `again`. @returns whether this report withdraws
+  /// the operator's order: it does for a second sender or a wrong attitude, not for a check that only needs more time.
   bool report_pose(core::TimePoint now, bool again);
   /// @param program_ends the program ends after this line.
   void report_position(core::TimePoint now, bool takes_off, bool program_ends) const;

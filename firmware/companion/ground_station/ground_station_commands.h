@@ -26,8 +26,8 @@ SequencerStatus sequencer_status(const FlightSequencer& sequencer, core::TimePoi
 /// reported by its number. No heap.
 class GroundStationCommands {
  public:
-  /// @param limits nullopt: the flight takes no goals, see goal_limits(). @param telemetry_stream null: nothing is
-  ///   answered, and so no mission can be transferred.
+  /// @param limits nullopt: the flight takes no goals and no missions, see goal_limits(). @param telemetry_stream null:
+  ///   there are no answers, and without answers no mission can be transferred.
   GroundStationCommands(const std::optional<ref::SpeedLimits>& limits, const model::Vehicle& vehicle,
                         const app::FlightConfig& config, ref::Trajectory<double>& trajectory, GroundStationTap& line,
                         TelemetryStream* telemetry_stream, OperatorLog& operator_log)

@@ -7,8 +7,8 @@
 
 namespace m100::companion::recording {
 
-// The records of `m100 record`, of telemetry items and poses, in our frames (world NWU, body FLU), SI. Each timestamp
-// is the sender's, converted to our clock [us] by ClockFit. No padding: each format describes the same layout in ULog.
+// The records of `m100 record`: telemetry items and poses in our frames (world NWU, body FLU), SI unless stated. Each
+// timestamp is the sender's, converted to our clock [us] by ClockFit. No padding: each format states the same layout.
 
 /// The pilot's transmitter, -10000..10000 each: right, forward, up, right positive.
 struct Rc {

@@ -34,7 +34,7 @@ class RecordWindow {
 
  private:
   static constexpr std::size_t kMessageHead = 5;  ///< size, type and number of a data message
-  /// As large as a flight's: the tick that ends the wait for the first pose reads the bytes of five seconds.
+  /// As large as the ring of a flight's log: the tick after the wait for a first pose reads the bytes of up to 5 s.
   std::vector<std::byte> storage_ = std::vector<std::byte>(1U << 20U);
   log::Ring ring_;
   log::FlightLogWriter log_;

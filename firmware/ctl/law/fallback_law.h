@@ -28,7 +28,7 @@ T fallback_rate_per_s(const Braking& braking) {
 template <typename T>
 class FallbackLaw {
  public:
-  /// @returns the slope to command, within the table's limits for this axis. The caller limits both axes together.
+  /// @returns the slope to command; with the trim added it keeps the axis's limits. The caller limits both together.
   T slope(const est::AxisEstimate<T>& estimate, const ref::AxisReference<T>& reference, const mpc::GainTable<T>& table,
           T rate_per_s, T step_s) {
     constexpr T kMax_m_s = T(1);

@@ -101,7 +101,7 @@ void PoseClock::update_interval(float step_s) {
     spacing_s_ = step_s;
     return;
   }
-  // A step across lost captures has a small weight, so that some loss does not look like a slower source.
+  // A step much longer than usual has a small weight, because it may span lost captures of an unchanged source.
   const bool usual = step_s < 1.5F * spacing_s_;
   min_long_step_s_ = long_steps_ == 0 || step_s < min_long_step_s_ ? step_s : min_long_step_s_;
   long_steps_ = usual ? 0U : long_steps_ + 1U;

@@ -53,7 +53,7 @@ class PoseLink {
   const PoseLinkStats& stats() const { return stats_; }
   const PoseSenders& senders() const { return senders_; }
   mavlink::Address sender() const { return sender_; }  ///< whose poses are used
-  /// If the operator has not chosen a sender: another one that sent poses within PoseSenders::kRecent. null: none.
+  /// A second sender that sent poses within PoseSenders::kRecent. null: none, no pose used yet, or the operator chose.
   const PoseSenders::Sender* rival(core::TimePoint now) const {
     return choice_.is_made() || !has_last_ ? nullptr : senders_.other_than(sender_, now);
   }

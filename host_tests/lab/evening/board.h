@@ -7,8 +7,8 @@
 
 namespace m100::lab::evening {
 
-/// The companion board, reached by ssh. One connection serves all calls, so that a password is asked for once. All
-/// functions throw InputError if the board cannot be reached.
+/// The companion board, reached by ssh. One connection serves all calls, so that a password is asked for once. Each
+/// call throws InputError if the board cannot be reached; the constructor does not connect.
 class Board {
  public:
   /// @param destination as ssh takes it: USER@HOST, or ssh://USER@HOST:PORT

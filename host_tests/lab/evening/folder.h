@@ -62,7 +62,7 @@ class Folder {
   /// Checks every recorded file. A step must be done again if one of its files is missing or was made from a file that
   /// has changed. @returns one sentence for each change that undoes a step.
   std::vector<std::string> look_for_changes();
-  /// Records a number that the evening has measured, by name; save() writes it.
+  /// Records by name a number that the evening has measured, computed or decided; save() writes it.
   void set_number(const std::string& name, double value) { numbers_[name] = value; }
   const std::map<std::string, double>& numbers() const { return numbers_; }
 

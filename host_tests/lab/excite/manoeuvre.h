@@ -21,9 +21,9 @@ struct InputDesign {
   /// The response is a speed (climb [m/s], yaw rate [rad/s]), and the fence limits its integral: height [m] or heading
   /// [rad]. Otherwise the response is a tilt, and the acceleration is g times its tangent.
   bool rate = false;
-  /// Unforeseen disturbance along the axis, assumed to act all the time: 0.3 m/s^2 is a trim error of 30 counts, or a
-  /// wind of the class 3 m/s that rises by a third of its speed at a drag of 0.3 1/s. For a rate axis it is a speed
-  /// [m/s, rad/s].
+  /// Unforeseen disturbance along the axis, assumed to act all the time: an acceleration, or for a rate axis a speed
+  /// [m/s, rad/s]. 0.3 m/s^2 is a trim error of 30 counts, or what a wind of 3 m/s adds when it becomes a third faster,
+  /// at a drag of 0.3 1/s.
   double disturbance = 0.3;
   double air = 0.0045;  ///< root mean square of the response with a resting stick, in its unit; memory 0.3 s
 };

@@ -21,8 +21,8 @@ void put(std::array<double, kSize>& to, const Matrix& from, std::size_t offset =
   }
 }
 
-/// a_1..a_n of det(I - q A') = 1 + sum a_i q^i (Faddeev-LeVerrier), and rows n_i' = B' (A'^(i-1) + a_1 A'^(i-2) + ...)
-/// of B' q adj(I - q A') = sum n_i' q^i.
+/// The coefficients a_i of det(I - q A') = 1 + sum a_i q^i and the rows n_i' of B' q adj(I - q A') = sum n_i' q^i, by
+/// Faddeev-LeVerrier: n_i' = B' (A'^(i-1) + a_1 A'^(i-2) + ... + a_(i-1) I) for i = 1..n.
 struct Adjoint {
   Vector coefficients;
   Matrix taps;  ///< n x n, row i - 1 is n_i'

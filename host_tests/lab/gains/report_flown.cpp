@@ -8,7 +8,7 @@
 namespace m100::lab::gains {
 namespace {
 
-/// Prints and stores the worst over corners or box of one axis and channel.
+/// Prints and returns the worst margins over corners or box of one axis and channel, and whether they keep the limits.
 nlohmann::json report_worst(const WorstMargins& worst, const char* over, const char* channel, const char* name,
                             const MarginLimits& limits, bool with_delay) {
   const bool kept = worst.stable && worst.peak_sensitivity <= limits.corner_peak &&

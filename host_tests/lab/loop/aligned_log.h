@@ -38,7 +38,7 @@ std::string excitation(std::uint64_t seed, double duration_s);
 
 /// Delays in our own log in addition to the delay that a vehicle file states (autopilot's stick to attitude). They were
 /// measured by flying the vehicle file as its own plant (--plant-from): the attitude of a tick is 12.5 ms older than
-/// the captured velocity, and with 18 ms in all the file predicts its own roll and pitch best.
+/// the captured velocity, and the file predicts its own roll and pitch best if the sum of both delays is 18 ms.
 inline constexpr double kTelemetry_s = 0.0125;  ///< from the autopilot's attitude to the tick that logs it
 inline constexpr double kUplink_s = 0.0055;     ///< from the tick that sets the sticks to the autopilot's receiver
 

@@ -257,7 +257,7 @@ std::string explained(const LoopResult& result) {
   return "prediction 1 s ahead on a flight that no fit has seen: " + plot::joined(out, "; ") + ".";
 }
 
-/// What became worse, with the margins of both laws (a slower law is safer), and what no effect explains.
+/// What diverged or became worse, and what no effect explains. If a flown task is worse, also the margins of the laws.
 std::vector<std::string> remains(const LoopResult& result) {
   std::vector<std::string> out;
   for (const std::string& cell : trajectory_errors(result).diverged) {

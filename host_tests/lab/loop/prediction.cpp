@@ -51,7 +51,7 @@ std::vector<double> commands(const AxisData& data, const model::StickAxis& model
   return late;
 }
 
-/// One stick axis: its measured response, its commands by the vehicle file, and a running forecast.
+/// One stick axis: its measured response and its commands by the vehicle file; from() starts a forecast at a sample.
 struct AxisForecast {
   AxisForecast(const logs::FlightLog& log, Signal stick, Signal other, Signal measured, const model::StickAxis& axis)
       : data(axis_data(log, stick, other, measured)), command(commands(data, axis)), model(axis) {}

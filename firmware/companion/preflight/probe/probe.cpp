@@ -150,7 +150,7 @@ PortVerdict search(const ProbeOptions& options) {
   return *best;
 }
 
-/// @returns null if the port has no counters.
+/// @returns null if the port has no counters or was not opened.
 nlohmann::json to_json(const core::Expected<hal::LineErrors>& errors) {
   if (!errors) {
     return nullptr;

@@ -19,8 +19,8 @@ constexpr std::size_t kMaxCells = 300'000;
 /// Above the rounding error of a sum of about ten terms.
 constexpr double kRounding = 1e-14;
 
-/// A lower bound of the distance from 0 of all 1 + g L in the cell: the best of some directions, in each of which it is
-/// linear in the gain, and a sum of parabolas in the variables.
+/// A lower bound of |1 + g L| in the cell: for some directions, the least component of 1 + g L in that direction, which
+/// is linear in the gain, and a sum of parabolas in the variables but for the rest. The largest of them is returned.
 double distance_below(const EnclosedLoop::Expansion& loop, const Range& gain) {
   double size = std::abs(loop.middle) + loop.rest;
   for (std::size_t k = 0; k < 4; ++k) {

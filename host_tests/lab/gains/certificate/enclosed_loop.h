@@ -39,7 +39,7 @@ class EnclosedLoop {
   };
   Expansion over(const LoopCell& cell);
 
-  /// The two parts of D (1 - 1/z) (1 - exp(-drag P)/z) (1 + g L) = open + g driven.
+  /// 1 + g L times its denominators D (1 - 1/z) (1 - exp(-drag P)/z), as open + g driven; D is the controller's.
   struct Parts {
     ComplexNumber<LoopModel> open, driven;
   };

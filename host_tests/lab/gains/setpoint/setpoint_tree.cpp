@@ -177,8 +177,8 @@ class Splitting {
     return std::max(below, above);
   }
 
-  /// Chooses the plane that splits a cell in which no border between regions is left: the half-space of a region for
-  /// which the side with more regions has the fewest. @returns false: no facet separates the regions.
+  /// Chooses the plane that splits a cell in which no border between regions is left: of all half-spaces of the regions
+  /// the one with the fewest regions on its fuller side. @returns false: none of them separates the regions.
   bool parting_plane(const Cell& cell, const Numbers& regions, HalfSpace& best) const {
     std::size_t fewest = regions.size();
     for (const std::size_t owner : regions) {

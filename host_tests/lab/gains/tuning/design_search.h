@@ -59,9 +59,9 @@ struct FlownLimits {
   /// Sum of the shares by which these limits and kMaxMotion_deg_s are exceeded; at least 10 if a flight did not stay.
   double excess(const FlownScore& flown) const;
 };
-/// The flown limits of mode field, from the errors `before` of the file without its designs. The step uses the whole
-/// tilt, and a design that learns the trim more slowly tilts up to 0.6 degrees further. So the limit is the
-/// supervisor's, or the file's tilt plus a stick count if that is larger.
+/// The limits of mode field, from the flights `before` of the file without its designs. Hover: kMaxHoverPrice times its
+/// error. Tilt: the supervisor's limit, or the file's tilt plus a stick count if that is larger, because the step uses
+/// the whole tilt, and a design that learns the trim more slowly tilts up to 0.6 degrees further.
 FlownLimits field_limits(const model::Vehicle& vehicle, const FlownScore& before);
 
 /// Chooses weights, noises and the numbers that the controller predicts with, so that the mean error of the reference

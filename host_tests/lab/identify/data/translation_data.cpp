@@ -80,7 +80,7 @@ void body_axes(const FlightLog& log, TranslationData& data) {
   }
 }
 
-/// ThrustSource::kTangents: the thrust is g in the direction (tan(pitch), -tan(roll), 1), turned by the heading.
+/// ThrustSource::kTangents: the thrust is g times the vector (tan(pitch), -tan(roll), 1), turned by the heading.
 void take_tangents(const FlightLog& log, TranslationData& data) {
   const auto tangent = [](double angle) {
     constexpr double kSteepest_rad = 1.2;

@@ -38,9 +38,9 @@ struct Comparison {
   double delta_bic = 0.0;
   double delta_white = 0.0;
   double t = 0.0;
-  /// Share of the fit's sum of squares after the starts of the blocks that the edit removes; 0 without a cv_gain. A
-  /// block that begins while the stick jumps starts from a wrong state; an edit that only corrects this (such as a rate
-  /// limit together with a lead zero) is no effect of the vehicle.
+  /// Share that the edit removes of the fit's sum of squares, counted after the start of each block; 0 if cv_gain is
+  /// not positive. A block that begins while the stick jumps starts from a wrong state; an edit that only corrects this
+  /// (such as a rate limit together with a lead zero) is no effect of the vehicle.
   double gain_beyond_starts = 0.0;
 };
 

@@ -20,8 +20,8 @@ std::uint64_t word(std::string_view bytes, std::size_t at) {
   return at + sizeof(std::uint64_t) <= bytes.size() ? read_number<std::uint64_t>(bytes.data() + at) : 0;
 }
 
-/// The end of the file according to its superblock, counted from its begin; 0: no superblock can be read. The end is
-/// the third of its addresses, which begin at its byte 24 in version 0, 28 in version 1, 12 in versions 2 and 3.
+/// The size that the file should have according to its superblock; 0: that cannot be read. It is the third address of
+/// the superblock, whose addresses begin at its byte 24 in version 0, 28 in version 1, 12 in versions 2 and 3.
 std::uint64_t declared_end(std::string_view bytes) {
   if (bytes.size() < kHdf5At + 64 || bytes.substr(kHdf5At, kSignature.size()) != kSignature) {
     return 0;

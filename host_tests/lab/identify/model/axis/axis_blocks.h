@@ -12,7 +12,7 @@
 
 namespace m100::lab::identify {
 
-/// One stick axis of one log, on a uniform clock. Sample i belongs to time start_s + i period_s.
+/// One stick axis of one log, or of several joined logs, on a uniform clock. Sample i is at start_s + i period_s.
 struct AxisData {
   static constexpr double kSlowestStick_s = 0.02;  ///< longest time between samples of a remote control
 

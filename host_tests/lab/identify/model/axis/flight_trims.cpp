@@ -45,7 +45,7 @@ class FlightTrimFit {
     return sum;
   }
 
-  /// The best trim within +-widest: a coarse scan, because a dead zone causes local minima, then halved steps.
+  /// The best trim: by a coarse scan of +-widest, because a dead zone causes local minima, then by halved steps.
   double best(double widest, double min_step) const {
     constexpr int kSteps = 10;
     double found = 0.0;

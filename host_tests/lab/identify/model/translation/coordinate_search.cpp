@@ -23,7 +23,7 @@ Vector measured_rows(const TranslationBlocks& part) {
 
 namespace {
 
-/// Whether a progressive drag has no positive coefficient: then it is no drag, and leaves the wind undefined.
+/// Whether any progressive drag has a coefficient of zero or less: it is then no drag, and leaves the wind undefined.
 bool has_negative_drag(const Structure& structure, const Vector& linear) {
   return std::any_of(structure.begin(), structure.end(), [&](const std::string& name) {
     const model::TranslationEffect* effect = model::translation_effect(name);

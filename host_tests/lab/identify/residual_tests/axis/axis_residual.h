@@ -54,17 +54,17 @@ std::vector<std::string> residual_findings(const Request& request, const AxisDat
 
 /// Root mean square of the residual where the stick has rested for 1 s: the error that air and autopilot cause.
 /// @param minimum_counts  a stick that moves by less than three of these rests
-/// @returns 0 where the stick rested for 2 s or less in all.
+/// @returns 0 where these samples last 2 s or less in all.
 double noise_floor_at_rest(const AxisDataSet& part, const model::StickAxis& model, double minimum_counts);
 
-/// Error of the response that the unknown stick between its rows may cause, for each sample of the ranges' blocks, one
-/// after the other: the larger difference between the response and those to the two sticks of hold_between_rows(). In
-/// rows of a sample or less: the difference to that of a stick half a row earlier. Zero where the stick rests.
+/// How wrong the response may be because the stick between its rows is unknown, for each sample of the ranges' blocks
+/// in turn: the larger difference to the responses with the two sticks of hold_between_rows(). In rows of at most 1.5
+/// samples it is the difference to the response with the stick half a row earlier. It decays where the stick rests.
 std::vector<double> intersample_error(const AxisData& data, const std::vector<Range>& ranges,
                                       const model::StickAxis& model, double block_s = AxisBlocks::kBlock_s);
 
-/// An extreme hypothesis of the stick between its rows: held at the last row, or (`next`) already at the next. In rows
-/// of a sample or less, a value between its neighbours (it may be a mean) becomes the previous or (`next`) next one.
+/// One extreme of the unknown stick between its rows: held at the last row or, with `next`, already at the next. In
+/// rows of a sample or less, a value between its neighbours may be a mean: it becomes the last or (`next`) next one.
 AxisData hold_between_rows(AxisData data, bool next);
 /// Whether the stick was logged in rows further apart than samples.
 inline bool is_stick_undersampled(const AxisData& data) { return data.stick_row_s > 1.5 * data.period_s; }
