@@ -252,7 +252,8 @@ TEST(HeightLoop, Keeps6dBAnd45DegreesForEveryClimbAxis) {
   for (const double time_constant_s : {0.05, 0.08, 0.13, 0.3, 1.0}) {
     for (int delay_ms = 0; delay_ms <= 350; delay_ms += 25) {
       vehicle.climb = {.time_constant_s = time_constant_s, .transport_delay_s = 1e-3 * delay_ms};
-      for (const auto& channel : report_height_yaw(vehicle)["height"]) {
+      const nlohmann::json report = report_height_yaw(vehicle);
+      for (const auto& channel : report["height"]) {
         EXPECT_TRUE(channel["kept"]) << time_constant_s << " s, " << delay_ms << " ms: " << channel;
       }
     }
