@@ -38,7 +38,7 @@ TEST_P(FlyAndReplay, TheLogGivesEveryByteOfTheFlightAgain) {
     std::vector<std::string> of_autopilot = GetParam().autopilot;
     of_autopilot.insert(of_autopilot.end(), keys.begin(), keys.end());
     const auto autopilot = start_autopilot(of_autopilot);
-    std::vector<std::string> options{"--hold", "3", "--log", log.string()};
+    std::vector<std::string> options{"--once", "--hold", "3", "--log", log.string()};
     options.insert(options.end(), GetParam().options.begin(), GetParam().options.end());
     options.insert(options.end(), keys.begin(), keys.end());
     (void)run(flight(options));  // a busy machine may end the flight early; the log must replay nevertheless

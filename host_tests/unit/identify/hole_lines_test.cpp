@@ -20,6 +20,7 @@ FlightLog log_of_a_minute() {
 }
 
 void lose(FlightLog& log, Signal signal, std::size_t from, std::size_t to) {
+  log.of(signal).assign(log.size, 0.0);
   std::vector<std::uint8_t>& missing = log.signal_gap[signal];
   missing.resize(log.size, 0);
   std::fill(missing.begin() + static_cast<std::ptrdiff_t>(from), missing.begin() + static_cast<std::ptrdiff_t>(to), 1);
