@@ -54,15 +54,15 @@ TEST(WithdrawnGuess, LeavesTheCauseUnexplained) {
   Selection selection;
   selection.declared.fit.structure = {"rigid_body"};
   selection.final_model.fit.structure = {"rigid_body", "linear_drag"};
-  selection.steps.emplace_back();
-  selection.steps.back().name = "linear_drag";
+  selection.steps.emplace_back().name = "linear_drag";
+  const logs::FlightLog log;
   Request request;
+  request.log = &log;
   request.axis = "translation";
   request.refits = 0;
   const IdentifyResult result = conclude(Shadow{}, request, selection, {});
   EXPECT_TRUE(result.effects.empty());
-  ASSERT_EQ(result.unexplained.size(), 1U);
-  EXPECT_EQ(result.unexplained[0], "periodic 0.31 Hz");
+  EXPECT_EQ(result.unexplained, std::vector<std::string>{"periodic 0.31 Hz"});
   EXPECT_EQ(result.verdict, "unexplained");
 }
 
