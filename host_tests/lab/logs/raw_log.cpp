@@ -112,9 +112,9 @@ void RawLog::require_mostly_sound(const std::vector<double>& values, const std::
   }
 }
 
-void RawLog::no_such_column(const std::string& name, const std::string& asked_by) const {
+void RawLog::no_such_column(const std::string& name, const std::string& map_key) const {
   throw NoSuchColumn(file_, 0, name,
-                     "no such column (wanted for " + asked_by + "); there are: " + nearest_names(names(), name));
+                     "no such column (wanted for " + map_key + "); there are: " + nearest_names(names(), name));
 }
 
 TopicSummary summary_of(std::string name, std::string type, const std::vector<double>& time_s,

@@ -41,9 +41,9 @@ class RawLog {
   RawLog(const RawLog&) = delete;
   RawLog& operator=(const RawLog&) = delete;
 
-  /// @param asked_by the key of the column map that wants this column (for messages).
+  /// @param map_key the key of the column map that wants this column (for messages).
   /// @throws InputError: no such column, no number, or half of its values or more spoilt (empty CSV cells are not).
-  virtual RawColumn column(const std::string& name, const std::string& asked_by) const = 0;
+  virtual RawColumn column(const std::string& name, const std::string& map_key) const = 0;
 
   /// Names that column() accepts, at most kMaxNames of them.
   virtual std::vector<std::string> names() const = 0;
@@ -71,7 +71,7 @@ class RawLog {
   /// @throws InputError if at least half of the values are not finite numbers, naming the first of these.
   void require_mostly_sound(const std::vector<double>& values, const std::string& name) const;
   /// @throws NoSuchColumn with the most similar names.
-  [[noreturn]] void no_such_column(const std::string& name, const std::string& asked_by) const;
+  [[noreturn]] void no_such_column(const std::string& name, const std::string& map_key) const;
 
  private:
   std::string file_;

@@ -123,12 +123,12 @@ class ArduPilotLog final : public RawLog {
     return all;
   }
 
-  RawColumn column(const std::string& name, const std::string& asked_by) const override {
+  RawColumn column(const std::string& name, const std::string& map_key) const override {
     const std::size_t dot = name.find('.');
     const std::size_t colon = name.substr(0, dot).find(':');
     const auto found = by_name_.find(name.substr(0, std::min(dot, colon)));
     if (found == by_name_.end() || dot == std::string::npos) {
-      no_such_column(name, asked_by);
+      no_such_column(name, map_key);
     }
     const Type& type = types_[found->second];
     const std::string wanted = colon == std::string::npos ? "" : name.substr(colon + 1, dot - colon - 1);
@@ -138,7 +138,7 @@ class ArduPilotLog final : public RawLog {
     const auto field = std::find_if(type.fields.begin(), type.fields.end(),
                                     [&](const Field& one) { return one.label == name.substr(dot + 1); });
     if (instance == all.end() || field == type.fields.end() || !is_number(*field)) {
-      no_such_column(name, asked_by);
+      no_such_column(name, map_key);
     }
     RawColumn column{.values = values(type, *field, *instance), .time_s = times(type, *instance), .sequence = {}};
     if (column.time_s.empty()) {

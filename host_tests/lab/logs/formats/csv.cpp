@@ -75,11 +75,11 @@ class CsvLog final : public RawLog {
 
   long line_of(std::size_t sample) const override { return rows_.at(sample).line; }
 
-  RawColumn column(const std::string& name, const std::string& asked_by) const override {
+  RawColumn column(const std::string& name, const std::string& map_key) const override {
     const auto found = std::find(names_.begin(), names_.end(), name);
     if (found == names_.end()) {
       throw NoSuchColumn(file(), header_line_, name,
-                         "no such column (wanted for " + asked_by + "); there are: " + nearest_names(names_, name));
+                         "no such column (wanted for " + map_key + "); there are: " + nearest_names(names_, name));
     }
     const auto index = static_cast<std::size_t>(found - names_.begin());
     RawColumn column;

@@ -59,10 +59,10 @@ class MatLog final : public RawLog {
     return all;
   }
 
-  RawColumn column(const std::string& name, const std::string& asked_by) const override {
+  RawColumn column(const std::string& name, const std::string& map_key) const override {
     constexpr std::string_view kEnding = ".mat:";
     if (const std::size_t colon = name.find(kEnding); colon != std::string::npos) {
-      return beside(name.substr(0, colon + kEnding.size() - 1)).column(name.substr(colon + kEnding.size()), asked_by);
+      return beside(name.substr(0, colon + kEnding.size() - 1)).column(name.substr(colon + kEnding.size()), map_key);
     }
     const Path path = parse(name);
     const MatVariable* parent = nullptr;
@@ -70,7 +70,7 @@ class MatLog final : public RawLog {
     if (variable == nullptr || !variable->is_matrix) {
       throw NoSuchColumn(file(), 0, name,
                          (variable == nullptr ? "no such variable" : "is not a real matrix") +
-                             std::string(" (wanted for ") + asked_by + "); there are: " + nearest_names(names(), name));
+                             std::string(" (wanted for ") + map_key + "); there are: " + nearest_names(names(), name));
     }
     const std::size_t width = variable->width();
     if ((path.row == 0 && width != 1) || path.row > width) {

@@ -83,12 +83,12 @@ void RosLog::start() {
   start_s_ = first;
 }
 
-RawColumn RosLog::column(const std::string& name, const std::string& asked_by) const {
+RawColumn RosLog::column(const std::string& name, const std::string& map_key) const {
   const std::size_t dot = name.find('.');
   const auto found = topics_.find(name.substr(0, dot));
   if (found == topics_.end() || dot == std::string::npos) {
     throw NoSuchColumn(file(), 0, name,
-                       "no such topic (wanted for " + asked_by + "); near: " + nearest_names(names(), name));
+                       "no such topic (wanted for " + map_key + "); near: " + nearest_names(names(), name));
   }
   RosTopic& topic = found->second;
   topic.decode(start_s_);
@@ -101,7 +101,7 @@ RawColumn RosLog::column(const std::string& name, const std::string& asked_by) c
     throw NoSuchColumn(file(), 0, name,
                        topic.names().empty() && !topic.error_text().empty()
                            ? "cannot be read: its type " + topic.type_name + " " + topic.error_text()
-                           : "no such field (wanted for " + asked_by + "); near: " + nearest_names(names(), name));
+                           : "no such field (wanted for " + map_key + "); near: " + nearest_names(names(), name));
   }
   out.values = *values;
   require_mostly_sound(out.values, name);

@@ -94,7 +94,7 @@ class RosTopic {
 /// The common part of both kinds of bags after their containers have been opened.
 class RosLog : public RawLog {
  public:
-  RawColumn column(const std::string& name, const std::string& asked_by) const override;
+  RawColumn column(const std::string& name, const std::string& map_key) const override;
   std::vector<std::string> names() const override;
   std::vector<TopicSummary> topics() const override;
   std::vector<std::string> notes() const override { return notes_; }

@@ -64,16 +64,16 @@ class ULog final : public RawLog {
     return all;
   }
 
-  RawColumn column(const std::string& name, const std::string& asked_by) const override {
+  RawColumn column(const std::string& name, const std::string& map_key) const override {
     const std::size_t dot = std::min(name.find('.'), name.size() - (name.empty() ? 0 : 1));
     const auto topic = topics_.find(key_of(name.substr(0, dot)));
     if (topic == topics_.end()) {
-      no_such_column(name, asked_by);
+      no_such_column(name, map_key);
     }
     const std::string_view path = std::string_view(name).substr(dot + 1);
     const auto found = formats_.find(topic->second.format, path);
     if (!found) {
-      no_such_column(name, asked_by);
+      no_such_column(name, map_key);
     }
     if (topic->second.messages.empty()) {
       throw InputError(file(), 0, name, "the topic has no messages");
