@@ -94,6 +94,7 @@ void check_files(const Options& options) {
 
 /// Runs the flight image in QEMU, for 30 s without --duration: its UART1 is the autopilot's line, its UART2 the pose,
 /// and the simulation drives its clock. The operator requests control after 6 s and releases it 3 s before the end.
+/// @throws CLI::RuntimeError  the image ended with another exit status than 0
 void run_with_board(const Options& options, const sim::Plant& plant, const sim::N1Config& config) {
   sim::World world(plant, {.seed = options.seed, .autopilot = config});
   std::optional<EventFile> events;
@@ -118,11 +119,15 @@ void run_with_board(const Options& options, const sim::Plant& plant, const sim::
       events->write_truth(world.now(), world.vehicle().state());
     }
   }
+  const int exit_status = board.end();
   std::cout << options.course << " flown by " << options.board << ": " << world.autopilot().record().virtual_rc_taken
-            << " stick commands taken, at most " << farthest_m << " m from the start, exit status " << board.end()
+            << " stick commands taken, at most " << farthest_m << " m from the start, exit status " << exit_status
             << std::endl;
   if (events) {
     events->summarise(world.now(), world.autopilot(), core::Duration{0});
+  }
+  if (exit_status != 0) {
+    throw CLI::RuntimeError(kAnswerIsNo);
   }
 }
 

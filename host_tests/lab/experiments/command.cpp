@@ -173,7 +173,8 @@ void exit_unless(bool all_flown) {
 }
 
 bool all_flew(const std::vector<experiments::TaskResult>& results) {
-  return std::all_of(results.begin(), results.end(), [](const auto& result) { return result.refused == 0; });
+  return std::all_of(results.begin(), results.end(),
+                     [](const auto& result) { return result.refused + result.baselines_refused == 0; });
 }
 
 void run_rates(const ExperimentsOptions& options) {

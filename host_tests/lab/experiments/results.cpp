@@ -41,17 +41,19 @@ double paper_value(const TaskResult& result, const Row& row) {
   return result.task->paper != nullptr ? result.task->paper->*row.papers : -1.0;
 }
 
-/// The mean of the task's flights with the plan's law; empty: it never obtained control. Adds to `simulated_s`.
-std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOptions& options, double& simulated_s) {
+/// The mean of the task's flights with the plan's law; empty: it never obtained control. Adds to the simulated time and
+/// the baselines' refused flights of `result`.
+std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOptions& options, TaskResult& result) {
   std::vector<Cell> cells;
   for (int i = 0; i < options.seeds; ++i) {
     plan.seed = options.seed + static_cast<std::uint64_t>(i);
     const FlightResult flight = fly(plan);
-    simulated_s += flight.simulated_s;
+    result.simulated_s += flight.simulated_s;
     if (flight.flew) {
       cells.push_back(score(flight.trace, task.from_s, task.to_s));
     }
   }
+  result.baselines_refused += options.seeds - static_cast<int>(cells.size());
   return cells.empty() ? std::nullopt : std::optional(mean_of(cells));
 }
 
@@ -112,8 +114,8 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
     plan.keep_log = false;
     FlightPlan other = plan;
     other.law = mpc::Law::kLqr;
-    result.baseline = baseline_of(other, task, options, result.simulated_s);
-    result.paper_law = baseline_of(in_paper_configuration(plan), task, options, result.simulated_s);
+    result.baseline = baseline_of(other, task, options, result);
+    result.paper_law = baseline_of(in_paper_configuration(plan), task, options, result);
   }
   result.seeds = options.seeds;
   result.mean = mean_of(cells);

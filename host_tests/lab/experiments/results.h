@@ -24,6 +24,7 @@ struct TaskResult {
   int seeds = 0;
   bool flown() const { return seeds > refused; }  ///< false: mean, spread and trace are invalid
   int refused = 0;                                ///< flights that never obtained control; excluded from the means
+  int baselines_refused = 0;                      ///< the same, of the flights with the baselines' laws
   double largest_tilt_deg = 0.0;
   double touchdown_speed_m_s = 0.0;
   double seconds_per_flight = 0.0;  ///< of computer time

@@ -99,6 +99,7 @@ AxisBox axis_box(const model::StickAxis& axis, const companion::Intervals& inter
   out.gain = relative(intervals, "scale_rad_per_count", axis.scale_per_count, out.gain);
   out.frequency = relative(intervals, "natural_frequency_rad_s", axis.natural_frequency_rad_s, out.frequency);
   out.damping = absolute(intervals, "damping_ratio", {axis.damping_ratio - 0.1, axis.damping_ratio + 0.1});
+  out.damping.low = std::max(out.damping.low, 0.0);
   out.delay_s =
       absolute(intervals, "transport_delay_s", {axis.transport_delay_s - 0.01, axis.transport_delay_s + 0.01});
   out.delay_s.low = std::max(out.delay_s.low, 0.0);

@@ -23,7 +23,7 @@ struct Range {
 struct AxisBox {
   Range gain{0.8, 1.2};
   Range frequency{0.8, 1.2};
-  Range damping{};  ///< the ratio itself
+  Range damping{};  ///< the ratio itself, never below 0
   Range delay_s{};  ///< the delay itself, never below 0
 };
 AxisBox axis_box(const model::StickAxis& axis, const companion::Intervals& intervals);

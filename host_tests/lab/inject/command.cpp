@@ -90,6 +90,8 @@ void run(const InjectOptions& options) {
     request.validate = request.train;  // the validation errors are not used
     request.refits = 0;
     fitted = identify::identify_axis(request).declared;
+  } else if (!options.train.empty()) {
+    throw InputError("--train", 0, options.train, "is not for translation, to which effects are added without a fit");
   }
   const logs::FlightLog out = hidden::inject(log, options.axis, fitted, effects);
   logs::write_csv(out, options.out);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <numeric>
 #include <string_view>
 #include <utility>
 
@@ -139,12 +140,11 @@ TopicSummary summary_of(std::string name, std::string type, const std::vector<do
     return out;
   }
   const double longest = std::max(0.05, 3.5 * median(intervals));
-  double sampled_s = 0.0;
-  for (const double interval : intervals) {
-    out.gaps += interval > longest ? 1U : 0U;
-    out.longest_gap_s = std::max(out.longest_gap_s, interval > longest ? interval : 0.0);
-    sampled_s += interval > longest ? 0.0 : interval;
-  }
+  std::sort(intervals.begin(), intervals.end());
+  const auto gaps = std::upper_bound(intervals.begin(), intervals.end(), longest);
+  out.gaps = static_cast<std::size_t>(intervals.end() - gaps);
+  out.longest_gap_s = out.gaps > 0 ? intervals.back() : 0.0;
+  const double sampled_s = std::accumulate(intervals.begin(), gaps, 0.0);
   out.rate_hz =
       sampled_s > 0.0 ? static_cast<double>(intervals.size() - out.gaps) / sampled_s : 1.0 / median(intervals);
   return out;

@@ -171,8 +171,9 @@ void check_completeness(const ValidationComparison& parts, const CompletenessLim
   if (is_another_vehicle(parts, limits, !result.effects.empty() || !result.changes.empty(), maximum)) {
     const bool alone = result.unexplained.empty();
     std::snprintf(text, sizeof text,
-                  "the validation error is %.2f times the training error (probability by chance %.1g)",
-                  maximum > limits.max_ratio ? maximum : later_ratio, parts.probability);
+                  "the validation error is %.2f times the training error (limit %.2g; chance %.1g, limit %.1g)",
+                  maximum > limits.max_ratio ? maximum : later_ratio, limits.max_ratio, parts.probability,
+                  limits.min_probability);
     result.unexplained.emplace_back(text);
     if (alone) {
       result.findings.push_back(
