@@ -21,6 +21,19 @@ BARS = {"sources without a header of their name": (15, 15, 54), "classes with mo
         "words of all Markdown": (60000, 60000, 79403), "lines of C++ without generated code": (154760, 128000, 129815)}
 
 
+PARTS = {"firmware, protocol, hal": ("firmware/", "protocol/", "hal/"), "host_tests/lab": "host_tests/lab/",
+         "host_tests/sim": "host_tests/sim/"}
+
+
+def cpp_of(names):
+    """-> the hand-written sources and headers."""
+    return [name for name in names if name.endswith((".h", ".cpp")) and "/generated/" not in name]
+
+
+def lines_of(root, name):
+    return len((pathlib.Path(root) / name).read_text().splitlines())
+
+
 def members_by_class(root, names):
     """-> {class: data members} of every class that hides at least one of them: plain records of values do not count."""
     command = ["ctags", "--output-format=json", "--fields=+aSp", "--kinds-c++=m", "--language-force=C++", "-f-", "-L-"]
@@ -41,7 +54,7 @@ def measure(root, names):
     """-> {number: (value, offences)}."""
     root = pathlib.Path(root)
     product = [name for name in names if name.startswith(PRODUCT)]
-    cpp = [name for name in names if name.endswith((".h", ".cpp")) and "/generated/" not in name]
+    cpp = cpp_of(names)
     known = set(names)
     bare = [name for name in product if name.endswith(".cpp") and not name.endswith(tuple("/" + end for end in NO_HEADER_NEEDED))
             and name[:-4] + ".h" not in known]
@@ -52,7 +65,7 @@ def measure(root, names):
     full = [f"{folder}: {number}" for folder, number in sorted(folders.items()) if number > MAX_FOLDER]
     pages = [name for name in names if name.endswith(".md")]
     words = {name: len((root / name).read_text().split()) for name in pages}
-    lines = sum(len((root / name).read_text().splitlines()) for name in cpp)
+    lines = sum(lines_of(root, name) for name in cpp)
     return dict(zip(BARS, [(len(bare), bare), (len(wide), wide), (len(full), full), (words.get("README.md", 0), []),
                            (sum(words.values()), []), (lines, [])]))
 
@@ -73,6 +86,11 @@ def table(root, names):
     print("| number | before | now | goal |\n|---|---|---|---|")
     for what, (value, _) in measure(root, names).items():
         print(f"| {what} | {BARS[what][2]} | {value} | {BARS[what][1]} |")
+    count = collections.Counter()
+    for name in cpp_of(names):
+        count[next((part for part, folders in PARTS.items() if name.startswith(folders)), "tests")] += lines_of(root, name)
+    for part, lines in count.most_common():
+        print(f"| of these: {part} | | {lines} | |")
 
 
 def self_test():
