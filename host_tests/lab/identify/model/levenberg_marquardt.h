@@ -15,7 +15,7 @@ namespace m100::lab::identify {
 /// At most this many free parameters in one fit.
 inline constexpr int kMaxParameters = 16;
 
-/// Bounds of one parameter. For a positive parameter the caller passes the logarithm.
+/// Bounds of one fitted number; the caller may fit the logarithm of a positive parameter.
 struct Box {
   double low;
   double high;

@@ -28,10 +28,11 @@ struct Segment {
 /// @param regularisation  share of the trace of the normal matrix that is added to each of its diagonal elements
 Ar autoregression(const Rows& values, const std::vector<Segment>& segments, double regularisation = 1e-6);
 
-/// Innovations: value minus the filter's prediction. The first kArOrder rows of a segment become zero and do not count.
+/// Replaces each value by its innovation: the value minus the filter's prediction. The first kArOrder rows of a segment
+/// become zero.
 void whiten(const Ar& filter, const std::vector<Segment>& segments, Eigen::Ref<Rows> values);
 
-/// Rows that count after whitening.
+/// Number of rows with an innovation: all but the first kArOrder of each segment.
 double whitened_rows(const std::vector<Segment>& segments);
 
 }  // namespace m100::lab::identify

@@ -34,17 +34,15 @@ struct AxisData {
     return period_s * static_cast<double>(sample - begin);
   }
   double logged_stick_row_s() const { return stick_row_s > 0.0 ? stick_row_s : period_s; }
-  /// Longest time [s] from a step of the stick, anywhere in its row, to the middle of the reading that shows it: half a
-  /// row where rows are averaged over a period (logs::period_means). Slower rows are read along a straight line, whose
-  /// samples are held for a period: there it is half of row and period together.
-  /// @param step_s  the row; for a hand that moves smoothly between slow rows kSlowestStick_s, if that is shorter
+  /// Longest time [s] between a step of the stick and the middle of the sample that shows it. Fast rows are averaged
+  /// over a period, so it is half a row. Slower rows are interpolated: it is half the sum of row and period.
+  /// @param step_s  longest time in which the step goes unseen [s]: at most the time between two logged rows
   double max_reading_lag_s(double step_s) const { return 0.5 * (1.5 * step_s < period_s ? step_s : step_s + period_s); }
   double time_s(std::size_t sample) const { return start_s + period_s * static_cast<double>(sample); }
 };
 
-/// Part of a log, divided into consecutive blocks. Each block starts from the measured state: value and slope of a
-/// quadratic through eleven samples. It ends before a gap. Pieces of less than 1.25 s, or of less than half a
-/// block that is shorter than 2.5 s, are left out.
+/// Part of a log, divided into consecutive blocks. The simulation of each block starts from the measured value and
+/// slope. A block ends before a gap. Pieces that are shorter than half a block and shorter than 1.25 s are left out.
 class AxisBlocks {
  public:
   struct Block {
@@ -81,7 +79,7 @@ class AxisBlocks {
   void release_buffers() const;
 
  private:
-  /// The response of at most kLanes blocks, one after the other. @returns the number of values written.
+  /// The simulated response of at most kLanes blocks, block after block. @returns the number of values written.
   std::size_t run(const model::StickAxis& axis, std::span<const Block* const> blocks, std::span<double> out) const;
   std::size_t simulate(const model::StickAxis& axis, std::span<const int> weights, std::span<double> out) const;
 

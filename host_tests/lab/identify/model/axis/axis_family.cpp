@@ -18,8 +18,8 @@ using model::AxisNumber;
 using model::StickAxis;
 using Parameters = std::vector<AxisParameter>;
 
-/// The cost by which fits are compared. A variant (such as a jump at the dead zone's edge) has a penalty of 2 %: a log
-/// whose sticks avoid the dead zone, because a controller steps over it, fits with a jump of any width.
+/// The cost by which fits are compared. A variant, such as a jump at the dead zone's edge, has a penalty of 2 %: in a
+/// log whose sticks never rest near the dead zone, a jump of any width fits.
 double cost(const Fit& fit) { return fit.shape.empty() ? fit.sum_of_squares : 1.02 * fit.sum_of_squares; }
 
 /// The fit with the lower cost.
@@ -39,7 +39,7 @@ class WarmStart {
 
   bool has(const std::string& effect) const { return fit_ != nullptr && identify::has(fit_->structure, effect); }
 
-  /// The parameter's fitted number in the earlier fit; if that has none, `start`, which is in the parameter's unit.
+  /// The parameter's value in the earlier fit or, if that fit does not have it, `start` as a fitted number.
   double or_start(const AxisParameter& parameter, double start) const {
     double value = to_fitted(*parameter.number, start);
     for (std::size_t k = 0; k < parameters_.size(); ++k) {
@@ -76,7 +76,7 @@ Fit begun_with(Fit start, const AxisEffect& effect, const std::array<double, 3>&
     if (p.effect != &effect) {
       continue;
     }
-    // The gain is the same quantity in both orders. A known lead zero takes over the delay of a transport delay.
+    // The gain is the same quantity in both orders, so it is taken from the earlier fit although the order is new.
     const bool is_same = is_known || p.is(&StickAxis::scale_per_count);
     start.parameters.push_back(is_same ? known.or_start(p, row[column]) : to_fitted(*p.number, row[column]));
     ++column;
@@ -387,7 +387,7 @@ bool AxisFamily::is_parameter_significant(const Fit& fit, std::size_t parameter,
   if (distance < least) {
     return false;
   }
-  // A trim below the error that the air causes is the air's mean over this flight.
+  // Such an effect (a trim) that is smaller than the residual may be only the mean disturbance of this flight.
   const double rmse = std::sqrt(fit.sum_of_squares / static_cast<double>(training_.samples()));
   return !number.must_exceed_air || distance * std::abs(physical(fit, 0)) >= rmse;
 }

@@ -40,8 +40,8 @@ class AxisFamily final : public Family {
   double physical(const Fit& fit, std::size_t parameter) const;
   /// A fit of the same structure and shape with the parameters of `axis`, limited to their bounds.
   Fit with_parameters_of(Fit like, const model::StickAxis& axis) const;
-  /// Starting points for a structure with one more effect: each start and variant of the effect; the smallest
-  /// significant size where a start is the size without the effect.
+  /// Starting points for a structure with one more effect: each start and variant of that effect. A start at which the
+  /// effect would do nothing is replaced by the smallest significant size.
   std::vector<Fit> starts_with_effect(const Edit& edit, const Fit& known) const;
   const AxisScale& scale() const { return scale_; }
   double period_s() const { return training_.data().period_s; }
@@ -60,8 +60,8 @@ class AxisFamily final : public Family {
   bool is_parameter_significant(const Fit& fit, std::size_t parameter, const model::AxisNumber& number) const;
   std::size_t samples_of(std::span<const int> weights) const;
   Fit run(Fit start, std::span<const int> weights, int iterations) const;
-  /// The fit with a jump at the dead zone's edge. The zone's width is scanned: between two stick positions the error
-  /// does not depend on it and has no gradient.
+  /// The fit with a jump at the dead zone's edge. The zone's width is found by a scan, because the error has no
+  /// gradient: it changes only where the width passes a logged stick position.
   Fit with_jump(Fit fit, std::span<const int> weights) const;
   double sum_of_squares(const Fit& fit, std::span<const int> weights) const;
   const AxisBlocks& training_;

@@ -20,7 +20,7 @@ class Stretch {
  public:
   Stretch(std::size_t begin, std::size_t end, const Thinned& rows) : begin_(begin), end_(end), rows_(rows) {}
 
-  /// A function of the sample, delayed by each lag; lags reach into the samples before the stretch.
+  /// One column of means for each lag [samples] of `channel`. A lag may reach back before the stretch.
   template <typename Channel>
   RegressorGroup lagged(const std::string& source, const Channel& channel, const std::vector<std::size_t>& lags) const {
     RegressorGroup group{source, {}};

@@ -10,9 +10,8 @@
 namespace m100::lab::identify {
 
 /// Regressors for the residual of this axis, over the samples [begin, end) of the log: lags, powers and products of
-/// the sticks, time, and every extra channel. Only possible causes: a channel that moves with the residual itself
-/// (rates, velocities) proves nothing. Every column is thinned when it is made: an hour at the log's own rate would
-/// take 260 MB.
+/// the sticks, time, and every extra channel. Rates and velocities are left out, because they move with the residual
+/// itself. Every column is averaged over the rows of `rows`, to save memory.
 /// @param rows  thinning of the stretch; its samples are counted from `begin`
 std::vector<RegressorGroup> axis_regressors(const logs::FlightLog& log, const AxisSignals& signals, std::size_t begin,
                                             std::size_t end, const Thinned& rows);

@@ -8,7 +8,7 @@
 namespace m100::lab::identify {
 namespace {
 
-/// Response over stick, by least squares at the best lag.
+/// Ratio of response to stick, by least squares at the lag that explains most of the response.
 double gain_of(const AxisBlocks& training) {
   const AxisData& data = training.data();
   double gain = AxisScale{}.gain;

@@ -12,7 +12,7 @@ struct AxisScale {
   double gain = 1.0;            ///< first guess, unit per count
   double response = 1.0;        ///< 98 % of the measured values are smaller in size
   double rate_per_s = 1.0;      ///< 99 % of the slopes over six samples are smaller
-  double minimum_counts = 1.0;  ///< one count, or 1/660 where the log holds commands or fractions of the travel
+  double minimum_counts = 1.0;  ///< 1; if `stick` is at most 5 (no counts, but commands or fractions), 1/660
   double of(model::AxisNumber::FitUnit unit) const;
 };
 /// Precondition: at least one block.

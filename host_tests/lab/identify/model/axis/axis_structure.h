@@ -20,16 +20,16 @@ struct AxisParameter {
   bool is(double model::StickAxis::*member) const { return number->member == member; }
 };
 
-/// The free parameters in the order of the structure's effects. A number that is the first one of another effect is
-/// free only there: the delay of a lead zero is the transport delay if the structure has one. Precondition: every name
-/// of the structure is an effect of the table.
+/// The free parameters in the order of the structure's effects. A number that two effects share is free only once: the
+/// delay of a lead zero is the transport delay, if the structure has one. Precondition: every name of the structure is
+/// an effect of the table.
 std::vector<AxisParameter> parameters_of(const Structure& structure);
 
 /// Converts a number in the parameter's unit to the fitted number, and back.
 double to_fitted(const model::AxisNumber& number, double in_unit);
 double from_fitted(const model::AxisNumber& number, double fitted);
 
-/// The structures with one more effect.
+/// The structures with one more effect, or with a more complex base model.
 /// @param has_other  whether the log holds the other axis' stick
 std::vector<Family::Edit> axis_edits(const Structure& present, bool has_other);
 

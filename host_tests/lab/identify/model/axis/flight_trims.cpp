@@ -8,9 +8,9 @@
 namespace m100::lab::identify {
 namespace {
 
-constexpr double kMinCounts = 6.0;  // counts; smallest significant trim, as for all flights together
+constexpr double kMinCounts = 6.0;  // smallest significant trim
 constexpr double kStandardErrors = 4.0;
-constexpr double kWidest = 0.4;  // of the 98 % quantile of the stick
+constexpr double kWidest = 0.4;  // largest trim scanned, in 98 % quantiles of the stick
 
 /// Blocks of one flight, and their errors with a trim of this flight.
 class FlightTrimFit {
@@ -45,7 +45,7 @@ class FlightTrimFit {
     return sum;
   }
 
-  /// The best trim: by a coarse scan of +-widest, because a dead zone causes local minima, then by halved steps.
+  /// The trim with the smallest error. A coarse scan comes first, because a dead zone causes local minima.
   double best(double widest, double min_step) const {
     constexpr int kSteps = 10;
     double found = 0.0;
@@ -70,7 +70,7 @@ class FlightTrimFit {
     return found;
   }
 
-  /// Standard error of the trim: blocks are independent, samples are not.
+  /// Standard error of the trim. Different blocks count as independent, samples of one block do not.
   double sigma(double trim, double step) const {
     const std::vector<double> error_here = error(trim);
     const std::vector<double> error_there = error(trim + step);

@@ -14,19 +14,19 @@ namespace m100::lab::identify {
 
 /// Trim of one flight relative to the trim that all flights share, in the unit of the stick.
 struct FlightTrim {
-  Interval size;       ///< deviation from the mean of all flights; 95 %, from the spread over blocks
+  Interval size;       ///< deviation from the mean of the known flights, with its 95 % interval
   bool known = false;  ///< the flight has at least two training blocks
 };
 
-/// Estimates the deviations of the flights' trims from their mean, under `fit`, in the training part. A flight that is
-/// only in the validation part keeps the mean: otherwise the quoted validation error would contain a fitted parameter.
-/// Cost: some forty simulations of each flight. @returns nothing for a log that is one flight.
+/// Estimates the deviations of the flights' trims from their mean, with the model of `fit`, in the training part. A
+/// flight that is only in the validation part gets none: its validation error must not depend on its own data.
+/// Cost: some forty simulations of each flight. @returns an empty vector for a log of one flight.
 std::vector<FlightTrim> flight_trims(const AxisProblem& problem, const Fit& fit);
 
-/// Whether any flight's trim deserves its own parameter: above four standard errors and above six counts.
+/// Whether any flight's deviation is larger than four standard errors and six counts, and so needs its own parameter.
 bool are_distinct(const AxisProblem& problem, const std::vector<FlightTrim>& trims);
 
-/// Whether any trim left after subtraction justifies another iteration: above half a standard error and one count.
+/// Whether any deviation in `more` is larger than half a standard error and one count, so that another iteration pays.
 bool moved(const AxisProblem& problem, const std::vector<FlightTrim>& more);
 
 /// The trims in one sentence for the report.

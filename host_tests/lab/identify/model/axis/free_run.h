@@ -11,10 +11,9 @@
 
 namespace m100::lab::identify {
 
-/// One stick axis simulated without restarts, from gap to gap, and compared with the log in means over 50 ms, or over a
-/// row of the log if that is longer: between two rows nothing was measured, and the mean of an interpolated line is no
-/// independent evidence. It shows effects that blocks of 2.5 s hide: clocks that disagree by a hundredth of a second,
-/// and a vehicle that changes.
+/// One stick axis simulated from gap to gap without restarts, and compared with the log. Both are averaged over 50 ms,
+/// or over the time between two logged rows if that is longer. Long runs show what blocks of 2.5 s hide: clocks that
+/// disagree by 0.01 s, and a vehicle that changes.
 class FreeRun {
  public:
   static constexpr double kMinMean_s = 0.05;
@@ -30,9 +29,9 @@ class FreeRun {
   /// Sets the weights of the innovations. @param weights  one for each row; empty: equal weights
   void set_weights(Rows weights) { weights_ = std::move(weights); }
   const Rows& weights() const { return weights_; }
-  /// Replaces rows by their weighed innovations under an autoregression.
+  /// Replaces rows by their weighted innovations under an autoregression.
   void whiten_rows(const Ar& filter, Eigen::Ref<Rows> values) const;
-  /// n ln(mean square of the weighed innovations of an error under its own autoregression).
+  /// n ln(mean square of the weighted innovations of an error under its own autoregression).
   double score(const Rows& error) const;
   std::size_t mean() const { return mean_; }  ///< samples in a row
   double mean_s() const { return static_cast<double>(mean_) * data_.period_s; }
@@ -50,7 +49,7 @@ class FreeRun {
     double value;
     double rate_per_s;
   };
-  /// Writes the commands of run `number` after the delay; changes at the stick act before the delay.
+  /// Writes the commands of run `number` after the delay, for a vehicle that changes at `switch_s`.
   /// @returns the first sample after the change; without a change in this run, its end
   std::size_t arrive(const model::StickAxis& before, const model::StickAxis& after, double switch_s, std::size_t number,
                      std::vector<double>& out) const;
@@ -91,8 +90,8 @@ struct ParameterJump {
   double size = 0.0;  ///< at which the fit starts
 };
 
-/// Gauss-Newton from `start`; the parameters given, a constant offset of the response and the size of `change` are
-/// free. Cost: at most ten iterations, each with one simulation per free parameter and one to five trial steps.
+/// Gauss-Newton from `start`. Free are the parameters given, a constant offset of the response and the size of
+/// `change`. Cost: at most ten iterations, each with one simulation per free parameter and one to five trial steps.
 WhitenedFit fit_whitened(const FreeRun& run, const model::StickAxis& start,
                          std::span<const FreeParameter> free_parameters, const ParameterJump* change = nullptr);
 

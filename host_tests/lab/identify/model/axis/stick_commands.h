@@ -13,9 +13,8 @@ namespace m100::lab::identify {
 
 struct AxisData;
 
-/// The commands that an axis makes of the stick, along stretches of a log. The two results used last are kept: a step
-/// of a search that changes only frequency, delay or lead zero uses the commands again, and one that changes only gain
-/// or asymmetry uses the counts before the gain again.
+/// The commands that an axis makes of the stick, along stretches of a log. The results for two axes are kept, because
+/// most steps of a search change only parameters that act after the commands, or only the gain.
 class StickCommands {
  public:
   struct Stretch {
@@ -48,8 +47,8 @@ class StickCommands {
   mutable std::size_t last_ = 0;
 };
 
-/// Commands after delay and lead zero, from the one of index `first` on; the first and the last command are held. A
-/// delay below zero takes later commands.
+/// Writes the commands after delay and lead zero, from index `first` on. A negative delay uses later commands. Beyond
+/// the ends of `commands` its first or last value is used.
 void arrived_commands(const std::vector<double>& commands, const model::StickAxis& axis, double period_s,
                       std::size_t first, std::span<double> out);
 

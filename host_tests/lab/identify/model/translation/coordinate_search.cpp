@@ -32,7 +32,7 @@ bool has_negative_drag(const Structure& structure, const Vector& linear) {
   });
 }
 
-/// Bounds of the linear parameters that effects report themselves or as gains; others have none. No drag accelerates.
+/// Bounds of the linear parameters: those of the reported parameter if it is the linear one or a gain; else very wide.
 struct Bounds {
   Vector low;
   Vector high;
@@ -120,7 +120,7 @@ Vector minimiser(Matrix normal, const Vector& right, const Structure& structure)
   return solve_inside(normal, right, bounds_of(structure));
 }
 
-/// solve() with the flights' winds eliminated first: that depends on the weights, so sums per block cannot be used.
+/// solve() with the flights' winds eliminated first. The elimination depends on the weights, so no cache is used.
 Solution solve_with_winds(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
                           const SearchPoint& searched, std::span<const int> weights, const FlightWinds& winds) {
   Regression model(part, structure, searched);

@@ -16,18 +16,18 @@ Vector measured_rows(const TranslationBlocks& part);
 
 struct Solution {
   Vector linear;
-  double sum_of_squares = 0.0;  ///< weighted; times ten if a progressive drag is not positive, although there is wind
-  std::vector<double> winds;    ///< of the flights, x and y in turn, where they are fitted, too (flight_winds.h)
+  double sum_of_squares = 0.0;  ///< weighted; with a penalty if the drag by which a wind acts is not positive
+  std::vector<double> winds;    ///< x and y of each flight's wind (flight_winds.h); empty: none was fitted
 };
 
 /// Weighted least squares within the bounds of the effects, for given searched parameters. `measured` has part.rows
 /// values; `weights` one for each block.
-/// @param normals  of this part and these measured values
+/// @param normals  cache, used only for this part and these measured values
 Solution solve(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
                const SearchPoint& searched, std::span<const int> weights, NormalEquations& normals);
 
-/// Minimises the error of the linear solution over the searched parameters, one coordinate after the other with
-/// shrinking steps, because they are few and nearly independent of each other.
+/// Minimises the error of the linear solution over the searched parameters. One parameter is changed at a time, with
+/// shrinking steps, because the parameters are few and nearly independent of each other.
 class CoordinateSearch {
  public:
   /// All arguments must outlive the search; their shapes are those of solve().
@@ -62,7 +62,7 @@ class CoordinateSearch {
 /// Measured minus predicted, in the rows of `part`, which may be of another log than the fit.
 Vector residual_of(const TranslationBlocks& part, const Vector& measured, const Fit& fit);
 
-/// Residual of one axis with its times, to find spectral peaks, without blocks of weight 0; no weights: all blocks.
+/// Residual of one axis with its times, without the blocks of weight 0; no weights: of all blocks.
 TimeSeries axis_series(const TranslationBlocks& part, const Vector& residual, std::size_t axis,
                        std::span<const int> weights);
 

@@ -15,25 +15,24 @@ namespace m100::lab::identify::translation {
 /// Winds of flights as constant accelerations in the world: one column (x, y) [m/s^2] for each flight.
 using Winds = Eigen::Matrix<double, 2, Eigen::Dynamic>;
 
-/// The wind of each flight of a part, where each flight has its own wind: the constant acceleration that the wind gives
-/// to the vehicle at rest. The flights share the rest of the model.
+/// A wind for each flight of a part: the constant acceleration [m/s^2] that the wind gives to the vehicle at rest. The
+/// flights share the rest of the model.
 ///
-/// There are two kinds. *Of several logs* (TranslationData::winds_per_flight): least squares over the blocks of each
-/// flight, as deviations from the mean of all flights, which stays the steady_wind of the model. *From the first
-/// seconds* (TranslationBlocks::head): least squares over the head of each flight, in which no error is counted. This
-/// is the whole wind, so the model has none.
+/// With TranslationData::winds_per_flight each wind is fitted to the blocks of its flight, as a deviation from the mean
+/// of all flights; that mean is the steady_wind of the model. With a head (TranslationBlocks::head) it is fitted to the
+/// first seconds of its flight, in which no error is counted; the model then has no steady_wind.
 ///
-/// Both enter linearly: subtracting them from the target and from every column of a regression fits them together with
-/// its linear parameters, without a search.
+/// The winds are linear parameters. They are eliminated from a regression by subtracting their least-squares fit from
+/// its target and from each of its columns.
 class FlightWinds {
  public:
   /// `part` must outlive this object. Cost: that of two columns of a regression, if active().
   explicit FlightWinds(const TranslationBlocks& part);
 
   bool active() const { return own_ || head_; }
-  /// Estimates the winds from a series; without a head, as deviations from their mean. @param rows  its values in the
-  /// rows of the part. @param head  its values in the rows of the part's head, which alone count if there is one.
-  /// @param weights  one for each block of the part, unused with a head; empty: all 1. A flight without a block gets 0.
+  /// Estimates the winds by least squares; without a head, as deviations from their mean. A flight without a block gets
+  /// 0. If the part has a head, only `head` (values in the rows of the head) is used, else only `rows` (in the rows of
+  /// the part). @param weights  one for each block of the part, unused with a head; empty: all 1
   Winds of(const Vector& rows, const Vector& head, std::span<const int> weights) const;
   void take(const Winds& winds, Vector& rows) const;
   /// Applies of() and take() to each column of a regression and to its target.
@@ -57,9 +56,9 @@ struct FlightWind {
   std::array<double, 2> sigma_m_s2{};
   bool known = false;  ///< the flight has at least two blocks
 };
-/// Estimates the winds from the residual of a fit, in a part of several logs with or without fitted winds.
+/// Estimates the winds from the residual of a fit, in a part of several logs. Winds that the fit already has are added.
 std::vector<FlightWind> flight_winds(const TranslationDataSet& part, const Fit& fit);
-/// Whether any wind deserves its own parameter: above the smallest relevant steady_wind and four standard errors.
+/// Whether any wind is larger than the smallest relevant steady_wind and than four standard errors.
 bool are_distinct(const std::vector<FlightWind>& winds);
 /// The winds in one sentence for the report.
 std::string describe(const std::vector<FlightWind>& winds);

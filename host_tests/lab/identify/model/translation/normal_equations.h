@@ -8,16 +8,16 @@
 
 namespace m100::lab::identify::translation {
 
-/// Normal equations of one regression for each block: with N = sum of weight * normal and so on, the error of the
-/// parameters x is square - 2 right' x + x' N x.
+/// Normal equations of one regression for each block. The sum of squared errors of a block for the parameters x is
+/// square - 2 right' x + x' normal x.
 struct BlockNormals {
   std::vector<Matrix> normal;
   std::vector<Vector> right;
   std::vector<double> square;
 };
 
-/// Normal equations of the training part. The folds of a cross-validation, the groups of the jackknife and the steps of
-/// a search need the same ones again and again; the ones used last are kept, about 16 MiB of them.
+/// Cache of the normal equations used last, about 16 MiB. The folds of a cross-validation, the groups of the jackknife
+/// and the steps of a search need the same ones repeatedly.
 class NormalEquations {
  public:
   /// `part` and `measured` (part.rows values) must be the same in every call. The result is valid until the next call.

@@ -46,12 +46,12 @@ class TranslationFamily final : public Family {
   static std::vector<NamedValue> parameters(const Fit& fit, const std::string& effect);
 
   static bool supports(const std::string& name);
-  /// Whether the log can show the effect; not a wind that --wind-from-first estimates. Precondition: supports(name).
+  /// Whether the log can show the effect; false for the wind if --wind-from-first estimates it. Precondition:
+  /// supports(name).
   bool is_observable(const std::string& name) const;
 
-  /// Which rigid body a log without thrust set point supports: about 1 for that of `other`, about 0 for that of
-  /// `present`, both with the same samples. The number is the coefficient of their difference in a regression that also
-  /// has the linear effects and the strongest peak.
+  /// Which thrust source explains the log better: about 0 for that of `present`, about 1 for that of `other`. It is the
+  /// coefficient of their difference in a regression. Precondition: both have the same samples.
   static double preference(const TranslationBlocks& present, const TranslationBlocks& other);
 
  private:

@@ -59,7 +59,7 @@ std::size_t column_of(const Structure& structure, std::string_view wanted);
 /// The linear parameters of an effect. Precondition: the fit's structure has it.
 std::span<const double> linear_of(const Fit& fit, std::string_view name);
 
-/// Series as long as the log, whose memory every regression uses again.
+/// Buffers of the length of the log, which every regression overwrites.
 struct MomentSeries {
   std::vector<model::Moment> moments;  ///< only where a block needs them
   std::vector<double> thrust;
@@ -68,8 +68,8 @@ struct MomentSeries {
   std::array<std::vector<double>, 3> raw;
 };
 
-/// Filtered columns of one part of a log, those used last, about 16 MiB of them. A step of the search changes one
-/// parameter, and an edit adds one effect: most columns of a regression are those of the one before.
+/// Cache of the filtered columns used last, about 16 MiB, for one part of a log. Most columns of a regression are those
+/// of the one before, because a step of the search changes one parameter and an edit adds one effect.
 class ColumnCache {
  public:
   /// What determines a column: its effect (empty: the thrust itself), which of the effect's columns it is, the effect's
@@ -108,8 +108,8 @@ class Regression {
   Matrix columns;
 
  private:
-  /// Thrust and its direction after all effects that reshape them, sample by sample, with the velocity in the air; made
-  /// when the first column needs them.
+  /// Computes the velocity in the air and, after all effects that reshape them, the thrust and its direction. It is
+  /// called when the first column needs them.
   void make_moments();
   /// Takes a column from the cache, or fills it.
   template <typename Column, typename Law>
