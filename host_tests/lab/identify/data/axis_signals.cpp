@@ -55,8 +55,8 @@ void move_earlier(std::vector<double>& values, double samples) {
   }
 }
 
-/// Excludes gaps, and a tenth of a second on either side of each, from the outlier test, which uses neighbours within
-/// this time: the log holds or interpolates a stick in a gap, so it may jump there without a hand.
+/// `used` without the gaps and without 0.1 s on either side of each. A stick that jumps at a gap is no outlier: the log
+/// holds or interpolates it there.
 std::vector<char> exclude_gap_edges(std::vector<char> used, const std::vector<std::uint8_t>& gap, double period_s) {
   constexpr double kBeside_s = 0.1;
   const auto beside = static_cast<std::size_t>(std::lround(kBeside_s / period_s));

@@ -30,8 +30,8 @@ AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, co
 /// Central difference over +-5 samples, i.e. over ten sample periods; over fewer at the ends. At 100 Hz it attenuates
 /// an oscillation of 6 rad/s by 1.5 %.
 double central_difference(const std::vector<double>& values, std::size_t sample, double period_s);
-/// Derivative of the cubic fitted to each sample and nine on either side (Savitzky-Golay): at 100 Hz it attenuates an
-/// oscillation of 6 rad/s by less than 0.1 %, with less noise than the central difference, which it is near the ends.
+/// Derivative by a cubic fitted to each sample and nine on either side (Savitzky-Golay); near the ends the central
+/// difference. At 100 Hz it attenuates an oscillation of 6 rad/s by less than 0.1 %.
 std::vector<double> derivative(const std::vector<double>& values, double period_s);
 
 }  // namespace m100::lab::identify

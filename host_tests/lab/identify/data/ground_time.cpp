@@ -102,9 +102,9 @@ std::vector<double> resting_samples(const std::vector<Pair>& pairs, std::size_t 
   return first;
 }
 
-/// Number of samples at one end of the log in which every response keeps its value although a stick moved, at least
-/// kAnswer_s before the last of them, far enough to be answered; 0 if no stick did, or if no response ever moves. A
-/// stick that is held at one position is no evidence. `sample(k)`: the k-th sample from that end.
+/// Number of samples at one end of a flight in which all responses are at rest. 0 if no stick moved far enough at least
+/// kAnswer_s before the first response moved, or if no response ever moves.
+/// @param sample  gives the index of the k-th sample from that end
 template <typename Sample>
 std::size_t still_from_end(const std::vector<Pair>& pairs, std::size_t size, double period_s, Sample&& sample) {
   const auto window = static_cast<std::size_t>(std::lround(kWindow_s / period_s));

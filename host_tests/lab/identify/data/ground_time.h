@@ -10,9 +10,8 @@
 namespace m100::lab::identify {
 
 /// Time ranges [s] in which the vehicle stood on the ground: from the start of a flight to take-off, and from landing
-/// to its end. Criterion: every logged response (roll, pitch, climb) stays within its noise or 15 % of its large values
-/// for a second after a stick of one of them moved by half of its large values; in the air the vehicle would answer. A
-/// flight that begins or ends in a hover with centred or held sticks has no such range. Cost: linear in the log.
+/// to its end. A range is found only if a stick moves far in it while all logged responses (roll, pitch, climb) stay at
+/// rest for more than a second; in the air the vehicle would answer. Cost: linear in the log.
 std::vector<std::pair<double, double>> ground_times(const logs::FlightLog& log);
 
 /// Findings for ground_times(), one each.

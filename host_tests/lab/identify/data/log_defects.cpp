@@ -185,7 +185,7 @@ bool stops_at_once(const std::vector<double>& values, std::size_t begin, double 
   return begin > 0 && step > 0.5 * usual;
 }
 
-/// @param row  samples between the rows in which the signal was logged
+/// Removes frozen samples from `used`. @param row  samples between the rows in which the signal was logged
 Found remove_frozen(const std::vector<double>& values, std::vector<char>& used, std::size_t row) {
   constexpr double kMinRows = 5.0;
   constexpr double kCadences = 4.0;
@@ -240,7 +240,7 @@ double sigma_of(const std::vector<double>& values, const std::vector<char>& used
   return std::max(1.4826 * quantile(bends, 0.5), quantile(bends, 0.9) / 1.645) / std::sqrt(6.0);
 }
 
-/// @param row  samples between the rows in which the signal was logged
+/// Replaces outliers by the median of five rows. @param row  samples between the rows in which the signal was logged
 /// @param minimum  distance from all predictions by its neighbours, beyond which a value is an outlier
 /// @param back  whether the neighbours must agree with each other, to a quarter of the jump
 Found replace_outliers(std::vector<double>& values, const std::vector<char>& used, std::size_t row, double minimum,

@@ -29,8 +29,8 @@ struct SampleGrid {
 };
 
 /// Share of the used samples at which a stick has its largest or smallest value: the log clipped it, or the pilot flew
-/// to the stops. 0 if these values are not symmetric about zero, or if the stick mostly jumps there at once, as pulses
-/// of a machine do and a hand does not (not tested in rows of 55 ms and more, which cannot show it).
+/// to the stops. 0 if these two values are not symmetric about zero, or if the stick mostly jumps to them within one
+/// row, as the pulses of a machine do and a hand does not.
 double clipped_share(const std::vector<double>& stick, const std::vector<char>& used, const SampleGrid& clock);
 
 /// Detects angles in degrees that are read as radians (roll or pitch beyond half a turn), and converts them to radians.
@@ -43,22 +43,19 @@ std::vector<Finding> repair_units(std::vector<double>& angle_rad, const std::vec
 std::vector<char> mask_ranges(const logs::FlightLog& log, const std::vector<std::pair<double, double>>& ranges,
                               double margin_s);
 
-/// Repairs samples of a response that are not measurements. Frozen: more than five equal rows and four times the 90 %
-/// quantile of its runs of equal values, with a jump at the end; or (unless coarsely quantised) an abrupt beginning and
-/// ten times the 99 % quantile; removed from `used`. Outliers: more than 12 sigma (from second differences) and 5 % of
-/// the large values off the median of five rows and all predictions by neighbours; the median replaces them.
-/// @returns at most one finding for each kind, over the times of all its samples.
+/// Repairs samples of a response that are not measurements. Frozen samples are removed from `used`: runs of equal
+/// values that are much longer than usual for this signal and end with a jump or begin abruptly. Outliers are replaced
+/// by the median of five rows: values far from that median and from all predictions by their neighbours.
+/// @returns at most one finding for frozen samples and one for outliers.
 std::vector<Finding> repair_samples(std::vector<double>& values, std::vector<char>& used, const SampleGrid& clock,
                                     const std::string& signal);
 
-/// Repairs samples of a stick that jump away and back within a tenth of a second, faster than a hand can: by more than
-/// 12 sigma (sigma from second differences, at least that of its rounding) and 5 % of its large values, while their
-/// neighbours agree. The median replaces them. Rows more than 50 ms apart cannot show this.
-/// @returns at most one finding.
+/// Replaces samples of a stick that jump away and back within 0.1 s, faster than a hand can, by the median of five
+/// rows. A stick whose rows are more than 50 ms apart is not changed. @returns at most one finding.
 std::vector<Finding> repair_stick(std::vector<double>& values, const std::vector<char>& used, const SampleGrid& clock,
                                   const std::string& signal);
 
-/// How much of a response one stick explains by a gain and a lag up to 0.6 s: the square of the best correlation.
+/// Share of a response that one stick explains by a gain and a lag up to 0.6 s: the square of the best correlation.
 double share_explained(const std::vector<double>& stick, const std::vector<double>& response,
                        const std::vector<char>& used, double period_s);
 

@@ -16,8 +16,8 @@ namespace m100::lab::identify {
 /// clock. @throws InputError naming option and range: none, no numbers, backwards, outside of its log, no such log.
 std::vector<Range> ranges(const std::string& option, const std::string& text, const logs::FlightLog& log);
 
-/// Parses "alternate:6": divides every log, or every range in `within`, into whole pieces of 6 s, for training and
-/// validation in turn, or all for training if validation has a log of its own.
+/// Parses "alternate:6": divides every log, or every range in `within`, into whole pieces of 6 s. The pieces are for
+/// training and validation in turn; all are for training if the validation part has its own log.
 /// @throws InputError as ranges(); for another keyword; for pieces shorter than 2.5 s.
 void split(const std::string& text, const std::string& within, const logs::FlightLog& log, Request& request);
 

@@ -162,8 +162,8 @@ void take_motion(const FlightLog& log, TranslationData& data) {
   }
 }
 
-/// The unfiltered vertical acceleration, from neighbouring samples: the thrust is multiplied by the tilt, and the
-/// product passes the filter. With a filter here it would be filtered twice, but the measured acceleration only once.
+/// The unfiltered vertical acceleration, from neighbouring samples. It is not filtered, because the prediction that is
+/// computed from it is filtered later.
 std::vector<double> vertical_acceleration(const FlightLog& log, const TranslationData& data) {
   std::vector<double> out(log.size, 0.0);
   const bool velocity = log.has(Signal::kVelocityZ);
@@ -175,9 +175,9 @@ std::vector<double> vertical_acceleration(const FlightLog& log, const Translatio
   return out;
 }
 
-/// The accelerometer's error along the body's z, per flight: by how much the upward force exceeds gravity and the
-/// motion's upward acceleration, by least squares over the flight. Uncorrected, 0.4 m/s^2 looks like a tilt gain of
-/// 0.96. Zero if the accelerometer is also the source of the motion.
+/// Offset [m/s^2] of the accelerometer along the body's z axis, for each flight. It is the least-squares difference of
+/// the vertical acceleration by the accelerometer and by the measured motion. Zero if the accelerometer is also the
+/// source of the motion.
 std::vector<double> force_error_z(const FlightLog& log, const TranslationData& data) {
   std::vector<double> out(data.flights.size(), 0.0), weight(data.flights.size(), 0.0);
   if (data.source == "force") {

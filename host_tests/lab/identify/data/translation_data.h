@@ -32,15 +32,15 @@ enum class ForceProjection {
 /// The signals of a log for translation, at the log's own rate. World frame, z up.
 ///
 /// Rigid body: a = T b3 - g e3, where b3 is the body's z axis and T the thrust over mass. T is the logged thrust set
-/// point times g; without one, see ThrustSource. The vertical axis tests the model only with a set point: otherwise
-/// thrust is not predicted but measured.
+/// point times g; without one, see ThrustSource. Without a set point only the horizontal axes are used, because their
+/// thrust is not a prediction then.
 ///
-/// a comes from velocity; without it from position; without both from the accelerometer. Every series passes the same
-/// filter, the slope of a least-squares line through 0.2 s of its integral (a parabolic weight on acceleration), twice
-/// if a comes from position, and the mean over velocity_mean_s of the log: measured and predicted a lose the same.
+/// a comes from velocity; without it from position; without both from the accelerometer. Every predicted acceleration
+/// passes the filter that the measured a has passed: the slope of a least-squares line through 0.2 s of the velocity.
+/// It is applied twice if a comes from position. A logged velocity adds its own mean over velocity_mean_s.
 struct TranslationData {
-  /// @throws InputError naming file and signal where the log has no attitude, or no signal of the motion. Precondition:
-  ///   with ThrustSource::kSetPoint the log has thrust_ratio, with kTangents roll and pitch.
+  /// @throws InputError naming file and signal: the log has no attitude or thrust direction, or no signal of motion.
+  /// Precondition: with ThrustSource::kSetPoint the log has thrust_ratio, with kTangents roll and pitch.
   TranslationData(const logs::FlightLog& log, ThrustSource thrust_from);
 
   /// The filtered value of an acceleration at sample i. Preconditions: `acceleration` has one value per sample of the
@@ -83,7 +83,7 @@ struct TranslationData {
 struct TranslationBlocks {
   /// The data must outlive the blocks. Ranges may extend beyond the log's ends. Pieces with usable samples for less
   /// than half a block are left out, so that there may be no block at all.
-  /// @param head_s  the first seconds of each flight in the ranges, which become `head` instead; 0: none
+  /// @param head_s  time [s] at the start of each flight's ranges that belongs to `head` instead; 0: no head
   TranslationBlocks(const TranslationData& data, const std::vector<Range>& ranges, double head_s = 0.0);
 
   struct Block {

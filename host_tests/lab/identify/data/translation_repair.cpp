@@ -118,10 +118,9 @@ ReadingFit fit_of(const AttitudeHypothesis& hypothesis, const FlightLog& log, co
   return out;
 }
 
-/// Whether one interpretation fits significantly better than another, over blocks of 2.5 s. Four standard errors of the
-/// paired difference are exceeded by chance in 2 of 100 logs (Student's t, ten blocks, fourteen interpretations). A
-/// gust that the pilot counteracts makes tilt and acceleration differ, but then the gain is not near one: the better
-/// interpretation must also have the gain of a right one.
+/// Whether `one` fits significantly better than `other`: by four standard errors of the paired difference over the
+/// blocks, and with a plausible gain. Four standard errors are exceeded by chance in 2 of 100 logs (Student's t, ten
+/// blocks, fourteen interpretations).
 bool clearly_better(const ReadingFit& one, const ReadingFit& other) {
   constexpr std::size_t kMinBlocks = 8;
   constexpr double kErrors = 4.0;

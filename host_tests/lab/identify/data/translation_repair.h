@@ -15,11 +15,10 @@ namespace m100::lab::identify::translation {
 logs::FlightLog repaired(const logs::FlightLog& log, const std::vector<Range>& requested,
                          std::vector<Finding>& findings);
 
-/// Tests whether another interpretation of the attitude predicts the measured acceleration much better than the column
-/// map's: other signs of roll and pitch, the two exchanged, a heading of the other sign, quarter and half turns. That
-/// is so if its RMS error is at most half of the map's, or at most 85 % of it and significantly smaller; the correct
-/// one usually has a twentieth of the map's error. Where the heading hardly changes, its sign cannot be found: the text
-/// lists all interpretations that fit equally well. Also finds that attitude and acceleration differ in unit (degrees).
+/// Tests whether another interpretation of the attitude predicts the measured acceleration much better than that of the
+/// column map: other signs, exchanged axes, or a heading turned by a quarter. "Much better" is at most half of the RMS
+/// error, or at most 85 % of it and significantly smaller. The finding lists all interpretations that fit about equally
+/// well. Another finding reports that attitude and acceleration differ in unit (degrees).
 /// @returns nothing if no other interpretation is much better and the units agree, or if roll or pitch is not logged.
 std::vector<Finding> misread_attitude(const logs::FlightLog& log, const std::vector<Range>& ranges);
 

@@ -22,7 +22,7 @@ constexpr std::size_t kMinWindows = 12;
 constexpr std::size_t kGroups = 12;
 constexpr double kSigmas = 3.0;
 constexpr double kMinCommon = 0.5;       // shared part of the variance
-constexpr double kSmallestUnit = 0.332;  // half of the logarithm of a knot (0.514 m/s): between it and a metre
+constexpr double kSmallestUnit = 0.332;  // -0.5 ln 0.514: half of the way from 1 m/s to a knot, in logarithms
 constexpr double kFreeFalls = 2.0;
 constexpr double kStandardGravity_m_s2 = 9.80665;
 
@@ -98,7 +98,7 @@ std::optional<Factor> factor_of(const Windows& windows, std::size_t left_out) {
   return Factor{std::log(both / own), std::log(other / both), both * both / (own * other)};
 }
 
-/// The factor from `from_slope` to `changed`, if it certainly lies beyond kSmallestUnit on either side of 1.
+/// The factor from `from_slope` to `changed`, if its logarithm is certainly larger than kSmallestUnit in size.
 std::optional<double> contradiction(const Windows& windows) {
   if (windows.changed.size() < kMinWindows) {
     return std::nullopt;
@@ -147,7 +147,7 @@ std::string unit_of(double factor) {
   return "the unit of one of them is wrong";
 }
 
-/// Acceleration upwards [m/s^2] from the specific force; the forward and left parts count where attitude is logged.
+/// Acceleration upwards [m/s^2] from the specific force. Without a logged attitude the vehicle is taken as level.
 std::vector<double> upward(const FlightLog& log) {
   std::vector<double> out = log.of(Signal::kForceZ);
   if (log.has3(Signal::kForceX) && log.has(Signal::kAttitudeRoll) && log.has(Signal::kAttitudePitch)) {
@@ -164,8 +164,8 @@ std::vector<double> upward(const FlightLog& log) {
   return out;
 }
 
-/// A rotor cannot push down, so no vehicle accelerates downwards at more than g for half a second. The limit of twice g
-/// leaves a margin for noise.
+/// A finding if velocity_z falls at more than 2 g over half a second. A rotor cannot push down, so no vehicle falls
+/// faster than at g; the rest is a margin for noise.
 std::vector<Finding> falls(const FlightLog& log, const std::vector<char>& wanted) {
   const auto half = static_cast<std::size_t>(std::lround(0.5 * kWindow_s / log.period_s));
   const std::vector<double>& speed = log.of(Signal::kVelocityZ);

@@ -15,10 +15,10 @@ namespace m100::lab::identify {
 /// that decreases at more than 2 g. Checks only the signals of `axis`, in windows of one second inside `requested`
 /// (empty: the log).
 ///
-/// Both signals have errors, so the factor between them is only known to lie between the two regressions (Frisch). That
-/// whole interval, widened by three standard errors over groups of windows, must lie further from one than half of the
-/// smallest factor between two units of one quantity in use (a knot is 0.514 m/s), on a logarithmic scale. Signals that
-/// share less than half of their variance give no evidence.
+/// Both signals have errors, so the factor between them is only known to lie between the two regressions (Frisch). A
+/// contradiction is reported only if this interval, widened by three standard errors, is far from 1: on a logarithmic
+/// scale by more than half of the smallest factor between two common units (a knot is 0.514 m/s). Signals that share
+/// less than half of their variance give no evidence.
 /// @returns one wrong_unit for each contradiction. Cost: linear in the log.
 std::vector<Finding> unit_contradictions(const logs::FlightLog& log, const std::string& axis,
                                          const std::vector<Range>& requested);
