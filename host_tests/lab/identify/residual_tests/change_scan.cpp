@@ -176,7 +176,7 @@ class Scan {
     return share > 0.0 ? -count_ * std::log(std::max(1e-12, 1.0 - share)) : 0.0;
   }
 
-  // Corrects the sums: just after the change, whitened rows differ from the whole column's, whose past is not 0.
+  // Corrects the sums for the first rows after the change: a column that begins there whitens to other values.
   void correct(double date_s, Columns& own, Columns& with_base, Rows& with_residual) const {
     for (const Segment& segment : rows_.segments) {
       if (time(segment.begin) > date_s || time(segment.end - 1) <= date_s) {

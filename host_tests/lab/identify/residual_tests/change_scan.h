@@ -9,8 +9,8 @@ namespace m100::lab::identify {
 
 // Finds the time at which a parameter takes another value. Shared by the stick axes and by translation.
 
-/// Residual of a model and its derivatives by the parameters, as means over 50 ms or a longer row. For translation,
-/// every third row of 40 ms: those of x, of y and of z one after the other, each axis with its own segments.
+/// Residual of a model and its derivatives by the parameters, row by row. A row is a mean over 50 ms or more of a stick
+/// axis, or every third sample of 40 ms of translation, whose axes follow one another, each with its own segments.
 struct ScanRows {
   std::vector<double> time_s;  ///< of each row; ascending within a segment
   std::vector<Segment> segments;
@@ -28,9 +28,9 @@ struct ScanHit {
   Rows size;  ///< of the change, one for each column, in the column's unit
 };
 
-/// Supremum over the middle 80 % of the time of LR(tau) = -N ln(1 - share of the whitened residual that columns 1[t >
-/// tau] explain in addition to the base columns). The autoregression is that of a fit which includes the change: that
-/// of a fit without it would absorb a step entirely. Every row is scanned, because the profile is jagged.
+/// Finds the likeliest time tau of a change, in the middle 80 % of the log. Its likelihood ratio is -N ln(1 - share of
+/// the whitened residual that columns 1[t > tau] explain in addition to the base columns). The autoregression is that
+/// of a fit with the change, because that of a fit without it would absorb a step.
 /// @param columns  residual rows x 1 or 2: sensitivity of the parameter over the whole log
 /// @returns a ratio of 0 for fewer than 40 rows. Precondition: shapes agree. Cost: 50 whitenings, passes over the rows.
 ScanHit scan_change(const ScanRows& rows, const Columns& columns);

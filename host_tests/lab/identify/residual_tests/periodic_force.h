@@ -17,15 +17,15 @@ struct SpectralPeak {
   double share = 0.0;  ///< of the variance of all series together
 };
 
-/// The strongest spectral peak of several series with the same clock, between two and a half periods in the time span
-/// and 5 Hz, by least squares on a grid of a quarter of the resolution. Cost: samples times frequencies.
+/// The strongest spectral peak of several series with the same clock, by least squares. The frequencies searched begin
+/// at 2.5 periods in the time span and end at 5 Hz. Cost: samples times frequencies.
 SpectralPeak strongest_peak(const std::vector<TimeSeries>& series);
 
-/// Share of the variance about a straight line that an oscillation at this frequency has.
+/// Share of the variance about a straight line over time that a sinusoid of this frequency explains.
 double share_at(const TimeSeries& series, double frequency_hz);
 
-/// Input of check_vehicle_motion(). A periodic force may only be claimed where the vehicle itself does not move with
-/// that period, because on a periodic path every measured signal has that spectral peak.
+/// Input of check_vehicle_motion(). A periodic force may only be named if the vehicle itself does not move with that
+/// period, because on a periodic path every measured signal has that spectral peak.
 struct VehicleMotion {
   double frequency_hz;
   std::array<std::array<double, 2>, 2> force;  ///< cosine and sine amplitude on x and y [m/s^2]
@@ -39,9 +39,9 @@ struct VehicleMotion {
   std::vector<double> speed_m_s;  ///< empty: not logged
 };
 
-/// Decides whether the vehicle itself moves at the frequency of the peak. @returns empty if no channel has more than 15
-/// % of its power there, or if hovering shows the force (the oscillation, fitted while moving, predicts more than 30 %
-/// of the residual while hovering); otherwise a sentence with the channel and its share.
+/// Decides whether the vehicle itself moves at the frequency of the force. @returns a sentence with the channel that
+/// has most of its power there, if that is more than 15 %. Empty if no channel has, or if the oscillation also shows
+/// while the vehicle hovers: fitted while it moves, it predicts more than 30 % of the residual while it hovers.
 std::string check_vehicle_motion(const VehicleMotion& motion);
 
 }  // namespace m100::lab::identify

@@ -143,8 +143,8 @@ ResidualPeak strongest_peak(const Vector& target, const ResidualInput& input, co
   return line;
 }
 
-// A coloured Gaussian residual stays within four robust sigmas; with commands lost for a while it does not. An error
-// that the unknown input may have caused is no burst: `beyond` is the size of the target without it.
+// Reports bursts: excursions far beyond the robust sigma of the residual, such as while commands are lost, that hold a
+// large share of its power. `beyond` is the size of the target without the error that the unknown input may cause.
 void report_bursts(const Vector& target, const Vector& beyond, const Thinned& thinned,
                    const std::vector<double>& time_s, const ResidualOptions& options, std::vector<std::string>& out) {
   std::vector<double> sizes(target.data(), target.data() + target.size());
@@ -185,8 +185,8 @@ void report_best(const std::vector<ResidualFinding::Share>& shares, const Residu
   }
 }
 
-// The sizes of a residual less the part that an undersampled input may explain, by least squares. The factor is limited
-// to 1, so that never more than the possible error is subtracted, and nothing for a known input.
+// The sizes of a residual minus the part that the uncertainty of the input explains, by least squares. At most the
+// uncertainty itself is subtracted.
 Vector subtract_uncertainty(const Vector& sizes, const Vector& input_uncertainty) {
   const Vector about = input_uncertainty.array() - input_uncertainty.mean();
   const double power = about.squaredNorm();

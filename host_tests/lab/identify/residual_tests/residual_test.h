@@ -58,15 +58,15 @@ struct ResidualFinding {
   double rms = 0.0;
 };
 
-/// Tests the residual by ridge regression on each group, cross-validated over blocks and compared with circular shifts
-/// of the residual; likewise its size on `activity`; also for peaks, drift and bursts, and against the declared floor.
-/// Fewer than five blocks cannot be tested, and the finding says so. Preconditions: at least one residual, all of one
-/// length; time_s and flight (unless empty) have that length; a column has that length or the number of thinned rows;
-/// block_begin is not empty. Cost: linear in samples, quadratic in the columns of a group.
+/// Tests whether the residual is predictable from a group, by cross-validated ridge regression compared with circular
+/// shifts of the residual, and its size from `activity`. Also tests for spectral peaks, drift and bursts, and against
+/// the noise floor. Fewer than five blocks cannot be tested, and the finding says so. Preconditions: at least one
+/// residual, all of one length; time_s and flight (unless empty) have that length; a column has that length or the
+/// number of thinned rows. Cost: linear in samples, quadratic in the columns of a group.
 ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions& options);
 
-/// Appends the samples of another stretch to the groups of the same source and number of columns. An empty `into` takes
-/// all of `more`. Later, a group that one of the two lacks is dropped, because its columns would be too short.
+/// Appends the samples of another stretch to the groups of the same source and number of columns. A group that only one
+/// of the two has is dropped, because its columns would be too short; an empty `into` takes all of `more`.
 /// Precondition: at least one group is common to all stretches.
 void merge(std::vector<RegressorGroup>& into, std::vector<RegressorGroup> more);
 

@@ -7,15 +7,15 @@
 
 namespace m100::lab::identify {
 
-/// The residual of a whitened fit without the part that its own parameters could still explain. It estimates cheaply
-/// how much better other models would fit.
+/// Estimates cheaply how much better other models would fit than a whitened fit, without fitting them (Rao's score
+/// test).
 class ScoreTest {
  public:
   /// @param fit, free_parameters  a fit of the run and its free parameters. The run must outlive this object.
   ScoreTest(const FreeRun& run, const WhitenedFit& fit, std::span<const FreeParameter> free_parameters);
 
-  /// Likelihood ratio of a step of free size toward another model, together with steps of all own parameters: to first
-  /// order, the improvement by a fit that starts there.
+  /// Likelihood ratio, to first order, of a step toward another model. The size of the step and all parameters of the
+  /// whitened fit are free.
   /// @param error  of the other model, row by row of the run
   double statistic(const Rows& error) const;
 

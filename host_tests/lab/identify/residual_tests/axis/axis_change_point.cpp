@@ -109,8 +109,8 @@ Columns slopes(const FreeRun& run, const StickAxis& axis, const Rows& error,
   return out;
 }
 
-/// Smallest size of a change that is named. Two clocks that drift against each other make a delay seem to change by up
-/// to half a row of the stick, and the fit adds two standard errors by chance.
+/// Smallest size of a change that is named. A delay must change by more than half a row of the stick and two standard
+/// errors, because clocks that drift against each other shift it by up to half a row.
 double min_of(const Candidate& candidate, const WhitenedFit& fit, double stick_row_s) {
   const bool delay = candidate.free_parameter.member == &StickAxis::transport_delay_s;
   return delay ? std::max({candidate.min_relevant, kMinDelayChange_s, 0.5 * stick_row_s + 2.0 * fit.sigmas.back()})

@@ -32,10 +32,9 @@ struct ChangePoint {
 };
 
 /// Scans the free run of a fit for a parameter that takes another value (change_scan.h), then refits every candidate at
-/// its own best time and compares them: the best names the change, and candidates within kNameMargin of it are its
-/// rivals. The likelihood ratio against no change must be at least 30, and the change large enough to matter. (Theory
-/// gives 16 for such a supremum and one false change in a hundred logs; estimating the autoregression anew at every
-/// time, and refitting, raise this.) The ratio is counted in the variance of the noisier side of the change.
+/// its own best time. The best one names the change; others within kNameMargin of it are its rivals. The likelihood
+/// ratio against no change must be at least kCertainChange, and the change large enough to matter. The ratio is
+/// computed with the residual variance of the noisier side of the change.
 /// Precondition: the fit is of `family`. Cost: one scan for each candidate, some 1000 simulations where one is found.
 ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit& fit);
 

@@ -57,14 +57,14 @@ std::vector<std::string> residual_findings(const Request& request, const AxisDat
 /// @returns 0 where these samples last 2 s or less in all.
 double noise_floor_at_rest(const AxisDataSet& part, const model::StickAxis& model, double minimum_counts);
 
-/// How wrong the response may be because the stick between its rows is unknown, for each sample of the ranges' blocks
-/// in turn: the larger difference to the responses with the two sticks of hold_between_rows(). In rows of at most 1.5
-/// samples it is the difference to the response with the stick half a row earlier. It decays where the stick rests.
+/// Possible error of the simulated response, in size, because the stick between its rows is unknown. For each sample of
+/// the ranges' blocks in turn it is the larger difference to the responses with the two sticks of hold_between_rows().
+/// For a stick with rows of at most 1.5 samples it is the difference to the response with the stick half a row earlier.
 std::vector<double> intersample_error(const AxisData& data, const std::vector<Range>& ranges,
                                       const model::StickAxis& model, double block_s = AxisBlocks::kBlock_s);
 
 /// One extreme of the unknown stick between its rows: held at the last row or, with `next`, already at the next. In
-/// rows of a sample or less, a value between its neighbours may be a mean: it becomes the last or (`next`) next one.
+/// rows of at most a sample, a value between its two neighbours becomes the value before it or, with `next`, after it.
 AxisData hold_between_rows(AxisData data, bool next);
 /// Whether the stick was logged in rows further apart than samples.
 inline bool is_stick_undersampled(const AxisData& data) { return data.stick_row_s > 1.5 * data.period_s; }

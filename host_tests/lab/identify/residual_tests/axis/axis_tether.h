@@ -22,12 +22,10 @@ struct AxisTether {
   double score = 0.0;             ///< of the model with it, as WhitenedFit::score
 };
 
-/// For responses that are a speed: tests whether the residual is a pull back in proportion to the distance beyond an
-/// edge (both directions, nine edges each and none). The distance is the integral of the measured response, so no other
-/// channel is needed. A speed's error correlates a little with its own integral (a random walk seems to return to its
-/// mean), as in tests for a unit root; such ratios stay below 16.
-/// @returns nothing where the likelihood ratio is below 16, where the force pushes away, or where its largest value is
-///   below the residual's root mean square. Precondition: the data have no other stick, and the fit is of `family`.
+/// Tests whether a response that is a speed is reduced in proportion to the distance flown beyond an edge. The distance
+/// is the integral of the measured response. Several edges are tried in both directions.
+/// @returns nothing if the likelihood ratio is at most 16, if the force pushes away, or if its largest value is at most
+///   the residual's root mean square. Precondition: the data have no other stick, and the fit is of `family`.
 std::optional<AxisTether> detect_tether_force(const AxisData& data, const std::vector<Range>& ranges,
                                               const AxisFamily& family, const Fit& fit);
 

@@ -37,17 +37,16 @@ std::vector<FreeParameter> free_parameters_of(const StickAxis& axis) {
           {"damping", &StickAxis::damping_ratio, 0.01 * axis.damping_ratio, 0.05, 80.0}};
 }
 
-/// The largest shift that the unknown times of the stick's steps explain. Rows may be synchronous with the stick's own
-/// samples, so that each of these is read equally late; a hand is not synchronous with slower rows.
+/// The largest shift [s] that the unknown times of the stick's steps explain: the longest reading lag and two standard
+/// errors of the steps' mean time, at least 5 ms.
 double explained_shift_s(const AxisData& data) {
   const double own_s = std::min(AxisData::kSlowestStick_s, data.logged_stick_row_s());
   return std::max(kHalfOfTen_s, data.max_reading_lag_s(own_s) + kErrors * step_time_error_s(data, -1e9, 1e9));
 }
 
-/// Whether a shift is likely or certain. Rows of one sample are assumed to be the stick's own: there a shift is likely
-/// if it may exceed a row, elsewhere if it exceeds by two sigmas what the unknown moments of the stick's steps explain.
-/// It is certain only if no such moments explain it.
-/// @param beyond  likelihood ratio over the largest shift that those moments explain
+/// Sets whether a shift is likely, certain, or explained by the rows of the stick.
+/// @param likelier  whether a shift fits better than none
+/// @param beyond  likelihood ratio over the largest shift that the unknown times of the stick's steps explain
 void decide(const AxisData& data, bool likelier, double beyond, TimeOffset& out) {
   const double lag_s = data.max_reading_lag_s(data.logged_stick_row_s());
   const bool is_own = !is_stick_undersampled(data) && !(1.5 * data.logged_stick_row_s() < data.period_s);
@@ -99,7 +98,7 @@ TimeOffset time_offset(const FreeRun& run, const AxisFamily& family, const Fit& 
     return out;
   }
   const WhitenedFit lead = with(0.0, std::max(0.01, found.lead_zero_s), 0.0, true);
-  // The zero is one more parameter (Schwarz's criterion): within its penalty, N is preferred to B and to L.
+  // The zero is one more parameter: a fit with it must be better by the penalty of Schwarz's criterion.
   const double price = std::log(static_cast<double>(run.size()));
   out.zero_in_doubt = has_zero && early.score < lead.score + price + kMargin;
   if (waits) {

@@ -9,9 +9,9 @@ namespace m100::lab::identify {
 /// Whether the response begins before its stick. Then the clocks of the log disagree, and a lead zero found by the
 /// selection is a side effect of the shift.
 struct TimeOffset {
-  bool likely = false;      ///< likelier than none, and than one that unknown times of the stick's steps explain
-  bool certain = false;     ///< and no times of the steps within their rows explain it
-  bool within_row = false;  ///< the shift is there, but a stick that moved early in each of its rows explains it
+  bool likely = false;      ///< likelier than no shift, and than the unknown times of the stick's steps explain
+  bool certain = false;     ///< no times of the stick's steps within their rows explain the shift
+  bool within_row = false;  ///< a shift may be there, but a stick that moved early in each of its rows explains it
   /// The fit has a lead zero, and an early response without a lead zero is not clearly less likely.
   bool zero_in_doubt = false;
   double shift_s = 0.0;  ///< net delay of the response, below zero
@@ -19,10 +19,10 @@ struct TimeOffset {
   double likelihood_ratio = 0.0;  ///< over the best model whose response does not begin before its stick
 };
 
-/// Compares three whitened fits of the final model: N with a delay that may be negative, L with a lead zero and a delay
-/// of at least zero, B with both free. A shift can only be seen where the net delay becomes negative; otherwise it is
-/// indistinguishable from a delay. The root mean squares differ by a thousandth, so cross-validation cannot decide
-/// this. Precondition: the fit is of `family`. Cost: at most five fits of free runs; none if the delay is clear.
+/// Compares three whitened fits of the final model: with a delay that may be negative, with a lead zero and a delay of
+/// at least zero, and with a lead zero and a delay that may be negative. A shift can only be seen if the net delay
+/// becomes negative; otherwise it is indistinguishable from a delay. Precondition: the fit is of `family`. Cost: at
+/// most five fits of free runs; none if the delay is clear.
 TimeOffset time_offset(const FreeRun& run, const AxisFamily& family, const Fit& fit);
 
 }  // namespace m100::lab::identify

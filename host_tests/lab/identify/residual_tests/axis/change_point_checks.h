@@ -10,16 +10,14 @@
 namespace m100::lab::identify {
 
 /// Smallest likelihood ratio of a change over all hypotheses about an undersampled stick (intersample_hypotheses.h),
-/// with weighed innovations; infinity where the stick is not undersampled. Below kCertainChange the unknown moment of a
-/// step of the stick may have caused the change, which is then not named; a ratio from kChanceChange on still rules out
-/// the verdict "nothing missing".
+/// with weighted innovations; infinity if the stick is not undersampled. Below kCertainChange the unknown moment of a
+/// step of the stick may have caused the change.
 double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                  const Fit& fit, const ChangePoint& change);
 
-/// Searches both sides of a change for a second change. After a permanent change nothing changes again; a temporary one
-/// (another mode of the autopilot for a while) is two changes, and then it is uncertain which parameter changed at
-/// either of them.
-/// @returns a second change whose likelihood ratio is at least half of the first one's, if there is one.
+/// Searches both sides of a change for a second change. A temporary change, such as another mode of the autopilot for a
+/// while, is two changes.
+/// @returns a second change whose likelihood ratio is more than half of the first one's, if there is one.
 std::optional<Change> second_change_point(const AxisData& data, const std::vector<Range>& ranges,
                                           const AxisFamily& family, const Fit& fit, const ChangePoint& change);
 

@@ -137,7 +137,7 @@ void weight_by_input_uncertainty(FreeRun& run, const model::StickAxis& model) {
 double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                  const Fit& fit, const std::string& effect) {
   const Structure reduced = family.without(fit.structure, effect);
-  // No time of a step within its row makes a trim, which the free offset of a whitened fit would absorb.
+  // A trim is not tested: no unknown time of a step looks like a trim, and a whitened fit has a free offset.
   if (reduced == fit.structure || effect == "trim_offset") {
     return std::numeric_limits<double>::infinity();
   }

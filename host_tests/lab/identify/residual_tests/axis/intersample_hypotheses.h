@@ -13,17 +13,17 @@
 
 namespace m100::lab::identify {
 
-/// Hypotheses about the stick between its rows: interpolated, as logged; held at its last row; already at its next row.
-/// Only what all confirm is certain: if the stick has two positions, a dead zone or a limit acts on interpolated values
-/// alone. All runs have the weights of weight_by_input_uncertainty().
+/// Three hypotheses about the stick between its rows: interpolated, held at its last row, or already at its next row.
+/// An effect is certain only if it is found under all of them. All runs have the weights of
+/// weight_by_input_uncertainty().
 class IntersampleHypotheses {
  public:
   /// The data must outlive this object. @param model  that the weights are estimated with
   IntersampleHypotheses(const AxisData& data, const std::vector<Range>& ranges, const model::StickAxis& model);
 
   const FreeRun& as_logged() const { return as_logged_; }
-  /// Smallest value of `ratio`, a function of a FreeRun, under the two hypotheses that hold the stick. Each run exists
-  /// only while its ratio is computed, because that of an hour takes 15 MB.
+  /// Smallest value of `ratio`, a function of a FreeRun, with the stick held at its last row and with it already at its
+  /// next row.
   template <typename Ratio>
   double min_over_held(const Ratio& ratio) const {
     return std::min(ratio_of_held(false, ratio), ratio_of_held(true, ratio));
@@ -47,29 +47,26 @@ class IntersampleHypotheses {
   FreeRun as_logged_;
 };
 
-/// Whether a lead zero t may only restore what an undersampled stick loses at a frequency w: a line between rows T
-/// apart loses (w T)^2 / 12, a held stick half of that; the zero restores (w t)^2 / 2, at T / 2 as much as both.
+/// Whether a lead zero of the model may only restore the fast motion that an undersampled stick loses between its rows:
+/// it is shorter than half a row.
 bool sharpens_rows(const AxisData& data, const model::StickAxis& model);
 
-/// Standard error of a mean delay between two times, for an undersampled stick whose every movement between two rows
-/// was a step at a uniformly distributed moment: a row over the root of twelve, divided by the root of the effective
-/// number of movements. So a few steps leave a larger error than a stick that moves all the time. 0 for other sticks.
+/// Standard error [s] of the delay of a response between two times, if each movement of an undersampled stick was a
+/// step at an unknown moment between two rows. It decreases with the number of movements. 0 for a stick that is not
+/// undersampled.
 double step_time_error_s(const AxisData& data, double from_s, double to_s);
 
-/// Weighs the innovations by the uncertainty that the unknown stick between its rows causes. Each step between two rows
-/// (also of one sample) may have happened at any moment of the row, which adds a variance to the rows after it; the
-/// share of this variance relative to that of the air is estimated by maximum likelihood.
+/// Sets the weights of a run's innovations: smaller after steps of the stick. A step may have happened at any moment
+/// between two rows, which adds a variance to the innovations after it. The size of this variance relative to that of
+/// the air is estimated by maximum likelihood.
 void weight_by_input_uncertainty(FreeRun& run, const model::StickAxis& model);
 
-/// All parameters of a structure as free_parameters_of(), with the delay free down to one row below zero: a row shows
-/// the stick since the row before, so a response without delay may begin up to a row early. time_offset() finds earlier
-/// ones.
+/// The parameters of free_parameters_of(), with a delay that may be as small as minus one row: a row may show a step of
+/// the stick up to a row late, so that the response seems early.
 std::vector<FreeParameter> free_parameters_within_row(const AxisFamily& family, const Fit& fit);
 
-/// Smallest likelihood ratio of an effect of the fit over all hypotheses about the stick between its rows, with weighed
-/// innovations; infinity for trim_offset and where the effect cannot be removed. A straight line between two rows makes
-/// a stick that jumped begin early and end late. A dead zone in the model compensates this; under the other two
-/// hypotheses it is not needed.
+/// Smallest likelihood ratio of an effect of the fit over all hypotheses about the stick between its rows, with
+/// weighted innovations; infinity for trim_offset and if the effect cannot be removed.
 double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                  const Fit& fit, const std::string& effect);
 

@@ -9,11 +9,9 @@
 
 namespace m100::lab::identify {
 
-/// Detects a logged stick that freezes while the pilot moves the real one. Criteria: the stick holds a value for 0.4 s
-/// or more that it holds only once; then it jumps further than it usually moves from one row to the next; in the hold
-/// and the 0.6 s after it, the mean square of the residual is more than ten times that outside of all holds. Such holds
-/// contain at least 40 % of the residual's sum of squares and a quarter of all held time. A pilot who rests or flies
-/// steps also holds values, but then the vehicle follows the model. Nothing is found if holds fill half of the log.
+/// Detects a logged stick that freezes while the pilot moves the real one: it holds a value for 0.4 s or more, then
+/// jumps, and the residual in and just after the hold is much larger than outside of all holds. Such holds must contain
+/// a large part of the residual's power. A pilot who rests also holds values, but then the vehicle follows the model.
 /// @param model  fitted without the suspected hold (weights_beside_suspect()): a fit that includes a frozen stick
 ///   spreads its error over the whole log
 /// @returns at most one finding.

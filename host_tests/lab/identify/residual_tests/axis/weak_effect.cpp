@@ -39,8 +39,8 @@ Fitted fitted(const FreeRun& run, const AxisFamily& family, const Fit& start) {
   return out;
 }
 
-/// The fit, and if it has variants (such as a jump at a dead zone's edge) also the fit without them. Which of the two
-/// predicts blocks better is no evidence here, and a jump can imitate other effects that are steep about neutral.
+/// The fit, and if it has variants (such as a jump at a dead zone's edge) also the fit without them, because a variant
+/// can imitate another effect.
 std::vector<Fitted> shapes_of(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
   std::vector<Fitted> out{fitted(run, family, fit)};
   if (!fit.shape.empty()) {

@@ -15,7 +15,7 @@ namespace {
 
 using logs::Signal;
 
-constexpr double kMinimumShare = 0.14;  // higher, because three axes and a dozen channels give chance more trials
+constexpr double kMinimumShare = 0.14;  // higher than on a stick axis: more axes and channels give chance more trials
 /// Velocity counts as a cause only if it predicts more than this share: gusts move both, so they always correlate.
 constexpr double kMinimumMovedShare = 0.25;
 constexpr double kOscillation =
@@ -96,7 +96,7 @@ std::array<std::vector<double>, 2> times_speed(const TranslationData& data) {
 }
 
 /// Regressors that are possible causes: tilt, thrust set point, sticks and extra channels with their past; heading,
-/// time and velocity without: the past of velocity contains the integral of the residual.
+/// time and velocity without their past. The past of velocity would contain the integral of the residual.
 std::vector<RegressorGroup> causes(const Request& request, const TranslationDataSet& part) {
   const TranslationData& data = part.data;
   const std::vector<double> memory_s{0.0, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0, 1.4, 1.8, 2.4};
