@@ -26,8 +26,8 @@
 namespace m100::lab::identify {
 namespace {
 
-/// Runs the tests of a log in order: trims, structure, frozen stick, clock, tether, change, weak effect. A frozen stick
-/// ends the search for a wrong clock, a tether and a change, and a tether that for a change.
+/// Runs the tests of a log in order: trims, structure, frozen stick, clock, tether, change, weak effect. After a frozen
+/// stick, clock, tether and change are not tested. After a tether, a change is not tested.
 class AxisPipeline {
  public:
   explicit AxisPipeline(const Request& request) : request_(request) {
@@ -66,7 +66,7 @@ class AxisPipeline {
     return family.fit(request_.declared, std::vector<int>(family.block_count(), 1), nullptr);
   }
 
-  /// Gives each flight of a joined log its own trim where the trims differ. @returns whether this made a new problem.
+  /// If the trims of the flights differ, subtracts them from the sticks. @returns whether this made a new problem.
   bool subtract_flight_trims(const Fit& fit) {
     std::vector<FlightTrim> more = flight_trims(*problem_, fit);
     if (!(flight_trims_.empty() ? are_distinct(*problem_, more) : moved(*problem_, more))) {
@@ -84,7 +84,7 @@ class AxisPipeline {
     return true;
   }
 
-  /// Tested before clock and change: a column that freezes while the hand moves on looks like either of them.
+  /// Tests for a stick column that freezes while the hand moves on. It looks like a wrong clock or a change.
   bool detect_stick_freeze() {
     const AxisFamily& family = problem_->axis_family();
     const Fit& fit = chosen_.final_model.fit;
@@ -95,8 +95,8 @@ class AxisPipeline {
     return !found.empty();
   }
 
-  /// Neutral points that differ are an effect like any other. If the difference was neither declared nor named, the
-  /// verdict cannot be "nothing missing", although the trims were subtracted from the sticks.
+  /// Reports trims that differ between flights as unexplained, unless trim_offset was declared or named. The verdict
+  /// cannot be "nothing missing" then, although the trims were subtracted from the sticks.
   void check_flight_trims() {
     constexpr const char* kTrim = "trim_offset";
     const auto is_trim = [](const SelectionStep& step) { return step.name == kTrim; };
@@ -107,8 +107,8 @@ class AxisPipeline {
     }
   }
 
-  /// Under every hypothesis about an undersampled stick, a named effect's likelihood ratio must reach min_delta_white
-  /// plus the penalty of one parameter. Otherwise it loses its name and is reported as unexplained.
+  /// Reports a named effect as unexplained instead if its likelihood ratio is too small under any hypothesis about the
+  /// motion of an undersampled stick.
   void withdraw_unconfirmed_effects() {
     const double minimum = SelectionOptions{}.min_delta_white;
     const AxisFamily& family = problem_->axis_family();
@@ -127,7 +127,7 @@ class AxisPipeline {
     }
   }
 
-  /// Tested last, where the verdict would otherwise be "nothing missing".
+  /// If the verdict would otherwise be "nothing missing", reports an effect that is certain but too small to be named.
   void detect_weak_effect() {
     const bool clean =
         chosen_.steps.empty() && side_findings_.changes.empty() && side_findings_.unexplained.empty() &&
@@ -148,9 +148,9 @@ class AxisPipeline {
     side_findings_.unexplained.emplace_back(text.data());
   }
 
-  /// If the response begins before its stick, the sticks are shifted and the structure is selected again: then the
-  /// effect that imitated the shift (mostly a lead zero) is not needed. A shift that the rows do not explain must be
-  /// found with the new structure, too.
+  /// If the response begins before its stick, the sticks are shifted and the structure is selected again: the shift may
+  /// have been imitated by an effect, mostly a lead zero. A shift beyond the time between two rows must also be found
+  /// with the new structure.
   void detect_time_offset() {
     const TimeOffset first = time_offset(problem_->free_run(), problem_->axis_family(), chosen_.final_model.fit);
     if (!first.likely && !first.within_row) {
@@ -185,10 +185,10 @@ class AxisPipeline {
     shift_s_ = -first.shift_s;
     problem_ = std::move(moved);
     chosen_ = std::move(chosen);
-    withdraw("lead_zero");  // never beside a response that begins before its stick
+    withdraw("lead_zero");  // a response that begins before its stick imitates it
   }
 
-  /// Rows that are too slow to confirm a shift are too slow to name a lead zero, which such a shift imitates.
+  /// Removes the name of a lead zero if the rows of the log are too slow to distinguish it from a time shift.
   void withdraw_doubtful_lead_zero(const TimeOffset& clock) {
     constexpr const char* kZero = "lead_zero";
     const bool named = std::any_of(chosen_.steps.begin(), chosen_.steps.end(),
@@ -205,9 +205,8 @@ class AxisPipeline {
     withdraw(kZero);
   }
 
-  /// Tests for a climb speed that falls with the height flown. The test comes before that for a change, which such an
-  /// effect imitates. It is made with the selected and with the declared model, which may need no other effect than
-  /// this one.
+  /// Tests for a climb speed that falls with the height flown, with the selected model and with the declared one. The
+  /// selected effects may only imitate the tether. @returns whether there is a tether.
   bool detect_tether() {
     if (request_.axis != "climb" || !problem_->training().signals.data.other.empty()) {
       return false;
@@ -275,9 +274,9 @@ class AxisPipeline {
     accept_change(change.change);
   }
 
-  /// Whether a constant effect, or a gain that drifts, explains the log as well as the change. The time of a change is
-  /// free, so its likelihood ratio reaches up to kChanceChange by chance alone: a missing lead zero looks like a delay
-  /// that changes where the hand becomes faster. A step of a trim is not compared: the autoregression absorbs it.
+  /// Whether another effect, without a date, explains the log as well as the change. Its score may be worse by
+  /// kChanceChange: the time of a change is free, so that a change gains as much by chance. A change of the trim is not
+  /// compared.
   bool constant_explains(const FreeRun& run, const AxisFamily& family, const Fit& fit, const ChangePoint& change) {
     if (change.free_parameter.member == &model::StickAxis::trim_counts) {
       return false;
@@ -302,8 +301,8 @@ class AxisPipeline {
     return false;
   }
 
-  /// Effects that were selected on one side, with another change, may explain the log as well as the first change
-  /// alone. Unless they are clearly worth the penalty of their parameters, the first change is reported as a rival.
+  /// Adds `first` as a rival of `change`, which was found with the structure of one side of it. It does so if the names
+  /// differ and `change` is not clearly better after the penalty of its additional parameters.
   static void add_rival_change(const ChangePoint& first, const FreeRun& run, ChangePoint& change) {
     const double more = static_cast<double>(change.numbers) - static_cast<double>(first.numbers);
     const double price = std::max(0.0, more) * std::log(static_cast<double>(run.size()));
@@ -312,8 +311,8 @@ class AxisPipeline {
     }
   }
 
-  /// @returns false for a change that an undersampled stick may have caused (not reported), or that it makes uncertain
-  ///   (reported). A temporary change is reported in addition to the change.
+  /// Whether the change may be named: it is temporary, or certain under every hypothesis about an undersampled stick. A
+  /// temporary change is also reported as unexplained, and so is one that is likely but not certain.
   bool confirm_change_point(const ChangePoint& change, const AxisFamily& family, const Fit& fit) {
     const AxisData& data = problem_->training().signals.data;
     const std::vector<Range> ranges = problem_->free_ranges();
@@ -349,16 +348,15 @@ class AxisPipeline {
     add_change(side_findings_, change);
   }
 
-  /// Removes the effect's name from the result; the model keeps the effect. It is reported as a change, as a clock
-  /// shift or as unexplained instead.
+  /// Removes the effect's name from the result. The model keeps the effect.
   void withdraw(const std::string& name) {
     std::erase_if(chosen_.steps, [&](const SelectionStep& step) { return step.name == name; });
     std::erase_if(chosen_.not_separable,
                   [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
   }
 
-  /// The change under the final structure; or under the declared one, if the named effects are not worth the penalty of
-  /// their parameters beside a change, or if no change is found beside them and one alone explains clearly more.
+  /// The change found with the final structure. The one found with the declared structure is returned instead if it
+  /// explains the log better than the named effects, with a penalty for the number of parameters.
   ChangePoint change_point_under(const FreeRun& run, const Selection& chosen) const {
     const AxisFamily& family = problem_->axis_family();
     ChangePoint with_effects = change_point(run, family, chosen.final_model.fit);

@@ -19,12 +19,12 @@ namespace m100::lab::identify {
 namespace {
 
 constexpr double kMinFollowing_percent = 50.0;  // fit [%]; below it the stick is not the main cause of the response
-constexpr double kPoorFit = 80.0;               // fit [%]; below it, effects are guesses if they remove less than
-constexpr double kSmallShare = 0.25;            // this share of the mean square
-constexpr double kSwappedOwn = 0.3;    // columns are swapped if the squared correlation with the own stick is below
-constexpr double kSwappedOther = 0.6;  // and that with the other stick is above
+constexpr double kPoorFit = 80.0;               // fit [%]; below it, effects that remove little are guesses
+constexpr double kSmallShare = 0.25;            // of the squared error; effects that remove less remove little
+constexpr double kSwappedOwn = 0.3;    // two columns are swapped only if the own stick explains a smaller share
+constexpr double kSwappedOther = 0.6;  // two columns are swapped only if the other stick explains a larger share
 constexpr double kHeld_s = 0.045;
-constexpr double kCutShare = 0.2;        // of the time at the stops
+constexpr double kCutShare = 0.2;        // of the time at the stick's stops; above it the log may be clipped
 constexpr double kMinTravelShare = 0.1;  // of the stick's travel in training; a smaller one does not test a model
 constexpr double kFullStick = 660.0;     // counts
 constexpr double kMaxTravel = 1.25;      // of full travel: a trimmed transmitter with extended end points
@@ -71,8 +71,8 @@ void check_moved(const AxisDataSet& part, const char* option) {
   }
 }
 
-/// The edge of a dead zone with a jump is only known to lie between two neighbouring distances from neutral that the
-/// stick had. Refits do not show this: they all end at one value. Widens the interval to contain both distances.
+/// Widens the interval of the dead zone's width to the nearest stick deflections in the log, below and above the width.
+/// For a dead zone with a jump the log shows no more, but refits of it all end at one value.
 void widen_to_stick_values(const AxisDataSet& part, const model::StickAxis& model, IdentifyResult& result) {
   double below = 0.0;
   double above = std::numeric_limits<double>::infinity();
@@ -379,8 +379,8 @@ void AxisProblem::misreadings(const model::StickAxis& model, IdentifyResult& res
     return;
   }
   constexpr double kCounts = 5.0;  // a stick that never exceeds this is logged as a fraction of its travel
-  // From the response to a large stick of this log: with a dead zone, the gain itself is not determined if only large
-  // sticks were flown.
+  // The response at full stick is extrapolated from that to a large stick of this log. The gain is not used, because
+  // with a dead zone it is uncertain if only large sticks were flown.
   const double large = family_->scale().stick;
   const model::StickLaw<double> law(model, signals.data.period_s);
   const double per_count = 0.5 * std::abs(law.limited(law.shaped(large)) - law.limited(law.shaped(-large))) / large;

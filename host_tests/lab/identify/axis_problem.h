@@ -30,7 +30,8 @@ class AxisProblem final : public Problem {
   std::vector<Range> free_ranges() const;
   /// free_ranges() of the training log, simulated without restarts.
   FreeRun free_run() const { return free_run(training_.signals.data); }
-  /// free_ranges() of `data`, another interpretation of that log. `data` must outlive the run.
+  /// free_ranges() simulated without restarts from `data`, another interpretation of the training log, which must
+  /// outlive the run.
   FreeRun free_run(const AxisData& data) const;
   double validation_rmse(const Fit& fit) const override { return validation_.blocks.rmse(family_->model(fit)); }
   std::vector<std::vector<double>> validation_errors(const Fit& fit) const override;
@@ -50,9 +51,9 @@ class AxisProblem final : public Problem {
   Traces traces(const Fit& declared, const Fit& final_fit) const override;
 
  private:
-  /// Adds doubts that no regression finds: why every named effect is a guess, or why the log is unsuitable.
+  /// Adds reasons for doubt that no regression finds, such as a poor fit, a wrong unit or swapped columns.
   void add_doubts(const Selection& selection, IdentifyResult& result) const;
-  /// Adds a note if unknown motion of the stick between two rows may cause a tenth or more of the residual power.
+  /// Adds a note if unknown motion of the stick between two rows may cause a tenth of the residual power.
   void undersampled(const model::StickAxis& model, IdentifyResult& result) const;
   /// Whether the response follows the other stick and not its own. Precondition: the other stick was logged.
   bool follows_other_stick() const;

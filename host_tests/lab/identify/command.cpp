@@ -100,7 +100,8 @@ void check_files(const IdentifyOptions& options) {
   }
 }
 
-/// @throws InputError: --vehicle is given without a stick in the log, so that the gain per count cannot be found.
+/// Checks, if --vehicle is given for a stick axis, that the log shows the gain per count. @throws InputError: the stick
+/// is not in the log, or is never moved beyond 5 counts.
 void check_gain_of_sticks(const IdentifyOptions& options, const logs::FlightLog& log) {
   using logs::Signal;
   const Signal stick = options.axis == "roll"       ? Signal::kStickRoll

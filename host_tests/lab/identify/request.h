@@ -34,8 +34,7 @@ inline bool in_one_log(const Request& request) {
   return request.validation_log == nullptr || request.validation_log == request.log;
 }
 
-/// The ranges of the user's request in the training part's log (`training`) or in the validation part's. Spoilt samples
-/// outside of them do not matter.
+/// The ranges of the user's request in the log of the training part or, if not `training`, of the validation part.
 inline std::vector<Range> requested_ranges(const Request& request, bool training) {
   if (!training && !in_one_log(request)) {
     return request.validate;

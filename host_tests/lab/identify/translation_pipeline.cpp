@@ -27,7 +27,7 @@ class TranslationPipeline {
   TranslationPipeline(const Request& request, SideFindings side_findings)
       : request_(request), side_findings_(std::move(side_findings)) {}
 
-  /// @param misread_attitude  the log's axes or signs are wrong and would cause every fitted effect: none is selected
+  /// @param misread_attitude  axes or signs of the log's attitude are wrong; no effect is then selected
   IdentifyResult run(bool misread_attitude) {
     options_.minimum_cv_gain = kMinimumCvGain;
     options_.maximum_effects = misread_attitude ? 0 : options_.maximum_effects;
@@ -87,7 +87,7 @@ class TranslationPipeline {
 
   /// Removes the changed effect from the named effects, and also any effect that these data cannot distinguish from it.
   void accept_change(const Change& change) {
-    const std::string effect = change.name == "mass" ? "thrust_gain" : change.name;  // with the same signature
+    const std::string effect = change.name == "mass" ? "thrust_gain" : change.name;  // which acts in the same way
     const std::string equivalent(model::translation_effect(effect)->equivalent);
     const bool alike = std::any_of(chosen_.not_separable.begin(), chosen_.not_separable.end(), [&](const auto& group) {
       return std::find(group.begin(), group.end(), effect) != group.end() &&

@@ -15,7 +15,7 @@ namespace {
 
 using model::TranslationEffect;
 
-constexpr double kWeakShare = 0.25;  // of the mean square; beside an unexplained residual, names need a larger share
+constexpr double kWeakShare = 0.25;  // of the squared error; effects that remove less may be side effects
 constexpr std::array<std::string_view, 1> kBases{"rigid_body"};
 const std::vector<double> kHorizons_s{0.2, 0.5, 1.0, 2.0};
 

@@ -25,7 +25,7 @@ class TranslationProblem final : public Problem {
   std::vector<Parameter> parameters(const Fit& fit) const override;
   std::vector<double> coordinates(const Fit& fit) const override;
 
-  /// An interval ends where the physical range does, unless the fit itself lies outside of it.
+  /// `coordinate` limited to the physical range of the parameter, unless the fit itself lies outside of that range.
   double reported(const Fit& fit, std::size_t parameter, double coordinate) const override;
 
   /// The winds of the flights of the training log, relative to their mean.
@@ -34,7 +34,7 @@ class TranslationProblem final : public Problem {
   /// A force that grows with the distance from a place (translation_change_point.h).
   std::vector<Finding> tether(const Fit& fit) const;
 
-  /// The change in flight, or nothing; tested over both parts where they are of one log.
+  /// The changes in flight; empty: none was found. Both parts are searched if they are of one log.
   std::vector<Change> changes(const Fit& fit) const;
   void examine(const Selection& selection, IdentifyResult& result) const override;
   bool are_side_effects(const Selection& selection, const IdentifyResult& result) const override;
@@ -44,10 +44,10 @@ class TranslationProblem final : public Problem {
  private:
   void check_heads() const;
 
-  /// Whether the effects explain little: beside an unexplained residual they may be side effects of its cause.
+  /// Whether the selected effects remove less than a quarter of the squared error of the declared model.
   static bool weak(const Selection& selection);
 
-  /// Whether a periodic force was named although the residual still oscillates: then all names are withdrawn.
+  /// Whether a periodic force was named although the residual still oscillates.
   static bool still_oscillates(const std::vector<SelectionStep>& steps, const IdentifyResult& result);
 
   /// Adds a note where a periodic force was rejected because the vehicle itself moves with that period.

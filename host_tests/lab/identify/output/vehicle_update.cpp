@@ -14,8 +14,7 @@ namespace {
 using model::AxisUnit;
 using model::StickAxis;
 
-/// The row of a parameter of the final model, or null: parameters are listed by their names alone, and a name belongs
-/// to one of the effects of the structure.
+/// The row of a parameter of a model, found by its name among the effects of the structure; null: none has this name.
 const model::AxisNumber* row_of(const ModelResult& found, const std::string& parameter) {
   for (const std::string& name : found.structure) {
     const model::AxisEffect* effect = model::axis_effect(name);

@@ -69,7 +69,7 @@ Cut cut(const Record& record, double scale, double from_s, double to_s) {
   return out;
 }
 
-/// @param x  gain, log of the dynamics' parameters, start of the simulation (value, slope)
+/// @param x  gain, logarithms of the dynamics' parameters, then the initial state, which the model does not have
 model::StickAxis model_of(std::span<const double> x, bool second) {
   model::StickAxis axis;
   axis.scale_per_count = x[0];

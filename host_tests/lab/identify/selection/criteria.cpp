@@ -25,7 +25,7 @@ double paired_t(const std::vector<double>& without, const std::vector<double>& w
   return variance > 0.0 ? mean / std::sqrt(variance / n) : 0.0;
 }
 
-/// Sum of squares without the first `start` samples of each block; a block that is not longer counts as a whole.
+/// Sum of squares without the first `start` samples of each block; of a block that is not longer, of all its samples.
 double beyond_starts(const std::vector<std::vector<double>>& blocks, std::size_t start) {
   double sum = 0.0;
   for (const std::vector<double>& block : blocks) {

@@ -23,10 +23,10 @@ double lagged_product(const std::vector<std::vector<double>>& blocks, std::size_
 /// before its first non-positive term. Samples are correlated within a block only; blocks may differ in length.
 double effective_sample_size(const std::vector<std::vector<double>>& blocks);
 
-/// The information criterion on whitened residuals, `without` minus `with` an effect of `extra` parameters: means over
-/// five samples (50 ms at 100 Hz), filtered by the autoregression of order 4 that whitens `with`. Slow air hides fast
-/// effects (a lead zero) from the criterion on the effective sample size, but not from this one. Both arguments hold
-/// the same blocks, sample by sample. @returns 0 if no block is long enough, or one fit is exact.
+/// By how much an effect of `extra` parameters lowers the information criterion on whitened residuals: means over five
+/// samples (50 ms at 100 Hz), filtered by the autoregression of order 4 that whitens `with`. Slow air does not hide
+/// fast effects (a lead zero) from this criterion. `without` and `with` the effect hold the errors of the same blocks.
+/// @returns 0 if no block is long enough, or one fit is exact.
 double whitened_criterion(const std::vector<std::vector<double>>& without, const std::vector<std::vector<double>>& with,
                           std::size_t extra);
 
@@ -38,9 +38,9 @@ struct Comparison {
   double delta_bic = 0.0;
   double delta_white = 0.0;
   double t = 0.0;
-  /// Share that the edit removes of the fit's sum of squares, counted after the start of each block; 0 if cv_gain is
-  /// not positive. A block that begins while the stick jumps starts from a wrong state; an edit that only corrects this
-  /// (such as a rate limit together with a lead zero) is no effect of the vehicle.
+  /// Share that the edit removes of the fit's sum of squares, without the start of each block; 0 if cv_gain is not
+  /// positive. A block that begins while the stick jumps starts from a wrong state; an edit that only corrects this is
+  /// no effect of the vehicle.
   double gain_beyond_starts = 0.0;
 };
 

@@ -188,9 +188,9 @@ std::optional<ForwardSelection::Pair> ForwardSelection::try_pair(const CrossVali
   return beside.accepted ? pair_of(from, first, validated(other_alone), beside) : std::nullopt;
 }
 
-// Two effects may hide each other (a dead zone and a trim), so each must be accepted in addition to the other and have
-// a significant size there. The gain of one without the other is no evidence: it may be near zero or not
-// cross-validated. `tried` are the single edits of `from`, best first.
+// The pairs of edits that are accepted together, best first. Two effects may hide each other (a dead zone and a trim),
+// so each must be convincing in addition to the other; alone it may have no gain. `tried` are the single edits of
+// `from`, best first.
 std::vector<ForwardSelection::Pair> ForwardSelection::pairs(const CrossValidatedFit& from,
                                                             const std::vector<TriedEdit>& tried, double worth,
                                                             std::size_t candidates) const {

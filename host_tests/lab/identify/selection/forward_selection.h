@@ -10,8 +10,8 @@
 
 namespace m100::lab::identify {
 
-/// The search of select(): the present model and the steps that change it. forward_selection.cpp adds and drops
-/// effects; rivals.cpp compares the effects found with their alternatives, and may exchange them.
+/// The search of select(): adds effects to the present model and drops them (forward_selection.cpp), then compares the
+/// effects found with their alternatives and may exchange them (rivals.cpp).
 class ForwardSelection {
  public:
   ForwardSelection(const Family& family, const SelectionOptions& options);

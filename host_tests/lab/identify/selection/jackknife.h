@@ -18,8 +18,7 @@ inline constexpr std::size_t kMaxRefits = 40;
 
 /// 95 % intervals of a fit's coordinates, in their order, by the jackknife. The blocks are divided into groups of
 /// neighbours, and the structure is fitted again (from the fit's own values) with each group left out in turn. The half
-/// width is the jackknife's standard error times Student's t, with one degree of freedom less than there are groups. A
-/// block bootstrap of ten blocks is too narrow even when widened by Student's t.
+/// width is the jackknife's standard error times Student's t, with one degree of freedom less than there are groups.
 /// @param refits  largest number of groups, limited to kMaxRefits; below two the intervals have no width
 /// Precondition: `fit` was made by `family` from all its blocks. Cost: one warm fit for each group.
 std::vector<Interval> jackknife(const Family& family, const Fit& fit, const Coordinates& coordinates,

@@ -101,9 +101,8 @@ class Conclusion {
   }
 
  private:
-  /// Compares the whole errors, and also the part of them that an unknown input cannot have caused; takes the result
-  /// with the larger probability of chance. Neither alone is evidence: an error from which most is subtracted is no
-  /// Gaussian series.
+  /// Compares the errors of both parts twice: whole, and without what the uncertainty of the input may have caused.
+  /// Takes the result with the larger probability of chance.
   ValidationComparison compared(const Fit& fit, std::vector<std::vector<double>> training,
                                 std::vector<std::vector<double>> validation) const {
     const std::size_t start = problem_.start_samples();
@@ -116,7 +115,7 @@ class Conclusion {
     return known.probability > whole.probability ? known : whole;
   }
 
-  /// Whether a change lies in the span of both parts together. Two logs have different clocks: any change counts.
+  /// Whether a change lies between the first and the last time of both parts; if they are of two logs, any change does.
   bool across_a_change() const {
     double from_s = std::numeric_limits<double>::infinity();
     double to_s = -from_s;

@@ -12,8 +12,8 @@
 
 namespace m100::lab::identify {
 
-/// The request limited to each side of a change's interval where a model can be selected and tested, longer side first.
-/// A side of one log with too little training or no validation is split again, 2 to 1. Empty: no side is long enough.
+/// The request limited to each side of a change's interval, longer side first, without a side that is too short. If
+/// both parts are of one log, a side with too little training or no validation is divided again, 2 to 1.
 std::vector<Request> regimes_of(const Request& request, const Change& change);
 
 /// One side of a change, with the structure that was selected on it alone.
@@ -44,7 +44,7 @@ std::optional<Regime<ProblemType>> select_regime(const Request& request, const C
   return std::nullopt;
 }
 
-/// Adds a change to the result. Where other names fit as well, it is added to the unexplained, too.
+/// Adds a change to the findings. If the change has rivals, a sentence is added to `unexplained`, too.
 void add_change(SideFindings& side_findings, const Change& change);
 
 /// A note that effects, errors and intervals are from one side of a change only.

@@ -107,8 +107,9 @@ double incomplete_beta(double x, double a, double b) {
                                        : 1.0 - front * beta_fraction(1.0 - x, b, a) / b;
 }
 
-/// Whether the validation part looks like another vehicle's. If effects, which it has confirmed, or changes were found,
-/// only the ratio counts. If none was, and slow rows hide the starts of the blocks, a large ratio alone is no evidence.
+/// Whether the validation part looks like another vehicle's. If effects or changes were `named`, the ratio `maximum`
+/// alone decides. If not, the F test decides too, and it must confirm a large ratio if slow rows hide the blocks'
+/// starts.
 bool is_another_vehicle(const ValidationComparison& parts, const CompletenessLimits& limits, bool named,
                         double maximum) {
   const bool little = std::sqrt(parts.beyond_start) < limits.min_ratio;

@@ -19,14 +19,12 @@ struct ValidationComparison {
   bool across_a_change = false;     ///< a change lies between or within the parts, so they need not agree
 };
 
-/// F test of two coloured residuals. Degrees of freedom: samples over the sum of squared autocorrelations (summed over
-/// both signs of the lag, up to the first value below 0.05), the number of independent squares that a coloured Gaussian
-/// series is worth. With eight training blocks or more they are limited by the spread of the blocks' mean squares,
-/// because gusty air is worth less. Errors are given block by block; they are correlated within a block, not across.
+/// F test of two coloured residuals, given block by block. Degrees of freedom: samples over the sum of squared
+/// autocorrelations (summed over both signs of the lag, up to the first value below 0.05). With eight training blocks
+/// or more they are limited by the spread of the blocks' mean squares, because gusts make the power vary.
 ///
-/// A block that begins where the stick has just jumped starts from a wrong state, because no smoothing of a measurement
-/// follows a kink: its first half second can hold a third of the power of thirty blocks. This is one event, not as many
-/// squares as it has samples, and no evidence about the model. So the F test leaves the starts out.
+/// The F test leaves out the starts of the blocks. A block that begins where the stick has just jumped starts from a
+/// wrong state, and its large error there is no evidence about the model.
 /// @param parameters  number fitted to the training part; each takes one degree of freedom
 /// @param start  samples at the start of each block that depend on its initial state. A block that is not longer is
 ///   left out; a part of which nothing would remain keeps all its samples.
@@ -44,9 +42,10 @@ struct CompletenessLimits {
   /// A larger ratio of root mean squares is refused whatever the F test says. The starts of the blocks are left out of
   /// it if slow rows hide them or effects were named, unless a change was found.
   double max_ratio = 1.5;
-  double min_evidence = 0.05;  ///< max_ratio needs a smaller probability if slow rows hide the starts, nothing is named
-  double min_fit_percent = 50.0;  ///< a model that explains less than half of the motion is incomplete,
-  double floor_factor = 2.0;      ///< unless the residual is within this factor of the declared or measured floor
+  /// If slow rows hide the starts and nothing is named, max_ratio is used only with a smaller probability than this.
+  double min_evidence = 0.05;
+  double min_fit_percent = 50.0;  ///< a model with a smaller fit of the validation part is incomplete
+  double floor_factor = 2.0;      ///< below this times the noise floor, a validation error is accepted with any fit
 };
 
 /// Adds to `unexplained` the reasons against a complete model: the comparison of the two parts, and the fit. With
