@@ -170,7 +170,7 @@ class Loader {
     }
     log_.of(signal) = on_grid(stream, signal, 1);
     if (signal <= Signal::kStickYaw && 1.5 * log_.row_s[signal] < log_.period_s && stream.values.size() > 1) {
-      log_.of(signal) = period_means(stream, log_.start_s, log_.period_s, log_.size);  // steps between samples count
+      log_.of(signal) = period_means(stream, log_.start_s, log_.period_s, log_.size);  // keeps steps between samples
     }
     if (shift != 0 && signal <= Signal::kStickYaw) {
       log_.alignment.stick_shift_samples = shift;
@@ -179,8 +179,8 @@ class Loader {
     }
   }
 
-  /// Converts four parts to `angles` angles, starting with `first_angle`. The parts are resampled one by one and then
-  /// normalised: between two samples of a flight, linear interpolation is as good as the arc.
+  /// Reads the four parts of a quaternion, resamples them one by one, and writes the Euler angles: the first `angles`
+  /// of roll, pitch and yaw, from `first_angle` on.
   void read_quaternion(Signal first, Signal first_angle, int angles) {
     if (!map_.signals[static_cast<std::size_t>(first)]) {
       return;
@@ -289,7 +289,7 @@ class Loader {
     throw InputError(raw_.file(), 0, column, text.data() + map_.time.column + range.data());
   }
 
-  /// On the log's clock, the reception times of the messages with these numbers, linearly inter- and extrapolated.
+  /// The times of the messages with the numbers `own` on the log's clock, linearly inter- and extrapolated.
   std::vector<double> times_by_counter(std::vector<double> own, std::size_t count, const std::string& key, int* shift) {
     if (own.size() != count && count == counter_.size()) {
       // The values were resampled to the log's clock with their own start set to zero: row k is as far from the

@@ -5,12 +5,11 @@
 
 namespace m100::lab::logs {
 
-/// Compares the specific force with gravity and with the attitude. What is certainly no specific force in body axes is
-/// left out of the log, with a note.
+/// Leaves the force out of the log, with a note, if it is certainly no specific force in body axes.
 ///
-/// Over a flight, speeds stay bounded, so the mean specific force is gravity; an acceleration from which gravity was
-/// subtracted has a mean near zero. The thrust lies along the body's z axis, so in body axes the horizontal parts do
-/// not follow the tilt; in world axes they are gravity times the tilt. The limits are half way between the two.
+/// The mean specific force of a flight is gravity. If the mean is near zero, gravity was subtracted. The thrust lies
+/// along the body's z axis, so in body axes the horizontal parts do not follow the tilt. If they do, the force is in
+/// world axes.
 void validate_force(FlightLog& log);
 
 }  // namespace m100::lab::logs

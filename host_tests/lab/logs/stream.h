@@ -21,7 +21,7 @@ struct StreamDefects {
   std::size_t spoilt = 0;    ///< samples or time stamps that are not finite, single time stamps out of order
 };
 
-/// The samples in order of time. A single time stamp that jumps ahead or back between ordered ones is a spoilt sample.
+/// The usable samples in order of time. A single time stamp that jumps ahead or back between ordered ones is spoilt.
 /// @param backwards receives the index of the sample at which time really runs backwards, which is left out with all
 ///   later ones, or the size of the stream if time does not.
 Stream without_defects(const Stream& stream, StreamDefects& untidy, std::size_t& backwards);
@@ -32,8 +32,8 @@ Stream without_defects(const Stream& stream, StreamDefects& untidy, std::size_t&
 std::vector<double> resampled(const Stream& tidy, double start_s, double period_s, std::size_t size,
                               std::vector<std::uint8_t>& gap);
 
-/// Mean of the stream, interpolated linearly, over the period that follows each time of the grid: the command that
-/// moves a vehicle alike if it is held for the period.
+/// Mean of the stream, interpolated linearly, over the period that follows each time of the grid. A command that is
+/// held at this mean for the period moves a vehicle in the same way.
 std::vector<double> period_means(const Stream& tidy, double start_s, double period_s, std::size_t size);
 
 /// y(at) by linear interpolation, and beyond the ends by extrapolation. Preconditions: at least two values; `hint`

@@ -19,14 +19,13 @@ struct SpreadArrivals {
 /// Independent arrivals (Poisson) have 28 %, and a regular stream with a jitter below a third of its interval has none.
 bool are_bunched(const std::vector<double>& arrival_s);
 
-/// Times on a line through the earliest arrivals: a sample arrives late, but never before it was taken. All parts share
-/// one least-squares slope. A part ends where the counter starts anew. Without a counter there is one part; if its line
-/// does not fit, a part ends at each hole instead.
+/// Places the samples on a line through the earliest arrivals, because a sample arrives late, but never before it was
+/// taken. The stream is divided where the counter starts anew or, without a counter, at holes if one line does not fit.
+/// All parts have the same least-squares slope.
 /// @param counter  number of each message, empty if there is none. Holes in it are lost messages; wraps of 8, 16 and 32
 ///   bits are removed.
-/// @returns nothing if there are fewer than 32 arrivals, if time runs back by more than 50 ms, if more than 2 % of the
-///   arrivals are later than the line by two intervals between bunches and two samples (the rate is not constant), or
-///   if the times would decrease.
+/// @returns nothing if there are fewer than 32 arrivals, if time runs back by more than 50 ms, if the rate is not
+///   constant, or if the times would decrease.
 std::optional<SpreadArrivals> spread_arrivals(const std::vector<double>& arrival_s, const std::vector<double>& counter);
 
 }  // namespace m100::lab::logs

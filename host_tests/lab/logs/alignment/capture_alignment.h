@@ -10,24 +10,21 @@ namespace m100::lab::logs {
 
 // Aligns motion capture with the autopilot's measurements.
 
-/// Delay of the captured heading after the autopilot's attitude [s]: least squares over all turns of the range, with
-/// differences over 0.5 s, so that a drifting heading does not matter. Both measure the same angle, so no model of the
-/// vehicle is needed, and half a minute of turns gives 0.2 ms. The age that the observer assumes is no substitute: it
-/// may be wrong by 20 ms, and a climb that is seen 10 ms too early looks like backlash of the stick.
+/// Delay [s] of the captured heading after the autopilot's heading, by least squares over the range. Both measure the
+/// same angle, so no model of the vehicle is needed. Differences over 0.5 s are compared, so that a drift of the
+/// autopilot's heading does not matter.
 /// @param captured_heading_rad  one value for each sample of the log
 /// @param otherwise_s           result where a heading is missing or hardly turned, or the lag would exceed 0.2 s
 double capture_lag_s(const FlightLog& log, std::vector<double> captured_heading_rad, std::pair<double, double> range_s,
                      double otherwise_s);
 
-/// The log with position shifted earlier by the lag, and with the velocity computed from it instead of the observer's:
-/// its slope over 10 samples (z: 4), 0.1 s at 100 Hz.
+/// The log with the position shifted earlier by the lag, and with a velocity that is the slope of this position over 10
+/// samples (z: 4), 0.1 s at 100 Hz.
 FlightLog with_captured_velocity(FlightLog log, double lag_s);
 
-/// Moves the position earlier by its lag behind the attitude, found in the heading of the same source (extra pose_yaw).
-/// A source that is only recorded stamps its poses late by an unknown constant, and a lag of T looks like a drag that
-/// is smaller by T w^2, w the frequency of the motion [rad/s]: 10 ms made 0.27 1/s of 0.30. Then the autopilot's own
-/// velocity is left out, because it may read zero and has another delay. Adds a note about the lag; only a note if it
-/// is unknown.
+/// Moves the position earlier by its lag behind the attitude, and leaves out the logged velocity, which may have
+/// another delay. The lag is that of the heading of the same source (extra pose_yaw). 10 ms would make a drag of 0.30
+/// 1/s look like 0.27. If the lag cannot be found, only a note is added; a log without these signals is unchanged.
 FlightLog with_aligned_position(FlightLog log);
 
 /// The series delayed by `samples` (negative: advanced), with linear interpolation; the end values are held.

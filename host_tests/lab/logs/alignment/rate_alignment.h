@@ -6,7 +6,7 @@
 namespace m100::lab::logs {
 
 /// If no counter aligns gyro and attitude, compares rate_x with the slope of the roll angle. If they correlate by 0.8
-/// or more at a shift of up to 50 samples, removes it from all three rates, and says so in its alignment and notes.
+/// or more at a shift of at most 0.5 s, all three rates are shifted, with an entry in the log's alignment and notes.
 void align_rates(FlightLog& log);
 
 }  // namespace m100::lab::logs
