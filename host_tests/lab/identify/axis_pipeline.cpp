@@ -84,7 +84,7 @@ class AxisPipeline {
     return true;
   }
 
-  /// Tests for a stick column that freezes while the hand moves on. It looks like a wrong clock or a change.
+  /// Tests for a stick column that freezes while the hand moves on, which looks like a wrong clock or a change.
   bool detect_stick_freeze() {
     const AxisFamily& family = problem_->axis_family();
     const Fit& fit = chosen_.final_model.fit;
@@ -237,7 +237,8 @@ class AxisPipeline {
     return tether.has_value();
   }
 
-  /// A change must also be found under the structure that is selected on one side of it, if a side is long enough.
+  /// Searches for a change in flight. It must also be found with the structure that is selected on one side of it, if a
+  /// side is long enough.
   void detect_change_point() {
     FreeRun run = problem_->free_run();
     weight_by_input_uncertainty(run, problem_->axis_family().model(chosen_.final_model.fit));

@@ -163,7 +163,7 @@ nlohmann::ordered_json compared(const nlohmann::json& forecast, const identify::
 }
 
 /// Sets the training and validation ranges, from --split or from --train and --validate. With --split, a log of
-/// --validate-log is for validation as a whole, and all pieces of the other logs are for training.
+/// --validate-log is for validation as a whole, and all pieces of the --log files are for training.
 void require_ranges(const IdentifyOptions& options, const logs::FlightLog& log, const logs::FlightLog* other,
                     identify::Request& request) {
   if (!options.split.empty()) {

@@ -45,8 +45,8 @@ class TranslationPipeline {
   }
 
  private:
-  /// Fits a wind to each flight if the winds differ. Such a difference is an effect like any other: if it was neither
-  /// declared nor named, the verdict cannot be "nothing missing", although the winds were fitted.
+  /// Fits a wind to each flight if the winds differ. The verdict can then be "nothing missing" only if steady_wind is
+  /// in the model.
   void fit_flight_winds() {
     if (request_.log->flights.empty() || request_.wind_from_first_s > 0.0 ||
         !are_distinct(problem_->winds(chosen_.final_model.fit))) {
@@ -63,7 +63,8 @@ class TranslationPipeline {
     }
   }
 
-  /// A change must also be found under the structure that is selected on one side of it, if a side is long enough.
+  /// Searches for a change in flight. It must also be found with the structure that is selected on one side of it, if a
+  /// side is long enough.
   void detect_change_point() {
     std::vector<Change> changes = problem_->changes(chosen_.final_model.fit);
     if (changes.empty()) {

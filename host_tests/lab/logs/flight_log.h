@@ -31,7 +31,7 @@ struct Flight {
   double epoch_s = 0.0;            ///< see FlightLog
 };
 
-/// A log on a uniform clock, in canonical units. Sample k was taken at start_s + k * period_s of the log's own time.
+/// A log on a uniform clock, in canonical units. Sample k was taken at start_s + k * period_s.
 struct FlightLog {
   std::string file;
   std::string columns;  ///< the file of the column map

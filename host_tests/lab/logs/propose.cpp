@@ -16,7 +16,7 @@
 namespace m100::lab::logs {
 namespace {
 
-/// One line of a map. In a column, `<Type>` stands for the first topic of that type.
+/// One line of a column map. In a column, `<Type>` stands for the first topic of that type.
 struct MapEntry {
   const char* signal;
   const char* column;

@@ -34,7 +34,7 @@ struct SampleGrid {
 double clipped_share(const std::vector<double>& stick, const std::vector<char>& used, const SampleGrid& clock);
 
 /// Detects angles in degrees that are read as radians (roll or pitch beyond half a turn), and converts them to radians.
-/// @param used  samples to check: samples outside of the ranges do not matter
+/// @param used  samples that are checked; all samples are converted
 /// @returns one finding, or nothing.
 std::vector<Finding> repair_units(std::vector<double>& angle_rad, const std::vector<char>& used,
                                   const std::string& signal);

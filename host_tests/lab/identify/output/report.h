@@ -15,7 +15,7 @@ struct ReportOrigin {
   std::string validation;  ///< e.g. "38:55.5 s"; equal to `train`: parts of it in turn
 };
 
-/// The text of a certain finding that makes the parameters unfit to fly (kMisreadings); empty: none.
+/// The text of the first finding that is certain and makes the parameters unfit to fly (kMisreadings); empty: none.
 std::string misreading(const IdentifyResult& result);
 
 /// The page of one axis: a misreading, then the answer with a figure of both models, the errors before and after, their

@@ -87,7 +87,7 @@ struct Finding {
   std::string text{};  ///< a sentence
   bool certain = true;
 };
-/// A certain finding of these makes every number unfit to fly: the column map or the clock is wrong.
+/// If a finding of one of these kinds is certain, no number is fit to fly: the column map or the clock is wrong.
 inline constexpr std::array<std::string_view, 4> kMisreadings{"sign_reversed", "swapped_axes", "wrong_unit",
                                                               "clock_shift"};
 inline Finding note(std::string text) { return {.text = std::move(text)}; }

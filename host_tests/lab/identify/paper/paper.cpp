@@ -82,7 +82,7 @@ model::StickAxis model_of(std::span<const double> x, bool second) {
   return axis;
 }
 
-/// Starting point and bounds of a fit; the simulation starts at the first measured value.
+/// Starting point and bounds of a fit. The free initial value begins at the first measured value.
 std::pair<std::vector<double>, std::vector<Box>> start_of(double first_value, bool second) {
   std::vector<double> x{1.0, std::log(second ? 5.0 : 0.3)};
   std::vector<Box> box{{-10.0, 10.0, 1e-5}, {std::log(1e-2), std::log(50.0), 1e-5}};

@@ -307,7 +307,7 @@ ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions&
   finding.rms = std::sqrt(square / static_cast<double>(input.residuals.size()));
 
   finding.shares = predictable_shares(targets, input.groups, thinned, options.shifts);
-  // The unknown part of the input may correlate with its known part: in a closed loop, the next row does.
+  // A group must also predict the residual beyond the uncertainty of the input, which may correlate with the input.
   std::vector<std::string> known;
   if (input_uncertainty.squaredNorm() > 0.0) {
     std::vector<Vector> beyond;

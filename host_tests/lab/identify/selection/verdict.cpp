@@ -164,9 +164,9 @@ void check_completeness(const ValidationComparison& parts, const CompletenessLim
     return;
   }
   const double later_ratio = std::sqrt(parts.beyond_start);
-  // "Nothing missing" and a change are judged by the whole error: a wrong time of a change shows at the starts of the
-  // blocks first. The starts are left out beside a named effect, because a strong lead zero makes initial states wrong
-  // although its name is right, and where slow rows do not determine these states.
+  // The starts of the blocks are left out if slow rows do not determine the initial states, or if an effect was named:
+  // a strong lead zero makes them wrong although its name is right. With a change the whole error is used, because a
+  // wrong time of the change shows at the starts first.
   const bool starts_count = result.effects.empty() && parts.are_starts_measured;
   const double maximum = starts_count || !result.changes.empty() ? rms_ratio : later_ratio;
   if (is_another_vehicle(parts, limits, !result.effects.empty() || !result.changes.empty(), maximum)) {

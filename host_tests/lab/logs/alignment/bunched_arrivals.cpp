@@ -124,7 +124,7 @@ ArrivalLine fit(const std::vector<double>& arrival_s, const std::vector<double>&
   return line;
 }
 
-/// Cuts where `breaks(k)` says that arrival k begins a new part.
+/// Divides the arrivals into parts; `breaks(k)` tells whether arrival k begins a new one.
 template <typename Breaks>
 std::vector<ArrivalPart> parts_of(std::size_t size, Breaks&& breaks) {
   std::vector<ArrivalPart> parts{{0, 1}};

@@ -19,7 +19,7 @@ double capture_lag_s(const FlightLog& log, std::vector<double> captured_heading_
                      double otherwise_s);
 
 /// The log with the position shifted earlier by the lag, and with a velocity that is the slope of this position over 10
-/// samples (z: 4), 0.1 s at 100 Hz.
+/// samples, for z over 4.
 FlightLog with_captured_velocity(FlightLog log, double lag_s);
 
 /// Moves the position earlier by its lag behind the attitude, and leaves out the logged velocity, which may have

@@ -16,7 +16,7 @@
 
 // ArduPilot's binary log: records {A3 95 type body}, little endian and packed. FMT (type 128) defines the length and
 // name of every type and the letters and labels of its fields; in newer logs UNIT, MULT and FMTU define units and
-// multipliers. Of labels, the reader knows only those of clocks, GPS weeks and instances: it can read any version.
+// multipliers. The reader needs to know only the labels of clocks, GPS weeks and instances, so it reads any version.
 
 namespace m100::lab::logs {
 namespace {

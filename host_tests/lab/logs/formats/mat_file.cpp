@@ -13,9 +13,9 @@
 #include "host_tests/lab/whole_file.h"
 
 // MATLAB 5: a header of 128 bytes, then elements {uint32 type, uint32 bytes, data to the next multiple of 8}; the tag
-// itself may hold up to four bytes of data. A matrix (14) consists of the elements flags, sizes, name and numbers; a
-// structure of the length of its field names, the names, and one matrix for each field. Type 15 is an element that zlib
-// has compressed.
+// itself may hold up to four bytes of data. A matrix (14) consists of the elements flags, sizes, name and numbers. A
+// structure has, instead of the numbers, the length of its field names, the names, and one matrix for each field. Type
+// 15 is an element that zlib has compressed.
 
 namespace m100::lab::logs {
 namespace {

@@ -38,7 +38,7 @@ class Reader {
  public:
   Reader(std::deque<std::string>& memory, std::size_t room) : memory_(memory), bytes_left_(room) {}
 
-  /// A variable whose data are read; what cannot be used has no value.
+  /// The variable `from`, whose data have been read. One that cannot be used has no value.
   MatVariable variable(const matvar_t& from, int depth) {
     constexpr int kMaxDepth = 32;
     MatVariable out;

@@ -107,7 +107,7 @@ class Bag2 final : public RosLog {
     }
   }
 
-  /// Text of each type, where the bag has it.
+  /// The definitions of the message types that the bag contains, by type.
   std::map<std::string, std::string> read_definitions() const {
     std::map<std::string, std::string> out;
     const Statement there = prepare(

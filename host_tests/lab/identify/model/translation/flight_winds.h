@@ -35,7 +35,7 @@ class FlightWinds {
   /// the part). @param weights  one for each block of the part, unused with a head; empty: all 1
   Winds of(const Vector& rows, const Vector& head, std::span<const int> weights) const;
   void take(const Winds& winds, Vector& rows) const;
-  /// Applies of() and take() to each column of a regression and to its target.
+  /// Estimates the winds of each column of a regression and of its target, and subtracts them.
   void take_from(Matrix& columns, const Matrix& head_columns, Vector& target, const Vector& head_target,
                  std::span<const int> weights) const;
 

@@ -114,10 +114,11 @@ class Regression {
   /// Takes a column from the cache, or fills it.
   template <typename Column, typename Law>
   void take(ColumnCache::Key key, ColumnCache* cache, Column&& out, bool outer, Law&& law);
-  /// Fills `out` with the filtered acceleration `law` at each sample; of an `outer` force, the part that the log shows.
+  /// Fills `out` with the filtered acceleration `law`; of an external (`outer`) one only the part that the residual
+  /// shows.
   template <typename Column, typename Law>
   void fill(Column&& out, bool outer, Law&& law);
-  /// The part of an outer acceleration that the log shows.
+  /// The part of an external acceleration that the residual shows (ForceProjection).
   model::Acceleration projection(const model::Acceleration& u, const model::Moment& at) const;
 
   const TranslationBlocks& part_;

@@ -123,7 +123,7 @@ double min_doubted(const Candidate& candidate, const WhitenedFit& fit, const Axi
   const bool delay = candidate.free_parameter.member == &StickAxis::transport_delay_s;
   const double error_s =
       std::hypot(fit.sigmas.back(), step_time_error_s(data, -1e9, date_s), step_time_error_s(data, date_s, 1e9));
-  // The rows may also begin to fall on other samples of the stick itself, which shifts all its steps alike.
+  // The log may also begin to read other samples of the remote control, which shifts all steps by the same time.
   const double beat_s = is_stick_undersampled(data) ? std::min(AxisData::kSlowestStick_s, 0.5 * data.stick_row_s) : 0.0;
   return delay ? std::max({kMinDelayChange_s, beat_s + kErrors * fit.sigmas.back(), kErrors * error_s})
                : candidate.min_relevant;
@@ -311,7 +311,8 @@ std::vector<TriedChange> try_changes(const FreeRun& run, const WhitenedFit& stea
     }
     hit.at_s -= candidate.change->at_the_stick ? axis.transport_delay_s : 0.0;
     tried.push_back(fit_with_break(run, axis, free_parameters, candidate, hit));
-    // The scan's time is that of the response, later than the stick's: refitted there, a step of a trim fits badly.
+    // The scan finds when the response changes. If the refit at that time is worse than the scan promised, the change
+    // of the vehicle was earlier.
     if (steady.score - tried.back().fit.score < hit.likelihood_ratio) {
       date_again(run, free_parameters, tried.back());
     }
@@ -342,7 +343,7 @@ ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit
   if (best == tried.end()) {
     return out;
   }
-  // The autoregression of the fit without a change absorbs a step, so the scan's ratio counts if it is larger.
+  // The autoregression of the fit without a change absorbs a step, so the scan's ratio is used if it is larger.
   const double ratio = quiet_share(run, *best) * std::max(steady.score - best->fit.score, best->hit.likelihood_ratio);
   const double size = best->fit.after.*best->candidate->free_parameter.member -
                       best->fit.before.*best->candidate->free_parameter.member;

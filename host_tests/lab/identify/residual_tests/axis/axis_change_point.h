@@ -15,12 +15,12 @@ std::vector<FreeParameter> free_parameters_of(const AxisFamily& family, const Fi
 
 /// Likelihood ratio from which on a change is named.
 inline constexpr double kCertainChange = 30.0;
-/// From this likelihood ratio on, "nothing missing" is ruled out. No change reached it in 480 other healthy logs.
+/// From this likelihood ratio on, "nothing missing" is ruled out. In 480 healthy logs no change reached it.
 inline constexpr double kLikelyChange = 24.0;
 /// Below this likelihood ratio a change is chance: over all times and five parameters, 1 healthy log of 100 exceeds it.
 inline constexpr double kChanceChange = 16.0;
 
-/// The parameter that changed in flight: gain, frequency, damping, transport_delay, dead_zone or trim_offset.
+/// A change of one parameter in flight: gain, frequency, damping, transport_delay, dead_zone or trim_offset.
 struct ChangePoint {
   bool found = false;
   bool likely = false;  ///< not found, but likely and large enough for a doubt; the members below are set, too

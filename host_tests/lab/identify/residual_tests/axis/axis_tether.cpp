@@ -62,7 +62,8 @@ struct ScoredEdge {
   double likelihood_ratio = 0.0;
 };
 
-/// @param flown  distance_m within the ranges  @param pull  the fitted axis, pulled back a little beyond the edge
+/// The edge beyond which a force is likeliest. @param flown  distance_m within the ranges
+/// @param pull  the fitted axis, pulled back a little beyond the edge
 ScoredEdge best_edge(const AxisData& data, const std::vector<Range>& ranges, const std::vector<double>& distance_m,
                      const std::vector<double>& flown, const model::StickAxis& pull, const ScoreTest& left) {
   ScoredEdge best{};

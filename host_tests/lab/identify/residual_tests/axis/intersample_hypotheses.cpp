@@ -85,9 +85,9 @@ Rows step_time_variance(const FreeRun& run, const model::StickAxis& model, const
   return out;
 }
 
-/// The factor of step_time_variance() in the innovations' variance, by maximum likelihood, over the variance of the
-/// air. If the stick moves smoothly, sampling it slowly loses nothing: the samples determine it, and the factor is
-/// zero. The limit 3 is a step at an end of the row, with three times the variance of a uniformly distributed step.
+/// How much of step_time_variance() the innovations contain, by maximum likelihood, over the variance of the air. It is
+/// zero if the stick moves smoothly, because slow samples determine such a stick. The limit of 3 is a step at an end of
+/// the row.
 double step_time_share(const Rows& white, const Rows& moments, double power) {
   constexpr double kMax = 3.0;
   constexpr int kSteps = 24;

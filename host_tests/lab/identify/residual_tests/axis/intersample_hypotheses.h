@@ -28,7 +28,7 @@ class IntersampleHypotheses {
   double min_over_held(const Ratio& ratio) const {
     return std::min(ratio_of_held(false, ratio), ratio_of_held(true, ratio));
   }
-  /// The smallest under all three.
+  /// Smallest value of `ratio` under all three hypotheses.
   template <typename Ratio>
   double min_over_all(const Ratio& ratio) const {
     return std::min(ratio(as_logged_), min_over_held(ratio));

@@ -143,7 +143,7 @@ std::vector<Hit> scan_hits(const std::vector<const TranslationDataSet*>& parts, 
   return hits;
 }
 
-/// @param hits  all of them: what is nearly as likely as the best is its rival
+/// @param hits  all changes found: those that are nearly as likely as the best are its rivals
 Change change_point(const Hit& best, const std::vector<Hit>& hits, const TranslationDataSet& training) {
   constexpr double kNameMargin = 6.0;
   // The scan finds the last row before the change: the change lies between that row and the next, and the filter has

@@ -16,7 +16,7 @@ namespace {
 using logs::Signal;
 
 constexpr double kMinimumShare = 0.14;  // higher than on a stick axis: more axes and channels give chance more trials
-/// Velocity counts as a cause only if it predicts more than this share: gusts move both, so they always correlate.
+/// Velocity is a cause only if it predicts more than this share, because a gust moves both velocity and residual.
 constexpr double kMinimumMovedShare = 0.25;
 constexpr double kOscillation =
     -0.45;  // an autocorrelation below this is an oscillation, which air alone does not cause
