@@ -26,8 +26,8 @@
 namespace m100::lab::identify {
 namespace {
 
-/// Runs the tests of a log in order: trims, structure, frozen stick, clock, tether, change, weak effect. After a frozen
-/// stick, clock, tether and change are not tested. After a tether, a change is not tested.
+/// Runs the tests of a log in order: trims, structure, frozen stick, clock, tether, change, weak effect. The last
+/// tests are skipped in two cases: from the clock to the change after a frozen stick, and the change after a tether.
 class AxisPipeline {
  public:
   explicit AxisPipeline(const Request& request) : request_(request) {

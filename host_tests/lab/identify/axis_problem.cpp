@@ -19,8 +19,8 @@ namespace m100::lab::identify {
 namespace {
 
 constexpr double kMinFollowing_percent = 50.0;  // fit [%]; below it the stick is not the main cause of the response
-constexpr double kPoorFit = 80.0;               // fit [%]; below it, effects that remove little are guesses
-constexpr double kSmallShare = 0.25;            // of the squared error; effects that remove less remove little
+constexpr double kPoorFit = 80.0;      // fit [%]; below it, small effects and a clipped stick are reported as doubts
+constexpr double kSmallShare = 0.25;   // of the squared error; named effects are small if they remove less
 constexpr double kSwappedOwn = 0.3;    // two columns are swapped only if the own stick explains a smaller share
 constexpr double kSwappedOther = 0.6;  // two columns are swapped only if the other stick explains a larger share
 constexpr double kHeld_s = 0.045;
@@ -379,8 +379,8 @@ void AxisProblem::misreadings(const model::StickAxis& model, IdentifyResult& res
     return;
   }
   constexpr double kCounts = 5.0;  // a stick that never exceeds this is logged as a fraction of its travel
-  // The response at full stick is extrapolated from that to a large stick of this log. The gain is not used, because
-  // with a dead zone it is uncertain if only large sticks were flown.
+  // The response at full stick is extrapolated from the response to a large stick of this log. The gain is not used,
+  // because with a dead zone it is uncertain if only large sticks were flown.
   const double large = family_->scale().stick;
   const model::StickLaw<double> law(model, signals.data.period_s);
   const double per_count = 0.5 * std::abs(law.limited(law.shaped(large)) - law.limited(law.shaped(-large))) / large;

@@ -12,7 +12,7 @@
 
 namespace m100::lab::identify {
 
-/// At most this many free parameters in one fit.
+/// Largest number of free parameters in one fit.
 inline constexpr int kMaxParameters = 16;
 
 /// Bounds of one fitted number; the caller may fit the logarithm of a positive parameter.

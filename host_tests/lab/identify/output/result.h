@@ -92,7 +92,7 @@ inline constexpr std::array<std::string_view, 4> kMisreadings{"sign_reversed", "
                                                               "clock_shift"};
 inline Finding note(std::string text) { return {.text = std::move(text)}; }
 
-/// A property of the vehicle that changes within the log.
+/// A change of one property of the vehicle within the log.
 struct Change {
   double at_s = 0.0;
   double low_s = 0.0;  ///< 95 % interval of at_s

@@ -176,7 +176,8 @@ class Scan {
     return share > 0.0 ? -count_ * std::log(std::max(1e-12, 1.0 - share)) : 0.0;
   }
 
-  // Corrects the sums for the first rows after the change: a column that begins there whitens to other values.
+  // Corrects the sums for the first rows after the change: a column that begins there whitens to other values
+  // than the whole column.
   void correct(double date_s, Columns& own, Columns& with_base, Rows& with_residual) const {
     for (const Segment& segment : rows_.segments) {
       if (time(segment.begin) > date_s || time(segment.end - 1) <= date_s) {

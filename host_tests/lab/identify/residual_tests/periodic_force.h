@@ -40,8 +40,8 @@ struct VehicleMotion {
 };
 
 /// Decides whether the vehicle itself moves at the frequency of the force. @returns a sentence with the channel that
-/// has most of its power there, if that is more than 15 %. Empty if no channel has, or if the oscillation also shows
-/// while the vehicle hovers: fitted while it moves, it predicts more than 30 % of the residual while it hovers.
+/// has the largest share of its power there, if that is more than 15 %. Empty if all shares are smaller, or if hovering
+/// shows the force: an oscillation fitted while the vehicle moves predicts more than 30 % of the residual in hover.
 std::string check_vehicle_motion(const VehicleMotion& motion);
 
 }  // namespace m100::lab::identify

@@ -112,7 +112,7 @@ class MatLog final : public RawLog {
     }
   }
 
-  /// Another MAT-file of the same flight, in the same folder.
+  /// Another MAT-file in the same folder, opened when it is first used.
   const MatLog& beside(const std::string& name) const {
     std::unique_ptr<MatLog>& other = beside_[name];
     if (other == nullptr) {

@@ -52,7 +52,7 @@ class AxisBlocks {
     double rate_per_s;
     std::size_t stretch;  ///< index of the range that contains it
   };
-  /// Time before a range whose stick is used as well, for the delay and for effects with memory of the stick.
+  /// Time before each range in which the stick is used, too, for the delay and for effects with memory of the stick.
   static constexpr double kPast_s = 3.0;
   static constexpr double kBlock_s = 2.5;
   static constexpr std::size_t kLanes = 4;          ///< blocks that are simulated side by side

@@ -387,7 +387,7 @@ bool AxisFamily::is_parameter_significant(const Fit& fit, std::size_t parameter,
   if (distance < least) {
     return false;
   }
-  // Such an effect (a trim) that is smaller than the residual may be only the mean disturbance of this flight.
+  // A trim whose effect is smaller than the residual may be only the mean disturbance of the air in this flight.
   const double rmse = std::sqrt(fit.sum_of_squares / static_cast<double>(training_.samples()));
   return !number.must_exceed_air || distance * std::abs(physical(fit, 0)) >= rmse;
 }

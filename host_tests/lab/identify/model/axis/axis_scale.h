@@ -11,7 +11,7 @@ struct AxisScale {
   double stick = 1.0;           ///< 98 % of the sticks are smaller in size [counts]
   double gain = 1.0;            ///< first guess, unit per count
   double response = 1.0;        ///< 98 % of the measured values are smaller in size
-  double rate_per_s = 1.0;      ///< 99 % of the slopes over six samples are smaller
+  double rate_per_s = 1.0;      ///< 99 % of the slopes over six samples are smaller in size
   double minimum_counts = 1.0;  ///< 1; if `stick` is at most 5 (no counts, but commands or fractions), 1/660
   double of(model::AxisNumber::FitUnit unit) const;
 };

@@ -26,7 +26,7 @@ std::vector<FlightTrim> flight_trims(const AxisProblem& problem, const Fit& fit)
 /// Whether any flight's deviation is larger than four standard errors and six counts, and so needs its own parameter.
 bool are_distinct(const AxisProblem& problem, const std::vector<FlightTrim>& trims);
 
-/// Whether any deviation in `more` is larger than half a standard error and one count, so that another iteration pays.
+/// Whether any deviation in `more` is larger than half a standard error and one count, and needs another iteration.
 bool moved(const AxisProblem& problem, const std::vector<FlightTrim>& more);
 
 /// The trims in one sentence for the report.

@@ -242,7 +242,7 @@ class GaussNewton {
     normal_ = slopes_.transpose() * slopes_;
   }
 
-  /// @returns the share of the whitened power that one step removed.
+  /// One damped step of Gauss-Newton. @returns the share of the whitened power that it removed.
   double step() {
     linearise();
     Rows gradient = slopes_.transpose() * white_;

@@ -32,7 +32,8 @@ bool has_negative_drag(const Structure& structure, const Vector& linear) {
   });
 }
 
-/// Bounds of the linear parameters: those of the reported parameter if it is the linear one or a gain; else very wide.
+/// Bounds of the linear parameters. An effect that reports its linear parameters, as they are or as gains, also gives
+/// their bounds; all other bounds are very wide.
 struct Bounds {
   Vector low;
   Vector high;

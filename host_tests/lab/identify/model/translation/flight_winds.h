@@ -30,9 +30,10 @@ class FlightWinds {
   explicit FlightWinds(const TranslationBlocks& part);
 
   bool active() const { return own_ || head_; }
-  /// Estimates the winds by least squares; without a head, as deviations from their mean. A flight without a block gets
-  /// 0. If the part has a head, only `head` (values in the rows of the head) is used, else only `rows` (in the rows of
-  /// the part). @param weights  one for each block of the part, unused with a head; empty: all 1
+  /// Estimates the winds in a series by least squares; without a head, as deviations from their mean. A flight without
+  /// a block gets 0. @param rows  the series in the rows of the part, used without a head
+  /// @param head  the series in the rows of the part's head, used if there is one
+  /// @param weights  one for each block of the part, unused with a head; empty: all 1
   Winds of(const Vector& rows, const Vector& head, std::span<const int> weights) const;
   void take(const Winds& winds, Vector& rows) const;
   /// Estimates the winds of each column of a regression and of its target, and subtracts them.
@@ -56,7 +57,7 @@ struct FlightWind {
   std::array<double, 2> sigma_m_s2{};
   bool known = false;  ///< the flight has at least two blocks
 };
-/// Estimates the winds from the residual of a fit, in a part of several logs. Winds that the fit already has are added.
+/// Estimates the winds in a part of several logs, from the residual of a fit and the winds that the fit already has.
 std::vector<FlightWind> flight_winds(const TranslationDataSet& part, const Fit& fit);
 /// Whether any wind is larger than the smallest relevant steady_wind and than four standard errors.
 bool are_distinct(const std::vector<FlightWind>& winds);

@@ -111,7 +111,7 @@ class Regression {
   /// Computes the velocity in the air and, after all effects that reshape them, the thrust and its direction. It is
   /// called when the first column needs them.
   void make_moments();
-  /// Takes a column from the cache, or fills it.
+  /// Copies a column from the cache to `out`; fills `out` if the cache does not have it.
   template <typename Column, typename Law>
   void take(ColumnCache::Key key, ColumnCache* cache, Column&& out, bool outer, Law&& law);
   /// Fills `out` with the filtered acceleration `law`; of an external (`outer`) one only the part that the residual

@@ -311,8 +311,8 @@ std::vector<TriedChange> try_changes(const FreeRun& run, const WhitenedFit& stea
     }
     hit.at_s -= candidate.change->at_the_stick ? axis.transport_delay_s : 0.0;
     tried.push_back(fit_with_break(run, axis, free_parameters, candidate, hit));
-    // The scan finds when the response changes. If the refit at that time is worse than the scan promised, the change
-    // of the vehicle was earlier.
+    // The response changes later than the vehicle. If the refit at the scan's time is worse than the scan promised, the
+    // time is searched again.
     if (steady.score - tried.back().fit.score < hit.likelihood_ratio) {
       date_again(run, free_parameters, tried.back());
     }

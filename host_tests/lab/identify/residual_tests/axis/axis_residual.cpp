@@ -84,7 +84,7 @@ void append_free_run(const AxisDataSet& part, const model::StickAxis& model, std
     for (std::size_t number = 0; number < whole.size(); ++number) {
       const AxisBlocks::Block& block = whole[number];
       const std::size_t samples = block.end - block.begin;
-      if (samples >= settling + length / 2) {  // the end of a run also shortens a block
+      if (samples >= settling + length / 2) {  // otherwise too short after settling
         const auto settled = [&](const std::vector<double>& values) {
           return std::span(values).subspan(from + settling, samples - settling);
         };

@@ -9,7 +9,7 @@ namespace m100::lab::identify {
 /// Whether the response begins before its stick. Then the clocks of the log disagree, and a lead zero found by the
 /// selection is a side effect of the shift.
 struct TimeOffset {
-  bool likely = false;      ///< likelier than no shift, and than the unknown times of the stick's steps explain
+  bool likely = false;      ///< a shift is likelier than none, and larger than unknown times of the steps explain
   bool certain = false;     ///< no times of the stick's steps within their rows explain the shift
   bool within_row = false;  ///< a shift may be there, but a stick that moved early in each of its rows explains it
   /// The fit has a lead zero, and an early response without a lead zero is not clearly less likely.

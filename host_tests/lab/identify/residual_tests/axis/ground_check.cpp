@@ -9,7 +9,7 @@
 namespace m100::lab::identify {
 namespace {
 
-/// Mean of squares, and their number.
+/// A mean power, and the number of values that it is the mean of.
 struct Power {
   double mean;
   double count;

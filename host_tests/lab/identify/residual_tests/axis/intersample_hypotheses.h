@@ -51,7 +51,7 @@ class IntersampleHypotheses {
 /// it is shorter than half a row.
 bool sharpens_rows(const AxisData& data, const model::StickAxis& model);
 
-/// Standard error [s] of the delay of a response between two times, if each movement of an undersampled stick was a
+/// Standard error [s] of the mean time of the stick's movements between `from_s` and `to_s`, if each movement was a
 /// step at an unknown moment between two rows. It decreases with the number of movements. 0 for a stick that is not
 /// undersampled.
 double step_time_error_s(const AxisData& data, double from_s, double to_s);
