@@ -7,18 +7,19 @@
 
 namespace m100::est {
 
-/// Whether poses and autopilot agree, and the speed by whichever of the two is right.
+/// Whether poses and autopilot contradict each other, and the horizontal speed by the channel that is trusted.
 struct ConsistencyStatus {
   std::uint32_t refused_poses = 0;  ///< by the innovation gate, in a row
-  core::Duration refused_for{0};    ///< how long poses have been refused, see FaultIsolation::status()
-  double refused_by_m = 0.0;        ///< distance of the last refused pose from the expected one, on the worst axis
-  double refused_allowed_m = 0.0;   ///< gate on that axis
-  double refused_turn_rad = 0.0;    ///< of the last refused pose, from its expected heading
-  double speed_m_s = 0.0;           ///< horizontal; 0 (nothing waits for braking): unknown, or a limit cycle persists
-  /// In kLevel without a limit cycle: speed at the hand-over, if released now, by the present acceleration. Else 0.
+  core::Duration refused_for{
+      0};  ///< how long poses have been refused; at least Limits::gate_shut while the motion counts as false
+  double refused_by_m = 0.0;       ///< distance of the last refused pose from the expected one, on the worst axis
+  double refused_allowed_m = 0.0;  ///< gate on that axis
+  double refused_turn_rad = 0.0;   ///< of the last refused pose, from its expected heading
+  double speed_m_s = 0.0;          ///< horizontal; 0 if it is unknown, or while a limit cycle persists
+  /// Horizontal speed when control would be given back if that began now. 0 outside kLevel, and in a limit cycle.
   double speed_then_m_s = 0.0;
-  /// The check (est::ConsistencyCheck; 0: none) that contradicts the poses or the attitude: refused_for is then at
-  /// least Limits::gate_shut. The next two are its residual and limit, in its unit.
+  /// The est::ConsistencyCheck that contradicts the poses or the attitude; 0: none. The next two numbers are its
+  /// residual and limit, in its unit.
   std::uint8_t contradicted_by = 0;
   double contradicted_with = 0.0;
   double contradicted_allowed = 0.0;

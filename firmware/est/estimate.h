@@ -10,11 +10,11 @@
 
 namespace m100::est {
 
-/// Largest part of the specific force's offset (logs: a few 0.1 m/s^2) that is still unknown after the first seconds.
+/// Bound of the specific force's offset that is still unknown after the first seconds of a flight.
 inline constexpr double kForceOffset_m_s2 = 0.2;
 
-/// One horizontal axis of the yaw-free world frame. Axis x moves by pitch: x'' = +g tan(tilt); axis y by roll:
-/// y'' = -g tan(tilt). T is float or double whatever the filter computes in.
+/// One horizontal axis of the yaw-free world frame. Axis x moves by pitch: x'' = +g tan(tilt). Axis y moves by roll:
+/// y'' = -g tan(tilt). T is float or double.
 template <typename T>
 struct AxisEstimate {
   T position_m{0};
@@ -23,7 +23,7 @@ struct AxisEstimate {
   T tilt_rate_rad_s{0};
   T disturbance_m_s2{0};  ///< acts as an acceleration: wind, unmodelled drag
   T input_offset_rad{0};  ///< acts at the input: errors of trim and command gain (estimated as an angle)
-  // The observer's own estimate of its errors; the variances include the uncertainty of the poses' time of capture.
+  // The observer's own estimate of its errors. The variances include the uncertainty of the poses' time of capture.
   T position_variance_m2{0};
   T filter_variance_m2{0};      ///< of the position, without CovarianceInflation
   T position_velocity_m2_s{0};  ///< covariance of position and velocity
@@ -52,7 +52,7 @@ struct Estimate {
   std::uint32_t refused_poses = 0;  ///< by the innovation gate, in a row
   core::Duration refused_for{0};    ///< from the first arrival to the last, of the refused poses that agree in a row
   Refusal<T> refusal;
-  bool prediction_valid = false;   ///< started, settled and the attitude is known: the model's prediction is valid
+  bool prediction_valid = false;   ///< the filter runs and has settled, and the attitude is known
   bool healthy = false;            ///< prediction_valid, and a pose was used in the last second
   bool attitude_is_known = false;  ///< the newest used one is at most 0.45 s old (0.1 s if newer ones were refused)
   mutable core::CachedSinCos<T> heading_sin_cos{};

@@ -6,7 +6,8 @@
 
 namespace m100::est {
 
-/// The autopilot's measurements of its own motion in one tick, FLU in NWU; a part that is not new is no evidence.
+/// The autopilot's measurements of its own motion in one tick, FLU in NWU. A flag is true if its part is new in this
+/// tick.
 template <typename T>
 struct ImuSample {
   bool attitude_is_new = false;
@@ -28,7 +29,7 @@ struct ImuSample {
   const core::SinCos<T>& pitch() const { return sin_cos.pitch.of(pitch_rad); }
 };
 
-/// Averaging time of the force; without it the rotors' vibration would count as motion.
+/// Averaging time of the specific force. It removes the rotors' vibration.
 inline constexpr double kForceMean_s = 0.1;
 
 }  // namespace m100::est

@@ -9,8 +9,8 @@
 
 namespace m100::est {
 
-/// The part of the specific force that the tilt does not explain: acceleration by wind and drag (world, horizontal,
-/// m/s^2), without the offset of the force.
+/// Acceleration by wind and drag: the part of the specific force that the tilt does not explain. World frame,
+/// horizontal, m/s^2. The offset of the force sensor has been removed.
 template <typename T>
 struct DisturbanceAcceleration {
   bool is_known = false;                                        ///< a force arrives, and its sensor's error is known
@@ -18,8 +18,7 @@ struct DisturbanceAcceleration {
   core::Vector<T, 2> mean_w_m_s2 = core::Vector<T, 2>::Zero();  ///< mean over a tenth of a second
 };
 
-/// The measurements of one tick, converted to our frames (world NWU, body FLU), SI units. Pose and attitude carry a
-/// flag that is true if they are new. T is float or double.
+/// The measurements of one tick, in our frames (world NWU, body FLU) and SI units. T is float or double.
 template <typename T>
 struct Measurement {
   /// From the autopilot's telemetry.
@@ -37,7 +36,7 @@ struct Measurement {
     const core::SinCos<T>& roll() const { return sin_cos.roll.of(roll_rad); }
     const core::SinCos<T>& pitch() const { return sin_cos.pitch.of(pitch_rad); }
   };
-  core::TimePoint now{};  ///< time of this tick; ages count up to it
+  core::TimePoint now{};  ///< time of this tick
   core::Pose<T> pose;     ///< from motion capture or another source of pose
   Attitude attitude;
   DisturbanceAcceleration<T> disturbance_acceleration;  ///< from VelocityConsistency, of the tick before

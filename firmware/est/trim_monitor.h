@@ -14,8 +14,7 @@ struct TrimCounts {
   T pitch{0};
 };
 
-/// Deviation of the sticks' trims from the vehicle file's, in counts (paper, III-A: 1080 and 998 where neutral is 1024;
-/// they drift with the aircraft's own levelling).
+/// Deviation of the sticks' trims from the vehicle file's, in counts (paper, III-A: trims 1080 and 998, neutral 1024).
 template <typename T>
 struct TrimReport {
   T roll_counts{0};
@@ -24,9 +23,8 @@ struct TrimReport {
   bool drifted = false;    ///< converged, and at least one trim deviates by more than kLimit_counts
 };
 
-/// Averages the observer's input offset in hover. Its negative is the command that a level hover in still air needs. In
-/// motion the offset includes errors of the command gain too, so only hover counts. The result is reported, never acted
-/// upon: the control law already compensates the offset itself.
+/// Averages the observer's input offset in hover and reports it in stick counts. Motion is left out, because the offset
+/// then includes errors of the command gain. Nothing acts on the report: the control law compensates the offset itself.
 ///
 /// Memory: seven numbers. Cost: a sine, a cosine and some ten products.
 template <typename T>
@@ -48,7 +46,7 @@ class TrimMonitor {
     if (!holds || !estimate.healthy || !still(estimate.x.velocity_m_s) || !still(estimate.y.velocity_m_s)) {
       return;
     }
-    // A plain mean until the time constant has passed, a first-order low-pass after that: it needs no initial value.
+    // A plain mean until the time constant has passed, then a first-order low-pass.
     hover_s_ = hover_s_ < kConverged_s ? hover_s_ + step_s : hover_s_;
     const T share = step_s / (hover_s_ < kTimeConstant_s ? hover_s_ : kTimeConstant_s);
     report_.roll_counts += share * (now_.roll - report_.roll_counts);
@@ -58,14 +56,14 @@ class TrimMonitor {
   }
 
   const TrimReport<T>& report() const { return report_; }
-  /// Sticks that hold the position, in counts from the vehicle file's trims: they cancel the input offset and tilt the
-  /// aircraft against the disturbance (in x: a = g u + d, so u = -d / g). The dead zone is not compensated.
+  /// Stick deflections that hold the position, in counts from the vehicle file's trims. They cancel the input offset
+  /// and tilt the aircraft against the disturbance. The dead zone is not compensated.
   TrimCounts<T> holding(const Estimate<T>& estimate) const {
     constexpr T kPerGravity = static_cast<T>(1.0 / model::kGravity_m_s2);
     return counts(estimate, estimate.x.input_offset_rad + kPerGravity * estimate.x.disturbance_m_s2,
                   estimate.y.input_offset_rad - kPerGravity * estimate.y.disturbance_m_s2);
   }
-  /// Sticks that cancel the input offset of this tick, in counts from the vehicle file's trims, in hover or not.
+  /// Stick deflections that cancel the input offset of this tick, in counts from the vehicle file's trims.
   const TrimCounts<T>& now() const { return now_; }
 
  private:

@@ -7,15 +7,15 @@
 
 namespace m100::est {
 
-/// Compares the autopilot's attitude with the autopilot's rates. It needs no pose, and it contradicts none.
+/// Compares the autopilot's attitude with the autopilot's body rates. It needs no pose.
 ///
 ///   e' = tilt' - (tilt rate from the body rates) - e / 0.25 s     roll and pitch together
 ///
-/// |e| is weighed by its allowed value and summed (Cusum); the bounds are in the source. The check finds a tilt that
-/// does not move, or has other units or axes than its rates. It finds nothing if both are wrong in the same way.
+/// The ratio of |e| to its allowed value is summed (Cusum). The check finds a tilt that does not move, or whose units
+/// or axes differ from those of the rates. It finds nothing if both are wrong in the same way.
 ///
-/// In motion the allowed value would hide a tilt that jumps. Therefore changes beyond every recent rate are summed
-/// separately. This sum replaces e while it is the larger multiple of its own allowed value.
+/// Changes of the tilt beyond every recent rate (jumps) are summed separately. The larger of the two residuals, each
+/// relative to its allowed value, is used.
 ///
 /// Sixteen numbers; no heap. Cost: three to six square roots and about 50 products an attitude, plus the shared sines
 /// and cosines of its angles. T is float or double.
@@ -27,7 +27,7 @@ class AttitudeRateConsistency {
 
   /// Attitude and rates contradict each other.
   bool contradicts() const { return cusum_.exceeds_threshold(); }
-  /// The difference of attitude and rates that is weighed, and its allowed value; rad.
+  /// The difference of attitude and rates that the check uses, and its allowed value; rad.
   T residual_rad() const { return residual_rad_; }
   T allowed_rad() const { return allowed_rad_; }
 

@@ -9,10 +9,9 @@ namespace m100::est {
 
 /// Compares the climb speed of the poses with the autopilot's.
 ///
-/// Hypothesis: the pose's height moves without the aircraft. Statistic: |climb_pose - climb_autopilot|. Allowed: 0.2
-/// m/s, which is a time of capture that is wrong by 80 ms while the aircraft starts its climb at 2.5 m/s^2, plus the
-/// error of the observer in a climb (PathMonitor); in hover its climb speed is wrong by 0.03 m/s. False alarms: six
-/// times that error. Smallest fault detected in 3 s: 0.24 m/s.
+/// Statistic: |climb_pose - climb_autopilot|. Allowed: 0.2 m/s plus the observer's error in a climb
+/// (PathMonitor::climb_error_m_s()). The 0.2 m/s are the effect of a time of capture that is wrong by 80 ms at an
+/// acceleration of 2.5 m/s^2. Smallest fault detected in 3 s: 0.24 m/s.
 ///
 /// No heap. Cost: a comparison a tick. T is float or double.
 template <typename T>

@@ -8,8 +8,8 @@
 
 namespace m100::est {
 
-/// The checks of the pose's motion against the autopilot's measurements of it (VelocityConsistency, HeightConsistency),
-/// and of the autopilot's attitude against its rates (AttitudeRateConsistency) and our commands (CommandConsistency).
+/// The consistency checks. VelocityConsistency and HeightConsistency compare the pose's motion with the autopilot's.
+/// AttitudeRateConsistency and CommandConsistency compare the attitude with its rates and with our commands.
 enum class ConsistencyCheck : std::uint8_t {
   kNone,
   kForce,    ///< change of horizontal velocity, against the specific force; m/s
@@ -23,7 +23,7 @@ enum class ConsistencyCheck : std::uint8_t {
 inline constexpr std::size_t kCheckCount = 8;
 std::string_view name(ConsistencyCheck check);
 std::string_view unit_of(ConsistencyCheck check);
-/// The check of a name; nullopt: there is no such check, or the name is that of kNone.
+/// The check that has this name. nullopt if there is none, or if the name is that of kNone.
 std::optional<ConsistencyCheck> check_of(std::string_view name);
 
 /// A set of checks, one bit each.

@@ -5,12 +5,12 @@
 
 namespace m100::est {
 
-/// Change detector: whether two channels contradict each other, from how long and by how much they disagree. A
-/// one-sided sum (CUSUM), limited to 0 .. 2 kThreshold_s,
-///   S' = r - 1            for r = |x| / allowed up to 2
-///      = (r^2 - 1) / 3    beyond, at most 4: it grows like a likelihood ratio, but one tick is never enough
-/// Above kThreshold_s one of the two channels is contradicted. A disagreement of twice the allowed one takes 0.5 s, one
-/// of nearly four times takes 0.13 s, and a disagreement within the allowed one never adds up.
+/// Change detector: whether two channels contradict each other, from how long and by how much they disagree. It is a
+/// one-sided sum (CUSUM) of a function of r = disagreement / allowed:
+///   S' = r - 1            for r up to 2
+///      = (r^2 - 1) / 3    beyond, at most 4
+/// The sum is limited to 0 .. 2 kThreshold_s. Above kThreshold_s the channels contradict each other. A disagreement of
+/// twice the allowed one takes 0.5 s; one within the allowed value never adds up.
 template <typename T>
 class Cusum {
  public:
@@ -29,8 +29,8 @@ class Cusum {
   T sum_s_{0};
 };
 
-/// The values of one check: the disagreement in the newest tick, the largest one that a healthy flight may show for an
-/// unlimited time (same unit), and the sum over all ticks.
+/// The values of one check: the disagreement in the newest tick, the largest disagreement that a healthy flight may
+/// show (same unit), and the sum over all ticks.
 template <typename T>
 struct CheckEvidence {
   T residual{0};

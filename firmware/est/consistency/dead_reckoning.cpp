@@ -9,8 +9,8 @@
 namespace m100::est {
 namespace {
 
-/// Longer than it takes to detect a sensor fault, and short enough to forget the velocity that an attitude error of a
-/// tenth of a degree, 0.02 m/s^2, accumulates.
+/// Time constant with which the velocity approaches that of trusted poses. It is longer than it takes to detect a
+/// sensor fault.
 constexpr double kVelocityMemory_s = 4.0;
 /// A pilot who is about to hand over hovers, within a few tenths of a m/s.
 constexpr double kHovers_m_s = 1.0, kHoverMemory_s = 0.5;

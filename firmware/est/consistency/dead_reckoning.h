@@ -10,24 +10,18 @@
 
 namespace m100::est {
 
-/// Horizontal motion by which the aircraft brakes when the poses are contradicted: they enter it slowly, and only while
-/// trusted. The observer cannot serve for that: within half a second faulty poses give it a false wind and speed.
+/// Horizontal motion by which the aircraft brakes when the poses are contradicted. The observer cannot serve for that:
+/// within half a second faulty poses give it a false wind and speed.
 ///
 ///   v' = g tan(tilt) + p + (v_pose - v) / 4 s     tilt: the autopilot's; v_pose: the observer's velocity
 ///   p  = median(d, f - g tan(tilt), q)            d: the observer's disturbance; f: the measured force
 ///   q' = (p - q) / 10 s                           the mean of p over the last 10 s or less
 ///
-/// Three sources estimate the acceleration p by the wind, and the middle value is used. A faulty pose is outvoted by
-/// the force and the mean of the last seconds; a specific force that is wrong (a hand, a tether, a new bias) is
-/// outvoted by the pose and that mean. A wind that changes shows in pose and force. A false velocity enters by a
-/// quarter of itself per second, and not at all once it is suspected, contradicted or refused; after that an error of p
-/// of 0.1 m/s^2 adds 0.1 m/s per second.
+/// p is the acceleration by the wind. The median outvotes one source that is wrong. v approaches v_pose,
+/// and q learns, only while the poses are trusted.
 ///
-/// While the pilot flies, the velocity decays to zero: nothing contradicts the speed of a faulty pose before control is
-/// taken, and a pilot who is about to hand over hovers. Poses faster than 1 m/s are used: he does not hover then.
-///
-/// Where no attitude has come for 50 ms, or a tick was longer, the motion was not observed, and v continues from the
-/// observer's velocity, if the poses are trusted.
+/// While the pilot flies and the poses are slower than 1 m/s, v decays to zero instead. After a gap of more than 50 ms
+/// in the attitude or the ticks, v continues from the observer's velocity, if the poses are trusted.
 ///
 /// Twelve numbers; no heap. Cost: about 40 products a tick. T is float or double.
 template <typename T>
@@ -42,11 +36,11 @@ class DeadReckoning {
   void update(const ImuSample<T>& imu, const Estimate<T>& estimate, const std::optional<Vector2>& measured_h_m_s2,
               bool trusted, bool pilots, core::Duration elapsed);
 
-  /// Takes the velocity from a better source.
+  /// Replaces the velocity by that of a better source.
   void set_velocity(const Vector2& velocity_w_m_s) { velocity_w_m_s_ = velocity_w_m_s; }
 
-  /// The estimate with its horizontal velocity (and variance), disturbance and input offset replaced by those of dead
-  /// reckoning. The position is unchanged: only the poses determine it.
+  /// The estimate with its horizontal velocity, disturbance and input offset replaced by those of dead reckoning, and a
+  /// fixed variance of the velocity. The position is unchanged: only the poses determine it.
   Estimate<T> replace_motion(const Estimate<T>& estimate) const;
 
   const Vector2& velocity_w_m_s() const { return velocity_w_m_s_; }

@@ -7,8 +7,7 @@ namespace m100::est {
 namespace {
 
 constexpr double kMaxAllowed_m_s = 0.35;
-/// Memory of the sum: the part of the sensor's error (a few 0.1 m/s^2) that is not yet known, 0.2 m/s^2, must not fill
-/// the sum for longer than a manoeuvre lasts.
+/// Memory of the sum. It bounds what an unknown error of the sensor adds to the sum.
 constexpr double kVelocityMemory_s = 2.0;
 constexpr double kFirstLook_m_s = 0.15;
 constexpr double kCalm_m_s = 0.1, kMoves_s = 0.08, kWind_s = 0.05, kSigmas = 3.0;
@@ -17,7 +16,7 @@ constexpr double kMaxStartSigma_m_s = 10.0;
 
 }  // namespace
 
-/// @returns how far the changes of horizontal velocity by pose and by force differ over the last 2 s
+/// @returns the difference between the changes of horizontal velocity by pose and by force over about the last 2 s
 template <typename T>
 T ForceConsistency<T>::residual_m_s(const Estimate<T>& estimate, SpecificForce<T>& force, bool suspect, T step_s) {
   const core::SinCos<T>& yaw = estimate.heading();
@@ -46,8 +45,8 @@ T ForceConsistency<T>::residual_m_s(const Estimate<T>& estimate, SpecificForce<T
   return core::sqrt(residual_w_m_s_.squaredNorm());
 }
 
-/// A start in wind leaves the observer uncertain for some seconds, and it reports that. The smallest sigma since the
-/// start counts: a later rise may come from a sensor fault, which would so excuse itself.
+/// Updates the smallest sigma of the velocity since the start: a start in wind leaves the observer uncertain for some
+/// seconds. A later rise is ignored, because a sensor fault may cause it.
 template <typename T>
 void ForceConsistency<T>::update_start_sigma(const Estimate<T>& estimate) {
   const T variance_m2_s2 = core::clamp(estimate.x.velocity_variance_m2_s2 + estimate.y.velocity_variance_m2_s2, T(0),

@@ -11,20 +11,15 @@ namespace m100::est {
 
 /// Compares the horizontal velocity of the poses, as the observer estimates it, with the specific force.
 ///
-/// Hypothesis: the pose moves without the force showing it, or the other way round. Statistic: the change of velocity
-/// of the last two seconds that the force does not show,
+/// Statistic: the change of velocity of about the last two seconds that the force does not show,
 ///   g' = v_pose' - (f + o) - g / 2 s      f + o: SpecificForce
-/// Allowed, for an unlimited time, as a sum of
-///   calm   0.1 m/s: three sigmas of the observer's velocity in calm air, 0.03 m/s; the rotors' 0.1 m/s^2 at 100 Hz
-///          add 0.1 sqrt(0.01 s x 2 s / 2) = 0.01 m/s
-///   moves  a time of capture that is wrong by 80 ms (the largest in the simulator's worlds), times the largest
-///          acceleration of the last second
-///   wind   the acceleration by wind times 0.05 s: gusts change it by a third, which the observer learns in 0.15 s
-///   swing  the disturbance that the force shows and the observer has not learned yet (a slung load), times 0.15 s;
-/// in all at most 0.35 m/s: 80 ms at 4.4 m/s^2, which is 24 degrees of tilt (an axis is limited to 25). In addition
-/// three times start_sigma_m_s() and, for kFirstLook_s, the unknown error of the sensor. False alarms: an alarm takes
-/// half a second at twice the allowed value, six sigmas of the noise. Smallest fault detected in 3 s of calm hover: a
-/// false acceleration of 0.13 m/s^2.
+/// Allowed is the sum of
+///   calm   0.1 m/s: three sigmas of the observer's velocity in calm air
+///   moves  0.08 s times the largest acceleration of the last second, because the time of capture may be wrong by 80 ms
+///   wind   0.05 s times the acceleration by wind
+///   swing  0.15 s times the disturbance that the force shows and the observer has not learned yet
+/// but at most 0.35 m/s. Three times start_sigma_m_s() is added and, until kFirstLook_s, the unknown error of the
+/// sensor. An alarm takes half a second at twice the allowed value.
 ///
 /// No heap. Cost: six square roots and about 60 products a tick, SpecificForce included. T is float or double.
 template <typename T>
@@ -33,17 +28,17 @@ class ForceConsistency {
   using Vector2 = core::Vector<T, 2>;
 
   /// Once per tick, after the observer. Lets `force` learn its sensor's error.
-  /// @param suspect force and poses disagreed in the tick before
+  /// @param suspect force or path disagreed with the poses in the tick before
   /// @param wind_w_m_s2 acceleration by wind (world), as learned while all checks agreed (DeadReckoning)
   void update(const Estimate<T>& estimate, SpecificForce<T>& force, const Vector2& wind_w_m_s2, bool suspect, T step_s);
-  /// The motion was not observed: the sum continues from the next velocity.
+  /// Continues the sum from the next velocity. Call it when the motion was not observed.
   void restart() { velocity_known_ = false; }
-  /// The observer has lost its estimate: its uncertainty begins anew.
+  /// The observer has lost its estimate: start_sigma_m_s() returns to its largest value.
   void lose_estimate() { start_sigma_m_s_ = T(10); }
 
   bool exceeds_allowed() const { return evidence_.residual > evidence_.allowed; }
   CheckEvidence<T>& evidence() { return evidence_; }
-  /// Sigma of the velocity beyond calm air, the least since the start; m/s.
+  /// Smallest sigma of the observer's velocity since the start, less the sigma in calm air; m/s.
   T start_sigma_m_s() const { return start_sigma_m_s_; }
   /// The observer's horizontal velocity in the newest tick.
   const Vector2& velocity_w_m_s() const { return velocity_w_m_s_; }

@@ -11,10 +11,9 @@ namespace m100::est {
 
 /// Compares the changes of the pose's heading with those of the autopilot's.
 ///
-/// Hypothesis: the pose turns without the aircraft. Statistic: |d - mean of d over 5 s|, d = yaw_pose - yaw_autopilot;
-/// the compass drifts more slowly, and a turn of the aircraft is over sooner. Allowed: 0.21 rad, which is a time of
-/// capture that is wrong by 100 ms at the largest yaw rate, 1.75 rad/s, and 2 degrees of the compass; the noise of a
-/// pose's heading is 0.002 rad. Smallest fault detected in 3 s: a step of 0.33 rad.
+/// Statistic: |d - mean of d over 5 s|, d = yaw_pose - yaw_autopilot. Subtracting the mean removes the drift of the
+/// compass. Allowed: 0.21 rad. That is a time of capture that is wrong by 100 ms at the largest yaw rate, 1.75 rad/s,
+/// plus 2 degrees of the compass. Smallest fault detected in 3 s: a step of 0.33 rad.
 ///
 /// No heap. Cost: three products a tick. T is float or double.
 template <typename T>

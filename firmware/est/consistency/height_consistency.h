@@ -10,29 +10,26 @@ namespace m100::est {
 
 /// Compares the height of the poses with the autopilot's height and climb speed, since control was taken.
 ///
-/// Hypothesis: the pose's height drifts. Statistic: with the changes since the start,
+/// Statistic d, from two differences of the changes since the start:
 ///   h = pose height - autopilot's height        c = pose height - integral of the autopilot's climb speed
-/// d is their mean where they have the same sign and neither is more than twice the other, otherwise zero: an error of
-/// one of the autopilot's channels (a barometer's step, an offset of the climb speed) contradicts nothing. Allowed:
-/// kHeightWander_m for the first 30 s, then kHeightWander_m sqrt(t / 30 s): the wander of a healthy barometer, which
-/// grows like a random walk. Weighed and summed by Cusum. False alarms: none in the measured logs, whose largest wander
-/// is 0.84 m in 30 s; the climb speed has to agree as well. Smallest fault: no drift within 3 s (ClimbConsistency finds
-/// fast ones); 0.07 m/s after 15 s and 1.1 m, 0.03 m/s after 34 s and 1.0 m.
+/// d is the mean of h and c if they have the same sign and neither is more than twice the other, otherwise zero: an
+/// error of only one channel of the autopilot contradicts nothing. Allowed: kHeightWander_m for the first 30 s, then
+/// kHeightWander_m sqrt(t / 30 s), as the wander of a barometer grows. Slow drifts are found after 15 s or more.
 ///
 /// Eleven numbers; no heap. Cost: a square root and ten products a tick. T is float or double.
 template <typename T>
 class HeightConsistency {
  public:
   /// Once per tick.
-  /// @param ours control is ours; the comparison starts anew when it becomes so
+  /// @param ours control is ours; the comparison starts anew whenever it becomes ours
   void update(const ImuSample<T>& imu, const Estimate<T>& estimate, bool ours, T step_s);
 
   bool contradicts() const { return cusum_.exceeds_threshold(); }
-  /// The drift of the pose's height on which the autopilot's height and climb speed agree, otherwise zero; positive:
-  /// the pose reads high; m.
+  /// The drift of the pose's height; positive: the pose reads high; m. Zero if the autopilot's height and climb speed
+  /// do not agree on it.
   T drift_m() const { return drift_m_; }
   T allowed_m() const { return allowed_m_; }
-  /// The part of the drift beyond kHeightWander_m (0.84 m, at any time); m.
+  /// The part of the drift that exceeds kHeightWander_m; m.
   T unexplained_drift_m() const;
 
  private:

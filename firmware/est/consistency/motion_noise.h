@@ -9,9 +9,8 @@
 
 namespace m100::est {
 
-/// Estimates the white noise of the specific force and of the poses from differences of neighbouring samples: slow
-/// changes by a sensor fault or a motion do not add to it. Noise above the assumed values widens the bounds of
-/// PathConsistency, noise below them changes nothing. The noise of the poses is per tick, at any rate of the poses.
+/// Estimates the white noise of the specific force and of the poses from differences of neighbouring samples. Slow
+/// changes do not add to it. PathConsistency widens its bounds by the noise beyond its assumed values.
 ///
 /// No heap. Cost: about 20 products a tick. T is float or double.
 template <typename T>

@@ -6,14 +6,13 @@
 namespace m100::est {
 namespace {
 
-/// One scale of the high-pass. White noise of the force with sigma n per sample of 10 ms leaves
-///   n sqrt(0.01 s / 16 a^3)        (from the integral of the squared impulse response of s / (s + a)^3)
-/// in a path; n is the rotors' 0.1 m/s^2. An error of the attitude of 0.1 degrees is 0.02 m/s^2; it changes over
-/// seconds and leaves at most 0.27 / a^2 times itself. The observer's position is accurate to 2 mm.
+/// One scale of the high-pass. The noise of the rotors, 0.1 m/s^2 per sample of 10 ms, leaves
+/// 0.1 m/s^2 sqrt(0.01 s / 16 a^3) in a path. An attitude error of 0.1 degrees leaves 0.27 / a^2 times 0.02 m/s^2. The
+/// observer's position is accurate to 2 mm.
 template <typename T>
 struct Scale {
   T a_per_s;
-  T sigma_m;       ///< about sqrt(noise^2 + (attitude's / 3)^2 + (2 mm / 3)^2), the three above
+  T sigma_m;       ///< about sqrt(noise^2 + (attitude / 3)^2 + (2 mm / 3)^2)
   T unsettled_m;   ///< 0.25 m/s of error in speed, times 0.23 / a, plus 0.05 m/s^2 in the offset, times 0.27 / a^2;
                    ///< is multiplied by 1 + |speed|: a gap in the poses hides more of a faster motion
   T per_noise_s3;  ///< 1 / 16 a^3: variance of the path per density of the force's noise
@@ -38,8 +37,8 @@ constexpr double kAssumed_m2_s3 = 1.5e-4;
 /// White noise of the poses leaves in each axis of a path 1.4 times the correction that it makes to the observer per
 /// tick. The scales already include poses that scatter by 1 mm, which correct the height by 0.5 mm.
 constexpr double kPositionNoiseGain2 = 2.0, kAssumed_m2 = 2.5e-7;
-/// The offset is fixed to the body, and it is learned at the mean tilt: at another tilt another part of it is
-/// horizontal. The largest recent acceleration bounds that part.
+/// Memory of the largest recent acceleration. It bounds the part of the sensor's offset that a change of the tilt turns
+/// into the horizontal.
 constexpr double kTiltMemory_s = 2.0;
 /// Transients of the start or of a gap have faded after this many times 1 / a.
 constexpr double kSettles = 4.0;
@@ -49,22 +48,19 @@ template <int kAxes>
 constexpr double kSigmas = kAxes == 2 ? 4.24 : 3.0;
 /// Share of the path: the heading of the markers is right within 3 degrees, the scale of the force within 2 %.
 constexpr double kShare = 0.07;
-/// In addition attitude, force and pose may be a tick and two pose intervals apart.
+/// Attitude, force and pose may be this far apart in time: a tick and two pose intervals.
 constexpr double kTime_s = 0.03;
-/// Prior of the error of an unknown time of capture: 50 ms (one sigma). It is found from the motion itself, with a
-/// memory of 5 s; the largest in the simulator's worlds is 80 ms.
+/// Memory, prior (one sigma) and limit of the error of the time of capture, which is fitted to the motion.
 constexpr double kLateMemory_s = 5.0, kLate_s = 0.05, kMaxLate_s = 0.12;
-/// An error within the observer's uncertainty is corrected by its next poses and by the time of capture that is found:
-/// it comes and goes within a second or two.
+/// Memory of the largest recent sigma of the observer's position.
 constexpr double kSigmaMemory_s = 1.0;
 constexpr double kForever_s = 100.0;
 constexpr double kGapCorrection_s = 0.3;  ///< time in which the observer corrects its error after a gap
 constexpr double kFollows_s = 0.25;       ///< alarm: twice the allowed difference for a quarter of a second
 constexpr double kMaxWeight = 4.0;
 /// For a healthy pose |e|^2 / (2 sigma^2) of two axes is exponentially distributed with mean 1. With 2 subtracted per
-/// correlation time 1 / a, each departure of the sum from zero reaches h with a probability of at most exp(-0.797 h),
-/// 0.797 being the root of exp(-2 x) = 1 - x: exp(-12.8) at 16, once in 15 000 flights of half a minute. One axis, with
-/// 1 subtracted, has the same bound: its moment generating function is the square root of that of two axes.
+/// correlation time 1 / a, the sum reaches h with a probability of at most exp(-0.797 h), 0.797 being the root of
+/// exp(-2 x) = 1 - x. At 16 that is once in 15 000 flights of half a minute.
 constexpr double kNats = 16.0;
 constexpr double kDrift_nats = 1.0;  ///< per axis
 constexpr double kSane_m2 = 1e9;
@@ -176,7 +172,7 @@ typename PathConsistency<T, kAxes>::Vector PathConsistency<T, kAxes>::velocity_o
   return paths_[scale].force_velocity_m_s - paths_[scale].force_position_m * kScaleNumbers<T>[scale].a_per_s;
 }
 
-/// @returns the position, which the force continues over a gap and while the observer then corrects its error
+/// @returns the position of the pose path; the force continues it over a gap of the poses and kGapCorrection_s beyond
 template <typename T, int kAxes>
 typename PathConsistency<T, kAxes>::Vector PathConsistency<T, kAxes>::bridge_gap(const PathInput& motion,
                                                                                  bool pose_used, T step_s) {

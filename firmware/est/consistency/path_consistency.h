@@ -21,27 +21,20 @@ struct PathStatistic {
 
 /// Compares the path of the poses with the path that the specific force implies, in metres.
 ///
-/// Both paths pass the same third-order high-pass, s^3 / (s + a)^3. For the force, which is integrated twice, that
-/// is s / (s + a)^3: no offset has to be known (a constant one is forgotten), and initial position and velocity have no
-/// influence. There are three scales: the slow one (a = 0.75 1/s) detects a drift of several seconds, the middle one
-/// (a = 1.5 1/s) the motion of a hover, above the rotors' noise, and the fast one (a = 3 1/s) has settled 1.3 s after
-/// the start (4 / a).
+/// Both paths pass the high-pass s^3 / (s + a)^3. The force is integrated twice, so it passes s / (s + a)^3. Constant
+/// offsets, the initial position and the initial velocity therefore fade. Three scales run in parallel: a = 0.75, 1.5
+/// and 3 1/s.
 ///
-///   w  path of the observer's position; y  path of the force;  e = w - y
+///   w  path of the observer's position, which accounts for the age and the gaps of the poses
+///   y  path of the force
+///   e  w - y, without the part that a wrong time of capture explains
 ///
-/// Two tests, each a one-sided sum:
-///   follows  r = |e| / allowed, S' = (r^2 - 1) / 3, where allowed = noise + |v| tau + share |y| + the observer's sigma
-///            (v: velocity of y; the part of e that a wrong time of capture explains is fitted and subtracted): finds a
-///            path that is turned, scaled, or begins to drift
-///   answers  (|e|^2 - |w|^2) / 2 sigma^2 - 1 for each axis per time of correlation, with the largest recent |w| and
-///            sigma a third of the noise of an axis: the logarithm of the likelihood ratio of a pose that does not
-///            depend on our motion against one that shows it; an error in proportion to the motion (time, scale) is no
-///            evidence. Finds a pose that does not move, or that moves independently of the aircraft
+/// Two one-sided sums give evidence:
+///   follows  S' = (r^2 - 1) / 3, r = |e| / allowed; it finds a path that is turned, scaled, or begins to drift
+///   answers  log likelihood ratio of a pose that does not depend on our motion, against one that shows it; it finds a
+///            pose that does not move, or that moves independently of the aircraft
 ///
-/// The input is the observer's position, not the poses, because it already accounts for their age and their gaps.
-///
-/// Two axes: the horizontal path. One axis: the height, in the two faster scales; the autopilot's climb speed shows a
-/// longer drift better.
+/// With two axes this is the horizontal path. With one axis it is the height, in the two faster scales.
 ///
 /// No heap. Cost: about 140 products and six square roots per tick, a third of it for one axis. T is float or double.
 template <typename T, int kAxes = 2>
@@ -49,7 +42,7 @@ class PathConsistency {
  public:
   using Vector = core::Vector<T, kAxes>;
 
-  /// Inputs of one tick, world frame.
+  /// Inputs of one tick, world frame. For kAxes = 1 they are those of the height.
   struct PathInput {
     Vector force_m_s2 = Vector::Zero();  ///< specific force
     Vector position_m = Vector::Zero();  ///< the observer's position
@@ -61,7 +54,7 @@ class PathConsistency {
   };
 
   /// Once per tick.
-  /// @param pose_used a pose was used recently; in a gap the force continues the poses' path, without evidence
+  /// @param pose_used a pose was used recently; in a gap the force continues the path, and no evidence is added
   void update(const PathInput& motion, bool pose_used, T step_s);
   /// Restarts both paths, after a motion that was not observed.
   void restart() {

@@ -7,21 +7,19 @@
 namespace m100::est {
 namespace {
 
-/// A longer time without a used pose is a gap of the path: the observer's position is then its own prediction.
+/// Without a used pose for longer, the path has a gap: the observer's position is then its own prediction.
 constexpr double kUsedLately_s = 0.15;
 /// An error dv of the velocity leaves dv (t - a t^2 / 2) exp(-a t) in the slow path, a = 0.75 1/s: below dv / (a e).
 constexpr double kPathOfVelocity_s = 0.49;
 constexpr double kMaxSigma_m = 0.5;
 /// The height filter reports no variance. A jolt of 1 m/s makes a path of at most 0.23 / a, 0.15 m at the slower scale;
-/// kJolt_s is twice that, because the path outlasts the memory of the uncertainty. The force's own noise is no jolt.
+/// kJolt_s is twice that.
 constexpr double kHeightSigma_m = 0.0005, kJolt_s = 0.3, kNoJolt_m_s = 0.01;
-/// The measured flight leaves the climb's gain open by 30 % (dead zone or stick curve), except near the hover, which it
-/// shows. The observer corrects such an error by poses: its height is then wrong by the error of its climb speed times
-/// 80 ms, for a second at most.
+/// In a climb above kHover_m_s the climb's gain is known to 30 %. The observer's height is then wrong by the error of
+/// its climb speed times kHeightLag_s.
 constexpr double kClimbGain = 0.3, kHover_m_s = 0.2, kHeightLag_s = 0.08, kClimbMemory_s = 1.0;
-/// The first poses after a gap correct the observer within this time. The correction must not be counted as motion.
-/// Refused poses do not count as a gap. A gap of a second restarts the paths: a force error of 0.05 m/s^2 then makes
-/// 0.05 / 2 = 2.5 cm, the uncertainty of a new start.
+/// The first poses after a gap correct the observer within kGapRecovery_s. A gap of kBridged restarts the paths.
+/// Refused poses are no gap.
 constexpr double kGapRecovery_s = 0.3;
 constexpr core::Duration kBridged = std::chrono::seconds(1);
 constexpr double kTiltMean_s = 1.0;  // the high-pass of a path forgets a longer lean
@@ -67,7 +65,7 @@ bool PathMonitor<T>::update(const ImuSample<T>& imu, const Estimate<T>& estimate
   return true;
 }
 
-/// Only a climb that both channels show counts: a sensor fault of one of them does not excuse itself.
+/// The bound uses the smaller of the two climb speeds, so that a sensor fault of one channel cannot widen it.
 template <typename T>
 void PathMonitor<T>::update_climb_error(const ImuSample<T>& imu, const Estimate<T>& estimate, T step_s) {
   const auto error_m_s = [](T climb_m_s) {
@@ -79,8 +77,7 @@ void PathMonitor<T>::update_climb_error(const ImuSample<T>& imu, const Estimate<
   climb_error_m_s_ = now_m_s > climb_error_m_s_ ? now_m_s : climb_error_m_s_;
 }
 
-/// A blow between two messages of the force changes the climb speed and is missing from the force; the autopilot's own
-/// climb speed shows it.
+/// A blow between two messages of the force is missing from the force. The autopilot's climb speed shows it.
 template <typename T>
 void PathMonitor<T>::update_jolt(const ImuSample<T>& imu, const SpecificForce<T>& force, T step_s) {
   measured_gain_m_s_ += force.vertical_acceleration_m_s2() * step_s;
@@ -109,8 +106,7 @@ void PathMonitor<T>::update_horizontal(const Estimate<T>& estimate, const ForceC
       pose_used, step_s);
 }
 
-/// A hover moves more vertically than horizontally (the climb wanders by 5 cm/s in the measured logs), so a pose that
-/// does not move is detected here first.
+/// A pose that does not move is detected here first: a hover moves more vertically than horizontally.
 template <typename T>
 void PathMonitor<T>::update_vertical(const Estimate<T>& estimate, const SpecificForce<T>& force,
                                      T vertical_acceleration_m_s2, bool pose_used, T step_s) {

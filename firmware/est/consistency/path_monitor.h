@@ -12,8 +12,8 @@
 
 namespace m100::est {
 
-/// Compares the horizontal path and the height of the poses with those of the specific force (PathConsistency), and
-/// restarts both comparisons after a second without a pose. One of them runs in each tick, which halves the cost.
+/// Compares the horizontal path and the height of the poses with those of the specific force (PathConsistency). The two
+/// comparisons take turns, one per tick. After a second without a pose both restart.
 ///
 /// No heap. T is float or double.
 template <typename T>
@@ -26,7 +26,7 @@ class PathMonitor {
   /// Once per tick, before the force is compared.
   /// @returns whether the observer's velocity is its own prediction, or the first poses after a gap still correct it
   bool recovers_from_gap(const Estimate<T>& estimate, T step_s);
-  /// Once per tick, after the force was compared; it uses the same force, and starts once the sensor's error has been
+  /// Once per tick, after ForceConsistency has compared the same force. It starts once the sensor's error has been
   /// learned for a second.
   /// @param disabled the operator has switched the check, or that of the force, off
   /// @returns whether the paths were compared
@@ -41,7 +41,7 @@ class PathMonitor {
   T evidence() const { return vertical_is_worse() ? vertical_.evidence() : horizontal_.evidence(); }
   T residual_m() const { return vertical_is_worse() ? vertical_.residual_m() : horizontal_.residual_m(); }
   T allowed_m() const { return vertical_is_worse() ? vertical_.allowed_m() : horizontal_.allowed_m(); }
-  /// Error of the observer's climb speed in a climb: the vehicle file's gain is not exact (kClimbGain).
+  /// Bound of the observer's error of the climb speed in a climb: the vehicle file's gain is not exact (kClimbGain).
   T climb_error_m_s() const { return climb_error_m_s_; }
   T magnitude() const {
     return noise_.magnitude() + jolt_m_s_ + climb_error_m_s_ + mean_tilt_acceleration_h_m_s2_.squaredNorm();

@@ -6,12 +6,12 @@ namespace {
 
 /// The sensor's error is constant over a flight, the tilt's error varies within seconds.
 constexpr double kBiasMemory_s = 20.0;
-/// While force and poses disagree, a tick learns from this much of their difference at most: the rest may be a fault.
+/// While force and poses disagree, one tick learns at most this difference: the rest may be a fault.
 constexpr double kMaxSuspectOffset_m_s2 = 0.5;
 /// A flight within 35 degrees of tilt measures 1 to 1.22 g in the mean; climb and gusts vary it.
 constexpr double kMin_g = 0.8, kMax_g = 1.4;
-/// A force above this, in g or in m/s^2, is beyond any sensor's range. It is ignored, as is one that is not finite: the
-/// square of a huge value overflows in single precision.
+/// Largest force that is used, in g or in m/s^2. A larger one is beyond any sensor's range, and its square could
+/// overflow.
 constexpr double kMaxForce = 400.0;
 constexpr double kMovedLately_s = 1.0;
 
@@ -47,10 +47,8 @@ void SpecificForce<T>::update(const ImuSample<T>& imu) {
   tilt_acceleration_h_m_s2_ = core::heading_slope_of(roll, pitch) * static_cast<T>(model::kGravity_m_s2);
 }
 
-/// The error is fixed to the body: an aircraft that leans turns a part of the z error into the horizontal, and a turn
-/// of the heading in wind turns that part relative to the wind. In the mean the upward force is gravity plus the change
-/// of climb speed; vertical_acceleration_m_s2() subtracts the part of the other two errors. To first order in the tilt:
-/// the second order, at 20 degrees, is 6 % of an error.
+/// The learned error is fixed to the body. It is turned with the tilt to first order; the second order, at 20 degrees,
+/// is 6 % of an error.
 template <typename T>
 typename SpecificForce<T>::Unmeasured SpecificForce<T>::learn(const Vector2& change_h_m_s, T climbed_m_s, bool suspect,
                                                               T step_s) {

@@ -9,11 +9,10 @@
 
 namespace m100::est {
 
-/// The autopilot's specific force f in horizontal axes at the aircraft's heading (forward, left) and upward, and the
-/// correction o of its sensor's constant error, fixed to the body and learned over 20 s from the motion of the poses.
+/// The autopilot's specific force f in axes at the aircraft's heading (forward, left, up). Also the correction o of the
+/// sensor's constant error, which is learned over 20 s from the motion of the poses.
 ///
-/// The unit is found by the mean length: about 1 is g, about 9.8 is m/s^2. If it is neither, gravity has been removed
-/// from the acceleration, in unknown axes, and the force is not used.
+/// The unit is found from the mean length: about 1 is g, about 9.8 is m/s^2. Otherwise the force is not used.
 ///
 /// No heap. Cost: two square roots and about 50 products a tick. T is float or double.
 template <typename T>
@@ -34,7 +33,7 @@ class SpecificForce {
   /// @param change_h_m_s, climbed_m_s change of the velocity of the poses in the tick
   /// @param suspect force and poses disagree: only a small part is learned, the rest may be the effect of a fault
   Unmeasured learn(const Vector2& change_h_m_s, T climbed_m_s, bool suspect, T step_s);
-  /// Part of learn(); alone in a tick without a velocity of the poses.
+  /// Averages the measured acceleration. learn() calls it; call it alone in a tick without a velocity of the poses.
   void average(const Vector2& acceleration_h_m_s2, T step_s);
 
   /// The acceleration that the force shows, without gravity and without the sensor's error.
@@ -51,9 +50,9 @@ class SpecificForce {
   const Vector2& mean_h_m_s2() const { return mean_h_m_s2_; }
   /// The largest recent magnitude of mean_h_m_s2(), fading over a second.
   T moved_m_s2() const { return moved_m_s2_; }
-  /// Unit of the newest force in m/s^2; zero: it is not known, or gravity is not in it.
+  /// Unit of the newest force in m/s^2; zero if it is not known or the force contains no gravity.
   T scale_m_s2() const { return scale_m_s2_; }
-  /// A finite force within any sensor's range has come since the start or the last reset(), in whatever unit.
+  /// Whether a finite force within a sensor's range has come since the start or the last reset(), in whatever unit.
   bool is_received() const { return size_ != T(0); }
   /// For how long the error has been learned; at most its memory, 20 s.
   T learned_s() const { return learned_s_; }

@@ -6,8 +6,8 @@
 namespace m100::est {
 namespace {
 
-/// After a longer tick, or a longer time without a new force, the motion was not observed: the sum continues from the
-/// next velocity. The last force, held this long while the true one is 4 m/s^2 off, errs by 0.2 m/s, which is allowed.
+/// After a longer tick, or a longer time without a new force, the motion was not observed. The last force, held this
+/// long while the true one is 4 m/s^2 off, errs by 0.2 m/s.
 constexpr core::Duration kGap = std::chrono::milliseconds(50);
 constexpr double kSane = 1e9;
 

@@ -25,10 +25,9 @@ namespace m100::est {
 ///   heading  change of heading, against the autopilot's (HeadingConsistency)
 ///   motion   the path of the last seconds, against that of the specific force (PathMonitor)
 ///
-/// The autopilot's horizontal velocity is not used: it reads zero for more than a third of the time, and otherwise
-/// starts again at zero and drifts by 0.4 m/s per root of a second, which hides what the specific force shows. No
-/// evidence is added while no pose was used for 0.3 s or the force has stopped, nor to a check whose measurement does
-/// not come; poses that the gate begins to refuse do not reduce the evidence.
+/// The autopilot's horizontal velocity is not used: it drifts, and reads zero for more than a third of the time. No
+/// evidence is added while no pose was used for 0.3 s, while the force has stopped, or to a check whose measurement
+/// does not come.
 ///
 /// No heap. Cost: twelve square roots and about 220 products a tick, plus the shared sines and cosines of attitude
 /// and heading. T is float or double.
@@ -39,22 +38,23 @@ class VelocityConsistency {
   explicit VelocityConsistency(CheckSet off = 0) : disabled_checks_(off) {}
 
   /// Once per tick, after the observer.
-  /// @param disturbance_acceleration_w_m_s2 acceleration by wind (world), learned while all checks agreed
+  /// @param disturbance_acceleration_w_m_s2 acceleration by wind (world), learned while the poses were trusted
   void update(const ImuSample<T>& imu, const Estimate<T>& estimate,
               const core::Vector<T, 2>& disturbance_acceleration_w_m_s2, core::Duration elapsed);
 
   const Contradiction<T>& report() const { return report_; }
-  /// The force has been compared with the poses for two seconds, by when a pose that moves without the force showing it
-  /// has been detected; or it cannot be: the force does not come, its unit is not known, or its check is off.
+  /// Whether the force has been compared with the poses for two seconds, or cannot be compared: its unit is not known,
+  /// it does not come, or its check is off.
   bool is_converged() const {
     return force_scale_m_s2() == T(0) || is_disabled(ConsistencyCheck::kForce) || specific_force_.learned_s() >= T(2);
   }
-  /// Unit of the newest specific force in m/s^2; zero: it is not known, or gravity is not in it.
+  /// Unit of the newest specific force in m/s^2; zero if it is not known or the force contains no gravity.
   T force_scale_m_s2() const { return specific_force_.scale_m_s2(); }
   /// The force disagrees by more than is allowed, or the path has more than half of the evidence for an alarm.
   bool is_suspect() const { return suspect_; }
   /// Measured horizontal acceleration, averaged over kForceMean_s, without the sensor's error: forward and left of the
-  /// heading. nullopt: no force came, or none of a known unit was compared with the poses yet.
+  /// heading. nullopt: the motion of this tick was not observed, or no force of a known unit was compared with the
+  /// poses yet.
   std::optional<core::Vector<T, 2>> measured_h_m_s2() const {
     return is_observed_ && specific_force_.learned_s() > T(0)
                ? std::optional<core::Vector<T, 2>>(specific_force_.mean_h_m_s2())
@@ -62,8 +62,8 @@ class VelocityConsistency {
   }
   /// The largest recent acceleration, without the rotors' vibration.
   T moved_m_s2() const { return specific_force_.moved_m_s2(); }
-  /// The disturbance acceleration; not known before the sensor's error was learned for 3 s, while the force or the
-  /// observer's prediction is missing, or if the operator has switched the check of the force off.
+  /// The disturbance acceleration. Its is_known is false until the sensor's error was learned for 3 s, while the force
+  /// or the observer's prediction is missing, and if the check of the force is off.
   const DisturbanceAcceleration<T>& disturbance_acceleration() const { return disturbance_acceleration_; }
 
  private:
@@ -78,7 +78,7 @@ class VelocityConsistency {
   CheckSet disabled_checks_;
   bool suspect_ = false;  ///< is_suspect(): the effect of a sensor fault must not be learned as the sensor's error
   core::Duration force_age_{0};
-  bool is_observed_ = false;  ///< telemetry showed the motion of this tick; true while no force has ever come
+  bool is_observed_ = false;  ///< telemetry showed the motion of this tick
   SpecificForce<T> specific_force_;
   ForceConsistency<T> force_;
   ClimbConsistency<T> climb_;

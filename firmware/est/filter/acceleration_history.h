@@ -9,7 +9,7 @@
 
 namespace m100::est {
 
-/// Largest age of a pose that is used: an older one hardly determines the present state.
+/// Largest age of a pose that is used.
 inline constexpr double kMaxPoseAge_s = 0.25;
 inline constexpr std::size_t kHistoryTicks = 32;
 static_assert(kMaxPoseAge_s <= static_cast<double>(kHistoryTicks) * kTick_s,
@@ -34,12 +34,12 @@ struct MeasurementAge {
   }
 };
 
-/// The accelerations of the last ticks, each constant over its tick, to compare a position measured a time a ago with
-/// the present state, exactly as the model integrates:
+/// Accelerations of the last ticks, each constant over its tick. They relate the position a time a ago to the present
+/// state, as the model integrates:
 ///   p(t - a) = p(t) - a v(t) + a^2/2 d + sum_j T^2 w_j acc_j
-/// T is the tick, acc the acceleration without the disturbance d, and j counts ticks backwards. w_j T^2 is the integral
-/// of (s - (t - a)) over tick j: w_j = a/T - j - 1/2 for whole ticks, f^2/2 for the oldest, of which only f T lies
-/// inside. Cost: one product per tick of age.
+/// T is the tick, acc the acceleration without the disturbance d, and j counts ticks backwards. A whole tick has the
+/// weight w_j = a/T - j - 1/2. The oldest tick, of which the fraction f lies within a, has w_j = f^2/2. Cost: one
+/// product per tick of age.
 template <typename S>
 class AccelerationHistory {
  public:
@@ -54,7 +54,7 @@ class AccelerationHistory {
     const S one = Number::template number<double>(1.0);
     const S half = Number::template number<double>(0.5);
     typename Number::Wide sum{};
-    S left = age_ticks;  // part of the age that lies in tick j and before
+    S left = age_ticks;  // in ticks; part of the age that lies in tick j and before
     for (std::size_t j = 0; j < kHistoryTicks && left > S{}; ++j) {
       const S acceleration = acceleration_[(newest_ + kHistoryTicks - j) % kHistoryTicks];
       const bool whole = left >= one;

@@ -12,9 +12,9 @@
 
 namespace m100::est {
 
-/// Model of one horizontal axis that the filter uses.
+/// Model that the filter of one horizontal axis uses.
 struct AxisModel {
-  model::StickAxis attitude;  ///< its dynamics and its delay; the stick law is inverted upstream
+  model::StickAxis attitude;  ///< dynamics of the tilt; the caller of predict() applies the delay
   double tilt_sign = 1.0;     ///< +1: x'' = +g tan(tilt); -1: y'' = -g tan(tilt)
   double tilt_gain = 1.0;
   double linear_drag_per_s = 0.0;
@@ -50,21 +50,22 @@ class AxisFilter {
   explicit AxisFilter(const AxisModel& model);
   AxisFilter(const AxisModel& model, const Scales& scales);
 
-  /// Starts at a position (m), a velocity (m per kTimeUnit_s) and a measured tilt; d and m start at 0, as unknown.
+  /// Starts at a position (m), a velocity (m per kTimeUnit_s) and a measured tilt. The other states start at 0.
   void start(S position, S velocity, S tilt);
   /// Advances one tick; commands in rad.
   void predict(const ActingInputs<S>& input);
   /// How a measured disturbance is used.
   enum class DisturbanceUse : std::uint8_t { kStored, kHeld, kTracked };
-  /// Uses the disturbance that the specific force shows (m per unit squared), less the drag that this filter models.
-  /// kStored (at a pose): stores it as the value that corresponds to the present d. kTracked (no pose comes): adds to d
-  /// what it has changed by since it was last stored, keeps d within kForceOffset_m_s2 of it, because in motion d lags,
-  /// and stores it. kHeld: ignores it.
+  /// Fuses the disturbance that the specific force shows (m per unit squared), after removing the drag of the model.
+  ///   kStored   stores it as the reference that belongs to the present d
+  ///   kTracked  changes d as the measured value has changed since it was last stored, limits d to within
+  ///             kForceOffset_m_s2 of the measured value, and stores that value
+  ///   kHeld     does nothing
   void fuse_specific_force(S disturbance, DisturbanceUse use);
   /// Fuses tilt (rad) and tilt rate (rad per unit) of `age` ago; refuses both if either is outside its gate.
   FusionResult fuse_attitude(S tilt, S rate, const MeasurementAge<S>& age);
 
-  /// Innovation of a position (m) of `age` ago, and whether it is inside the gate, see inside_gate().
+  /// Innovation of a position (m) of `age` ago, and whether it is inside the gate (inside_gate()).
   struct PoseInnovation {
     typename ScaledCovariance<S, kStates>::Projection projection;
     S innovation{};
@@ -77,12 +78,13 @@ class AxisFilter {
       return scaled * scaled / Number::template real<float>(projection.s);
     }
   };
-  /// @param unseen_m distance that the gate allows whatever the sigmas are
-  /// @param sender_variance_m2 used if larger than the vehicle file's variance, see larger_variance(); 0: none
+  /// @param unseen_m innovations up to this distance pass the gate whatever the sigmas are
+  /// @param sender_variance_m2 used if larger than the vehicle file's variance; 0: none
   PoseInnovation test_pose(S position, const MeasurementAge<S>& age, S unseen_m, float sender_variance_m2);
   void fuse_pose(const PoseInnovation& test);
   void check() { covariance_.check(); }  ///< once after the corrections of a tick: keeps the covariance valid
-  /// Sets position (of `age` ago) and velocity, with their initial variances and no covariances; d and m stay.
+  /// Sets the position (of `age` ago) and the velocity, with their initial variances and no covariances. The other
+  /// states stay.
   void reset_position(S position, S velocity, const MeasurementAge<S>& age);
 
   /// The tilt that the model predicts from the commands alone, without measurements; rad.
@@ -92,7 +94,7 @@ class AxisFilter {
   S scaled_covariance(int row, int col) const { return covariance_(row, col); }
   const Scales& scales() const { return scales_; }
   CovarianceHealth health() const { return covariance_.health(); }
-  /// All states are inside their ranges and all variances valid (by construction, unless a float overflowed).
+  /// Whether all states are inside their ranges and all variances are valid.
   bool is_sane() const;
 
  private:
@@ -119,9 +121,9 @@ class AxisFilter {
   AccelerationHistory<S> history_;
 };
 
-/// Exponents of the covariance scales, 4 to 8 times the steady-state sigmas (units of the filter), from 5 s of the
-/// filter with poses 20 ms old. The same for every S, unless a sigma is a power of two to within its rounding. About
-/// 2 ms on a desktop core; at start-up only. In S: a board that flies in float has no room for a filter in double.
+/// Exponents of the covariance scales: 2^exponent is 4 to 8 times the steady-state sigma of the state, in units of the
+/// filter. They come from a simulation of the filter over 5 s. It takes about 2 ms on a desktop core; call it at
+/// start-up only.
 template <typename S>
 typename AxisFilter<S>::Scales steady_scales(const AxisModel& model);
 

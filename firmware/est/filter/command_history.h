@@ -15,16 +15,18 @@
 
 namespace m100::est {
 
-/// The commands of the last 0.64 s in the filter's axes, and those that act now: each axis has its transport delay.
+/// Stores the commands of the last 0.64 s in the filter's axes. Returns those that act now, after each axis' transport
+/// delay.
 template <typename S, typename Real>
 class CommandHistory {
  public:
   explicit CommandHistory(const model::Vehicle& vehicle);
 
-  /// Once per whole tick. A command that is not finite is replaced by the one before.
-  /// @returns whether it was finite
+  /// Once per whole tick. A command that is not finite is replaced by the last finite one.
+  /// @returns whether the command was finite
   bool store(const ctl::Command<Real>& command, const core::SinCos<Real>& heading);
-  /// The tilt that accelerates along x, that along y [rad], and the climb speed [m per unit of time] that act now.
+  /// Delayed commands: the tilt that accelerates along x, the tilt that accelerates along y [rad], and the climb speed
+  /// [m per unit of time].
   ActingInputs<S> x() { return acting(delay_x_, &PastCommand::x); }
   ActingInputs<S> y() { return acting(delay_y_, &PastCommand::y); }
   ActingInputs<S> climb() { return acting(delay_climb_, &PastCommand::climb); }

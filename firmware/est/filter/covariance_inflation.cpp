@@ -7,12 +7,12 @@
 namespace m100::est {
 namespace {
 
-constexpr double kSmooths_s = 0.05;  // of the errors; shorter than the observer's lag (0.15 s), which stays visible
+constexpr double kSmooths_s = 0.05;  // time constant that smooths the errors; shorter than the observer's lag (0.15 s)
 constexpr double kMaxShare = 0.5;    // largest weight of a single pose in the smoothed errors
 constexpr double kMemory_s = 3.0;    // of the mean products: a gust or two
 constexpr double kMin_s = 0.005;     // half a tick: poses are used once per tick
 constexpr double kFresh_s = 0.1;
-constexpr double kGrows_s = 1.0;   // a gust has reversed by then, and no estimate is healthy any more
+constexpr double kGrows_s = 1.0;   // longest time for which the added variances grow
 constexpr double kMinKept = 0.25;  // smallest factor of the filter's own variance: half of its sigma
 
 template <typename T>
@@ -46,7 +46,7 @@ void CovarianceInflation<T>::update(T innovation_m, T correction_m, T correction
   now_.p_m += smooths * (raw.p_m - now_.p_m);
   now_.v_m_s += smooths * (raw.v_m_s - now_.v_m_s);
   now_.a_m_s2 += smooths * (raw.a_m_s2 - now_.a_m_s2);
-  // Of noise that is white from pose to pose, with mean square n, now_ retains k n, k = smooths / (2 - smooths).
+  // White noise of the poses with mean square n leaves k n in the square of now_, k = smooths / (2 - smooths).
   const T keeps = smooths / (T(2) - smooths);
   const T scale = T(1) / (T(1) - keeps);
   const Products smooth = products(now_);

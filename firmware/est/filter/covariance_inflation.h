@@ -3,21 +3,18 @@
 
 namespace m100::est {
 
-/// Estimates the errors of one horizontal axis of the observer that its filter's covariance does not include, from the
-/// recent corrections by poses.
+/// Estimates errors of one horizontal axis of the observer that its filter's covariance does not include.
 ///
-/// The covariance of a Kalman filter holds for the disturbance that its model assumes. In a wind that changes faster, d
-/// lags, and velocity and position lag with it. The poses reveal the size of the lag: while a lag lasts, the rate at
-/// which poses correct a state is the error of its rate of change. With nu the innovation, and dp and dv the
-/// corrections of position and velocity, all as means over some poses:
+/// In a wind that changes faster than the filter's model assumes, the estimated disturbance lags, and velocity and
+/// position lag with it. The recent corrections by poses show the errors. With nu the innovation, dp and dv the
+/// corrections of position and velocity and dt the time between poses, all averaged over some poses:
 ///   error of the position = nu,  of the velocity = dp / dt,  of the acceleration = dv / dt.
-/// The mean products of these errors over a gust or two, less the part that white noise of the poses leaves in them,
-/// are added to the filter's covariance. While no pose comes they grow for up to a second as such errors do, p by
-/// v t + a t^2 / 2 and v by a t. The added errors of position and velocity are reported as uncorrelated.
+/// The mean products of these errors over 3 s, less the part that white noise of the poses causes, are added to the
+/// filter's variances. The added variances grow with the age of the newest pose, for up to 1 s.
 ///
-/// Where the innovations are smaller than predicted (poses better than the vehicle file says, no wind), the filter's
-/// own covariance is multiplied by their mean normalised square (NIS), by 0.25 to 1, and only while poses come. Memory:
-/// ten numbers. Cost: about 50 products a pose, 25 a tick. T is float or double.
+/// If the innovations are smaller than predicted, the filter's own covariance is multiplied by their mean normalised
+/// square (NIS), by at least 0.25. Memory: ten numbers. Cost: about 50 products a pose, 25 a tick. T is float or
+/// double.
 template <typename T>
 class CovarianceInflation {
  public:
@@ -35,7 +32,7 @@ class CovarianceInflation {
   /// @param own covariance of the filter
   /// @param age_s time since the newest used pose was captured
   /// @param since_s time since that pose was used
-  /// @param force_known the force measures the disturbance: the acceleration's error is then kForceOffset_m_s2
+  /// @param force_known the force measures the disturbance: the error of the acceleration is then kForceOffset_m_s2
   Covariance inflated(const Covariance& own, T age_s, T since_s, bool force_known = false) const;
 
  private:

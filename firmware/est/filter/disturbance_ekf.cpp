@@ -16,8 +16,8 @@ constexpr std::uint32_t kAttitudesBeforeRestart = 50;
 constexpr core::Duration kSettling = milliseconds(500);
 constexpr core::Duration kPoseMissed = milliseconds(100);  // longer than the usual pauses of a source
 constexpr core::Duration kAttitudeDoubted = milliseconds(100);
-// Up to this age of the attitude the model predicts the tilt from the commands (COAST). Shorter than the silence of
-// telemetry that gives control back (Limits::telemetry_dead).
+// Up to this age of the attitude the estimate stays valid: the model predicts the tilt from the commands (COAST). It is
+// shorter than Limits::telemetry_dead.
 constexpr core::Duration kAttitudeSilent = milliseconds(450);
 constexpr core::Duration kPoseLost = milliseconds(1000);
 constexpr core::Duration kLongest = std::chrono::hours(1);

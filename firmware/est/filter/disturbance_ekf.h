@@ -24,10 +24,10 @@ namespace m100::est {
 /// Why the filter last discarded a state instead of correcting it.
 enum class ResetReason : std::uint8_t {
   kNone,
-  kPoseMoved,    ///< refused poses agreed with each other: position and velocity taken from them
-  kLongDropout,  ///< no pose used for 0.5 s, and the next outside the gate, or the gate no longer valid
+  kPoseMoved,    ///< refused poses agreed with each other: position, velocity and yaw taken from them
+  kLongDropout,  ///< no pose used for 0.5 s, then refused poses that agreed: state taken from them
   kAttitude,     ///< 50 attitudes in a row outside the filters' gate (0.5 s at 100 Hz), at most once in 2 s: restart
-  kNotFinite,    ///< a state was not finite: restart
+  kNotFinite,    ///< a state or a variance was not valid: restart
 };
 std::string_view name(ResetReason recovery);
 
@@ -47,28 +47,27 @@ struct EkfCounters {
 
 /// Estimates state and disturbance from telemetry and commands: two horizontal axes (AxisFilter), height, yaw.
 ///
-/// The command is the one in force since the last tick (after supervisor, rate limit and stick rounding: the one that
-/// the autopilot received); it acts a transport delay later. Poses may be up to 0.25 s old and carry their age. A
-/// measurement or command that is not finite is dropped and counted; a state that is not finite restarts the filter.
+/// The command is the one that the autopilot has received since the last tick; it acts a transport delay later. Poses
+/// may be up to 0.25 s old. A measurement or command that is not finite is dropped and counted. A state that is not
+/// finite restarts the filter.
 ///
-/// Gate: a pose beyond 6 sigmas in x, y or z, or 0.35 rad in yaw, is refused; the sigmas include the distance flown
-/// during the uncertainty of the time of capture. Until t = 0.5 s after the last used pose, the gate also passes what
-/// wind can have caused, 1.5 m/s^2 (t^2 + (0.15 s)^2), and the lag of the disturbance (lag_m()); never more than 1 m.
-/// After 0.1 s without a pose the disturbance changes as the force does (Measurement::disturbance_acceleration): the
-/// drag of the speed, which braking removes, and gusts. Recovery: at least 10 refused poses that agree with each other
-/// for half a second (at most once in 2 s), or 3 over at least 0.1 s after a dropout of 0.5 s, set position, yaw and,
-/// by their difference, the velocity; disturbance and offset stay. S: double, float or core::Fixed; inputs and outputs
-/// are of type Real. Cost: firmware/README.md; after a stall one call catches up at most kMaxTicks ticks, and no pose
-/// is used until the state has reached the present.
+/// Gate: a pose beyond 6 sigmas in x, y or z, or beyond 0.35 rad in yaw, is refused. For 0.5 s after the last used pose
+/// the gate also passes the distance that wind may have moved the aircraft. It never passes more than 1 m.
+/// Without poses for 0.1 s, the disturbance follows the measured specific force
+/// (Measurement::disturbance_acceleration).
+/// Recovery: refused poses that agree with each other for long enough set position, velocity and yaw. Disturbance and
+/// input offset stay.
+/// S is double, float or core::Fixed; inputs and outputs are of type Real. Cost: firmware/README.md.
 template <typename S, typename Real>
 class DisturbanceEkf {
  public:
-  /// Covers the longest stall after which a flight goes on (kOwnStall in serial_link.cpp) in one call.
+  /// Largest number of ticks that one call predicts. It covers the longest stall after which a flight goes on
+  /// (kOwnStall in serial_link.cpp).
   static constexpr int kMaxTicks = 50;
 
   explicit DisturbanceEkf(const model::Vehicle& vehicle);
 
-  /// Call it once per controller tick, `elapsed` after the last call. Predicts as many periods of 10 ms as
+  /// Call it once per controller tick, `elapsed` after the last call. It predicts as many periods of 10 ms as
   /// core::TickCount counts, 0 to kMaxTicks.
   const Estimate<Real>& update(const Measurement<Real>& measured, const ctl::Command<Real>& applied_command,
                                core::Duration elapsed);
@@ -88,20 +87,19 @@ class DisturbanceEkf {
   void fuse_attitude(const typename Measurement<Real>::Attitude& attitude);
   void fuse_pose(const core::Pose<Real>& pose);
   void fuse_specific_force(const DisturbanceAcceleration<Real>& disturbance_acceleration);
-  /// Measurement variance of a pose on one axis, and the distance that the gate allows whatever the sigmas are.
+  /// Measurement variance of a pose on one axis, and the distance that passes the gate whatever the sigmas are.
   struct Weight {
     float variance_m2 = 0.F;
     S unseen_m{};
   };
   /// The variance is the larger of the vehicle file's and the sender's, plus the square of the distance flown in the
-  /// uncertainty of the time of capture: the gate uses all of this distance, the filter at most kMaxTimingError_m.
+  /// uncertainty of the time of capture. The gate uses all of this distance, the variance at most kMaxTimingError_m.
   Weight weight(Real sender_variance_m2, Real time_sigma_s, S speed, Real unseen_m) const;
   void begin(const core::Pose<Real>& pose);
-  /// The state continues from this pose, by correction, start or reset.
+  /// Records that this pose has corrected, started or reset the state.
   void record_used(const core::Pose<Real>& pose);
   void check_reset(const core::Pose<Real>& pose, const MeasurementAge<S>& age);
-  /// How often a sigma of a horizontal axis was halved because it had met its ceiling. After that the covariance no
-  /// longer fits the errors, and would distribute a pose's innovation wrongly over the states.
+  /// How often a sigma of a horizontal axis was halved at its ceiling. The covariance then no longer fits the errors.
   std::uint32_t ceilings_met() const { return x_.health().ceilings + y_.health().ceilings; }
   void recover(ResetReason reason);
   void restart();
@@ -138,7 +136,7 @@ class DisturbanceEkf {
     core::Duration since_use{0};
     core::Duration age{0};
     Real time_sigma_s{0};
-    bool acceleration_stored = false;  ///< at that pose, or since then
+    bool acceleration_stored = false;  ///< the filters have stored a measured disturbance
     std::uint32_t ceilings = 0;        ///< ceilings_met() when it was used
     std::uint32_t refused_in_a_row = 0;
     Refusal<Real> refusal;

@@ -29,7 +29,8 @@ bool inside(S value, double limit) {
          value >= core::Arithmetic<S>::template number<double>(-limit);
 }
 
-/// The commands that act in this, the previous and the next tick; `after` is `now` if the delay is less than a tick.
+/// The commands that act in this, the previous and the next tick. `after` equals `now` if the delay is less than a
+/// tick.
 template <typename S>
 struct ActingInputs {
   S now{};
@@ -37,12 +38,11 @@ struct ActingInputs {
   S after{};
 };
 
-/// Time constant with which the filters model an output that follows its command at once: 1 / tau must stay within the
-/// range of fixed point.
+/// Smallest time constant of a first-order axis in the filters. A smaller one would exceed the range of fixed point.
 inline constexpr double kFastestTimeConstant_s = 0.01;
 
-/// Response of an axis over one tick, as the filters use it: a first-order axis that is faster than
-/// kFastestTimeConstant_s, or one that is not identified, gets that time constant.
+/// Response of an axis over one tick, as the filters use it. A first-order axis that is faster than
+/// kFastestTimeConstant_s gets that time constant, and so does an axis that is not identified.
 inline model::AxisStep tick_of(model::StickAxis axis) {
   if (!axis.is_identified() || (axis.is_first_order() && axis.time_constant_s < kFastestTimeConstant_s)) {
     axis.time_constant_s = kFastestTimeConstant_s;
@@ -95,11 +95,10 @@ constexpr Real power_of_two(int exponent) {
   }
 }
 
-/// Measurement variance of a position in units of 4^scale m^2: the larger of the vehicle file's and the one that the
-/// sender of the pose reports. Fixed point uses at most 90 units of the sender's (at a scale of -8 a sigma of 37 mm),
-/// which fit into the range of the variances.
+/// The larger of two measurement variances of a position, in units of 4^scale m^2: the vehicle file's and the one that
+/// the sender of the pose reports. The sender's is limited to 1 m^2, and in fixed point to 90 units.
 /// @param scaled the vehicle file's variance, in the same units
-/// @param sender_variance_m2 at most 1 m^2 is used; 0 or NaN: none reported
+/// @param sender_variance_m2 0 or NaN: none reported
 /// @param scale the unit of the position is 2^scale m
 template <typename S>
 S larger_variance(S scaled, float sender_variance_m2, int scale) {
@@ -117,8 +116,7 @@ S larger_variance(S scaled, float sender_variance_m2, int scale) {
 inline constexpr double kGateSigmas = 6.0;
 inline constexpr double kLargestInnovation_m = 1.0;
 
-/// Whether a position's innovation is inside 6 sigmas or inside unseen_m, the distance that may have been flown
-/// unobserved; never beyond 1 m.
+/// Whether a position's innovation is at most 6 sigmas or at most unseen_m. An innovation above 1 m is never inside.
 /// @param s scaled variance of the innovation
 /// @param scale the unit of the position is 2^scale m
 template <typename S>
@@ -146,7 +144,7 @@ Real gate_m(S s, int scale, Real unseen_m) {
   return gate < static_cast<Real>(kLargestInnovation_m) ? gate : static_cast<Real>(kLargestInnovation_m);
 }
 
-/// x += gain * innovation. The product in 64 bits is scaled afterwards: a gain in plain units would not fit.
+/// x += gain * innovation, converted from the scaled units of the covariance.
 template <typename S, std::size_t kStates>
 void add_correction(core::Arithmetic<S>& a, std::array<S, kStates>& x, const std::array<S, kStates>& gain, S innovation,
                     const std::array<int, kStates>& scales, int measured) {

@@ -13,15 +13,12 @@ namespace {
 constexpr double kYawGate_rad = 0.35;
 constexpr double kUnseenAcceleration_m_s2 = 3.0;  // largest change of the acceleration by wind while no pose comes
 constexpr double kDisturbanceLag_s = 0.15;  // time constant with which the observer learns a disturbance from poses
-/// Largest pose error by speed times uncertainty of the latency that the filter's variance includes. With more, the
-/// sigma of its position would meet its ceiling: ten times its scale, 39 mm. A covariance that has lost its
-/// correlations distributes innovations with the wrong sign, and the velocity diverges although poses come. By the
-/// Riccati equation of position, velocity and disturbance with the default vehicle's noise, poses of 30 mm leave a
-/// sigma of at most 21 mm (at 30 Hz, 0.14 s old).
+/// Largest pose error by speed times uncertainty of the latency that the filter's variance includes. With a larger one
+/// the sigma of the position could meet its ceiling, and the covariance would lose its correlations.
 constexpr double kMaxTimingError_m = 0.03;
 
-/// Six sigmas of the position error by the disturbance's lag, as the last poses revealed it, at most 0.5 m: in a wind
-/// or under a slung load that changes faster than poses of 30 Hz show, the filter's own sigmas refuse true poses.
+/// Distance that the gate allows for the lag of the estimated disturbance: six sigmas of the position error that
+/// CovarianceInflation adds, at most 0.5 m.
 template <typename Real>
 Real lag_m(const CovarianceInflation<Real>& inflation, Real since_s) {
   const Real variance_m2 = inflation.inflated({}, since_s, since_s).pp_m2;
@@ -101,11 +98,11 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
   const Real dropout_s = core::seconds<Real>(pose_.since_use);
   constexpr Real kHalf_m_s2 = static_cast<Real>(0.5 * kUnseenAcceleration_m_s2);
   const Real unseen = kHalf_m_s2 * (dropout_s * dropout_s + static_cast<Real>(kDisturbanceLag_s * kDisturbanceLag_s));
-  // After a long dropout only the sigmas count: near its ceiling the covariance would distribute a large innovation
-  // wrongly. A pose that is not inside the sigmas goes to check_reset().
+  // After a long dropout the gate is the sigmas alone. If a sigma has met its ceiling since the last used pose, the
+  // gate is not valid, and every pose goes to check_reset().
   const bool long_dropout = pose_.since_use > kDropout;
   if (long_dropout && ceilings_met() != pose_.ceilings) {
-    check_reset(pose, age);  // inside the sigmas or not: the correlations of the errors are no longer known
+    check_reset(pose, age);  // the correlations of the errors are no longer known
     return;
   }
   const Real unseen_m = long_dropout ? Real(0) : unseen;

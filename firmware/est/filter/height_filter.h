@@ -11,9 +11,9 @@ namespace m100::est {
 
 /// Kalman filter of height z, climb speed w, rate of change of w, and climb offset b: in steady flight, the flown climb
 /// speed minus the commanded one.
-///   z' = w, w follows (u + b) as the climb axis of the vehicle file does (model::AxisStep), b' = 0
-/// The internal time unit is 0.64 s. Measured is the height `age` ago. Ranges: |z| <= 100 m, |w| <= 10 m/s, rate of w
-/// within 50 m/s^2, |b| <= 1 m/s.
+///   z' = w, w follows (u + b) as the climb axis of the vehicle file does (model::AxisStep), u the command, b' = 0
+/// The internal time unit is 0.64 s. The measurement is the height `age` ago. Ranges: |z| <= 100 m, |w| <= 10 m/s, |w'|
+/// <= 50 m/s^2, |b| <= 1 m/s.
 template <typename S>
 class HeightFilter {
  public:

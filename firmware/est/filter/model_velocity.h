@@ -6,15 +6,14 @@
 
 namespace m100::est {
 
-/// Horizontal velocity from the tilt of our commands and from the poses alone: for flights whose attitude is
-/// contradicted or does not come. A false attitude falsifies the observer and the specific force's direction; if it is
-/// the only false channel, the poses are right.
+/// Horizontal velocity from the commanded tilt and the poses, without any measured attitude. It serves flights whose
+/// attitude is contradicted or does not come.
 ///
 /// Critically damped alpha-beta filter (fading memory) around the model's acceleration a:
 ///   each tick  v += a h, p += v h
 ///   each pose  e = pose - (p - v age), x = min(w t, 1/2):  p += x (2 - x) e, v += x^2 / t e
-/// where t is the time since the pose before and w = 8 1/s. An acceleration that is wrong by b leaves 2 b / w, 0.13 m/s
-/// for 0.5 m/s^2; poses that are wrong by 2 cm at 100 Hz (10 ms of jitter at 2 m/s) leave 0.05 m/s.
+/// where t is the time since the pose before and w = 8 1/s. An acceleration that is wrong by b leaves a velocity error
+/// of 2 b / w.
 ///
 /// Five numbers; no heap. Cost: about 15 products a tick. T is float or double.
 template <typename T>
@@ -22,7 +21,7 @@ class ModelVelocity {
  public:
   using Vector2 = core::Vector<T, 2>;
 
-  /// Once per tick, before the pose of that tick. @param acceleration_w_m_s2 by the commanded tilt and the wind
+  /// Once per tick, before the pose of that tick. @param acceleration_w_m_s2 from the commanded tilt and the wind
   void predict(const Vector2& acceleration_w_m_s2, T step_s) {
     since_pose_s_ = core::clamp(since_pose_s_ + step_s, step_s, static_cast<T>(kUnknown_s));
     velocity_w_m_s_ += acceleration_w_m_s2 * step_s;
@@ -43,7 +42,7 @@ class ModelVelocity {
     since_pose_s_ = T(0);
   }
 
-  /// A pose came in the last kUnknown_s.
+  /// Whether a pose came in the last kUnknown_s.
   bool is_known() const { return since_pose_s_ < static_cast<T>(kUnknown_s); }
   const Vector2& velocity_w_m_s() const { return velocity_w_m_s_; }
 

@@ -12,14 +12,14 @@
 
 namespace m100::est {
 
-/// A row of poses each of which agrees with the one before, whether or not it agrees with the state: they are at most
-/// 30 mm (noise) plus 6 m/s times the time between their captures apart.
+/// A sequence of poses in which each pose agrees with the one before: their distance is at most 30 mm plus 6 m/s times
+/// the time between their captures. The observer's state plays no part.
 template <typename Real>
 class PoseAgreement {
  public:
   using Vector3 = core::Vector<Real, 3>;
 
-  /// @returns whether the pose agrees with the one before it; otherwise it begins a row
+  /// @returns whether the pose agrees with the one before it; if not, the pose begins a new row
   bool add(const core::Pose<Real>& pose, core::TimePoint now) {
     const double between_s = core::seconds<double>(since_last_ - pose.age(now));
     const Real way_m = static_cast<Real>(kAgreement_m + kMaxSpeed_m_s * (between_s > 0.0 ? between_s : 0.0));
@@ -36,8 +36,8 @@ class PoseAgreement {
     }
     return follows;
   }
-  /// The mean velocity from the first pose of the row to this one, plus what the tilt has added since the middle of
-  /// that time; m per unit of time.
+  /// The present velocity: the mean velocity from the first pose of the row to this one, plus what the tilt has added
+  /// since the middle of that time. Metres per unit of time.
   Vector3 velocity(const core::Pose<Real>& pose, core::TimePoint now, Real tilt_x_rad, Real tilt_y_rad) const {
     const Real span_s = core::seconds<Real>(since_first_ - pose.age(now));
     constexpr Real kGravity = static_cast<Real>(model::kGravity_m_s2);
@@ -50,7 +50,7 @@ class PoseAgreement {
   std::uint32_t count() const { return count_; }
   /// From the capture of the row's first pose to that of this one.
   core::Duration span(const core::Pose<Real>& pose, core::TimePoint now) const { return since_first_ - pose.age(now); }
-  /// Time from the arrival of the row's first pose to that of its last; later silence does not count.
+  /// Time from the arrival of the row's first pose to that of its last.
   core::Duration lasted() const { return count_ > 1 ? came_until_ - came_since_ : core::Duration{0}; }
   core::Duration& since_last() { return since_last_; }
   core::Duration& since_first() { return since_first_; }

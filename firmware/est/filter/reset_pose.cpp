@@ -18,8 +18,8 @@ constexpr core::Duration kBaseline = milliseconds(100);  // least time between t
 
 }  // namespace
 
-/// Starts the filter, once an attitude is known, from a row of agreeing poses (PoseAgreement) that spans kBaseline: a
-/// vehicle that is already flying has a velocity.
+/// Starts the filter when an attitude is known and a row of agreeing poses spans kBaseline. These poses also give the
+/// initial velocity.
 template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::begin(const core::Pose<Real>& pose) {
   using Number = core::Arithmetic<S>;

@@ -11,8 +11,7 @@
 
 namespace m100::est {
 
-/// Calls f with std::integral_constant 0 .. kCount-1: a loop whose index is a constant, so that the zeros of a
-/// transition matrix cost nothing.
+/// Calls f with std::integral_constant 0 .. kCount-1. It is a loop whose index is a constant expression.
 template <int kCount, typename F>
 constexpr void unroll([[maybe_unused]] F&& f) {
   [&]<int... kIndex>(std::integer_sequence<int, kIndex...>) { (f(std::integral_constant<int, kIndex>{}), ...); }
@@ -27,13 +26,12 @@ struct CovarianceHealth {
   std::uint32_t saturations = 0;  ///< fixed point only: stores that did not fit
 };
 
-/// Covariance of kN states in power-of-two units: entry (i, j) is P_ij / (2^e_i 2^e_j). With 2^e_i about the
-/// steady-state sigma or a few times that, 32 bits hold the entries as well as a float does; unscaled, the smallest
-/// entries vanish in rounding and positivity is lost. Transition matrices and measurement rows use the same units:
-/// phi_ij 2^(e_j - e_i), h_j 2^(e_j - e_m).
+/// Covariance of kN states in power-of-two units: entry (i, j) is P_ij / (2^e_i 2^e_j). Choose 2^e_i as the
+/// steady-state sigma or a few times that: 32 bits then hold the entries as well as a float does. Transition matrices
+/// and measurement rows use the same units: phi_ij 2^(e_j - e_i), h_j 2^(e_j - e_m).
 ///
-/// Only the lower triangle is stored, so the matrix is always symmetric. Every coefficient must be below 8 in size.
-/// predict() quarters a variance above kCeiling; check() raises one below kFloor, and repairs lost positivity.
+/// Only the lower triangle is stored. Every coefficient must be below 8 in size. predict() quarters a variance above
+/// kCeiling. check() raises a variance below kFloor and repairs lost positivity.
 template <typename S, int kN>
 class ScaledCovariance {
  public:
@@ -74,15 +72,16 @@ class ScaledCovariance {
   template <typename Shape>
   void predict(const Matrix& phi, const Column& q);
 
-  /// Of a measurement with row h and variance r > 0. Shape::kRow marks which entries of h are 0, 1 or x (any value).
+  /// P h' and the variance s of a measurement with row h and variance r > 0. Shape::kRow marks which entries of h are
+  /// 0, 1 or x (any value).
   template <typename Shape>
   Projection project(const Column& h, S r);
 
   /// P <- P - (P h')(P h')' / s. @returns the gain in scaled units.
   Column update(const Projection& projection);
 
-  /// Enforces the floors and checks positivity (pivots of L D L'). When positivity is lost, all correlations shrink by
-  /// a quarter, which keeps every variance and moves the matrix towards its (positive) diagonal.
+  /// Raises variances to the floor and checks positivity (pivots of L D L'). If positivity is lost, all covariances
+  /// between different states shrink by a quarter.
   void check();
 
   CovarianceHealth health() const {

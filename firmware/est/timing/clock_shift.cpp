@@ -6,14 +6,14 @@
 namespace m100::est {
 namespace {
 
-/// Half of a tick: the arrivals are known to one tick, and the smallest shift of a window more exactly.
+/// Smallest shift that is detected: half of a tick. The arrivals are known to one tick.
 constexpr float kMinShift_s = 0.005F;
 constexpr float kShareOfSpread = 0.25F;     // the smallest of eight jitters is a ninth of the spread on average
 constexpr float kAnotherRate = 4.F;         // a deficit of so many detectable shifts is no noise of one window
 constexpr float kForgets = 1.F / 32.F;      // share of a shift forgotten per window: a quartz drifts 0.3 ms in 32
 constexpr float kAdapts = 1.F / 64.F;       // weight of a window in the spacing
 constexpr float kUneven = 1.F / 64.F;       // weight of a step in the mean square
-constexpr float kLargestUneven = 0.25F;     // most that one step counts, in spacings: a clock step is no irregularity
+constexpr float kLargestUneven = 0.25F;     // most that one step counts, in spacings
 constexpr float kRegular = 0.125F;          // largest rms, in spacings: clocks are slewed by at most a tenth
 constexpr float kLargestCaptures = 1000.F;  // in one step
 

@@ -5,15 +5,15 @@
 
 namespace m100::est {
 
-/// Detects that the clock of a source of pose was set or runs at another rate, and by how much.
+/// Detects that the clock of a source of poses was set or slewed, and by how much.
 ///
 /// If poses arrive later than their stamps say, either the transport has become slower or the source's clock has lost
 /// time. If the transport is slower, the stamps stay one capture interval apart. If the clock has lost time, they are
-/// less than that apart, while the arrivals stay regular. So, over windows of some poses,
+/// less than that apart. So, over windows of some poses,
 ///   shift   = smallest (arrival - stamp) of the window, minus that of earlier windows
 ///   deficit = number of captures x their interval - advance of the stamps
-/// and the clock is the cause if shift and deficit differ by less than half of the shift. A source that stamps or
-/// captures irregularly does not show the difference; then the shift is only reported as unexplained_s().
+/// and the clock is the cause if shift and deficit differ by less than half of the shift. If the source captures or
+/// stamps irregularly, the shift is only reported as unexplained_s().
 ///
 /// Cost: five products and two divisions a pose.
 class ClockShift {

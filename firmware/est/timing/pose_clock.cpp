@@ -12,7 +12,7 @@ constexpr float kMaxDrift = 0.02F;
 /// So many long steps in a row show a slower source. With one capture in twenty lost, that happens once in 160000.
 constexpr std::uint32_t kSlowerSource = 4;
 constexpr core::Duration kLongest = std::chrono::seconds(10);  // without a pose: restart
-/// An uneven stamp so early for the envelope shows a set clock. Arrivals, and soon the envelope, are known to one tick.
+/// An uneven stamp that is earlier than the envelope by more than this shows that the clock was set: three ticks.
 constexpr float kEarly_s = 3.F * core::seconds<float>(core::kTickPeriod);
 constexpr float kUneven = 0.25F;  // in spacings: stamps that deviate more from whole captures may show a set clock
 
@@ -50,7 +50,7 @@ bool PoseClock::was_set(core::Duration step, core::Duration gap, const Context& 
   return is_uneven && (early_s > kEarly_s || (context.clock_was_set && uneven_s < 0.F));
 }
 
-/// Poses that only looked late or early because the sender's clock was slewed are corrected for it.
+/// Corrects the estimate for a slew or step of the sender's clock that ClockShift has found.
 void PoseClock::note_shift(const ClockShift::Step& step) {
   const float lost_s = shift_.update(step, lateness_.value_s());
   if (lost_s < 0.F || lost_s > 0.F) {

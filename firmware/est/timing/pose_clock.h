@@ -36,12 +36,9 @@ class Quantile {
 ///
 /// With s the sender's time of a capture and y the time at which the pose came,
 ///   y = t0 + r s + delta,  delta >= 0,
-/// because a message can be late but never early. The rate r (one, apart from the drift) comes from least squares over
-/// some 3000 poses; t0 + r s is the lower envelope of y: it advances with s, falls at once to a smaller y, and rises
-/// slowly (faster while r is uncertain). A constant remains, the latency that every message has; PoseLatency finds it.
-/// Lost captures change nothing. If the sender's clock was set or slewed (ClockShift, or the link by the order of the
-/// stamps), t0 is estimated anew and the rate is kept. Time stamps that have once followed the arrivals stay trusted: a
-/// pose that is then far later than its stamp says is old, however long that lasts, and it does not change the rate.
+/// because a message can be late but never early. Least squares over some 3000 poses give the rate r. t0 + r s is the
+/// lower envelope of y: it falls at once to a smaller y and rises slowly. The constant latency of all messages remains;
+/// PoseLatency finds it. If the sender's clock was set or slewed, t0 is estimated anew and the rate is kept.
 ///
 /// Cost: about 30 products, some ten divisions and a square root a pose, ClockShift included. In float for every
 /// scalar: the arithmetic uses only time differences, taken in whole microseconds, never times of a whole flight.
@@ -53,9 +50,9 @@ class PoseClock {
     std::uint32_t poses = 1;     ///< number that came since the call before
   };
   /// @param captured if it is not later than in the previous call, the sender's clock was set
-  /// @returns our time of capture plus the constant latency: when the pose would have arrived without jitter. `arrived`
-  ///   itself before the 30th pose (counted again after 10 s without one), for a pose that shows that the clock was
-  ///   set, and while the sender's time stamps do not follow the arrivals.
+  /// @returns our time of capture plus the constant latency: when the pose would have arrived without jitter. It is
+  ///   `arrived` itself before 30 poses have come, for a pose that shows that the clock was set, and while the sender's
+  ///   time stamps do not follow the arrivals.
   core::TimePoint update(core::SenderTime captured, core::TimePoint arrived, const Context& context);
   core::TimePoint update(core::SenderTime captured, core::TimePoint arrived) {
     return update(captured, arrived, Context{});
@@ -72,7 +69,7 @@ class PoseClock {
   std::uint32_t times_set() const { return times_set_; }
   /// How much later poses come, for an unknown reason: the clock was set back, or their transport takes longer.
   core::Duration unexplained() const { return duration_of(shift_.unexplained_s()); }
-  /// A comparison of the clocks showed that the sender's has lost this much: poses that look late by it are not late.
+  /// Uses a comparison of the clocks: the sender's clock has lost this much time, so poses look late that are not.
   void lose(core::Duration lost);
   /// Whether update() removes jitter.
   bool is_regular() const { return count_ >= kMinPoses && (is_proven() || lateness_.value_s() < kMaxLateness_s); }

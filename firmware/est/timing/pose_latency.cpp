@@ -13,14 +13,11 @@ constexpr double kMemoryPerWindow = 0.98347145382161749;  // exp(-1/60)
 constexpr std::uint32_t kFewest = 12;                     // poses in a useful window
 constexpr double kMinResidual_m = 5e-4;                   // no pose is better than this
 /// Errors of the model are correlated over some ten poses (gusts, the attitude loop), so ten poses count as one sample.
-/// An unobserved disturbance, integrated twice, is correlated for longer (a window is worth 1.3 to 2.6 samples,
-/// simulated); but with so few samples the uncertainty of the time would excuse a slow drift of the pose.
 constexpr double kPosesPerSample = 10.0;
 /// Range of the latency without the jitter: no pose comes before its capture.
 constexpr double kEarliest_s = 0.0, kLatest_s = 0.25;
-/// The newest attitude is older than the pose that has just come, by its own age and up to a period of telemetry. A
-/// window looks back at least this far: for later times there is no integral, so a latency of zero, once assumed, would
-/// never be tested again. The error of the first order over 20 ms is 1 mm at 5 m/s^2.
+/// Smallest latency that a window assumes. The newest attitude is older than the newest pose, so a window needs to look
+/// back this far to find its integrals.
 constexpr double kLookback_s = 0.020;
 
 template <typename T>

@@ -10,26 +10,26 @@
 
 namespace m100::est {
 
-/// Estimates how much older the poses are than assumed, from the inertial measurements: scalar least squares in windows
-/// of 1 s.
+/// Estimates from the inertial measurements how much older the poses are than assumed. It uses scalar least squares in
+/// windows of 1 s.
 ///
 /// In a window, for each horizontal axis, with s the assumed time of capture and I the double integral of the
-/// horizontal acceleration, g tan(tilt) plus what PoseTiming knows of wind and drag:
+/// horizontal acceleration:
 ///   pose(s) = c0 + c1 s + c2 s^2 + I(s - tau) = c0 + c1 s + c2 s^2 + I(s) - tau I'(s) + ...
-/// The polynomial absorbs the initial values of the integrals and all steady accelerations: wind, trim, offsets. Both
-/// axes share tau. The polynomial is eliminated from the normal equations at the end of the window, which leaves one
-/// number and its information, weighed by the residual of the window. Windows are summed with a memory of a minute.
+/// The polynomial absorbs the initial values of the integrals and all steady accelerations: wind, trim, offsets. It is
+/// eliminated from the normal equations at the end of the window, which leaves tau and its information. Windows are
+/// summed with a memory of a minute.
 ///
-/// In a still hover I' carries no information, and tau keeps its prior with that uncertainty: is_observable() is false.
+/// In a still hover I' carries no information, and tau keeps its prior.
 /// T is float or double. Cost: 2 integrals a tick, about 45 products a pose.
 template <typename T>
 class PoseLatency {
  public:
   using Vector2 = core::Vector<T, 2>;
-  static constexpr double kKnown_s = 0.010;  ///< a larger standard error counts as not observable
+  static constexpr double kKnown_s = 0.010;  ///< largest standard error of an observable latency
 
-  /// Sets the prior by mean and standard deviation. It counts only as far as motion agrees: where prior and motion are
-  /// farther apart than both standard deviations allow, their distance becomes the deviation of the prior.
+  /// Sets the prior by mean and standard deviation. If the motion contradicts it, the deviation of the prior becomes
+  /// its distance from the estimate by motion.
   void set_prior(T tau_s, T sigma_s);
   /// The horizontal acceleration (world, m/s^2) at a time; times must ascend.
   void add_acceleration(core::TimePoint at, const Vector2& acceleration_w_m_s2);

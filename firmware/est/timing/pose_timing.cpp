@@ -38,8 +38,8 @@ void PoseTiming<T>::add_attitude(const Measurement<T>& measured, T yaw_rad) {
                                 : tilted_m_s2);
 }
 
-/// If the transport of the poses becomes slower for good, the limit of their freshness must follow within the time of a
-/// COAST. Poses that queued up during a pause also come late in a row, but do not show how late the next ones come.
+/// Follows a transport that has become slower for good within the time of a COAST. Poses that queued up during a pause
+/// also come late in a row, so a row must last kNoQueue before the jitter is set to it.
 template <typename T>
 void PoseTiming<T>::update_jitter(float late_s) {
   const bool is_far = late_s > jitter_.value_s() + kFarLater_s;
@@ -66,7 +66,7 @@ void PoseTiming<T>::update_latency(core::Duration way) {
   report_.drift = clock_.drift();
 }
 
-/// A comparison that differs from the one before by more than the sum of their bounds shows how far the clock was set.
+/// If a comparison differs from the one before by more than the sum of their bounds, the sender's clock was set.
 template <typename T>
 void PoseTiming<T>::compare_clocks(const core::ClockOffset& offset) {
   const core::Duration lost = offset.to_ours - offset_.to_ours;

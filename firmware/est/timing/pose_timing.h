@@ -24,16 +24,14 @@ struct PoseTimingReport {
 };
 
 /// Determines when poses were captured, on our clock, from their times of arrival, their sender's time stamps and the
-/// inertial measurements: PoseClock removes the jitter, PoseLatency finds the constant latency. Where both sides have
-/// compared their clocks, the result is the prior of that latency, as far as unequal delays in the two directions
-/// allow; motion decides. The latency that is found is applied at 20 ms a second, so that a pose in motion never jumps.
+/// inertial measurements. PoseClock removes the jitter, PoseLatency finds the constant latency. A comparison of the
+/// clocks gives the prior of that latency. The applied latency changes by at most 20 ms per second.
 /// T is float or double.
 template <typename T>
 class PoseTiming {
  public:
-  /// Before the observer, once per tick. Sets the time of capture of a new pose and its uncertainty. The part of the
-  /// force that the tilt does not explain (Measurement::disturbance_acceleration) counts as acceleration, where it is
-  /// known: without it a tilt that only balances a gust or drag looks like a motion 10 to 30 ms earlier or later.
+  /// Before the observer, once per tick. Sets the time of capture of a new pose and its uncertainty.
+  /// Measurement::disturbance_acceleration is added to the acceleration by the tilt, where it is known.
   /// @param yaw_rad as estimated in the tick before
   void update(Measurement<T>& measured, T yaw_rad);
   const PoseTimingReport<T>& report() const { return report_; }
