@@ -6,10 +6,9 @@
 
 namespace m100::ctl {
 
-/// Converts the tilts of commands between two scales (rad per count): the identified one, with which the stick map
-/// converts, and the one of [design]. If the design's is 5 % larger, the law assumes that sent counts tilt the aircraft
-/// by 5 % more than the stick map says, and fewer counts are sent for its commands. On an axis without a scale in
-/// [design], and on a channel without sticks, the factor is 1 and no bit changes.
+/// Converts the tilts of commands between two scales (rad per count) of the tilt sticks. The identified scale is the
+/// one of the stick map; the scale of [design] is the one that the control law assumes. The factor is 1 without sticks,
+/// and on an axis without a scale in [design].
 template <typename T>
 class DesignScale {
  public:
@@ -17,13 +16,13 @@ class DesignScale {
       : roll_(ratio(vehicle.design.roll, vehicle.roll, by_sticks)),
         pitch_(ratio(vehicle.design.pitch, vehicle.pitch, by_sticks)) {}
 
-  /// A sent command, on the scale of the design.
+  /// Converts a sent command to the scale of the design.
   Command<T> expected(Command<T> command) const {
     command.roll_rad *= roll_;
     command.pitch_rad *= pitch_;
     return command;
   }
-  /// The command to send for a command of the design.
+  /// Converts a command of the design to the one to send.
   Command<T> to_send(Command<T> command) const {
     command.roll_rad /= roll_;
     command.pitch_rad /= pitch_;

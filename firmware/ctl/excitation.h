@@ -25,7 +25,8 @@ constexpr auto& value_of(C& command, std::size_t axis) {
                      : command.yaw_rate_rad_s;
 }
 
-/// Limits beyond which an excitation is aborted, along the moved axis: in m, m/s and m/s^2; for yaw in rad and seconds.
+/// Limits beyond which an excitation is aborted. Distance, braking and speed are along the moved axis, in m, m/s^2 and
+/// m/s; for yaw in rad, rad/s^2 and rad/s.
 struct ExcitationLimits {
   double distance = 0.0;  ///< from the reference, braking distance included: |s| + v^2 / (2 a), v outwards
   double braking = 1.0;   ///< a, the assumed deceleration
@@ -40,7 +41,8 @@ struct ExcitationPiece {
   std::size_t count = 0;
 };
 
-/// Stick movements for identification, computed before the flight; the caller owns the viewed data. No pieces: none.
+/// Stick movements for identification, computed before the flight. The caller owns the viewed data. Without pieces
+/// there is no excitation.
 struct ExcitationPlan {
   core::Duration period = std::chrono::milliseconds(20);
   std::span<const std::int16_t> counts{};  ///< from the trim; positive: roll right, pitch forward, climb, yaw right
@@ -77,12 +79,13 @@ class Excitation {
 
   explicit Excitation(const ExcitationPlan& plan) : plan_(plan) {}
 
-  /// Begins with the return before the first piece, if there is one. Call it when the failsafe has reached kNominal.
+  /// Begins the return before the first piece; does nothing if the plan has no pieces. Call it when the failsafe has
+  /// reached kNominal.
   void start(core::TimePoint now);
 
-  /// In every tick with returns(), before update(): the roll and pitch sticks, in counts from their trims, that would
-  /// hold the position now, by the observer's wind and trim. Their mean over the time at rest is added to the next
-  /// piece: without this a constant disturbance would carry the aircraft away for as long as the piece lasts.
+  /// Call it before update() in every tick with returns().
+  /// @param holding roll and pitch sticks, in counts from their trims, that would hold the position now. Their mean
+  ///   over the time at rest becomes holding_counts().
   void rest_at(const HoldingSticks<T>& holding);
   /// Once per tick, before a command is chosen.
   /// @param may the failsafe is in kNominal, control is ours. @param brakes the geofence limiter brakes.
@@ -93,9 +96,10 @@ class Excitation {
   Abort abort() const { return abort_; }
   bool moves() const { return state_ == State::kMoving; }
   ExcitedStick axis() const { return moves_piece() ? plan_.pieces[piece_].axis : ExcitedStick::kRoll; }
-  /// The law brings the aircraft to rest before a piece: rest_at() is needed.
+  /// Whether the law brings the aircraft to rest before a piece.
   bool returns() const { return state_ == State::kReturning; }
-  /// Added to counts(): holds against wind and trim as of the rest before the piece. At most 200; throttle, yaw: 0.
+  /// Counts that the caller adds to counts() to hold against wind and trim: the mean of rest_at(), at most 200 in size.
+  /// 0 for throttle and yaw, and while the plan moves no stick.
   int holding_counts() const;
   /// The plan's counts for the stick of axis(), from its trim; 0 while the plan moves no stick.
   int counts() const { return moves() ? plan_.counts[plan_.pieces[piece_].begin + sample_] : 0; }

@@ -7,14 +7,12 @@
 
 namespace m100::ctl {
 
-/// Gains of the height loop from the climb dynamics of the vehicle, for use with the climb speed of the observer.
+/// Gains of the height loop from the climb dynamics of the vehicle. The limits are those of `base`.
 ///
-/// With the climb loop modelled as one lag T (tau, at least 50 ms, or 2 z / w) plus its delay D, u = Kp e - Kd w
-/// gives T s^2 + (1 + Kd) s + Kp. The natural frequency is set to kBandwidth / (D + T2 + kFeedback_s), at most 4 rad/s
-/// and less where the delay does not bear its Kd. T2 is the lag that this model omits (0.5 / w for a second order). The
-/// damping is kDamping; where that requires no Kd, Kp is raised until it is, as far as the delay bears. At least 6 dB
-/// and 45 degrees remain for T of 0.05 to 1 s and D to 0.35 s. All limits are those of `base`. A caller whose
-/// AltitudeGains::design is false uses the vehicle file's own gains instead of this.
+/// The climb loop is modelled as one lag T plus its delay D. T is tau, at least 50 ms, or 2 z / w_n. With u = Kp e - Kd
+/// w, w the climb speed, the characteristic polynomial is T s^2 + (1 + Kd) s + Kp. Its natural frequency is limited by
+/// the delay, and to 4 rad/s. Its damping is kDamping, or more where Kd is 0. At least 6 dB of gain margin and 45
+/// degrees of phase margin remain for T of 0.05 to 1 s and D to 0.35 s.
 model::AltitudeGains design_altitude(const model::StickAxis& climb, const model::AltitudeGains& base);
 
 /// Reference of the height loop.

@@ -11,15 +11,13 @@
 
 namespace m100::ctl {
 
-/// The command of the failsafe's level state: it stops the aircraft without a course, and then holds it against input
-/// offset m (trim) and disturbance d (wind) as last estimated. Per axis of the yaw-free frame
-///   v' = -k s (1 + (s / s1)^2),  s = v + t v'now,  at most the vehicle's braking:  slope = +-(v' - d) / g - m
-/// The speed s is that of a reaction time t later, so that the tilt is removed in time; with k t = 0.7 the stop does
-/// not overshoot. At s1 the linear part -k s alone has half of the vehicle's braking: without the cube the braking
-/// would ease below 2 s1 already. The fence assumes that the aircraft brakes this hard. Both slopes together are at
-/// most tan(30 degrees), the law's own limit, reduced if the tilt is beyond it (slope_limit.h), and keep their
-/// direction. While no pose arrives the velocity is the model's prediction; if its sigma is 1 m/s or more, only trim
-/// and wind are compensated. Without a prediction the command is level. No climb, no turn: the autopilot keeps height.
+/// The command of the failsafe's level state. It stops the aircraft without a course and then holds it against the
+/// input offset m (trim) and the disturbance d (wind), as last estimated. Per axis of the yaw-free frame:
+///   v' = -k s (1 + (s / s1)^2),  limited to the vehicle's braking;  slope = +-(v' - d) / g - m
+/// s is the speed predicted for one reaction time t from now, and k t = 0.7. At s = s1 the linear part -k s is half of
+/// the vehicle's braking. Both slopes together are limited to tan(30 degrees), or less if the predicted tilt exceeds
+/// that (slope_limit.h). If the sigma of the velocity is 1 m/s or more, only trim and wind are compensated. Without a
+/// valid prediction the command is level. Climb and yaw rate are 0.
 template <typename T>
 Command<T> brake_and_hold(const est::Estimate<T>& estimate, const Braking& braking) {
   const T ahead_s = static_cast<T>(braking.reaction_s);

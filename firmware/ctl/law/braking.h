@@ -5,11 +5,11 @@
 
 namespace m100::ctl {
 
-/// How a vehicle can brake: the one model of fence, level state, set-point planner, fallback law and wind monitor.
+/// How a vehicle can brake. Fence, level state, set-point planner, fallback law and wind monitor use this model.
 struct Braking {
   /// Deceleration on each horizontal axis, in still air, while the other axis brakes too.
   double acceleration_m_s2 = 0.0;
-  /// The steady disturbance against which it can hold its position: at most 4 m/s^2.
+  /// The steady disturbance against which the aircraft can hold its position: at most 4 m/s^2.
   double max_disturbance_m_s2 = 0.0;
   /// Time from the decision to stop until the attitude is reversed and the estimate shows it; at least 0.35 s.
   double reaction_s = 0.0;

@@ -12,23 +12,22 @@ namespace m100::ctl {
 /// Bandwidth w of the fallback law in rad/s, from the delay of the vehicle file for which the tables were made:
 ///   w = 0.463 / (t + 0.2 s),   t = Braking::reaction_s, the delay from a command until the attitude is seen to follow.
 /// With 1.5 times the assumed gain the open loop 1.5 (2 w s + w^2) / s^2 has its crossover at 3.04 w, and a phase
-/// margin of 80.7 degrees there, so it tolerates a delay of 0.463 / w: t, and 0.2 s more that the vehicle file does not
-/// know. The default vehicle has w = 0.84 rad/s, and returns to its place in about 5 s.
+/// margin of 80.7 degrees there. It therefore tolerates a delay of 0.463 / w, which is t and another 0.2 s.
 template <typename T>
 T fallback_rate_per_s(const Braking& braking) {
   return static_cast<T>(0.463 / (braking.reaction_s + 0.2));
 }
 
-/// The law of one horizontal axis after a limit cycle was detected: slow, without prediction, and with a slow
-/// compensation of the observer's wind and trim.
+/// The law of one horizontal axis after a limit cycle was detected. It is slow, has no prediction, and compensates the
+/// observer's wind and trim slowly.
 ///   a = a_ref + 2 w (v_ref + clamp(w/2 (p_ref - p), 1 m/s) - v),   slope = +-(a + c v_ref) / g + held
-/// held is the slope that cancels the estimated wind and trim (-+d / g - m), passed through a low-pass of time constant
-/// 1 / w that begins at its input. The feed-forward of the reference does not change the loop's margins, so a course
-/// continues, with a larger tracking error. T is float or double.
+/// held is the slope that cancels the estimated wind and trim (-+d / g - m), after a low-pass of time constant 1 / w. T
+/// is float or double.
 template <typename T>
 class FallbackLaw {
  public:
-  /// @returns the slope to command; with the trim added it keeps the axis's limits. The caller limits both together.
+  /// @returns the slope to command, limited so that slope + trim keeps the axis' limits. The caller limits both axes
+  ///   together.
   T slope(const est::AxisEstimate<T>& estimate, const ref::AxisReference<T>& reference, const mpc::GainTable<T>& table,
           T rate_per_s, T step_s) {
     constexpr T kMax_m_s = T(1);

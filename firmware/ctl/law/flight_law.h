@@ -20,8 +20,8 @@
 namespace m100::ctl {
 
 struct FlightLawOptions {
-  /// Limit of the commanded tilt of both axes together, above 0 and below 90 degrees. The flown tilt exceeds it only
-  /// briefly (slope_limit.h) and shall stay below 35 degrees (promise R12): the attitude loop overshoots by 7 %.
+  /// Limit of the commanded tilt of both axes together, above 0 and below 90 degrees. The flown tilt may exceed it
+  /// briefly.
   double combined_tilt_limit_rad = 0.5235987755982988;  // 30 deg
   /// Law of the horizontal axes; the baseline (kLqr) differs from the MPC only in the optimisation.
   mpc::Law horizontal = mpc::Law::kMpc;

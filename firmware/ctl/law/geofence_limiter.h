@@ -12,25 +12,27 @@
 
 namespace m100::ctl {
 
-/// Holds the reference inside the fence, and in x and y limits the speed so that the aircraft can stop before a side.
+/// Holds the reference inside the fence. In x and y it also limits the speed so that the aircraft can stop before a
+/// side.
 ///
-/// Stopping distance on one horizontal axis, at a speed v towards a side (Braking has the vehicle's numbers):
+/// Stopping distance on one horizontal axis, at a speed v towards a side:
 ///   v t + a0 s (t - s / 2) + (v + a0 s)^2 / (2 a)
 /// where t is the reaction time until the attitude is reversed, s = t - 0.05 s the time until it passes level, and
-///   a  = braking - p,  at least 0.05 m/s^2,   p = gusts + offset + the wind that blows towards the side
+///   a  = braking - p,  at least 0.05 m/s^2,   p = gusts + force offset + the wind that blows towards the side
 ///   a0 = p + the acceleration of the present tilt towards the side.
-/// Gusts are those of the fence's wind class. The offset is that of the specific force (est::kForceOffset_m_s2), which
-/// alone shows changes of the wind while no pose arrives. The wind is the present estimate plus a third (the mean over
-/// the braking distance) of the drag that the speed may hide in it, at most that of the class: braking removes the drag
-/// and leaves the wind. A state is admitted if position plus stopping distance plus three sigmas of position end before
-/// the side. Over the last 0.4 m before that limit, at 0.3 m/s or more, the reference is moved gradually to a place
-/// behind the aircraft, so that the law finally brakes with all its tilt. The same applies while coasting.
+/// The gusts are those of the fence's wind class. The wind is the estimated one, plus a third of what drag may hide of
+/// it.
+///
+/// If position plus stopping distance plus three sigmas of the position end beyond the side or less than 0.4 m before
+/// it, and the speed is at least 0.3 m/s, the reference is moved gradually to a point behind the aircraft. The law then
+/// brakes.
 template <typename T>
 class GeofenceLimiter {
  public:
   GeofenceLimiter(const core::Fence& fence, const Braking& braking);
 
-  /// Moves a constant reference that is beyond or too near a side (x, y) inside, before a motion to it is planned.
+  /// Moves a constant reference in x and y inside if it is beyond a side or too near to it. Call it before a motion to
+  /// it is planned.
   void limit_goal(ref::Window<T>& window) const;
   /// Limits the reference. @param points number of points in x and y that are limited, beginning with the first.
   void limit(ref::Window<T>& window, const est::Estimate<T>& estimate, std::size_t points = ref::kHorizon + 1);

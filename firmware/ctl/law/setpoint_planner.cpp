@@ -11,8 +11,9 @@ namespace m100::ctl {
 namespace {
 
 constexpr double kMaxSpeed_m_s = 17.0;  ///< of the aircraft, by its maker
-constexpr double kMinGoal_m = 0.05;     ///< no motion to a goal at most this far away, at most this fast (in m/s)
-constexpr double kMinShare = 0.25;      ///< least share of the slope limit for an axis, and of its acceleration in wind
+constexpr double kMinGoal_m =
+    0.05;  ///< no motion is planned if the goal is nearer (m) and the speed lower (m/s) than this
+constexpr double kMinShare = 0.25;  ///< least share of the slope limit for an axis, and of its acceleration in wind
 
 template <typename T>
 T magnitude(T value) {
@@ -102,7 +103,8 @@ void SetpointPlanner<T>::set_goal(Axis& axis, const est::AxisEstimate<T>& estima
   }
 }
 
-/// Orders a new plan if the aircraft has left the motion or the disturbance changed; not in the first reaction time.
+/// Orders a new plan if the aircraft has left the motion or the disturbance has changed. Does nothing in the first
+/// reaction time and after the end of the motion.
 template <typename T>
 void SetpointPlanner<T>::check(Axis& axis, const est::AxisEstimate<T>& estimate, T time_s, T lead_s) {
   if (time_s < reaction_s_ || time_s > axis.motion.duration_s()) {
@@ -121,7 +123,8 @@ void SetpointPlanner<T>::check(Axis& axis, const est::AxisEstimate<T>& estimate,
   }
 }
 
-/// If one large tilt was planned for a whole reaction time, scales authority by the share of it that was reached.
+/// If the plan has held one large acceleration for a reaction time, multiplies the axis' authority by the ratio of
+/// measured to commanded acceleration.
 template <typename T>
 void SetpointPlanner<T>::learn_authority(Axis& axis, const est::AxisEstimate<T>& estimate, T time_s) const {
   const T planned_m_s2 = axis.motion.at(time_s).acceleration_m_s2;

@@ -12,27 +12,23 @@
 
 namespace m100::ctl {
 
-/// Replaces the jump to a new set point by the fastest motion that the aircraft can make (ref/time_optimal.h), so that
-/// the law sees the braking beyond its horizon. Windows that are not constant stay as they are.
+/// Replaces the jump to a new set point by the fastest motion that the aircraft can make (ref/time_optimal.h). Windows
+/// that are not constant stay as they are.
 ///
-/// Limits per axis. Acceleration: by the tilt of the gain table, or by the axis' part (a quarter at least) of the law's
-/// limit of both axes in the direction of the goal if that is less; plus or minus the disturbance, but at least a
-/// quarter of the tilt's. Braking uses kBrakingShare of it and leaves the rest to the feedback. Jerk: the tilt is
-/// reversed in Braking::reaction_s less Braking::acts_s; the final release is slower, see kRelease.
+/// Limits of the motion per axis. Acceleration: the tilt limit of the gain table, or the axis' part of the law's
+/// combined limit if that is less, plus or minus the disturbance. Braking uses kBrakingShare of it; the rest is for the
+/// feedback. Jerk: the tilt is reversed in Braking::reaction_s less Braking::acts_s; the final release is slower
+/// (kRelease).
 ///
-/// The motion of an axis is planned again at most kMaxReplans times for one goal: from the measured state, when the
-/// aircraft has left the motion by more than kMaxError_m (if it accelerates less than planned, the plan's tilt is
-/// scaled down, too, not below kMinAuthority); or from the motion's own state, when the disturbance has changed by more
-/// than kMaxChange_m_s2 since it was planned: a wind looks weaker the faster one flies with it. All limits use the
-/// present disturbance, moved a third of the way back to its value when the goal was set: the mean during the braking.
-///
-/// One axis is planned a tick. After both motions' end the window is the set point itself again. T is float or double.
+/// A motion is planned again from the measured state if the aircraft is more than kMaxError_m away from it, and from
+/// its own state if the disturbance has changed by more than kMaxChange_m_s2. This happens at most kMaxReplans times
+/// for one goal. At most one axis is planned in a tick. T is float or double.
 template <typename T>
 class SetpointPlanner {
  public:
   static constexpr double kBrakingShare = 0.95;
-  /// Share of the tilt that the final release removes in Braking::reaction_s: the feedback needs one reaction time to
-  /// see an error of the release, and another one to correct it.
+  /// Share of the tilt that the final release removes in one Braking::reaction_s. It is slow enough for the feedback to
+  /// correct an error.
   static constexpr double kRelease = 0.5;
   static constexpr double kMinAuthority = 0.8;  ///< share of the identified gain: the least in the certificate's box
   static constexpr double kMaxError_m = 0.3;    ///< twice the shipped vehicle's largest deviation in a motion of 6 m

@@ -16,10 +16,8 @@ T predicted_slope(const est::AxisEstimate<T>& axis, T slope, T ahead_s) {
 /// The largest slope of both axes together that may be commanded while the aircraft is about to have the slopes soon_x
 /// and soon_y: `limit`, minus twice the amount by which their root of squares exceeds it, but at least half of `limit`.
 ///
-/// The flown tilt differs from the commanded one. A trim that is wrong by 56 counts adds 3 degrees of tilt to the
-/// command, in any direction; so does an attitude loop that tilts more than commanded, or overshoots. The observer's
-/// estimate of this (input_offset_rad) takes seconds, and is along the axes of the world, so that a change of heading
-/// makes it wrong. The tilt itself is measured. An error of e at the limit makes the tilt exceed it by e / 3.
+/// The flown tilt differs from the commanded one by errors of trim and of the attitude loop. With this reduction an
+/// error e makes the flown tilt exceed the limit by e / 3.
 template <typename T>
 T max_slope(T soon_x, T soon_y, T limit) {
   constexpr T kTakenBack = T(2);

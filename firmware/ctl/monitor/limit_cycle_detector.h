@@ -18,31 +18,22 @@ struct LimitCycleReport {
 
 /// Detects a limit cycle: a repeated oscillation of the tilt that neither the course nor the air causes. On each
 /// horizontal axis the estimated tilt, minus the tilt for the reference's acceleration, is divided into half-waves,
-/// from one turning point to the next. (A turning point is confirmed when the tilt has come back from it by a quarter
-/// of the half-wave before, or of kMinHeight_rad if that is more, so that ripple does not divide a wave.) The loop
-/// oscillates if kHalfWaves consecutive half-waves meet all of these conditions:
-///   - higher than kMinHeight_rad: ten times the sigma of the tilt in a healthy hover, noise included, which is half a
-///     degree;
-///   - higher than the sum of the reference's own oscillation and kMinRatio times what the disturbance of the aircraft
-///     in that time explains (below);
-///   - kMinHalfWave_s to kMaxHalfWave_s long, which is 0.3 to 3 Hz: a third and three times the crossover (1.1 Hz) of a
-///     loop for such an aircraft. Outside this band the loop has not enough gain, or not enough lag, to oscillate;
+/// from one turning point to the next. A limit cycle is detected if kHalfWaves consecutive half-waves meet all of these
+/// conditions:
+///   - higher than kMinHeight_rad, ten times the sigma of the tilt in a healthy hover;
+///   - higher than the reference's own oscillation plus kMinRatio times the tilt that corresponds to the disturbance;
+///   - kMinHalfWave_s to kMaxHalfWave_s long, which is 0.3 to 3 Hz;
 ///   - at least kMinHeightRatio times as high as the highest before it, and as long as the one before within a factor
-///     kMaxPeriodRatio; one that fails only this begins a new count.
-/// The response to a step dies out; and when the reference jumps, counting begins anew. Turbulence excites the same
-/// band, and tilts the aircraft as far. The two are distinguished by cause and effect. With x'' = g t + d, the equation
-///   s^2 / (s + a)^2 x  -  g / (s + a)^2 t  =  1 / (s + a)^2 d      (a = kFrom_per_s, near the crossover)
-/// is true for any motion; its left side needs position and tilt only. A loop answers a disturbance with a tilt that is
-/// |T| times as large, T its complementary sensitivity, and |T| is at most the peak sensitivity plus one. So a repeated
-/// oscillation of more than kMinRatio times the size that this disturbance explains is the loop's own: its peak
-/// sensitivity would have to be 4, while 1.6 is the design value and 3.4 the worst published corner of a mode. The
-/// disturbance that the observer estimates has to meet the same condition.
+///   kMaxPeriodRatio.
+/// A jump of the reference restarts the count.
 ///
-/// At f Hz detection takes (kHalfWaves + 0.5) / 2 f after the oscillation has become that high: 2.8 s at 1 Hz, 2.1 s at
-/// 1.3 Hz. Errors of poses and tilts count as a disturbance, too, so that an oscillation below 0.2 rad may take longer.
-/// Not detected: a smaller oscillation, one in a wind that moves the aircraft more than a fifth as far, and one under a
-/// reference that jumps again before detection. Cost: some 60 operations per axis and tick, no library function or
-/// heap. T is float or double.
+/// The disturbance is the observer's or the one by the following equation, whichever is larger. With x'' = g t + d,
+///   s^2 / (s + a)^2 x  -  g / (s + a)^2 t  =  1 / (s + a)^2 d      (a = kFrom_per_s)
+/// is true for any motion, and its left side needs only position x and tilt t. A healthy loop answers a disturbance
+/// with a tilt of less than kMinRatio times its size.
+///
+/// At f Hz detection takes (kHalfWaves + 0.5) / 2 f after the oscillation has become that high. Cost: some 60
+/// operations per axis and tick, no library function or heap. T is float or double.
 template <typename T>
 class LimitCycleDetector {
  public:
@@ -60,13 +51,13 @@ class LimitCycleDetector {
   static constexpr double kJump_m_s = 0.1;
   static constexpr double kStall_s = 0.025;  ///< a step of this length or longer begins the counting anew
 
-  /// Once per tick. @param flies the law flies, and nothing else moves the sticks; if false, nothing is watched.
+  /// Once per tick. @param flies the law flies, and nothing else moves the sticks; if false, nothing is detected.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& window, bool flies, T step_s);
-  /// Forgets all half-waves and pauses for this time, in which the detected oscillation has to fade. Afterwards, until
-  /// update() is called with flies = false, kHalfWavesAgain consecutive half-waves are enough.
+  /// Discards all half-waves and pauses for this time. Afterwards, until update() is called with flies = false,
+  /// kHalfWavesAgain consecutive half-waves are enough.
   void pause(T time_s);
 
-  /// Of the axis that oscillates; if both do, of the one with the larger oscillation.
+  /// The limit cycle of the axis that oscillates; if both do, that of the axis with the larger oscillation.
   LimitCycleReport<T> report() const;
 
  private:
@@ -80,7 +71,7 @@ class LimitCycleDetector {
     }
     T size() const { return high - low; }
   };
-  /// Left side of the equation in the comment of the class: the motion that the tilt does not explain [m].
+  /// The motion in the detector's frequency band that the acceleration by tilt does not explain [m].
   struct UnexplainedMotion {
     T slow_m{0};
     T slower_m{0};
