@@ -64,8 +64,8 @@ void note(AuthorityAction action, AuthorityState& state) {
   }
 }
 
-/// Whether the operator's request for control ends with this row: when it is served, refused or withdrawn, when control
-/// is lost meanwhile, and when a port came back: it was not meant for the autopilot that answers there now.
+/// Whether a row ends the operator's request for control: it is served, refused or withdrawn, control was lost, or the
+/// port was opened anew.
 constexpr bool ends_ask(const AuthorityTransition& row) {
   const bool refused_at_ready = row.from.has(AuthorityStage::kReady) && row.to == AuthorityStage::kReady;
   return refused_at_ready || row.to == AuthorityStage::kObtaining || row.to == AuthorityStage::kReleasing ||

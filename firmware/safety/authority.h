@@ -9,8 +9,8 @@
 
 namespace m100::safety {
 
-// Start-up and authority of an onboard computer at the autopilot (protocol, section 11; promise R4), as one table.
-// Nothing here touches a wire: conditions come in, a stage and an action for the owner of the link come out.
+// Start-up and authority of an onboard computer at the autopilot (protocol, section 11; promise R4), as one table. The
+// table maps a stage and conditions to the next stage and an action. The owner of the link carries the action out.
 
 enum class AuthorityStage : std::uint8_t {
   kListening,          ///< waits for a frame, at most kListenTime; then the version query is sent
@@ -34,7 +34,7 @@ inline constexpr std::size_t kStageCount = 15;
 /// Conditions that the authority table tests. Levels are set for as long as they are true, edges for one step.
 enum class AuthorityCondition : std::uint32_t {
   kNone = 0,
-  // The operator (edges; step() keeps kControlRequested until it is served, refused, withdrawn or void).
+  // The operator (edges). step() stores a request for control until it is served, refused, withdrawn or void.
   kControlRequested = 1U << 0U,
   kReleaseRequested = 1U << 1U,
   // The link (levels; the restart and the push are edges).
@@ -121,9 +121,8 @@ inline constexpr core::Duration kListenTime = std::chrono::seconds(1);
 inline constexpr core::Duration kPauseTime = std::chrono::seconds(5);
 inline constexpr core::Duration kItemsTime = std::chrono::seconds(2);  ///< for RC and control items to appear
 inline constexpr core::Duration kConfirmTime = std::chrono::seconds(1);
-/// A release is sent at most five times in any second (R4). The five of the first second leave at its beginning: an
-/// autopilot needs two of them, and on a bad line the second one must arrive within the second of R15. Then follows a
-/// pause up to the full second; from then on releases are evenly spaced.
+/// A release is sent at most five times in any second (R4). The first five are kReleaseSpacing apart. The sixth follows
+/// kReleaseWindow after the first, and later ones are evenly spaced.
 inline constexpr core::Duration kReleaseSpacing = std::chrono::milliseconds(100);
 inline constexpr std::uint8_t kReleasesAtOnce = 5;
 inline constexpr core::Duration kReleaseWindow = std::chrono::seconds(1);
@@ -159,10 +158,9 @@ struct AuthorityStep {
 
 constexpr bool may_command(AuthorityStage stage) { return stage == AuthorityStage::kInControl; }
 
-/// One step: at most one row of the table, then the releases that are not in the table (promise R15). In a stage other
-/// than acquiring or having control, everything that telemetry shows as ours, or that may be ours while telemetry is
-/// silent, is given back, at most five times a second, until telemetry shows that it is not ours. Pure: the caller
-/// keeps the state.
+/// One step: applies at most one row of the table, then decides whether a release is sent (promise R15). Outside the
+/// stages that acquire or have control, releases are sent while telemetry shows control or Virtual RC as ours, and
+/// while it may be ours but telemetry is silent. The caller keeps the state.
 /// @param elapsed since the step before, not negative.
 AuthorityStep step(const AuthorityState& state, AuthorityCondition conditions, core::Duration elapsed);
 

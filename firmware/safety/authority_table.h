@@ -163,7 +163,8 @@ constexpr const AuthorityTransition* match(AuthorityStage stage, AuthorityCondit
   return number < kAuthorityTable.size() ? &kAuthorityTable[number] : nullptr;
 }
 
-/// The stage after one step. By number: GCC's sanitizers do not let a constant expression compare addresses.
+/// The stage after one look-up in the table. (By number: GCC's sanitizers do not let a constant expression compare
+/// addresses.)
 constexpr AuthorityStage next(AuthorityStage stage, AuthorityCondition conditions) {
   const std::size_t number = match_number(stage, conditions);
   return number < kAuthorityTable.size() ? kAuthorityTable[number].to : stage;
@@ -222,7 +223,7 @@ constexpr bool control_needs_proof() {
 }
 static_assert(control_needs_proof());
 
-/// Every row that requests control, or Virtual RC, requires that the last one is at least two seconds old.
+/// Every row that requests control or switches Virtual RC on requires that the last such request is two seconds old.
 constexpr bool requests_are_spaced() {
   for (const AuthorityTransition& row : kAuthorityTable) {
     const bool bad_request = row.action == AuthorityAction::kRequestControl && !all(row.with, kRequestSpaced);
@@ -235,8 +236,8 @@ constexpr bool requests_are_spaced() {
 }
 static_assert(requests_are_spaced());
 
-/// Only the operator ends a silence, with one exception: after a port came back, start-up begins anew. It ends at
-/// kReady, which again waits for the operator.
+/// Every row that leaves kSilent and kSilentCold requires a request of the operator, except the row for a port that was
+/// opened anew. That row starts the start-up, which ends at kReady and waits for the operator there.
 constexpr bool silence_ends_by_asking() {
   for (const AuthorityTransition& row : kAuthorityTable) {
     const bool leaves =

@@ -5,8 +5,8 @@
 
 namespace m100::safety {
 
-/// Each enumerator is one condition that a table tests; a value of the enumeration is a set of them, one bit each. The
-/// failsafe and the authority table each have their own enumeration and share these functions.
+/// True for an enumeration whose values are sets of conditions, one bit each. Such enumerations share the functions
+/// below.
 template <typename S>
 inline constexpr bool kIsCondition = false;
 template <typename S>

@@ -29,11 +29,11 @@ enum class FailsafeCondition : std::uint32_t {
   kTelemetryDead = 1U << 2U,     ///< no telemetry package for 500 ms
   kCommandInvalid = 1U << 3U,    ///< the law's command is not finite or far out of range
   kEstimateLost = 1U << 4U,      ///< poses refused for 0.3 s or contradicted, or not Estimate::healthy
-  kFresh = 1U << 5U,             ///< the pose is at most fresh_limit() old, and telemetry 100 ms
+  kFresh = 1U << 5U,             ///< the pose is at most fresh_limit() old, and telemetry at most 100 ms
   kRecovered = 1U << 6U,         ///< kFresh without interruption for ten new poses
-  kCoastOver = 1U << 7U,         ///< 700 ms since kCoast began, or since fresh poses made the error as small as then
-  kLevelOver = 1U << 8U,         ///< in kLevel for 1 s, and slow enough for the pilot or there for too long
-  kNeutralOver = 1U << 9U,       ///< in kRelease for 0.5 s
+  kCoastOver = 1U << 7U,    ///< 700 ms in kCoast; restarts when fresh poses make the error as small as at its beginning
+  kLevelOver = 1U << 8U,    ///< in kLevel for 1 s, and slow enough for the pilot or there for too long
+  kNeutralOver = 1U << 9U,  ///< in kRelease for 0.5 s
   kOperatorEngages = 1U << 10U,  ///< the operator's order to fly is valid
   // Reported only: no row of the table tests the next five. They are in the log's field `facts`.
   kRollModelMismatch = 1U << 11U,  ///< roll no longer follows its model, by sysid::ResidualMonitor; likewise the next
@@ -42,8 +42,8 @@ enum class FailsafeCondition : std::uint32_t {
   kClimbModelMismatch = 1U << 14U,
   kTrimDrifted = 1U << 15U,  ///< in hover, by est::TrimMonitor
   // Tested by rows again, except kLimitCycle.
-  kReserveSpent = 1U << 16U,       ///< 500 ms in kCoast, as for kCoastOver, and the predicted error reached the fence
-  kOutsideFence = 1U << 17U,       ///< the aircraft is beyond a side, the floor or the ceiling of its fence
+  kReserveSpent = 1U << 16U,  ///< 500 ms in kCoast, timed as for kCoastOver, and the predicted error reached the fence
+  kOutsideFence = 1U << 17U,  ///< the aircraft is beyond a side, the floor or the ceiling of its fence
   kAuthorityExceeded = 1U << 18U,  ///< for 3 s the wind has been stronger than the aircraft (ControlAuthorityMonitor)
   kTaskFlies = 1U << 19U,          ///< the autopilot takes off or lands by its own task, by the operator's order
   kLimitCycle =
@@ -84,7 +84,7 @@ inline constexpr std::size_t kFailsafeReasonCount = 21;
 std::string_view name(FailsafeState failsafe_state);
 std::string_view name(FailsafeReason cause);
 
-/// In `from`, with all of `needs` and none of `excludes`: go to `to`, because of `why`.
+/// A row of the table: in `from`, with all of `needs` and none of `excludes`, go to `to` because of `why`.
 struct FailsafeTransition {
   FailsafeState from;
   FailsafeCondition needs;
@@ -113,7 +113,8 @@ inline constexpr std::array kFailsafeTransitions = [] {
       Row{In::kNominal, When::kOnGround, When::kTaskFlies, In::kSilent, Why::kOnGround},
       Row{In::kCoast, When::kOnGround, When::kTaskFlies, In::kSilent, Why::kOnGround},
       Row{In::kLevel, When::kOnGround, When::kTaskFlies, In::kSilent, Why::kOnGround},
-      // From kRelease to kSilent.
+      // Out of kRelease when its time is over. Into kRelease when the operator gives control back or telemetry is
+      // silent.
       Row{In::kRelease, When::kNeutralOver, When::kNone, In::kSilent, Why::kNeutralOver},
       Row{In::kNominal, When::kOperatorReleases, When::kNone, In::kRelease, Why::kGivenBack},
       Row{In::kCoast, When::kOperatorReleases, When::kNone, In::kRelease, Why::kGivenBack},
@@ -121,7 +122,7 @@ inline constexpr std::array kFailsafeTransitions = [] {
       Row{In::kNominal, When::kTelemetryDead, When::kNone, In::kRelease, Why::kTelemetrySilent},
       Row{In::kCoast, When::kTelemetryDead, When::kNone, In::kRelease, Why::kTelemetrySilent},
       Row{In::kLevel, When::kTelemetryDead, When::kNone, In::kRelease, Why::kTelemetrySilent},
-      // An order to fly that can be obeyed is obeyed even at the last moment; one that cannot does not delay the pilot.
+      // In kLevel an order to fly that can be obeyed has priority over the end of kLevel.
       Row{In::kLevel, When::kOperatorEngages | When::kRecovered,
           When::kEstimateLost | When::kCommandInvalid | When::kOutsideFence | When::kTaskFlies, In::kNominal,
           Why::kEngaged},

@@ -13,8 +13,8 @@ constexpr double kVerticalMemory_s = 0.5;
 constexpr double kTumbling_rad_s = 2.0 * core::kPi, kTumbling_s = 0.25;
 constexpr double kFreeFall_g = 0.2, kFreeFall_s = 0.3, kFalling_m_s = 0.5 * 9.8066 * kFreeFall_s;
 constexpr double kMaxLean_rad = core::kPi / 6.0, kLeaning_s = 2.0;
-/// After a blow of 3 g for one tick of 10 ms an aircraft has gained 0.3 m/s; removing that within a second takes
-/// 1.7 degrees of tilt, and rates of about a tenth of a radian per second.
+/// A crash is a force above kShock_g, and then kStill_s without motion within kShockMemory_s. A flying aircraft that
+/// removes the speed by such a blow turns faster than kStill_rad_s.
 constexpr double kShock_g = 3.0, kStill_rad_s = 0.1, kStill_m_s = 0.1, kStill_s = 1.0, kShockMemory_s = 3.0;
 constexpr double kLongest_s = 100.0;
 constexpr double kMaxRate_rad_s = 100.0;  ///< larger than any gyro's range
@@ -26,7 +26,7 @@ core::Vector<T, 3> cross(const core::Vector<T, 3>& a, const core::Vector<T, 3>& 
   return {a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(), a.x() * b.y() - a.y() * b.x()};
 }
 
-/// Adds to the time for which a condition has held; zero while it does not hold.
+/// Updates the time for which a condition has held without interruption.
 template <typename T>
 void count(T& lasts_s, bool holds, T step_s) {
   lasts_s = holds ? core::clamp(lasts_s + step_s, T(0), static_cast<T>(kLongest_s)) : T(0);

@@ -15,7 +15,7 @@ struct FlightSample {
   std::optional<Vector3> up_b = std::nullopt;  ///< the world's vertical in body axes (FLU), by the autopilot's attitude
   Vector3 rate_b_rad_s = Vector3::Zero();      ///< FLU; read where up_b is given
   bool attitude_is_trusted = true;             ///< false: FaultIsolation::attitude_is_contradicted()
-  T lean_rad{0};                               ///< between the tilt and the tilt that model and commands predict
+  T lean_rad{0};                               ///< angle between the tilt and the tilt that model and commands predict
   std::optional<T> force_g = std::nullopt;     ///< length of the specific force, in g
   std::optional<T> climb_m_s = std::nullopt;   ///< by the autopilot
 };
@@ -23,17 +23,13 @@ struct FlightSample {
 /// Detects flights that are out of control, as PX4's failure detector and ArduPilot's crash check do.
 ///
 ///   tilt       beyond 45 degrees for 0.1 s; the law and the supervisor command at most 30
-///   tumbling   more than one revolution per second for 0.25 s, which turns the aircraft by 90 degrees. Between both
-///              limits of tilt a healthy aircraft turns by 60 degrees
-///   free fall  a specific force below 0.2 g for 0.3 s (PX4), while the aircraft, if a climb speed comes, sinks at half
-///              of what such a fall gains or faster: one channel alone may be a sensor's fault
-///   crash      tilted 30 degrees away from the predicted tilt for 2 s (ArduPilot); or a force above 3 g, twice the
-///              largest of a flight within 30 degrees, and in the 3 s after it one second with rates below 0.1 rad/s
-///              and a climb speed below 0.1 m/s: a free aircraft moves after such a blow
+///   tumbling   more than one revolution per second for 0.25 s
+///   free fall  a specific force below 0.2 g for 0.3 s, while the aircraft sinks, if its climb speed is known
+///   crash      tilted 30 degrees away from the predicted tilt for 2 s; or a force above 3 g, and in the 3 s after it
+///              one second with rates below 0.1 rad/s and a climb speed below 0.1 m/s
 ///
-/// Attitude and rates must agree: the vertical is also integrated from the rates (memory 0.5 s), both must be tilted
-/// beyond the limit, and rates of a tumbling aircraft turn its attitude, too (within 45 degrees). An attitude that its
-/// own rates or our commands contradict is not judged; such a flight is ended by that check, which brakes first. T is
+/// A tilt must show in the attitude and in the integral of the body rates. An attitude that its own rates or our
+/// commands contradict is not used. T is float or double. No heap. Cost: about 30 products a tick.
 /// float or double. No heap. Cost: about 30 products a tick.
 template <typename T>
 class FailureDetector {

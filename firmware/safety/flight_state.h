@@ -21,7 +21,8 @@ std::string_view name(FlightFailure failure);
 
 /// Whether the aircraft still flies.
 struct FlightState {
-  /// How long the flight status has been "on the ground" (GroundContact); zero: never "in the air", or now for 1.5 s.
+  /// How long the status has been "on the ground" (GroundContact). 0 if it was never, or for the last 1.5 s, "in the
+  /// air".
   core::Duration on_ground_for{0};
   FlightFailure failure = FlightFailure::kNone;  ///< by FailureDetector
 };

@@ -7,9 +7,8 @@
 namespace m100::safety {
 
 /// Measures for how long the autopilot's flight status has been "on the ground" since it was "in the air". A hop of
-/// less than 1.5 s does not end the contact and counts, but not longer than the contact before it: at hover thrust the
-/// aircraft leaves the ground by millimetres, and takes up to 1.6 s to come back (384 simulated drifts). A status that
-/// was never "in the air" is no evidence of a landing.
+/// less than 1.5 s does not end the contact; it adds its own duration, but at most that of the contact before it. The
+/// duration is zero before the first "in the air".
 class GroundContact {
  public:
   static constexpr core::Duration kHop = std::chrono::milliseconds(1500);

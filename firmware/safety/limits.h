@@ -38,8 +38,8 @@ struct Limits {
 inline constexpr core::Duration kFreshMargin = std::chrono::milliseconds(10);
 inline constexpr core::Duration kMaxFresh = std::chrono::milliseconds(250);
 
-/// Largest age of a pose in normal flight (promise R3): pose_fresh, or the limit that the measured latency requires if
-/// that is larger, at most 250 ms, unless the flight file sets pose_fresh.
+/// Largest age of a pose in normal flight (promise R3). If the flight file sets pose_fresh, it is that. Otherwise it is
+/// the larger of pose_fresh and the limit that the measured latency requires, which is at most 250 ms.
 constexpr core::Duration fresh_limit(const Limits& limits, const MeasuredLatency& measured) {
   const core::Duration needed = measured.min_latency + 2 * measured.jitter + measured.interval + kFreshMargin;
   if (limits.pose_fresh_is_set || needed <= limits.pose_fresh) {
@@ -51,8 +51,7 @@ constexpr core::Duration fresh_limit(const Limits& limits, const MeasuredLatency
 /// Range and slew limit of each command.
 template <typename T>
 struct EnvelopeIn {
-  /// 30 deg, of both axes together, as the law's own limit: the MPC's box of 25 deg is along the axes of the world, and
-  /// braking in a wind needs the rest.
+  /// Limit of the tilt of both axes together: 30 deg, as the law's own limit.
   T tilt_rad = T(0.5235987755982988);
   T tilt_slew_rad_s = T(20.0);
   T climb_m_s = T(2.0);

@@ -9,8 +9,7 @@ namespace {
 
 /// Tolerance of the tilt limit: a law that keeps the same limit in float must not be cut because of its last bits.
 constexpr double kTiltRounding_rad = 1e-4;
-/// Least time in COAST before a spent reserve ends it; until then the aircraft brakes, and flies on if poses come back.
-/// Poses may be missing for longer than this, because COAST begins only when the pose is older than its limit.
+/// Least time in COAST before a spent reserve ends it. Until then the aircraft brakes, and flies on if poses come back.
 constexpr core::Duration kFlownThrough = std::chrono::milliseconds(500);
 /// Largest error of the acceleration from which the speed is computed while no pose shows it: the offset of the
 /// specific force (est::kForceOffset_m_s2).
@@ -37,7 +36,7 @@ bool Supervisor<T>::is_inside(const ctl::Command<T>& command) const {
          inside(command.climb_m_s, envelope_.climb_m_s) && inside(command.yaw_rate_rad_s, envelope_.yaw_rate_rad_s);
 }
 
-/// A pose counts once, however many ticks it is fresh: it is new if its time of capture has changed by 1 ms or more.
+/// Counts each pose once: a pose is new if its time of capture has changed by 1 ms or more.
 template <typename T>
 void Supervisor<T>::count_good_poses(const Observation& seen, bool fresh) {
   constexpr core::Duration kNewer = std::chrono::milliseconds(1);  // estimates of one time of capture differ by less
@@ -54,8 +53,8 @@ void Supervisor<T>::count_good_poses(const Observation& seen, bool fresh) {
   good_poses_ += good_poses_ < limits_.good_poses_to_recover ? 1U : 0U;
 }
 
-/// Restarts the time limits of kCoast when fresh poses, of which the gate refuses none, have made the observer's error
-/// no larger than when kCoast began: then the next gap counts as a new coast.
+/// Restarts the time limits of kCoast when fresh poses, none of them refused, have made the observer's error no larger
+/// than it was when kCoast began.
 template <typename T>
 void Supervisor<T>::update_known(const Observation& seen, bool fresh) {
   if (fresh && seen.consistency.refused_poses == 0 && seen.estimate.error_m <= last_step_.seen.estimate.error_m) {
@@ -63,8 +62,8 @@ void Supervisor<T>::update_known(const Observation& seen, bool fresh) {
   }
 }
 
-/// Once the predicted error in kCoast exceeds GeofenceStatus::reserve_m, the aircraft brakes as in kLevel, and this
-/// time counts as kLevel; but if poses come back after a gap of usual length, the law flies on.
+/// Once the predicted error in kCoast exceeds GeofenceStatus::reserve_m, the aircraft brakes as in kLevel. If kLevel
+/// follows, its time begins here.
 template <typename T>
 void Supervisor<T>::update_reserve(const Observation& seen) {
   if (failsafe_state_ != FailsafeState::kCoast || known_ == seen.now) {
@@ -91,8 +90,8 @@ FailsafeCondition Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Obse
   const bool sees = fresh && seen.consistency.refused_for < limits_.gate_shut;  // refused poses show no speed
   const core::Duration most_level = sees ? limits_.level_moving_seen : limits_.level_moving;
   const double unseen_m_s = sees ? 0.0 : kUnseen_m_s2 * core::seconds<double>(seen.estimate.pose_age);
-  // A wind that the tilt cannot resist accelerates the aircraft until the pilot has the sticks: so the speed at the
-  // hand-over decides, if it is larger than the present one.
+  // The larger of the present speed and the speed at the hand-over decides: a wind may accelerate the aircraft until
+  // the pilot has the sticks.
   const double speed_m_s = seen.consistency.speed_then_m_s > seen.consistency.speed_m_s
                                ? seen.consistency.speed_then_m_s
                                : seen.consistency.speed_m_s;
@@ -213,8 +212,7 @@ CommandSource Supervisor<T>::update_failsafe(const ctl::Command<T>& wanted, cons
   }
   ended_ = before != FailsafeState::kSilent && failsafe_state_ == FailsafeState::kSilent &&
            any(conditions_, FailsafeCondition::kCommandable);
-  // Half a second of level sticks in a wind costs a metre per second: after kLevel the aircraft is held until the pilot
-  // has the sticks.
+  // In kRelease after kLevel the aircraft is still held, because with level sticks a wind would accelerate it.
   const bool stands = failsafe_state_ == FailsafeState::kRelease && last_step_.from == FailsafeState::kLevel;
   const bool brakes = failsafe_state_ == FailsafeState::kLevel || (failsafe_state_ == FailsafeState::kCoast && spent_);
   const CommandSource passes = brakes || stands              ? CommandSource::kBrakeAndHold

@@ -42,11 +42,9 @@ struct SupervisorStats {
   std::uint32_t releases = 0;
 };
 
-/// Checks every command between the law and the wire; it never adds authority: first the failsafe of failsafe.h, then
-/// range and slew limits (R5).
-///
-/// Cost: about 60 comparisons, and a pass over the table where state or conditions change. Its only state is the
-/// failsafe's, its clock and the last command. T is float or double.
+/// Checks every command between the law and the wire. The failsafe (failsafe.h) chooses which command passes; then the
+/// range and slew limits are applied (R5). T is float or double. Cost: about 60 comparisons, and a pass over the table
+/// where state or conditions change.
 template <typename T>
 class Supervisor {
  public:
@@ -64,18 +62,20 @@ class Supervisor {
     const CommandSource passes = update_failsafe(wanted, seen);
     return limit_command(passes, passes == CommandSource::kLaw ? wanted : brake_and_hold, step_s);
   }
-  /// review() in two halves, for callers that compute brake_and_hold only when it is needed: first the failsafe, ...
-  /// @param seen may be observation() itself.
+  /// First half of review(), for callers that compute brake_and_hold only when it is needed: updates the failsafe.
+  /// @param seen may be observation() itself
+  /// @returns which command passes
   CommandSource update_failsafe(const ctl::Command<T>& wanted, const Observation& seen);
-  /// ... then the limits. @param command the law's or brake_and_hold, as update_failsafe() chose; unused for kNeutral.
+  /// Second half of review(): applies the limits. @param command the law's or brake_and_hold, as chosen; unused for
+  /// kNeutral
   SupervisedCommand<T> limit_command(CommandSource passes, const ctl::Command<T>& command, T step_s);
-  /// Instead of limit_command(), while no command can leave: the last command stays, and the slew limit of the next one
-  /// covers `elapsed`, too.
+  /// Call it instead of limit_command() while no command can leave. The last command stays. The slew limit of the next
+  /// command includes `elapsed`.
   SupervisedCommand<T> hold_command(CommandSource passes, core::Duration elapsed) {
     held_for_ += elapsed;
     return limit_command(passes, last_, T(0));
   }
-  /// As hold_command(), for a tick in which nothing can leave. @returns what `command` would be granted, for the log.
+  /// Like hold_command(), but returns what limit_command() would make of `command`, for the log.
   SupervisedCommand<T> preview_command(CommandSource passes, const ctl::Command<T>& command, core::Duration elapsed) {
     const ctl::Command<T> last = last_;
     held_for_ += elapsed;
@@ -90,7 +90,7 @@ class Supervisor {
   }
 
   FailsafeState failsafe_state() const { return failsafe_state_; }
-  /// The flight is ending, or the autopilot flies its own task.
+  /// Whether the flight is ending or the autopilot flies its own task.
   bool ends() const { return failsafe_state_ == FailsafeState::kLevel || failsafe_state_ == FailsafeState::kRelease; }
   /// To be filled in place before update_failsafe(); a copy of it would cost a hundredth of a tick.
   Observation& observation() { return observed_; }
