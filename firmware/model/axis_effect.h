@@ -38,8 +38,8 @@ struct InlineVector {
   constexpr const T& operator[](std::size_t at) const { return items[at]; }
 };
 
-/// The place of a number in vehicle and plant files. Sections keep the order that they have had from the beginning, so
-/// that their text and digest stay; a number that was added later (kLate) comes last and is written only if it is set.
+/// Key, range and place of a number in vehicle and plant files. A number whose place is kLate comes last in its section
+/// and is written only if it is set.
 struct FileEntry {
   static constexpr int kLate = 100;
   std::array<std::string_view, 3> key{};  ///< by AxisUnit; empty: a section of that axis has no such key
@@ -88,15 +88,15 @@ struct AxisNumber {
   Bounds fit{};               ///< bounds in `unit`; a fit that ends at one is no effect but a misfit
   bool logarithmic = false;   ///< fitted as its logarithm
   double step = 2e-4;         ///< of the numerical derivative: small against what matters, large against kinks
-  double min_relevant = 0.0;  ///< smallest distance from `neutral` that counts; of the logarithms if `logarithmic`
+  double min_relevant = 0.0;  ///< smallest relevant distance from `neutral`; of the logarithms if `logarithmic`
   double neutral = 0.0;
   bool must_exceed_air = false;  ///< ignored below the rms error of the fit: it may be the air's mean over the flight
   MidFlight change{};
   constexpr std::string_view field_name() const { return field.empty() ? file.key[0] : field; }
 };
 
-/// A medium size of the effect's first number, for forecasts and additions to measured flights: `size` alone, added to
-/// the axis' own number, or as a share of the largest response or of its largest rate.
+/// A medium size of the effect's first number, for forecasts and for additions to measured flights. It is `size`
+/// itself, the axis' own number plus `size`, or `size` times the largest response or the largest rate of the response.
 struct Typical {
   enum class Of : std::uint8_t { kAlone, kBesideOwn, kLargestResponse, kFastestResponse };
   double size = 0.0;  ///< 0: the effect is not made this way

@@ -66,9 +66,9 @@ constexpr AxisNumber min_relevant(AxisNumber number, double min_relevant) {
 }
 }  // namespace detail
 
-/// Every effect that a stick axis may have, the two base models first. The keys of vehicle and plant files, bounds and
-/// starts of the fits, names in reports, JSON and confusion matrices, forecasts, and what is done about an effect in
-/// flight are all read from here; the law of an effect that changes the command is in StickLaw (stick_axis.h).
+/// Every effect that a stick axis may have, the two base models first. Vehicle and plant files, fits, reports,
+/// forecasts and the choice of what is done in flight read this table. The law of an effect that changes the command is
+/// in StickLaw (stick_axis.h).
 inline constexpr std::array kAxisEffects{
     AxisEffect{.name = "first_order",
                .numbers = {detail::kScale, AxisNumber{.parameter = "time_constant_s",
@@ -255,7 +255,7 @@ constexpr const AxisEffect* axis_effect(std::string_view name) {
 /// Whether it is one of the two models that every other effect is added to.
 constexpr bool is_base(const AxisEffect& effect) { return effect.numbers[0].member == &StickAxis::scale_per_count; }
 
-/// Calls each(number) once for every member that has a row, in the order in which the struct declares them.
+/// Calls each(number) once for every member that has a row, in the order of the table.
 template <typename Each>
 constexpr void for_each_axis_number(Each&& each) {
   for (std::size_t i = 0; i < kAxisEffects.size(); ++i) {

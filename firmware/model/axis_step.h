@@ -21,10 +21,8 @@ struct AxisStep {
 };
 
 /// Discretises the linear part of an axis: time constant, or natural frequency and damping, and lead zero L. The caller
-/// applies the stick law, the limits and the delay of whole steps. Observer, residual monitor, identification, loop
-/// margins and excitation forecast take their coefficients from here; the tables of the MPC, whose state includes the
-/// position, share exponential(). An axis without dynamics follows at once. Requires w^2 step + 2 z w step of at most
-/// 2^kMaxHalvings (exponential.h). On the target before the first tick only.
+/// applies the stick law, the limits and the transport delay. An axis without dynamics follows at once. Requires w^2
+/// step + 2 z w step of at most 2^kMaxHalvings (exponential.h). On the target before the first tick only.
 AxisStep axis_step(const StickAxis& axis, double step_s);
 
 }  // namespace m100::model

@@ -6,8 +6,8 @@
 
 namespace m100::model {
 
-/// The aircraft as the paper prints it (Tables I and II, III-B), for comparison, tests and examples. Second-order
-/// attitude with the second-order gains folded into the scale.
+/// The aircraft as the paper prints it (Tables I and II, III-B), for comparison, tests and examples. Roll and pitch are
+/// of second order, yaw rate and climb of first order. Their gains are folded into the scales.
 constexpr Vehicle paper_vehicle() {
   Vehicle v;
   v.roll = StickAxis{.scale_per_count = paper::kScaleRoll_rad_per_count.experiment * paper::kRollSecond.gain,
@@ -33,9 +33,9 @@ constexpr Vehicle paper_vehicle() {
   return v;
 }
 
-/// The configuration that the paper flew, for an aircraft that is otherwise `aircraft` (trims, limits, noise, yaw
-/// gain): axes of first order without delay, as printed (Table I, III-D.2, III-D.3), dead zones of III-B.5, the input
-/// weight of its authors' code, and the height PID of III-E.2. The paper's observer, however, is of second order.
+/// The configuration that the paper flew: axes of first order without delay, as printed (Table I, III-D.2, III-D.3),
+/// dead zones of III-B.5, the input weight of its authors' code, and the height PID of III-E.2. Trims, limits, noise
+/// and yaw gain are those of `aircraft`.
 constexpr Vehicle paper_configuration(const Vehicle& aircraft) {
   const auto axis = [](const StickAxis& trimmed, double scale, const paper::FirstOrder& model, double dead_zone) {
     return StickAxis{.scale_per_count = scale * model.gain,

@@ -45,12 +45,10 @@ inline constexpr int kMaxHalvings = 24;
 /// 1 / 24! is 2e-24, below the last bit of every sum, also in a long double of 80 bits (x86-64).
 inline constexpr int kExponentialTerms = 24;
 
-/// e^matrix: halves the matrix until its row sums are at most `series_norm`, sums its Taylor series, then squares the
-/// result as many times. The only matrix exponential of the project: the observer and the residual monitor discretise
-/// with it in double, the tables of the MPC in long double. It uses only + - * /, so in double it gives the same bits
-/// on every machine (promise R6). Requires row sums of at most 2^kMaxHalvings times series_norm. Any series_norm up to
-/// 1 gives the same number except for its last bits. Cost: kExponentialTerms products of kSize x kSize and one for each
-/// halving; on the target before the first tick only.
+/// e^matrix: halves the matrix until its row sums are at most `series_norm`, sums its Taylor series, and squares the
+/// result as many times. It uses only + - * /, so in double it gives the same bits on every machine (promise R6).
+/// Requires row sums of at most 2^kMaxHalvings times series_norm. Cost: kExponentialTerms products of kSize x kSize and
+/// one for each halving; on the target before the first tick only.
 template <std::size_t kSize, typename Real>
 constexpr SquareMatrix<Real, kSize> exponential(SquareMatrix<Real, kSize> matrix, Real series_norm = Real(1)) {
   M100_ASSERT(series_norm > Real(0) && series_norm <= Real(1));

@@ -14,13 +14,14 @@ enum class DeadZoneShape : std::uint8_t {
   kJump,        ///< f(u) = u for |u| > w
 };
 
-/// Parameters of one axis of the autopilot and its response to its stick, for the controller's model, the simulated
-/// world and identification. The unit of the axis is rad (roll, pitch), rad/s (yaw rate) or m/s (climb speed).
+/// Parameters of one axis of the autopilot and of its response to its stick. The unit of the axis is rad (roll, pitch),
+/// rad/s (yaw rate) or m/s (climb speed).
 ///
 /// Stick to command: StickLaw. Command a to response y:
 ///   second order: y'' = w^2 (a + lead_zero a' - y) - 2 z w y', a the command of transport_delay_s ago
 ///   first order : y'  = (a + lead_zero a' - y) / time_constant_s
-/// An axis is of first order if and only if time_constant_s > 0. A number at its default: no such effect.
+/// An axis is of first order if and only if time_constant_s > 0. A number at its default means that the effect is
+/// absent.
 struct StickAxis {
   double scale_per_count = 0.0;  ///< unit of the axis per count
   double time_constant_s = 0.0;
@@ -59,13 +60,11 @@ struct Power {
   Real operator()(Real x) const { return power(x, exponent); }
 };
 
-/// Converts stick counts to a command in the unit of the axis: all stages before delay and dynamics, one function for
-/// each stage. The residual monitor calls command(), sample by sample; identification, to reuse earlier results, and
-/// the simulated aircraft, whose delay lies between them, call the stages.
-///
+/// Converts stick counts to a command in the unit of the axis. It has one function for each stage before delay and
+/// dynamics; command() applies all of them:
 ///   v = moved(u)                                            u stick in counts from neutral
 ///   c = drifted(shaped(v) + leak of the other stick, t)     t = 0: no drift yet
-///   a = limited(c)                                          command() limits the tilt before it, the slew after it
+///   a = limited(c)                                          after the tilt limit and before the slew limit
 /// Cost: some 30 flops; where there is a stick curve one power, two with a tilt limit.
 template <typename Real, typename Curve = Power<Real>>
 class StickLaw {

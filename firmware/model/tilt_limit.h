@@ -6,11 +6,9 @@
 
 namespace m100::model {
 
-/// Tangent of a tilt limit in rad, 0 to 0.7 (the vehicle file allows 0.05 to 0.7): the slope of the thrust at the
-/// limit. The controller's inputs are slopes, because the horizontal acceleration of an aircraft that keeps its height
-/// is gravity times the slope. The input bound of the MPC is therefore this slope, not the angle.
-///
-/// A constant expression, unlike core::tan. Within 1e-15 of the tangent.
+/// Tangent of a tilt limit of 0 to 0.7 rad, within 1e-15. The horizontal acceleration of an aircraft that keeps its
+/// height is gravity times this slope, so the input bound of the MPC is the slope, not the angle. Unlike core::tan it
+/// is a constant expression.
 constexpr double slope_at_limit(double tilt_limit_rad) {
   M100_ASSERT(tilt_limit_rad >= 0.0 && tilt_limit_rad <= 0.7);
   double sine = 0.0, cosine = 0.0, term = 1.0;

@@ -14,9 +14,7 @@ namespace m100::model {
 
 // The interface of a translation effect: something besides thrust and gravity that moves the vehicle, or that makes its
 // thrust look different. Each effect is one file in firmware/model/translation. The vehicle file, the simulated
-// aircraft, identification, the report and the confusion matrix read what the file declares; a new effect needs no
-// other. (Identification still names some effects where it decides what a periodic force could hide.) The target uses
-// only the numbers of the vehicle; functions that it does not call take no room there.
+// aircraft, identification and reports read what the file declares.
 
 /// World frame, z up.
 using Acceleration = std::array<double, 3>;
@@ -109,11 +107,11 @@ struct TranslationEffect {
   int place = 0;  ///< in files, tables and in the search: lower numbers come first, and no two are equal
   Needs needs = {};
   std::array<EffectParameter, kMaxParameters> parameters = {};
-  double min_relevant = 0.0;  ///< a smaller size() has no meaning for a controller
+  double min_relevant = 0.0;  ///< a smaller size() does not matter to a controller
   double (*size)(std::span<const double> parameters) = first_of;
 
-  std::size_t columns = 0;  ///< number of linear parameters; none if the speed of a wind is searched instead
-  /// Acceleration for a linear parameter of one. `searched` is the effect's first searched parameter, or 0.
+  std::size_t columns = 0;  ///< number of linear parameters; not used while the speed of a wind is searched instead
+  /// Acceleration for a linear parameter that is 1. `searched` is the effect's first searched parameter, or 0.
   Acceleration (*column)(std::size_t which, const Moment& at, double searched) = nullptr;
   Acts acts = Acts::kAsForce;
   Drag drag = Drag::kNone;
@@ -147,7 +145,7 @@ struct TranslationEffect {
     return count;
   }
   constexpr bool has_key() const { return !parameters[0].key.empty(); }
-  /// The simulated world can contain it: an outer force that the keys of the vehicle file describe in full.
+  /// Whether the simulated world can contain it: an outer force that the keys of the vehicle file describe in full.
   constexpr bool can_be_simulated() const {
     return has_key() && acts == Acts::kAsForce && columns == parameter_count() && searched_count() == 0;
   }
@@ -155,7 +153,7 @@ struct TranslationEffect {
 
 // Sizes that several effects share.
 
-/// With its sign: a negative size, of an effect that cannot act in the other direction, is never relevant.
+/// The first parameter with its sign. A negative value is therefore never a relevant size.
 inline double first_of(std::span<const double> parameters) { return parameters[0]; }
 inline double magnitude(std::span<const double> parameters) {
   return parameters[0] < 0.0 ? -parameters[0] : parameters[0];

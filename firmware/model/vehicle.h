@@ -6,9 +6,8 @@
 
 namespace m100::model {
 
-/// Weights of the horizontal MPC (paper, Eq. 2), SI units: cost per m^2, (m/s)^2, rad^2. The paper's code has an input
-/// weight of 35, because its model without delay needs the robustness. With the delay predicted, less is enough:
-/// `m100-lab gains --tune` chooses it for a vehicle file by its margins; these are the defaults of a vehicle file.
+/// Weights of the horizontal MPC (paper, Eq. 2), SI units: cost per m^2, (m/s)^2, rad^2. The defaults are those of a
+/// vehicle file. `m100-lab gains --tune` chooses the input weight of its [design].
 struct MpcWeights {
   double position = 40.0;
   double velocity = 20.0;

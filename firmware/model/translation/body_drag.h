@@ -5,7 +5,8 @@
 
 namespace m100::model::translation {
 
-/// Drag of a body that is not round: a = -diag(kx, ky) (v - w), along the heading and across it, nothing vertical.
+/// Drag of a body that is not round: a = -diag(kx, ky) (v - w), along and across the heading, w the wind. None
+/// vertically.
 struct BodyDrag {
   double body_drag_x_per_s = 0.0;
   double body_drag_y_per_s = 0.0;

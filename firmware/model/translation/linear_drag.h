@@ -5,7 +5,7 @@
 
 namespace m100::model::translation {
 
-/// Drag of the rotors: a = -k (v - w).
+/// Drag of the rotors: a = -k (v - w), w the wind.
 struct LinearDrag {
   double linear_drag_per_s = 0.01;  ///< of the default vehicle; 0: without this drag
   static constexpr std::array<double LinearDrag::*, 1> kMembers{&LinearDrag::linear_drag_per_s};

@@ -9,7 +9,7 @@ namespace m100::model::translation {
 
 /// A force with a period of its own: a fan that is switched, a gust that comes back.
 struct PeriodicWind {
-  /// Cosine and sine along x, then along y.
+  /// The columns: cosine and sine along x, then along y.
   static Acceleration column(std::size_t which, const Moment& at, double frequency_hz) {
     const double turns = frequency_hz * at.time_s;
     const double phase = 2.0 * core::kPi * (turns - std::floor(turns));

@@ -5,7 +5,7 @@
 
 namespace m100::model::translation {
 
-/// Drag of the body: a = -c |v - w| (v - w).
+/// Drag of the body: a = -c |v - w| (v - w), w the wind.
 struct QuadraticDrag {
   double quadratic_drag_per_m = 0.0;
   static constexpr std::array<double QuadraticDrag::*, 1> kMembers{&QuadraticDrag::quadratic_drag_per_m};
