@@ -63,8 +63,8 @@ struct EndStates {
 /// The polynomial of degree 7 through both ends.
 Polynomial<double> through(const EndStates& ends);
 
-/// From rest to rest in degree 5: a share of 10 s^3 - 15 s^4 + 6 s^5 of the way. Peaks: velocity 1.875 way / T,
-/// acceleration 5.7735 way / T^2.
+/// The polynomial of degree 5 from rest at `from` to rest at `to`: from + (to - from) (10 s^3 - 15 s^4 + 6 s^5).
+/// Largest velocity 1.875 (to - from) / T, largest acceleration 5.7735 (to - from) / T^2, T the duration.
 Polynomial<double> quintic(double from, double to);
 
 }  // namespace m100::ref

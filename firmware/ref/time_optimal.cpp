@@ -25,7 +25,8 @@ AxisReference<T> after(const AxisReference<T>& state, T time_s, T jerk_m_s3) {
 
 }  // namespace
 
-/// The search for the peak, in coordinates that count from the goal and are mirrored if a mere stop would end above it.
+/// Searches the peak of the acceleration in coordinates relative to the goal. They are mirrored if an immediate stop
+/// would end above the goal.
 template <typename T>
 class TimeOptimal<T>::Search {
  public:
@@ -222,7 +223,8 @@ void TimeOptimal<T>::plan(const AxisReference<T>& from, T goal_m, const AxisLimi
                                   .acceleration_m_s2 = -begin.acceleration_m_s2};
   Search up(begin, limits);
   Search down(mirrored, turned);
-  // Where it would rest if it braked at once: asks the search in whose coordinates that begins by a lower acceleration.
+  // Where the axis would come to rest if it braked at once, by the search in whose coordinates the braking lowers the
+  // acceleration.
   const T stop_m = up.stops_upwards(begin) ? -down.stop_m() : up.stop_m();
   const bool goes_up = stop_m < T(0);
   (goes_up ? up : down).run(pieces_.data() + 1);

@@ -21,13 +21,13 @@ struct AxisLimits {
 };
 
 /// The fastest motion of one axis from any position, velocity and acceleration to rest at a goal, with limited speed,
-/// acceleration and jerk: the acceleration rises to a peak, stays, falls to a minimum (`trough`), stays, and returns to
-/// zero, with a cruise in the middle if the speed limit is reached. At most seven pieces of constant jerk, and one
-/// before them if the first acceleration exceeds its limit.
+/// acceleration and jerk. The acceleration rises to a peak, stays, falls to a minimum (`trough`), stays, and returns to
+/// zero; if the speed limit is reached, a cruise lies in the middle. There are at most seven pieces of constant jerk,
+/// and one before them if the first acceleration exceeds its limit.
 ///
-/// All durations are closed forms of one unknown, the peak (or how long it stays): the end moves monotonically with it,
-/// so at most kMaxSteps steps of a bracketed secant find it. A speed above its limit at the beginning is not increased.
-/// Cost: at most kMaxSteps + 8 square roots; no allocation. T is float or double, the same bits on every machine.
+/// A bracketed secant of at most kMaxSteps steps finds the peak, or how long it stays. A speed above its limit at the
+/// beginning is not increased. Cost: at most kMaxSteps + 8 square roots; no allocation. T is float or double, the same
+/// bits on every machine.
 template <typename T>
 class TimeOptimal {
  public:
@@ -54,7 +54,7 @@ class TimeOptimal {
   class Walk;
 
   std::array<Piece, kPieces> pieces_{};
-  AxisReference<T> from_{};  ///< the position counts from the goal
+  AxisReference<T> from_{};  ///< the position is relative to the goal
   T goal_m_{0};
   T duration_s_{0};
 };

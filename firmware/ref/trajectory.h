@@ -43,12 +43,12 @@ double tilt_of(double x_m_s2, double y_m_s2, double z_m_s2);
 /// x, y, z [m] and yaw [rad], each with its first four time derivatives.
 using Motion = std::array<std::array<double, 5>, kDimensions>;
 
-/// The pieces of a flight, one after the other, relative to its start; before the first and after the last piece the
+/// The pieces of a flight, one after the other, relative to its start. Before the first and after the last piece the
 /// reference stays at their ends. Fixed capacity, no allocation. Building may take milliseconds and belongs before the
-/// flight; window() is bounded: ten comparisons to find the present piece, and 44 polynomials.
+/// flight; the cost of window() is bounded.
 ///
-/// A set point (hold, step) enters the window only when it begins, without preview (the paper's steps are chosen by
-/// hand), and sets Window::constant while no piece of another kind begins in the window. Those pieces are previewed.
+/// A set point (hold, step) enters the window only when it begins, without preview. Other pieces are previewed.
+/// Window::constant is set while one set point, or the end of the last piece, fills the whole window.
 template <typename T>
 class Trajectory {
  public:
@@ -67,8 +67,8 @@ class Trajectory {
   core::Status append_quintic(const Waypoint<T>& place, core::Duration duration);
   core::Status append_quintic(const Waypoint<T>& place, const SpeedLimits& limits);
   /// Appends a way from rest at the present end through the waypoints to rest at the last, with the least snap
-  /// (integral of the squared fourth derivative) for times that grow with the distances. One factor then scales all
-  /// times so that speed, acceleration, tilt and yaw rate just keep their limits (within 1 %).
+  /// (integral of the squared fourth derivative). The times are such that speed, acceleration, tilt and yaw rate just
+  /// keep their limits (within 1 %).
   core::Status append_minimum_snap(std::span<const Waypoint<T>> waypoints, const SpeedLimits& limits);
   /// Appends a way from rest at the present end through the waypoints at their times, kMinWaypointSpacing to one hour
   /// apart (otherwise kInvalidArgument), to rest at the last, with the least snap. Limits are not checked.
@@ -83,9 +83,9 @@ class Trajectory {
   core::Status append_square(T side_m, core::Duration per_side, core::Duration pause);
   /// Time zero of the first piece.
   void start(core::TimePoint begin) { begin_ = begin; }
-  /// For ticks in which no fresh pose shows where the aircraft is. If a piece that begins at rest would have begun in
-  /// the last `elapsed`, it begins just after now instead, and all later pieces are delayed by as much. A piece that
-  /// continues a motion is not delayed.
+  /// Call it in ticks without a fresh pose. If a piece that begins at rest would have begun in the last `elapsed`, it
+  /// begins just after now instead, and all later pieces are delayed by as much. A piece that continues a motion is not
+  /// delayed.
   void postpone(core::TimePoint now, core::Duration elapsed);
   core::Duration duration() const { return duration_; }
   const Waypoint<T>& end() const { return end_; }  ///< where the last piece ends
@@ -103,7 +103,7 @@ class Trajectory {
     return window;
   }
   /// window() without a copy.
-  /// @param points how many of x and y to fill, 1 to kHorizon + 1; the others do not count, and may keep old values
+  /// @param points how many of x and y to fill, 1 to kHorizon + 1; the others are not used and may keep old values
   void fill(Window<T>& window, core::TimePoint now, core::Duration lead, std::size_t points = kHorizon + 1) const;
 
  private:

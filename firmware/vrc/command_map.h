@@ -14,10 +14,9 @@ namespace m100::vrc {
 
 /// SI command <-> the four sticks of one vehicle. Only here do the law's commands become counts.
 ///
-/// A stick cannot represent every command (dead zone with a jump, whole counts). The part of a command that a stick
-/// does not represent is added to the next one (error feedback), so that the mean over a few sticks is the command.
-/// Without it a jump of +-20 counts is a relay of +-1 degree. What is carried over is at most the dead zone's half
-/// width and one count.
+/// A stick cannot represent every command (dead zone with a jump, whole counts). The part that it does not represent is
+/// added to the next command of that stick (error feedback), so that the mean over a few messages is the command. The
+/// remainder is at most the dead zone's half width plus one count.
 class CommandMap {
  public:
   /// Precondition (asserted): finite trims, dead zones of at least zero, stick exponents and gain asymmetries above
@@ -31,7 +30,7 @@ class CommandMap {
   ctl::Command<float> to_command(const Sticks& sticks) const;
   /// All sticks at their trims: level, no climb, no turn.
   Sticks neutral() const;
-  /// Forgets the remainders.
+  /// Sets the remainders of all sticks to zero.
   void reset() { remainder_ = {}; }
 
   /// @param stick  0 roll, 1 pitch, 2 throttle, 3 yaw

@@ -20,9 +20,9 @@ struct StickMap {
   float gain_asymmetry = 1.F;  ///< gain of sticks above neutral over that below; the mean is the scale
   float sign = 1.F;            ///< -1 where the larger stick is the smaller command (yaw)
 
-  /// The stick that gives a command, rounded to a count. Dead zone compensation (paper, III-B.5): continuous, half the
-  /// width is added; jump, a stick inside is moved to the first count outside, except for zero, which gives neutral.
-  /// Ends at the limits of the travel. kOutOfRange: the command is not finite.
+  /// The stick that gives a command, rounded to a count and limited to the travel. It compensates the dead zone (paper,
+  /// III-B.5). Shape continuous: the half width is added. Shape jump: a stick inside the zone is moved to the first
+  /// count outside it. A command of zero gives neutral. kOutOfRange: the command is not finite.
   core::Expected<Stick> to_stick(float command_si) const;
   /// The command that the autopilot derives from a stick.
   float to_command(Stick stick) const;
