@@ -50,7 +50,8 @@ class ActiveSet {
     }
   }
 
-  /// The sequence, limits met exactly. @returns the largest violation of the optimality conditions.
+  /// Writes the sequence to `inputs`; it meets the limits exactly. @returns the largest violation of the optimality
+  /// conditions.
   M100_INLINE T finish(T* inputs) { return M100_LANES_NAMESPACE::finish(work_, inputs); }
 
   std::uint16_t changes() const { return changes_; }
@@ -76,8 +77,8 @@ class ActiveSet {
     add_product(swept(), work_.pivot, work_.column);
   }
 
-  /// Sweeps k in (side != 0) or out (side == 0); work_.pivot holds column k.
-  /// The column is computed anew, from zeros, because the update would lose its digits by cancellation.
+  /// Moves input k into the active set (side != 0) or out of it (side == 0); work_.pivot holds column k. The column
+  /// itself is computed from zeros, because an update would lose digits by cancellation.
   M100_INLINE_PACKS void sweep(std::size_t k, T side) {
     const T inverse = T(1) / work_.pivot[k];
     const T sign = side != T(0) ? inverse : -inverse;
@@ -150,7 +151,7 @@ class ActiveSet {
     }
   }
 
-  /// Drops active inputs whose multiplier has the wrong sign, the worst first, until none is left (false: kMaxChanges).
+  /// Drops active inputs whose multiplier has the wrong sign, the worst first. @returns false: stopped at kMaxChanges.
   M100_INLINE bool drop_wrong() {
     while (changes_ < kMaxChanges) {
       Largest<T> most(Tolerance<T>::kMultiplier);

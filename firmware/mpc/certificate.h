@@ -7,9 +7,9 @@
 
 namespace m100::mpc::M100_LANES_NAMESPACE {
 
-/// Tolerances in the arithmetic of T: how far an input may be outside its limit [rad] and how far a multiplier may have
-/// the wrong sign [cost/rad] before the iteration acts, the residual that the certificate accepts, and that above which
-/// the sequence is refined [cost/rad].
+/// Tolerances in the arithmetic of T. The iteration changes the active set if an input is outside its limit by more
+/// than kLimit_rad, or if a multiplier has the wrong sign by more than kMultiplier [cost/rad]. The certificate accepts
+/// a residual up to kCertificate; the sequence is refined if its residual exceeds kRefine [cost/rad].
 template <typename T>
 struct Tolerance;
 template <>
@@ -44,8 +44,8 @@ struct ActiveSetWork {
   alignas(32) T gradient[kHorizon];  // NOLINT(modernize-avoid-c-arrays)
 };
 
-// The end of the iteration: the sequence from its column, and the error of that sequence by the gradient, which is
-// computed anew from H and not from the tableau.
+// The end of the iteration: the sequence, and its error by the gradient, which is computed from H and not from the
+// tableau.
 
 /// inputs = work.column on the free inputs, held inside the limits, and the limits on the others.
 template <typename T>
@@ -65,7 +65,8 @@ M100_INLINE void clamp(const ActiveSetWork<T>& work, T* inputs) {
   }
 }
 
-/// work.gradient = H (inputs - unconstrained). @returns its largest wrong entry; NaN if any entry is NaN.
+/// work.gradient = H (inputs - unconstrained). @returns its largest violation of the optimality conditions; NaN if any
+/// entry is NaN.
 template <typename T>
 M100_INLINE T certificate(ActiveSetWork<T>& work, const T* inputs) {
   alignas(32) T away[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch

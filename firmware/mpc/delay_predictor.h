@@ -10,7 +10,7 @@
 
 namespace m100::mpc {
 
-/// The observer's estimate of one axis now; tilt and rate of the attitude (as slopes, see Problem), not LeadZero's chi.
+/// The observer's estimate of one axis now. Tilt and tilt rate are those of the attitude, as slopes (see Problem).
 template <typename T>
 struct AxisState {
   T position_m{0};
@@ -21,13 +21,13 @@ struct AxisState {
   T input_offset_rad{0};
 };
 
-/// Predicts one axis through its transport delay from the inputs already sent.
+/// Predicts one axis through its transport delay D from the inputs already sent.
 ///
 /// An input sent at tick k acts on the vehicle from t_k + D to t_{k+1} + D. With D = (n + f) 10 ms, 0 <= f < 1, the
 /// inputs that act between now and now + D are u_{k-n-1} for f * 10 ms, then u_{k-n}, ..., u_{k-1}: all known. The MPC
-/// then starts at now + D, where the input that it computes begins to act, so the quadratic program and its tables need
-/// no delay; the caller shifts the reference window by the same time. Model: the axis' linear model, disturbance
-/// constant. Cost: n + 1 products of 4 x 6. No allocation; D <= 0.3 s.
+/// starts at now + D, where its input begins to act, so its tables need no delay. The caller shifts the reference
+/// window by D. Model: the axis' linear model, disturbance constant. Cost: n + 1 products of 4 x 6. No allocation; D <=
+/// 0.3 s.
 template <typename T>
 class DelayPredictor {
  public:

@@ -31,12 +31,11 @@ struct MpcCounters {
 ///   minimise sum_k |x_k - r_k|^2_Q + R (u_k - s_k)^2 + Rd (u_k - u_{k-1})^2 + |x_20 - r_20|^2_P
 ///   subject to u_min <= u_k <= u_max
 ///
-/// Set-point law (constant reference inside the table's box): a search tree, first input only. Preview law (any
-/// reference): one table product; if limits bind, a dual active-set iteration on a swept tableau that is kept across
-/// ticks, one rank-one update per change, certified by the optimality conditions. If the certificate fails or
-/// kMaxChanges changes are not enough, a second try starts from the empty set. If both tries fail: the clipped
-/// sequence, flagged. With Law::kLqr it is the baseline: no set-point law, no iteration, the preview law's table
-/// product clipped. T is float or double; the same bits on every machine. Cost and memory: README.md.
+/// The set-point law solves problems with a constant reference inside the table's box: a search tree, first input only.
+/// The preview law solves all others: one table product and, if limits bind, a dual active-set iteration. The
+/// optimality conditions certify its result. If that fails, a second try starts from the empty active set; if both
+/// fail, the clipped sequence is returned as Path::kClipped. Law::kLqr is the baseline: the table product, clipped. T
+/// is float or double; the same bits on every machine. Cost and memory: README.md.
 template <typename T>
 class HorizontalMpc {
  public:

@@ -18,7 +18,7 @@ M100_INLINE void clip(const T* unconstrained, T low_rad, T high_rad, T* inputs) 
   }
 }
 
-/// Solves with limits. At first solution.input_rad holds the optimum without limits, which violates some or is a NaN.
+/// Solves with limits. On entry solution.input_rad holds the optimum without limits, which violates a limit or is NaN.
 template <typename T>
 __attribute__((noinline)) void solve_constrained(const GainTable<T>& table, Tableau<T>& tableau, T low_rad, T high_rad,
                                                  Solution<T>& solution, MpcCounters& counters) {

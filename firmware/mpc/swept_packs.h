@@ -70,8 +70,8 @@ M100_INLINE void clear_below(T* swept, std::size_t k) {
   }
 }
 
-/// column += M e, from the lower triangle alone: every row is read once, for the elements left of the diagonal as a
-/// row and for all of them as a column. Sums in four lanes on every machine.
+/// column += M e, from the lower triangle alone. Each row is read once. The order of the sums is the same on every
+/// machine.
 template <typename T>
 M100_INLINE void add_product(const T* swept, const T* e, T* column) {
   Column<T> factor;

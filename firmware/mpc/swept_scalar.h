@@ -31,8 +31,8 @@ M100_INLINE void clear_below(T* swept, std::size_t k) {
   }
 }
 
-/// One row of add_product() left of the diagonal and on it: the row as a row into four lanes, and as a column into
-/// `column`. @returns the sum of the lanes.
+/// Adds e[i] times row i of the lower triangle, which is also a column of M, to `column`.
+/// @returns the inner product of e and the row left of its diagonal
 template <typename T>
 M100_INLINE T add_product_of_row(const T* row, std::size_t i, const T* e, T* column) {
   T lanes[kPack] = {};  // NOLINT(modernize-avoid-c-arrays): scratch
@@ -59,8 +59,8 @@ M100_INLINE T add_product_of_row(const T* row, std::size_t i, const T* e, T* col
   return (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
 }
 
-/// column += M e, from the lower triangle alone: every row is read once, for the elements left of the diagonal as a
-/// row and for all of them as a column. Sums in four lanes on every machine.
+/// column += M e, from the lower triangle alone. Each row is read once. The order of the sums is the same on every
+/// machine.
 template <typename T>
 M100_INLINE void add_product(const T* swept, const T* e, T* column) {
   T row_part[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch

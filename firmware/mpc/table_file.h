@@ -27,8 +27,8 @@ inline constexpr std::size_t kMaxTableFileBytes =
 template <typename T>
 class TableStorage {
  public:
-  /// Reads a file's bytes, before the first tick: no controller may use tables(). A refused file leaves the former
-  /// tables, or none, with which no controller begins (GainTable's limits are zero):
+  /// Reads a file's bytes. Call it before the first tick: no controller may use tables() yet. A refused file leaves the
+  /// former tables, or empty ones whose limits are zero:
   ///   kDataLoss: the file's checksum is wrong;
   ///   kInvalidArgument: not a table file, another version, or impossible sizes or limits;
   ///   kRefused: the table was made from another vehicle file.
