@@ -10,7 +10,7 @@ using AssertionHandler = void (*)(const char* file, int line);
 /// Replaces the handler and returns the former one (null: the default). Not thread-safe; call it before the first tick.
 AssertionHandler set_assertion_handler(AssertionHandler handler);
 
-/// Calls the handler; traps if the handler returns.
+/// Calls the handler. Traps if there is none or if it returns.
 [[noreturn]] void assertion_failed(const char* file, int line);
 
 }  // namespace m100::core

@@ -13,7 +13,7 @@ struct Fence {
     double high_m = 1e6;
   };
   std::array<Side, 3> side{};
-  /// The wind that the fence allows for: its gusts use some of the tilt that braking needs.
+  /// Wind speed that the fence allows for. Its gusts use a part of the tilt that braking needs.
   double wind_m_s = 5.0;
 
   static constexpr std::size_t kX = 0;

@@ -31,7 +31,7 @@ template <typename T>
 struct Pose {
   bool is_new = false;         ///< came in this tick
   std::uint32_t sequence = 0;  ///< counts the accepted poses, set by the link
-  SenderTime captured{};       ///< on the sender's clock
+  SenderTime captured{};       ///< on the sender's clock; on ours after set_captured_at()
   bool clock_was_set = false;  ///< the sender's, since the pose before: shown by the order of its stamps
   /// Converts the sender's clock to ours: our time of a capture is captured + to_ours. The link sets it as if the pose
   /// was captured when it arrived; est::PoseTiming corrects it.

@@ -10,8 +10,7 @@ namespace m100::core {
 
 using Sha256Digest = std::array<std::uint8_t, 32>;
 
-/// SHA-256 (FIPS 180-4) over bytes that arrive in pieces; constant memory. It ties gain tables to vehicle files,
-/// signs MAVLink frames and compares flights between machines, so it must also run on targets without a library.
+/// SHA-256 (FIPS 180-4) over bytes that arrive in pieces. Constant memory; no library.
 class Sha256 {
  public:
   void update(std::span<const std::byte> bytes);

@@ -10,10 +10,10 @@
 
 namespace m100::core {
 
-/// Joins one writer (an interrupt, or a reader thread) to one reader (the loop) without locks.
+/// Queue from one writer (an interrupt, or a reader thread) to one reader (the loop), without locks.
 ///
-/// Capacity is kCapacity elements, a power of two; nothing is ever overwritten: an element that does not fit is refused
-/// and counted. head_ and tail_ run freely and wrap; their difference is the number of elements, whatever the wrap.
+/// It holds kCapacity elements, a power of two. Nothing is ever overwritten: an element that does not fit is refused
+/// and counted. head_ and tail_ count up and wrap; their difference is the number of elements.
 template <typename T, std::size_t kCapacity>
 class SpscRing {
   static_assert(kCapacity > 0 && (kCapacity & (kCapacity - 1)) == 0, "a power of two makes wrapping free");

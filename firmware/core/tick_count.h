@@ -7,12 +7,11 @@
 
 namespace m100::core {
 
-/// Counts the periods of 10 ms, to the nearest, in the time that has passed. The remainder is carried to the next call,
-/// so that a late tick and the short one after it together count the right time; after a stall the missing periods are
-/// distributed over the next calls.
+/// Counts the periods of 10 ms in the time that has passed, rounded to the nearest. The remainder is carried to the
+/// next call. After a stall the missing periods are distributed over the next calls.
 ///
-/// A remainder of less than half a period fades (a sixteenth at each call), because the loop's clock may have been
-/// restarted, and a count half-way between two ticks would alternate between 0 and 2.
+/// After each complete count the remainder shrinks by a sixteenth. Otherwise a remainder of half a period could make
+/// the count alternate between 0 and 2.
 class TickCount {
  public:
   static constexpr Duration kMaxBehind = std::chrono::milliseconds(500);  ///< more than this is discarded
