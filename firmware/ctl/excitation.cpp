@@ -7,7 +7,7 @@
 namespace m100::ctl {
 namespace {
 
-// Largest deviations of position, speed and heading with which the aircraft is regarded as at rest.
+// Limits of distance, speed and heading error within which the aircraft is regarded as at rest.
 constexpr double kNear_m = 0.3;
 constexpr double kStill_m_s = 0.15;
 constexpr double kNear_rad = 0.15;

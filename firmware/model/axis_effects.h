@@ -39,7 +39,7 @@ inline constexpr AxisNumber kDelay{
     // look like a change by half the time between rows.
     .change = {
         .name = "transport_delay", .suffix = "_s", .step = 0.005, .low = 0.0, .high = 0.6, .min_relevant = 0.008}};
-/// A change of a number that is never zero, relative to its value.
+/// Search for a change of a number that is never zero; step and bounds are relative to its value.
 constexpr MidFlight relative(std::string_view name, std::string_view suffix, double step, double min_relevant) {
   return {.name = name,
           .suffix = suffix,
@@ -49,7 +49,7 @@ constexpr MidFlight relative(std::string_view name, std::string_view suffix, dou
           .high = 10.0,
           .min_relevant = min_relevant};
 }
-/// A change of a number in stick counts; bounds as shares of the largest deflection.
+/// Search for a change of a number in stick counts; its bounds are shares of the largest deflection.
 constexpr MidFlight in_counts(std::string_view name, double low, double high) {
   return {.name = name,
           .suffix = "_counts",

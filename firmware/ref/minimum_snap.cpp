@@ -11,7 +11,8 @@ using Form = std::array<std::array<double, 8>, 8>;
 using Block = std::array<std::array<double, 3>, 3>;
 using Right = std::array<std::array<double, kDimensions>, 3>;
 
-/// W: the integral of the squared snap over normalised time, in the end states [p0 v0 a0 j0 p1 v1 a1 j1].
+/// W: the quadratic form that gives the integral of the squared snap over normalised time from the end states
+/// [p0 v0 a0 j0 p1 v1 a1 j1].
 Form snap_form() {
   constexpr std::array<double, 4> kFactor{24.0, 120.0, 360.0, 840.0};  // of c_4 .. c_7 in the fourth derivative
   std::array<std::array<double, 4>, 8> high{};

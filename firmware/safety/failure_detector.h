@@ -24,13 +24,12 @@ struct FlightSample {
 ///
 ///   tilt       beyond 45 degrees for 0.1 s; the law and the supervisor command at most 30
 ///   tumbling   more than one revolution per second for 0.25 s
-///   free fall  a specific force below 0.2 g for 0.3 s, while the aircraft sinks, if its climb speed is known
+///   free fall  a specific force below 0.2 g for 0.3 s, and the aircraft sinks at 1.5 m/s or no climb speed has come
 ///   crash      tilted 30 degrees away from the predicted tilt for 2 s; or a force above 3 g, and in the 3 s after it
 ///              one second with rates below 0.1 rad/s and a climb speed below 0.1 m/s
 ///
 /// A tilt must show in the attitude and in the integral of the body rates. An attitude that its own rates or our
 /// commands contradict is not used. T is float or double. No heap. Cost: about 30 products a tick.
-/// float or double. No heap. Cost: about 30 products a tick.
 template <typename T>
 class FailureDetector {
  public:

@@ -21,8 +21,8 @@ std::string_view name(FlightFailure failure);
 
 /// Whether the aircraft still flies.
 struct FlightState {
-  /// How long the status has been "on the ground" (GroundContact). 0 if it was never, or for the last 1.5 s, "in the
-  /// air".
+  /// How long the status has been "on the ground" (GroundContact). 0 before it was ever "in the air", and again once it
+  /// has been "in the air" for 1.5 s.
   core::Duration on_ground_for{0};
   FlightFailure failure = FlightFailure::kNone;  ///< by FailureDetector
 };

@@ -14,7 +14,7 @@ struct MeasuredLatency {
   core::Duration interval{0};  ///< between two captures
 };
 
-/// The timers, the count and the speed limit of the failsafe.
+/// The limits of the failsafe: times, a number of poses and a speed.
 struct Limits {
   core::Duration pose_fresh = std::chrono::milliseconds(60);
   /// Whether the flight file sets pose_fresh; then the measured latency does not lengthen the limit.

@@ -63,7 +63,7 @@ void Supervisor<T>::update_known(const Observation& seen, bool fresh) {
 }
 
 /// Once the predicted error in kCoast exceeds GeofenceStatus::reserve_m, the aircraft brakes as in kLevel. If kLevel
-/// follows, its time begins here.
+/// follows, its time begins at that moment.
 template <typename T>
 void Supervisor<T>::update_reserve(const Observation& seen) {
   if (failsafe_state_ != FailsafeState::kCoast || known_ == seen.now) {
@@ -169,7 +169,7 @@ template <typename T>
 ctl::Command<T> Supervisor<T>::limit_tilt(const ctl::Command<T>& wanted) {
   const T most = envelope_.tilt_rad;
   const T square = wanted.roll_rad * wanted.roll_rad + wanted.pitch_rad * wanted.pitch_rad;
-  // cos(tilt) = cos(roll) cos(pitch); this tilt is slightly below the root of the squares, by which both are scaled.
+  // cos(tilt) = cos(roll) cos(pitch). This tilt is slightly below the root of the squares.
   if (square <= most * most ||
       core::cos(wanted.roll_rad) * core::cos(wanted.pitch_rad) >= core::cos(most + static_cast<T>(kTiltRounding_rad))) {
     return wanted;

@@ -24,7 +24,7 @@ struct LimitCycleReport {
 ///   - higher than the reference's own oscillation plus kMinRatio times the tilt that corresponds to the disturbance;
 ///   - kMinHalfWave_s to kMaxHalfWave_s long, which is 0.3 to 3 Hz;
 ///   - at least kMinHeightRatio times as high as the highest before it, and as long as the one before within a factor
-///   kMaxPeriodRatio.
+///     kMaxPeriodRatio.
 /// A jump of the reference restarts the count.
 ///
 /// The disturbance is the observer's or the one by the following equation, whichever is larger. With x'' = g t + d,

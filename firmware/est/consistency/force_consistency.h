@@ -29,7 +29,7 @@ class ForceConsistency {
 
   /// Once per tick, after the observer. Lets `force` learn its sensor's error.
   /// @param suspect force or path disagreed with the poses in the tick before
-  /// @param wind_w_m_s2 acceleration by wind (world), as learned while all checks agreed (DeadReckoning)
+  /// @param wind_w_m_s2 acceleration by wind (world), from DeadReckoning
   void update(const Estimate<T>& estimate, SpecificForce<T>& force, const Vector2& wind_w_m_s2, bool suspect, T step_s);
   /// Continues the sum from the next velocity. Call it when the motion was not observed.
   void restart() { velocity_known_ = false; }

@@ -42,11 +42,11 @@ constexpr double kPositionNoiseGain2 = 2.0, kAssumed_m2 = 2.5e-7;
 constexpr double kTiltMemory_s = 2.0;
 /// Transients of the start or of a gap have faded after this many times 1 / a.
 constexpr double kSettles = 4.0;
-/// Three sigmas of each axis: squared, and as a distance over all axes.
+/// Three sigmas: of one axis, squared; and as a distance over all axes, 3 sqrt(kAxes).
 constexpr double kSigmas2 = 9.0;
 template <int kAxes>
 constexpr double kSigmas = kAxes == 2 ? 4.24 : 3.0;
-/// Share of the path: the heading of the markers is right within 3 degrees, the scale of the force within 2 %.
+/// Allowed share of the path: the heading of the markers is right within 3 degrees, the scale of the force within 2 %.
 constexpr double kShare = 0.07;
 /// Attitude, force and pose may be this far apart in time: a tick and two pose intervals.
 constexpr double kTime_s = 0.03;
@@ -84,7 +84,7 @@ void add_evidence(const TickTerms<T>& terms, PathStatistic<T>& path) {
                   static_cast<T>(kMaxWeight));
   path.drift_cusum_s = core::clamp(path.drift_cusum_s + (terms.bridges ? T(0) : weight * terms.step_s), T(0),
                                    static_cast<T>(2.0 * kFollows_s));
-  // A horizontal path turns back slowly: it fades at the rate a / 2. A height oscillates at 5 rad/s: it fades at a.
+  // The largest recent path fades at the rate a / 2 in the horizontal, where motion turns back slowly, at a in height.
   const T fades = (terms.axes == 2 ? T(0.5) : T(1)) * terms.a_s;
   path.seen_m2 += (terms.moved2_m2 - path.seen_m2) * fades;
   path.seen_m2 = terms.moved2_m2 > path.seen_m2 ? terms.moved2_m2 : path.seen_m2;  // w itself passes through zero

@@ -47,8 +47,8 @@ void SpecificForce<T>::update(const ImuSample<T>& imu) {
   tilt_acceleration_h_m_s2_ = core::heading_slope_of(roll, pitch) * static_cast<T>(model::kGravity_m_s2);
 }
 
-/// The learned error is fixed to the body. It is turned with the tilt to first order; the second order, at 20 degrees,
-/// is 6 % of an error.
+/// Learns the sensor's error, which is fixed to the body. It is turned with the tilt to first order; the second order,
+/// at 20 degrees, is 6 % of an error.
 template <typename T>
 typename SpecificForce<T>::Unmeasured SpecificForce<T>::learn(const Vector2& change_h_m_s, T climbed_m_s, bool suspect,
                                                               T step_s) {

@@ -8,8 +8,8 @@
 namespace m100::est {
 namespace {
 
-// Prior before any motion: where the clocks were compared, the sender's time stamp is right within 20 ms, or within the
-// bound of the comparison if that is larger; otherwise poses are some 30 ms old.
+// Prior of the latency. If the clocks were compared, it follows from the sender's time stamp, with a sigma of
+// kReportedSigma_s or the bound of the comparison, whichever is larger. Otherwise it is kUnreported_s.
 constexpr double kReportedSigma_s = 0.020;
 constexpr double kUnreported_s = 0.030;
 constexpr double kUnreportedSigma_s = 0.040;
@@ -38,8 +38,8 @@ void PoseTiming<T>::add_attitude(const Measurement<T>& measured, T yaw_rad) {
                                 : tilted_m_s2);
 }
 
-/// Follows a transport that has become slower for good within the time of a COAST. Poses that queued up during a pause
-/// also come late in a row, so a row must last kNoQueue before the jitter is set to it.
+/// If the transport has become slower for good, the jitter follows within the time of a COAST: it is raised to the
+/// smallest lateness of a row of late poses. The row must last kNoQueue, because poses also queue up during a pause.
 template <typename T>
 void PoseTiming<T>::update_jitter(float late_s) {
   const bool is_far = late_s > jitter_.value_s() + kFarLater_s;
