@@ -16,7 +16,8 @@ struct ConsistencyStatus {
   double refused_allowed_m = 0.0;  ///< gate on that axis
   double refused_turn_rad = 0.0;   ///< of the last refused pose, from its expected heading
   double speed_m_s = 0.0;          ///< horizontal; 0 if it is unknown, or while a limit cycle persists
-  /// Horizontal speed when control would be given back if that began now. 0 outside kLevel, and in a limit cycle.
+  /// Predicted horizontal speed at the hand-over if control is given back from now on. 0 outside kLevel or in a limit
+  /// cycle.
   double speed_then_m_s = 0.0;
   /// The est::ConsistencyCheck that contradicts the poses or the attitude; 0: none. The next two numbers are its
   /// residual and limit, in its unit.

@@ -7,9 +7,9 @@
 namespace m100::est {
 namespace {
 
-/// After a manoeuvre the autopilot corrects its own attitude, by up to 0.02 rad in a second or two (measured logs),
-/// which no rate shows: a memory of a quarter of a second leaves 0.002 rad of it. Attitude and rates may be two ticks
-/// apart in time, and a tenth apart in scale. In both measured logs the Cusum then reaches 0.18 s of the 0.5 s.
+/// After a manoeuvre the autopilot corrects its own attitude, by up to 0.02 rad in a second or two. No rate shows this;
+/// a memory of a quarter of a second leaves 0.002 rad of it. Attitude and rates may be two ticks apart in time, and a
+/// tenth apart in scale.
 constexpr double kCorrected_rad = 0.002, kMemory_s = 0.25, kRatesLate_s = 0.02, kRatesShare = 0.1;
 constexpr double kTurnedLately_s = 1.0;
 constexpr double kAttitudeGap_s = 0.05;
@@ -75,7 +75,8 @@ void AttitudeRateConsistency<T>::update(const ImuSample<T>& imu, T step_s) {
   weigh(passed_s);
 }
 
-/// Sums changes that exceed the fastest recent rate: a small delay between attitude and rates causes no such change.
+/// Sums changes of the tilt beyond the fastest recent rate: a small delay between attitude and rates causes no such
+/// change.
 template <typename T>
 void AttitudeRateConsistency<T>::add_jump(const Vector2& unturned_rad, T fastest2, T passed_s) {
   constexpr T kCorrected = static_cast<T>(kCorrected_rad);

@@ -34,8 +34,8 @@ class CommandConsistency {
   T allowed_rad() const { return core::sqrt(allowed_rad2()); }
 
  private:
-  /// Mean square that a correct model may leave, roll and pitch together: 8 and 6 mrad rms, twice the measured
-  /// flights'.
+  /// Mean square of |w - u| that a correct model may leave: 8 mrad rms in one axis and 6 mrad in the other, twice the
+  /// residuals of the measured flights.
   static constexpr double kModelError_rad2 = 0.008 * 0.008 + 0.006 * 0.006;
 
   /// A response may be 80 ms later than its model. After a command begins, the mean of |w - u|^2 then exceeds that of

@@ -31,7 +31,7 @@ enum class FusionResult : std::uint8_t { kUsed, kRefused };
 /// State x (6x1): p [m], v [m/s], tilt [rad], tilt rate [rad/s], d [m/s^2], m [rad]; the internal time unit is 0.64 s.
 ///   p'    = v
 ///   v'    = +-tilt_gain g tan(tilt) - c v - c2 |v| v + d
-///   tilt  : model::AxisStep of (u + m), u the command of attitude.transport_delay_s ago
+///   tilt  : model::AxisStep of (u + m), u the command that acts now (the caller delays it)
 ///   d' = 0, m' = 0 (random walks; paper, Eq. (2): d_{k+1} = d_k)
 /// d acts as an acceleration (wind); m acts at the input (trim, command gain, offset of the attitude loop).
 /// Measurements: position of `age` ago, tilt and tilt rate of `age` ago, each as a scalar update.

@@ -122,7 +122,7 @@ void PoseLatency<T>::add_acceleration(core::TimePoint at, const Vector2& acceler
   filled_ += filled_ < kEntries ? 1U : 0U;
 }
 
-/// The integrals at a time.
+/// Interpolates the integrals at a time into `seen`.
 /// @returns false: the time is before the memory or after the newest attitude
 template <typename T>
 bool PoseLatency<T>::interpolate(core::TimePoint at, Entry& seen) const {
