@@ -35,8 +35,8 @@ inline constexpr AxisNumber kDelay{
              5},
     .fit = {0.0, 0.5},
     .step = 5e-4,
-    // The time at which a stick moved between two rows of the log is unknown: two clocks that drift against each other
-    // look like a change by half the time between rows.
+    // Two clocks that drift against each other look like a change of the delay, by up to half the time between two rows
+    // of the log.
     .change = {
         .name = "transport_delay", .suffix = "_s", .step = 0.005, .low = 0.0, .high = 0.6, .min_relevant = 0.008}};
 /// Search for a change of a number that is never zero; step and bounds are relative to its value.

@@ -42,7 +42,8 @@ constexpr typename Matrix::value_type row_sum_norm(const Matrix& matrix) {
 }
 
 inline constexpr int kMaxHalvings = 24;
-/// 1 / 24! is 2e-24, below the last bit of every sum, also in a long double of 80 bits (x86-64).
+/// Last power of the series: 1 / 24! is 2e-24, below the last bit of every sum, also in a long double of 80 bits
+/// (x86-64).
 inline constexpr int kExponentialTerms = 24;
 
 /// e^matrix: halves the matrix until its row sums are at most `series_norm`, sums its Taylor series, and squares the

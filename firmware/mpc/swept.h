@@ -5,9 +5,9 @@
 #include "firmware/mpc/lanes.h"
 
 // The four operations of the active-set iteration on the swept tableau, a symmetric 20 x 20 matrix of which the lower
-// triangle is kept (gain_table.h): gather() a column, clear_below() the diagonal of a column, add_product() with a
-// vector, add_outer_product() of two. One version is for machines with vector registers, one for machines without; the
-// order of every sum is the same, and so are the bits.
+// triangle is kept (gain_table.h): gather() reads a column, clear_below() sets a column to zero below the diagonal,
+// add_product() multiplies by a vector, add_outer_product() adds the product of two vectors. One version is for
+// machines with vector registers, one for machines without. Both give the same bits.
 #ifdef M100_LANES_SCALAR
 #include "firmware/mpc/swept_scalar.h"
 #else
