@@ -7,7 +7,8 @@
 
 namespace m100::est {
 
-/// Compares the autopilot's attitude with the autopilot's body rates. It needs no pose.
+/// Compares the autopilot's attitude with the autopilot's body rates. It needs no pose. Hypothesis: the attitude
+/// does not turn as the rates say.
 ///
 ///   e' = tilt' - (tilt rate from the body rates) - e / 0.25 s     roll and pitch together
 ///

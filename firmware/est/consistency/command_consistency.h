@@ -8,7 +8,7 @@
 namespace m100::est {
 
 /// Checks that the aircraft's tilt responds to our own commands. This decides between poses and attitude where the two
-/// contradict each other: a false attitude falsifies the specific force as well.
+/// contradict each other: a false attitude falsifies the specific force as well. Hypothesis: the tilt does not respond.
 ///
 ///   w  the observer's tilt, which the reported attitude corrects
 ///   u  the tilt that the model predicts from the commands; of w and u the mean over half a second is subtracted

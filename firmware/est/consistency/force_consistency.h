@@ -11,6 +11,7 @@ namespace m100::est {
 
 /// Compares the horizontal velocity of the poses, as the observer estimates it, with the specific force.
 ///
+/// Hypothesis: the poses' velocity changes and the force does not show it, or the other way round.
 /// Statistic: the change of velocity of about the last two seconds that the force does not show,
 ///   g' = v_pose' - (f + o) - g / 2 s      f + o: SpecificForce
 /// Allowed is the sum of
@@ -19,7 +20,9 @@ namespace m100::est {
 ///   wind   0.05 s times the acceleration by wind
 ///   swing  0.15 s times the disturbance that the force shows and the observer has not learned yet
 /// but at most 0.35 m/s. Three times start_sigma_m_s() is added and, until kFirstLook_s, the unknown error of the
-/// sensor. An alarm takes half a second at twice the allowed value.
+/// sensor.
+/// False alarms: an alarm takes half a second at twice the allowed value, which is six sigmas in calm air.
+/// Smallest fault detected in 3 s of calm hover: a false acceleration of 0.13 m/s^2.
 ///
 /// No heap. Cost: six square roots and about 60 products a tick, SpecificForce included. T is float or double.
 template <typename T>

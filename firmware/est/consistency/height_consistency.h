@@ -10,11 +10,13 @@ namespace m100::est {
 
 /// Compares the height of the poses with the autopilot's height and climb speed, since control was taken.
 ///
-/// Statistic d, from two differences of the changes since the start:
+/// Hypothesis: the pose's height drifts. Statistic d, from two differences of the changes since the start:
 ///   h = pose height - autopilot's height        c = pose height - integral of the autopilot's climb speed
 /// d is the mean of h and c if they have the same sign and neither is more than twice the other, otherwise zero: an
 /// error of only one channel of the autopilot contradicts nothing. Allowed: kHeightWander_m for the first 30 s, then
-/// kHeightWander_m sqrt(t / 30 s), as the wander of a barometer grows. Slow drifts are found after 15 s or more.
+/// kHeightWander_m sqrt(t / 30 s), as the wander of a barometer grows.
+/// False alarms: none in the measured logs, whose largest wander is 0.84 m in 30 s.
+/// Smallest fault: no drift within 3 s (ClimbConsistency finds fast ones); 0.07 m/s after 15 s, 0.03 m/s after 34 s.
 ///
 /// Eleven numbers; no heap. Cost: a square root and ten products a tick. T is float or double.
 template <typename T>

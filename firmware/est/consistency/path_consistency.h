@@ -19,7 +19,8 @@ struct PathStatistic {
   T allowed_m{0};
 };
 
-/// Compares the path of the poses with the path that the specific force implies, in metres.
+/// Compares the path of the poses with the path that the specific force implies, in metres. Hypothesis: the poses do
+/// not follow the aircraft's motion.
 ///
 /// Both paths pass the high-pass s^3 / (s + a)^3. The force is integrated twice, so it passes s / (s + a)^3. Constant
 /// offsets, the initial position and the initial velocity therefore fade. Three scales run in parallel: a = 0.75, 1.5

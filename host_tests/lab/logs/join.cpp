@@ -80,6 +80,7 @@ FlightLog joined(std::vector<FlightLog> logs) {
     const std::string number = std::to_string(i + 1);
     const std::size_t begin = out.size + (i == 0 ? 0 : pause);
     out.file += (i == 0 ? "" : " + ") + log.file;
+    out.columns += (i == 0 ? "" : " + ") + log.columns;
     out.flights.push_back({log.file, begin, begin + log.size, log.start_s, log.epoch_s});
     out.size = begin + log.size;
     append_gap(out.gap, log.gap, log.size, pause);

@@ -58,7 +58,7 @@ std::vector<double> convolved(const std::vector<double>& a, const std::vector<do
 std::vector<double> slope_weights(std::size_t half) {
   std::vector<double> weights(2 * half + 1);
   for (std::size_t m = 0; m < weights.size(); ++m) {
-    std::vector<double> integral(weights.size() + 0, 0.0);
+    std::vector<double> integral(weights.size(), 0.0);
     for (std::size_t j = 0; j < integral.size(); ++j) {
       integral[j] = j > m ? 1.0 : (j == m ? 0.5 : 0.0);
     }
