@@ -10,7 +10,8 @@ namespace m100::lab::gains {
 
 /// One horizontal axis in continuous time, about hover:
 ///   p' = v,   v' = tilt_sign g_eff tilt - c v + d,   tilt from the commanded tilt by the attitude model.
-/// States x = (p, v, chi [, chi']), x' = f x + g command + gd d; tilt = chi + z chi', z the lead zero (0: tilt = chi).
+/// States x = (p, v, chi), with chi' for an attitude model of second order; x' = f x + g command + gd d. The tilt is
+/// chi + z chi', where z is the lead zero [s].
 struct ContinuousAxis {
   Matrix f;   ///< n x n
   Vector g;   ///< command
@@ -22,14 +23,14 @@ struct ContinuousAxis {
   Real input_gain = 1;
 };
 
-/// x(k+1) = a x + b u + bd d: exact for an input held over the step.
+/// x(k+1) = a x + b u + bd d, exact if u and d are constant over the step.
 struct DiscreteAxis {
   Matrix a;
   Vector b;
   Vector bd;
 };
 
-/// The part of an axis' quadratic program that is the same in every tick, as a model record of the benchmark holds it.
+/// The constant part of an axis' quadratic program: the model, the weights and the limits of the input.
 struct AxisQp {
   DiscreteAxis step;  ///< over the prediction step
   Vector q;           ///< diagonal
@@ -46,10 +47,11 @@ struct AxisQp {
 
 enum class Axis { kX, kY };
 
-/// The axis of the vehicle file: x by pitch (+), y by roll (-). Throws std::domain_error: it has no dynamics, or a lead
-/// zero cancels a pole.
+/// The model of an axis of the vehicle file: x is moved by pitch (sign +), y by roll (sign -). Throws std::domain_error
+/// if the axis has no time constant and no natural frequency, or if its lead zero nearly cancels a pole.
 ContinuousAxis continuous_axis(const model::Vehicle& vehicle, Axis axis);
-/// Exact for held inputs. @pre f is n x n with n at most mpc::kMaxStates, g and gd have n rows, step_s >= 0 [s].
+/// Exact for inputs that are constant over the step. @pre f is n x n, n <= mpc::kMaxStates; g, gd n x 1; step_s >= 0
+/// [s].
 DiscreteAxis discretise(const ContinuousAxis& axis, Real step_s);
 /// The quadratic program of the vehicle's weights and limits, terminal weight from the Riccati equation of (Q, R).
 AxisQp axis_qp(const model::Vehicle& vehicle, Axis axis);

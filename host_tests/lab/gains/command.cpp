@@ -95,7 +95,7 @@ std::string margins_text(const char* axis, std::size_t pose_age_ticks, const gai
   return line;
 }
 
-/// Prints the margins of the loop and warns if they are below the limits; refuses nothing.
+/// Prints the margins and writes them as JSON if a file is given. Margins outside the limits cause only a warning.
 void report_margins(const model::Vehicle& vehicle, const std::vector<gains::OpenStructure>& structures,
                     const GainsOptions& options) {
   nlohmann::json all;
@@ -176,7 +176,7 @@ bool put(const std::string& path, std::string_view bytes, bool check) {
   return true;
 }
 
-/// Checks the files before the work. With --check, header and table are read, and no margins are reported.
+/// Checks that each file can be read or written. With --check, the header and the table are only read.
 void check_files(const GainsOptions& options) {
   companion::FileUse use;
   use.reads("--vehicle", options.vehicle).reads("--rival", options.rivals).writes("--tune", options.tuned);
@@ -189,7 +189,7 @@ void check_files(const GainsOptions& options) {
   use.check();
 }
 
-/// The vehicle file's own structure, its rivals, and those of --rival.
+/// The structure of the vehicle file, those of its rivals, and that of each file given by --rival.
 std::vector<gains::OpenStructure> structures_of(const companion::VehicleFile& file, const GainsOptions& options) {
   std::vector<gains::OpenStructure> structures = gains::open_structures(file);
   for (const std::string& path : options.rivals) {
@@ -199,7 +199,7 @@ std::vector<gains::OpenStructure> structures_of(const companion::VehicleFile& fi
   return structures;
 }
 
-/// Ctrl-C: the tables are written at the end, so none is half done.
+/// Ends the program at Ctrl-C, before any table is written.
 void stop(int) {
   constexpr std::string_view kSaid =
       "\nm100-lab: gains: stopped, no table was written; the same command starts again\n";
@@ -214,7 +214,7 @@ void say_stage(const char* stage) {
   }
 }
 
-/// The table file of all modes of the vehicle file, one after the other (companion::FlightModel), field first.
+/// The bytes of the table file: the tables of all modes of the vehicle file, one after the other, field first.
 std::string table_of_modes(const gains::TableSet& field, const companion::VehicleFile& file,
                            const gains::SetpointBox& box) {
   std::string out;

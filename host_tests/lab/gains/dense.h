@@ -5,7 +5,7 @@
 
 namespace m100::lab::gains {
 
-/// Tables are made in more digits than they are kept in, so that a double entry is the rounded true one.
+/// The number type in which tables are computed. It has more digits than the double in which they are stored.
 using Real = long double;
 using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
 using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;

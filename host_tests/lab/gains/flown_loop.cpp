@@ -13,7 +13,7 @@ using Column = FlownLoop::Column;
 using Index = Eigen::Index;
 enum Filter : Index { kP, kV, kTilt, kRate, kD, kM };
 
-/// The observer models an axis without dynamics as first order with this time constant (est/filter/filter_math.h).
+/// The observer uses at least this time constant for an axis of first order (est/filter/filter_math.h).
 constexpr double kFastest_s = 0.01;
 /// Ticks of a minute of flight, in which the slowest mode of the observer, the offset, has settled.
 constexpr int kObserverIterations = 6000;
@@ -40,7 +40,7 @@ FlownController::Square transition_of(const FlownController& c) {
   return phi;
 }
 
-/// One scalar correction. @returns its gain
+/// Updates the covariance p for one scalar measurement. @returns the Kalman gain
 FlownController::Six correct(FlownController::Square& p, const FlownController::Six& h, double variance) {
   const FlownController::Six ph = p * h;
   FlownController::Six gain = ph / (h.dot(ph) + variance);
@@ -96,7 +96,7 @@ void shift_in(Segment&& u, double newest) {
   }
 }
 
-/// One prediction of the observer, as in est::AxisFilter. @param acceleration receives the acceleration in the tick
+/// One prediction as in est::AxisFilter. @param acceleration receives the model's acceleration, without the disturbance
 FlownController::Six predicted(const FlownController& c, const FlownController::Six& from, const Column& commands,
                                double& acceleration) {
   const model::AxisStep& s = c.step;
@@ -376,7 +376,7 @@ Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& t
     out.delay_margin_s = 0.0;
     return out;
   }
-  // Not from the phase, because a delay shorter than a command period is not a pure phase shift.
+  // The delay margin is searched, because a delay shorter than a command period is not a pure phase shift.
   constexpr double kStep_s = 0.01;
   double low = 0.0;
   double high = kStep_s;

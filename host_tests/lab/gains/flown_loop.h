@@ -40,7 +40,7 @@ struct FlownController {
     double tilt_rad = 0.0;
     double rate_rad_s = 0.0;
   };
-  /// Gain of the stick of `truth` over the one that the law assumes; 1: not by sticks, or a scale that is not stated.
+  /// The stick scale of `truth` over the one that the law assumes; 1 without sticks, or if a scale is not known.
   double stick_gain(const model::StickAxis& truth, const LoopTiming& timing) const;
   /// Size of the state that tick() keeps.
   Eigen::Index own_states(const LoopTiming& timing) const;
@@ -72,7 +72,7 @@ class FlownLoop {
 
   FlownLoop(const FlownController& controller, const model::Vehicle& truth, Axis axis, const LoopTiming& timing);
 
-  /// From the vehicle's command to the controller's at exp(i w period).
+  /// Frequency response from the vehicle's command to the controller's, at z = exp(i w period).
   std::complex<double> response(double frequency_rad_s) const;
   bool closed_is_stable() const;
   double period_s() const { return period_s_; }

@@ -19,7 +19,7 @@ struct Condensed {
   Matrix qb;  ///< 20 n x 20 n
   Matrix h;   ///< 20 x 20
 };
-/// Sizes, with n states in the problem: a and p n x n; b, bd and q n.
+/// Eliminates the states. With n states in the problem, a and p are n x n; b, bd and q have n entries.
 Condensed condense(const AxisQp& problem);
 
 /// The table of one quadratic program, without delay and set-point law. Preconditions: weights not negative, r > 0,
@@ -30,9 +30,8 @@ mpc::GainTable<double> make_gain_table(const AxisQp& problem);
 /// The model for predicting through the axis' transport delay, 0 to 0.3 s. Throws as continuous_axis() does.
 mpc::DelayModel<double> make_delay_model(const model::Vehicle& vehicle, Axis axis);
 
-/// The tables of both axes, computed in milliseconds, without the set-point law (the preview law then solves
-/// everything), from the vehicle's design where it has one. `digest` is that of the vehicle file. Throws
-/// std::domain_error if the model cannot be controlled.
+/// The tables of both axes without the set-point law, for the vehicle's design where it has one. `digest` is that of
+/// the vehicle file. Throws std::domain_error if the model cannot be controlled.
 mpc::GainTables<double> make_gain_tables(const model::Vehicle& identified, const core::Sha256Digest& digest = {});
 
 /// The table in float, as in the firmware: every double rounded. The set-point law is omitted.

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// One line of the file; each reading function names the key that it could not read.
+/// One line of the file. A function that cannot read its key throws InputError with the name of the key.
 class Record {
  public:
   Record(const std::string& text, std::string file, long line) : file_(std::move(file)), line_(line) {
@@ -43,7 +43,7 @@ class Record {
   }
   double number(const std::string& key) const { return number(key, at(key)); }
   std::vector<double> numbers(const std::string& key, std::size_t count) const { return numbers(key, at(key), count); }
-  /// Reads `count` numbers; a single number is used for all of them. @returns whether it was a single one.
+  /// Fills `to` from an array of its size or from a single number. @returns whether it was a single number.
   template <typename Array>
   bool fill(const std::string& key, Array& to) const {
     if (at(key).is_number()) {
@@ -146,7 +146,7 @@ AxisQp read_model(const Record& record) {
   return out;
 }
 
-constexpr double kLargestId = 2147483647.0;  // also where a long has 32 bits
+constexpr double kLargestId = 2147483647.0;  // fits in a long of 32 bits
 
 Instance read_problem(const Record& record, const AxisQp& model) {
   Instance out;

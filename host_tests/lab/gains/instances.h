@@ -17,7 +17,7 @@ struct Instance {
   std::string tag;
   mpc::Problem<double> problem;
   std::vector<double> optimum;  ///< empty, or 20 inputs
-  std::string active;           ///< empty, or 20 of + - 0
+  std::string active;           ///< empty, or 20 characters: 0 for an input between its limits, else + or -
   double margin = 0.0;
 };
 

@@ -67,7 +67,7 @@ class CaseLoop {
       loop_[k] = -stick_ * sum;
     }
   }
-  /// Records that this loop, closed, is stable: every other loop turns by the same phase, or it is unstable.
+  /// Takes this loop, whose closed loop is stable, as reference: another loop is stable if it turns by the same phase.
   void set_stable() {
     turned_ = turned(loop_, 1.0);
     start_ = loop_.front();

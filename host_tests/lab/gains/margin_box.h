@@ -28,17 +28,18 @@ struct AxisBox {
 };
 AxisBox axis_box(const model::StickAxis& axis, const companion::Intervals& intervals);
 
-/// A structure that the identification leaves open, with the box around it.
+/// A vehicle model that the identification does not exclude, with the box of parameters around it.
 struct OpenStructure {
   std::string name;
   model::Vehicle vehicle;
   std::array<AxisBox, 2> box;  ///< by Axis
 };
 
-/// First the identified axes, then for k = 1, 2, ... the k-th rivals of roll and pitch together, where there are any.
+/// The identified axes, then for k = 1, 2, ... the k-th rivals of roll and pitch. An axis without a k-th rival stays as
+/// identified.
 std::vector<OpenStructure> open_structures(const companion::VehicleFile& file);
 
-/// The limits that a mode keeps as flown: on the structures themselves (nominal), and over Extent::kCorners.
+/// The margins that a mode requires of the loop as flown: on the structures themselves (nominal), and over kCorners.
 struct MarginLimits {
   double nominal_peak = 0.0;
   double nominal_delay_s = 0.0;
@@ -48,12 +49,12 @@ struct MarginLimits {
 inline constexpr MarginLimits kFieldLimits{1.65, 0.15, 2.2, 0.1};
 inline constexpr MarginLimits kRobustLimits{1.6, 0.15, 1.6, 0.15};
 
-/// The worst over an Extent of the boxes.
+/// The worst margins of all loops over an Extent of the boxes.
 struct WorstMargins {
   bool stable = true;
   double peak_sensitivity = 0.0;
   double delay_margin_s = 0.0;  ///< a multiple of 10 ms, at most 0.2 s; only for kNominal and kCorners
-  std::string where{};          ///< structure, axis, channel and numbers of the aircraft with the largest peak
+  std::string where{};          ///< the loop and aircraft of the largest peak, or of an unstable loop
 };
 
 /// Selects loops of a MarginBox; a member that is not given selects all.
@@ -63,11 +64,12 @@ struct BoxSelection {
   std::optional<bool> by_sticks{};
 };
 
-/// The loops as flown of one controller on all aircraft of the boxes. The vehicle's responses are computed once, the
-/// controller's once for each candidate: L = gain controller(w) vehicle(w; frequency, damping, delay).
+/// Evaluates the loop as flown of any controller on the aircraft of the boxes. The constructor computes the frequency
+/// responses of the vehicles once for all controllers.
 class MarginBox {
  public:
-  /// @param points frequencies, from 0.3 rad/s; enough to find a peak within a hundredth
+  /// @param points steps in frequency from 0.3 rad/s; the default finds a peak within a hundredth. Throws
+  ///   std::domain_error for an axis of first order.
   explicit MarginBox(std::vector<OpenStructure> structures, int points = 140);
 
   enum class Extent {
@@ -105,7 +107,7 @@ class MarginBox {
   void add_plants(Case& one);
   static bool is_within(Extent extent, const Case& one, const Plant& plant);
   static const Law& law_of(const Case& one, const model::Vehicle& believed, Laws& known);
-  /// Adds the worst of one case, whose closed loop is stable on the structure itself.
+  /// Adds the worst margins of one case to `out`. The closed loop of the structure itself must be stable.
   void add_case(const Case& one, const Law& law, Extent extent, WorstMargins& out) const;
   void add_peak(const Case& one, const Plant& plant, double peak, bool stable, WorstMargins& out) const;
   Plant plant(const Case& one, double frequency, double damping, double delay_s, int pose_age, double extra_s) const;

@@ -144,7 +144,7 @@ class OpenLoop {
     d_ = step(b_, 1.0);
   }
 
-  /// From the vehicle's command to the controller's, at z = exp(i w T).
+  /// Frequency response from the vehicle's command to the controller's, at z = exp(i w T).
   Complex response(double frequency_rad_s) const {
     const Complex z = std::polar(1.0, frequency_rad_s * kTick_s);
     Eigen::MatrixXcd m = -a_.cast<Complex>();
@@ -163,8 +163,9 @@ class OpenLoop {
   }
 
  private:
-  /// One tick. State: vehicle, its last inputs (newest first), filter as predicted for this tick, controller's
-  /// last inputs, the vehicle's last positions, the filter's last accelerations (newest first).
+  /// Simulates one tick. @returns the controller's command. State: vehicle, its last inputs, filter as predicted for
+  /// this tick, controller's last commands, the vehicle's last positions, the filter's last accelerations; all newest
+  /// first.
   double step(Column& state, double vehicle_input) const {
     const Eigen::Index line = static_cast<Eigen::Index>(plant_.ticks) + 1;
     const Eigen::Index full = observer_.a.rows();
@@ -231,7 +232,7 @@ class OpenLoop {
   FirstInput law_;
   mpc::DelayModel<double> delay_;
   Eigen::Index truth_states_;
-  double truth_zero_s_;  ///< the attitude sensor measures chi + zero chi' (axis_model.h)
+  double truth_zero_s_;  ///< second order: the attitude sensor measures chi + zero chi' (axis_model.h)
   Eigen::Index states_;
   Eigen::Index age_;  ///< of the pose, ticks
   Dense a_;

@@ -8,11 +8,7 @@
 
 namespace m100::lab::gains {
 
-/// Stability margins of the sampled loop of one axis, opened at the attitude command. margins_of(): with a command in
-/// every tick of 10 ms, as in the paper; flown_margins_of(): as the program flies. The loop consists of the axis as in
-/// the vehicle file, the steady observer (with disturbance and input offset), the prediction through the delay, the MPC
-/// without limits, and a pose whose age the observer knows (est/filter/acceleration_history.h). Position, tilt and tilt
-/// rate are measured; margins_of() leaves the rate out for an axis of first order or with a lead zero.
+/// Stability margins of a sampled loop that is opened at the command of one axis.
 struct Margins {
   bool stable = false;
   double peak_sensitivity = 0.0;
@@ -25,7 +21,7 @@ struct Margins {
 /// Timing and scaling between the law and the aircraft, in both directions.
 struct LoopTiming {
   std::size_t command_ticks = 4;       ///< ticks of 10 ms for which a command holds: 25 Hz
-  std::size_t attitude_age_ticks = 1;  ///< as in app/config.h, and as measured on the simulated autopilot
+  std::size_t attitude_age_ticks = 1;  ///< age of attitude and rate, as in app/config.h
   std::size_t pose_age_ticks = 2;
   bool by_sticks = true;       ///< commands have the scale of the vehicle's stick counts; false: they are angles
   double extra_delay_s = 0.0;  ///< unknown delay of the command, in addition to the vehicle's own
@@ -35,16 +31,15 @@ inline constexpr LoopTiming kMovementTiming{.command_ticks = 2, .by_sticks = fal
 inline constexpr int kFrequencies = 3000;       ///< points of a frequency response, starting at 0.02 rad/s
 inline constexpr double kLargestDelay_s = 0.4;  ///< largest delay margin that is searched
 
-/// Margins, as flown, of the controller of `believed` on an axis that really is `truth`. Commands hold until the next
-/// one; observer and prediction are those of the flight code (linear about hover); measurements have their ages. The
-/// transport delay of `truth` includes everything between the tick and the attitude loop. The stick has the scale of
-/// the vehicle file, and its dead zone is assumed to be inverted exactly. The delay margin comes from powers of the
-/// closed loop's matrix, to 0.2 ms, up to kLargestDelay_s.
+/// Margins, as flown, of the controller of `believed` on an axis that really is `truth`. Observer and prediction are
+/// those of the flight code, linear about hover. The transport delay of `truth` includes everything between the tick
+/// and the attitude loop. The stick's dead zone is assumed to be inverted exactly. The delay margin is found to 0.2 ms,
+/// up to kLargestDelay_s.
 Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis,
                          const LoopTiming& timing, int frequencies = kFrequencies);
 
-/// Margins from minus L, the response from the vehicle's command to the controller's, at this period. `stable` is by
-/// Nyquist, for an open loop whose poles are stable but for one or two at 0.
+/// Margins from the frequency response -L from the vehicle's command to the controller's. `stable` is by the Nyquist
+/// criterion: the poles of the open loop must be stable, except one or two at 0.
 Margins margins_from(const std::function<std::complex<double>(double frequency_rad_s)>& response, double period_s,
                      int frequencies = kFrequencies);
 
@@ -52,7 +47,9 @@ inline constexpr double kLargestPeakSensitivity = 1.6;
 inline constexpr double kSmallestDelayMargin_s = 0.1;
 inline constexpr double kFieldDelayMargin_s = 0.06;  ///< required as flown by tune() and loop::MarginOrder
 
-/// Margins of the controller of `believed` on an axis that really is `truth` (the same axis of two vehicles).
+/// Margins, with a command in every tick of 10 ms as in the paper, of the controller of `believed` on an axis that
+/// really is `truth` (the same axis of two vehicles). The loop has the steady observer, the prediction through the
+/// delay and the MPC without limits.
 /// @param pose_age_ticks age of every pose, in ticks of 10 ms; the paper's wireless link and motion capture: 1 to 8.
 Margins margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis,
                    std::size_t pose_age_ticks = 0);

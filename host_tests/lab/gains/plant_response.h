@@ -16,7 +16,7 @@ inline constexpr double kLoopTick_s = 0.01;
 
 /// One horizontal axis of second order, about hover, of gain 1:
 ///   tilt = w^2 (1 + lead s) / (s^2 + 2 damping w s + w^2) u(t - delay),   position = pull / (s (s + drag)) tilt.
-/// The delay is `delay_ticks` of 10 ms and `rest_s`, 0 to 10 ms.
+/// The delay is the sum of `delay_ticks` ticks of 10 ms and `rest_s`, 0 to 10 ms.
 template <typename R>
 struct PlantParameters {
   R frequency_rad_s{};
@@ -28,8 +28,8 @@ struct PlantParameters {
   int delay_ticks = 0;
 };
 
-/// Order 1: (1 - e^-ct) / c; order 2: its integral over t. By nested series, which hold at c = 0 too.
-/// @pre 0 <= c t: what is left out is below 1e-16 of the result up to c t = 0.25, and below 2e-13 up to 0.5
+/// (1 - e^-ct) / c for order 1, its integral over t for order 2. The series holds at c = 0 too. @pre 0 <= c t <= 0.5:
+/// its relative error is below 2e-13, and below 1e-16 up to c t = 0.25
 template <typename R>
 R decay_integral(const R& t, double c, int order) {
   R nested(1.0);
@@ -53,13 +53,13 @@ ComplexNumber<R> power(const ComplexNumber<R>& z, const ComplexNumber<R>& invers
   return out;
 }
 
-/// Transition over a time of position, velocity, the second-order system's state and its derivative.
+/// Transition matrix over a time. States: position, velocity, the second-order system's state and its derivative.
 template <typename R>
 using PlantMatrix = std::array<std::array<R, 4>, 4>;
 
-/// The impulse response h of 1 / (s^2 + a1 s + a0) and its integral, and those of pull (1 + lead s) / ((s + drag) (s^2
-/// + a1 s + a0)) with two integrals, by their power series in the time. All are entire functions of a0 and a1, without
-/// differences of near numbers. What is left out is below 1e-16 for natural frequencies to 12 rad/s, 1e-13 to 20 rad/s.
+/// Power series in time of two impulse responses: h of 1 / (s^2 + a1 s + a0) and v of pull (1 + lead s) / ((s + drag)
+/// (s^2 + a1 s + a0)), with their integrals. The truncation error is below 1e-16 for natural frequencies to 12 rad/s
+/// and below 1e-13 to 20 rad/s.
 template <typename R>
 class PlantSeries {
  public:
@@ -151,7 +151,7 @@ struct SampledPlant {
     }
     return out;
   }
-  /// The state at the start of a period; position and velocity times the integrators, which are returned too.
+  /// The steady state at the start of a period. Its position and velocity are multiplied by `integrators`, an output.
   State start(C& integrators) const {
     const C one{R(1.0), R(0.0)};
     State forced{};
@@ -175,10 +175,9 @@ struct SampledPlant {
   }
 };
 
-/// The response of position, tilt and rate, sampled as they arrive in the ticks of one command period, to commands z^k
-/// that each hold for one period: out[3 i + 0, 1, 2] for tick i. The position is multiplied by the returned (1 - 1/z)
-/// (1 - exp(-drag P)/z), so that nothing is divided by 0 at z = 1. At a rest of 0 the newest command has just begun to
-/// act and at 10 ms it is about to: both limits of a rate that jumps are in the closed range.
+/// The response of position, tilt and rate, sampled as they arrive in the ticks of one command period P, to commands
+/// z^k that each hold for one period: out[3 i + 0, 1, 2] for tick i. The position is multiplied by the returned (1 -
+/// 1/z) (1 - exp(-drag P)/z), so that nothing is divided by 0 at z = 1.
 /// @param pose_age_ticks true age of the position
 template <typename R>
 ComplexNumber<R> plant_response(const PlantParameters<R>& plant, const ComplexNumber<R>& z, const LoopTiming& timing,

@@ -22,7 +22,7 @@ constexpr double kOld_s = 0.03;                  ///< 20 ms of age of the pose, 
 constexpr double kMinGain = 1.9952623149688795;  // 6 dB
 constexpr double kMinPhase_rad = 0.25 * std::numbers::pi;
 
-/// The axis' response at s.
+/// The axis' response at s, including its delay and the age of the pose.
 Complex axis_at(const model::StickAxis& axis, Complex s) {
   const double w = axis.natural_frequency_rad_s;
   const Complex lag =
@@ -70,7 +70,7 @@ Margins worst_corner(const Loop& loop, const model::StickAxis& axis, const LoopT
     model::StickAxis one = axis;
     one.natural_frequency_rad_s *= corner.frequency;
     one.time_constant_s /= corner.frequency;
-    one.damping_ratio = std::max(0.01, one.damping_ratio + corner.damping);  // an axis that is itself stable
+    one.damping_ratio = std::max(0.01, one.damping_ratio + corner.damping);  // keeps the axis stable
     one.transport_delay_s = std::max(0.0, one.transport_delay_s + corner.delay_s);
     const Margins margins = margins_at(loop, one, corner.gain, timing);
     worst.stable = worst.stable && margins.stable;

@@ -136,7 +136,7 @@ class StructText {
     first_ = false;
     return *this;
   }
-  /// A flag that is true by default.
+  /// Adds a flag that is true by default, only if it is false.
   StructText& unless(const std::string& key, bool value) {
     if (!value) {
       text_ += (first_ ? "." : ", .") + key + " = false";

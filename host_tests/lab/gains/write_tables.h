@@ -25,7 +25,7 @@ TableSet make_table_set(const companion::VehicleFile& file, const SetpointBox& b
 /// The bytes of a gain table file (firmware/mpc/table_file.h).
 std::vector<std::byte> to_file(const TableSet& set);
 
-/// firmware/mpc/generated/gain_table.h: the vehicle and both tables as constants.
+/// The text of firmware/mpc/generated/gain_table.h: the vehicle and both tables as constants.
 std::string to_header(const TableSet& set, const model::Vehicle& vehicle);
 
 }  // namespace m100::lab::gains

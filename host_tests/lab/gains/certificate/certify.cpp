@@ -19,8 +19,8 @@ constexpr std::size_t kMaxCells = 300'000;
 /// Above the rounding error of a sum of about ten terms.
 constexpr double kRounding = 1e-14;
 
-/// A lower bound of |1 + g L| in the cell: for some directions, the least component of 1 + g L in that direction, which
-/// is linear in the gain, and a sum of parabolas in the variables but for the rest. The largest of them is returned.
+/// A lower bound of |1 + g L| over the cell and all gains g: the largest, over some directions, of the least component
+/// of 1 + g L in that direction.
 double distance_below(const EnclosedLoop::Expansion& loop, const Range& gain) {
   double size = std::abs(loop.middle) + loop.rest;
   for (std::size_t k = 0; k < 4; ++k) {
@@ -125,7 +125,7 @@ class Proof {
     return false;
   }
 
-  /// Step 1, for the aircraft in the middle of the box.
+  /// Step 1 of certify(): shows that the aircraft in the middle of the box is stable.
   bool turns_as_a_stable_loop(LoopCell middle) {
     for (std::size_t k = 0; k < 3; ++k) {
       middle.range[k] = {middle.middle(k), middle.middle(k)};
@@ -164,7 +164,7 @@ class Proof {
     return true;
   }
 
-  /// Step 3.
+  /// Step 3 of certify(): bounds the sensitivity at low frequencies.
   bool bound_low_end(const LoopCell& box) {
     constexpr double kMaxShare = 0.5;  // S <= 1 then
     std::vector<LoopCell> left{over(box, {0.0, low_})};
@@ -194,7 +194,7 @@ class Proof {
     return true;
   }
 
-  /// Step 2.
+  /// Step 2 of certify(): bounds the sensitivity on the rest of the unit circle.
   bool cover_circle(const LoopCell& box) {
     std::vector<LoopCell> left{over(box, {low_, std::numbers::pi})};
     while (!left.empty()) {

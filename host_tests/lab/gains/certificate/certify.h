@@ -29,18 +29,16 @@ struct CertifiedLoop {
   std::string why_not;
 };
 
-/// Proves, by Taylor models with outward rounding, that the loop as flown is stable and its peak sensitivity bounded on
-/// every aircraft of the boxes of gain, frequency, damping and delay, for each age of the pose. The loop is L = gain
-/// N(z) Y(z; frequency, damping, delay) / D(z): the controller as exact polynomials, the vehicle stepped from tick to
-/// tick by power series, so that no step of its evaluation is a difference of near numbers.
+/// Proves by Taylor models with outward rounding that the loop as flown is stable, and bounds its peak sensitivity, on
+/// every aircraft of the boxes and for each age of the pose. The loop is L = gain N(z) Y(z; frequency, damping, delay)
+/// / D(z): N and D are polynomials of the controller, Y is the response of the vehicle.
 ///  1. In each tick of delay, D (1 - 1/z) (1 - exp(-drag P)/z) (1 + L) of one aircraft has as many turns round 0 on the
 ///     unit circle as its degree: all its zeros lie inside.
-///  2. Each cell of (frequency, damping, rest of the delay, angle of z) is enclosed by a polynomial of second order and
-///     a remainder of third order. One direction in which the distance from -1 is positive for all gains shows that no
-///     zero crosses the circle, and bounds the sensitivity; otherwise the cell is halved where its remainder comes
-///     from.
+///  2. Each cell of (frequency, damping, rest of the delay, angle of z) is enclosed by a polynomial and a bound of its
+///     error. If 1 + L keeps away from 0 in the cell for all gains, no zero crosses the circle, and the distance bounds
+///     the sensitivity. Otherwise the cell is halved.
 ///  3. Below 0.3 rad/s, z = 1 included: |1/L| <= h gives S <= h / (1 - h), without a division by the integrators.
-/// @param margin a bound is at most this times the largest sampled peak of all loops at such ages of the pose
+/// @param margin largest allowed ratio of a bound to the largest sampled peak of all loops
 std::vector<CertifiedLoop> certify(const model::Vehicle& believed, const std::vector<OpenStructure>& structures,
                                    double margin, const std::function<void(const CertifiedLoop&)>& progress);
 

@@ -11,7 +11,7 @@ namespace m100::lab::gains {
 namespace {
 
 using Integers = std::vector<std::vector<mpz_class>>;
-using Ball = TaylorModel<1>;  ///< an unknown constant
+using Ball = TaylorModel<1>;  ///< a number with a bound of its error
 using ComplexBall = ComplexNumber<Ball>;
 using ComplexModel = ComplexNumber<LoopModel>;
 
@@ -75,7 +75,7 @@ mpz_class dot(const std::vector<mpz_class>& a, const std::vector<mpz_class>& b) 
   return sum;
 }
 
-/// rows times columns; `right` is stored by columns.
+/// The product. `left` is stored by rows; `right` and the result are stored by columns.
 Integers columns_of(const Integers& left, const Integers& right) {
   Integers out(right.size(), std::vector<mpz_class>(left.size()));
   for (std::size_t column = 0; column < right.size(); ++column) {
@@ -124,7 +124,7 @@ double bound_of(const std::vector<ComplexBall>& polynomial, double radius, std::
   return sum;
 }
 
-/// The first terms of numerator over denominator, approximately: the caller bounds the error of any polynomial.
+/// The first terms of the series of numerator over denominator, without a bound of their error.
 std::vector<ComplexBall> quotient(const std::vector<ComplexBall>& numerator,
                                   const std::vector<ComplexBall>& denominator) {
   constexpr std::size_t kTerms = 7;

@@ -14,23 +14,20 @@ using LoopModel = TaylorModel<4>;
 inline constexpr std::size_t kAngleVariable = 3;
 
 /// The controller's response c (z - a)^-1 b + d as polynomials in z - 1: one numerator for each input over one
-/// denominator. The coefficients are computed in integers (Faddeev and LeVerrier) from the doubles of the lifted
-/// controller and rounded outwards once, so an ill-conditioned matrix costs no accuracy. In powers of z - 1 the sums
-/// near z = 1, where all slow poles lie, hardly cancel.
+/// denominator. The coefficients are computed exactly in integers (Faddeev and LeVerrier), then rounded outwards once.
 class ControllerPolynomials {
  public:
   explicit ControllerPolynomials(const LiftedController& controller);
 
-  /// Over an arc of angles.
+  /// The controller over an arc of angles of z.
   struct OverArc {
     bool valid = false;  ///< false: no response, the arc is too long for its distance to a pole
     std::vector<ComplexNumber<LoopModel>> response;  ///< numerator over denominator
     std::vector<ComplexNumber<LoopModel>> numerators;
     ComplexNumber<LoopModel> denominator;
   };
-  /// The response over an arc of the unit circle, as a Taylor polynomial about the arc's middle: the first terms p of
-  /// the quotient N/D, and a bound of the rest, which is (N - D p) / D. Angles in [0, pi]; the other half of the circle
-  /// follows from symmetry.
+  /// The response over an arc of the unit circle: a Taylor polynomial about the arc's middle and a bound of its error.
+  /// Angles in [0, pi]; the other half of the circle follows from symmetry.
   OverArc over(const Range& angle) const;
 
   std::size_t degree() const { return denominator_.size() - 1; }

@@ -35,7 +35,7 @@ class EnclosedLoop {
     std::complex<double> middle;
     std::array<std::complex<double>, 4> slope{}, curvature{};
     double rest = 0.0;
-    std::array<double, 4> share{};  ///< of the rest, by variable; if it is not valid, where to halve
+    std::array<double, 4> share{};  ///< where to halve the cell: the variable with the largest number
   };
   Expansion over(const LoopCell& cell);
 

@@ -13,9 +13,8 @@
 namespace m100::lab::gains {
 
 /// A function of kCount variables t in [-1, 1], enclosed by its Taylor polynomial of second order and a bound of the
-/// rest: |f(t) - constant - linear t - t quadratic t| <= rest. Terms that cancel do so in the coefficients, so that the
-/// excess of a long expression is of third order. Rounding errors go to the rest (K. Makino, M. Berz, Taylor models and
-/// other validated functional inclusion methods, Int. J. Pure Appl. Math. 4(4), 2003).
+/// rest: |f(t) - constant - linear t - t quadratic t| <= rest. Rounding errors are part of the rest (K. Makino, M.
+/// Berz, Taylor models and other validated functional inclusion methods, Int. J. Pure Appl. Math. 4(4), 2003).
 template <std::size_t kCount>
 struct TaylorModel {
   using Row = std::array<double, kCount>;
@@ -26,7 +25,7 @@ struct TaylorModel {
 
   constexpr TaylorModel() = default;
   constexpr TaylorModel(double exact) : constant(exact) {}  // NOLINT(google-explicit-constructor): a number is one
-  /// An unknown constant.
+  /// A constant that is known to within `error`.
   constexpr TaylorModel(double about, double error) : constant(about), rest(error) {}
 
   static TaylorModel variable(double low, double high, std::size_t which) {
@@ -121,8 +120,7 @@ TaylorModel<kCount> cos(const TaylorModel<kCount>& a) {
   return a.chain(value, -std::sin(a.constant), -0.5 * value, 1.0 / 5.9);
 }
 
-/// 1 / a by the first terms of the geometric series about the constant, for the complex divisor as a whole: in the
-/// quotient conj(a) / |a|^2 its real and imaginary part would each vary twice as much.
+/// 1 / a by the first terms of the geometric series about the constant. The rest is infinite if `a` may be 0.
 template <std::size_t kCount>
 ComplexNumber<TaylorModel<kCount>> reciprocal(const ComplexNumber<TaylorModel<kCount>>& a) {
   using Complex = ComplexNumber<TaylorModel<kCount>>;

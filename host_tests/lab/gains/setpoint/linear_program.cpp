@@ -11,7 +11,7 @@
 namespace m100::lab::gains {
 namespace {
 
-/// Columns of the program: the parameters, then the radius of a ball.
+/// The solver's column of parameter i; columns count from 1. The last column is the radius of a ball.
 int column(Eigen::Index i) { return static_cast<int>(i) + 1; }
 
 }  // namespace

@@ -18,8 +18,8 @@ struct HalfSpace {
   double b = 0.0;
 };
 
-/// The computing budget of a construction. It is counted, not timed, so that every machine gets the same result. A
-/// construction that has spent its allowance throws Exhausted.
+/// The computing budget of a construction. It is counted, not timed, so that every machine gets the same result.
+/// program() and compare() throw Exhausted if it is spent.
 class ComputeBudget {
  public:
   struct Exhausted {};
@@ -43,7 +43,7 @@ class ComputeBudget {
   }
   std::uint64_t programs_spent() const { return programs_spent_; }
   std::uint64_t comparisons_spent() const { return comparisons_spent_; }
-  /// The larger of both spent shares.
+  /// The spent part of the budget: the larger of both ratios.
   double spent() const {
     return std::max(static_cast<double>(programs_spent_) / static_cast<double>(programs_),
                     static_cast<double>(comparisons_spent_) / static_cast<double>(comparisons_));
@@ -54,7 +54,7 @@ class ComputeBudget {
   std::uint64_t programs_spent_ = 0, comparisons_spent_ = 0;
 };
 
-/// A polytope, examined by linear programs. All parameters lie in [-1, 1].
+/// A polytope within the box [-1, 1] of every parameter, examined by linear programs.
 class Polytope {
  public:
   /// Precondition: at least one dimension. The budget must outlive the polytope.
@@ -69,10 +69,11 @@ class Polytope {
   // Each of these functions spends one linear program of the budget; throws ComputeBudget::Exhausted if none is left or
   // rational arithmetic takes more than kPivots steps.
 
-  /// The maximum of the scalar product a's over the polytope (a as in add()), and in `where` its place; -infinity: the
-  /// polytope is empty. Rational arithmetic finds it if floating point fails or is within 1e-8 of `decision`.
+  /// The maximum of the scalar product a's over the polytope, and in `where` the point of the maximum; -infinity: the
+  /// polytope is empty. Rational arithmetic is used if floating point fails or gives a value within 1e-8 of `decision`.
   double maximise(const Eigen::VectorXd& a, double decision, Eigen::VectorXd* where = nullptr);
-  /// Radius of the largest inscribed ball (negative: empty) and its centre; with `on`, of the ball on that facet.
+  /// Radius (negative: empty) and centre of the largest inscribed ball; with `on`, of that with its centre on this
+  /// facet.
   double radius(Eigen::VectorXd* centre = nullptr, std::size_t on = SIZE_MAX);
   /// Whether half-space i defines a facet. `on` and `i` are numbers of added half-spaces.
   bool is_facet(std::size_t i);

@@ -35,12 +35,9 @@ inline constexpr SetpointBox kSetpointBox{6.0, 4.0, 0.5, 2.0, 0.75, 0.31, 2e-5, 
 /// Receives the numbers of regions and planes so far, and the spent share of the budget.
 using SetpointProgress = std::function<void(std::size_t regions, std::size_t planes, double allowance_spent)>;
 
-/// Computes the explicit optimum of one axis for a constant reference. The critical regions (active sets) are found by
-/// crossing every facet; a linear program decides each facet (GLPK, in rational arithmetic if floating point is
-/// inconclusive). The tree is split along facets until one clipped affine law serves all regions that meet a leaf,
-/// again decided by linear programs. Precondition: every length of the box is positive. Empty if the limits are not
-/// symmetric or not above the largest steady input. Takes seconds; too_large if the budget is spent or the table file
-/// cannot hold the law.
+/// Computes the explicit optimum of one axis for a constant reference: a tree of planes whose leaves are clipped affine
+/// laws. Precondition: every length of the box is positive. The result is empty if the limits are not symmetric or not
+/// above the largest steady input. It is too_large if the budget is spent or the table file cannot hold the law.
 SetpointRows make_setpoint_law(const AxisQp& problem, const SetpointBox& box = kSetpointBox,
                                ComputeBudget budget = ComputeBudget(), const SetpointProgress& progress = {});
 

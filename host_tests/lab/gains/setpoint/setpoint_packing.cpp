@@ -10,7 +10,7 @@
 namespace m100::lab::gains {
 namespace {
 
-/// The packing of the planes below one plane for which the longest path has the fewest nodes.
+/// The best packing of one plane and the planes below it: the longest path has the fewest nodes.
 struct Plan {
   std::vector<std::uint16_t> planes;  ///< planes of the node: the first, then planes directly below one of them
   std::uint32_t depth = 0;
@@ -21,7 +21,8 @@ class Packing {
  public:
   Packing(const std::vector<SplitPlane>& split, SetpointRows& out) : split_(split), out_(out) {}
 
-  /// Puts the planes of `root`'s plan into one node of the table, and those below into others. @returns its number.
+  /// Packs the tree from `root` down. @returns the number of its first node, or `root` if it is a leaf below the first
+  /// node
   std::uint16_t pack(std::uint16_t root, std::uint32_t depth) {
     if (root >= kLeaf && depth > 1) {
       return root;

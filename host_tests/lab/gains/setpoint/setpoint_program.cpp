@@ -83,7 +83,7 @@ VectorXd ParametricProgram::optimum_of(Index input, double constant) const {
   return out;
 }
 
-/// One row for each active input, columns as of optimum_of().
+/// Lagrange multipliers: one row for each active input, with the columns of optimum_of().
 MatrixXd ParametricProgram::multipliers_of(const Sides& sides, const std::vector<Index>& active) const {
   const auto m = static_cast<Index>(active.size());
   Matrix waa(m, m);

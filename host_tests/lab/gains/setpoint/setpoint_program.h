@@ -30,8 +30,8 @@ struct CriticalRegion {
   Piece piece;
 };
 
-/// The parametric program of a constant reference in scaled parameters s = z / box. There is one parameter for each of
-/// the set-point law's six numbers that the axis has (five without a tilt rate). The optimum without limits is uu s.
+/// The quadratic program for a constant reference, in the scaled parameters s = z / box. z are the first six numbers of
+/// SetpointBox; an axis without a tilt rate has five. The optimum without limits is uu s.
 class ParametricProgram {
  public:
   /// Preconditions: limits symmetric about 0; every length of the box positive.

@@ -70,7 +70,7 @@ class Regions {
   ParametricProgram& program_;
   const ConstructionContext& work_;
   std::vector<HalfSpace> domain_;
-  std::map<Sides, std::size_t> known_;  ///< SIZE_MAX: seen, but without an interior
+  std::map<Sides, std::size_t> known_;  ///< SIZE_MAX: not explored yet, or without an interior
   std::deque<Sides> queue_;
   std::vector<Region> regions_;
   std::vector<Piece> pieces_;

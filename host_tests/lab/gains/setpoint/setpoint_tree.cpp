@@ -193,7 +193,7 @@ class Splitting {
     return fewest < regions.size();
   }
 
-  /// Regions that no facet separates overlap only by rounding. @returns the largest. Throws TooLarge if two are solid.
+  /// The largest of regions that no facet separates: they overlap only by rounding. Throws TooLarge if two are solid.
   std::size_t solid_region(const Cell& cell, const Numbers& regions) const {
     std::size_t real = regions.front();
     double largest = 0.0;
@@ -267,7 +267,7 @@ class Splitting {
     return {below, above};
   }
 
-  /// A plane of the table: positive beyond the half-space.
+  /// The plane of the half-space in the table's units; it is positive outside the half-space.
   std::vector<double> row(const HalfSpace& plane) const {
     std::vector<double> out(mpc::kPlaneNumbers, 0.0);
     out.at(0) = -plane.b;

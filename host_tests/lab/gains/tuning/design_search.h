@@ -46,7 +46,7 @@ struct DesignSearchResult {
 };
 
 inline constexpr double kMaxMotion_deg_s = 40.0;
-inline constexpr double kMaxHoverPrice = 1.66;  ///< of mode field: error in hover / that of the file (11 mm / 6.6 mm)
+inline constexpr double kMaxHoverPrice = 1.66;  ///< mode field: largest error in hover, relative to that of the file
 
 /// Sum of the shares by which a design exceeds the limits, at least 100 if it is unstable somewhere.
 double margin_excess(const DesignTrial& trial, const MarginLimits& limits);
@@ -59,17 +59,15 @@ struct FlownLimits {
   /// Sum of the shares by which these limits and kMaxMotion_deg_s are exceeded; at least 10 if a flight did not stay.
   double excess(const FlownScore& flown) const;
 };
-/// The limits of mode field, from the flights `before` of the file without its designs. Hover: kMaxHoverPrice times its
-/// error. Tilt: the supervisor's limit, or the file's tilt plus a stick count if that is larger, because the step uses
-/// the whole tilt, and a design that learns the trim more slowly tilts up to 0.6 degrees further.
+/// The limits of mode field, from the flights `before` of the file without its designs. The error in hover may be
+/// kMaxHoverPrice times that of `before`. The tilt may be the supervisor's limit, or that of `before` plus one stick
+/// count if that is larger.
 FlownLimits field_limits(const model::Vehicle& vehicle, const FlownScore& before);
 
-/// Chooses weights, noises and the numbers that the controller predicts with, so that the mean error of the reference
-/// tasks is least and the limits of the mode are kept: peak sensitivity and delay margin of every structure that the
-/// log leaves possible, nominal and in the worst corner, on both channels; command motion in hover; in the mode field
-/// the error in hover and the worst tilt of the step (field_limits()). It is a pattern search on logarithms from
-/// several starts; in mode field first of weights and noises alone, then of the model too, which must be 1 % better.
-/// The number of trials is fixed. Throws std::domain_error if no design for mode field is stable in every corner.
+/// Chooses weights, noises and the controller's model for the modes field and robust. The mean error of the reference
+/// tasks is to be least, while the limits of the mode on the margins and on the simulated flights are kept. The margins
+/// are those of all structures and both channels. It is a pattern search with a fixed number of trials. Throws
+/// std::domain_error if no design for mode field is stable in every corner.
 /// @param progress receives the share of the work that is done, and what is searched
 DesignSearchResult search_designs(const model::Vehicle& vehicle, const MarginBox& box, const FlyDesign& fly,
                                   const std::function<void(double share, const std::string& what)>& progress);
@@ -78,7 +76,7 @@ DesignSearchResult search_designs(const model::Vehicle& vehicle, const MarginBox
 /// and kept kMaxMotion_deg_s; none: there is no such trial.
 std::optional<DesignTrial> least_error(const std::vector<DesignTrial>& trials, double corner_peak);
 
-/// As least_error(), among the trials that keep all margin limits but one, which `without` selects.
+/// The trial of least error that keeps the margin limits, as least_error(); the limit `without` is ignored.
 std::optional<DesignTrial> least_error_without(const std::vector<DesignTrial>& trials, const MarginLimits& limits,
                                                double MarginLimits::*without);
 

@@ -10,7 +10,7 @@
 namespace m100::lab::gains {
 
 /// `gains --tune`: makes [design] and [design.robust] of the file, prints the Pareto curve of worst peak sensitivity
-/// and flown error, and what each limit costs. An axis of first order: chooses the input weight alone.
+/// and flown error, and what each limit costs. If an axis is of first order, only the input weight is chosen.
 /// @param path of the vehicle file, which also describes the simulated aircraft
 void tune_vehicle(companion::VehicleFile& file, const std::vector<OpenStructure>& structures, const std::string& path);
 
