@@ -20,8 +20,9 @@ class Board {
 
   /// Whether all files that the step makes are on the board; fetch() removes them there.
   bool has_result(const Step& step) const;
-  /// Copies what the step reads to the board and runs its command there, on a terminal of its own: keys and Ctrl-C
-  /// arrive there. Files that an interrupted run of the step has left go to the board's not_passed.
+  /// Copies the files that the step reads to the board and runs its command there, on a terminal that passes keys and
+  /// Ctrl-C to it. Files that an earlier run of the step has left are first moved to the folder not_passed of the
+  /// board.
   /// @returns the command's exit code.
   int run(const Step& step) const;
   /// Copies the files that the step made into the folder, and removes them on the board.
@@ -29,7 +30,8 @@ class Board {
 
  private:
   enum class Terminal { kNone, kOwn };
-  /// Runs a shell command in the board's folder. @param in, out files; empty: no input (kOwn: ours), our output
+  /// Runs a shell command in the board's folder. @param in its input; empty: none, or ours with kOwn. @param out its
+  /// output; empty: ours
   int call(const std::string& shell, const std::string& in, const std::string& out, Terminal terminal) const;
   int call(const std::string& shell) const { return call(shell, "", "", Terminal::kNone); }
 

@@ -166,7 +166,7 @@ class Evening {
     accept(step, why.empty() ? step.evaluate(folder_) : why);
   }
 
-  /// Runs one command of a step on this machine. @returns why it failed; empty: it did not, or it is a "try".
+  /// Runs one command of a step on this machine. @returns why it failed; empty: it did not, or "try" allows it to fail.
   std::string run(const Step& step, const Command& command, const std::string& said) {
     const std::string& verb = command.front();
     if (verb == "copy") {
@@ -290,7 +290,7 @@ class Evening {
   std::unique_ptr<evening::Board> board_;  ///< null until a step needs it
 };
 
-/// Copies the settings that the command line gives over those that the folder keeps.
+/// Replaces the settings of the folder by those that the command line gives.
 void take_given(const CLI::App& command, const evening::Settings& from, evening::Settings& to) {
   const auto take = [&](const char* option, auto member) {
     if (command.count(option) > 0) {

@@ -37,7 +37,7 @@ void write_corrected_vehicle(Folder& folder) {
   const model::Vehicle believed = companion::load_vehicle(folder.file("vehicle.toml")).vehicle;
   const companion::VehicleFile rates = companion::load_vehicle(folder.file("rates.toml"));
   companion::VehicleFile corrected = companion::load_vehicle(folder.file("tilts.toml"));
-  // The climb is judged on the measured height: the velocity in the log is the estimator's, by the old model.
+  // The climb is judged by the measured height, because the velocity in the log is an estimate by the old model.
   const auto log_of = [&](const char* name, bool is_climb) {
     return logs::load(folder.file(std::string(name) + ".ulg"),
                       folder.file(is_climb ? "columns_climb.toml" : "columns_flight.toml"));
@@ -52,7 +52,7 @@ void write_corrected_vehicle(Folder& folder) {
   for (const std::string channel : {"climb", "yaw_rate"}) {
     const logs::FlightLog excited = log_of("excite_rates", channel == "climb");
     const loop::UnseenFlight moved{&excited, with_sticks.first + kSettled_s, with_sticks.second};
-    // Large sticks hide what small ones show: on the course, which no fit has used, it must not predict worse.
+    // The course, which no fit has used, has small stick movements: the new model must not predict it worse.
     const bool better = loop::predicts_better(believed, rates.vehicle, moved, channel) &&
                         loop::error_at_1s(rates.vehicle, course(channel), channel) <=
                             loop::error_at_1s(believed, course(channel), channel);

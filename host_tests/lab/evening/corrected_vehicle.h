@@ -20,13 +20,10 @@ inline constexpr std::array<VehicleAxis, 5> kVehicleAxes{{{"roll", "roll [rad]"}
                                                           {"translation", "horizontal velocity [m/s]"}}};
 
 /// Writes corrected_model.toml, the corrected vehicle file before its weights are tuned. Roll and pitch come from
-/// tilts.toml. Climb and yaw rate, each by itself, come from rates.toml if it predicts the flight that moved throttle
-/// and yaw better than vehicle.toml (loop::predicts_better), and the course not worse; otherwise from vehicle.toml. The
-/// fit has used every other six seconds of the first of these flights, but fitting its noise with so few parameters
-/// gains only a third of the required improvement. The course hardly moves the throttle and cannot show that a model is
-/// better. The drag comes from drag.toml if it predicts the course better and its own flight leaves nothing
-/// unexplained. Records "found.CHANNEL" (climb, yaw_rate, translation; 1: taken over, 0: not), and for each channel
-/// "ahead.CHANNEL.before" and ".after": the errors 1 s ahead with vehicle.toml and this file on the flight `course`.
+/// tilts.toml. Climb and yaw rate come from rates.toml and the drag from drag.toml, each only if it predicts the
+/// flights better than the model before. Records "found.CHANNEL" (climb, yaw_rate, translation; 1: taken over, 0: not),
+/// and for each axis "ahead.AXIS.before" and ".after": the errors 1 s ahead with vehicle.toml and this file on the
+/// flight `course`.
 void write_corrected_vehicle(Folder& folder);
 
 }  // namespace m100::lab::evening

@@ -13,7 +13,7 @@
 // The results of a flight of the evening: the program's JSON answer and the log.
 namespace m100::lab::evening {
 
-inline constexpr double kSettled_s = 1.0;  ///< from the start of control until errors count
+inline constexpr double kSettled_s = 1.0;  ///< from the start of control; errors before are ignored
 
 /// The JSON object that the board's command wrote; empty if the file holds no JSON object.
 nlohmann::json result_of(const Folder& folder, const std::string& result);
@@ -22,8 +22,7 @@ nlohmann::json result_of(const Folder& folder, const std::string& result);
 std::pair<double, double> nominal(const nlohmann::json& result);
 
 /// From the excitation's first movement of this stick in the flight NAME to a second after its last, in seconds on the
-/// log's clock; (0, 0): the flight is not in the folder, or did not move it. Outside of this time the law alone moves
-/// the stick, against the air, so that stick and air are not independent.
+/// log's clock; (0, 0): the flight is not in the folder, or did not move it.
 std::pair<double, double> moved(const Folder& folder, const std::string& name, ctl::ExcitedStick stick);
 
 /// Roll and pitch of a flight and their sticks; as extra columns heading, the reference's heading and the pose's age.

@@ -55,7 +55,7 @@ class Folder {
   void done(const std::string& step, const std::vector<std::string>& makes, const std::vector<std::string>& reads);
   /// Whether the step made all of these files, and they are still as recorded; false also if `makes` is empty.
   bool was_taken(const std::string& step, const std::vector<std::string>& makes) const;
-  /// Forgets these files: the next files of these names are new.
+  /// Removes these files from the record, so that files of these names count as new.
   void forget(const std::vector<std::string>& makes);
   /// Marks the step, and every step that used one of its files, as to be done again.
   void again(const std::string& step);

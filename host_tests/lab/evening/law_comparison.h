@@ -10,15 +10,14 @@
 
 namespace m100::lab::evening {
 
-/// Compares the laws of vehicle.toml and corrected.toml on the corrected model. A copy of vehicle.toml is slowed down
-/// until it keeps the margins of corrected.toml there, if it can (loop::at_ordered_margin). Copy and corrected.toml fly
-/// course.txt in simulation, in pairs. If corrected.toml is worse horizontally (loop::PairedErrors), it becomes that
-/// copy but for the climb axis; if it is worse in height, its climb axis becomes that of vehicle.toml. Records the
-/// margins and the pairs. Errors: InputError.
+/// Compares the laws of vehicle.toml and corrected.toml on the corrected model, by simulated pairs of flights of
+/// course.txt. The law of vehicle.toml is first slowed down to the margins of corrected.toml, if it can be
+/// (loop::at_ordered_margin). Where corrected.toml is worse, horizontally or in the climb, the slowed law replaces it
+/// there. Records the margins and the pairs. Errors: InputError.
 void compare_laws(Folder& folder);
 
-/// The errors of the flights of the course, before and after, by the names of record_errors() ("pose_m", ...), with
-/// their verdict: from the pairs of flights; of one flight each, from the spread inside them. Errors: InputError.
+/// The errors of the flights of the course before and after the correction, by the names of record_errors() ("pose_m",
+/// ...), each with a verdict on their difference. Errors: InputError.
 using FlownErrors = std::map<std::string, loop::PairedErrors>;
 FlownErrors compare_flights(const Folder& folder);
 

@@ -37,8 +37,7 @@ std::string as_pilots_say(double counts) {
   return rounded(counts) + " counts (" + rounded(std::round(100.0 * counts / kFull_counts)) + " % of the stick)";
 }
 
-/// Whether hand.ulg is a log of m100 fly. A log that cannot be read is none: the recording's result says what is wrong
-/// with it, or else identify does.
+/// Whether hand.ulg is a log of m100 fly; false if it cannot be read.
 bool is_flight_by_law(const Folder& folder) {
   try {
     const std::vector<std::string> columns = logs::open_log(folder.file("hand.ulg"))->names();

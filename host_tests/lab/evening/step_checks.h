@@ -18,16 +18,15 @@ std::string check_identification(Folder& folder, const std::vector<std::string>&
 std::string check_margins(const Folder& folder, const std::string& result);
 std::string check_handshake(const Folder& folder, const std::string& result);
 std::string check_flight(const Folder& folder, const std::string& result);
-/// Checks a flight (NAME.json and NAME.ulg) and refuses a loop that oscillates (campaign::TiltOscillation, or detected
-/// in flight). Then `gains` must be done again with a larger input weight (kWeightIncreases), so a slower loop; after
-/// two times the weight does not grow further.
+/// Checks the flight of NAME.json and NAME.ulg, and refuses it if the loop oscillates. The step `gains` must then be
+/// done again with a larger input weight (kWeightIncreases), at most twice.
 std::string check_hover(Folder& folder, const std::string& name);
-/// Checks a flight of the course (NAME.json and NAME.ulg) and records its errors (record_errors()). If the first
-/// flight before the correction oscillates, the input weight grows as after check_hover(), unless it is at its limit.
+/// Checks a flight of the course (NAME.json and NAME.ulg) and records its errors (record_errors()). If the first flight
+/// before the correction oscillates, `gains` is to be done again with a larger input weight, at most twice.
 std::string check_course(Folder& folder, const std::string& name);
-/// After an excitation that oscillated or did not come to rest the input weight grows, as after check_hover(). After
-/// the first one that exceeded the fence, its distance, tilt or speed, the mean sticks of the hover become the trims
-/// (kTrimmed). In both cases `gains` and the flights made with it must be done again.
+/// Checks the excitation of roll and pitch. If it oscillated or did not come to rest, a larger input weight is
+/// requested. If the excitation itself ended it early, for example at its fence, the mean sticks of the hover become
+/// the trims (kTrimmed), once. In both cases `gains` and the flights made with it must be done again.
 std::string check_excitation(Folder& folder, const std::string& result);
 /// Checks the movements of throttle and yaw: a first flight that does not reach their end must be flown again; a second
 /// one passes, and kRatesNotFlown records it.

@@ -14,11 +14,11 @@
 namespace m100::lab::evening {
 namespace {
 
-/// Every M100 has a stick trim (paper, III-A), so the trim is declared. Undeclared, a trim of 56 counts was once
-/// identified as a dead zone of 92 counts, and the rest of that model was wrong too.
+/// The declared structure of roll and pitch. Every M100 has a stick trim (paper, III-A), so the trim is declared: an
+/// undeclared trim can be identified as a dead zone.
 constexpr const char* kDeclared = "second_order,transport_delay,dead_zone,trim_offset";
-/// The serial line and the sampling add a delay to a log that is too short to be named: if it is not declared, it
-/// becomes part of the frequency of climb and of the time constant of yaw.
+/// The delay of the serial line and of the sampling is too short to be found in a log. Undeclared, it would change the
+/// frequency of climb.
 constexpr const char* kDeclaredClimb = "second_order,transport_delay,dead_zone,trim_offset";
 /// In the measured flight, yaw has a stick curve: it leaves an error of 0.036 rad/s, a dead zone leaves 0.039.
 constexpr const char* kDeclaredYaw = "first_order,transport_delay,stick_curve,trim_offset";

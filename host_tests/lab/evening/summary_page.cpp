@@ -86,7 +86,7 @@ bool is_taken_over(const Folder& folder, const std::string& channel) {
   return found != folder.numbers().end() && found->second > 0.0;
 }
 
-/// Whether a model of the climb was found that predicts better, and not kept (compare_laws()).
+/// Whether the channel is the climb, and its new model predicts better but was not kept (compare_laws()).
 bool is_kept_back(const Folder& folder, const std::string& channel) {
   const auto& numbers = folder.numbers();
   const auto kept = numbers.find("kept.corrected_climb");
