@@ -36,9 +36,8 @@ const std::string& own_columns();
 /// and +-0.8 m in height of the start. The same seed gives the same course.
 std::string excitation(std::uint64_t seed, double duration_s);
 
-/// Delays in our own log in addition to the delay that a vehicle file states (autopilot's stick to attitude). They were
-/// measured by flying the vehicle file as its own plant (--plant-from): the attitude of a tick is 12.5 ms older than
-/// the captured velocity, and the file predicts its own roll and pitch best if the sum of both delays is 18 ms.
+/// Delays in our own log that the delay in a vehicle file (autopilot's stick to attitude) does not contain. They were
+/// measured on simulated flights of a vehicle file as its own plant (--plant-from).
 inline constexpr double kTelemetry_s = 0.0125;  ///< from the autopilot's attitude to the tick that logs it
 inline constexpr double kUplink_s = 0.0055;     ///< from the tick that sets the sticks to the autopilot's receiver
 
@@ -50,8 +49,7 @@ struct FlownLog {
 
 /// Writes the flight's ULog to a file, reads it back like any other log, and aligns it: sticks later by kUplink_s,
 /// attitude and rates earlier by kTelemetry_s, position and the captured velocity earlier by the lag of the captured
-/// heading (logs/alignment/capture_alignment.h). rate_z is the rate of the heading, which the yaw stick commands: at 30
-/// degrees of tilt the gyro's z axis measures half of a pitch rate. Errors: InputError.
+/// heading (logs/alignment/capture_alignment.h). rate_z becomes the rate of the heading. Errors: InputError.
 FlownLog load_flown(const experiments::FlightResult& flight, const std::string& path);
 
 }  // namespace m100::lab::loop

@@ -115,8 +115,8 @@ class Loop {
     }
   }
 
-  /// A flight that is in control for at least 80 % of its time. After a handover the pilot flies, and his sticks are
-  /// not in the log: such a flight is flown again on another course; if all four end early, the longest one is used.
+  /// A flight that is under control for at least 80 % of its time. One that is not is flown again on another course, up
+  /// to four flights in all; if all end early, the longest one is used.
   FlownLog control_range(std::uint64_t seed, const std::string& file) {
     constexpr std::uint64_t kAnother = 1000;
     constexpr int kFlights = 4;
@@ -142,7 +142,8 @@ class Loop {
     return best;
   }
 
-  /// Identifies one channel from the first flight. @returns whether its model predicts the second one better.
+  /// Identifies one channel from the first flight. @returns whether its model gives a controller and predicts the
+  /// second flight better
   bool identify_channels(const std::string& channel, const FlownLog& first, const FlownLog& second) {
     const bool translation = channel == "translation";
     identify::Request request;

@@ -43,7 +43,7 @@ struct LoopResult {
   companion::VehicleFile vehicle;  ///< the new vehicle file
   /// The old vehicle file with an input weight that keeps the ordered margins on the new model, if any does.
   OrderedLaw before_ordered;
-  std::vector<experiments::TaskResult> ordered_experiments;  ///< flown with it
+  std::vector<experiments::TaskResult> ordered_experiments;  ///< flown with before_ordered
   std::map<std::string, identify::IdentifyResult>
       identified;  ///< by channel: roll, pitch, climb, yaw_rate, translation
   std::map<std::string, std::vector<identify::Refitted>> believed_found;  ///< by channel: every parameter of its model
@@ -52,18 +52,16 @@ struct LoopResult {
 };
 
 /// Flies, identifies from the logs alone, takes over the channels that predict better on a flight that no fit has seen,
-/// and flies again. Everything in the vehicle file is declared, so that only effects that it lacks are found missing.
-/// Each channel (an axis, or translation) is decided by itself: it must predict the second identification flight better
-/// (predicts_better), gain tables can be made from it, and trial flights must not be worse with it (their seeds differ
-/// from those of the tasks). A task that diverges before and after is reported and vetoes nothing.
-/// Published predictions are those of a third flight.
+/// and flies again. Each channel (an axis, or translation) is decided by itself: it must predict the second
+/// identification flight better (predicts_better), and trial flights must not be worse with it. Published predictions
+/// are those of a third flight.
 LoopResult close_loop(const LoopOptions& options);
 
 /// One identification flight with options.vehicle on excitation(seed), and its log in `file`. Errors: InputError.
 FlownLog fly_and_log(const LoopOptions& options, std::uint64_t seed, const std::string& file);
 /// The part of a flight's log that was flown under control, without its first second and its last 0.3 s.
 identify::Range flown(const FlownLog& flight);
-/// The tasks, calm and windy, with a vehicle file and consecutive seeds.
+/// Flies the tasks in calm and in windy air with a vehicle file and consecutive seeds.
 std::vector<experiments::TaskResult> fly_tasks(const LoopOptions& options, const companion::VehicleFile& vehicle,
                                                std::uint64_t seed, const std::vector<std::string>& tasks, int seeds);
 

@@ -15,7 +15,7 @@
 namespace m100::lab::loop {
 namespace {
 
-constexpr double kWorse = 1.02;  ///< of a prediction error, after over before; above it a cell misses its goal
+constexpr double kWorse = 1.02;  ///< of a prediction error, after over before; above it a table cell is marked as worse
 
 constexpr const char* kNothing = "nothing";
 constexpr const char* kNothingThatMatters = "none that matters";
@@ -54,7 +54,7 @@ void predictions(const LoopResult& result, plot::Page& page) {
   page.table(rows, worse);
 }
 
-/// The largest distance inside the window of the RMS; on the way to the course, before it, distances are far larger.
+/// The largest distance from the reference inside the window of the RMS, at least 1 mm.
 double largest(const experiments::TaskResult& before, const experiments::TaskResult& after) {
   double most = 1e-3;
   for (const experiments::TaskResult* const one : {&before, &after}) {
@@ -295,7 +295,7 @@ std::size_t shown_task(const LoopResult& result) {
   return before.size();
 }
 
-/// The result in one table: missing effects, wrong numbers, their certainty, and their effect on the prediction.
+/// The result in one table: missing effects, wrong numbers, and the prediction error before and after.
 void answer(const LoopResult& result, plot::Page& page) {
   std::vector<std::vector<std::string>> rows{{"channel", "effects that the file lacks", "numbers that are wrong",
                                               "1 s ahead, before", "after", "change", "taken over"}};

@@ -13,9 +13,8 @@ namespace m100::lab::loop {
 inline constexpr std::array<double, 4> kHorizons_s{0.2, 0.5, 1.0, 2.0};
 
 /// Root mean square error of the prediction of a vehicle file from the sticks of a log, at each of kHorizons_s, with a
-/// start every 0.1 s from the measured state. Velocity is horizontal, in the world frame: v + integral of
-/// (g + predicted climb acceleration) tan(predicted tilts), minus drag. The velocity's mean error is subtracted: it
-/// is the wind that the observer learns in flight.
+/// start every 0.1 s from the measured state. Velocity is horizontal, in the world frame. Its mean error is subtracted,
+/// because it is the wind that the observer learns in flight.
 struct Prediction {
   std::array<double, kHorizons_s.size()> roll_rad{};
   std::array<double, kHorizons_s.size()> pitch_rad{};

@@ -16,13 +16,12 @@ struct Trial {
   std::vector<std::string> messages;  ///< cells that diverged, channels that were taken back, and the errors
 };
 
-/// Whether a flight of the cell (task and condition) never obtained control, or its mean pose RMS is not 5 m or less.
+/// Whether a flight of the cell (task and condition) never obtained control, or its mean pose RMS is above 5 m.
 bool diverged(const experiments::TaskResult& cell);
 
 /// Flies with all channels of `candidates`. While the trial is worse than `before`, it takes back one channel, always
-/// the one without which the trial is best. Trials are compared by the number of cells that diverge in only one of
-/// them; then "worse" by the paired flights of each task, horizontal and vertical error apart (compare_tasks), "best"
-/// by the pose RMS of the other cells. A cell that diverges before and after is reported and decides nothing.
+/// the one without which the trial is best. A trial is worse if more cells diverge in it, or if as many do and the
+/// paired flights of a task are worse (compare_tasks).
 /// @param before  the same cells in the same order as `fly` gives them
 /// @param fly  the trial with these channels taken over; called at most n (n + 1) / 2 times for n candidates
 Trial fly_trials(const std::set<std::string>& candidates, const std::vector<experiments::TaskResult>& before,

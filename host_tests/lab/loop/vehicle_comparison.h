@@ -12,22 +12,19 @@ namespace m100::lab::loop {
 
 // Compares a vehicle file with a flight, for one channel ("roll", "pitch", "climb", "yaw_rate" or "translation").
 
-/// A channel is taken over only if its error 1 s ahead becomes smaller by more than this share. A parameter error whose
-/// effect is 0.62 times that of the air has this share: 1 - 1 / sqrt(1 + 0.62^2).
+/// A channel is taken over only if its error 1 s ahead becomes smaller by more than this fraction.
 inline constexpr double kMinGain = 0.15;
 
-/// Likelihood ratio (n ln of the mean square of the innovations) that a stick axis needs as well, as identify
-/// requires it of an effect.
+/// Likelihood ratio (n ln of the mean square of the innovations) that a stick axis needs as well to be taken over.
 inline constexpr double kMinLikelihoodRatio = 15.0;
 
-/// Half a tick: our log does not show when between two of our ticks the autopilot took a stick and sent its attitude.
+/// Half a tick. Our log does not show when, between two ticks, the autopilot took a stick and sent its attitude.
 inline constexpr double kTickPhase_s = 0.005;
 
-/// Whether the found model predicts an unseen flight better than the believed one: with an error 1 s ahead that is
-/// smaller by kMinGain, and for a stick axis also with innovations better by kMinLikelihoodRatio: in a closed loop the
-/// sticks respond to the air, so a wrong model can predict part of the air; innovations do not reward this (the direct
-/// method of identification in closed loop). For a stick axis both must hold against five delays within half a tick of
-/// the believed one, because at 3 rad/s the effect of a millisecond equals the noise of the air.
+/// Whether the found model predicts an unseen flight better than the believed one: its error 1 s ahead must be smaller
+/// by kMinGain. For a stick axis its innovations must also be better by kMinLikelihoodRatio, because in a closed loop
+/// the sticks respond to the air and a wrong model can predict part of it. Both must then hold against believed delays
+/// within half a tick, too.
 bool predicts_better(const model::Vehicle& believed, const model::Vehicle& found, const UnseenFlight& flight,
                      const std::string& channel);
 
@@ -39,11 +36,9 @@ std::vector<std::string> declared(const model::Vehicle& vehicle, const std::stri
 /// `believed` with this channel taken from `found`; if it is roll or pitch, without the designs.
 model::Vehicle with_channel(const model::Vehicle& believed, const model::Vehicle& found, const std::string& channel);
 
-/// Believed and found values of every parameter of the final model, with intervals. A parameter matters if all found
-/// values together predict the flight better (predicts_better), its believed value lies outside of the interval by a
-/// significant amount, and the believed value predicts at least 1 % worse than the found one, with all other parameters
-/// as found. A parameter keeps its believed value, also in `found`, if the prediction does not depend on it (a limit
-/// that was never reached), or if it has no valid interval and does not matter by the other two conditions.
+/// Believed and found values of every parameter of the final model, with intervals. A parameter matters if the found
+/// model predicts the flight better, and its believed value lies outside of the interval and predicts at least 1 %
+/// worse. A parameter that the flight does not determine keeps its believed value, also in `found`.
 /// @param found  the believed vehicle with the channel as identified; undetermined parameters are reset
 std::vector<identify::Refitted> believed_and_found(const model::Vehicle& believed,
                                                    const identify::IdentifyResult& result, const std::string& channel,
