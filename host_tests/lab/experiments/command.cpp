@@ -247,7 +247,7 @@ void run(const ExperimentsOptions& options) {
   }
   const double before_s = processor_s();
   const std::vector<experiments::TaskResult> results = experiments::fly_suite(suite);
-  body.reset();  // the time of a program counts when it has ended
+  body.reset();  // the processor time of a child is known when it has ended
   experiments::print_table(std::cout, results);
   if (suite.body != nullptr) {
     print_body(results, processor_s() - before_s);

@@ -41,7 +41,7 @@ struct ReferenceRange {
   std::array<double, 2> low{}, high{};
 };
 
-/// That range over a flight. If a fence blocks the course, it ends in x where the aircraft came to rest.
+/// The range over a flight. If a fence blocks the course, the range ends in x where the aircraft came to rest.
 ReferenceRange reference_range(const Trace& trace, const FarTask& task) {
   ReferenceRange range;
   auto& [low, high] = range;

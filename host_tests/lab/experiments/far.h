@@ -43,8 +43,8 @@ struct FarResult {
   int seeds = 0;
 };
 
-/// Flies every task with the exact law behind the planner, with the exact law and with the clipped LQR: same seeds,
-/// observer, predictor, reference and limits.
+/// Flies every task with three laws: the exact MPC on planned set points, the exact MPC alone, and the clipped LQR.
+/// Seeds, observer, predictor and limits are the same.
 std::vector<FarResult> fly_far(const SuiteOptions& options);
 
 /// The number of flights, of all tasks and all three laws, that never obtained control.

@@ -34,11 +34,11 @@ struct FlightPlan {
   bool plans_setpoints = true;           ///< as app::FlightConfig
   bool solves_when_due = false;          ///< as app::FlightConfig; true: as the firmware image flies
   bool keep_log = false;                 ///< ULog bytes in the result
-  /// The pilot holds the aircraft in place until control is taken, and the course begins where it then is; otherwise
-  /// his sticks rest and it drifts with the wind.
+  /// The pilot holds the aircraft in place until control is taken, and the course begins there. Otherwise his sticks
+  /// rest, and the aircraft drifts with the wind.
   bool pilot_holds_position = false;
-  /// Where the course begins, known beforehand from the same flight without a log (FlightResult::start): a log's notes
-  /// are written before the flight. None: see pilot_holds_position.
+  /// Where the course begins. A log needs it if the pilot holds the position, because its notes are written before the
+  /// flight. None: see pilot_holds_position.
   std::optional<ref::Waypoint<double>> start;
   bool checks_poses_first =
       false;  ///< as `m100 fly --take-control`: requests control once the poses were checked against the force

@@ -13,7 +13,7 @@
 namespace m100::lab::experiments {
 namespace {
 
-constexpr std::array kFactors{0.125, 0.24, 0.5, 1.0, 2.0, 4.0};  // 0.24 of 12 was the weight before 12, 2.88
+constexpr std::array kFactors{0.125, 0.24, 0.5, 1.0, 2.0, 4.0};  // 0.24 of the weight 12 is 2.88, an earlier weight
 
 std::optional<Cell> calm_cell(SuiteOptions options, const char* task, int& refused) {
   options.only = task;

@@ -57,7 +57,7 @@ std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOp
   return cells.empty() ? std::nullopt : std::optional(mean_of(cells));
 }
 
-/// A body has its own air, of which only the mean can be set: the plant's wind in the tasks in wind, 0 in the others.
+/// Tasks in wind have the fan. With a body they have the plant's wind instead, and all other tasks have none.
 sim::Plant plant_of(const Task& task, const SuiteOptions& options) {
   if (options.body == nullptr) {
     return task.fan ? sim::with_fan(options.plant) : options.plant;

@@ -24,11 +24,9 @@ struct Task {
 
 /// The seven columns of the table.
 ///
-/// The paper names few sizes. Steps: "the vehicle travels only 2 m along x in windy condition, whereas it moves 6 m"
-/// (IV-D.3). One step of 6 m cannot be meant: an aircraft that tilts instantly to 25 degrees and covers 6 m in the
-/// shortest possible time has an RMS of 0.56 m over the paper's 100 s, and the paper reports 0.259 m. So the 6 m and
-/// the 2 m are total distances, flown here with goals 1 m apart. For y the same ratio of distance to RMS gives 8 m and
-/// 6 m. The literal single steps are separate tasks (literal_steps).
+/// The paper names few sizes. Steps: its "2 m along x in windy condition, whereas it moves 6 m" (IV-D.3) are taken as
+/// total distances, flown with goals 1 m apart, because even the fastest single step of 6 m has a larger RMS than the
+/// paper reports. In y, 6 m and 8 m are flown. The literal single steps are separate tasks (literal_steps).
 /// Trajectory: the 1 x 1 m square (IV-D.4), minimum-jerk sides of 2.5 s. Simulator: four goals with heading (IV-D.1).
 const std::vector<Task>& paper_tasks();
 /// One step of 6 m in x, calm; one of 2 m, windy.

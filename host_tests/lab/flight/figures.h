@@ -30,7 +30,7 @@ plot::Figure stick_figure(const Flights& flights);  ///< of two flights only the
 
 /// An empty figure over time with the failsafe's states behind it.
 plot::Figure over_time(const Flights& flights, const std::string& title, const std::string& y_label);
-/// Values over times of the log as a curve; of tick_curve(), values of the ticks.
+/// Values over times of the log as a curve. tick_curve() takes one value for each tick.
 /// @param name the curve's, without "before" and "after".
 plot::Curve curve(const Flights& flights, std::size_t flight, const std::string& name, const std::vector<double>& t_s,
                   const std::vector<double>& values, const char* color, double scale);
@@ -38,7 +38,7 @@ plot::Curve tick_curve(const Flights& flights, std::size_t flight, const std::st
                        const std::vector<double>& values, double scale, const char* color);
 /// The time that a figure shows for a time of the log.
 double shown_s(const Flights& flights, std::size_t flight, double t_s);
-/// "", or "before, " and "after, ".
+/// The prefix of a name: "before, " or "after, " with two flights, otherwise "".
 std::string which(const Flights& flights, std::size_t flight);
 
 }  // namespace m100::lab::flight

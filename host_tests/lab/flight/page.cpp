@@ -35,7 +35,7 @@ std::string step_words(const std::vector<FlightSeries>& flights) {
   return out + (count > kMaxSteps ? "; " + std::to_string(count - kMaxSteps) + " more below" : "");
 }
 
-/// What ended the law's flight, and how often it coasted before; or how far the failsafe came without it.
+/// What ended the law's flight, and how often it coasted before. If the law did not fly: the failsafe's last state.
 std::string failsafe_words(const FlightSeries& flight) {
   if (!flight.flew()) {
     return flight.changes.empty()

@@ -31,7 +31,7 @@ void add_predictions(const std::string& file, FlightSeries& flight) {
     const double start_s = 1e-6 * static_cast<double>(log.ticks.front().record.timestamp);
     const double from_s = start_s + flight.control_s + kSettled_s, to_s = start_s + flight.end_s;
     loop::Prediction found = loop::predict(vehicle, signals, from_s, to_s);
-    // The climb speed in the log is the estimator's, which believes the vehicle file: the measured height decides.
+    // The climb speed in the log is an estimate by the vehicle file, so the measured height is used instead.
     signals.of(logs::Signal::kVelocityZ).clear();
     found.climb_m_s = loop::predict(vehicle, signals, from_s, to_s).climb_m_s;
     for (const loop::Quantity& quantity : loop::kQuantities) {
