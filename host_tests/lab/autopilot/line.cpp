@@ -173,7 +173,7 @@ core::TimePoint next_event(core::TimePoint now, const sim::PoseSender* pose) {
 }
 
 /// Runs until the duration is over or a signal arrives. If the physics program fails, the pilot takes control, the
-/// client has a second to see it, and the error is thrown on.
+/// client has a second to see it, and the error is rethrown.
 void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopilot, Aircraft& vehicle,
          sim::PoseSender* pose, EventFile* events) {
   constexpr core::Duration kHandOver = std::chrono::seconds(1);

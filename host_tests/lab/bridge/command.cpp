@@ -55,7 +55,7 @@ struct BridgeOptions {
 struct Counts {
   std::uint64_t packets = 0, refused = 0, sent = 0, lost = 0, asked = 0;
   std::uint64_t strangers = 0;                            ///< packets from another address
-  std::array<std::uint64_t, link::kPoseFaults> faults{};  ///< packets refused for it; [0]: they are not eight numbers
+  std::array<std::uint64_t, link::kPoseFaults> faults{};  ///< packets refused for each fault; [0]: not eight numbers
 };
 
 /// The refused packets by their reasons, one line each.

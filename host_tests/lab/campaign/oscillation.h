@@ -5,7 +5,7 @@
 
 namespace m100::lab::campaign {
 
-/// Oscillation of a flight's tilt, independent of the failsafe: a limit cycle of 20 degrees need not change its state.
+/// Oscillation of a flight's tilt, measured from the flown angles alone, whatever the state of the failsafe.
 struct TiltOscillation {
   /// On roll or pitch, in at least one window of 5 s, the deviation from the moving mean over 2 s exceeds 3 degrees
   /// root mean square, and its autocorrelation has a peak above 0.5 between 0.3 and 3.3 Hz.

@@ -48,7 +48,7 @@ void write_svg(const std::string& file, const std::string& svg) {
   }
 }
 
-/// Why the course is refused; empty: it can be flown, inside a flight's fence too. `start` must be high enough for it.
+/// Why the course cannot be flown, inside the fence of a flight file too; empty: it can. It is checked from `start`.
 std::string refusal(const ref::Trajectory<double>& laid, const std::vector<companion::CoursePiece>& pieces,
                     const ref::Waypoint<double>& start, const companion::CourseLimits& limits,
                     const std::optional<companion::FlightFile>& flight, const std::string& file) {

@@ -37,7 +37,7 @@ struct ExciteOptions {
 // Root mean square response to air and autopilot while the stick rests; that of climb is from the measured flight.
 constexpr double kAirClimb_m_s = 0.06;
 constexpr double kAirYaw_rad_s = 0.02;
-// Twice these values: the largest disturbance that is assumed to act during a whole piece.
+// The largest disturbance that is assumed to act during a whole piece: twice the response to the air.
 constexpr double kPushClimb_m_s = 0.12;
 constexpr double kPushYaw_rad_s = 0.04;
 
@@ -240,7 +240,7 @@ void run(const ExciteOptions& options) {
     }
     write_json(options.json, json);
   }
-  // Not counted: a trim, which shows while the stick rests, and what needs the other stick, which the forecast moves.
+  // Not counted: a trim, which shows while the stick rests, and effects of the other stick, whose movement is assumed.
   const auto shows = [](const excite::Forecast& one) {
     return one.effect != "trim_offset" && !model::axis_effect(one.effect)->needs_other_stick && enough(one);
   };

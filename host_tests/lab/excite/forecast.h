@@ -5,9 +5,9 @@
 
 namespace m100::lab::excite {
 
-/// The significance of each candidate effect, by Fisher information with the signatures as derivatives: for independent
-/// noise of standard deviation s, the information on the size of an effect is |signature|^2 / s^2. The air's noise is
-/// counted by its number of independent samples. A rate axis has no other stick: no cross_axis.
+/// The significance of each candidate effect, by Fisher information. For independent noise of standard deviation s, the
+/// information on the size of an effect is |signature|^2 / s^2; the signature is its change of the response. Effects
+/// that need the other stick are left out for a rate axis.
 std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::StickAxis& axis,
                                const InputDesign& design = {});
 /// The response of the axis to the stick with one added effect, without air; for forecast() and its test. `size` is the

@@ -40,8 +40,8 @@ Piece sweep(double length_s) {
   return {length_s, [=](double t) { return 0.3 * std::sin(2 * std::numbers::pi * t / length_s); }, {0.5 * length_s}};
 }
 
-/// A slow ramp through neutral, to either side (paper, III-B.5), up to `share` of the amplitude. A command lasts 40 ms,
-/// and no response shows where between two commands an edge lies: at 45 counts/s it is known to 1.8 counts at best.
+/// A slow ramp through neutral, to either side (paper, III-B.5), up to `share` of the amplitude. It is slow because a
+/// command lasts 40 ms: at 45 counts/s an edge of the dead zone is known to 1.8 counts at best.
 Piece ramp(double length_s, double share) {
   return {length_s,
           [=](double t) {
@@ -66,7 +66,7 @@ std::vector<Piece> pieces(const std::string& kind) {
   if (kind == "mixed") {
     return {doublet(0.6), steps_3211(0.3), sweep(4.0), chirp(0.4, 2.0, 6.0), doublet(1.0), steps_3211(0.2)};
   }
-  if (kind == "sweep") {  // the doublets show the dynamics, without which an edge is a delay
+  if (kind == "sweep") {  // without the dynamics, which the doublets show, an edge looks like a delay
     return {doublet(0.6), ramp(8.0, 0.6), doublet(0.35), ramp(8.0, 0.25)};
   }
   constexpr std::array<std::string_view, 5> kKinds{"doublet", "3211", "chirp", "mixed", "sweep"};

@@ -22,7 +22,7 @@ inline std::string to_hex(std::span<const std::byte> bytes) {
   return hex;
 }
 
-/// Empty if a character is not a hexadecimal digit or the number of digits is odd.
+/// The bytes of pairs of hexadecimal digits. No value if a character is not such a digit, or if their number is odd.
 inline std::optional<std::vector<std::byte>> from_hex(std::string_view hex) {
   const auto digit = [](char character) -> int {
     if (character >= '0' && character <= '9') {

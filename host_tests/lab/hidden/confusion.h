@@ -40,7 +40,7 @@ struct Outcome {
 /// and translation, until there are `count` cases. The same seed gives the same list.
 std::vector<Case> cases(std::size_t count, std::uint64_t seed);
 
-/// Flies, analyses (train 3 to 30 s, validation 30 to 44 s) and compares.
+/// Flies the case, identifies its log (train 3 to 30 s, validation 30 to 44 s), and compares with the expected result.
 Outcome analyse(const Case& hidden_case);
 
 /// Analyses all cases on a few threads; `done` is called from the thread that finished one, never from two at once.

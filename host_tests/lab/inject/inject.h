@@ -12,7 +12,7 @@
 namespace m100::lab::hidden {
 
 /// The values with which inject() can add this effect to this axis: the range of the vehicle file; for "translation"
-/// that of the effect's first parameter that is not searched. Nothing: it cannot be added.
+/// that of the effect's first parameter which is not a frequency. Nothing: it cannot be added.
 std::optional<model::Bounds> addable(const std::string& effect, const std::string& axis);
 
 /// Adds named effects to a measured flight and keeps everything else unchanged.

@@ -34,7 +34,7 @@ std::string style_at(double share) {
   return out.str();
 }
 
-/// The ends of an interval, and the believed value, as shares of the value.
+/// The ends of an interval and the believed value: differences from the value, divided by the value's size.
 std::array<double, 3> shares(const IntervalRow& row) {
   const double size = std::abs(row.value) > 0.0 ? std::abs(row.value) : std::max(std::abs(row.low), std::abs(row.high));
   if (size <= 0.0) {

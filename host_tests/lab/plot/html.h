@@ -41,7 +41,7 @@ class Page {
   void list(const std::vector<std::string>& items);
   /// A list of links: the words and the address of each.
   void links(const std::vector<std::pair<std::string, std::string>>& items);
-  /// A figure with a caption: a wide drawing, one for narrow screens, and the data for the live one.
+  /// A figure with a caption: a wide drawing, one for narrow screens, and the data for zooming in the browser.
   void figure(const Figure& figure, const std::string& caption);
   void figure(const BarChart& chart, const std::string& caption);
   void figure(const HeatMap& map, const std::string& caption);

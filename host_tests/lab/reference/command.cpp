@@ -98,7 +98,7 @@ void add(Table& table, const std::string& section, std::span<const NumberKey<T>>
   }
 }
 
-/// Adds an axis of a vehicle file; a user's own file has no axis until it is identified.
+/// Adds the keys of an axis of a vehicle file. Their defaults are those of an axis that is not identified.
 void add_axis(Table& table, const std::string& section, model::AxisUnit unit) {
   add<model::StickAxis>(table, section, companion::axis_keys(unit), model::StickAxis{});
   table.rows.push_back({section, "dead_zone_shape", {"text", "\"continuous\" or \"jump\"", "\"continuous\""}});

@@ -206,7 +206,8 @@ class Summary {
     }
   }
 
-  /// Counts the loops in `of` that are not stable: of channels, and with --corners the worst over corners and box.
+  /// Adds the unstable loops in `of` to the missed goals: each channel, and with --corners the worst of corners and
+  /// box.
   void margins(const json& of, const std::string& name) {
     if (!of.value("stable", true)) {
       missed_.push_back("a stable loop: " + name);
