@@ -5,8 +5,8 @@
 
 namespace m100::lab {
 
-/// Makes the allocator return freed blocks of 1 MiB and more to the system at once. By default this limit grows to the
-/// size of the largest block freed so far: one axis of an hour's log then peaks at 126 MB, not 116 MB.
+/// Makes the allocator return freed blocks of 1 MiB and more to the system at once. Its own limit grows with the
+/// largest freed block: identify then needs 126 MB instead of 116 MB for one axis of an hour's log.
 inline void give_back_large_blocks() {
 #ifdef M_MMAP_THRESHOLD
   constexpr int kLarge_bytes = 1 << 20;

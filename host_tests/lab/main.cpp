@@ -48,7 +48,7 @@ constexpr Example kExamples[]{
 
 }  // namespace
 
-// The code before the try reads only texts of this program.
+// Nothing before the try depends on the command line, so only a lack of memory can throw there.
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see above
   m100::companion::fill_standard_streams();
   m100::lab::give_back_large_blocks();

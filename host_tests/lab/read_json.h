@@ -56,8 +56,8 @@ inline std::size_t end_of_quoted(std::string_view text, std::size_t quote) {
   return at;
 }
 
-/// Whether a JSON text is within both limits: copying and writing a value recurse once per nesting level, and an
-/// ordered object compares each new name with all earlier ones (150 000 names take half a minute).
+/// Whether a JSON text keeps kDeepestJson and kMaxJsonNames. Deep values would overflow the stack when they are copied,
+/// and an ordered object compares each new name with all earlier ones.
 inline bool is_modest_json(std::string_view text) {
   OpenBrackets brackets;
   for (std::size_t i = 0; i < text.size(); ++i) {

@@ -45,7 +45,7 @@ class Evening {
   explicit Evening(Folder& folder, std::string board = "") : folder_(folder), destination_(std::move(board)) {}
 
   /// Prints the steps and which of them are done; runs none.
-  /// @param busy another call works in the folder, at the first step that is not done
+  /// @param busy another process works in the folder; the first step that is not done is then marked
   void list(bool busy) {
     report_changes();
     for (const Step& step : evening::steps(folder_)) {

@@ -22,7 +22,7 @@ struct Settings {
   std::string m100 = "m100";  ///< the program m100 on this machine, for the step `check`
 };
 
-/// A file that a step made, or that a person put there.
+/// The record of a file that a step made, or that a person put into the folder.
 struct MadeFile {
   std::string sha256;
   std::string made_by;                      ///< name of the step; empty: a person put the file there

@@ -22,8 +22,7 @@ struct InputDesign {
   /// [rad]. Otherwise the response is a tilt, and the acceleration is g times its tangent.
   bool rate = false;
   /// Unforeseen disturbance along the axis, assumed to act all the time: an acceleration, or for a rate axis a speed
-  /// [m/s, rad/s]. 0.3 m/s^2 is a trim error of 30 counts, or what a wind of 3 m/s adds when it becomes a third faster,
-  /// at a drag of 0.3 1/s.
+  /// [m/s, rad/s]. 0.3 m/s^2 is a trim error of 30 counts, or a wind that changes by 1 m/s at a drag of 0.3 1/s.
   double disturbance = 0.3;
   double air = 0.0045;  ///< root mean square of the response with a resting stick, in its unit; memory 0.3 s
 };
@@ -54,7 +53,7 @@ bool must_abort(double position_m, double speed_m_s, const InputDesign& design);
 /// the stopping distance, when InputDesign::disturbance acts to either side, the movement begins 0.2 m off the start,
 /// and the axis responds a fifth more than in the vehicle file. A movement that does not fit is split, made smaller, or
 /// left out.
-/// @throws std::invalid_argument naming the invalid option; if the fence is too small, also the next sufficient one.
+/// @throws std::invalid_argument naming the invalid option, and if the fence is too small, one that is large enough.
 Manoeuvre design_manoeuvre(const InputDesign& design, const model::StickAxis& axis);
 
 /// Forecast of the significance of an effect of medium size (model::Typical). sigma: norm of its signature (change of

@@ -53,7 +53,7 @@ struct SuiteOptions {
   std::function<void(const Task&, std::string)> keep_log;
 };
 
-/// Flies the tasks, with the fan where the task has it. The same options give the same errors, bit for bit.
+/// Flies the selected tasks. Without a body, the same options give the same errors, bit for bit.
 std::vector<TaskResult> fly_suite(const SuiteOptions& options);
 
 /// A cell that is compared with the paper's, by its name in JSON, and whether ours is above it or was never flown.

@@ -14,7 +14,7 @@ struct Interval {
   double high = 0.0;
 };
 
-/// Distance of a pose from the course at the pose's time of capture.
+/// The error of one pose: pose minus course, at the pose's time of capture, along x, y and z.
 struct TrackingError {
   double course_s = 0.0;  ///< since the law first flew
   std::array<double, 3> error_m{};

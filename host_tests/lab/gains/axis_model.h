@@ -50,8 +50,7 @@ enum class Axis { kX, kY };
 /// The model of an axis of the vehicle file: x is moved by pitch (sign +), y by roll (sign -). Throws std::domain_error
 /// if the axis has no time constant and no natural frequency, or if its lead zero nearly cancels a pole.
 ContinuousAxis continuous_axis(const model::Vehicle& vehicle, Axis axis);
-/// Exact for inputs that are constant over the step. @pre f is n x n, n <= mpc::kMaxStates; g, gd n x 1; step_s >= 0
-/// [s].
+/// Discretises exactly for inputs that are constant over the step. @pre f is n x n, n <= mpc::kMaxStates; step_s >= 0.
 DiscreteAxis discretise(const ContinuousAxis& axis, Real step_s);
 /// The quadratic program of the vehicle's weights and limits, terminal weight from the Riccati equation of (Q, R).
 AxisQp axis_qp(const model::Vehicle& vehicle, Axis axis);

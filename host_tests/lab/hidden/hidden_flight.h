@@ -9,8 +9,8 @@
 
 namespace m100::lab::hidden {
 
-// Flights with hidden effects. The vehicle here shares no code with the identification: Euler steps of 2 ms, its own
-// rotation, its own effects (m100-lab inject uses those of a stick).
+// Flights with hidden effects. The vehicle here shares no code with the identification: it has its own integration
+// (Euler steps of 2 ms), rotation and effects.
 
 /// Hidden effects by name, with their sizes in their own units. Names are those of model::kAxisEffects and
 /// kTranslationEffects, and "sine", "slung_load", "dropout", "product" for effects that the library does not have.

@@ -48,8 +48,8 @@ double parameter(const identify::ModelResult& fitted, const std::string& name, d
   return otherwise;
 }
 
-/// The gain of the effective stick [unit per count]. The model's gain is the mean of both sides of an asymmetry, and
-/// its curve is one at full travel; StickPath's asymmetry enlarges one side, and its curve is one at kTravel_counts.
+/// The gain of StickPath's output [unit per count], from the fitted model. The model's gain is the mean of both sides
+/// of an asymmetry, StickPath's that of one side; their stick curves are normalised at different travels.
 double path_gain(const identify::ModelResult& fitted) {
   return parameter(fitted, "gain", 0.0) * 2.0 / (1.0 + parameter(fitted, "ratio", 1.0)) *
          std::pow(model::paper::kTravel_vrc / kTravel_counts, 1.0 - parameter(fitted, "exponent", 1.0));

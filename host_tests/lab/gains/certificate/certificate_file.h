@@ -10,7 +10,7 @@
 
 namespace m100::lab::gains {
 
-/// The certificate as a file (firmware/companion/fly/margin_certificate.h reads it).
+/// The text of the certificate file, which firmware/companion/fly/margin_certificate.h reads.
 /// @param table bytes of the gain table file; empty: none was made
 std::string certificate_text(const companion::VehicleFile& file, companion::Mode mode, const std::string& table,
                              const std::vector<CertifiedLoop>& loops, double margin);
