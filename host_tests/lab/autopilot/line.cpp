@@ -115,7 +115,7 @@ class LiveScript {
   std::string text_;
 };
 
-/// Sends the poses that have arrived by now, with the pose faults of the script.
+/// Sends the poses that are due by now, with the pose faults of the script.
 void send(sim::PoseSender& pose, core::TimePoint now, sim::N1Autopilot& autopilot, const sim::VehiclePort& vehicle) {
   pose.source().set_faults({.silent = !autopilot.pose_on(), .fault = [&autopilot](sim::PoseSample& sample) {
                               if (autopilot.fault_injector() != nullptr) {

@@ -22,7 +22,7 @@ using nlohmann::json;
 constexpr double kFull_counts = 660.0;       ///< of a stick pushed to its end
 constexpr double kMinMoved_counts = 60.0;    ///< to both sides, for roll and pitch: a fit cannot tell less from noise
 constexpr double kWorstFit_percent = 50.0;   ///< on the validation part; below it the log does not show the axis
-constexpr double kTrimmed_s = 5.0;           ///< the first seconds of a hover, which its mean sticks leave out
+constexpr double kTrimmed_s = 5.0;           ///< the first seconds of a hover, not used for its mean sticks
 constexpr double kMaxWeightIncreases = 2.0;  ///< how often the input weight grows at most
 
 std::string rounded(double value) {

@@ -65,7 +65,7 @@ double speed_limit(const Made& one) {
   return 1.5 * one.manoeuvre.fastest_m_s + 0.5 + (one.design.rate ? 0.0 : one.design.disturbance * longest_s);
 }
 double tilt_limit(const Made& one) {
-  constexpr double kOthers_rad = 0.35;  // the law's own tilts while another stick moves
+  constexpr double kOthers_rad = 0.35;  // tilts that the law commands while another stick moves
   constexpr double kMax_rad = 0.55;     // promise R12: never above 35 degrees
   if (one.design.rate) {
     return kOthers_rad;
@@ -78,7 +78,7 @@ double tilt_limit(const Made& one) {
   return std::min(kMax_rad, std::max(kOthers_rad, 1.5 * largest));
 }
 
-/// Writes the samples of one axis after those of the other, with time and piece numbers counted on.
+/// Writes the samples of all axes, one axis after the other, with time and piece numbers that continue.
 void write_samples(const std::vector<Made>& all, std::ostream& out) {
   std::size_t row = 0;
   int pieces = 0;

@@ -16,8 +16,8 @@ struct FarTask {
   std::string course;         ///< companion::parse_course
   double from_s = 0.0;        ///< start of the judged window
   double to_s = 0.0;          ///< end of the judged window and of the flight
-  double wind_m_s = 0.0;      ///< along +x
-  double drag_per_s = 0.0;    ///< drag of the aircraft; 0: the measured one
+  double wind_m_s = 0.0;      ///< along +x, added to that of the plant
+  double drag_per_s = 0.0;    ///< drag of the aircraft; 0: that of the plant
   double fence_high_m = 0.0;  ///< fence along x, from the start; 0: far away
 };
 

@@ -43,7 +43,7 @@ struct FlightPlan {
   bool checks_poses_first =
       false;  ///< as `m100 fly --take-control`: requests control once the poses were checked against the force
   sim::BodyJob* body =
-      nullptr;  ///< makes the aircraft; null: the identified response. Its pilot always holds the position
+      nullptr;  ///< makes the aircraft, whose pilot then holds the position; null: the identified response
   std::optional<companion::FlightFile> flight_file;  ///< limits of the flight; none: the program's defaults
   ctl::ExcitationPlan excitation{};  ///< flown at the start of the course; what it views must outlive the flight
   /// Called once, before the first tick: faults that exist from the start.

@@ -19,7 +19,7 @@ std::string with_interval(const Interval& one, double scale = 1.0, const std::st
   return number(scale * one.value) + unit + (std::isnan(one.low) ? "" : interval);
 }
 
-/// The first steps of the failsafe, which its figure has no room for.
+/// The first steps of the failsafe with their reasons, because the figure has no room for them.
 std::string step_words(const std::vector<FlightSeries>& flights) {
   constexpr std::size_t kMaxSteps = 6;
   std::string out;

@@ -13,7 +13,7 @@ namespace m100::lab::gains {
 Matrix solve(const Matrix& a, const Matrix& b) {
   M100_ASSERT(a.rows() > 0 && a.cols() == a.rows() && b.rows() == a.rows());
   const Eigen::PartialPivLU<Matrix> lu(a);
-  if (!(lu.matrixLU().diagonal().cwiseAbs().minCoeff() > 0)) {  // not a number is not above zero either
+  if (!(lu.matrixLU().diagonal().cwiseAbs().minCoeff() > 0)) {  // also true for NaN
     throw std::domain_error("singular matrix");
   }
   return lu.solve(b);

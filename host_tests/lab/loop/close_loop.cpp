@@ -40,7 +40,7 @@ FlownLog fly_and_log(const LoopOptions& options, std::uint64_t seed, const std::
 
 identify::Range flown(const FlownLog& flight) {
   constexpr double kSettled_s = 1.0;
-  constexpr double kLast_s = 0.3;  // the captured series is shifted earlier by its age
+  constexpr double kLast_s = 0.3;  // the shifted position and velocity are not measured at their end
   const auto [from_s, to_s] = flight.in_control;
   return {std::min(from_s + kSettled_s, to_s), std::max(from_s, to_s - kLast_s)};
 }

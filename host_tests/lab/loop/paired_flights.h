@@ -16,7 +16,7 @@ inline constexpr double kNonInferiority = 0.10;
 
 /// The errors of one course, flown with the same seeds before and after.
 struct PairedErrors {
-  int flights = 0;  ///< number of pairs; below two the difference has no interval
+  int flights = 0;  ///< number of pairs; compare_pairs() gives no interval for one
   double before_m = 0.0;
   double after_m = 0.0;
   identify::Interval difference_m;  ///< after minus before: mean of the pairs, 95 % by Student's t

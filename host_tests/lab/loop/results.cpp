@@ -140,7 +140,7 @@ void print_believed_found(std::ostream& out, const LoopResult& result) {
   }
 }
 
-/// "dead_zone; trim_offset; gain changed at 31.2 s; unexplained: predictable from stick_roll ..."
+/// For example "dead_zone; trim_offset; gain changed at 31.2 s; unexplained: predictable from stick_roll ...".
 std::string missing_effects(const identify::IdentifyResult& found) {
   std::vector<std::string> out;
   std::ranges::transform(found.effects, std::back_inserter(out), &identify::EffectResult::name);

@@ -17,7 +17,7 @@ using Sides = std::array<std::int8_t, mpc::kHorizon>;
 
 /// The first input of a region: at a limit, or an affine function of the scaled parameters and the two residuals.
 struct Piece {
-  int side = 0;           ///< +1 or -1: at that limit, and the other members are unused
+  int side = 0;           ///< +1 or -1: at the upper or lower limit, the other members are unused; 0: affine
   Eigen::VectorXd slope;  ///< one number per parameter, rad
   double constant = 0.0;  ///< rad
   double per_disturbance = 0.0;
@@ -30,8 +30,8 @@ struct CriticalRegion {
   Piece piece;
 };
 
-/// The quadratic program for a constant reference, in the scaled parameters s = z / box. z are the first six numbers of
-/// SetpointBox; an axis without a tilt rate has five. The optimum without limits is uu s.
+/// The quadratic program for a constant reference, in the scaled parameters s = z / box. z are the first six parameters
+/// that SetpointBox names; an axis without a tilt rate has five. The optimum without limits is linear in s.
 class ParametricProgram {
  public:
   /// Preconditions: limits symmetric about 0; every length of the box positive.
