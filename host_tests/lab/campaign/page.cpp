@@ -136,7 +136,7 @@ void write_page(const std::string& folder, const Json& report,
   page.figure(
       map_of(report, "Tilt, root mean square [deg]", 0.5, 10.0, tilt_deg, tilt_words),
       "Tilt of the thrust axis, including the lean against the wind. The table counts the flights that oscillate: each "
-      "is compared with the same task in a kind world with the same air.");
+      "is compared with the same task in the nominal world with the same air.");
   if (failures > 0) {
     page.heading("Flights that did not stay");
     std::vector<std::vector<std::string>> rows{{"world", "task", "seed", "at [s]", "why", "command that repeats it"}};

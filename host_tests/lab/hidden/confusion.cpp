@@ -331,7 +331,9 @@ plot::HeatMap matrix_of(const std::vector<Outcome>& outcomes) {
     totals[at.first] += count;
   }
   for (const auto& [at, count] : counts) {
-    const double sign = matrix.rows[at.first] == matrix.columns[at.second] ? 1.0 : -1.0;
+    const bool is_outside = at.first >= all.size();
+    const Names right = is_outside ? Names{"unexplained"} : counting_for(matrix.rows[at.first]);
+    const double sign = contains(right, matrix.columns[at.second]) ? 1.0 : -1.0;
     matrix.values[at.first][at.second] = sign * count / totals[at.first];
     matrix.words[at.first][at.second] = std::to_string(count);
   }
