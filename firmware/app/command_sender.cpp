@@ -73,8 +73,8 @@ core::Status CommandSender<T>::send(const safety::SupervisedCommand<T>& supervis
   return sent;
 }
 
-/// The command map compensates the dead zone and adds the rounding error to the next command. An excitation sends its
-/// planned counts on its own stick instead, unless the supervisor has changed the command of that axis.
+/// Sends the command as sticks. The stick that an excitation moves has the excitation's position instead, unless the
+/// supervisor has changed the command of that axis.
 template <typename T>
 core::Status CommandSender<T>::send_sticks(const safety::SupervisedCommand<T>& supervised,
                                            const ctl::Command<T>& commanded, const ctl::Excitation<T>& excitation,

@@ -11,8 +11,8 @@
 
 namespace m100::app {
 
-/// Converts supervised commands to the sticks or movement commands that are sent, and sticks (sent, or the pilot's)
-/// back to the command that the aircraft obeys. T is float or double.
+/// Sends supervised commands as sticks or as movement commands. Computes the command that the aircraft obeys from the
+/// sticks that were sent, or from the pilot's. T is float or double.
 template <typename T>
 class CommandSender {
  public:
@@ -22,15 +22,15 @@ class CommandSender {
   /// ours (sticks: after rounding to counts), or the pilot's if control is not ours.
   const ctl::Command<T>& update(bool in_control, const protocol::Telemetry& telemetry);
 
-  /// Sends the supervised command, if the link may carry one now, or gives control back. @param commanded the command
-  /// before the supervisor.
+  /// Releases control if the supervisor demands it, and sends the supervised command if the link may carry one now.
+  /// @param commanded the command before the supervisor.
   /// @returns as SerialLink::send, but kNotReady also if control is not ours; kRefused: the failsafe sends nothing.
   core::Status send(const safety::SupervisedCommand<T>& supervised, const ctl::Command<T>& commanded,
                     const ctl::Excitation<T>& excitation, link::SerialLink& link, core::TimePoint now);
 
   /// The command that the stick moved by the excitation gives, in SI units. Precondition: excitation.moves().
   T excited_command(const ctl::Excitation<T>& excitation) const;
-  /// Forgets what rounding to counts has left over.
+  /// Forgets the rounding error that the next sticks would compensate.
   void reset() { commands_.reset(); }
   bool uses_sticks() const { return channel_ == link::Channel::kVirtualRc; }
   /// The last sticks that were sent; centred before the first.

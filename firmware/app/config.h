@@ -23,16 +23,16 @@ struct FlightConfig {
   double reach_m = 1e9;
   mpc::Law law = mpc::Law::kMpc;  ///< of the horizontal axes
   bool plans_setpoints = true;    ///< set points are flown as motions of ctl::SetpointPlanner, not as jumps
-  /// The horizontal programs are solved only in the ticks whose command is due; at 25 Hz three in four solutions are
-  /// never sent. For slow processors; the granted command is held between two commands.
+  /// True: the horizontal quadratic programs are solved only in ticks that can send a command, at 25 Hz one in four.
+  /// Between them the last command is held. For slow processors.
   bool solves_when_due = false;
   bool responds_to_limit_cycles =
       true;                           ///< false: no reaction to a limit cycle, and no report (tests of the law alone)
   est::CheckSet disabled_checks = 0;  ///< checks of pose against autopilot that the operator has switched off by name
   ctl::ExcitationPlan excitation{};   ///< empty: none. Virtual RC only; what it views must outlive the flight
-  /// Assumed age of the attitude in a telemetry package when a tick reads it: one tick. Its parts are estimates,
-  /// because the autopilot states none: half a period of 100 Hz inside the autopilot, 1.5 ms on the wire at 921600 baud
-  /// (protocol, section 10), half a tick until it is read; together 11.5 ms, about a tick (16 ms at 230400 baud).
+  /// Assumed age of the attitude in a telemetry package when a tick reads it; the autopilot does not state it. It is
+  /// the sum of three estimates, about a tick: half a period of 100 Hz inside the autopilot, 1.5 ms on the wire at
+  /// 921600 baud (protocol, section 10), and half a tick until it is read.
   core::Duration attitude_age = std::chrono::milliseconds(10);
   std::uint32_t pose_baud = 115200;  ///< of the poses' UART
   link::SenderChoice pose_from{};    ///< whose poses are used

@@ -13,9 +13,10 @@ namespace {
 constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4;
 constexpr double kFar_m_s = 0.5;  ///< doubtful poses are false if observed and dead-reckoned velocity differ by more
 
-/// Largest distance of healthy poses from the observer's prediction by the reported attitude: the speed times the
-/// largest error of the time of capture that PathConsistency allows, and another 5 cm for noise and the lag after a
-/// gust (756 healthy flights: README of est). kPosesMean is the weight of a new pose in the mean distance.
+/// Healthy poses lie no farther from the observer's position at their capture than kMaxLate_s times the speed plus
+/// kLag_m. kMaxLate_s is the largest error of the time of capture that PathConsistency allows; kLag_m is for noise and
+/// the lag after a gust (756 healthy flights: README of est). kPosesMean is the weight of a new pose in the mean
+/// distance.
 constexpr double kMaxLate_s = 0.12, kLag_m = 0.05, kPosesMean = 0.25;
 constexpr double kSane = 1e6;  ///< resets an offset that is NaN, which would otherwise stay
 
@@ -49,8 +50,8 @@ est::Contradiction<T> FaultIsolation<T>::contradiction() const {
   return velocity_consistency_.report();
 }
 
-/// Judges whether the poses lie beside the prediction, on the side to which the commands and not the attitude tilt the
-/// aircraft. Force and observer agree with an attitude that was false before control was ours; only poses do not.
+/// Updates the mean offset of the poses from the observer's position. The poses confirm the commands if this offset is
+/// large, and lies on the side to which the tilt that the commands give differs from the estimated tilt.
 template <typename T>
 void FaultIsolation<T>::update_pose_offset(const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
                                            const core::Vector<T, 2>& model_tilt_rad) {
@@ -136,7 +137,8 @@ T FaultIsolation<T>::speed_after_turn(const core::Vector<T, 2>& model_tilt_rad, 
   return moved_m_s > turned_m_s ? moved_m_s : turned_m_s;
 }
 
-/// Predicts the velocity from commands and poses. (Dead reckoning uses the attitude, also a false one until noticed.)
+/// Updates the model velocity. It is predicted from the tilt that the commands give, not from the reported attitude,
+/// and corrected by new poses.
 template <typename T>
 void FaultIsolation<T>::predict_from_commands(const est::Measurement<T>& measured, T step_s) {
   constexpr T kGravity_m_s2 = static_cast<T>(model::kGravity_m_s2);

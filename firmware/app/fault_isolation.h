@@ -17,16 +17,15 @@
 
 namespace m100::app {
 
-/// Reacts to false poses: compares the poses with the autopilot, remembers that they gave the observer a false motion,
-/// and then supplies another motion for braking.
+/// Detects false poses and a false attitude, and then supplies another motion for braking.
 ///
 /// The observer's motion counts as false while a check contradicts poses or attitude. While the failsafe ends the
-/// flight (kLevel, kRelease) it also does so if the gate refuses poses, or poses come again after a gap, and the
-/// observer's velocity differs from the dead-reckoned one; then it stays false until the failsafe has ended. Braking
-/// uses the dead-reckoned motion instead. If the autopilot's attitude and rates contradict each other, the attitude
-/// does not follow our commands while poses and autopilot disagree, or no usable attitude comes while the failsafe ends
-/// the flight, the motion is computed from the poses and the tilt predicted from the commands. If the dead-reckoned
-/// speed exceeds what a braking aircraft can reach, only trim and wind are held, and the hand-over does not wait.
+/// flight (kLevel, kRelease) it also does if the attitude is missing, or if poses are refused or return after a gap and
+/// the observer's velocity differs from the dead-reckoned one. In these two states it stays false once it was found so.
+///
+/// Braking then uses the dead-reckoned motion. If the attitude is contradicted or missing, it uses a motion from the
+/// poses and from the tilt that the commands predict. If the dead-reckoned speed exceeds what a braking aircraft can
+/// reach, no velocity is used: only trim and wind are compensated.
 ///
 /// No heap. Cost: that of its parts. T is float or double.
 template <typename T>
@@ -43,8 +42,8 @@ class FaultIsolation {
   bool is_converged() const { return velocity_consistency_.is_converged(); }
   /// See VelocityConsistency.
   T force_scale_m_s2() const { return velocity_consistency_.force_scale_m_s2(); }
-  /// The attitude is contradicted by its rates or our commands, or is missing while the failsafe ends the flight; also
-  /// afterwards until the failsafe has ended.
+  /// Whether the attitude is contradicted by its rates or by our commands, or is missing while the failsafe ends the
+  /// flight. Once true, it stays true for as long as the failsafe ends the flight.
   bool attitude_is_contradicted() const { return attitude_fault_; }
   /// The present contradiction. A false attitude is reported first, because it makes the poses look false, too.
   est::Contradiction<T> contradiction() const;
@@ -52,19 +51,19 @@ class FaultIsolation {
   const est::DisturbanceAcceleration<T>& disturbance_acceleration() const {
     return velocity_consistency_.disturbance_acceleration();
   }
-  /// The motion for braking: the estimate, or where that counts as false its replacement (see above).
+  /// The motion for braking: the estimate, or its replacement while the estimate counts as false.
   est::Estimate<T> motion(const est::Estimate<T>& estimate) const;
-  /// The motion by which the fence is held. While force or path disagree with the poses, the velocity is that of dead
-  /// reckoning even before the alarm: an aircraft that flies at 2.4 m/s could not stop in time after it. The position
-  /// then includes what was flown unseen. The height is without the drift on which the autopilot's height and climb
-  /// speed agree, beyond the wander of a healthy barometer. nullopt: the estimate's motion.
+  /// The motion by which the fence is held; nullopt: the estimate's. While force or path disagree with the poses, even
+  /// before the alarm, the velocity is dead-reckoned and the position includes the distance that the poses do not show.
+  /// The height is corrected by the drift that HeightConsistency finds.
   std::optional<est::Estimate<T>> fence_motion(const est::Estimate<T>& estimate) const;
   /// The horizontal speed; zero if there is no usable one, so that nothing waits for the aircraft to slow down.
   double speed_m_s(const est::Estimate<T>& estimate) const;
   /// The horizontal speed after `later`, if tilt and disturbance stay as they are; not less than speed_m_s().
   double speed_then_m_s(const est::Estimate<T>& estimate, core::Duration later) const;
   /// The supervisor's input. refused_for is at least limits.gate_shut while the observer's motion counts as false.
-  /// @param levels_limit_cycle nothing reduces the speed: both speeds are 0, so that the hand-over does not wait.
+  /// @param levels_limit_cycle true: both speeds are given as 0, because nothing reduces them and the hand-over must
+  ///   not wait.
   est::ConsistencyStatus status(const est::Estimate<T>& estimate, safety::FailsafeState failsafe_state,
                                 bool levels_limit_cycle, const safety::Limits& limits) const;
 

@@ -69,8 +69,8 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   return sent;
 }
 
-/// Pose timing and observer use two results of the previous tick: its heading, and the acceleration that its specific
-/// force shows and its tilt does not explain.
+/// Computes the measurement of this tick. From the previous tick it takes the disturbance acceleration and, for the
+/// pose timing, the estimated yaw.
 template <typename T, typename S>
 est::Measurement<T> FlightController<T, S>::adapt(const protocol::Telemetry& telemetry, core::TimePoint now) {
   const core::Pose<double> pose = poses_.receive(timer_.is_stall(), now);
@@ -80,7 +80,8 @@ est::Measurement<T> FlightController<T, S>::adapt(const protocol::Telemetry& tel
   return measured;
 }
 
-/// Whether the aircraft is near where the course begins; true without a known position: nothing flies then anyway.
+/// Whether the aircraft is within reach of the reference, which stays at the beginning of the course until the law
+/// flies. True without a healthy estimate: nothing flies then anyway.
 template <typename T, typename S>
 bool FlightController<T, S>::is_in_reach() const {
   const core::Vector<T, 3> away{estimate_.x.position_m - reference_.x[0].position_m,
@@ -104,8 +105,8 @@ ctl::Command<T> FlightController<T, S>::excite(ctl::Command<T> commanded, core::
   return commanded;
 }
 
-/// While a limit cycle persists, or has ended the flight, only trim and wind are compensated, because braking by
-/// feedback might sustain it; and the hand-over does not wait for a lower speed, because nothing reduces it.
+/// Whether a limit cycle persists, or has ended the flight. Braking by feedback might sustain it, so only trim and wind
+/// are compensated then, and the hand-over does not wait for a lower speed.
 template <typename T, typename S>
 bool FlightController<T, S>::levels_limit_cycle() const {
   return monitors_.limit_cycle_persists() ||
@@ -149,7 +150,7 @@ void FlightController<T, S>::prepare_start(core::TimePoint now) {
   }
 }
 
-/// The granted command stays between two commands that can leave, so that the slew limit counts from one to the other.
+/// Lets the supervisor choose and limit the command. The slew limit counts between commands that can leave.
 template <typename T, typename S>
 safety::SupervisedCommand<T> FlightController<T, S>::supervise(const ctl::Command<T>& commanded, bool leaves,
                                                                core::TimePoint now) {

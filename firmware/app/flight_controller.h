@@ -46,14 +46,13 @@ class FlightController {
   void engage() { orders_.add(log::kOrderEngage); }
   void release() { orders_.add(log::kOrderRelease); }
 
-  /// Take-off and landing by the autopilot's own tasks, by the operator's order. `task_flies` is valid for the next
-  /// tick only; call it before each tick for as long as the autopilot flies its task. The failsafe is then in kLevel,
-  /// whose command brakes and holds, or is neutral during a take-off. `begin_task` sends the request to the autopilot,
-  /// once. Another part watches the task, so an image without tasks contains no code for it.
+  /// Reports that the autopilot flies its own take-off or landing. It is valid for the next tick only: call it before
+  /// each of these ticks. The failsafe is then in kLevel, whose command brakes and holds, or is neutral during a
+  /// take-off.
   void task_flies(protocol::Task task) {
     orders_.add(task == protocol::Task::kTakeOff ? log::kOrderTakesOff : log::kOrderLands);
   }
-  /// @returns as SerialLink::request.
+  /// Sends the request for a task to the autopilot, once. @returns as SerialLink::request.
   core::Status begin_task(protocol::Task task) { return orders_.begin_task(task, link_, timer_.last()); }
 
   const link::SerialLink& link() const { return link_; }
@@ -86,14 +85,16 @@ class FlightController {
   bool flies() const { return safety::passes_law(supervisor_.failsafe_state()); }
   bool is_in_reach() const;
   est::Measurement<T> adapt(const protocol::Telemetry& telemetry, core::TimePoint now);
-  /// Resets course and law in every tick in which the law does not fly: in the tick in which the failsafe lets it fly,
-  /// the law has computed its command before that. While no fresh pose comes, no piece of the course begins.
+  /// Resets course and law in every tick in which the law does not fly, so that both are new in the tick in which the
+  /// failsafe lets it fly. In kCoast and after a stall it postpones the course.
   void prepare_start(core::TimePoint now);
-  /// Replaces the jump to a set point by a motion, unless the configuration or an excitation forbids it.
+  /// While the law flies: replaces the jump to a set point by a motion, unless the configuration or an excitation
+  /// forbids it.
   void plan(core::TimePoint now, std::size_t points);
   /// Limits the reference to the fence. Not inlined: its copy of the estimate leaves the stack before the law solves.
   void hold_fence(std::size_t points);
-  /// Whether a command of this tick may leave. False only while the tables' law flies and the link is not due.
+  /// Whether a command of this tick may leave. False only while the law flies in control, without its fallback, and the
+  /// link is not due.
   bool may_leave(core::TimePoint now) const;
   /// @returns the law's command; on the axis that the excitation moves, the excitation's.
   ctl::Command<T> excite(ctl::Command<T> commanded, core::TimePoint now);

@@ -23,8 +23,8 @@ class FlightMonitors {
   FlightMonitors(const model::Vehicle& vehicle, const ctl::Braking& braking, core::Duration attitude_delay,
                  bool responds);
 
-  /// Once per tick, after the law; may start its fallback. @param flies whether the law flies. @param excited whether a
-  /// plan moves a stick.
+  /// Once per tick, after the law; may start its fallback. @param flies whether the law flies. @param excited whether
+  /// an excitation moves a stick.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& reference, bool flies, bool excited,
               core::Duration elapsed, ctl::FlightLaw<T>& law);
   /// Once per tick, after the fault isolation, see FlightStateMonitor.
@@ -34,8 +34,8 @@ class FlightMonitors {
     flight_state_.update(link, estimate, model_tilt_rad, isolation, elapsed);
   }
   /// Once per tick, after the sticks were sent. @param flies_sticks the aircraft obeys our sticks. @param holds the
-  /// reference is constant and no plan moves a stick. Where no attitude comes for one tick, the residual uses that of
-  /// the tick before: the autopilot has a clock of its own, and AxisResidual expects such timing.
+  /// reference is constant and no excitation moves a stick. If no attitude comes in one tick, the residual uses that of
+  /// the tick before.
   void update_model(const est::Measurement<T>& measured, const est::Estimate<T>& estimate, const vrc::Sticks& sticks,
                     bool flies_sticks, bool holds, core::Duration elapsed);
 

@@ -48,8 +48,8 @@ struct FlownTick {
   core::Status sent;
 };
 
-/// Writes the flight log: the bytes of both lines, one record a tick, and one more from the start of an excitation.
-/// T is float or double.
+/// Writes the flight log: the bytes of both lines, one record a tick and, from the start of an excitation on, one
+/// excitation record a tick. T is float or double.
 template <typename T>
 class FlightRecorder {
  public:

@@ -35,7 +35,9 @@ class CommandWriter {
   /// @returns kRefused: one is open already.
   core::Status request(const protocol::MotorRequest& request, core::TimePoint now);
   core::Status request(const protocol::TaskRequest& request, core::TimePoint now);
-  /// Queues one flight command; it replaces one that still waits. @returns kResourceExhausted: that one is half sent.
+  /// Queues one flight command, which replaces one that still waits.
+  /// @returns kResourceExhausted: the waiting one is half sent. Otherwise as the encoder: kOk, or why the command is
+  ///   refused.
   core::Status write(const ChannelCommand& command);
 
   /// Queues the repeats that are due. @param failed called with each request that was repeated in vain.

@@ -28,10 +28,10 @@ struct LinkHealth {
   std::uint64_t bytes_received = 0;
   std::uint64_t bytes_sent = 0;
   std::uint32_t packages = 0;          ///< of telemetry
-  std::uint32_t bad_packages = 0;      ///< good frames whose content cannot be decoded; of any message
+  std::uint32_t bad_packages = 0;      ///< frames of any message, with a valid checksum, that cannot be decoded
   std::uint32_t old_packages = 0;      ///< repeated, overtaken, or the first of a new clock; not in `packages`
   std::uint32_t refused_items = 0;     ///< telemetry items that held a number that is not finite
-  std::uint32_t undecipherable = 0;    ///< frames that are encrypted, but we have no key, or not in whole blocks
+  std::uint32_t undecipherable = 0;    ///< encrypted frames without a key for them, or not of whole blocks
   std::uint32_t commands_sent = 0;     ///< flight commands
   std::uint32_t commands_refused = 0;  ///< out of range, without control, or the last one is half sent
   std::uint32_t commands_dropped =

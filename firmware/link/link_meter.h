@@ -24,7 +24,7 @@ class LinkMeter {
 
   LinkHealth& counters() { return health_; }
   const LinkHealth& health() const { return health_; }
-  /// Longest delay of a package from line to program in the last one or two seconds, within 2..40 ms; 40 if unknown.
+  /// Longest transport delay of a package in the last one or two seconds, limited to 2..40 ms; 40 ms if unknown.
   core::Duration adapter_delay() const;
 
  private:

@@ -10,9 +10,9 @@
 
 namespace m100::link {
 
-/// Frames that wait for a UART, which may take them in pieces. Two kinds: requests and answers wait in a queue of
-/// kRequests; there is at most one flight command. Both can be dropped at any time, even half written (the receiver
-/// discards an incomplete frame). No frame begins before the one before is complete or dropped. No heap.
+/// Frames that wait for a UART, which may take them in pieces. Requests and answers wait in a queue of kRequests; there
+/// is at most one flight command. Any frame can be dropped at any time, even half written (the receiver discards an
+/// incomplete frame). No frame begins before the one before is complete or dropped. No heap.
 class Outbox {
  public:
   static constexpr std::size_t kRequests = 8;

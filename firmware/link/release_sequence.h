@@ -28,7 +28,7 @@ class ReleaseSequence {
   ReleaseSequence(const ChannelCommand& neutral, const protocol::Cipher* cipher, std::uint16_t sequence = kSequence);
 
   std::span<const std::byte> bytes() const { return std::span(bytes_).first(size_); }
-  /// The sequence without the neutral command, for the case that control may have been taken meanwhile (R4).
+  /// The sequence without the neutral command, for when the transmitter may have control already (R4).
   std::span<const std::byte> release_only() const { return bytes().subspan(neutral_size_); }
 
  private:

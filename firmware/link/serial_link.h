@@ -26,7 +26,7 @@ namespace m100::link {
 struct AuthorityView {
   safety::AuthorityStage stage = safety::AuthorityStage::kListening;
   safety::AuthorityReason reason = safety::AuthorityReason::kStarting;
-  protocol::AckMeaning answer;     ///< of the autopilot, its last except to a release; the cause if reason is kAnswer
+  protocol::AckMeaning answer;     ///< the autopilot's last, except to a release; the cause if reason is kAnswer
   bool in_control = false;         ///< commands may leave
   bool mode_f = false;             ///< as LinkStatus::mode_f
   bool control_requested = false;  ///< the operator's request is not served yet
@@ -78,8 +78,8 @@ class SerialLink {
   /// @returns kRefused: not in control, or one is open already.
   core::Status request(const protocol::MotorRequest& request, core::TimePoint now);
   core::Status request(const protocol::TaskRequest& request, core::TimePoint now);
-  /// The last requested task still waits for its answer. After that authority().answer is its answer, until another one
-  /// comes; without a name if none came.
+  /// Whether the last requested task still waits for its answer. Afterwards authority().answer is that answer until
+  /// another one comes; its name is empty if none came.
   bool task_is_open() const { return writer_.is_open(protocol::ids::kTask); }
 
   const AuthorityView& authority() const { return authority_; }

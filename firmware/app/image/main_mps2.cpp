@@ -59,7 +59,7 @@ void say_last_words() {
   hal::fail_assertion(file, line);
 }
 
-/// The operator's switch comes with the poses.
+/// Passes the operator's order to the controller.
 void obey(app::Order order, Controller& controller) {
   if (order == app::Order::kEngage) {
     controller.engage();

@@ -50,8 +50,8 @@ class OrderTap final : public hal::Uart {
   core::Expected<std::size_t> write(std::span<const std::byte> source) override { return line_.write(source); }
   core::Expected<hal::LineErrors> line_errors() const override { return line_.line_errors(); }
 
-  /// @returns the earliest order that was not taken yet; call it until kNone. An order to stop is never lost: an order
-  ///   to fly may follow it, but earlier ones are dropped.
+  /// @returns an order that was not taken yet, kRelease before kEngage; kNone: there is none. An order to stop is never
+  ///   lost, and it cancels an earlier order to fly.
   Order take() {
     if (std::exchange(releases_, false)) {
       return Order::kRelease;

@@ -10,8 +10,7 @@ namespace m100::link {
 
 /// Compares our clock with that of the source of pose, by questions and answers (TIMESYNC). Each answer shows that the
 /// sender's time was T at some moment between our question and the answer's arrival. The offset is therefore known to
-/// half of the round trip and no better, because the two directions may differ. The best answer is kept until drift has
-/// made a newer one better.
+/// half of the round trip and no better. The best answer is kept until a newer one is better or contradicts it.
 class ClockComparison {
  public:
   static constexpr core::Duration kEvery = std::chrono::milliseconds(200);

@@ -27,7 +27,7 @@ Variances variances(const std::array<float, 21>& covariance) {
   return {covariance[kDiagonal[0]], covariance[kDiagonal[1]], covariance[kDiagonal[2]]};
 }
 
-/// The common content of all three messages, in the types of the wire.
+/// What all three pose messages contain, in the axes of the wire.
 struct Reading {
   std::uint64_t captured_us = 0;
   core::Vector<float, 3> position_ned_m;

@@ -145,8 +145,9 @@ core::Expected<core::Pose<double>> PoseLink::receive(core::TimePoint now) {
   return pose;
 }
 
-/// If the line has no room for the answer, a question makes every later pose older: 240 poses of 48 bytes a second fill
-/// 115200 baud, and five more answers a second are a queue that grows by 12 ms a second.
+/// Whether the line has had room for one more answer since the last question. On a full line each answer delays all
+/// later poses: 240 poses of 48 bytes a second fill 115200 baud, and five answers a second let the queue grow by 12 ms
+/// a second.
 bool PoseLink::has_room(core::TimePoint now) const {
   const core::Duration busy = line_time(parser_.stats().bytes - asked_at_bytes_, baud_);
   return comparison_.since_request(now) - busy >= line_time(kRoomForAnswer, baud_);

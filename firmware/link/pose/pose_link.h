@@ -30,10 +30,10 @@ struct PoseLinkStats {
   core::TimePoint last_fault_at{};
 };
 
-/// The source of pose at the other end of a second UART, in MAVLink (with a key, SignedLine checks signatures before).
-/// One call per tick returns the newest pose only. A pose whose time stamp is not newer than the last is refused,
-/// unless StampOrder shows that the sender's clock was set. Only the chosen sender is accepted; without a choice the
-/// first, until no pose of it was accepted for a second.
+/// The source of pose at the other end of a second UART, in MAVLink. (With a signing key the UART is a SignedLine.) One
+/// call per tick returns the newest pose only. A pose whose time stamp is not newer than the last is refused, unless
+/// StampOrder shows that the sender's clock was set. Only the chosen sender is accepted; without a choice, the first
+/// one until no pose of it was accepted for a second.
 class PoseLink {
  public:
   static constexpr std::size_t kBytesPerTick = 2048;
@@ -46,8 +46,8 @@ class PoseLink {
   ///   arrival if the sender does not stamp. kNotReady: none.
   core::Expected<core::Pose<double>> receive(core::TimePoint now);
 
-  /// Asks the sender for its time, five times a second: at most 30 bytes. Once the time is known, it asks only if the
-  /// line had spare capacity for the answer since the last request. A sender that does not answer is used nevertheless.
+  /// Asks the sender for its time, at most five times a second, with at most 30 bytes. Once the time is known, it asks
+  /// only if the line has had spare capacity for the answer since the last request.
   void request_time(core::TimePoint now);
 
   const PoseLinkStats& stats() const { return stats_; }

@@ -13,7 +13,7 @@
 
 namespace m100::link {
 
-/// Frames with a valid checksum, counted by their result.
+/// Counts of a SignedLine: frames with a valid checksum, by their result, and interrupted ticks.
 struct SignedLineStats {
   std::uint64_t accepted = 0;
   std::uint32_t unsigned_frames = 0;
@@ -21,21 +21,19 @@ struct SignedLineStats {
   std::uint32_t replayed = 0;         ///< not newer than the stream's last one: a replay, duplicated, or overtaken
   std::uint32_t old = 0;              ///< the first of a stream, stamped over a minute before the newest known time
   mavlink::SignatureTime old_by = 0;  ///< by how much the last of those was before the newest known time
-  std::uint32_t too_many = 0;         ///< of a new stream, while all that can be remembered are in use
+  std::uint32_t too_many = 0;         ///< of a new stream, while the memory of streams is full
   std::uint32_t interrupted = 0;      ///< ticks whose work budget was used up, so that bytes may have had to wait
 
   std::uint64_t refused() const { return std::uint64_t{unsigned_frames} + wrong + replayed + old + too_many; }
 };
 
-/// A line that passes on only frames that are signed with the key and did not come before, and that signs every frame
-/// that is written. Its reader gets no other bytes, so a log of what it reads replays without the key.
+/// A line that passes on only frames that are signed with the key and did not come before. It signs every frame that is
+/// written. Its reader gets no other bytes, so a log of what it reads replays without the key.
 ///
-/// It works in the thread that flies. There a frame is accepted or refused at a time that the flight knows, and a
-/// simulated flight gives the same result each time; with a separate thread the times of arrival would depend on its
-/// schedule. The cost of a tick is therefore bounded: at most kReadsPerTick reads of kChunk bytes and
-/// kVerificationsPerTick signatures (at most five blocks of SHA-256 each). Further bytes wait, and the kernel discards
-/// bytes that wait too long. A tick after a stall may do kLateFactor times as much: the age of the bytes that waited is
-/// unknown, and the reader drops them then.
+/// It works in the thread that flies, so that a simulated flight gives the same result each time. The cost of a tick is
+/// bounded: at most kReadsPerTick reads of kChunk bytes and kVerificationsPerTick signatures (at most five blocks of
+/// SHA-256 each). Further bytes wait, and the kernel discards bytes that wait too long. A tick after a stall may do
+/// kLateFactor times as much.
 class SignedLine final : public hal::Uart {
  public:
   static constexpr std::size_t kChunk = 256;

@@ -10,8 +10,8 @@ namespace {
 /// and the earliest may be a tick late.
 constexpr core::Duration kEarly = 3 * core::kTickPeriod;
 constexpr core::Duration::rep kDriftParts = 33;  ///< offset_ may grow by 1 / 33 of the time: a drift of 3 %
-/// Rising stamps over which the estimated spacing grows by a factor e. With overtaking, at worst one rise in three is
-/// of one spacing; the chance that none of 74 is, which makes the estimate a third too large, is below 1e-12.
+/// For each rising stamp the estimated spacing may grow by 1 / kSpacingMemory. With overtaking, at worst one rise in
+/// three is of one spacing. The chance that none of 74 is, which makes the estimate a third too large, is below 1e-12.
 constexpr core::SenderClock::duration::rep kSpacingMemory = 256;
 
 core::Duration way(core::SenderTime stamp, core::TimePoint now) {
@@ -32,8 +32,8 @@ void StampOrder::begin(core::SenderTime stamp, core::TimePoint now) {
 
 void StampOrder::remember(core::SenderTime stamp) { stamps_[count_++ % kRemembered] = stamp; }
 
-/// Whether no overtaken pose can have this stamp: it is that of a pose that has come, lies between two such stamps that
-/// are less than one and a half spacings apart, or lies before all kRemembered.
+/// @returns true: no overtaken pose can have this stamp. A pose with this stamp has come, or the stamps on both sides
+///   of it are too close for another one between them, or it lies before all kRemembered.
 bool StampOrder::is_taken(core::SenderTime stamp) const {
   using Step = core::SenderClock::duration;
   const std::size_t known = std::min(count_, kRemembered);

@@ -10,13 +10,12 @@
 
 namespace m100::link {
 
-/// Decides from its time stamp whether a pose is newer than the last one, and whether the sender's clock was set.
+/// Decides from the time stamps whether a pose is newer than the last one, and whether the sender's clock was set.
 ///
-/// A stamp that goes back has two causes. A pose that was overtaken fills a gap between the stamps that have come.
-/// After the sender's clock was set back, a frame that was sent later has a stamp at which a pose has already come. A
-/// stamp in the future has one cause, a set clock, because no message is early. Two poses that only a set clock
-/// explains, with rising stamps, show a new clock; a single wrong stamp costs one pose. If neither cause is certain,
-/// poses whose stamps rise among themselves are refused until there are three of them over at least kMaxRefusal.
+/// A stamp that goes back has two possible causes: a newer pose has overtaken this one, or the sender's clock was set
+/// back. A stamp in the future shows a clock that was set forward. Two poses with rising stamps that only a set clock
+/// explains show a new clock. Without such certainty, poses with rising stamps are refused until three of them have
+/// come over at least kMaxRefusal.
 ///
 /// Cost: constant for a rising stamp, one pass over kRemembered stamps for another.
 class StampOrder {

@@ -7,9 +7,8 @@
 
 namespace m100::link {
 
-/// Distinguishes new telemetry from repeated telemetry by the autopilot's own clock in it. A package that is repeated
-/// bit for bit, or arrives a second time, must not count as the present state: it could show that the transmitter has
-/// control when it has not (promise R15).
+/// Distinguishes new telemetry from repeated telemetry by the autopilot's own clock in it. A repeated package must not
+/// count as the present state: it could show that the transmitter has control when it has not (promise R15).
 ///
 /// A package is new if its clock is ahead of all previous ones. A step of the clock that differs from ours by more than
 /// a second, or goes back by more than a second, is a restart of the autopilot, which is reported at once. The first
