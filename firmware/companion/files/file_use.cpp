@@ -39,8 +39,8 @@ bool keeps_one_only(const std::string& path) {
   return !fs::exists(status) || fs::is_regular_file(status);
 }
 
-/// Whether opening the pipe returns at once. A shell's pipe (`| cat`, `>(cat)`, /dev/stdout) has no name of its own in
-/// the file system and does; a pipe of mkfifo waits for a reader, for ever if none comes.
+/// Whether the pipe is a shell's (`| cat`, `>(cat)`, /dev/stdout), which has no name of its own in the file system and
+/// opens at once. A pipe of mkfifo waits for a reader when it is opened.
 bool is_unnamed_pipe(const std::string& path) {
   struct statfs system {};
   return ::statfs(path.c_str(), &system) == 0 && system.f_type == PIPEFS_MAGIC;

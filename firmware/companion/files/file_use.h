@@ -14,8 +14,7 @@ class FileUseError : public std::runtime_error {
 };
 
 /// The files that a command will read and write, declared before any work. check() verifies that each input can be
-/// read, that each output can be written, and that no output is an input or another output, under any name. The
-/// commands of both programs declare their files here, except demo and evening of m100-lab, which fill a folder. An
+/// read, that each output can be written, and that no output is an input or another output, even under another name. An
 /// empty path is an option that was not given.
 class FileUse {
  public:

@@ -73,9 +73,9 @@ std::span<const FlightKey> flight_keys();
 std::string text_of(double value);
 std::string text_of(const Range& range);
 
-/// Reads and checks a flight file. The three ranges of the fence are required. Unknown sections or keys, wrong types,
-/// values outside their range, a fence that does not hold a hover, reaches the ground or is illegally high, and a coast
-/// time not longer than the age limit of a pose are errors. Errors: FlightFileError with file, line and key.
+/// Reads and checks a flight file. The three ranges of the fence are required. Errors: FlightFileError with file, line
+/// and key, for what is unknown, missing, of a wrong type or outside its range, for a fence that cannot be flown in,
+/// and for a coast time that is not longer than the age limit of a pose.
 /// @param name of the file, for messages.
 FlightFile parse_flight(std::string_view text, const std::string& name);
 

@@ -7,9 +7,8 @@ namespace m100::companion {
 namespace {
 
 /// Factors instead of absolute weights, so that a vehicle with cautious weights stays cautious in a calm room, too.
-/// With 1/2 of the weight of velocity and 7/12 of the weight of the input, steps of 1 to 6 m are 4 % closer to the
-/// time-optimal ones and the simulator course 12 %, with the same margins and command motion. Jumps of tens of metres,
-/// for which a room has no space, overshoot more (firmware/mpc/README.md).
+/// With them, steps of 1 to 6 m are 4 % closer to the time-optimal ones, with the same margins and command motion.
+/// Jumps of tens of metres, for which a room has no space, overshoot more (firmware/mpc/README.md).
 constexpr double kCalmVelocityWeight = 0.5;
 constexpr double kCalmInputWeight = 7.0 / 12.0;
 

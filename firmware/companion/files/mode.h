@@ -11,10 +11,9 @@
 
 namespace m100::companion {
 
-/// The tuning that flies. field: the vehicle file with its [design]. calm_room: the identified axes with weights that
-/// track more closely over the few metres of a room, with less margin and more overshoot on ways of tens of metres.
-/// robust: the vehicle file with its [design.robust], for an aircraft that is known badly. Figures of all:
-/// firmware/mpc/README.md and host_tests/lab/experiments/README.md.
+/// The tuning that flies. field: the vehicle file with its [design]. calm_room: the identified axes, with weights that
+/// track more closely over the few metres of a room. robust: the vehicle file with its [design.robust], for an aircraft
+/// that is known badly. Figures of all: firmware/mpc/README.md and host_tests/lab/experiments/README.md.
 enum class Mode : std::uint8_t { kField, kCalmRoom, kRobust };
 inline constexpr std::array kModes{Mode::kField, Mode::kCalmRoom, Mode::kRobust};  ///< order of the tables in a file
 /// The words that --mode and a flight file take.
@@ -31,7 +30,7 @@ model::Vehicle in_mode(const model::Vehicle& vehicle, Mode mode);
 
 /// The text of the vehicle file that flies in the mode. In mode field it is the file's own text. Otherwise it begins
 /// with a line that has the SHA-256 of the original file, so that a gain table made from it is tied to every bit of
-/// that file (promise R10). The log holds it as the vehicle that flew, so a replay needs no modes.
+/// that file (promise R10).
 std::string text_in_mode(const std::string& text, const std::string& file_name, Mode mode);
 
 /// The vehicle file of text_in_mode(), parsed. Errors of both: VehicleFileError, if has_mode() is false.

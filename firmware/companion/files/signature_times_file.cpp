@@ -41,7 +41,7 @@ bool write_all(int file, const std::string& text) {
 
 struct Line {
   bool is_stream = false;
-  mavlink::ReplayStream stream{};  ///< of "newest" only the time
+  mavlink::ReplayStream stream{};  ///< in a "newest" line only the time is set
 };
 
 /// @returns nullopt: m100 does not write such a line.

@@ -16,9 +16,8 @@ mavlink::ReplayMemory parse_replay_memory(const std::string& text, const std::st
 std::string text_of(const mavlink::ReplayMemory& memory, mavlink::SignatureTime ahead);
 
 /// The newest time stamps that were accepted with a key, in a file beside it (KEY.accepted), so that frames recorded
-/// before a restart are refused after it. A separate thread writes the file about once a second with times that are
-/// kAhead in the future, so that after a kill the frames accepted since the last write are refused, too. At its end the
-/// program writes the exact times.
+/// before a restart are refused after it. A separate thread writes the file about once a second. It adds kAhead to the
+/// times, so that a kill between two writes lets no frame pass again. At its end the program writes the exact times.
 class SignatureTimesFile {
  public:
   static constexpr mavlink::SignatureTime kAhead = 3 * mavlink::kSignatureTicksPerSecond;

@@ -45,10 +45,10 @@ struct VehicleFile {
   core::Sha256Digest digest{};                 ///< of the bytes of the file; ties gain tables to it
 };
 
-/// Reads and checks a vehicle file. A number of an axis may have KEY_low and KEY_high beside it, both or none, low not
-/// above high. Sections may be missing (their numbers keep the defaults of model::Vehicle); unknown sections or keys,
-/// wrong types and values outside their range are errors, and so is an axis without its scale, or with both a time
-/// constant and a natural frequency, or with neither. Errors: VehicleFileError.
+/// Reads and checks a vehicle file. Sections may be missing: their numbers keep the defaults of model::Vehicle. A
+/// number of an axis may have both KEY_low and KEY_high beside it. Errors: VehicleFileError, for unknown sections or
+/// keys, wrong types, values outside their range, and an axis without its scale or without exactly one of a time
+/// constant and a natural frequency.
 VehicleFile load_vehicle(const std::string& path);
 /// As load_vehicle(), from text; `name` is the file's name in messages.
 VehicleFile parse_vehicle(std::string_view text, const std::string& name);

@@ -229,7 +229,7 @@ class VehicleReader {
       vehicle_file_fail(file_, &node, full, "must be a number");
     }
     const double value = *node.value<double>();
-    // Zero means "no such effect" in keys whose default it is, although their range begins above it.
+    // Zero means "no such effect" in keys whose default is 0, although their range begins above it.
     const bool absent = value == 0.0 && may_be_absent && full.find("scale") == std::string::npos;
     if (!absent && !(value >= low && value <= high)) {
       vehicle_file_fail(
@@ -263,7 +263,7 @@ class VehicleReader {
     }
   }
 
-  /// A gain that would never fly is an error. The paper's own are accepted: earlier files wrote them without effect.
+  /// A height gain that altitude.design = true replaces is an error, unless it has its default value.
   template <typename T>
   void refuse_designed_gains(const std::string& name, const toml::table& table, std::span<const NumberKey<T>> keys,
                              const T& gains) const {

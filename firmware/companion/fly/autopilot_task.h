@@ -19,9 +19,8 @@ struct LandedState {
 
 /// A take-off or a landing by the autopilot's own task (protocol, 6.3), from the operator's order to its end. It sends
 /// one request, at least two seconds after that of the task before. The answer and the flight status item of telemetry
-/// show the outcome. The request to land waits until the aircraft is slow, for 2.5 s at most, because the autopilot's
-/// task does not brake. The failsafe is in kLevel meanwhile, so that the pilot's switch, a silent autopilot and the
-/// operator's stop end the task as they end a flight; a lost pose does not, because the task needs none. No heap.
+/// show the outcome. The request to land waits until the aircraft is slow, at most 2.5 s, because the autopilot's task
+/// does not brake. No heap.
 class AutopilotTask {
  public:
   using Controller = app::FlightController<double>;

@@ -38,7 +38,7 @@
 namespace m100::companion {
 namespace {
 
-/// Reports which numbers fly, and what a certificate proves of them.
+/// Tells the operator if the vehicle file has no [design], and what its certificate proves, if there is one.
 void say_design(const FlyOptions& options, const model::Vehicle& vehicle, Mode mode) {
   if (!vehicle.design.exists() && mode != Mode::kCalmRoom) {
     print_line("the vehicle file has no [design]: the identified axes and [mpc] fly; m100-lab gains --tune makes one");
@@ -212,7 +212,8 @@ void conclude(const FlyOptions& options, nlohmann::json result, const Controller
   }
 }
 
-/// Marks the bytes that have arrived at both ports just before the time of a tick is taken: the tick reads only these.
+/// @returns a function that marks the bytes that have arrived at both ports. It is called just before the time of a
+///   tick is taken: the tick reads only these bytes.
 auto mark_arrived(hal::SerialPort& port, PosePort& pose_port) {
   return [&] {
     port.mark_arrived();

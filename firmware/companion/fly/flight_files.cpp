@@ -37,8 +37,8 @@ CourseLimits limits_of_course(const FlightFiles& files) {
   return files.flight ? course_limits_of(*files.flight) : CourseLimits{};
 }
 
-/// The geofence limiter brakes before the sides of the fence, but not before its floor and ceiling: an excitation
-/// in height must stay inside.
+/// Refuses an excitation of the throttle that may leave the heights of the fence: the geofence limiter brakes only
+/// before the sides of the fence.
 void expect_height_for(const FlightFiles& files, const ref::Waypoint<double>& start) {
   if (!files.excitation || !files.excitation->moves(ctl::ExcitedStick::kThrottle)) {
     return;
@@ -53,8 +53,8 @@ void expect_height_for(const FlightFiles& files, const ref::Waypoint<double>& st
   }
 }
 
-/// An excitation may move its whole distance from its starting point in any direction, whatever the heading: if that
-/// leaves the fence, it would be aborted in flight.
+/// Refuses an excitation of roll or pitch that may move farther than the nearest side of the fence is from the start:
+/// it would be aborted in flight.
 void expect_room_for(const FlightFiles& files) {
   if (!files.flight) {
     return;

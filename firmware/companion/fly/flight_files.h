@@ -42,9 +42,9 @@ ref::Waypoint<double> takeoff_end(ref::Waypoint<double> place);
 /// FlightFileError if it leaves the fence; ExcitationFileError if the throttle's excitation may leave it.
 void parse_and_validate(const FlightFiles& files, const ref::Waypoint<double>& start, ref::Trajectory<double>& course);
 
-/// parse_and_validate() without a pose: checks that the course can be read, stays inside the sides of the fence, and
-/// inside its heights from at least one start height. Errors as above.
-/// @returns the start heights, in the world of the pose, from which it stays inside [m]; all without a flight file.
+/// Checks the course before a pose is known: that it can be read, keeps its limits, stays inside the sides of the
+/// fence, and inside its heights from at least one start height. Errors: CourseError, FlightFileError.
+/// @returns the start heights [m], in the world of the pose, from which it stays inside; all without a flight file.
 Range check_offsets(const FlightFiles& files);
 
 /// The speed limits on the way to a goal; nullopt: this flight takes no goals, because there is no key or no flight

@@ -10,7 +10,7 @@ namespace {
 
 using Excitation = ctl::Excitation<double>;
 
-/// Raises each value of `worst` that may have ended a flight to that of `by`, if this is larger.
+/// Raises the ages, the distances and the time of exceeded wind in `worst` to those in `by`, where these are larger.
 void raise(safety::Observation& worst, const safety::Observation& by) {
   worst.estimate.pose_age = std::max(worst.estimate.pose_age, by.estimate.pose_age);
   worst.link.telemetry_age = std::max(worst.link.telemetry_age, by.link.telemetry_age);
@@ -29,7 +29,7 @@ void FlightReporter::update(core::TimePoint now, bool is_flying) {
   note_flight(now, is_flying);
 }
 
-/// Adds the tracking error, and remembers the worst of what may have ended the flight.
+/// Updates the tracking error, and the largest ages and distances since the failsafe was last nominal.
 void FlightReporter::note_flight(core::TimePoint now, bool is_flying) {
   const safety::FailsafeState failsafe_state = controller_.supervisor().failsafe_state();
   const bool passes =

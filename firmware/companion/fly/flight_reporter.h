@@ -25,8 +25,8 @@ class FlightReporter {
                  OperatorLog& operator_log)
       : controller_(controller), limits_(limits), lands_(lands), operator_log_(operator_log) {}
 
-  /// Once per tick, before the sequencer decides. @param is_flying the sequencer is in its flying phase: the tracking
-  /// error counts while the failsafe lets the law's command pass, too.
+  /// Once per tick, before the sequencer decides. @param is_flying the sequencer is in its flying phase. The tracking
+  /// error is updated only in this phase and while the failsafe lets the law's command pass.
   void update(core::TimePoint now, bool is_flying);
   void update_return(const ReturnToStart<double>& home, core::TimePoint now);
 
@@ -38,10 +38,10 @@ class FlightReporter {
   /// @param denial why control was not used, if the law has not flown
   void report_end(core::TimePoint now, const link::AuthorityView& authority,
                   std::optional<safety::FailsafeReason> denial, bool takes_off, std::string_view next);
-  /// Once per program, if the law has flown for longer than TrackingError::kSettle.
+  /// Reports the tracking error once per program, if the law has flown for longer than TrackingError::kSettle.
   void report_tracking(core::TimePoint now);
-  /// The observation `step`, with the worst value until now of each quantity that may have ended the flight: the report
-  /// shows how far a limit was exceeded in the end, not its value when it was first crossed.
+  /// @returns `step`, with each age and distance raised to its largest value since the failsafe was last nominal. So
+  ///   the report shows how far a limit was exceeded in the end.
   safety::Observation worst_since(const safety::Observation& step) const;
 
  private:

@@ -49,7 +49,7 @@ bool FlightSequencer::wait(core::TimePoint now, const View& view, const Sequence
     begin_release(now, false, input);
     return true;
   }
-  // An operator who gives a command has looked at the aircraft; take_control acts in the first tick with all ready.
+  // take_control acts once, in the first tick in which everything is ready. An operator's command is tried at once.
   const bool all_ready = start_.is_ready(now);
   if (request_.take_control && !order_given_ && all_ready && controller_.is_converged()) {
     order_given_ = true;
@@ -101,7 +101,7 @@ void FlightSequencer::try_to_engage(core::TimePoint now, bool backed_up) {
   }
   takes_off_ = start_.on_ground(now);
   const safety::FailsafeReason cause = start_.denial(takes_off_);
-  // Before telemetry there is no estimate: the order waits for start-up.
+  // Other reasons do not refuse the order: before the first telemetry, for example, it waits for start-up.
   if (cause == safety::FailsafeReason::kPoseRefused || cause == safety::FailsafeReason::kPoseOld) {
     start_.report_denial(now, cause, ends_on_denial());
     return;

@@ -30,12 +30,11 @@ struct SequencerInput {
       false;  ///< goals have led the flight: the next flight begins where the aircraft is, not at its course
 };
 
-/// The operator's part of a flight (promise R15). One command takes control when everything is ready; the next, or a
-/// signal, gives it back and ends the program as soon as control cannot be ours any more, the port is gone for good, or
-/// further signals insist. A refusal or a release by the failsafe ends the program only with --once: otherwise it waits
-/// for the operator's next command. A take-off precedes the flight and a landing follows it, each only if it is
-/// ordered. A command, a signal and the pilot's switch end them as they end a flight; if the autopilot refuses one,
-/// control goes back. No heap.
+/// The operator's part of a flight (promise R15). A command takes control when everything is ready. The next command,
+/// or a signal, gives control back and ends the program. The end waits until control cannot be ours any more, the port
+/// is gone for good, or further signals insist. After a refusal or a release by the failsafe the program waits for the
+/// next command; with --once it ends. A take-off precedes the flight and a landing follows it, each only if it is
+/// ordered. No heap.
 class FlightSequencer {
  public:
   /// @param trajectory the controller's: a low battery changes it.
@@ -52,20 +51,20 @@ class FlightSequencer {
         start_(request, config.limits, controller, operator_log),
         release_monitor_(operator_log) {}
 
-  /// Call it after each tick. @returns false: the flight is over.
+  /// Call it after each tick. @returns false: the program ends.
   bool tick(core::TimePoint now, const SequencerInput& input);
 
   bool flew() const { return outcome_.flew; }
   /// Control is not ours and was not requested: a command would request it.
   bool waits() const { return phase_ == Phase::kWaiting; }
-  /// A command would have no effect.
+  /// Control is going back: a command has no effect.
   bool is_releasing() const { return phase_ == Phase::kReleasing; }
   /// A command would take off: control is not ours, and the aircraft stands on the ground.
   bool engage_takes_off(core::TimePoint now) const { return waits() && start_.on_ground(now); }
   void end_or_continue(core::TimePoint now, const SequencerInput& input);
   /// An order to land would be served.
   bool may_land() const;
-  /// A take-off or landing by the autopilot is in progress, or control is requested for a take-off.
+  /// Whether this task of the autopilot is in progress; for a take-off also while control is requested for it.
   bool in_task(protocol::Task task) const {
     const bool is_asked_for = phase_ == Phase::kRequesting && takes_off_ && task == protocol::Task::kTakeOff;
     return is_asked_for || (phase_ == Phase::kTask && task_.task() == task);
@@ -94,7 +93,7 @@ class FlightSequencer {
   };
 
   bool wait(core::TimePoint now, const View& view, const SequencerInput& input);
-  /// With --once: control was refused, or was not possible within 20 s. Reports why start-up is not over by then.
+  /// @returns true: with --once, because control was refused or was not possible within 20 s. Reports the latter.
   bool ends_without_flight(core::TimePoint now, const View& view);
   bool request_control(core::TimePoint now, const View& view, const SequencerInput& input);
   bool fly(core::TimePoint now, const View& view, const SequencerInput& input);

@@ -107,8 +107,8 @@ void watch_signals() {
   std::signal(SIGHUP, on_signal);  // without its terminal the program must still end the flight in order
   std::signal(SIGQUIT, on_signal);
   std::signal(SIGUSR1, on_toggle_signal);
-  // The shell's job control must not stop a program that flies: Ctrl-Z ends the flight, and in the background there is
-  // no terminal to read.
+  // The shell's job control must not stop a program that flies: Ctrl-Z ends the flight in order, and use of the
+  // terminal from the background does not stop it.
   std::signal(SIGTSTP, on_signal);
   std::signal(SIGTTIN, SIG_IGN);
   std::signal(SIGTTOU, SIG_IGN);
@@ -119,7 +119,7 @@ void watch_signals() {
 
 OperatorInput read_operator_input() {
   std::array<char, 64> line{};
-  int waiting = 0;  // at the end of a file too; poll() of a terminal would wait for a worker of the kernel
+  int waiting = 0;  // 0 at the end of a file, too. On a terminal poll() would wait for a kernel worker
   const bool some = hal::count_waiting(STDIN_FILENO, &waiting) == 0 && waiting > 0;
   const ssize_t count = some ? read(STDIN_FILENO, line.data(), line.size()) : 0;
   const std::string_view typed(line.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0)));

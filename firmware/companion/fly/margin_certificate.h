@@ -19,7 +19,8 @@ struct MarginCertificate {
   std::string text() const;
 };
 
-/// The certificate of the vehicle file, checked against the bytes of both files; nullopt: there is none.
+/// The certificate beside the vehicle file, checked against the bytes of this file and of the tables; nullopt: there is
+/// none.
 std::optional<MarginCertificate> certificate_beside(const std::string& vehicle_path, const std::string& tables_path);
 
 }  // namespace m100::companion

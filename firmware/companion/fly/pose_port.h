@@ -42,8 +42,8 @@ void check(const PoseOptions& options, const std::string& autopilot);
 /// caller adds the other files of its command. @param autopilot name of the autopilot's port
 FileUse files_of(const PoseOptions& options, const std::string& autopilot);
 
-/// The port of the pose: a wire, on which frames may be unsigned, or a network, on which they may not. With a key, only
-/// signed and new frames pass, on either.
+/// The port of the pose: a serial line or a network. With a key, only frames that are signed and new pass; a network
+/// needs a key, see check().
 class PosePort {
  public:
   /// Opens the port. @param options accepted by check(). @param clock_port for hal::PortClock. Errors: UsageError.
@@ -58,7 +58,7 @@ class PosePort {
   /// SerialPort::mark_arrived(), or that of the network.
   void mark_arrived() { udp_ ? udp_->mark_arrived() : serial_->mark_arrived(); }
   hal::Uart& line() { return *line_; }
-  /// Starts sending to the ground station. @returns null: the port is a wire, or there is no key.
+  /// Starts sending to the ground station. @returns null: the port is a serial line, or there is no key.
   TelemetryStream* start_telemetry_stream();
   /// After start_telemetry_stream(): call it after each tick.
   void publish(const app::FlightController<double>& controller, core::TimePoint now) {

@@ -12,8 +12,8 @@ constexpr core::Duration kObstacleReported = std::chrono::seconds(1);
 
 }  // namespace
 
-/// The distance counts only while nothing but the fence prevents flying. After a flight to goals the next one may begin
-/// anywhere; a take-off must begin where the aircraft stood (FlightRequest::takeoff_position_w_m).
+/// Whether the aircraft is too far from where the flight must begin: the course's beginning or, for a take-off, where
+/// it stood. False if something other than the fence prevents flying, or after a flight to goals (not for a take-off).
 bool StartConditions::is_out_of_reach(bool takes_off) const {
   const est::Estimate<double>& at = controller_.estimate();
   const core::Vector<double, 3>& from = takes_off ? request_.takeoff_position_w_m : request_.course_start_w_m;
@@ -38,8 +38,8 @@ bool StartConditions::is_ready(core::TimePoint now) const {
          !pose_blocks(now);
 }
 
-/// Before the first telemetry package its age is meaningless, and the lost estimate would be blamed on the pose. A
-/// place outside the fence, or on the ground, does not prevent a take-off.
+/// Before the first telemetry package the reason is kTelemetryOld. A place outside the fence, or on the ground, does
+/// not prevent a take-off.
 safety::FailsafeReason StartConditions::denial(bool takes_off) const {
   if (controller_.link().health().packages == 0) {
     return safety::FailsafeReason::kTelemetryOld;
@@ -68,7 +68,7 @@ void StartConditions::report_awaited(core::TimePoint now, bool waits) {
   }
 }
 
-/// An old pose may mean that many poses came and were refused.
+/// Adds why poses were refused within the last second, if the cause is an old pose or a lost estimate.
 void StartConditions::add_refused_poses(TextLine& line, safety::FailsafeReason cause, core::TimePoint now) const {
   const link::PoseLinkStats& poses = controller_.pose_link().stats();
   const bool is_lately = poses.last_fault != link::PoseFault::kNone && now - poses.last_fault_at < kObstacleReported;

@@ -14,9 +14,9 @@
 namespace m100::companion {
 
 /// Where the aircraft stands before a flight, from poses that agree. The course and the fence are laid from this place,
-/// so one wrong pose must not define it. Of nine successive poses, more than half must lie within 0.3 m of their median
-/// (an aircraft that wanders at 1 m/s moves so far while a source of 30 Hz sends nine); until they do, later poses
-/// replace the oldest. The result is the pose nearest to the median among those whose heading agrees with the others'.
+/// so one wrong pose must not define it. Of nine successive poses, more than half must lie within 0.3 m of their
+/// median; until they do, later poses replace the oldest. The result is the pose nearest to the median among those
+/// whose heading agrees with the others'.
 class StartPosition {
  public:
   /// @returns the place, as soon as enough poses agree.

@@ -96,8 +96,8 @@ class CourseBuilder {
     return is_limited() && !stands ? step_within_limits(there, lasts, spot) : course_.append_step(there, lasts);
   }
 
-  /// A jump reaches the speed that its distance and the tilt allow. Below a 'limits' line with speed, acceleration or
-  /// tilt the course flies there within the limits instead, and stays for the rest of the line's time.
+  /// Replaces the jump of a 'step' line by a way within the limits, and stays there for the rest of the line's time.
+  /// Fails if the way takes as long as the line, or longer.
   core::Status step_within_limits(const ref::Waypoint<T>& there, core::Duration lasts, const FilePosition& spot) {
     ref::SpeedLimits limits = limits_;
     limits.acceleration_m_s2 =

@@ -55,9 +55,9 @@ struct CoursePiece {
   ref::SpeedLimits limits = kNoLimits;  ///< of the 'limits' lines above; infinite if not named
 };
 
-/// Makes a course from text, line by line: the text that `m100 fly` flies and writes into every log. Linux only; before
-/// the first tick. The words: kCourseWords. Places are offsets from the start in m and rad along the axes of the world;
-/// '#' begins a comment. A file that holds only a table of time and place is a course, too.
+/// Makes a course from text, line by line. Linux only; before the first tick. The words: kCourseWords. Places are
+/// offsets from the start in m and rad along the axes of the world; '#' begins a comment. A file that holds only a
+/// table of time and place is a course, too.
 ///
 /// With an empty text, `course` holds the start. Errors: CourseError.
 /// @param name of the file, for errors. @returns the pieces, in order: one for each line that moves or holds.

@@ -90,9 +90,8 @@ void expect_joints(const ref::Trajectory<double>& course, std::span<const Course
   }
 }
 
-/// A jump sets no speed of its own. With full tilt for half of the way and full opposite tilt for the other half, the
-/// aircraft reaches the root of acceleration x distance. (Below a 'limits' line with speed, acceleration or tilt a way
-/// within the limits replaces the jump.)
+/// Refuses a jump that may exceed the speed limit. With full tilt for half of the way and full opposite tilt for the
+/// other half, the aircraft reaches the root of acceleration times distance.
 void expect_slow_jump(const ref::Motion& from, const ref::Motion& to, const CoursePiece& piece,
                       const CourseLimits& limits, const std::string& course_name) {
   const double way_m = std::hypot(to[0][0] - from[0][0], to[1][0] - from[1][0]);

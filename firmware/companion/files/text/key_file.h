@@ -19,9 +19,8 @@ struct KeyFileProblem {
   std::string what;  ///< empty: the file is accepted
 };
 
-/// Reads the app's key: 64 hexadecimal digits, and nothing else in the file. Anybody with the key can fly the aircraft,
-/// so a file that others than its owner can read or change is refused, and no program takes a key on its command line,
-/// where every user of the machine can read it. Nothing may follow the key: two keys would be ambiguous.
+/// Reads a key: 64 hexadecimal digits, and nothing else in the file. Anybody with the key can fly the aircraft, so a
+/// file that others than its owner can read or change is refused.
 inline KeyFileProblem load_key(const std::string& path, protocol::CipherKey& key) {
   constexpr std::uintmax_t kMaxKeyBytes = 1U << 20U;
   const FileContent content = read_regular(path, kMaxKeyBytes);

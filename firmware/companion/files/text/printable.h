@@ -18,9 +18,9 @@ inline bool is_bidi_control(std::string_view three) {
          (three.starts_with("\xE2\x81") && last >= 0xA6 && last <= 0xA9);
 }
 
-/// Length of the valid UTF-8 sequence of at least two bytes that `text` begins with; 0: there is none. The C1 control
-/// characters (U+0080 to U+009F) and those of is_bidi_control() count as none, and so does what RFC 3629 forbids:
-/// overlong sequences (which might hide a control character), surrogates, and code points beyond U+10FFFF.
+/// Length of the valid UTF-8 sequence of at least two bytes that `text` begins with; 0: there is none. C1 control
+/// characters (U+0080 to U+009F), those of is_bidi_control(), and what RFC 3629 forbids (overlong sequences,
+/// surrogates, code points beyond U+10FFFF) are not valid here.
 inline std::size_t utf8_sequence(std::string_view text) {
   struct Row {  // RFC 3629: what a sequence begins with, how long it is, what its second byte may be
     unsigned first, last;

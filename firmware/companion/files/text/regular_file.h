@@ -10,7 +10,7 @@
 
 namespace m100::companion {
 
-/// Largest size of a file that a person writes (vehicle, plant, flight, course, script, map). Ours: up to 20 kB.
+/// Largest size of a file that a person writes (vehicle, plant, flight, course, script, map); they have up to 20 kB.
 inline constexpr std::uintmax_t kMaxTextBytes = std::uintmax_t{1} << 24U;
 /// Largest size of a log or a table. On a 32-bit machine it leaves room for the program and for the parsed content.
 inline constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{1} << (sizeof(std::size_t) > 4 ? 31U : 29U);

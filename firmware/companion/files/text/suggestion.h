@@ -36,9 +36,8 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
-/// The end of a message about an unknown word: "; did you mean `damping_ratio`?". Empty: every known word differs in
-/// more than a third of its letters (and in more than one), or the word itself is known, but is not allowed here.
-/// @param known rows of which `name` gives the words.
+/// The end of a message about an unknown word: "; did you mean `damping_ratio`?". Empty if no known word is near
+/// enough, or if the word itself is known. @param known rows of which `name` gives the words.
 template <typename Rows, typename Name = std::identity>
 std::string did_you_mean(std::string_view word, const Rows& known, Name name = {}) {
   std::string_view nearest;

@@ -9,9 +9,9 @@
 
 namespace m100::companion {
 
-/// The end of control, for a flight and for the handshake (promise R15): from the moment when control is to go back, or
-/// is lost, until new telemetry shows who has it. The link gives control back; this class decides when that is over,
-/// and tells the operator what to do if it does not succeed. No heap.
+/// Watches the end of control, for a flight and for the handshake (promise R15): from when control is to go back, or is
+/// lost, until new telemetry shows who has it. The link gives control back; this class decides when that is over, and
+/// tells the operator what to do if it does not succeed. No heap.
 class ReleaseMonitor {
  public:
   /// After this time the operator is told what the pilot has to do.
@@ -29,8 +29,8 @@ class ReleaseMonitor {
 
   /// Notes that control is requested. @param outages of the port so far: a later one may bring another autopilot.
   void control_requested(std::uint32_t outages) { outages_before_ = outages; }
-  /// Begins: control is to go back, or is lost. @param stops signals to end so far. After kReportDelay one more
-  /// insists; if there was none, the second one, because the first is the order to end.
+  /// Begins: control is to go back, or is lost. @param stops signals to end so far. The next signal insists; if there
+  /// was none so far, the second one does, because the first is the order to end.
   void begin(core::TimePoint now, std::uint32_t stops);
   /// Call it each tick, in every phase: tells what the pilot has to do if control may be ours and cannot be given back.
   void update(core::TimePoint now, const link::AuthorityView& view);

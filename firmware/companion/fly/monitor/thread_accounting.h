@@ -15,8 +15,8 @@ struct ThreadCounts {
   std::uint64_t disk_faults = 0;        ///< page faults that waited for the disk
 };
 
-/// Reads what the kernel counts of the thread that constructs it (schedstat, getrusage). Neither call waits for a lock
-/// that a thread of normal priority may hold. No heap.
+/// Reads what the kernel counts of a thread (schedstat, getrusage); this thread must construct and call it. Neither
+/// call waits for a lock that a thread of normal priority may hold. No heap.
 class ThreadAccounting {
  public:
   ThreadAccounting();
@@ -37,8 +37,8 @@ class ThreadAccounting {
 /// The waiting time in a thread's schedstat: the second of three numbers, nanoseconds. Zero if there is none.
 core::Duration run_queue_time(std::string_view schedstat);
 
-/// Of the last 10 s, the share in which something on this board waited for a disk (avg10 in /proc/pressure/io). May
-/// wait for the kernel: not in a tick that must not. @returns a negative number where the kernel does not count it.
+/// The percentage of the last 10 s in which something on this board waited for a disk (avg10 in /proc/pressure/io). The
+/// call may wait for the kernel. @returns a negative number if the kernel does not count it.
 double disk_pressure_percent();
 
 /// The cause of a stall in words.

@@ -15,9 +15,9 @@
 
 namespace m100::companion {
 
-/// Distance between the estimate and the reference of the same time while the law flies, as on the page of `m100-lab
-/// flight`: from one second after the law first flew, because before that the aircraft goes to the course. A distance
-/// that is not a number is not counted.
+/// Distance between the estimate and the reference of the same time while the law flies. It counts from one second
+/// after the law first flew: before that the aircraft goes to the course. A distance that is not a number is not
+/// counted.
 class TrackingError {
  public:
   static constexpr core::Duration kSettle = std::chrono::seconds(1);
