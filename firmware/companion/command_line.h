@@ -118,9 +118,9 @@ inline std::string unknown_option(const CLI::App& command, const std::string& wo
   return word + ": no such option" + did_you_mean(name, known);
 }
 
-/// The message about the first word of a command line that is an unknown option of its subcommand, or an unknown word
-/// where a subcommand must be; empty: there is none. CLI11 would report a missing option before an unknown one, which
-/// may be the same option, misspelt.
+/// The message about the first unknown word of a command line: an option that its subcommand does not have, or a word
+/// where a subcommand must be. Empty: there is none. CLI11 would report a missing option first, which may be the same
+/// option, misspelt.
 inline std::string unknown_word(const CLI::App& app, std::span<char* const> words) {
   const CLI::App* at = &app;
   for (const std::string word : words) {

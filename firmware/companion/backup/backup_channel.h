@@ -12,7 +12,7 @@ namespace m100::companion {
 /// The memory that the two processes share.
 struct BackupSharedState {
   static constexpr std::uint32_t kReleased = 1U << 31U;
-  /// Heartbeats so far, and kReleased from when the backup process decides to send until the program has noticed it.
+  /// Number of heartbeats. The bit kReleased is set when the backup process decides to send, until the next heartbeat.
   std::atomic<std::uint32_t> heartbeats{0};
   std::atomic<std::uint32_t> in_control{0};
   std::atomic<std::uint32_t> polls{0};  ///< of the backup process so far: they show that it runs

@@ -36,7 +36,8 @@ class BackupMonitor {
   }
 
  private:
-  /// A stall of the whole machine ends for both processes at once: the program gets a few polls to send a heartbeat.
+  /// Least number of polls without a new heartbeat before the release: time for the program after a stall of the
+  /// machine.
   static constexpr int kStallLooks = 4;
   /// 40 ms of promise R4 less the 20 ms between two polls, by which a heartbeat may be older than it seems.
   static constexpr core::Duration kMaxHeartbeatAge = std::chrono::milliseconds(40) - BackupProcess::kPollInterval;

@@ -13,19 +13,16 @@ namespace m100::companion {
 
 struct BackupSharedState;
 
-/// The second process of a flight (promise R15). It holds the port and a ready-made release sequence, and sends the
-/// release sequence when the flying program has died without giving control back (SIGKILL, SIGSEGV, out of memory, an
-/// assertion) or has sent no heartbeat for kHeartbeatTimeout (a hang, SIGSTOP). It allocates nothing and reads nothing
-/// from the port.
+/// The second process of a flight (promise R15). It holds the port and a ready-made release sequence. It sends the
+/// sequence when the flying program has died without giving control back, or has sent no heartbeat for
+/// kHeartbeatTimeout. It allocates nothing and reads nothing from the port.
 ///
-/// It is forked early, before there are threads, and while it is too small for the out-of-memory killer to choose. It
-/// has a session of its own and ignores every signal that can be ignored but SIGSEGV and SIGBUS, so Ctrl-C, a closed
-/// terminal and `kill 0` do not end it. On request it ends at once. After the death of the program it ends with its
-/// last round, and the lock on the port ends with it.
+/// It is forked early, before there are threads. It has a session of its own and ignores every signal that can be
+/// ignored but SIGSEGV and SIGBUS, so Ctrl-C, a closed terminal and `kill 0` do not end it. After the death of the
+/// program it ends with its last round.
 ///
-/// The backup process's decision to send and the program's heartbeats share one atomic word: after that decision the
-/// next heartbeat() fails, and a heartbeat() that succeeded is valid for kHeartbeatTimeout. So the two never send at
-/// the same time.
+/// Its decision to send and the program's heartbeats share one atomic word. After the decision the next heartbeat()
+/// fails, and a heartbeat() that succeeded is valid for kHeartbeatTimeout. So the two never send at the same time.
 class BackupProcess {
  public:
   static constexpr core::Duration kHeartbeatTimeout =

@@ -5,9 +5,9 @@
 
 namespace m100::companion {
 
-/// Sends requests to release control, and nothing else, for a program whose two processes are dead or stopped: as many
-/// rounds as the second process, at its spacing. Waits first until the port is free, for as long as a second process
-/// that lives may still send. A stopped one keeps the port; then the requests are sent all the same, which needs root.
+/// Sends requests to release control, and nothing else, for a program whose two processes are dead or stopped. It sends
+/// as many rounds as the second process, at its spacing. It first waits until the port is free, for as long as a living
+/// second process may send. If the port is still held then, it sends all the same, which needs root.
 /// @returns false: the port cannot be opened, or did not take a whole round.
 bool release_only(const FlyOptions& options, const link::LinkConfig& config);
 

@@ -19,8 +19,8 @@ constexpr unsigned kIgnoreYawRate = 1U << 11U;
 constexpr std::uint8_t kLocalNed = 1;  // MAV_FRAME
 
 constexpr double kShortestBrake_s = 0.5;
-/// The stop takes this times speed / acceleration: 3 / sqrt(2), with which a first acceleration at the limit in any
-/// direction is never exceeded. It falls as (1 - s) (1 - 3 s), and the speed adds at most sqrt(2) s (1 - s).
+/// A stop takes this number times speed / acceleration limit: 3 / sqrt(2). The acceleration then never exceeds the
+/// limit, if it does not at the beginning.
 constexpr double kBrakeTime = 2.1213203435596424;
 constexpr double kShortestWay_s = 0.3;
 constexpr double kLonger = 1.06;  ///< ratio of successive durations that are tried
@@ -29,7 +29,7 @@ constexpr double kSameYaw_rad = 1e-3;
 
 bool is_number(float value) { return std::isfinite(value) && std::abs(value) <= 1000.F; }
 
-/// Comes to rest after a time, wherever that is; the acceleration is a parabola that ends at zero.
+/// From a motion to rest after a time, at whatever place; the acceleration is a parabola that ends at zero.
 ref::Polynomial<double> to_rest(double position, double speed, double acceleration, double time_s) {
   const double slope = speed * time_s, bend = acceleration * time_s * time_s;
   return {{position, slope, bend / 2.0, -slope - bend * 2.0 / 3.0, slope / 2.0 + bend / 4.0, 0.0, 0.0, 0.0}};

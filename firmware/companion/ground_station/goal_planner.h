@@ -28,17 +28,16 @@ enum class GoalResult : std::uint8_t {
 /// "refused: only the frame LOCAL_NED counts", for people.
 std::string_view name(GoalResult answer);
 
-/// Turns goals into a course during the flight. A goal is a place where the aircraft comes to rest; the way there is
-/// straight, of degree 5, as fast as the limits allow. If a goal arrives on the way, the new way starts from the
-/// present motion without a stop, provided that one polynomial of degree 5 per axis keeps the limits and the fence.
-/// Otherwise the reference first comes to rest on its way (degree 4). So speed and acceleration stay inside their
-/// limits; place, speed and acceleration never jump. Goals beyond the fence are moved to its side; the geofence limiter
-/// acts as for any course.
+/// Turns goals into a course during the flight. A goal is a place where the aircraft comes to rest. From rest the way
+/// there is straight, of degree 5, as fast as the limits allow. If a goal arrives on the way, the new way starts from
+/// the present motion, provided that one polynomial of degree 5 per axis keeps the limits and the fence. Otherwise the
+/// reference first comes to rest (degree 4). Place, speed and acceleration never jump. Goals beyond the fence are moved
+/// to its side.
 ///
 /// Cost of a goal that arrives on the way: at most kMaxAttempts * kSamples evaluations of four polynomials.
 ///
 /// Goals are taken only while the law flies. A flight that begins after a flight to goals holds the place where it
-/// begins until the next goal arrives. No heap. A replay of a log repeats the planning from the bytes of the pose port.
+/// begins until the next goal arrives. No heap.
 template <typename T>
 class GoalPlanner {
  public:

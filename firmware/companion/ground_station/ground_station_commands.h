@@ -21,9 +21,9 @@ struct SequencerStatus {
 };
 SequencerStatus sequencer_status(const FlightSequencer& sequencer, core::TimePoint now);
 
-/// Handles goals, missions and orders from the ground station: goals and missions change the course, an order to engage
-/// or release has the effect of the operator's command, and each order is answered. An unknown order is refused, and
-/// reported by its number. No heap.
+/// Handles what comes from the ground station. Goals and missions change the course. An order to engage or release has
+/// the effect of the operator's command. Each order is answered; an unknown one is refused and reported by its number.
+/// No heap.
 class GroundStationCommands {
  public:
   /// @param limits nullopt: the flight takes no goals and no missions, see goal_limits(). @param telemetry_stream null:

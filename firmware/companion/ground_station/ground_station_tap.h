@@ -28,8 +28,8 @@ inline constexpr std::uint16_t kGuidedEnable = 92;    ///< MAV_CMD_NAV_GUIDED_EN
 inline constexpr std::uint16_t kPauseContinue = 193;  ///< MAV_CMD_DO_PAUSE_CONTINUE: param1 0 hold, 1 go on
 
 /// A line that passes all bytes on, and keeps the newest goal, the first kMaxCommands orders and the first kMaxRequests
-/// requests that passed. Orders are taken one per tick; an order to release or to hold replaces the last one if there
-/// is no room, but a hold no release. On a signed line it receives authorised senders only. No heap.
+/// requests that passed. Without room for it, an order to release replaces the last waiting order; an order to hold
+/// replaces it unless it is a release. On a signed line it receives authorised senders only. No heap.
 class GroundStationTap final : public MavlinkTap {
  public:
   /// An order and who gave it.

@@ -43,8 +43,8 @@ class GuidedMode {
   GuidedMode(const GuidedMode&) = delete;
   GuidedMode& operator=(const GuidedMode&) = delete;
 
-  /// Call it after each tick: messages that came over the pose port change the trajectory from the next tick. It does
-  /// the same in flight and in a replay. All other orders are left to the caller; the log holds them as kOrder*.
+  /// Call it after each tick: messages that came over the pose port change the trajectory from the next tick. It
+  /// carries out orders to hold, to go on and to start the mission; all other orders are left to the caller.
   template <typename S>
   GuidedModeUpdate update(GroundStationTap& line, const app::FlightController<T, S>& controller, core::TimePoint now);
 

@@ -15,14 +15,14 @@ enum class MissionState : std::uint8_t { kNone = 1, kNotStarted = 2, kActive = 3
 
 /// Flies the items of a mission one after the other, as goals.
 ///
-/// An item is reached when the aircraft is within its radius of the place (param2; kRadius_m where it is 0 or not a
-/// number) and the reference is at rest there. With a radius, autocontinue and no time to hold (param1) the reference
-/// need not rest: as soon as aircraft and reference are within the radius the next item follows, without a stop. The
-/// heading is param4 (deg, clockwise from x), or does not change if param4 is not a number; it does not count for
-/// "reached". With autocontinue 0 the mission pauses there, if another item follows.
+/// An item is reached when the reference rests and the aircraft is within the item's radius of the place (param2;
+/// kRadius_m if it is 0 or not a number). An item with a radius, autocontinue and no time to hold (param1) is passed
+/// without a stop: it is reached as soon as aircraft and reference are within the radius. The heading is param4 (deg,
+/// clockwise from x); if it is not a number, the heading does not change. With autocontinue 0 the mission pauses after
+/// the item, if another follows.
 ///
-/// Anything else that moves the aircraft pauses the mission: another goal, an order to hold, the failsafe below kCoast,
-/// the end of control. It continues only on an order, towards the item that was not reached.
+/// The mission also pauses at another goal, at an order to hold, when control ends, and in every state of the failsafe
+/// but kNominal and kCoast. It continues only on an order, towards the item that was not reached.
 template <typename T>
 class Mission {
  public:

@@ -21,12 +21,12 @@ std::string home_note(const ReturnSettings& settings);
 /// @returns nullopt: the note is of another version.
 std::optional<ReturnSettings> home_of_note(const std::string& note);
 
-/// Brings an aircraft with a low battery to `home`, where its course begins: as to a goal, with the limits of goals,
-/// inside the fence. The caller must not let anything else change the course then, and lands or gives control back.
+/// Brings an aircraft with a low battery to `home`, where its course begins, as to a goal. The caller must not let
+/// anything else change the course then, and lands or gives control back.
 ///
-/// A low charge counts after it has been reported for three seconds; the report comes once a second. A charge of zero
-/// before any other value means that the charge is unknown. A piece of an excitation that has begun is flown to its end
-/// first. The class uses only data in the log, so that a replay does the same. No heap. T is float or double.
+/// The battery is low if the charge has been at or below its threshold for three seconds. A charge of zero before any
+/// other value means that the charge is unknown. A piece of an excitation that has begun is flown to its end first. No
+/// heap. T is float or double.
 template <typename T>
 class ReturnToStart {
  public:

@@ -15,10 +15,10 @@
 
 namespace m100::companion {
 
-/// Sends the state of the flight to the ground station, over UDP, signed, from a thread of its own: the thread that
-/// flies hands over copies and neither waits nor allocates. Ten times a second ATTITUDE_QUATERNION and
-/// LOCAL_POSITION_NED; once a second HEARTBEAT, ESTIMATOR_STATUS and BATTERY_STATUS; each line for the operator as
-/// STATUSTEXT; answers as they come. The receiver is the sender of the last accepted packet.
+/// Sends the state of the flight to the ground station: over UDP, signed, from a thread of its own. The thread that
+/// flies hands over copies and neither waits nor allocates. ATTITUDE_QUATERNION and LOCAL_POSITION_NED are sent ten
+/// times a second; HEARTBEAT, ESTIMATOR_STATUS and BATTERY_STATUS once a second; lines for the operator (STATUSTEXT)
+/// and answers as they come. The receiver is the sender of the last accepted packet.
 class TelemetryStream {
  public:
   static constexpr std::uint32_t kTicksPerState = 10;

@@ -25,7 +25,7 @@ constexpr std::string_view kBegin = "\r\x1b[K";  ///< cursor to the left end, li
 constexpr std::size_t kNoEnd = 1000;             ///< columns if the output is not a terminal
 std::atomic<bool> line_stands{false};
 
-/// Columns of the terminal; a longer line could not be erased.
+/// Columns that a line may have: one less than the terminal, because a longer line could not be erased.
 std::size_t columns() {
   winsize size{};
   return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col - 1U : kNoEnd;

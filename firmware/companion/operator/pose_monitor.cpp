@@ -72,7 +72,7 @@ void PoseMonitor::watch_rival(core::TimePoint now, const app::FlightController<d
   }
 }
 
-/// Compares the world's up in the body, which does not depend on the heading.
+/// Compares the pose's attitude with the autopilot's by the direction of up in the body, which no heading changes.
 void PoseMonitor::watch_tilt(core::TimePoint now, const app::FlightController<double>& controller) {
   const protocol::Telemetry& telemetry = controller.link().telemetry();
   const core::Vector<double, 3> pose_up_b = controller.pose_link().up_b().cast<double>();

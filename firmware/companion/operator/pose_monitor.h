@@ -10,15 +10,15 @@
 
 namespace m100::companion {
 
-/// What the operator must know of the source of pose, and what prevents control before it is requested: a second
-/// sender, an attitude that the autopilot's contradicts, and a check that failed and has not yet passed long enough.
+/// Watches the source of pose, and prevents control before it is requested: for a second sender, for an attitude that
+/// the autopilot's contradicts, and for a check that failed and has not yet passed long enough.
 ///
-/// A check that failed once would fail again when the aircraft repeats the motion, and the slow wander of a hover takes
-/// time to repeat: the check must pass for kHold, or for four times the time to its failure if that is longer. No heap.
+/// A failed check must pass for kHold, or for four times the time to its failure if that is longer, because the slow
+/// wander of a hover takes time to repeat the motion at which it failed. No heap.
 class PoseMonitor {
  public:
   static constexpr core::Duration kHold = std::chrono::seconds(30);
-  /// The operator is warned of a lower rate: fresh_limit() adds the interval, so a flight then uses older poses.
+  /// The operator is warned of a lower rate (10 % tolerance), with which a failure of the source is noticed later.
   static constexpr double kMinPoses_hz = 50.0;
 
   /// Call it after each tick. @param waits control is not ours and was not requested

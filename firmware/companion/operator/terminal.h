@@ -12,8 +12,7 @@ namespace m100::companion {
 constexpr std::chrono::seconds kTerminalTimeout{5};
 
 /// Makes writes to the terminal non-blocking from now on: standard output and error, if they are terminals, are opened
-/// anew in non-blocking mode. (poll() before a write does not suffice: the terminal may be stopped in between, or have
-/// room for half of the line.) Other writers to the same terminal, such as the shell, are not affected. A terminal that
+/// anew in non-blocking mode. Other writers to the same terminal, such as the shell, are not affected. A terminal that
 /// this user may not open stays as it is.
 void make_terminals_nonblocking();
 

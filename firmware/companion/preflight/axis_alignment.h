@@ -22,8 +22,8 @@ namespace m100::companion::preflight {
 ///             the pose's heading: x, y, z of the world. The mean length of the specific force is taken as g, whatever
 ///             its unit is.
 ///
-/// Each comparison gives correlations of every axis of the pose with every axis of the autopilot; the axis of largest
-/// magnitude must be the same one, with a positive sign. Companion only: it uses the heap.
+/// Each comparison correlates the axes of the pose with those of the autopilot. The largest correlation of each axis
+/// must be with the same axis of the autopilot, and positive. Companion only: it uses the heap.
 class AxisAlignment {
  public:
   /// The newest pose and the newest telemetry at one time.

@@ -31,7 +31,8 @@ std::string first_line(const fs::path& path) {
   return line;
 }
 
-/// Reads the port's group from /etc/group, because the C library would pull shared libraries into the static binary.
+/// The port's group; "dialout" if it is unknown. Read from /etc/group, because the C library would pull shared
+/// libraries into the static binary.
 std::string owner_group(const std::string& port) {
   struct stat status {};
   if (stat(port.c_str(), &status) == 0) {

@@ -9,8 +9,8 @@
 
 namespace m100::companion {
 
-/// Says during a handshake what it shows of the autopilot where DJI's documents are silent, each as a key of
-/// guide/FIRST_CONTACT.md, and whether the emulated autopilot assumes the same. Sends nothing.
+/// Reports during a handshake how the autopilot behaves where DJI's documents say nothing. Each line has a key of
+/// guide/FIRST_CONTACT.md and says whether the emulated autopilot behaves in this way. Sends nothing.
 class FirstContact {
  public:
   explicit FirstContact(OperatorLog& operator_log) : operator_log_(operator_log) {}

@@ -22,9 +22,9 @@ inline constexpr core::Duration kLate = 2 * core::kTickPeriod;
 /// Five periods: no tick of a flight may be later.
 inline constexpr core::Duration kTooLate = 5 * core::kTickPeriod;
 
-/// Wakes up every tick as a flight does, with its priority if that is granted, and reads a terminal. Meanwhile, at
-/// normal priority, one loop per processor, at least two, computes, and one thread writes to a file in the folder and
-/// waits for the disk. Lateness is that of the end of the read, against the tick's deadline.
+/// Wakes up every tick as a flight does, with its priority if that is granted, and reads a terminal. Meanwhile threads
+/// of normal priority load the processors and write to a file in the folder. Lateness is that of the end of the read,
+/// against the tick's deadline.
 WakeUps measure_wake_ups(const std::string& folder, core::Duration duration);
 
 CheckResult judge_wake_ups(const WakeUps& measured);

@@ -15,8 +15,8 @@ namespace m100::companion {
 class ClockFit {
  public:
   /// @param own time stamp, by the other clock. @param arrived its arrival on our clock.
-  /// @returns the time of the stamp on our clock, as if the shortest delay seen were none; never after `arrived` or
-  ///   before the last result.
+  /// @returns the time of the stamp on our clock, with the shortest delay seen taken as zero; not after `arrived`, and
+  ///   never before the last result.
   core::TimePoint to_our_clock(core::Duration own, core::TimePoint arrived) {
     const core::Duration offset = arrived.time_since_epoch() - own;
     if (offset_ && std::max(offset - *offset_, *offset_ - offset) > kJump) {

@@ -10,7 +10,7 @@ namespace m100::companion::recording {
 // The records of `m100 record`: telemetry items and poses in our frames (world NWU, body FLU), SI unless stated. Each
 // timestamp is the sender's, converted to our clock [us] by ClockFit. No padding: each format states the same layout.
 
-/// The pilot's transmitter, -10000..10000 each: right, forward, up, right positive.
+/// The pilot's transmitter. Sticks -10000..10000; positive is roll to the right, pitch forward, throttle up, yaw right.
 struct Rc {
   std::uint64_t timestamp = 0;
   std::int16_t roll = 0, pitch = 0, throttle = 0, yaw = 0;

@@ -10,7 +10,8 @@
 
 namespace m100::companion {
 
-/// The records that the replayed flight logs in a tick, without the bytes: the last messages in its log's ring.
+/// Reads the records that a replayed flight has logged in a tick: the last messages in the ring of its log, after
+/// bytes.
 class RecordWindow {
  public:
   RecordWindow() : ring_(storage_), log_(ring_) {}

@@ -80,7 +80,7 @@ std::unique_ptr<GuidedMode<T>> guided_mode_of(const RecordedFlight& flight, cons
   return std::make_unique<GuidedMode<T>>(course, config.fence, *limits);
 }
 
-/// An older log has no such note: its flight ignored the battery.
+/// Without the note, as in an older log, the flight ignored the battery.
 template <typename T>
 ReturnToStart<T> home_of(const RecordedFlight& flight, const app::FlightConfig& config, ref::Trajectory<T>& course) {
   const std::optional<ReturnSettings> settings =
