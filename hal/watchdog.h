@@ -7,7 +7,7 @@ namespace m100::hal {
 
 /// Ends a program that hangs. On Linux the service manager does so, after one patience (ServiceWatchdog).
 ///
-/// On a board it cannot be stopped. After one patience without a feed() the machine interrupts all code, also
+/// On a board the watchdog cannot be stopped. After one patience without a feed() the machine interrupts all code, also
 /// interrupt handlers, and the program sends its release sequence. After a second patience the machine resets. The
 /// restarted program does not take control by itself.
 class Watchdog {

@@ -51,8 +51,8 @@ inline std::uint32_t step_four(std::uint32_t state, const std::byte* bytes) {
   return step(step(step(step(state, 0), 0), 0), 0);
 }
 
-/// The register after eight bytes, started from 0; add another start value to the first four bytes. Each turn takes two
-/// bytes, because some machines can address both halves of a 16-bit register without a shift.
+/// The register after eight bytes, started from 0. For another start value, XOR it into the first four bytes. Each turn
+/// takes two bytes, because some machines can address both halves of a 16-bit register without a shift.
 constexpr std::uint32_t after_eight(std::uint64_t bytes) {
   std::uint32_t state = 0;
   for (std::size_t i = 0; i < 8; i += 2) {
@@ -73,7 +73,7 @@ inline std::uint32_t step_block(std::uint32_t state, const std::byte* bytes) {
   }
 }
 
-/// crc32 byte by byte, or four bytes at a time where there are no slicing tables.
+/// Continues a CRC32 byte by byte; where there are no slicing tables, four bytes at a time and then the rest.
 inline std::uint32_t step_rest(std::uint32_t state, const std::byte* next, std::size_t count) {
   if constexpr (!kLarge) {
     for (; count >= 4; next += 4, count -= 4) {
@@ -132,7 +132,7 @@ inline constexpr auto kPowers = make_powers();
 inline constexpr std::size_t kBlockDistances = kLarge ? 128 : 0;
 using NibbleTable = std::array<std::array<std::uint32_t, 16>, 8>;
 
-/// tables[m][k][n]: nibble n at place k of the register, after m blocks of zeros. 64 KiB.
+/// tables[m][k][n]: the register after m blocks of zeros, if it held only nibble n at place k before. 64 KiB.
 constexpr std::array<NibbleTable, kBlockDistances> make_block_powers() {
   std::array<NibbleTable, kBlockDistances> tables{};
   for (std::size_t bit = 0; kLarge && bit < 32; ++bit) {
@@ -211,7 +211,7 @@ inline std::uint32_t after_header_start(const std::byte* header, std::size_t cou
 }
 
 /// Whether the checksum of a frame is right when `left` of its bytes remain, 1 to kCrc32BlockBytes. The last four are
-/// the checksum. After all bytes before the checksum the register equals it; after some bytes of it, the rest of it.
+/// the checksum. The register after the data must equal it; after some of its bytes, the bytes that remain.
 inline bool ends_well(std::uint32_t state, const std::byte* bytes, std::size_t left) {
   constexpr std::size_t kChecksumBytes = 4;
   if (left < kChecksumBytes) {

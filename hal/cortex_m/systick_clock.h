@@ -26,8 +26,7 @@ class SysTickClock final : public Clock {
   /// Polls, because an emulator that sleeps in wfi receives fifty times slower, and a board has nothing else to do.
   void sleep_until(core::TimePoint deadline) override;
 
-  /// Processor cycles since start(), the unit of promise R7 where one cycle is one instruction (QEMU's -icount shift=0
-  /// at 25 MHz counts forty instructions per cycle).
+  /// Processor cycles since start(). Under QEMU's -icount shift=0 at 25 MHz, forty instructions are one cycle.
   std::uint64_t cycles() const;
 
   /// Interrupt handler.

@@ -21,8 +21,8 @@ constexpr bool is_udp(std::string_view name) { return name.substr(0, 4) == "udp:
 /// A UDP port of this machine, IPv4, all interfaces, non-blocking. Its bytes are those of the packets in their order of
 /// arrival; a packet that is longer than kMaxPacketBytes, or empty, is skipped.
 ///
-/// Unread packets are limited to kWaitingBytes of the kernel's memory: a flood loses packets, and the bytes that are
-/// read are never old. Before answer_last() there is no peer, and written bytes are lost. Allocates nothing.
+/// Unread packets are limited to kWaitingBytes of the kernel's memory: a flood loses packets instead of delaying
+/// them. Before answer_last() there is no peer, and written bytes are lost. Allocates nothing.
 class UdpPort final : public PacketUart {
  public:
   static constexpr std::size_t kMaxPacketBytes = 1500;
@@ -34,7 +34,7 @@ class UdpPort final : public PacketUart {
   /// @returns kOk; kRefused: no right, or another program has it; kUnavailable: the machine has no network.
   core::Status open();
 
-  /// As SerialPort::mark_arrived(): later packets, by the kernel's stamps, wait for the next call.
+  /// As SerialPort::mark_arrived(): packets that come later, by the kernel's stamps, are read only after the next mark.
   void mark_arrived();
   core::Expected<std::size_t> read(std::span<std::byte> destination) override;
   core::Expected<std::size_t> write(std::span<const std::byte> source) override;

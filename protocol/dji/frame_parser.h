@@ -12,7 +12,7 @@
 
 namespace m100::protocol {
 
-/// Counters of the parser. An error is counted for each start byte that is in no delivered frame.
+/// Counters of the parser. An error is a start byte outside of all delivered frames at which no frame begins.
 struct ParserStats {
   std::uint64_t bytes = 0;   ///< taken
   std::uint64_t frames = 0;  ///< delivered
@@ -30,8 +30,8 @@ struct ParserStats {
 /// Finds frames in a byte stream that may start anywhere and may be damaged anywhere.
 ///
 /// Invariants, whatever the bytes are: no more than kBufferBytes are stored; no frame is reported unless both checksums
-/// hold; each good frame that does not overlap a delivered one is delivered as soon as no earlier start byte can claim
-/// its bytes, at the latest after one longest frame of clean bytes after any damage.
+/// hold; a good frame that overlaps no delivered one is delivered once no earlier start byte can claim its bytes. After
+/// any damage this takes at most one longest frame of clean bytes.
 ///
 /// Cost: each byte enters the running CRC32 at most once, and each start byte costs a constant: one CRC16 of 10 bytes
 /// and, if a header is good, one CRC32 of the whole frame from two running values (see crc32_advance). The bytes of a
@@ -50,7 +50,8 @@ class FrameParser {
   core::Expected<FrameView> poll();
 
   /// Feeds one byte and polls. One byte can complete several frames (those inside the bytes that a false header
-  /// claimed): after a frame, call poll() until kNotReady. @returns kResourceExhausted: that was not done, no room.
+  /// claimed): after a frame, call poll() until kNotReady. @returns kResourceExhausted: no room, because poll() was not
+  /// called.
   core::Expected<FrameView> push(std::byte value);
 
   /// Feeds all bytes and calls on_frame(const FrameView&) for each frame found.
@@ -96,7 +97,7 @@ class FrameParser {
   void refuse_start(const std::byte* at);
   /// Counts a false frame. @returns where to continue the search.
   const std::byte* refuse_frame(const std::byte* at);
-  /// Advances the window; bytes after the last delivered frame count as dropped.
+  /// Advances the window. Bytes that leave it and belong to no delivered frame count as dropped.
   void move_to(const std::byte* at, std::size_t needed);
   FrameView deliver();
   /// 1 outside a delivered frame, 0 inside: start bytes inside do not count as errors.

@@ -79,7 +79,7 @@ struct Telemetry {
     float height_m = 0.F;         ///< above the home point, or ultrasonic below 3 m
     std::uint8_t gps_health = 0;  ///< 0..5
   };
-  /// The pilot's transmitter, -10000..10000 each: right, forward, up positive.
+  /// The pilot's transmitter. Sticks -10000..10000; right, forward and up are positive.
   struct Rc {
     std::int16_t roll = 0;
     std::int16_t pitch = 0;

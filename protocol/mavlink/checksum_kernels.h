@@ -73,7 +73,8 @@ constexpr std::uint32_t multiply(std::uint32_t a, std::uint32_t b) {
   return (aligned >> 16U) ^ step(step(aligned & 0xFFFFU, 0), 0);
 }
 
-/// tables[m][k][n]: nibble n at place k of the register, after m blocks of zeros. 34 KiB, on hosts only.
+/// tables[m][k][n]: the register after m blocks of zeros, if it held only nibble n at place k before. 34 KiB, on hosts
+/// only.
 inline constexpr auto kNibbles = [] {
   std::array<std::array<std::array<std::uint16_t, 16>, 4>, kLarge ? kMaxBlocks + 1 : 0> tables{};
   for (std::uint32_t bit = 0; kLarge && bit < 16; ++bit) {

@@ -16,7 +16,7 @@ struct PoseWire {
   std::size_t bytes;
 };
 
-/// The longest form of each message; the first two leave their extension fields out.
+/// The longest form of each message, in the first two rows without its extension fields.
 inline constexpr std::array kPoseWires{
     PoseWire{"ATT_POS_MOCAP", AttPosMocap::kInfo.min_bytes + kHeader2Bytes + kCrcBytes},
     PoseWire{"VISION_POSITION_ESTIMATE", VisionPositionEstimate::kInfo.min_bytes + kHeader2Bytes + kCrcBytes},

@@ -51,7 +51,7 @@ class RunningChecksum {
   void reset() { known_ = 0; }
 
  private:
-  /// Continues the run up to a stored register.
+  /// Continues the running register up to block `last`, and stores it after each block.
   void run_to(const std::byte* buffer, std::size_t last) {
     std::uint32_t state = registers_[known_];
     const std::byte* next = buffer + known_ * kBlockBytes;

@@ -51,8 +51,8 @@ struct ReplayMemory {
 
 /// Refuses replays. A signed frame is accepted if its time is newer than the last of its stream. The first frame of a
 /// stream since the start may lie at most a minute behind the newest known time, so that a recording of an older flight
-/// cannot be replayed. Constant memory: if all streams are in use, one that is more than a minute behind is dropped
-/// (a replay of it is then too old); if there is none, the new stream is refused.
+/// cannot be replayed. Constant memory: if all streams are in use, a new one takes the place of one that is more than a
+/// minute behind; if there is none, it is refused.
 class ReplayGuard {
  public:
   static constexpr std::size_t kStreams = ReplayMemory::kStreams;
