@@ -59,6 +59,7 @@ TelemetryReceiver::Reception TelemetryReceiver::take(std::span<const std::byte> 
 
 void TelemetryReceiver::reset() {
   seen_items_ = 0;
+  item_times_ = {};
   clock_.reset();
   layout_ = protocol::TelemetryLayout::kM100;
 }
