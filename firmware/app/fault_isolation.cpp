@@ -26,8 +26,7 @@ template <typename T>
 bool FaultIsolation<T>::contradicts_command() const {
   const bool accuses = estimate_faulted_ || poses_confirm_commands_ || velocity_consistency_.is_suspect() ||
                        velocity_consistency_.report().check != est::ConsistencyCheck::kNone;
-  return (disabled_checks_ & set_of(est::ConsistencyCheck::kAnswer)) == 0 && accuses &&
-         command_consistency_.contradicts_command();
+  return uses(est::ConsistencyCheck::kAnswer) && accuses && command_consistency_.contradicts_command();
 }
 
 template <typename T>
@@ -169,8 +168,7 @@ est::Estimate<T> FaultIsolation<T>::motion(const est::Estimate<T>& estimate) con
 template <typename T>
 std::optional<est::Estimate<T>> FaultIsolation<T>::fence_motion(const est::Estimate<T>& estimate) const {
   const bool suspect = velocity_consistency_.is_suspect() || estimate_faulted_;
-  const bool drifts = (disabled_checks_ & set_of(est::ConsistencyCheck::kHeight)) == 0;
-  const T drift_m = drifts ? height_consistency_.unexplained_drift_m() : T(0);
+  const T drift_m = uses(est::ConsistencyCheck::kHeight) ? height_consistency_.unexplained_drift_m() : T(0);
   if (!suspect && drift_m == T(0)) {  // then nothing was flown unseen
     return {};
   }

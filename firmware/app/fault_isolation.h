@@ -45,6 +45,7 @@ class FaultIsolation {
   /// Whether the attitude is contradicted by its rates or by our commands, or is missing while the failsafe ends the
   /// flight. Once true, it stays true for as long as the failsafe ends the flight.
   bool attitude_is_contradicted() const { return attitude_fault_; }
+  bool poses_read_high() const { return uses(est::ConsistencyCheck::kHeight) && height_consistency_.reads_high(); }
   /// The present contradiction. A false attitude is reported first, because it makes the poses look false, too.
   est::Contradiction<T> contradiction() const;
   /// The disturbance acceleration that the specific force shows and the tilt does not explain, for the observer.
@@ -75,11 +76,10 @@ class FaultIsolation {
   bool poses_are_doubtful(const est::Estimate<T>& estimate, bool settles);
   T speed_after_turn(const core::Vector<T, 2>& model_tilt_rad, T speed_m_s) const;
   void predict_from_commands(const est::Measurement<T>& measured, T step_s);
-  bool height_contradicts() const {
-    return (disabled_checks_ & set_of(est::ConsistencyCheck::kHeight)) == 0 && height_consistency_.contradicts();
-  }
+  bool uses(est::ConsistencyCheck check) const { return (disabled_checks_ & set_of(check)) == 0; }
+  bool height_contradicts() const { return uses(est::ConsistencyCheck::kHeight) && height_consistency_.contradicts(); }
   bool rates_contradict() const {
-    return (disabled_checks_ & set_of(est::ConsistencyCheck::kRates)) == 0 && attitude_rate_consistency_.contradicts();
+    return uses(est::ConsistencyCheck::kRates) && attitude_rate_consistency_.contradicts();
   }
 
   est::CheckSet disabled_checks_;

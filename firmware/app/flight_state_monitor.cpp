@@ -23,7 +23,7 @@ void FlightStateMonitor<T>::update(const link::SerialLink& link, const est::Esti
                                    core::Duration elapsed) {
   using protocol::TelemetryItem;
   const protocol::Telemetry& telemetry = link.telemetry();
-  ground_contact_.update(protocol::is_on_ground(telemetry.flight_status),
+  ground_contact_.update(protocol::is_on_ground(telemetry.flight_status), isolation.poses_read_high(),
                          link.received_at(TelemetryItem::kFlightStatus));
   const core::Vector<T, 2> lean_rad(estimate.x.tilt_rad - model_tilt_rad.x(), estimate.y.tilt_rad - model_tilt_rad.y());
   safety::FlightSample<T> sample{.attitude_is_trusted = !isolation.attitude_is_contradicted(),

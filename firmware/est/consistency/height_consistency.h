@@ -33,6 +33,8 @@ class HeightConsistency {
   T allowed_m() const { return allowed_m_; }
   /// The part of the drift that exceeds kHeightWander_m; m.
   T unexplained_drift_m() const;
+  /// By the climb speed alone: too little to contradict the poses, but a status "on the ground" agrees with it.
+  bool reads_high() const { return by_climb_m_ > T(0.2); }
 
  private:
   void restart();

@@ -186,22 +186,25 @@ TEST(GroundContact, CountsFromTheLastStatusInTheAir) {
   RecordProperty("promise", "R18");
   const auto at = [](int milliseconds) { return core::TimePoint(std::chrono::milliseconds(milliseconds)); };
   GroundContact contact;
-  contact.update(true, at(100));
-  contact.update(true, at(900));
+  contact.update(true, false, at(100));
+  contact.update(true, false, at(900));
   EXPECT_EQ(contact.duration(), core::Duration{0}) << "it never said in the air";
-  contact.update(false, at(1000));
-  contact.update(true, at(1100));
-  contact.update(true, at(1400));
-  contact.update(true, at(1400));
+  contact.update(false, false, at(1000));
+  contact.update(true, false, at(1100));
+  contact.update(true, false, at(1400));
+  contact.update(true, false, at(1400));
   EXPECT_EQ(contact.duration(), std::chrono::milliseconds(400));
-  contact.update(false, at(1500));
-  contact.update(true, at(1600));
-  contact.update(false, at(2590));
+  contact.update(false, false, at(1500));
+  contact.update(true, false, at(1600));
+  contact.update(false, false, at(2590));
   EXPECT_EQ(contact.duration(), std::chrono::milliseconds(600)) << "a hop counts";
-  contact.update(true, at(2595));
+  contact.update(true, false, at(2595));
   EXPECT_EQ(contact.duration(), std::chrono::milliseconds(1205)) << "as long as the contact before it, at most";
-  contact.update(false, at(4095));
+  contact.update(false, false, at(4095));
   EXPECT_EQ(contact.duration(), core::Duration{0});
+  contact.update(true, false, at(4200));
+  contact.update(false, true, at(4600));
+  EXPECT_EQ(contact.duration(), std::chrono::milliseconds(500)) << "a hop counts while it lasts";
 }
 
 }  // namespace
