@@ -55,8 +55,8 @@ class FaultIsolation {
   /// The motion for braking: the estimate, or its replacement while the estimate counts as false.
   est::Estimate<T> motion(const est::Estimate<T>& estimate) const;
   /// The motion by which the fence is held; nullopt: the estimate's. While force or path disagree with the poses, even
-  /// before the alarm, the velocity is dead-reckoned and the position includes the distance that the poses do not show.
-  /// The height is corrected by the drift that HeightConsistency finds.
+  /// before the alarm, the velocity is dead-reckoned, and unseen_m_ is added to the position. The drift of the height
+  /// that HeightConsistency finds is subtracted.
   std::optional<est::Estimate<T>> fence_motion(const est::Estimate<T>& estimate) const;
   /// The horizontal speed; zero if there is no usable one, so that nothing waits for the aircraft to slow down.
   double speed_m_s(const est::Estimate<T>& estimate) const;

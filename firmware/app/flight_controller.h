@@ -52,7 +52,7 @@ class FlightController {
   void task_flies(protocol::Task task) {
     orders_.add(task == protocol::Task::kTakeOff ? log::kOrderTakesOff : log::kOrderLands);
   }
-  /// Sends the request for a task to the autopilot, once. @returns as SerialLink::request.
+  /// Requests a task of the autopilot. The link repeats it twice if no answer comes. @returns as SerialLink::request.
   core::Status begin_task(protocol::Task task) { return orders_.begin_task(task, link_, timer_.last()); }
 
   const link::SerialLink& link() const { return link_; }

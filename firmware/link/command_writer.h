@@ -27,7 +27,7 @@ class CommandWriter {
   CommandWriter(hal::Uart& uart, const LinkConfig& config, ByteTap* tap) : uart_(uart), tap_(tap), config_(config) {}
 
   /// Does what the authority table demands. @param version the autopilot's answer to the version query; empty: unknown.
-  /// @returns kOk: on its way. kReleaseControl is always kOk: the table repeats a release that did not leave.
+  /// @returns kOk: queued, or nothing to do. kReleaseControl is always kOk: the table repeats a release that failed.
   core::Status perform(safety::AuthorityAction action, const protocol::VersionAnswer& version,
                        protocol::TelemetryLayout layout, bool virtual_rc_on, core::TimePoint now);
   /// The version query that only tests whether our bytes arrive.

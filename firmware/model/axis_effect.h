@@ -38,8 +38,8 @@ struct InlineVector {
   constexpr const T& operator[](std::size_t at) const { return items[at]; }
 };
 
-/// Key, range and place of a number in vehicle and plant files. A number whose place is kLate comes last in its section
-/// and is written only if it is set.
+/// Key and range of a number in vehicle and plant files, and its place, which orders the numbers of a section. A number
+/// at kLate comes last and is written only if it is set.
 struct FileEntry {
   static constexpr int kLate = 100;
   std::array<std::string_view, 3> key{};  ///< by AxisUnit; empty: a section of that axis has no such key

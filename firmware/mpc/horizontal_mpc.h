@@ -45,8 +45,8 @@ class HorizontalMpc {
     bool (*setpoint)(const GainTable<T>&, const Problem<T>&, T& input_rad);
   };
 
-  /// The table must outlive the controller and be complete: 3 or 4 states, input_min_rad < input_max_rad; with a
-  /// set-point law, kNodeNumbers numbers of planes for each node and one more, and whole rows of laws.
+  /// The table must outlive the controller. It must have 3 or 4 states and input_min_rad < input_max_rad. If it has a
+  /// set-point law, `planes` must hold kNodeNumbers numbers per node and one number more, and `laws` whole rows.
   explicit HorizontalMpc(const GainTable<T>& table, Law law = Law::kMpc);
 
   /// Solves by the set-point law where it is valid, otherwise by the preview law. Data that are not finite: kClipped.

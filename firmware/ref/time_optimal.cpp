@@ -99,7 +99,7 @@ class TimeOptimal<T>::Search {
   T stopped(const AxisReference<T>& state, Piece* pieces) const {
     const T a = state.acceleration_m_s2;
     const T level_m_s = state.velocity_m_s + T(0.5) * a * a / jerk_m_s3_;
-    // If the speed would still be below zero after a fall at jerk_m_s3_, a lower jerk lets both reach zero together.
+    // If jerk_m_s3_ would bring the acceleration to zero before the speed, a lower jerk brings both there together.
     const T fall_m_s3 = level_m_s < T(0) ? T(-0.5) * a * a / state.velocity_m_s : jerk_m_s3_;
     T trough = core::sqrt(level_m_s * ramps_m_s3());
     T hold_s = T(0);

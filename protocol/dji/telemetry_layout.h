@@ -32,8 +32,8 @@ std::string_view name(TelemetryLayout layout);
 /// The remedy as a sentence for the operator; empty if the layout is decoded.
 std::string_view remedy(TelemetryLayout layout);
 
-// The two items of the family that an M100 never sends (protocol, section 8). They move the bits of the magnetometer
-// and of all later items up by two.
+// An M100 never sends these two items of the family (protocol, section 8). In the family's flag word, the bits of the
+// magnetometer and of all later items are therefore two places higher.
 
 /// 32 bytes on the wire.
 struct GpsDetail {

@@ -125,7 +125,7 @@ bool is_section(std::string_view word) {
   return std::any_of(kKeys.begin(), kKeys.end(), [&](const FlightKey& key) { return key.section == word; });
 }
 
-/// The end of the message about an unknown key: the key that is meant; at the top of the file, a section or a key.
+/// Suggests a key of the section instead of the unknown word. At the top of the file it also suggests section names.
 std::string key_meant(std::string_view section, std::string_view word) {
   std::array<std::string_view, kKeys.size()> known;
   std::transform(kKeys.begin(), kKeys.end(), known.begin(), [section](const FlightKey& key) {

@@ -10,7 +10,7 @@ namespace {
 
 /// A slew is a series of small steps; after this time without one, it is over.
 constexpr core::Duration kStepOver = std::chrono::milliseconds(500);
-/// Poses that come later than before by more than this are reported; a flight may use poses that are 60 ms old.
+/// If the source is too irregular to show why its poses come later than before, a larger delay than this is reported.
 constexpr core::Duration kLater = std::chrono::milliseconds(50);
 /// Arrivals are known to one tick, so that an estimated step of less than half a tick counts as none.
 constexpr core::Duration kMinStep = core::kTickPeriod / 2;

@@ -22,8 +22,8 @@ std::vector<ConsistencyFinding> findings(const FlightModel& model);
 /// The names that --override takes: the consistency checks in flight, except height, and the findings.
 std::vector<std::string> names_for_override();
 
-/// The vehicle and the tables of the options. Errors: UsageError, also for the first finding that does not hold and is
-/// not overridden.
+/// Loads the vehicle and the tables that the options name. Errors: UsageError, also if one of findings() does not hold
+/// and --override does not name it.
 FlightModel sound_model(const FlyOptions& options, Mode mode);
 
 }  // namespace m100::companion

@@ -46,8 +46,8 @@ GeofenceLimiter<T>::GeofenceLimiter(const core::Fence& fence, const Braking& bra
 
 template <typename T>
 T GeofenceLimiter<T>::stop_m(T speed_m_s, T tilted_m_s2, T wind_m_s2) const {
-  // Drag by the vehicle's own speed may hide a part of the wind, up to the fence's wind class. Braking removes this
-  // drag; a third of the hidden part acts on average over the braking distance.
+  // Drag that the vehicle file does not know may hide a part of the wind, but no wind above the fence's wind class.
+  // Braking removes this drag, so a third of the hidden part acts on average over the braking distance.
   const T relief_m_s2 = core::clamp(wind_m_s2_ - wind_m_s2, T(0), unknown_drag_per_s_ * speed_m_s);
   const T blows_m_s2 = wind_m_s2 + static_cast<T>(kReliefShare) * relief_m_s2;
   const T disturbance_acceleration_m_s2 = (blows_m_s2 > T(0) ? blows_m_s2 : T(0)) + unseen_m_s2_;

@@ -41,7 +41,7 @@ class ForceConsistency {
 
   bool exceeds_allowed() const { return evidence_.residual > evidence_.allowed; }
   CheckEvidence<T>& evidence() { return evidence_; }
-  /// Smallest sigma of the observer's velocity since the start, less the sigma in calm air; m/s.
+  /// Smallest sigma of the velocity since lose_estimate(), minus the sigma in calm air; m/s. reset() keeps it.
   T start_sigma_m_s() const { return start_sigma_m_s_; }
   /// The observer's horizontal velocity in the newest tick.
   const Vector2& velocity_w_m_s() const { return velocity_w_m_s_; }

@@ -4,7 +4,7 @@
 namespace m100::est {
 namespace {
 
-/// Largest wander of the autopilot's height against true poses in 30 s (measured logs: 0.25 to 0.84 m).
+/// In kWander_s the error of the autopilot's height may change by kHeightWander_m (measured logs: 0.25 to 0.84 m).
 constexpr double kHeightWander_m = 0.84, kWander_s = 30.0;
 constexpr double kClimbAge_s = 0.2;  ///< an older climb speed is not integrated: it comes at 10 Hz or more
 constexpr double kPoseUsed_s = 0.3;  ///< PathMonitor::kPoseUsed: with an older pose the height is a prediction

@@ -32,8 +32,8 @@ struct PathStatistic {
 ///
 /// Two one-sided sums give evidence:
 ///   follows  S' = (r^2 - 1) / 3, r = |e| / allowed; it finds a path that is turned, scaled, or begins to drift
-///   answers  log likelihood ratio of a pose that does not depend on our motion, against one that shows it; it finds a
-///            pose that does not move, or that moves independently of the aircraft
+///   answers  log likelihood ratio of two hypotheses: the pose does not depend on our motion, or the pose shows it; it
+///            finds a pose that does not move, or that moves independently of the aircraft
 ///
 /// With two axes this is the horizontal path. With one axis it is the height, in the two faster scales.
 ///

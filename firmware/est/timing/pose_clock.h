@@ -69,7 +69,7 @@ class PoseClock {
   std::uint32_t times_set() const { return times_set_; }
   /// How much later poses come, for an unknown reason: the clock was set back, or their transport takes longer.
   core::Duration unexplained() const { return duration_of(shift_.unexplained_s()); }
-  /// Uses a comparison of the clocks: the sender's clock has lost this much time, so poses look late that are not.
+  /// Corrects the estimate for the time that the sender's clock has lost, which makes poses look late.
   void lose(core::Duration lost);
   /// Whether update() removes jitter.
   bool is_regular() const { return count_ >= kMinPoses && (is_proven() || lateness_.value_s() < kMaxLateness_s); }
@@ -94,7 +94,7 @@ class PoseClock {
   float spacing_s_ = 0.F;        ///< between two captures
   float min_long_step_s_ = 0.F;  ///< shortest in the present row of unusually long steps
   std::uint32_t long_steps_ = 0;
-  // Least squares with forgetting, of s and of (y - s), both about their running means.
+  // Least squares with forgetting: (y - s) over s, each about its running mean; s and y as in the class comment.
   float own_s_ = 0.F;
   float slipped_s_ = 0.F;
   float square_ = 0.F;

@@ -65,7 +65,7 @@ class LockstepWorld {
   void forward_bytes(sim::LockstepHost::End from, sim::LockstepHost::End to) { host_.give(to, host_.take(from)); }
   void run_clock() {
     constexpr double kLong_s = 86400.0;
-    // A signal to end starts the time without a client: the autopilot sleeps in this time, and must wake to see it.
+    // A client or a signal to end starts the time. Without time the autopilot would not wake up and see the signal.
     host_.wait_for([this] { return host_.attached_count() >= 2 || stop_requested(); }, kLong_s);
     while (!host_.stopped()) {
       host_.advance(host_.now() + std::chrono::seconds(1));

@@ -9,7 +9,7 @@ namespace m100::lab::evening {
 /// A command as typed into a shell: words that contain special characters are quoted.
 std::string typed(const std::vector<std::string>& command);
 
-/// Files for a program's input (relative to its folder) and output (appended; relative to ours); empty: our own stream.
+/// Paths: `in` from the program's folder, `out` (appended to) from our working directory. Empty: our own stream.
 struct Streams {
   std::string in = {};
   std::string out = {};

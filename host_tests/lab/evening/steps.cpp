@@ -162,7 +162,7 @@ class StepBuilder {
             .commands = commands,
             .evaluate = [](Folder& folder) { return check_margins(folder, "vehicle_margins.json"); }};
   }
-  /// Tunes the corrected law as the first one was, so that before and after differ only by the correction.
+  /// Tunes the corrected law by the same command as the first one. compare_laws() replaces it where it flies worse.
   static Step gains_again() {
     return {
         .name = "gains_again",

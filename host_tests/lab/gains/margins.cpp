@@ -40,7 +40,7 @@ SampledAxis sampled(const model::Vehicle& vehicle, Axis axis) {
           .ticks = delay.ticks};
 }
 
-/// Steady gain of the filter with states (axis, d, m), by iteration.
+/// The filter with its steady gain. Its states are those of the axis, the disturbance and the input offset.
 struct Observer {
   Dense a;       ///< of the whole state over a tick
   Column early;  ///< input of the axis

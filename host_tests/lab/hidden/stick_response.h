@@ -21,7 +21,7 @@ class StickPath {
   StickPath(const HiddenEffects& hidden, double delay_s)
       : hidden_(hidden), line_(static_cast<std::size_t>(std::lround(delay_s / kStep_s)) + 1, 0.0), other_line_(line_) {}
 
-  /// Whether the effect is one of the library that acts in this path or in the Tilt after it.
+  /// Whether this effect of the library is simulated, by this class or by Tilt, which receives its output.
   static bool supports(const std::string& effect) {
     static const std::set<std::string> kKnown{"transport_delay", "lead_zero",      "dead_zone",   "saturation",
                                               "rate_limit",      "gain_asymmetry", "trim_offset", "stick_curve",

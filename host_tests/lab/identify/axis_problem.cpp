@@ -357,8 +357,8 @@ bool AxisProblem::follows_other_stick() const {
 void AxisProblem::misreadings(const model::StickAxis& model, IdentifyResult& result) const {
   const AxisSignals& signals = training_.signals;
   const double gain = model.scale_per_count;
-  // The yaw stick is positive to the right, the yaw rate to the left; a commanded rate has the sign of the rate itself.
-  // If the response reverses in flight, only the change is reported: no sign of the map is right for both sides.
+  // The yaw stick counts positive to the right and the yaw rate to the left, so this gain must be negative. All other
+  // gains must be positive. A gain that changes its sign in flight is reported as a change only.
   const bool turns_round = std::any_of(result.changes.begin(), result.changes.end(), [](const Change& change) {
     return change.name == "gain" && change.parameters.front().value * change.parameters.back().value < 0.0;
   });

@@ -292,8 +292,8 @@ class Loader {
   /// The times of the messages with the numbers `own` on the log's clock, linearly inter- and extrapolated.
   std::vector<double> times_by_counter(std::vector<double> own, std::size_t count, const std::string& key, int* shift) {
     if (own.size() != count && count == counter_.size()) {
-      // The values were resampled to the log's clock with their own start set to zero: row k is as far from the
-      // stream's first message as the clock's row k is from the clock's first.
+      // The stream was resampled to the clock's rows, but its first message was put into row 0. So the message in
+      // row k is as many messages after the stream's first as the clock's row k is after the clock's first.
       const double first = own.front();
       own.resize(count);
       std::transform(counter_.begin(), counter_.end(), own.begin(),

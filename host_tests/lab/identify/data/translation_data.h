@@ -83,7 +83,7 @@ struct TranslationData {
 struct TranslationBlocks {
   /// The data must outlive the blocks. Ranges may extend beyond the log's ends. Pieces with usable samples for less
   /// than half a block are left out, so that there may be no block at all.
-  /// @param head_s  time [s] at the start of each flight's ranges that belongs to `head` instead; 0: no head
+  /// @param head_s  length [s] of the start of each flight's ranges, which goes into `head` and not here; 0: no head
   TranslationBlocks(const TranslationData& data, const std::vector<Range>& ranges, double head_s = 0.0);
 
   struct Block {

@@ -39,8 +39,8 @@ double f_tail(double ratio, double numerator_degrees, double denominator_degrees
 struct CompletenessLimits {
   double min_probability = 0.003;  ///< of the F test, nominal; used only where nothing was named
   double min_ratio = 1.1;  ///< of root mean squares without the starts of the blocks; a smaller one passes the F test
-  /// A larger ratio of root mean squares is refused whatever the F test says. The starts of the blocks are left out of
-  /// it if slow rows hide them or effects were named, unless a change was found.
+  /// A larger ratio of root mean squares is refused whatever the F test says. If the result has no change, the ratio
+  /// leaves out the starts of the blocks where slow rows hide them or the result has an effect.
   double max_ratio = 1.5;
   /// If slow rows hide the starts and nothing is named, max_ratio is used only with a smaller probability than this.
   double min_evidence = 0.05;

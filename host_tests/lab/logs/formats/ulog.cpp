@@ -175,7 +175,7 @@ class ULog final : public RawLog {
     return begins;
   }
 
-  /// Reads the file's sections: up to the first appended data, and each appended part up to the next.
+  /// Reads each section of the file, from its begin to the begin of the next one or to the end of the file.
   void read_sections() {
     const std::vector<std::size_t> begins = section_begins();
     for (std::size_t i = 0; i < begins.size(); ++i) {

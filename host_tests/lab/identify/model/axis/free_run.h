@@ -73,7 +73,7 @@ struct FreeParameter {
   double high = 0.0;
 };
 
-/// Maximum-likelihood fit over free runs: the residual is white after an autoregression of order 4.
+/// Result of a maximum-likelihood fit to free runs. The fit models the residual as an autoregression of order 4.
 struct WhitenedFit {
   model::StickAxis before;
   model::StickAxis after;

@@ -47,8 +47,8 @@ class StickCommands {
   mutable std::size_t last_ = 0;
 };
 
-/// Writes the commands after delay and lead zero, from index `first` on. A negative delay uses later commands. Beyond
-/// the ends of `commands` its first or last value is used.
+/// Applies the axis' transport delay and lead zero to the commands, and writes the result from index `first` on. A
+/// negative delay uses later commands. Beyond the ends of `commands` its first or last value is used.
 void arrived_commands(const std::vector<double>& commands, const model::StickAxis& axis, double period_s,
                       std::size_t first, std::span<double> out);
 

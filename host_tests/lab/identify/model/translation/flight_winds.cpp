@@ -139,7 +139,7 @@ std::vector<Winds> winds_of_blocks(const TranslationBlocks& blocks, const Matrix
   return out;
 }
 
-/// A flight's wind with its standard error from the spread of its blocks about `middle`; unknown for a single block.
+/// A flight's wind, and its standard error from the deviations of its blocks from `middle`. One block gives neither.
 FlightWind flight_wind(const TranslationBlocks& blocks, const std::vector<Winds>& by_block, std::size_t flight,
                        const Eigen::Vector2d& wind, const Eigen::Vector2d& middle) {
   Eigen::Vector2d squares = Eigen::Vector2d::Zero();

@@ -12,7 +12,7 @@
 
 namespace m100::lab::identify {
 
-/// The signals after subtracting a trim from the stick of each flight; without trims they are unchanged.
+/// Subtracts from the stick of each flight the trim of this flight. If `trims` is empty, it changes nothing.
 AxisSignals without_trims(AxisSignals signals, const std::vector<double>& trims);
 
 /// One log with its axis, its ranges and its blocks.

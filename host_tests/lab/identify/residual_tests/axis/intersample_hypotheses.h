@@ -65,8 +65,8 @@ void weight_by_input_uncertainty(FreeRun& run, const model::StickAxis& model);
 /// the stick up to a row late, so that the response seems early.
 std::vector<FreeParameter> free_parameters_within_row(const AxisFamily& family, const Fit& fit);
 
-/// Smallest likelihood ratio of an effect of the fit over all hypotheses about the stick between its rows, with
-/// weighted innovations; infinity for trim_offset and if the effect cannot be removed.
+/// Compares the models with and without an effect of the fit under each of the IntersampleHypotheses. @returns the
+/// smallest likelihood ratio; infinity for trim_offset and if the effect cannot be removed.
 double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                  const Fit& fit, const std::string& effect);
 
