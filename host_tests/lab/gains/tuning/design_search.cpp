@@ -22,10 +22,9 @@ using Factors = std::array<double, kFactors>;
 constexpr std::array<Factors, 3> kStarts{{
     {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0},
     {0.084, 0.817, 1.66, 3.87, 1.8, 1.56, 2.8, 2.22, 2.75, 1.111, 0.964, 1.142, 0.79},
-    {0.085, 0.37, 10.4, 2.5, 1.0, 4.6, 0.22, 0.42, 0.87, 1.3, 0.93, 0.93, 0.33},
+    {0.0776, 0.5402, 17.08, 4.945, 3.075, 2.885, 0.6422, 0.2262, 1.085, 1.274, 0.8989, 0.8505, 0.6293},
 }};
-/// Trials of each search.
-constexpr int kTrials = 60;
+constexpr int kTrials = 60;  ///< of each search
 
 model::StickAxis scaled(model::StickAxis axis, const Factors& f) {
   axis.natural_frequency_rad_s *= f[9];
@@ -125,10 +124,10 @@ class Search {
     --left_;
     model::Vehicle believed = vehicle_;
     believed.design = out.design = apply(vehicle_, factors);
-    believed.robust = {};
     try {
       out.corners = box_.worst(believed, MarginBox::Extent::kCorners);
       out.nominal = box_.worst(believed, MarginBox::Extent::kNominal);
+      out.certified = box_.worst(believed, MarginBox::Extent::kCertified);
     } catch (const std::domain_error&) {  // no controller can be made from this model
       out.excess = std::numeric_limits<double>::infinity();
       return out;
@@ -174,9 +173,10 @@ std::optional<DesignTrial> least(const std::vector<DesignTrial>& trials,
 }  // namespace
 
 double margin_excess(const DesignTrial& trial, const MarginLimits& limits) {
-  const double unstable = (trial.corners.stable ? 0.0 : 100.0) + (trial.nominal.stable ? 0.0 : 1000.0);
-  return unstable + over(std::min(trial.corners.peak_sensitivity, 1e3), limits.corner_peak) +
+  return (trial.corners.stable ? 0.0 : 100.0) + (trial.nominal.stable ? 0.0 : 1000.0) +
+         over(std::min(trial.corners.peak_sensitivity, 1e3), limits.corner_peak) +
          under(trial.corners.delay_margin_s, limits.corner_delay_s) +
+         over(std::min(trial.certified.peak_sensitivity, 1e3), limits.certified_peak) +
          over(std::min(trial.nominal.peak_sensitivity, 1e3), limits.nominal_peak) +
          under(trial.nominal.delay_margin_s, limits.nominal_delay_s);
 }
@@ -208,9 +208,7 @@ DesignSearchResult search_designs(const model::Vehicle& vehicle, const MarginBox
     const bool first = !into.best.was_flown && into.best.excess == 0.0;
     const bool better = one.excess > 0.0 || into.best.excess > 0.0 ? one.excess < into.best.excess
                                                                    : one.error < factor * into.best.error;
-    if (first || better) {
-      into.best = one;
-    }
+    into.best = first || better ? one : into.best;
     into.kept = into.best.excess == 0.0 && into.best.was_flown;
   };
   const FlownLimits field = field_limits(vehicle, result.before);
