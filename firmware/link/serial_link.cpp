@@ -56,6 +56,7 @@ const protocol::Telemetry& SerialLink::receive(core::TimePoint now) {
     flush(now);
   }
   meter_.tick(now);
+  authority_.telemetry_fresh = meter_.health().packages > 0 && meter_.health().telemetry_age <= kFreshFor;
   meter_.counters().parser = receiver_.stats();
   meter_.counters().sessions = writer_.stats();
   return telemetry_.telemetry();
@@ -213,7 +214,6 @@ void SerialLink::step_authority(core::TimePoint now) {
   authority_.port_gone = receiver_.is_port_gone();
   authority_.mode_f = safety::any(levels, AuthorityCondition::kModeF);
   authority_.link_alive = safety::any(levels, AuthorityCondition::kLinkAlive);
-  authority_.telemetry_fresh = meter_.health().packages > 0 && meter_.health().telemetry_age <= kFreshFor;
 }
 
 void SerialLink::perform(safety::AuthorityAction action, core::TimePoint now) {
