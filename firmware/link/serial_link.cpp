@@ -157,7 +157,6 @@ void SerialLink::handle_push(const protocol::Message& message) {
   }
   if (std::holds_alternative<protocol::ControlLost>(*push)) {
     edges_ |= AuthorityCondition::kControlLostPush;
-    writer_.drop_command();
     if (message.header.session >= protocol::kFirstReliableSession) {
       const core::Expected<protocol::Outgoing> answer =
           answers_.answer(message.header, protocol::encode_ack(protocol::kAckSuccess), config_.cipher);

@@ -379,18 +379,23 @@ TEST(SerialLinkTest, BytesOfOursThatDoNotArriveAreNoticedWithinASecond) {
 TEST(SerialLinkTest, AStuckLineKeepsNoStaleCommands) {
   RecordProperty("promise", "R4");
   for (const Channel channel : {Channel::kMovement, Channel::kVirtualRc}) {
-    LinkBench bench(LinkBench::over(channel));
-    ASSERT_TRUE(bench.take_control());
-    bench.run(seconds(1));
-    bench.cable().a_to_b().set_faults({.longest_write = 0});
-    bench.run(milliseconds(300));
-    bench.cable().a_to_b().set_faults({});
-    const auto& record = bench.autopilot.record();
-    const std::uint32_t before = record.movement_taken + record.virtual_rc_taken;
-    bench.run(milliseconds(20));
-    EXPECT_LE(record.movement_taken + record.virtual_rc_taken, before + 2);
-    EXPECT_GE(bench.link.health().commands_dropped, 5U);
-    EXPECT_LE(bench.link.health().commands_dropped, 15U);
+    for (const sim::N1Mode mode : {sim::N1Mode::kF, sim::N1Mode::kP}) {
+      LinkBench bench(LinkBench::over(channel));
+      ASSERT_TRUE(bench.take_control());
+      bench.run(seconds(1));
+      bench.cable().a_to_b().set_faults({.longest_write = 0});
+      bench.run(milliseconds(250));
+      bench.autopilot.set_mode(mode);
+      bench.run(milliseconds(50));
+      bench.cable().a_to_b().set_faults({});
+      const auto& record = bench.autopilot.record();
+      const std::uint32_t before = record.movement_taken + record.virtual_rc_taken;
+      bench.run(milliseconds(20));
+      EXPECT_LE(record.movement_taken + record.virtual_rc_taken, before + 2);
+      EXPECT_EQ(record.latest_after_loss, core::Duration{0}) << "none after control was lost";
+      EXPECT_GE(bench.link.health().commands_dropped, 5U);
+      EXPECT_LE(bench.link.health().commands_dropped, 15U);
+    }
   }
 }
 
