@@ -146,7 +146,6 @@ void Excitation<T>::update(const est::Estimate<T>& estimate, const ref::Window<T
     if (now - restless_ >= kRest) {
       state_ = State::kMoving;
       since_ = now;
-      sample_ = 0;
     } else if (now - since_ > kPatience) {
       end(Abort::kNotAtRest);
     }

@@ -42,6 +42,7 @@ TEST(Braking, TheReactionIsThatOfTheSlowerAxis) {
   EXPECT_NEAR(braking_of(vehicle_of(slow, quick), 0.3).reaction_s, 0.40 + 0.04 + 0.02, kExact);
   EXPECT_NEAR(braking_of(vehicle_of(slower, slow), 0.3).reaction_s, 0.50 + 0.04 + 0.02, kExact);
   EXPECT_EQ(braking_of(vehicle_of(quick, quick), 0.3).reaction_s, 0.35) << "never quicker";
+  EXPECT_EQ(braking_of(vehicle_of({}, {}), 0.3).reaction_s, 0.35) << "no lag is known";
 }
 
 TEST(Braking, ACommandActsAfterDelayAndPeriod) {

@@ -62,23 +62,6 @@ TEST(AltitudePid, DampsTheMeasuredClimbSpeedOnly) {
               0.9 + 1.963 * 0.1 + 0.156 * 0.2, 1e-12);
 }
 
-struct Loop {
-  const char* name;
-  model::StickAxis climb;
-  double proportional_per_s, derivative, integral_per_s2;
-};
-class DesignOfTheAltitudeLoop : public ::testing::TestWithParam<Loop> {};
-
-// Worked out by hand from the header: frequency w = 0.42 / d, d = delay + rest of the lag + 30 ms, at most 4 rad/s and
-// (1/T + 0.6 / (d + 20 ms)) / 2.04; then Kp = w^2 T, Kd = 2.04 w T - 1 (damping 1.02), or, where T damps enough by
-// itself, no derivative and Kp = the lesser of 1/(4.1616 T) and 0.45 / (d + 20 ms).
-TEST_P(DesignOfTheAltitudeLoop, GivesTheGainsOfItsEquations) {
-  const model::AltitudeGains gains = design_altitude(GetParam().climb, model::AltitudeGains{});
-  EXPECT_NEAR(gains.proportional_per_s, GetParam().proportional_per_s, 1e-3);
-  EXPECT_NEAR(gains.derivative, GetParam().derivative, 1e-3);
-  EXPECT_NEAR(gains.integral_per_s2, GetParam().integral_per_s2, 1e-3) << "0.1 w Kp";
-  EXPECT_EQ(gains.integral_max_m_s, model::AltitudeGains{}.integral_max_m_s);
-}
 model::StickAxis first_order(double time_constant_s, double delay_s) {
   model::StickAxis axis;
   axis.time_constant_s = time_constant_s;
@@ -92,16 +75,27 @@ model::StickAxis second_order(double frequency_rad_s, double damping, double del
   axis.transport_delay_s = delay_s;
   return axis;
 }
-INSTANTIATE_TEST_SUITE_P(
-    Table, DesignOfTheAltitudeLoop,
-    ::testing::Values(Loop{"SlowAndPrompt", first_order(0.5, 0.02), 8.0, 3.08, 3.2},      // w = 8.4, cut to 4
-                      Loop{"AsFlown", first_order(0.334, 0.08), 4.6471, 1.5415, 1.7334},  // w = 3.7301
-                      Loop{"Late", first_order(0.334, 0.17), 1.4729, 0.4309, 0.3093},     // w = 2.1
-                      Loop{"VeryLate", first_order(0.6, 0.97), 0.4005, 0.0, 0.0168},      // w = 0.42
-                      Loop{"FastAndLate", first_order(0.05, 0.17), 2.0455, 0.0, 0.4295},  // 0.45 / 0.22
-                      Loop{"SecondOrder", second_order(3.0, 0.7, 0.1), 0.9353, 0.3478,
-                           0.1324}),  // T = 0.4667, w = 1.4157
-    [](const auto& tested) { return tested.param.name; });
+// Worked out by hand from the header: frequency w = 0.42 / d, d = delay + rest of the lag + 30 ms, at most 4 rad/s and
+// (1/T + 0.6 / (d + 20 ms)) / 2.04; then Kp = w^2 T, Kd = 2.04 w T - 1 (damping 1.02), or, where T damps enough by
+// itself, no derivative and Kp = the lesser of 1/(4.1616 T) and 0.45 / (d + 20 ms).
+TEST(DesignOfTheAltitudeLoop, GivesTheGainsOfItsEquations) {
+  struct Case {
+    model::StickAxis climb;
+    double proportional_per_s, derivative, integral_per_s2;
+  };
+  for (const Case& one : {Case{first_order(0.5, 0.02), 8.0, 3.08, 3.2},                  // w = 8.4, cut to 4
+                          Case{first_order(0.334, 0.08), 4.6471, 1.5415, 1.7334},        // as flown: w = 3.7301
+                          Case{first_order(0.334, 0.17), 1.4729, 0.4309, 0.3093},        // w = 2.1
+                          Case{first_order(0.6, 0.97), 0.4005, 0.0, 0.0168},             // w = 0.42
+                          Case{first_order(0.05, 0.17), 2.0455, 0.0, 0.4295},            // 0.45 / 0.22
+                          Case{second_order(3.0, 0.7, 0.1), 0.9353, 0.3478, 0.1324}}) {  // T = 0.4667, w = 1.4157
+    const model::AltitudeGains gains = design_altitude(one.climb, model::AltitudeGains{});
+    EXPECT_NEAR(gains.proportional_per_s, one.proportional_per_s, 1e-3);
+    EXPECT_NEAR(gains.derivative, one.derivative, 1e-3);
+    EXPECT_NEAR(gains.integral_per_s2, one.integral_per_s2, 1e-3) << "0.1 w Kp";
+    EXPECT_EQ(gains.integral_max_m_s, model::AltitudeGains{}.integral_max_m_s);
+  }
+}
 
 // Worked out by hand: (1 + 0.2 s + 0.04 s^2) / (1 + 0.05 s) = 1 + 0.15 s + (0.04 - 0.05 * 0.15) s^2 + ...; catches a
 // second-order term that ignores the lead zero.
@@ -139,24 +133,18 @@ TEST(DesignScale, ConvertsEachTiltByItsOwnAxis) {
   EXPECT_EQ(numbers(DesignScale<double>(vehicle, true).to_send(command)), numbers(command)) << "a scale is unknown";
 }
 
-struct YawCase {
-  const char* name;
-  double wanted_rad, yaw_rad, rate_rad_s;
-};
-class YawTurns : public ::testing::TestWithParam<YawCase> {};
-
 // Catches a turn that takes the long way round.
-TEST_P(YawTurns, GoTheShortWay) {
+TEST(YawTurns, GoTheShortWay) {
+  struct Case {
+    double wanted_rad, wanted_rate_rad_s, yaw_rad, rate_rad_s;
+  };
   const YawP<double> yaw(model::YawGain{.proportional_per_s = 1.5, .rate_limit_rad_s = 1.0});
-  EXPECT_NEAR(yaw.update(GetParam().wanted_rad, 0.0, GetParam().yaw_rad), GetParam().rate_rad_s, 1e-9);
+  for (const Case& one : {Case{0.1, 0.2, 0.0, 0.35}, Case{-0.1, 0.0, 0.0, -0.15}, Case{3.0, 0.2, 0.0, 1.0},
+                          Case{-3.1, 0.0, 3.1, 1.5 * (2 * core::kPi - 6.2)},
+                          Case{3.1, -0.2, -3.1, -0.2 - 1.5 * (2 * core::kPi - 6.2)}, Case{-3.0, 0.2, 0.0, -1.0}}) {
+    EXPECT_NEAR(yaw.update(one.wanted_rad, one.wanted_rate_rad_s, one.yaw_rad), one.rate_rad_s, 1e-9);
+  }
 }
-INSTANTIATE_TEST_SUITE_P(Table, YawTurns,
-                         ::testing::Values(YawCase{"SmallLeft", 0.1, 0.0, 0.15},
-                                           YawCase{"SmallRight", -0.1, 0.0, -0.15},
-                                           YawCase{"OverPi", -3.1, 3.1, 1.5 * (2 * core::kPi - 6.2)},
-                                           YawCase{"UnderMinusPi", 3.1, -3.1, -1.5 * (2 * core::kPi - 6.2)},
-                                           YawCase{"Limited", 3.0, 0.0, 1.0}),
-                         [](const auto& tested) { return tested.param.name; });
 
 }  // namespace
 }  // namespace m100::ctl

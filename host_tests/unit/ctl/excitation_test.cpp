@@ -16,7 +16,7 @@ namespace {
 using State = Excitation<double>::State;
 using Abort = Excitation<double>::Abort;
 
-core::TimePoint at(double seconds) { return core::TimePoint(core::Duration(static_cast<std::int64_t>(seconds * 1e6))); }
+core::TimePoint at(double seconds) { return core::TimePoint(core::Duration(std::llround(seconds * 1e6))); }
 
 /// An excitation of two pieces of 10 samples each: roll, then yaw.
 struct ExcitationTest : ::testing::Test {
@@ -42,7 +42,9 @@ struct ExcitationTest : ::testing::Test {
     }
   }
   void begin_piece() {
-    fly(0.81);
+    fly(0.79);
+    ASSERT_EQ(excitation.state(), State::kReturning);
+    fly(0.01);
     ASSERT_EQ(excitation.state(), State::kMoving);
   }
 };
@@ -64,6 +66,9 @@ TEST_F(ExcitationTest, MovesOneStickAfterTheOtherAndThenNone) {
   EXPECT_EQ(excitation.state(), State::kOver);
   EXPECT_EQ(excitation.counts(), 0);
   EXPECT_EQ(excitation.piece(), 2U);
+  excitation.start(at(now_s));
+  begin_piece();
+  EXPECT_EQ(excitation.piece(), 0U);
 }
 
 // Catches sticks that move about an outdated balance point: wind and a wrong trim then carry the aircraft away.
@@ -82,7 +87,7 @@ TEST_F(ExcitationTest, SwingsAboutTheSticksThatHeldThePlace) {
   EXPECT_EQ(excitation.axis(), ExcitedStick::kRoll);
   EXPECT_NEAR(excitation.holding_counts(), 30, 1);
   EXPECT_EQ(excitation.counts(), 100) << "the plan's";
-  fly(0.21);
+  fly(0.2);
   begin_piece();
   EXPECT_EQ(excitation.axis(), ExcitedStick::kYaw);
   EXPECT_EQ(excitation.holding_counts(), 0) << "a heading is held by a resting stick";
@@ -138,13 +143,13 @@ TEST_F(ExcitationTest, MeasuresDistanceAndSpeedAlongTheStick) {
 
 // The time-out counts from the beginning of the return, and its last moment is still allowed.
 TEST_F(ExcitationTest, WaitsForAsLongAsItSays) {
-  const core::TimePoint began = at(now_s);
+  const core::TimePoint last = at(now_s) + std::chrono::seconds(30);
   estimate.x.velocity_m_s = 0.3;
-  excitation.update(estimate, reference, true, false, began + Excitation<double>::kPatience);
+  excitation.update(estimate, reference, true, false, last);
   EXPECT_EQ(excitation.state(), State::kReturning);
-  excitation.update(estimate, reference, true, false, began + Excitation<double>::kPatience + core::Duration(1));
+  excitation.update(estimate, reference, true, false, last + core::Duration(1));
   EXPECT_EQ(excitation.abort(), Abort::kNotAtRest);
-  EXPECT_EQ(excitation.ended() - excitation.began(), Excitation<double>::kPatience + core::Duration(1));
+  EXPECT_EQ(excitation.ended() - excitation.began(), std::chrono::seconds(30) + core::Duration(1));
 }
 
 struct LimitCase {
@@ -173,6 +178,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST_P(Limit, EndsTheExcitationForGood) {
   begin_piece();
+  fly(0.04);
   estimate.y.position_m = GetParam().left_m;
   estimate.y.velocity_m_s = GetParam().velocity_left_m_s;
   estimate.x.tilt_rad = 0.8 * GetParam().tilt_rad;
@@ -187,7 +193,9 @@ TEST_P(Limit, EndsTheExcitationForGood) {
     fly(5.0);
     EXPECT_EQ(excitation.state(), State::kAborted) << "only the operator's word begins anew";
     excitation.start(at(now_s));
-    EXPECT_EQ(excitation.state(), State::kReturning);
+    begin_piece();
+    EXPECT_EQ(excitation.abort(), Abort::kNone);
+    EXPECT_EQ(excitation.counts(), 100);
   }
 }
 

@@ -44,12 +44,9 @@ double farthest_m(double lag_s, double gain) {
   return out_m;
 }
 
-TEST(FallbackLaw, IsAsQuickAsTheVehicleAllows) {
-  EXPECT_NEAR(fallback_rate_per_s<double>(kBraking), 0.463 / 0.55, 1e-12);
-}
-
 // The purpose of this law: it stays stable with the whole lag of the vehicle, 0.2 s more, and 50 % more gain.
 TEST(FallbackLaw, StandsHalfMoreGainAndTwoTenthsOfASecond) {
+  EXPECT_NEAR(fallback_rate_per_s<double>(kBraking), 0.463 / 0.55, 1e-12);
   const double whole_s = kBraking.reaction_s + 0.18;  // the motion still dies out, slowly
   EXPECT_LT(farthest_m(whole_s, 1.5), 0.05);
   EXPECT_LT(farthest_m(whole_s, 1.0), 0.001);

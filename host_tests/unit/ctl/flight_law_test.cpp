@@ -147,6 +147,9 @@ TEST_P(FlightLawTest, CommandsWhatItsEquationsSay) {
   estimate.x = {-3.0, 1.0, 0.35, 0.4};
   estimate.y = {4.0, 0.2, 0.40, 0.6};
   compare({.roll_rad = 0.08, .pitch_rad = -0.1}, 1, true);
+  law.reset();
+  x.mpc.reset(), y.mpc.reset();
+  compare({.roll_rad = 0.08, .pitch_rad = -0.1}, 1, true);
   window.constant = true;
   window.x.fill({.position_m = 0.5});
   window.y.fill({.position_m = -0.25});
@@ -219,6 +222,13 @@ TEST_P(FlightLawTest, PlansTheWayToASetPointWhileItFliesItself) {
   jump.x.fill({.position_m = 5.0});
   law.plan(jump, {}, core::TimePoint(std::chrono::seconds(1)), jump.x.size());
   EXPECT_FALSE(jump.constant);
+  law.reset();
+  est::Estimate<double> elsewhere;
+  elsewhere.x.position_m = 3.0;
+  jump.constant = true;
+  jump.x.fill({.position_m = 5.0});
+  law.plan(jump, elsewhere, core::TimePoint(std::chrono::seconds(1)), jump.x.size());
+  EXPECT_EQ(jump.x[0].position_m, 3.0) << "the motion from before the reset is forgotten";
   law.start_fallback(0.5);
   jump.constant = true;
   jump.x.fill({.position_m = 5.0});

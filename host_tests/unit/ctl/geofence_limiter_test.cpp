@@ -31,6 +31,7 @@ ref::Window<double> goal(double x_m, double z_m) {
 
 TEST(GeofenceLimiter, LeavesGoalsInsideAlone) {
   GeofenceLimiter<double> limiter(box(), shipped());
+  EXPECT_FALSE(limiter.brakes());
   est::Estimate<double> fast;
   fast.x = {.position_m = 3.0, .velocity_m_s = 4.0};
   ref::Window<double> window = goal(2.0, 1.5);
