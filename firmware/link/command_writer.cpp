@@ -35,10 +35,8 @@ core::Status CommandWriter::perform(AuthorityAction action, const protocol::Vers
     case AuthorityAction::kRequestVersion:
       return request(protocol::VersionQuery{}, usual_transmissions(protocol::ids::kVersionQuery), now);
     case AuthorityAction::kActivate: {
-      protocol::Activation activation{.app_id = config_.app_id,
-                                      .api_level = 2,
-                                      .version = protocol::sdk_version(version).value_or(0),
-                                      .bundle_id = {}};
+      protocol::Activation activation{
+          .app_id = config_.app_id, .version = protocol::sdk_version(version).value_or(0), .bundle_id = {}};
       activation.bundle_id.fill(kBundleCharacter);
       return request(activation, usual_transmissions(protocol::ids::kActivation), now);
     }

@@ -72,7 +72,8 @@ class AttitudeTap final : public MavlinkTap {
 
  private:
   void receive(const mavlink::FrameView& frame) override {
-    if (!choice_.admits(frame.from) || !link::decode_pose(frame)) {  // a flight would refuse it, too
+    link::PoseAside beside;
+    if (!choice_.admits(frame.from) || !link::decode_pose(frame, beside)) {  // a flight would refuse it, too
       return;
     }
     if (mavlink::is<mavlink::AttPosMocap>(frame)) {

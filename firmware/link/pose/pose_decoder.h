@@ -22,9 +22,5 @@ struct PoseAside {
 ///   position beyond 1 km, a quaternion whose length is not one to 1 %, angles beyond 2 pi, a variance above 100 m^2, a
 ///   stamp beyond 285 years, ODOMETRY in a frame that is not NED or FRD.
 core::Expected<core::Pose<double>> decode_pose(const mavlink::FrameView& frame, PoseAside& beside);
-inline core::Expected<core::Pose<double>> decode_pose(const mavlink::FrameView& frame) {
-  PoseAside beside;
-  return decode_pose(frame, beside);
-}
 
 }  // namespace m100::link

@@ -40,24 +40,13 @@ TEST(Flood, OfSomeBatchesIsReadInOneTick) {
 
 // Catches a link that reads while there are bytes: the tick would never end.
 TEST(Flood, WithoutAnEndTakesNoMoreThanItsShareOfATick) {
-  constexpr std::size_t kShare = SerialLink::kBatchesPerTick * SerialLink::kBatchBytes;
+  constexpr std::size_t kShare = 16 * 65536;
   Flood uart(3 * kShare);
   SerialLink link(uart, {});
   (void)link.receive(core::TimePoint(milliseconds(10)));
   EXPECT_EQ(uart.waiting(), 2 * kShare);
   (void)link.receive(core::TimePoint(milliseconds(20)));
   EXPECT_EQ(uart.waiting(), kShare);
-}
-
-TEST(CommandsDue, AreNoneWithoutControl) {
-  Flood uart(0);
-  SerialLink link(uart, {});
-  for (int tick = 1; tick < 100; ++tick) {
-    const core::TimePoint now(milliseconds(10 * tick));
-    (void)link.receive(now);
-    EXPECT_FALSE(link.due(now)) << tick;
-    EXPECT_EQ(link.send(vrc::Sticks{}, now), core::Status::kRefused);
-  }
 }
 
 }  // namespace

@@ -126,13 +126,20 @@ TEST(ModeSwitch, TrustsTheRcItemOnceItHasShownTheTransmitter) {
         telemetry.rc.mode = protocol::kRcModeA;
         EXPECT_EQ(mode.is_f(telemetry, true), !(commands && items == kRc && after_ms == 200)) << after_ms;
         EXPECT_FALSE(mode.is_f(telemetry, false));
+        mode.reset();
+        mode.end_commands();
+        EXPECT_TRUE(mode.is_f(telemetry, true));
+        telemetry.rc.mode = protocol::kRcModeF;
+        mode.update(telemetry, kRc, TimePoint{seconds(9)});
+        telemetry.rc.mode = protocol::kRcModeA;
+        EXPECT_TRUE(mode.is_f(telemetry, true)) << "no command was sent since";
       }
     }
   }
 }
 
-/// A parser that has found a header with the length `size`.
-protocol::FrameParser waiting_for(std::size_t size) {
+/// A parser that has found a header with the length `size`, `behind` bytes after the beginning.
+protocol::FrameParser waiting_for(std::size_t size, std::size_t behind = 0) {
   std::vector<std::byte> space(300);
   const std::vector<std::byte> value(size - protocol::kHeaderBytes - 4 - 2);
   const protocol::MessageId id{1, 1};
@@ -140,6 +147,7 @@ protocol::FrameParser waiting_for(std::size_t size) {
       protocol::encode_frame({.session = 0, .is_ack = false, .encrypted = false, .sequence = 1}, &id, value, space);
   EXPECT_EQ(frame->size(), size);
   protocol::FrameParser parser;
+  EXPECT_EQ(parser.push(std::vector<std::byte>(behind)), behind);
   EXPECT_EQ(parser.push(frame->first(protocol::kHeaderBytes)), protocol::kHeaderBytes);
   EXPECT_FALSE(parser.poll());
   return parser;
@@ -159,6 +167,7 @@ TEST(FalseHeaderDetector, GivesUpWhatNoAutopilotSendsAndWhatIsOverdue) {
   EXPECT_FALSE(late.is_false(parser, TimePoint{milliseconds(100)}, milliseconds(16)));
   EXPECT_FALSE(late.is_false(parser, TimePoint{milliseconds(100) + due}, milliseconds(16)));
   EXPECT_TRUE(late.is_false(parser, TimePoint{milliseconds(100) + due + Duration{1}}, milliseconds(16)));
+  EXPECT_FALSE(late.is_false(waiting_for(144, 1), TimePoint{milliseconds(100) + due + Duration{1}}, milliseconds(16)));
 }
 
 std::vector<std::byte> frame_of(std::size_t size, int mark) { return std::vector<std::byte>(size, std::byte(mark)); }

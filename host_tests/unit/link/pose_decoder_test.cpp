@@ -19,13 +19,19 @@ using mavlink::Odometry;
 using mavlink::VisionPositionEstimate;
 
 template <typename Message>
-core::Expected<core::Pose<double>> read(const Message& message) {
+core::Expected<core::Pose<double>> read(const Message& message, PoseAside* aside = nullptr) {
   mavlink::Parser parser;
+  PoseAside unread;
   const mavlink::Frame frame = mavlink::encode(message, {1, 197}, 0);
   EXPECT_EQ(parser.push(frame.bytes()), frame.size);
   const core::Expected<mavlink::FrameView> view = parser.poll();
   EXPECT_TRUE(view.has_value());
-  return decode_pose(*view);
+  return decode_pose(*view, aside != nullptr ? *aside : unread);
+}
+PoseAside aside_of(const auto& message) {
+  PoseAside beside;
+  (void)read(message, &beside);
+  return beside;
 }
 
 /// The same pose in each of the three messages, in NED, with a heading clockwise from above.
@@ -39,8 +45,7 @@ std::vector<core::Expected<core::Pose<double>>> in_all_messages(const Wire& wire
   const auto& [x, y, z] = wire.ned_m;
   return {read(AttPosMocap{.time_usec = 5, .q = q, .x = x, .y = y, .z = z}),
           read(VisionPositionEstimate{.usec = 5, .x = x, .y = y, .z = z, .yaw = wire.heading_rad}),
-          read(Odometry{.time_usec = 5, .x = x, .y = y, .z = z, .q = q, .frame_id = 1, .child_frame_id = 12}),
-          read(Odometry{.time_usec = 5, .x = x, .y = y, .z = z, .q = q, .frame_id = 20, .child_frame_id = 12})};
+          read(Odometry{.time_usec = 5, .x = x, .y = y, .z = z, .q = q, .frame_id = 1, .child_frame_id = 12})};
 }
 
 struct AxisCase {
@@ -92,22 +97,22 @@ TEST(PoseReading, NumbersThatCannotBeAreRefusedAtTheBorder) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const AttPosMocap good{.time_usec = 5, .q = {1.F, 0.F, 0.F, 0.F}};
   ASSERT_TRUE(read(good));
-  std::vector<AttPosMocap> bad(8, good);
+  std::vector<AttPosMocap> bad(6, good);
   bad[0].x = nan;
-  bad[1].z = 2000.F;
-  bad[2].q = {0.F, 0.F, 0.F, 0.F};
-  bad[3].q[1] = nan;
-  bad[4].y = std::numeric_limits<float>::infinity();
-  bad[5].covariance[6] = 1e6F;
-  bad[6].time_usec = ~std::uint64_t{0};
-  bad[7].q = {1.0109F, 0.F, 0.F, 0.F};  // 2.2 % in the square
+  bad[1].q[1] = nan;
+  bad[2].y = std::numeric_limits<float>::infinity();
+  bad[3].covariance[6] = 1e6F;
+  bad[4].time_usec = ~std::uint64_t{0};
+  bad[5].q = {1.0109F, 0.F, 0.F, 0.F};  // 2.2 % in the square
   for (std::size_t i = 0; i < bad.size(); ++i) {
     EXPECT_EQ(read(bad[i]).status(), core::Status::kOutOfRange) << i;
   }
   EXPECT_EQ(read(VisionPositionEstimate{.usec = 5, .yaw = nan}).status(), core::Status::kOutOfRange);
   EXPECT_EQ(read(VisionPositionEstimate{.usec = 5, .roll = 1e30F}).status(), core::Status::kOutOfRange);
-  const Odometry flu{.time_usec = 5, .q = {1.F, 0.F, 0.F, 0.F}, .frame_id = 21};
-  EXPECT_EQ(read(flu).status(), core::Status::kOutOfRange) << "forward, left, up would fly to the wrong side";
+  for (std::uint8_t frame = 0; frame < 30; ++frame) {  // forward, left, up would fly to the wrong side
+    const bool is_ned = frame == 1 || frame == 14 || frame == 16 || frame == 18 || frame == 20;
+    EXPECT_EQ(read(Odometry{.time_usec = 5, .q = {1.F, 0.F, 0.F, 0.F}, .frame_id = frame}).has_value(), is_ned);
+  }
   EXPECT_EQ(read(mavlink::Timesync{.tc1 = 1, .ts1 = 1}).status(), core::Status::kNotReady);
 }
 
@@ -146,16 +151,6 @@ TEST(PoseReading, VariancesAreThoseOfTheDiagonal) {
   }
 }
 
-template <typename Message>
-PoseAside aside_of(const Message& message) {
-  mavlink::Parser parser;
-  const mavlink::Frame frame = mavlink::encode(message, {1, 197}, 0);
-  (void)parser.push(frame.bytes());
-  PoseAside beside;
-  (void)decode_pose(*parser.poll(), beside);
-  return beside;
-}
-
 // Would catch one reason for all refusals, and a zero that hides behind the quaternion.
 TEST(PoseReading, EachWrongFormatHasAReasonOfItsOwn) {
   const AttPosMocap good{.time_usec = 5, .q = {1.F, 0.F, 0.F, 0.F}, .x = 1.F};
@@ -180,7 +175,7 @@ TEST(PoseReading, EachWrongFormatHasAReasonOfItsOwn) {
     wrong.*angle = nan;
     EXPECT_EQ(aside_of(wrong).fault, PoseFault::kNotFinite);
   }
-  EXPECT_EQ(aside_of(VisionPositionEstimate{.usec = 5, .yaw = -6.283F}).fault, PoseFault::kNone) << "a whole turn";
+  EXPECT_EQ(aside_of(VisionPositionEstimate{.usec = 5, .roll = 6.2832F, .yaw = -6.2832F}).fault, PoseFault::kNone);
   EXPECT_EQ(aside_of(Odometry{.time_usec = 5, .q = {1.F, 0.F, 0.F, 0.F}, .frame_id = 4}).fault, PoseFault::kFrame);
   for (const PoseFaultText& text : kPoseFaultTexts) {
     EXPECT_FALSE(text.name.empty());

@@ -5,7 +5,6 @@
 #include <deque>
 #include <vector>
 
-#include "firmware/link/telemetry/telemetry_clock.h"
 #include "host_tests/sim/ports/link_bench.h"
 #include "protocol/dji/frame_parser.h"
 
@@ -15,35 +14,6 @@ namespace {
 using safety::AuthorityStage;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-
-core::TimePoint at(int time_ms) { return core::TimePoint{} + milliseconds(time_ms); }
-
-/// Notes a package with the autopilot's tick count (400 Hz) that arrived within the last 10 ms.
-TelemetryClock::Verdict update(TelemetryClock& clock, int ticks, int now_ms) {
-  return clock.update(static_cast<std::uint32_t>(ticks), at(now_ms - 10), at(now_ms));
-}
-
-TEST(TelemetryClock, ARepeatedOrOvertakenPackageIsNotNew) {
-  TelemetryClock clock;
-  EXPECT_TRUE(update(clock, 4000, 100).is_new);
-  EXPECT_TRUE(update(clock, 4004, 110).is_new);
-  EXPECT_FALSE(update(clock, 4004, 120).is_new) << "the same once more";
-  EXPECT_FALSE(update(clock, 4000, 120).is_new) << "the one before";
-  EXPECT_TRUE(update(clock, 4008, 120).is_new);
-  for (int later_ms = 130; later_ms < 20000; later_ms += 10) {
-    const TelemetryClock::Verdict verdict = update(clock, 4008, later_ms);
-    ASSERT_FALSE(verdict.is_new || verdict.restarted) << "frozen for ever";
-  }
-}
-
-TEST(TelemetryClock, OldPackagesAmongNewOnesNeverCount) {
-  TelemetryClock clock;
-  for (int tick = 0; tick < 1000; ++tick) {
-    ASSERT_TRUE(update(clock, 40000 + 4 * tick, 10000 + 10 * tick).is_new) << tick;
-    ASSERT_FALSE(update(clock, 38000 + 4 * tick, 10000 + 10 * tick).is_new) << tick << ": five seconds late";
-    ASSERT_FALSE(update(clock, 39920 + 4 * tick, 10000 + 10 * tick).is_new) << tick << ": a fifth of a second late";
-  }
-}
 
 /// One end of a line that can freeze telemetry: answers pass, but telemetry repeats one frame.
 class FreezingLine final : public hal::Uart {
