@@ -24,11 +24,10 @@ StickMap map_of(const model::StickAxis& axis, float sign = 1.F) {
           .sign = sign};
 }
 
-/// Whether divisors and exponents are valid for to_stick(). The vehicle file's ranges ensure this
-/// (files/vehicle_file.h); a vehicle that is constructed by hand must meet it, too.
+/// Whether divisors and exponents are valid for to_stick(); checked() ensures the scale. The vehicle file's ranges
+/// ensure this (files/vehicle_file.h); a vehicle that is constructed by hand must meet it, too.
 bool is_usable(const StickMap& map) {
-  return map.scale_si_per_vrc > 0.F && map.dead_zone_vrc >= 0.F && map.exponent > 0.F && map.gain_asymmetry > 0.F &&
-         finite(map.neutral_vrc);
+  return map.dead_zone_vrc >= 0.F && map.exponent > 0.F && map.gain_asymmetry > 0.F && finite(map.neutral_vrc);
 }
 
 /// An axis that was not identified (scale 0) still needs a divisor: one of the order of magnitude of the paper's scale.
