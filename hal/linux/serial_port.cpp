@@ -2,7 +2,6 @@
 #include "hal/linux/serial_port.h"
 
 #include <fcntl.h>
-#include <poll.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
@@ -59,7 +58,7 @@ bool is_escaped_marker(int descriptor) {
          major(device.st_rdev) <= kLastPseudoTerminal;
 }
 
-bool means_later(int error) { return error == EAGAIN || error == EWOULDBLOCK || error == EINTR; }
+bool means_later(int error) { return error == EAGAIN || error == EINTR; }
 
 }  // namespace
 
@@ -164,14 +163,6 @@ bool SerialPort::ensure_open() {
   return open() == core::Status::kOk;
 }
 
-bool SerialPort::hung_up() const {
-  if (!is_simulated(path_)) {
-    return false;  // the next count of waiting bytes fails
-  }
-  pollfd state{.fd = descriptor_, .events = POLLIN, .revents = 0};
-  return poll(&state, 1, 0) > 0 && (state.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0;
-}
-
 void SerialPort::mark_arrived() {
   int waiting = 0;
   const bool counted = is_open() && !is_simulated(path_) && calls_->waiting(descriptor_, &waiting) == 0;
@@ -203,8 +194,8 @@ core::Expected<std::size_t> SerialPort::read(std::span<std::byte> destination) {
     }
     return static_cast<std::size_t>(count);
   }
-  // With VMIN = 0 a quiet line also reads as 0.
-  const bool quiet = count == 0 ? !hung_up() : means_later(errno);
+  // A quiet line reads as 0 (VMIN = 0), and so does a socket whose host has disconnected.
+  const bool quiet = count == 0 ? !is_simulated(path_) : means_later(errno);
   if (quiet) {
     return std::size_t{0};
   }

@@ -54,7 +54,6 @@ class SerialPort final : public Uart {
   bool configure();
   /// How many bytes a read() gets without waiting. kUnavailable: the port was unplugged.
   core::Expected<std::size_t> waiting_bytes(std::size_t most) const;
-  bool hung_up() const;
   core::Expected<LineErrors> driver_counts() const;
 
   std::string path_;

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <cstring>
 
 namespace m100::hal {
@@ -18,7 +19,9 @@ namespace {
 /// Largest number of empty and overlong packets, and of interruptions, that one call skips.
 constexpr int kPassedOver = 16;
 
-std::int64_t nanoseconds(const timespec& time) { return time.tv_sec * std::int64_t{1'000'000'000} + time.tv_nsec; }
+std::int64_t nanoseconds(const timespec& time) {
+  return (std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec)).count();
+}
 
 /// When the kernel received the packet. @returns 0: it has no stamp.
 std::int64_t arrival_ns(msghdr& message) {
@@ -59,10 +62,9 @@ core::Status UdpPort::open() {
   (void)::setsockopt(descriptor_, SOL_SOCKET, SO_RCVBUF, &kWaitingBytes, sizeof(kWaitingBytes));
   const int with_stamps = 1;
   (void)::setsockopt(descriptor_, SOL_SOCKET, SO_TIMESTAMPNS, &with_stamps, sizeof(with_stamps));
-  sockaddr_in address{};
+  sockaddr_in address{};  // INADDR_ANY, which is 0: all interfaces
   address.sin_family = AF_INET;
   address.sin_port = htons(port_);
-  address.sin_addr.s_addr = htonl(INADDR_ANY);
   if (::bind(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
     const bool not_ours = errno == EADDRINUSE || errno == EACCES;
     ::close(descriptor_);
@@ -108,7 +110,7 @@ core::Expected<std::size_t> UdpPort::read(std::span<std::byte> destination) {
     return core::Status::kUnavailable;
   }
   at_begin_ = rest_.empty() || rest_.data() == packet_.data();
-  if (destination.empty() || is_after_mark_ || (rest_.empty() && !receive())) {
+  if (is_after_mark_ || (rest_.empty() && !receive())) {
     return std::size_t{0};
   }
   const std::span<const std::byte> now = rest_.first(std::min(rest_.size(), destination.size()));
@@ -121,7 +123,7 @@ void UdpPort::answer_last() { peer_ = (static_cast<std::uint64_t>(last_.sin_addr
 
 bool UdpPort::send(std::span<const std::byte> packet) const {
   const std::uint64_t peer = peer_;
-  if (peer == 0 || descriptor_ < 0) {
+  if (peer == 0) {
     return false;
   }
   sockaddr_in address{};
