@@ -52,6 +52,7 @@ TEST_F(OrderLineTest, HearsTheSwitchBetweenPosesAndPassesEveryByteOn) {
     stream.insert(stream.end(), order.begin(), order.end());
     stream.insert(stream.end(), pose.begin(), pose.end());
   }
+  EXPECT_EQ(line.take(), Order::kNone);
   EXPECT_EQ(pass(stream), stream);
   EXPECT_EQ(line.take(), Order::kRelease) << "the earlier movement first";
   EXPECT_EQ(line.take(), Order::kEngage);

@@ -129,6 +129,7 @@ TEST(SerialPort, ADeviceThatCannotBeCountedIsGoneAndAnInterruptedCountIsNot) {
   EXPECT_EQ(port.read(destination).value_or(9), 0U);
   EXPECT_TRUE(port.is_open());
   error_of_the_count = EIO;
+  port.mark_arrived();
   EXPECT_EQ(port.read(destination).status(), core::Status::kUnavailable);
   EXPECT_FALSE(port.is_open());
 }

@@ -350,6 +350,7 @@ TEST(SerialPort, ALossThatAWriteFoundIsReportedToTheNextRead) {
   error_to_give = EIO;
   interruptions_left = 1;
   EXPECT_EQ(port.write(bytes_of("ab")).status(), core::Status::kUnavailable);
+  EXPECT_FALSE(port.is_open());
   interruptions_left = 0;
   EXPECT_EQ(port.read(destination).status(), core::Status::kUnavailable);
   EXPECT_EQ(port.read(destination).value_or(9), 0U) << "once; then it is open again";
