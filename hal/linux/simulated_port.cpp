@@ -9,6 +9,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 namespace m100::hal {
 namespace {
@@ -68,10 +69,7 @@ struct Attendance {
       leave();
     }
   }
-  void leave() {
-    ::close(descriptor);
-    descriptor = -1;
-  }
+  void leave() { ::close(std::exchange(descriptor, -1)); }
   void sleep_until(std::int64_t deadline_us) {
     if (descriptor >= 0) {
       if (::send(descriptor, &deadline_us, sizeof(deadline_us), MSG_NOSIGNAL) == sizeof(deadline_us) &&
