@@ -19,6 +19,7 @@
 // A pseudo-terminal in the place of a device whose driver grants other settings, or that is no pseudo-terminal.
 static void (*change_granted)(termios&) = nullptr;
 static dev_t pretended_device = 0;
+static bool refuses_settings = false;
 
 extern "C" int tcgetattr(int descriptor, termios* settings) noexcept {
   static const auto real = reinterpret_cast<int (*)(int, termios*)>(dlsym(RTLD_NEXT, "tcgetattr"));
@@ -27,6 +28,10 @@ extern "C" int tcgetattr(int descriptor, termios* settings) noexcept {
     change_granted(*settings);
   }
   return result;
+}
+extern "C" int tcsetattr(int descriptor, int when, const termios* settings) noexcept {
+  static const auto real = reinterpret_cast<int (*)(int, int, const termios*)>(dlsym(RTLD_NEXT, "tcsetattr"));
+  return refuses_settings ? -1 : real(descriptor, when, settings);
 }
 extern "C" int fstat(int descriptor, struct stat* out) noexcept {
   const int result = fstatat(descriptor, "", out, AT_EMPTY_PATH);
@@ -145,6 +150,10 @@ TEST(SerialPort, RefusesADriverThatGrantsOtherSettings) {
     EXPECT_FALSE(port.is_open());
     change_granted = nullptr;
     EXPECT_EQ(open_files(), open);
+    EXPECT_EQ(port.open(), core::Status::kOk);
+    refuses_settings = true;
+    EXPECT_EQ(port.open(), core::Status::kUnavailable);
+    refuses_settings = false;
   }
 }
 
