@@ -108,6 +108,17 @@ TEST(SensorAdapter, TakesTheSamePoseAgainForNothingNew) {
   EXPECT_TRUE(adapted(measure, {}, pose, kNow + milliseconds(10)).pose.is_new);
 }
 
+// In ticks of 2.5 ms. It is not known for the first attitude, after more than a second, and next to one without a time.
+TEST(SensorAdapter, TheTimeSinceTheAttitudeBeforeIsByTheAutopilotsClock) {
+  SensorAdapter measure;
+  protocol::Telemetry telemetry = telemetry_of({}, {});
+  for (const auto& [ticks, passed_us] :
+       {std::pair{1000U, 0}, {1005U, 12500}, {1405U, 1000000}, {1806U, 0}, {1807U, 2500}, {0U, 0}, {1809U, 0}}) {
+    telemetry.time.ticks = ticks;
+    EXPECT_EQ(adapted(measure, telemetry).attitude.since_last, std::chrono::microseconds(passed_us)) << ticks;
+  }
+}
+
 // Each number has a value of its own, and the force and the climb differ from what they are without telemetry.
 TEST(SensorAdapter, SpecificForceComesFieldByField) {
   RecordProperty("paper", "III-A");
