@@ -101,9 +101,9 @@ TEST(StickMap, TheSmallestCommandGivesTheFirstStickOutsideOfTheJump) {
 }
 
 TEST(StickMap, RefusesWhatIsNotANumber) {
-  EXPECT_EQ(kRoll.to_stick(std::numeric_limits<float>::quiet_NaN()).status(), core::Status::kOutOfRange);
-  EXPECT_EQ(kRoll.to_stick(std::numeric_limits<float>::infinity()).status(), core::Status::kOutOfRange);
-  EXPECT_EQ(kRoll.to_stick(-std::numeric_limits<float>::infinity()).status(), core::Status::kOutOfRange);
+  for (const float bad : {std::nanf(""), HUGE_VALF, -HUGE_VALF}) {
+    EXPECT_EQ(kRoll.to_stick(bad).status(), core::Status::kOutOfRange);
+  }
 }
 
 struct BackCase {
@@ -183,14 +183,21 @@ model::Vehicle four_axes() {
   return vehicle;
 }
 
+using Command = ctl::Command<float>;
+constexpr std::array kMembers{&Command::roll_rad, &Command::pitch_rad, &Command::climb_m_s, &Command::yaw_rate_rad_s};
+
+std::array<int, 4> counts_of(const Sticks& sticks) {
+  return {static_cast<int>(sticks.roll), static_cast<int>(sticks.pitch), static_cast<int>(sticks.throttle),
+          static_cast<int>(sticks.yaw)};
+}
+
 // Each member alone: one that is not checked would reach the sticks.
 TEST(CommandMap, EachNumberThatIsNoneIsRefused) {
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  CommandMap map(four_axes());
-  EXPECT_EQ(map.to_sticks({.roll_rad = nan}).status(), core::Status::kOutOfRange);
-  EXPECT_EQ(map.to_sticks({.pitch_rad = nan}).status(), core::Status::kOutOfRange);
-  EXPECT_EQ(map.to_sticks({.climb_m_s = nan}).status(), core::Status::kOutOfRange);
-  EXPECT_EQ(map.to_sticks({.yaw_rate_rad_s = nan}).status(), core::Status::kOutOfRange);
+  for (const auto member : kMembers) {
+    Command command;
+    command.*member = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_EQ(CommandMap(four_axes()).to_sticks(command).status(), core::Status::kOutOfRange);
+  }
   EXPECT_EQ(static_cast<int>(Sticks{}.yaw), 1024) << "the centre, until a command comes";
 }
 
@@ -217,61 +224,35 @@ TEST(CommandMap, AnAxisWithoutAScaleHasThePapers) {
 // Catches an axis that takes its neutral, its scale or its dead zone from another axis.
 TEST(CommandMap, EachAxisHasItsOwnNeutralScaleAndDeadZone) {
   CommandMap map(four_axes());
-  const Sticks neutral = map.neutral();
-  EXPECT_EQ(static_cast<int>(neutral.roll), 1080);
-  EXPECT_EQ(static_cast<int>(neutral.pitch), 998);
-  EXPECT_EQ(static_cast<int>(neutral.throttle), 1031);
-  EXPECT_EQ(static_cast<int>(neutral.yaw), 1011);
-  const ctl::Command<float> wanted{.roll_rad = 0.11F, .pitch_rad = -0.44F, .climb_m_s = 0.99F, .yaw_rate_rad_s = 1.76F};
+  EXPECT_EQ(counts_of(map.neutral()), (std::array{1080, 998, 1031, 1011}));
+  const Command wanted{.roll_rad = 0.11F, .pitch_rad = -0.44F, .climb_m_s = 0.99F, .yaw_rate_rad_s = 1.76F};
   const core::Expected<Sticks> sticks = map.to_sticks(wanted);
   ASSERT_TRUE(sticks.has_value());
-  EXPECT_EQ(static_cast<int>(sticks->roll), 1080 + 110);
-  EXPECT_EQ(static_cast<int>(sticks->pitch), 998 - 220);
-  EXPECT_EQ(static_cast<int>(sticks->throttle), 1031 + 330);
-  EXPECT_EQ(static_cast<int>(sticks->yaw), 1011 - 440);
-  const ctl::Command<float> back = map.to_command(*sticks);
-  EXPECT_NEAR(back.roll_rad, wanted.roll_rad, 1e-6F);
-  EXPECT_NEAR(back.pitch_rad, wanted.pitch_rad, 1e-6F);
-  EXPECT_NEAR(back.climb_m_s, wanted.climb_m_s, 1e-6F);
-  EXPECT_NEAR(back.yaw_rate_rad_s, wanted.yaw_rate_rad_s, 1e-6F);
-  const auto counts = [&](int roll, int pitch, int throttle, int yaw) {
-    const auto stick = [](int value) { return Stick{static_cast<std::uint16_t>(value)}; };
-    return map.to_command({.roll = stick(1080 + roll),
-                           .pitch = stick(998 + pitch),
-                           .throttle = stick(1031 + throttle),
-                           .yaw = stick(1011 + yaw)});
+  EXPECT_EQ(counts_of(*sticks), (std::array{1080 + 110, 998 - 220, 1031 + 330, 1011 - 440}));
+  const auto beyond_the_edge = [&](int counts) {
+    const auto stick = [counts](int edge) { return Stick{static_cast<std::uint16_t>(edge + counts)}; };
+    return map.to_command({.roll = stick(1090), .pitch = stick(1018), .throttle = stick(1061), .yaw = stick(1051)});
   };
-  const ctl::Command<float> inside = counts(10, 20, 30, 40);
-  EXPECT_EQ(inside.roll_rad, 0.F);
-  EXPECT_EQ(inside.pitch_rad, 0.F);
-  EXPECT_EQ(inside.climb_m_s, 0.F);
-  EXPECT_EQ(inside.yaw_rate_rad_s, 0.F);
-  const ctl::Command<float> beyond = counts(11, 21, 31, 41);
-  EXPECT_GT(beyond.roll_rad, 0.F);
-  EXPECT_GT(beyond.pitch_rad, 0.F);
-  EXPECT_GT(beyond.climb_m_s, 0.F);
-  EXPECT_LT(beyond.yaw_rate_rad_s, 0.F);
+  for (const auto member : kMembers) {
+    EXPECT_NEAR(map.to_command(*sticks).*member, wanted.*member, 1e-6F);
+    EXPECT_EQ(beyond_the_edge(0).*member, 0.F);
+    EXPECT_GT((member == &Command::yaw_rate_rad_s ? -1.F : 1.F) * beyond_the_edge(1).*member, 0.F);
+  }
 }
 
 // Catches a remainder that is paid back on another axis, and one that only two of the axes have.
 TEST(CommandMap, EachAxisPaysItsOwnRemainderBack) {
-  using Command = ctl::Command<float>;
-  constexpr std::array kMembers{&Command::roll_rad, &Command::pitch_rad, &Command::climb_m_s, &Command::yaw_rate_rad_s};
   for (std::size_t axis = 0; axis < 4; ++axis) {
     CommandMap map(four_axes());
     const Sticks neutral = map.neutral();
     ctl::Command<float> small;  // two counts: nearer to level than to the edge of any dead zone
     small.*kMembers.at(axis) = 2e-3F * static_cast<float>(axis + 1);
-    const auto of = [](const Sticks& sticks) {
-      return std::array{static_cast<int>(sticks.roll), static_cast<int>(sticks.pitch),
-                        static_cast<int>(sticks.throttle), static_cast<int>(sticks.yaw)};
-    };
     std::array<int, 4> moved{};
     for (int command = 0; command < 40; ++command) {
       const core::Expected<Sticks> sticks = map.to_sticks(small);
       ASSERT_TRUE(sticks.has_value());
       for (std::size_t stick = 0; stick < 4; ++stick) {
-        moved[stick] += static_cast<int>(of(*sticks)[stick] != of(neutral)[stick]);
+        moved[stick] += static_cast<int>(counts_of(*sticks)[stick] != counts_of(neutral)[stick]);
       }
     }
     for (std::size_t stick = 0; stick < 4; ++stick) {
