@@ -74,6 +74,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"AtTheJumpIsPastItsEdge", kWhole, 20e-3F, 1045}, Case{"BeyondTheJumpIsLinear", kWhole, 21e-3F, 1045},
         // Asymmetry 1.5: to the positive side 2 * 1.5 / 2.5 = 1.2 of the mean gain, to the other 0.8.
         Case{"LessThanACountIsAsymmetricToo", kBetween, 0.49e-3F, 1024},  // 0.41 counts; 0.61 would be the next
+        Case{"NothingIsJumpedWhereThereIsNoDeadZone", kBetween, -0.1e-3F, 1024},
         Case{"AsymmetricUp", kAsymmetric, 0.12F, 1124}, Case{"AsymmetricDown", kAsymmetric, -0.12F, 874},
         // All together: 330 counts from the edge are 165 of 660 after the curve, and 1.2 or 0.8 of that.
         Case{"AllUp", kAll, -0.198F, 1364}, Case{"AllDown", kAll, 0.132F, 664},
