@@ -43,16 +43,16 @@ Range shown(const std::optional<std::pair<double, double>>& given, const Range& 
   return given ? padded({.low = given->first, .high = given->second}, 0.0) : padded(data, air);
 }
 
-/// The smallest step of 1, 2 or 5 times a power of ten with at most `count` steps in the range.
+/// The smallest step of 1, 2 or 5 times a power of ten with at most `count` steps in the range, but no larger than half
+/// of the range: an axis has two ticks at least.
 double tick_step(const Range& range, int count) {
   const double raw = range.size() / count;
   const double power = std::pow(10.0, std::floor(std::log10(raw)));
-  for (const double multiple : {1.0, 2.0, 5.0}) {
-    if (multiple * power >= raw) {
-      return multiple * power;
-    }
+  double step = power;
+  for (const double multiple : {2.0, 5.0, 10.0}) {
+    step = step < raw && multiple * power <= 0.5 * range.size() ? multiple * power : step;
   }
-  return 10.0 * power;
+  return step;
 }
 
 std::string tick_label(double value, double step) {

@@ -37,6 +37,22 @@ TEST(Plot, NoCoordinateIsNan) {
   }
 }
 
+// One tick does not show the scale: the height of a course in 180 pixels had 0.0 alone.
+TEST(Plot, ALowFigureHasTwoTicks) {
+  for (const double height : {0.41, 0.6, 0.99, 1.7, 2.4}) {
+    const std::string drawn = svg({.title = "",
+                                   .x_label = "",
+                                   .y_label = "",
+                                   .lines = {{.name = "", .x = {0, 1}, .y = {0, height}}},
+                                   .height = 140});
+    std::size_t ticks = 0;
+    for (std::size_t at = 0; (at = drawn.find("text-anchor=\"end\"", at)) != std::string::npos; ++at) {
+      ++ticks;
+    }
+    EXPECT_GE(ticks, 2U) << height << '\n' << drawn;
+  }
+}
+
 TEST(Plot, WordsOfTheUserCannotBreakThePage) {
   Page page("a < b & \"c\"");
   page.paragraph("<script> -> b");
