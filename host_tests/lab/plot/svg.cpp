@@ -213,13 +213,16 @@ std::string joined(const std::vector<std::string>& texts, const std::string& bet
 }
 
 std::string escape(const std::string& words) {
+  constexpr std::string_view kSpecial = "<>&\"";
+  constexpr std::array kEntities{"&lt;", "&gt;", "&amp;", "&quot;"};
   std::string out;
   for (const char c : words) {
     if (c == '>' && out.ends_with('-')) {  // the browser would break "->" in two
       out.replace(out.size() - 1, 1, "→");
       continue;
     }
-    out += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
+    const std::size_t at = kSpecial.find(c);
+    out += at < kSpecial.size() ? kEntities[at] : std::string(1, c);
   }
   return out;
 }
@@ -283,17 +286,18 @@ Curve thinned(const Curve& curve, std::size_t count) {
     out.y.push_back(curve.y[i]);
   };
   for (std::size_t begin = 0; begin < size; begin += group) {
-    const std::size_t end = std::min(size, begin + group);
-    std::size_t low = begin;
-    std::size_t high = begin;
-    std::size_t broken = end;
-    for (std::size_t i = begin; i < end; ++i) {
-      broken = std::isfinite(curve.y[i]) ? broken : i;
-      low = curve.y[i] < curve.y[low] ? i : low;
-      high = curve.y[i] > curve.y[high] ? i : high;
+    const auto first = curve.y.begin() + static_cast<std::ptrdiff_t>(begin);
+    const auto last = first + static_cast<std::ptrdiff_t>(std::min(group, size - begin));
+    const auto index = [&](auto found) { return static_cast<std::size_t>(found - curve.y.begin()); };
+    const auto broken = std::find_if(first, last, [](double y) { return !std::isfinite(y); });
+    if (broken != last) {
+      keep(index(broken));
+      continue;
     }
-    keep(broken < end ? broken : std::min(low, high));
-    if (broken == end && low != high) {
+    const std::size_t low = index(std::min_element(first, last));
+    const std::size_t high = index(std::max_element(first, last));
+    keep(std::min(low, high));
+    if (low != high) {
       keep(std::max(low, high));
     }
   }

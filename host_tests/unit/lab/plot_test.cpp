@@ -29,9 +29,10 @@ TEST(Plot, ThinningKeepsASpikeOfOneSample) {
 TEST(Plot, NoCoordinateIsNan) {
   for (const Curve& line : {Curve{.name = "", .x = {0, 1, 2, 3}, .y = {1, std::nan(""), 1, 2}},
                             Curve{.name = "", .x = {7}, .y = {0}}, Curve{.name = "", .x = {7, 7}, .y = {1, 2}}}) {
-    for (Figure figure : {Figure{.title = "t", .x_label = "", .y_label = "", .lines = {line}},
-                          Figure{.title = "t", .x_label = "", .y_label = "", .lines = {line}, .y_range = {{0, 0}}},
-                          Figure{.title = "t", .x_label = "", .y_label = "", .lines = {line}, .equal_axes = true}}) {
+    for (const Figure& figure :
+         {Figure{.title = "t", .x_label = "", .y_label = "", .lines = {line}},
+          Figure{.title = "t", .x_label = "", .y_label = "", .lines = {line}, .y_range = {{0, 0}}},
+          Figure{.title = "t", .x_label = "", .y_label = "", .lines = {line}, .equal_axes = true}}) {
       EXPECT_EQ(svg(figure).find("nan"), std::string::npos);
     }
   }
