@@ -42,76 +42,81 @@ inline constexpr StageSet kHolding = AuthorityStage::kInControl | AuthorityStage
 inline constexpr StageSet kEveryStage = kStartUp | kIdle | kAcquiring | kHolding | AuthorityStage::kListening |
                                         AuthorityStage::kPausing | AuthorityStage::kSilentCold;
 
+/// Short names for the rows of the table.
+namespace authority_rows {
+
+using enum AuthorityCondition;
+using Row = AuthorityTransition;
+using S = AuthorityStage;
+using A = AuthorityAction;
+using R = AuthorityReason;
+
 /// Read from top to bottom, the first row that matches wins. If no row matches, the stage stays.
-inline constexpr auto kAuthorityTable = [] {
-  using enum AuthorityCondition;
-  using Row = AuthorityTransition;
-  using S = AuthorityStage;
-  using A = AuthorityAction;
-  using R = AuthorityReason;
-  return std::array{
-      // Loss of authority is tested before anything else. Control that is still ours then is given back by step().
-      Row{kEveryStage, kPortBack, kNone, S::kListening, A::kNone, R::kPortBack},
-      Row{kAcquiring | kHolding, kOwnStall, kNone, S::kSilent, A::kReleaseControl, R::kOwnStall},
-      Row{kAcquiring | kHolding | kIdle, kRestarted, kNone, S::kSilentCold, A::kNone, R::kRestarted},
-      Row{kStartUp | S::kPausing, kRestarted, kNone, S::kListening, A::kNone, R::kRestarted},
-      Row{kAcquiring | kHolding, kControlLostPush, kNone, S::kSilent, A::kNone, R::kControlLost},
-      Row{kAcquiring | kHolding | kIdle, kNone, kLinkAlive, S::kSilentCold, A::kNone, R::kLinkSilent},
-      Row{kAcquiring | kHolding, kNone, kItemsFresh, S::kSilentCold, A::kNone, R::kLinkSilent},
-      Row{kAcquiring | kHolding, kNone, kModeF, S::kSilent, A::kNone, R::kLeftModeF},
-      Row{S::kEnabling | S::kInControl, kNone, kDeviceOurs, S::kSilent, A::kNone, R::kTaken},
-      Row{S::kInControl, kNeedsVirtualRc, kVirtualRcOn, S::kSilent, A::kNone, R::kVirtualRcEnded},
-      Row{S::kInControl, kNoAnswer, kNone, S::kSilent, A::kReleaseControl, R::kUplinkSilent},
+inline constexpr std::array kAuthorityTable{
+    // Loss of authority is tested before anything else. Control that is still ours then is given back by step().
+    Row{kEveryStage, kPortBack, kNone, S::kListening, A::kNone, R::kPortBack},
+    Row{kAcquiring | kHolding, kOwnStall, kNone, S::kSilent, A::kReleaseControl, R::kOwnStall},
+    Row{kAcquiring | kHolding | kIdle, kRestarted, kNone, S::kSilentCold, A::kNone, R::kRestarted},
+    Row{kStartUp | S::kPausing, kRestarted, kNone, S::kListening, A::kNone, R::kRestarted},
+    Row{kAcquiring | kHolding, kControlLostPush, kNone, S::kSilent, A::kNone, R::kControlLost},
+    Row{kAcquiring | kHolding | kIdle, kNone, kLinkAlive, S::kSilentCold, A::kNone, R::kLinkSilent},
+    Row{kAcquiring | kHolding, kNone, kItemsFresh, S::kSilentCold, A::kNone, R::kLinkSilent},
+    Row{kAcquiring | kHolding, kNone, kModeF, S::kSilent, A::kNone, R::kLeftModeF},
+    Row{S::kEnabling | S::kInControl, kNone, kDeviceOurs, S::kSilent, A::kNone, R::kTaken},
+    Row{S::kInControl, kNeedsVirtualRc, kVirtualRcOn, S::kSilent, A::kNone, R::kVirtualRcEnded},
+    Row{S::kInControl, kNoAnswer, kNone, S::kSilent, A::kReleaseControl, R::kUplinkSilent},
 
-      // The operator gives control back.
-      Row{kAcquiring | S::kInControl, kReleaseRequested, kNone, S::kReleasing, A::kReleaseControl, R::kNone},
-      Row{S::kReleasing, kNone, kReleasePending, S::kReady, A::kNone, R::kReleased},
+    // The operator gives control back.
+    Row{kAcquiring | S::kInControl, kReleaseRequested, kNone, S::kReleasing, A::kReleaseControl, R::kNone},
+    Row{S::kReleasing, kNone, kReleasePending, S::kReady, A::kNone, R::kReleased},
 
-      // Start-up, by itself, until the first loss.
-      Row{S::kListening, kLinkAlive, kNone, S::kRequestingVersion, A::kRequestVersion, R::kStarting},
-      Row{S::kListening, kTimeOver, kNone, S::kRequestingVersion, A::kRequestVersion, R::kNothingReceived},
-      Row{S::kRequestingVersion, kDone, kNone, S::kActivating, A::kActivate, R::kStarting},
-      Row{S::kRequestingVersion, kNoAnswer, kLinkAlive, S::kPausing, A::kNone, R::kNothingReceived},
-      Row{S::kActivating, kDone, kNone, S::kSettingRates, A::kSetRates, R::kStarting},
-      Row{S::kSettingRates, kDone, kNone, S::kAwaitingTelemetry, A::kNone, R::kStarting},
-      Row{kStartUp, kRetry, kNone, S::kPausing, A::kNone, R::kAnswer},
-      Row{kStartUp, kNoAnswer, kNone, S::kPausing, A::kNone, R::kNoAnswer},
-      Row{kStartUp, kSendAgain, kNone, S::kPausing, A::kNone, R::kAnswer},
-      Row{kStartUp, kRefused, kNone, S::kSilentCold, A::kNone, R::kAnswer},
-      Row{kStartUp, kNotActivated, kNone, S::kPausing, A::kNone, R::kNotActivated},
-      Row{S::kPausing, kTimeOver, kNone, S::kListening, A::kNone, R::kStarting},
-      Row{S::kAwaitingTelemetry, kItemsFresh, kNone, S::kReady, A::kNone, R::kNone},
-      Row{S::kAwaitingTelemetry, kTimeOver, kNone, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
+    // Start-up, by itself, until the first loss.
+    Row{S::kListening, kLinkAlive, kNone, S::kRequestingVersion, A::kRequestVersion, R::kStarting},
+    Row{S::kListening, kTimeOver, kNone, S::kRequestingVersion, A::kRequestVersion, R::kNothingReceived},
+    Row{S::kRequestingVersion, kDone, kNone, S::kActivating, A::kActivate, R::kStarting},
+    Row{S::kRequestingVersion, kNoAnswer, kLinkAlive, S::kPausing, A::kNone, R::kNothingReceived},
+    Row{S::kActivating, kDone, kNone, S::kSettingRates, A::kSetRates, R::kStarting},
+    Row{S::kSettingRates, kDone, kNone, S::kAwaitingTelemetry, A::kNone, R::kStarting},
+    Row{kStartUp, kRetry, kNone, S::kPausing, A::kNone, R::kAnswer},
+    Row{kStartUp, kNoAnswer, kNone, S::kPausing, A::kNone, R::kNoAnswer},
+    Row{kStartUp, kSendAgain, kNone, S::kPausing, A::kNone, R::kAnswer},
+    Row{kStartUp, kRefused, kNone, S::kSilentCold, A::kNone, R::kAnswer},
+    Row{kStartUp, kNotActivated, kNone, S::kPausing, A::kNone, R::kNotActivated},
+    Row{S::kPausing, kTimeOver, kNone, S::kListening, A::kNone, R::kStarting},
+    Row{S::kAwaitingTelemetry, kItemsFresh, kNone, S::kReady, A::kNone, R::kNone},
+    Row{S::kAwaitingTelemetry, kTimeOver, kNone, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
 
-      // The operator requests control.
-      Row{S::kSilentCold, kControlRequested, kNone, S::kListening, A::kNone, R::kStarting},
-      Row{S::kSilent, kControlRequested, kNone, S::kAwaitingTelemetry, A::kNone, R::kStarting},
-      Row{S::kReady, kNone, kItemsFresh, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
-      Row{S::kReady, kControlRequested | kRcOff, kNone, S::kReady, A::kNone, R::kRcOff},
-      Row{S::kReady, kControlRequested, kModeF, S::kReady, A::kNone, R::kNotModeF},
-      Row{S::kReady, kControlRequested | kRequestSpaced, kReleasePending, S::kObtaining, A::kRequestControl,
-          R::kStarting},
+    // The operator requests control.
+    Row{S::kSilentCold, kControlRequested, kNone, S::kListening, A::kNone, R::kStarting},
+    Row{S::kSilent, kControlRequested, kNone, S::kAwaitingTelemetry, A::kNone, R::kStarting},
+    Row{S::kReady, kNone, kItemsFresh, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
+    Row{S::kReady, kControlRequested | kRcOff, kNone, S::kReady, A::kNone, R::kRcOff},
+    Row{S::kReady, kControlRequested, kModeF, S::kReady, A::kNone, R::kNotModeF},
+    Row{S::kReady, kControlRequested | kRequestSpaced, kReleasePending, S::kObtaining, A::kRequestControl,
+        R::kStarting},
 
-      // Every request has to be sent twice: the first is answered "again" (protocol, 6.1). Telemetry may show that
-      // control is ours before the answer does, or instead of it.
-      Row{S::kObtaining | S::kSpacing, kDeviceOurs, kNone, S::kConfirming, A::kNone, R::kGranted},
-      Row{S::kObtaining, kDone, kNone, S::kConfirming, A::kNone, R::kGranted},
-      Row{S::kObtaining, kSendAgain | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kStarting},
-      Row{S::kObtaining, kNoAnswer | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kNoAnswer},
-      Row{S::kObtaining, kSendAgain, kNone, S::kSilent, A::kNone, R::kEndlessObtaining},
-      Row{S::kObtaining, kNoAnswer, kNone, S::kSilent, A::kNone, R::kNoAnswer},
-      Row{S::kObtaining, kRetry, kNone, S::kSilent, A::kNone, R::kAnswer},
-      Row{S::kObtaining, kRefused, kNone, S::kSilent, A::kNone, R::kAnswer},
-      Row{S::kObtaining, kNotActivated, kNone, S::kSilentCold, A::kNone, R::kNotActivated},
-      Row{S::kSpacing, kRequestSpaced, kNone, S::kObtaining, A::kRequestControl, R::kStarting},
-      Row{S::kConfirming, kDeviceOurs, kNeedsVirtualRc, S::kInControl, A::kNone, R::kGranted},
-      Row{S::kConfirming, kDeviceOurs | kSwitchSpaced, kNone, S::kEnabling, A::kSwitchVirtualRcOn, R::kGranted},
-      Row{S::kConfirming, kTimeOver, kDeviceOurs, S::kSilent, A::kReleaseControl, R::kNotConfirmed},
-      Row{S::kEnabling, kVirtualRcOn, kNone, S::kInControl, A::kNone, R::kGranted},
-      Row{S::kEnabling, kTimeOver | kSwitchesLeft, kNone, S::kConfirming, A::kNone, R::kGranted},
-      Row{S::kEnabling, kTimeOver, kNone, S::kSilent, A::kReleaseControl, R::kVirtualRcRefused},
-  };
-}();
+    // Every request has to be sent twice: the first is answered "again" (protocol, 6.1). Telemetry may show that
+    // control is ours before the answer does, or instead of it.
+    Row{S::kObtaining | S::kSpacing, kDeviceOurs, kNone, S::kConfirming, A::kNone, R::kGranted},
+    Row{S::kObtaining, kDone, kNone, S::kConfirming, A::kNone, R::kGranted},
+    Row{S::kObtaining, kSendAgain | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kStarting},
+    Row{S::kObtaining, kNoAnswer | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kNoAnswer},
+    Row{S::kObtaining, kSendAgain, kNone, S::kSilent, A::kNone, R::kEndlessObtaining},
+    Row{S::kObtaining, kNoAnswer, kNone, S::kSilent, A::kNone, R::kNoAnswer},
+    Row{S::kObtaining, kRetry, kNone, S::kSilent, A::kNone, R::kAnswer},
+    Row{S::kObtaining, kRefused, kNone, S::kSilent, A::kNone, R::kAnswer},
+    Row{S::kObtaining, kNotActivated, kNone, S::kSilentCold, A::kNone, R::kNotActivated},
+    Row{S::kSpacing, kRequestSpaced, kNone, S::kObtaining, A::kRequestControl, R::kStarting},
+    Row{S::kConfirming, kDeviceOurs, kNeedsVirtualRc, S::kInControl, A::kNone, R::kGranted},
+    Row{S::kConfirming, kDeviceOurs | kSwitchSpaced, kNone, S::kEnabling, A::kSwitchVirtualRcOn, R::kGranted},
+    Row{S::kConfirming, kTimeOver, kDeviceOurs, S::kSilent, A::kReleaseControl, R::kNotConfirmed},
+    Row{S::kEnabling, kVirtualRcOn, kNone, S::kInControl, A::kNone, R::kGranted},
+    Row{S::kEnabling, kTimeOver | kSwitchesLeft, kNone, S::kConfirming, A::kNone, R::kGranted},
+    Row{S::kEnabling, kTimeOver, kNone, S::kSilent, A::kReleaseControl, R::kVirtualRcRefused},
+};
+
+}  // namespace authority_rows
+using authority_rows::kAuthorityTable;
 
 /// The most rows that one stage has.
 inline constexpr std::size_t kMaxRowsOfStage = [] {
