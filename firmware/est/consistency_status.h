@@ -10,8 +10,8 @@ namespace m100::est {
 /// Whether poses and autopilot contradict each other, and the horizontal speed by the channel that is trusted.
 struct ConsistencyStatus {
   std::uint32_t refused_poses = 0;  ///< by the innovation gate, in a row
-  core::Duration refused_for{
-      0};  ///< how long poses have been refused; at least Limits::gate_shut while the motion counts as false
+  /// How long poses have been refused; at least Limits::gate_shut while the motion counts as false.
+  core::Duration refused_for{0};
   double refused_by_m = 0.0;       ///< distance of the last refused pose from the expected one, on the worst axis
   double refused_allowed_m = 0.0;  ///< gate on that axis
   double refused_turn_rad = 0.0;   ///< of the last refused pose, from its expected heading

@@ -11,8 +11,8 @@ namespace m100::ctl {
 namespace {
 
 constexpr double kMaxSpeed_m_s = 17.0;  ///< of the aircraft, by its maker
-constexpr double kMinGoal_m =
-    0.05;  ///< no motion is planned if the goal is nearer (m) and the speed lower (m/s) than this
+/// No motion is planned if the goal is nearer than this [m] and the speed lower [m/s].
+constexpr double kMinGoal_m = 0.05;
 constexpr double kMinShare = 0.25;  ///< least share of the slope limit for an axis, and of its acceleration in wind
 
 template <typename T>

@@ -18,7 +18,7 @@ namespace {
 /// undeclared trim can be identified as a dead zone.
 constexpr const char* kDeclared = "second_order,transport_delay,dead_zone,trim_offset";
 /// The delay of the serial line and of the sampling is too short to be found in a log. Undeclared, it would change the
-/// frequency of climb.
+/// frequency of climb and the time constant of yaw.
 constexpr const char* kDeclaredClimb = "second_order,transport_delay,dead_zone,trim_offset";
 /// In the measured flight, yaw has a stick curve: it leaves an error of 0.036 rad/s, a dead zone leaves 0.039.
 constexpr const char* kDeclaredYaw = "first_order,transport_delay,stick_curve,trim_offset";

@@ -57,7 +57,7 @@ std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOp
   return cells.empty() ? std::nullopt : std::optional(mean_of(cells));
 }
 
-/// Tasks in wind have the fan. With a body they have the plant's wind instead, and all other tasks have none.
+/// The plant of a task. Without a body, tasks in wind have the fan. With one, they have the plant's wind, others none.
 sim::Plant plant_of(const Task& task, const SuiteOptions& options) {
   if (options.body == nullptr) {
     return task.fan ? sim::with_fan(options.plant) : options.plant;

@@ -26,7 +26,7 @@ struct Task {
 ///
 /// The paper names few sizes. Steps: its "2 m along x in windy condition, whereas it moves 6 m" (IV-D.3) are taken as
 /// total distances, flown with goals 1 m apart, because even the fastest single step of 6 m has a larger RMS than the
-/// paper reports. In y, 6 m and 8 m are flown. The literal single steps are separate tasks (literal_steps).
+/// paper reports. In y, 6 m are flown in wind, 8 m in calm air. literal_steps: the literal single steps.
 /// Trajectory: the 1 x 1 m square (IV-D.4), minimum-jerk sides of 2.5 s. Simulator: four goals with heading (IV-D.1).
 const std::vector<Task>& paper_tasks();
 /// One step of 6 m in x, calm; one of 2 m, windy.

@@ -49,7 +49,7 @@ struct MarginLimits {
   double certified_peak = 1e3;
 };
 inline constexpr MarginLimits kFieldLimits{1.65, 0.15, 2.2, 0.1};
-inline constexpr MarginLimits kRobustLimits{1.6, 0.15, 1.6, 0.15, 1.568};  // certify() proves 1.02 times as much
+inline constexpr MarginLimits kRobustLimits{1.6, 0.15, 1.6, 0.15, 1.568};  // certify() proves at most 1.02 times that
 
 /// The worst margins of all loops over an Extent of the boxes.
 struct WorstMargins {

@@ -205,8 +205,8 @@ class AxisPipeline {
     withdraw(kZero);
   }
 
-  /// Tests for a climb speed that falls with the height flown, with the selected model and with the declared one. The
-  /// selected effects may only imitate the tether. @returns whether there is a tether.
+  /// Tests for a climb speed that falls with the height flown, with the selected model and with the declared one,
+  /// because the selected effects may imitate a tether. @returns whether there is a tether.
   bool detect_tether() {
     if (request_.axis != "climb" || !problem_->training().signals.data.other.empty()) {
       return false;

@@ -53,8 +53,8 @@ struct LoopResult {
 
 /// Flies, identifies from the logs alone, takes over the channels that predict better on a flight that no fit has seen,
 /// and flies again. Each channel (an axis, or translation) is decided by itself: it must predict the second
-/// identification flight better (predicts_better), and trial flights must not be worse with it. Published predictions
-/// are those of a third flight.
+/// identification flight better (predicts_better), give a controller (uncontrollable), and not make trial flights
+/// worse. Published predictions are those of a third flight.
 LoopResult close_loop(const LoopOptions& options);
 
 /// One identification flight with options.vehicle on excitation(seed), and its log in `file`. Errors: InputError.

@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 #include <sstream>
+#include <string_view>
 
 namespace m100::lab::plot {
 namespace {

@@ -30,7 +30,7 @@ struct SampleGrid {
 
 /// Share of the used samples at which a stick has its largest or smallest value: the log clipped it, or the pilot flew
 /// to the stops. 0 if these two values are not symmetric about zero, or if the stick mostly jumps to them within one
-/// row, as the pulses of a machine do and a hand does not.
+/// row, as the pulses of a machine do and a hand does not (not tested if rows are 55 ms apart or more).
 double clipped_share(const std::vector<double>& stick, const std::vector<char>& used, const SampleGrid& clock);
 
 /// Detects angles in degrees that are read as radians (roll or pitch beyond half a turn), and converts them to radians.

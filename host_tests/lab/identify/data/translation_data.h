@@ -32,8 +32,8 @@ enum class ForceProjection {
 /// The signals of a log for translation, at the log's own rate. World frame, z up.
 ///
 /// Rigid body: a = T b3 - g e3, where b3 is the body's z axis and T the thrust over mass. T is the logged thrust set
-/// point times g; without one, see ThrustSource. Without a set point only the horizontal axes are used, because their
-/// thrust is not a prediction then.
+/// point times g; without one, see ThrustSource. The vertical axis is used only with a set point, because otherwise the
+/// thrust is measured and not predicted.
 ///
 /// a comes from velocity; without it from position; without both from the accelerometer. Every predicted acceleration
 /// passes the filter that the measured a has passed: the slope of a least-squares line through 0.2 s of the velocity.

@@ -171,10 +171,11 @@ void check_completeness(const ValidationComparison& parts, const CompletenessLim
   const double maximum = starts_count || !result.changes.empty() ? rms_ratio : later_ratio;
   if (is_another_vehicle(parts, limits, !result.effects.empty() || !result.changes.empty(), maximum)) {
     const bool alone = result.unexplained.empty();
-    std::snprintf(text, sizeof text,
-                  "the validation error is %.2f times the training error (limit %.2g; chance %.1g, limit %.1g)",
-                  maximum > limits.max_ratio ? maximum : later_ratio, limits.max_ratio, parts.probability,
-                  limits.min_probability);
+    std::snprintf(
+        text, sizeof text,
+        "the validation error is %.2f times the training error (limit %.2g; probability by chance %.1g, at least %.1g)",
+        maximum > limits.max_ratio ? maximum : later_ratio, limits.max_ratio, parts.probability,
+        limits.min_probability);
     result.unexplained.emplace_back(text);
     if (alone) {
       result.findings.push_back(
