@@ -10,8 +10,8 @@ namespace m100::core {
 /// Counts the periods of 10 ms in the time that has passed, rounded to the nearest. The remainder is carried to the
 /// next call. After a stall the missing periods are distributed over the next calls.
 ///
-/// After each complete count the remainder shrinks by a sixteenth. Otherwise a remainder of half a period could make
-/// the count alternate between 0 and 2.
+/// In each call that counts all periods that are due, the remainder shrinks by a sixteenth. Otherwise a remainder of
+/// half a period could make the count alternate between 0 and 2.
 class TickCount {
  public:
   static constexpr Duration kMaxBehind = std::chrono::milliseconds(500);  ///< more than this is discarded

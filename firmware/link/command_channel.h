@@ -35,9 +35,9 @@ struct ChannelConfig {
 /// @returns kOutOfRange: the rate is outside the window of its channel.
 core::Expected<core::Duration> command_period(const ChannelConfig& config);
 
-/// Limits the command rate. Due times lie on a grid, so that clock jitter hardly lowers the mean rate. Two commands are
-/// never closer than period - kSlack, and a pause is not made up for. At 50 Hz or less, no window of one second holds
-/// more commands than 1 s / period, rounded up.
+/// Limits the command rate. Due times lie on a grid, so that clock jitter hardly lowers the mean rate and never raises
+/// it. Two commands are never closer than period - kSlack, and a pause is not made up for. At 50 Hz or less, no window
+/// of one second holds more commands than 1 s / period, rounded up.
 class RateLimiter {
  public:
   static constexpr core::Duration kSlack = std::chrono::milliseconds(2);

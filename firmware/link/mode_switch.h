@@ -13,7 +13,7 @@ namespace m100::link {
 /// that shows F after we have sent mode A for kOwnModeShows shows the real switch.
 class ModeSwitch {
  public:
-  /// If the RC item can show our own mode (A), it does so this long after our first Virtual RC data, or earlier.
+  /// If the RC item can show our own mode (A), it does so at most this long after our first Virtual RC data.
   static constexpr core::Duration kOwnModeShows = std::chrono::milliseconds(200);
 
   /// A command was sent.

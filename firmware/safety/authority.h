@@ -159,8 +159,8 @@ struct AuthorityStep {
 constexpr bool may_command(AuthorityStage stage) { return stage == AuthorityStage::kInControl; }
 
 /// One step: applies at most one row of the table, then decides whether a release is sent (promise R15). Outside the
-/// stages that acquire or have control, releases are sent while telemetry shows control or Virtual RC as ours, and
-/// while it may be ours but telemetry is silent. The caller keeps the state.
+/// stages that acquire or have control, a release is sent after a row that orders one, while telemetry shows control or
+/// Virtual RC as ours, and while it may be ours but telemetry is silent. The caller keeps the state.
 /// @param elapsed since the step before, not negative.
 AuthorityStep step(const AuthorityState& state, AuthorityCondition conditions, core::Duration elapsed);
 

@@ -28,8 +28,9 @@ struct FlightSample {
 ///   crash      tilted 30 degrees away from the predicted tilt for 2 s; or a force above 3 g, and in the 3 s after it
 ///              one second with rates below 0.1 rad/s and a climb speed below 0.1 m/s
 ///
-/// A tilt must show in the attitude and in the integral of the body rates. An attitude that its own rates or our
-/// commands contradict is not used. T is float or double. No heap. Cost: about 30 products a tick.
+/// A tilt must show in the attitude and in the integral of the body rates; tumbling counts only while these two are
+/// within 45 degrees. An attitude that its own rates or our commands contradict is not used. T is float or
+/// double. No heap. Cost: about 30 products a tick.
 template <typename T>
 class FailureDetector {
  public:

@@ -21,7 +21,7 @@ namespace m100::ctl {
 
 struct FlightLawOptions {
   /// Limit of the commanded tilt of both axes together, above 0 and below 90 degrees. The flown tilt may exceed it
-  /// briefly.
+  /// briefly (slope_limit.h), but must stay below 35 degrees (promise R12).
   double combined_tilt_limit_rad = 0.5235987755982988;  // 30 deg
   /// Law of the horizontal axes; the baseline (kLqr) differs from the MPC only in the optimisation.
   mpc::Law horizontal = mpc::Law::kMpc;

@@ -32,8 +32,9 @@ struct LimitCycleReport {
 /// is true for any motion, and its left side needs only position x and tilt t. A healthy loop answers a disturbance
 /// with a tilt of less than kMinRatio times its size.
 ///
-/// At f Hz detection takes (kHalfWaves + 0.5) / 2 f after the oscillation has become that high. Cost: some 60
-/// operations per axis and tick, no library function or heap. T is float or double.
+/// At f Hz detection takes (kHalfWaves + 0.5) / 2 f from when the oscillation is high enough. Below 0.2 rad it may take
+/// longer, because errors of poses and tilts count as a disturbance, too. Cost: some 60 operations per axis and tick,
+/// no library function or heap. T is float or double.
 template <typename T>
 class LimitCycleDetector {
  public:

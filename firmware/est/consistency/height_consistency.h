@@ -33,8 +33,8 @@ class HeightConsistency {
   T allowed_m() const { return allowed_m_; }
   /// The part of the drift that exceeds kHeightWander_m; m.
   T unexplained_drift_m() const;
-  /// The poses have risen by 0.2 m more than the integral of the autopilot's climb speed. Alone this contradicts
-  /// nothing. With a status "on the ground" it shows a drift (0.7 m in the simulated drifts that reached the ground).
+  /// Whether the poses have risen by 0.2 m more than the integral of the climb speed since the start. Alone this
+  /// contradicts nothing. With a status "on the ground" it shows a drift (0.7 m in simulated drifts to the ground).
   bool reads_high() const { return by_climb_m_ > T(0.2); }
 
  private:

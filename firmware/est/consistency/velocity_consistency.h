@@ -78,7 +78,7 @@ class VelocityConsistency {
   CheckSet disabled_checks_;
   bool suspect_ = false;  ///< is_suspect(): the effect of a sensor fault must not be learned as the sensor's error
   core::Duration force_age_{0};
-  bool is_observed_ = false;  ///< telemetry showed the motion of this tick
+  bool is_observed_ = false;  ///< telemetry showed the motion of this tick; true while no force has ever come
   SpecificForce<T> specific_force_;
   ForceConsistency<T> force_;
   ClimbConsistency<T> climb_;

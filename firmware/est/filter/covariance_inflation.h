@@ -12,9 +12,9 @@ namespace m100::est {
 /// The mean products of these errors over 3 s, less the part that white noise of the poses causes, are added to the
 /// filter's variances. The added variances grow with the age of the newest pose, for up to 1 s.
 ///
-/// If the innovations are smaller than predicted, the filter's own covariance is multiplied by their mean normalised
-/// square (NIS), by at least 0.25. Memory: ten numbers. Cost: about 50 products a pose, 25 a tick. T is float or
-/// double.
+/// While poses come whose innovations are smaller than predicted, the filter's own covariance is multiplied by their
+/// mean normalised square (NIS), by at least 0.25. Memory: ten numbers. Cost: about 50 products a pose, 25 a tick. T is
+/// float or double.
 template <typename T>
 class CovarianceInflation {
  public:

@@ -68,7 +68,7 @@ class DisturbanceEkf {
   explicit DisturbanceEkf(const model::Vehicle& vehicle);
 
   /// Call it once per controller tick, `elapsed` after the last call. It predicts as many periods of 10 ms as
-  /// core::TickCount counts, 0 to kMaxTicks.
+  /// core::TickCount counts, 0 to kMaxTicks. While more than one period is left, no pose is used.
   const Estimate<Real>& update(const Measurement<Real>& measured, const ctl::Command<Real>& applied_command,
                                core::Duration elapsed);
   /// The result of the last update().

@@ -39,6 +39,8 @@ class Quantile {
 /// because a message can be late but never early. Least squares over some 3000 poses give the rate r. t0 + r s is the
 /// lower envelope of y: it falls at once to a smaller y and rises slowly. The constant latency of all messages remains;
 /// PoseLatency finds it. If the sender's clock was set or slewed, t0 is estimated anew and the rate is kept.
+/// Time stamps that have once followed the arrivals stay trusted: a pose that then comes far later than its stamp says
+/// is old, however long that lasts.
 ///
 /// Cost: about 30 products, some ten divisions and a square root a pose, ClockShift included. In float for every
 /// scalar: the arithmetic uses only time differences, taken in whole microseconds, never times of a whole flight.
@@ -51,8 +53,8 @@ class PoseClock {
   };
   /// @param captured if it is not later than in the previous call, the sender's clock was set
   /// @returns our time of capture plus the constant latency: when the pose would have arrived without jitter. It is
-  ///   `arrived` itself before 30 poses have come, for a pose that shows that the clock was set, and while the sender's
-  ///   time stamps do not follow the arrivals.
+  ///   `arrived` itself before 30 poses have come (counted again after 10 s without one), for a pose that shows that
+  ///   the clock was set, and while the sender's time stamps do not follow the arrivals.
   core::TimePoint update(core::SenderTime captured, core::TimePoint arrived, const Context& context);
   core::TimePoint update(core::SenderTime captured, core::TimePoint arrived) {
     return update(captured, arrived, Context{});

@@ -29,8 +29,8 @@ class ReleaseMonitor {
 
   /// Notes that control is requested. @param outages of the port so far: a later one may bring another autopilot.
   void control_requested(std::uint32_t outages) { outages_before_ = outages; }
-  /// Begins: control is to go back, or is lost. @param stops signals to end so far. The next signal insists; if there
-  /// was none so far, the second one does, because the first is the order to end.
+  /// Begins: control is to go back, or is lost. @param stops signals to end so far. The next signal insists, but only
+  /// after kReportDelay; if there was none so far, the second one does, because the first is the order to end.
   void begin(core::TimePoint now, std::uint32_t stops);
   /// Call it each tick, in every phase: tells what the pilot has to do if control may be ours and cannot be given back.
   void update(core::TimePoint now, const link::AuthorityView& view);
