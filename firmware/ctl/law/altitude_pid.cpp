@@ -6,16 +6,17 @@
 namespace m100::ctl {
 namespace {
 
-// Natural frequency times delay; with kDamping it leaves 6 dB of gain margin in every corner (`m100-lab gains`).
-constexpr double kBandwidth = 0.42;
-constexpr double kDamping = 1.02;
+// Natural frequency times delay. With kDamping, kIntegralShare and the noises of est/filter/height_filter.cpp it leaves
+// 6 dB and 45 degrees in every corner (`m100-lab gains`).
+constexpr double kBandwidth = 0.41;
+constexpr double kDamping = 1.05;
 constexpr double kFeedback_s = 0.03;  // delay by pose age and tick, which no vehicle file states
 constexpr double kHold_s = 0.02;      // half of the stick period
 // Largest Kd / T, and largest Kp where Kd is 0, times delay and hold: 6 dB and 45 degrees for T of 0.05 to 1 s.
 constexpr double kMaxDerivative = 0.6;
 constexpr double kMaxProportional = 0.45;
 constexpr double kFastest_rad_s = 4.0;
-constexpr double kIntegralShare = 0.1;  // integral corner over natural frequency
+constexpr double kIntegralShare = 0.08;  // integral corner over natural frequency
 
 }  // namespace
 

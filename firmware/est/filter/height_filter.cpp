@@ -8,19 +8,21 @@
 namespace m100::est {
 namespace {
 
-// Process noise per sqrt(s): the autopilot's climb loop has an error of about 0.07 m/s in still air.
+// Process noise per sqrt(s), found together with the gains of ctl/law/altitude_pid.cpp: the least error in hover of
+// which every corner keeps 6 dB and 45 degrees. The autopilot's climb loop has an error of about 0.07 m/s in still air.
 constexpr double kHeightProcess_m = 1e-3;
-constexpr double kClimbProcess_m_s = 0.1;
-constexpr double kRateProcess_m_s2 = 0.5;
-constexpr double kOffsetProcess_m_s = 0.03;
+constexpr double kClimbProcess_m_s = 0.47;
+constexpr double kRateProcess_m_s2 = 0.51;
+constexpr double kOffsetProcess_m_s = 0.025;
 constexpr double kHeightLimit_m = 100.0;
 constexpr double kClimbLimit = 10.0 * kTimeUnit_s;
 constexpr double kRateLimit = 50.0 * kTimeUnit_s * kTimeUnit_s;
 constexpr double kOffsetLimit = 1.0 * kTimeUnit_s;
 
-// Scales: a state's unit in the covariance is 2^scale, near its steady sigma with the noise above.
-constexpr std::array<int, 4> kScale{-8, -5, -2, -6};
-constexpr double kScaleValue[] = {1.0 / 256.0, 1.0 / 32.0, 1.0 / 4.0, 1.0 / 64.0};
+// Scales: a state's unit in the covariance is 2^scale, near its steady sigma with the noise above. Poses
+// 200 ms old keep it below the ceiling. At the start the sigmas of climb speed and offset are 0.8 m/s.
+constexpr std::array<int, 4> kScale{-6, -4, -2, -4};
+constexpr double kScaleValue[] = {1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0, 1.0 / 16.0};
 constexpr double kInitialVariance = 64.0;
 
 struct Transition {
