@@ -5,13 +5,17 @@
 #include <cmath>
 #include <complex>
 #include <cstdio>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <tuple>
+#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "firmware/ctl/law/altitude_pid.h"
+#include "firmware/est/filter/acceleration_history.h"
+#include "firmware/est/filter/command_history.h"
+#include "firmware/est/filter/height_filter.h"
 #include "host_tests/lab/gains/margins.h"
 
 namespace m100::lab::gains {
@@ -22,7 +26,7 @@ constexpr double kOld_s = 0.03;                  ///< 20 ms of age of the pose, 
 constexpr double kMinGain = 1.9952623149688795;  // 6 dB
 constexpr double kMinPhase_rad = 0.25 * std::numbers::pi;
 
-/// The axis' response at s, including its delay and the age of the pose.
+/// The yaw axis' response at s, including its delay and the age of the pose.
 Complex axis_at(const model::StickAxis& axis, Complex s) {
   const double w = axis.natural_frequency_rad_s;
   const Complex lag =
@@ -30,49 +34,97 @@ Complex axis_at(const model::StickAxis& axis, Complex s) {
   return (1.0 + axis.lead_zero_s * s) / lag * std::exp(-s * (axis.transport_delay_s + kOld_s));
 }
 
-struct Loop {
-  double proportional = 0.0, integral = 0.0, derivative = 0.0;
-};
-
-Margins margins_at(const Loop& loop, const model::StickAxis& axis, double gain, const LoopTiming& timing) {
+/// The yaw loop, continuous about rest, without its observer.
+Margins yaw_margins(double proportional_per_s, const model::StickAxis& axis, double gain, const LoopTiming& timing) {
   const double period_s = 0.01 * static_cast<double>(timing.command_ticks);
   return margins_from(
       [&](double w) {
         const Complex s(0.0, w);
-        const Complex law = loop.proportional + loop.integral / s + loop.derivative * s;
         const Complex hold = (1.0 - std::exp(-s * period_s)) / (s * period_s);
-        return -gain * law * hold * axis_at(axis, s) / s;
+        return -gain * proportional_per_s * hold * axis_at(axis, s) / s;
       },
       period_s);
 }
 
-/// Factors on gain and frequency (or on 1 / time constant) of an axis, and differences of its damping and delay.
-struct Corner {
-  double gain, frequency, damping, delay_s;
-};
+constexpr double kSmall = 1e-6;               ///< of a climb command [m/s]: no limit is reached
+constexpr int kSettles_ticks = 6000;          ///< time in which the height filter's covariance is steady
+constexpr std::size_t kDiesOut_ticks = 6000;  ///< time in which the second difference of a response vanishes
 
-std::vector<Corner> corners() {
-  std::vector<Corner> out;
-  for (const double gain : {0.8, 1.0, 1.2}) {
-    for (const double frequency : {0.8, 1.0, 1.2}) {
-      for (const double damping : {-0.1, 0.1}) {
-        out.push_back({gain, frequency, damping, -0.01});
-        out.push_back({gain, frequency, damping, 0.01});
-      }
+/// The height loop with the filter and the law of the flight code, for `believed`.
+struct HeightLoop {
+  HeightLoop(const model::Vehicle& vehicle, const LoopTiming& loop_timing)
+      : believed(vehicle),
+        timing(loop_timing),
+        steady(vehicle.climb, model::flown_noise(vehicle).pose_position_sigma_m) {
+    for (int tick = 0; tick < kSettles_ticks; ++tick) {
+      steady.fuse_pose(steady.test_pose(0.0, age, 0.0, 0.F));
+      steady.predict({});
     }
   }
-  return out;
-}
+  /// From what the law sends in each command period after the vehicle, which really climbs as `climb`, got kSmall for
+  /// the first period. The filter is told what the law sends, the vehicle gets no more: the loop is open at its
+  /// command.
+  Margins margins(const model::StickAxis& climb, double gain) const {
+    model::Vehicle truth = believed;
+    truth.climb = climb;
+    est::HeightFilter<double> filter = steady, vehicle(climb, 1.0);  // the vehicle only predicts
+    est::CommandHistory<double, double> told(believed), given(truth);
+    ctl::AltitudePid<double> law(believed.altitude.design ? ctl::design_altitude(believed.climb, believed.altitude)
+                                                          : believed.altitude);
+    std::vector<double> heights(timing.pose_age_ticks, 0.0), response;
+    for (std::size_t tick = 0; tick < kDiesOut_ticks; ++tick) {
+      heights.push_back(vehicle.state(vehicle.kZ));
+      filter.fuse_pose(filter.test_pose(heights[tick], age, 0.0, 0.F));
+      const double commanded =
+          law.update({}, filter.state(filter.kZ), filter.state(filter.kClimb) / est::kTimeUnit_s, est::kTick_s);
+      if (tick % timing.command_ticks == 0) {
+        response.push_back(commanded);
+      }
+      told.store({.climb_m_s = response.back()}, {});
+      given.store({.climb_m_s = tick < timing.command_ticks ? kSmall : 0.0}, {});
+      filter.predict(told.climb());
+      vehicle.predict(given.climb());
+    }
+    for (int difference = 0; difference < 2; ++difference) {  // it has two poles at 1
+      std::adjacent_difference(response.begin(), response.end(), response.begin());
+    }
+    while (response.size() > 1 && std::abs(response.back()) < 1e-7 * kSmall) {
+      response.pop_back();
+    }
+    const double period_s = est::kTick_s * static_cast<double>(timing.command_ticks);
+    return margins_from(
+        [&](double w) {
+          const Complex back = std::polar(1.0, -w * period_s);
+          Complex sum;
+          for (auto value = response.rbegin(); value != response.rend(); ++value) {
+            sum = sum * back + *value;
+          }
+          return gain * sum / (kSmall * (1.0 - back) * (1.0 - back));
+        },
+        period_s);
+  }
 
-Margins worst_corner(const Loop& loop, const model::StickAxis& axis, const LoopTiming& timing) {
+  model::Vehicle believed;
+  LoopTiming timing;
+  est::MeasurementAge<double> age =
+      est::MeasurementAge<double>::of(static_cast<double>(timing.pose_age_ticks) * est::kTick_s);
+  est::HeightFilter<double> steady;
+};
+
+using MarginsAt = std::function<Margins(const model::StickAxis& truth, double gain)>;
+
+/// The worst where gain and frequency (or 1 / time constant) are 20 % off, the damping 0.1 and the delay 10 ms.
+Margins worst_corner(const MarginsAt& margins_at, const model::StickAxis& axis) {
   Margins worst{.stable = true, .gain_margin = 1e9, .phase_margin_rad = std::numbers::pi, .delay_margin_s = 1e9};
-  for (const Corner& corner : corners()) {
+  for (int corner = 0; corner < 36; ++corner) {
+    constexpr double kTwentyPercent[] = {0.8, 1.0, 1.2};
+    const double frequency = kTwentyPercent[corner / 4 % 3];
     model::StickAxis one = axis;
-    one.natural_frequency_rad_s *= corner.frequency;
-    one.time_constant_s /= corner.frequency;
-    one.damping_ratio = std::max(0.01, one.damping_ratio + corner.damping);  // keeps the axis stable
-    one.transport_delay_s = std::max(0.0, one.transport_delay_s + corner.delay_s);
-    const Margins margins = margins_at(loop, one, corner.gain, timing);
+    one.natural_frequency_rad_s *= frequency;
+    one.time_constant_s /= frequency;
+    one.damping_ratio = std::max(0.01, one.damping_ratio + (corner % 2 > 0 ? 0.1 : -0.1));  // keeps the axis stable
+    one.transport_delay_s = std::max(0.0, one.transport_delay_s + (corner / 2 % 2 > 0 ? 0.01 : -0.01));
+    const Margins margins = margins_at(one, kTwentyPercent[corner / 12]);
     worst.stable = worst.stable && margins.stable;
     worst.peak_sensitivity = std::max(worst.peak_sensitivity, margins.peak_sensitivity);
     worst.gain_margin = std::min(worst.gain_margin, margins.gain_margin);
@@ -100,22 +152,24 @@ void print(const char* name, const char* channel, const char* where, const Margi
 }  // namespace
 
 nlohmann::json report_height_yaw(const model::Vehicle& vehicle) {
-  const model::AltitudeGains height = ctl::design_altitude(vehicle.climb, vehicle.altitude);
   nlohmann::json out;
-  for (const auto& [name, loop, axis] :
-       {std::tuple{"height", Loop{height.proportional_per_s, height.integral_per_s2, height.derivative},
-                   &vehicle.climb},
-        {"yaw", Loop{vehicle.yaw.proportional_per_s, 0.0, 0.0}, &vehicle.yaw_rate}}) {
-    if (!axis->is_identified()) {
-      continue;
-    }
-    for (const auto& [channel, timing] : {std::pair{"virtual_rc", &kVirtualRcTiming}, {"movement", &kMovementTiming}}) {
-      const Margins nominal = margins_at(loop, *axis, 1.0, *timing);
-      const Margins worst = worst_corner(loop, *axis, *timing);
+  for (const auto& [channel, timing] : {std::pair{"virtual_rc", &kVirtualRcTiming}, {"movement", &kMovementTiming}}) {
+    const auto add = [&](const char* name, const model::StickAxis& axis, const MarginsAt& margins_at) {
+      const Margins nominal = margins_at(axis, 1.0);
+      const Margins worst = worst_corner(margins_at, axis);
       print(name, channel, "as the vehicle file", nominal);
       print(name, channel, "worst corner", worst);
       out[name][channel] = to_json(nominal);
       out[name][channel]["corners"] = to_json(worst);
+    };
+    if (vehicle.climb.is_identified()) {
+      const HeightLoop loop(vehicle, *timing);
+      add("height", vehicle.climb, [&](const auto& truth, double gain) { return loop.margins(truth, gain); });
+    }
+    if (vehicle.yaw_rate.is_identified()) {
+      add("yaw", vehicle.yaw_rate, [&](const auto& truth, double gain) {
+        return yaw_margins(vehicle.yaw.proportional_per_s, truth, gain, *timing);
+      });
     }
   }
   return out;

@@ -8,9 +8,11 @@
 namespace m100::lab::gains {
 
 /// Prints the margins of the height loop (climb command) and the yaw loop (rate command) on both channels: those of the
-/// vehicle file and the worst over gain, frequency or time constant +-20 %, damping +-0.1 and delay +-10 ms. The model
-/// is continuous about rest, L = C(s) hold(s) axis(s) / s. Its delay is the axis' own plus 30 ms, the age of the pose
-/// and of the tick. The observers are left out. Wanted: 6 dB and 45 degrees.
+/// vehicle file and the worst over gain, frequency or time constant +-20 %, damping +-0.1 and delay +-10 ms.
+/// Wanted: 6 dB and 45 degrees.
+/// - Height, as flown: the response of the flight code's height filter and law, in its ticks, to a small climb.
+/// - Yaw: a continuous model about rest, L = K hold(s) axis(s) / s, without the observer. Its delay is the axis' own
+///   plus 30 ms, the age of the pose and of the tick.
 /// @returns {"height": {"virtual_rc": {..., "corners": {...}}, "movement": {...}}, "yaw": {...}}
 nlohmann::json report_height_yaw(const model::Vehicle& vehicle);
 

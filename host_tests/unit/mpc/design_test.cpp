@@ -9,6 +9,8 @@
 
 #include "firmware/companion/files/mode.h"
 #include "firmware/companion/files/vehicle_file.h"
+#include "firmware/ctl/law/altitude_pid.h"
+#include "firmware/est/filter/height_filter.h"
 #include "host_tests/lab/gains/certificate/certify.h"
 #include "host_tests/lab/gains/certificate/enclosed_loop.h"
 #include "host_tests/lab/gains/certificate/taylor_model.h"
@@ -225,6 +227,33 @@ TEST(MarginBox, FindsTheRobustDesignInsideAndTheFastOneOutside) {
             box.worst(robust, MarginBox::Extent::kNominal, only).peak_sensitivity);
 }
 
+/// Whether a height of 1 mm dies out in the closed loop on Virtual RC: the flight code's filter, and equations of the
+/// test's own for the law and for an aircraft (in steps of 0.1 ms) with another gain and delay.
+bool height_dies_out(const model::Vehicle& vehicle, double gain, double late_s) {
+  const model::AltitudeGains law = ctl::design_altitude(vehicle.climb, vehicle.altitude);
+  const double w = vehicle.climb.natural_frequency_rad_s, damping = vehicle.climb.damping_ratio;
+  est::HeightFilter<double> filter(vehicle.climb, vehicle.estimator.pose_position_sigma_m);
+  std::vector<double> acts(static_cast<std::size_t>(std::lround(1e4 * late_s)), 0.0), heights(3, 1e-3);
+  double climb = 0.0, rate = 0.0, integral = 0.0, held = 0.0, first = 0.0, last = 0.0;
+  for (std::size_t tick = 0; tick < 12000; ++tick) {
+    filter.fuse_pose(filter.test_pose(heights[tick], est::MeasurementAge<double>::of(0.02), 0.0, 0.F));
+    const double height = filter.state(filter.kZ), speed = filter.state(filter.kClimb) / 0.64;
+    integral -= 0.01 * law.integral_per_s2 * height;
+    held = tick % 4 == 0 ? integral - law.proportional_per_s * height - law.derivative * speed : held;
+    filter.predict({.now = 0.64 * held});
+    heights.push_back(heights.back());
+    for (std::size_t i = 100 * tick; i < 100 * tick + 100; ++i) {
+      acts.push_back(gain * held);
+      rate += 1e-4 * (w * w * (acts[i] - climb) - 2.0 * damping * w * rate);
+      climb += 1e-4 * rate;
+      heights.back() += 1e-4 * climb;
+    }
+    double& largest = tick < 7500 ? first : last;
+    largest = tick < 3000 ? 0.0 : std::max(largest, std::abs(heights.back()));
+  }
+  return last < first;
+}
+
 }  // namespace
 
 // What the modes promise in every corner, and 6 dB in height and yaw. The former design had 80 ms and 5.5 dB.
@@ -245,6 +274,17 @@ TEST(MarginBox, TheShippedFileKeepsTheLimitsOfItsModes) {
       EXPECT_GE(channel["corners"]["gain_margin"].get<double>(), 2.0) << channel;
     }
   }
+}
+
+// Catches margins of another loop than the one that flies.
+TEST(HeightLoop, OscillatesAtTheMarginsThatAreReported) {
+  const model::Vehicle vehicle = companion::load_vehicle(kVehicle).vehicle;
+  const nlohmann::json report = report_height_yaw(vehicle)["height"]["virtual_rc"];
+  const double gain = report["gain_margin"], late_s = report["delay_margin_s"];
+  EXPECT_TRUE(height_dies_out(vehicle, 0.98 * gain, 0.0));
+  EXPECT_FALSE(height_dies_out(vehicle, 1.02 * gain, 0.0));
+  EXPECT_TRUE(height_dies_out(vehicle, 1.0, 0.97 * late_s));
+  EXPECT_FALSE(height_dies_out(vehicle, 1.0, 1.03 * late_s));
 }
 
 // Catches gains that a fast and late climb axis does not bear: once 1.5 dB at 50 ms and 170 ms, unstable at 300 ms.
