@@ -85,20 +85,29 @@ struct ClockColumn {
   const char* scale = "1";
 };
 
+/// The values of a column; none if it cannot be read as numbers.
+std::vector<double> numbers_of(const logs::RawLog& log, const std::string& name) {
+  try {
+    return log.column(name, "time").values;
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
+/// The log's first columns, as many as are searched for numbers: the search of a wide file must end.
+std::vector<std::string> first_names(const logs::RawLog& log) {
+  constexpr std::size_t kMaxTried = 200;
+  std::vector<std::string> names = log.names();
+  names.resize(std::min(names.size(), kMaxTried));
+  return names;
+}
+
 /// The first column that increases at every row and is no row number, preferably one with the name of a time. The scale
 /// follows from its mean step: flights are logged once a second to ten thousand times a second.
 std::optional<ClockColumn> clock_of(const logs::RawLog& log) {
-  constexpr std::size_t kMaxTried = 200;
   std::optional<ClockColumn> found;
-  std::vector<std::string> names = log.names();
-  names.resize(std::min(names.size(), kMaxTried));
-  for (const std::string& name : names) {
-    std::vector<double> t;
-    try {
-      t = log.column(name, "time").values;
-    } catch (const InputError&) {
-      continue;
-    }
+  for (const std::string& name : first_names(log)) {
+    const std::vector<double> t = numbers_of(log, name);
     const bool increases = t.size() > 2 && std::adjacent_find(t.begin(), t.end(), std::greater_equal<>()) == t.end();
     const double step = increases ? (t.back() - t.front()) / static_cast<double>(t.size() - 1) : 0.0;
     if (!(step > 0.0) || step == 1.0) {
@@ -141,6 +150,12 @@ void run(const LogsOptions& options) {
       .writes("--propose", options.map)
       .check();
   const std::unique_ptr<logs::RawLog> log = logs::open_log(options.log);
+  const std::vector<std::string> names = first_names(*log);
+  if (log->format() == "CSV" && std::all_of(names.begin(), names.end(), [&](const std::string& name) {
+        return numbers_of(*log, name).empty();
+      })) {
+    throw InputError(options.log, 0, "", "is text, but no log: it has no column of numbers");
+  }
   const std::vector<logs::TopicSummary> topics = log->topics();
   double from_s = 0.0;
   double to_s = 0.0;

@@ -86,6 +86,7 @@ MISTAKES = [
     ("m100", ["record", "--port", "x", "--pose-port", "x", "--log", "o"], 2, "x is the autopilot's port, too"),
     # Logs.
     ("lab", ["logs", "data.csv", "--propose", "o.toml"], 1, ""),
+    ("lab", ["logs", "flight.toml"], 2, "flight.toml: is text, but no log"),
 ]
 
 
