@@ -110,7 +110,7 @@ class Evening {
   void ask_for(const Step& step) const {
     const std::string command = evening::typed(step.commands.front());
     std::cout << "next: " << step.name << ". " << step.sentence << "\n"
-              << "on the board, in a copy of " << folder_.path() << ":\n  " << command << "\n"
+              << "on the board, in a copy of " << fs::canonical(folder_.path()).string() << ":\n  " << command << "\n"
               << "then copy";
     for (const std::string& name : step.makes) {
       std::cout << " " << name;
