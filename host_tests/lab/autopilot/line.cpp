@@ -45,11 +45,13 @@ class SerialEnd {
   std::optional<hal::SerialPort> simulated_;
 };
 
-/// Our own simulated ports: programs that open SOCKET and SOCKET.pose share our time, which starts with the first one.
+/// Our own simulated ports: programs that open SOCKET and SOCKET.pose share our time, which starts with the first one
+/// and, without --duration, stands still kRunOn after the last one has left.
 class LockstepWorld {
  public:
-  explicit LockstepWorld(const std::string& socket)
-      : pose_client_(host_.add_end(socket + ".pose")),
+  LockstepWorld(const std::string& socket, bool has_end)
+      : has_end_(has_end),
+        pose_client_(host_.add_end(socket + ".pose")),
         ours_(host_.add_end(socket + ".n1")),
         our_pose_(host_.add_end(socket + ".n1.pose")),
         client_(host_.add_end(socket)),
@@ -65,9 +67,15 @@ class LockstepWorld {
   void forward_bytes(sim::LockstepHost::End from, sim::LockstepHost::End to) { host_.give(to, host_.take(from)); }
   void run_clock() {
     constexpr double kLong_s = 86400.0;
+    constexpr core::Duration kRunOn = std::chrono::seconds(10);
     // A client or a signal to end starts the time. Without time the autopilot would not wake up and see the signal.
-    host_.wait_for([this] { return host_.attached_count() >= 2 || stop_requested(); }, kLong_s);
+    const auto is_due = [this] { return host_.attached_count() >= 2 || stop_requested(); };
+    core::TimePoint stop{};
     while (!host_.stopped()) {
+      if (!is_due() && host_.now() >= stop) {
+        host_.wait_for(is_due, kLong_s);
+      }
+      stop = is_due() ? has_end_ ? core::TimePoint::max() : host_.now() + kRunOn : stop;
       host_.advance(host_.now() + std::chrono::seconds(1));
       forward_bytes(client_, ours_);
       forward_bytes(ours_, client_);
@@ -76,6 +84,7 @@ class LockstepWorld {
     }
   }
 
+  const bool has_end_;  ///< --duration ends the run, whether or not a client is there
   sim::LockstepHost host_;
   sim::LockstepHost::End pose_client_;
   sim::LockstepHost::End ours_;
@@ -223,7 +232,7 @@ void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1C
   const bool own_world = !options.simulated.empty();
   std::optional<LockstepWorld> world;
   if (own_world) {
-    world.emplace(options.simulated);
+    world.emplace(options.simulated, options.duration_s > 0.0);
   }
   const std::string name = own_world ? "sim:" + options.simulated + ".n1" : options.pty;
   const std::string pose_name = own_world ? "sim:" + options.simulated + ".n1.pose" : options.pose_pty;
