@@ -54,13 +54,10 @@ TEST(ThreadAccounting, CountsTheTimeWithoutAProcessorSinceTheLastCall) {
 
 TEST(ThreadAccounting, TheWordsGiveEveryNumberItsName) {
   TextLine line;
-  describe(line, 720ms, {.without_processor = 610ms, .disk_faults = 3}, 35.4);
+  describe(line, 720ms, {.without_processor = 610ms, .disk_faults = 3});
   EXPECT_EQ(line.text(),
             "this program stood still for 0.720 s: ready to run but without a processor for 0.610 s, page faults from "
-            "the disk: 3, the board waited for a disk in 35 % of the last 10 s");
-  TextLine without;
-  describe(without, 100ms, {}, -1.0);
-  EXPECT_EQ(without.text().find("10 s"), std::string::npos) << "a kernel that does not count says nothing";
+            "the disk: 3");
 }
 
 }  // namespace

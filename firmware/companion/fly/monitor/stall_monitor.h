@@ -19,7 +19,7 @@ class StallMonitor {
     const ThreadCounts counts = accounting_.update();
     if (last_ != core::TimePoint{} && now - last_ > kReportedStall) {
       TextLine line;
-      describe(line, now - last_, counts, disk_pressure_percent());
+      describe(line, now - last_, counts);
       operator_log_.write(now, line.text());
     }
     last_ = now;

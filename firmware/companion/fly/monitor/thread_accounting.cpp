@@ -7,7 +7,6 @@
 
 #include <array>
 #include <charconv>
-#include <cstdlib>
 
 namespace m100::companion {
 
@@ -51,25 +50,10 @@ core::Duration run_queue_time(std::string_view schedstat) {
   return std::chrono::duration_cast<core::Duration>(std::chrono::nanoseconds(time_ns));
 }
 
-double disk_pressure_percent() {
-  constexpr std::string_view kKey = "some avg10=";
-  std::array<char, 64> text{};
-  const int file = open("/proc/pressure/io", O_RDONLY | O_CLOEXEC);
-  const ssize_t size = file >= 0 ? read(file, text.data(), text.size() - 1) : -1;
-  if (file >= 0) {
-    (void)close(file);
-  }
-  const std::string_view line(text.data(), static_cast<std::size_t>(size > 0 ? size : 0));
-  return line.starts_with(kKey) ? std::strtod(text.data() + kKey.size(), nullptr) : -1.0;
-}
-
-void describe(TextLine& line, core::Duration stall, const ThreadCounts& counts, double disk_percent) {
+void describe(TextLine& line, core::Duration stall, const ThreadCounts& counts) {
   line.add("this program stood still for ").add(core::seconds<double>(stall), 3);
   line.add(" s: ready to run but without a processor for ").add(core::seconds<double>(counts.without_processor), 3);
   line.add(" s, page faults from the disk: ").add(static_cast<double>(counts.disk_faults), 0);
-  if (disk_percent >= 0.0) {
-    line.add(", the board waited for a disk in ").add(disk_percent, 0).add(" % of the last 10 s");
-  }
 }
 
 }  // namespace m100::companion

@@ -37,11 +37,7 @@ class ThreadAccounting {
 /// The waiting time in a thread's schedstat: the second of three numbers, nanoseconds. Zero if there is none.
 core::Duration run_queue_time(std::string_view schedstat);
 
-/// The percentage of the last 10 s in which something on this board waited for a disk (avg10 in /proc/pressure/io). The
-/// call may wait for the kernel. @returns a negative number if the kernel does not count it.
-double disk_pressure_percent();
-
 /// The cause of a stall in words.
-void describe(TextLine& line, core::Duration stall, const ThreadCounts& counts, double disk_percent);
+void describe(TextLine& line, core::Duration stall, const ThreadCounts& counts);
 
 }  // namespace m100::companion
