@@ -46,16 +46,15 @@ void PoseMonitor::tick(core::TimePoint now, const app::FlightController<double>&
 /// Judges the rate once, over the first seconds: the failsafe judges later gaps.
 void PoseMonitor::watch_rate(core::TimePoint now, const link::PoseLink& pose, OperatorLog& listener) {
   constexpr core::Duration kJudged = std::chrono::seconds(2);
-  constexpr double kRounding = 0.9;  // a source of nominally kMinPoses_hz that loses a pose now and then
   const link::PoseSenders::Sender* const sender = pose.senders().find(pose.sender());
   if (rate_judged_ || sender == nullptr || sender->last - sender->first < kJudged) {
     return;
   }
   rate_judged_ = true;
-  if (sender->rate_hz() < kRounding * kMinPoses_hz) {
+  if (sender->rate_hz() < kMinPoses_hz) {
     TextLine line;
-    line.add("poses come ").add(sender->rate_hz(), 0).add(" times a second: send ").add(kMinPoses_hz, 0);
-    listener.write(now, line.add(" or more; with fewer, a failure of the source is noticed later").text());
+    line.add("poses come ").add(sender->rate_hz(), 0).add(" times a second, fewer than ").add(kMinPoses_hz, 0);
+    listener.write(now, line.add(": send 50 or more, or a failure of the source is noticed later").text());
   }
 }
 
