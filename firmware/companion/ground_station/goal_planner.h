@@ -31,8 +31,9 @@ std::string_view name(GoalResult answer);
 /// Turns goals into a course during the flight. A goal is a place where the aircraft comes to rest. From rest the way
 /// there is straight, of degree 5, as fast as the limits allow. If a goal arrives on the way, the new way starts from
 /// the present motion, provided that one polynomial of degree 5 per axis keeps the limits and the fence. Otherwise the
-/// reference first comes to rest (degree 4). Place, speed and acceleration never jump. Goals beyond the fence are moved
-/// to its side.
+/// reference first comes to rest (degree 4), and if it accelerates at that moment, it first becomes faster: by 17 % of
+/// its speed, or 0.08 s times the acceleration limit if that is more. This stop alone may exceed the speed limit.
+/// Place, speed and acceleration never jump. Goals beyond the fence are moved to its side.
 ///
 /// Cost of a goal that arrives on the way: at most kMaxAttempts * kSamples evaluations of four polynomials.
 ///

@@ -44,7 +44,7 @@ class VelocityConsistency {
 
   const Contradiction<T>& report() const { return report_; }
   /// Whether the force has been compared with the poses for two seconds, or cannot be compared: its unit is not known,
-  /// it does not come, or its check is off.
+  /// it never came, or its check is off. False without end if the force stops before it was compared for so long.
   bool is_converged() const {
     return force_scale_m_s2() == T(0) || is_disabled(ConsistencyCheck::kForce) || specific_force_.learned_s() >= T(2);
   }

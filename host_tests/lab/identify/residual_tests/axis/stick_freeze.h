@@ -9,9 +9,11 @@
 
 namespace m100::lab::identify {
 
-/// Detects a logged stick that freezes while the pilot moves the real one: it holds a value for 0.4 s or more, then
-/// jumps, and the residual in and just after the hold is much larger than outside of all holds. Such holds must contain
-/// a large part of the residual's power. A pilot who rests also holds values, but then the vehicle follows the model.
+/// Detects a logged stick that freezes while the pilot moves the real one: it holds a value, which no other hold has,
+/// for 0.4 s or more, then jumps by its usual step or more, and the mean squared residual in the hold and 0.6 s after
+/// it is ten times that outside of all holds. Such holds must have 40 % of the residual's power and a quarter of all
+/// held time; half of the time must lie outside of holds. A pilot who rests also holds values, but the vehicle then
+/// follows.
 /// @param model  fitted without the suspected hold (weights_beside_suspect()): a fit that includes a frozen stick
 ///   spreads its error over the whole log
 /// @returns at most one finding.
