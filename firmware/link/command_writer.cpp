@@ -87,12 +87,7 @@ core::Status CommandWriter::write(const ChannelCommand& command) {
 }
 
 void CommandWriter::cancel_requests() {
-  sessions_.cancel(protocol::ids::kVersionQuery);
-  sessions_.cancel(protocol::ids::kActivation);
-  sessions_.cancel(protocol::ids::kTelemetryFrequency);
-  sessions_.cancel(protocol::ids::kControlRequest);
-  sessions_.cancel(protocol::ids::kTask);
-  sessions_.cancel(protocol::ids::kMotors);
+  sessions_.cancel_all();
   outbox_.drop_requests();
 }
 

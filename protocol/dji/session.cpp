@@ -21,17 +21,6 @@ core::Expected<Outgoing> RequestSessions::request(MessageId id, std::span<const 
   return core::Status::kResourceExhausted;
 }
 
-core::Expected<Outgoing> RequestSessions::request_tolerant(MessageId id, std::span<const std::byte> value,
-                                                           const RequestOptions& options, core::TimePoint now) {
-  const Slot& held = slot(kTolerantSession);
-  if (held.open && now - held.last_sent <= held.timeout) {
-    return core::Status::kResourceExhausted;
-  }
-  RequestOptions once = options;
-  once.transmissions = 1;
-  return open_slot(kTolerantSession, id, value, once, now);
-}
-
 core::Expected<Outgoing> RequestSessions::send(MessageId id, std::span<const std::byte> value, const Cipher* cipher) {
   const Envelope envelope{.session = kUnansweredSession, .encrypted = cipher != nullptr, .sequence = next_sequence_};
   const auto bytes = encode_frame(envelope, &id, value, unanswered_, cipher);
@@ -91,8 +80,6 @@ core::Expected<Answer> RequestSessions::accept(const Message& message, core::Tim
 }
 
 core::Expected<Due> RequestSessions::poll(core::TimePoint now) {
-  Slot& tolerant = slot(kTolerantSession);
-  tolerant.open = tolerant.open && now - tolerant.last_sent <= tolerant.timeout;
   for (std::uint8_t session = kFirstReliableSession; session < kPastReliableSessions; ++session) {
     Slot& late = slot(session);
     if (!late.open || now - late.last_sent <= late.timeout) {
@@ -121,6 +108,12 @@ core::Expected<Due> RequestSessions::poll(core::TimePoint now) {
 void RequestSessions::cancel(MessageId id) {
   for (Slot& candidate : slots_) {
     candidate.open = candidate.open && candidate.id != id;
+  }
+}
+
+void RequestSessions::cancel_all() {
+  for (Slot& each : slots_) {
+    each.open = false;
   }
 }
 

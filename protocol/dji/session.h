@@ -18,11 +18,11 @@ namespace m100::protocol {
 
 // Sessions 2..31 are reliable: the requesting side repeats the identical bytes until it is answered or gives up; the
 // answering side executes a sequence number once and repeats its stored answer. Session 0 is never answered; session 1
-// is sent once, and answers to it are ignored. Both ends of the wire may play both parts: an onboard computer requests,
-// and answers the control-lost push; a flight controller answers, and may push in a session.
+// is sent once, and answers to it are ignored; no command of DJI's SDK uses it, and none of ours. Both ends of the wire
+// may play both parts: an onboard computer requests, and answers the control-lost push; a flight controller answers,
+// and may push in a session.
 
 inline constexpr std::uint8_t kUnansweredSession = 0;
-inline constexpr std::uint8_t kTolerantSession = 1;
 inline constexpr std::uint8_t kFirstReliableSession = 2;
 #ifdef M100_SMALL_MEMORY
 inline constexpr std::size_t kReliableSessions = 6;  ///< requests that may be open at a time
@@ -89,11 +89,6 @@ class RequestSessions {
   core::Expected<Outgoing> request(MessageId id, std::span<const std::byte> value, const RequestOptions& options,
                                    core::TimePoint now);
 
-  /// Session 1: sent once; the session is held for the time-out and then freed without a report.
-  /// @returns kResourceExhausted: the session is still held, or the frame is too long. Other codes: encode_frame.
-  core::Expected<Outgoing> request_tolerant(MessageId id, std::span<const std::byte> value,
-                                            const RequestOptions& options, core::TimePoint now);
-
   /// Session 0: no answer, nothing is stored.
   core::Expected<Outgoing> send(MessageId id, std::span<const std::byte> value, const Cipher* cipher = nullptr);
 
@@ -106,6 +101,8 @@ class RequestSessions {
 
   /// Drops the open requests of this message without a report: a command that is no longer valid must not be repeated.
   void cancel(MessageId id);
+  /// Drops every open request without a report.
+  void cancel_all();
 
   bool is_open(MessageId id) const;
   std::size_t open_count() const;
@@ -128,11 +125,11 @@ class RequestSessions {
   core::Expected<Outgoing> open_slot(std::uint8_t session, MessageId id, std::span<const std::byte> value,
                                      const RequestOptions& options, core::TimePoint now);
   Slot& slot(std::uint8_t session) {
-    M100_ASSERT(session >= kTolerantSession && session < kPastReliableSessions);
-    return slots_[session - kTolerantSession];
+    M100_ASSERT(session >= kFirstReliableSession && session < kPastReliableSessions);
+    return slots_[session - kFirstReliableSession];
   }
 
-  std::array<Slot, kReliableSessions + 1> slots_{};  ///< of sessions 1 and up
+  std::array<Slot, kReliableSessions> slots_{};
   std::array<std::byte, kMaxFrameBytes> unanswered_{};
   std::uint16_t next_sequence_;
   RequestStats stats_;

@@ -117,20 +117,6 @@ TEST(RequestSessions, NoTransmissionsMeansOne) {
   EXPECT_EQ(due->kind, Due::Kind::kFailed);
 }
 
-TEST(RequestSessions, SessionOneIsHeldForTheTimeoutAndTakesNoAnswer) {
-  RequestSessions sessions;
-  const auto sent = sessions.request_tolerant(ids::kTask, kObtain, kThrice, kStart);
-  ASSERT_TRUE(sent);
-  EXPECT_EQ(sent->session, 1);
-  EXPECT_EQ(sessions.accept(ack(1, sent->sequence), kStart).status(), core::Status::kRefused);
-  EXPECT_EQ(sessions.request_tolerant(ids::kTask, kObtain, kThrice, kStart + milliseconds(100)).status(),
-            core::Status::kResourceExhausted);
-  EXPECT_TRUE(sessions.request_tolerant(ids::kTask, kObtain, kThrice, kStart + milliseconds(101))) << "nobody polled";
-  EXPECT_EQ(sessions.poll(kStart + milliseconds(150)).status(), core::Status::kNotReady) << "neither sent nor failed";
-  EXPECT_EQ(sessions.request_tolerant(ids::kTask, kObtain, kThrice, kStart + milliseconds(201)).status(),
-            core::Status::kResourceExhausted);
-}
-
 TEST(RequestSessions, ACancelledRequestIsNeitherRepeatedNorReported) {
   RequestSessions sessions;
   ASSERT_TRUE(sessions.request(ids::kControlRequest, kObtain, kThrice, kStart));
