@@ -25,8 +25,10 @@ std::optional<ReturnSettings> home_of_note(const std::string& note);
 /// anything else change the course then, and lands or gives control back.
 ///
 /// The battery is low if the charge has been at or below its threshold for three seconds. A charge of zero before any
-/// other value means that the charge is unknown. A piece of an excitation that has begun is flown to its end first. No
-/// heap. T is float or double.
+/// other value means that the charge is unknown. A piece of an excitation that has begun is flown to its end first. The
+/// return does not end the excitation: a piece may still begin if the aircraft rests kNear_m or more from home but
+/// within the excitation's tolerance on each axis. Then it flies until kArrived, at most kArrivalTimeout later, when
+/// the caller ends it with the flight by the law. No heap. T is float or double.
 template <typename T>
 class ReturnToStart {
  public:
