@@ -13,27 +13,13 @@ RequestOptions options_for(const MessageInfo& info, const Cipher* cipher) {
 
 core::Expected<Outgoing> RequestSessions::request(MessageId id, std::span<const std::byte> value,
                                                   const RequestOptions& options, core::TimePoint now) {
-  for (std::uint8_t session = kFirstReliableSession; session < kPastReliableSessions; ++session) {
-    if (!slot(session).open) {
-      return open_slot(session, id, value, options, now);
-    }
+  std::uint8_t session = kFirstReliableSession;
+  while (session < kPastReliableSessions && slot(session).open) {
+    ++session;
   }
-  return core::Status::kResourceExhausted;
-}
-
-core::Expected<Outgoing> RequestSessions::send(MessageId id, std::span<const std::byte> value, const Cipher* cipher) {
-  const Envelope envelope{.session = kUnansweredSession, .encrypted = cipher != nullptr, .sequence = next_sequence_};
-  const auto bytes = encode_frame(envelope, &id, value, unanswered_, cipher);
-  if (!bytes) {
-    return bytes.status();
+  if (session == kPastReliableSessions) {
+    return core::Status::kResourceExhausted;
   }
-  ++next_sequence_;
-  return Outgoing{.bytes = *bytes, .session = kUnansweredSession, .sequence = envelope.sequence};
-}
-
-core::Expected<Outgoing> RequestSessions::open_slot(std::uint8_t session, MessageId id,
-                                                    std::span<const std::byte> value, const RequestOptions& options,
-                                                    core::TimePoint now) {
   Slot& into = slot(session);
   std::uint16_t sequence = next_sequence_;
   if (into.used && sequence == into.sequence) {
@@ -56,6 +42,16 @@ core::Expected<Outgoing> RequestSessions::open_slot(std::uint8_t session, Messag
   into.size = static_cast<std::uint16_t>(bytes->size());
   ++stats_.requests;
   return Outgoing{.bytes = *bytes, .session = session, .sequence = sequence};
+}
+
+core::Expected<Outgoing> RequestSessions::send(MessageId id, std::span<const std::byte> value, const Cipher* cipher) {
+  const Envelope envelope{.session = kUnansweredSession, .encrypted = cipher != nullptr, .sequence = next_sequence_};
+  const auto bytes = encode_frame(envelope, &id, value, unanswered_, cipher);
+  if (!bytes) {
+    return bytes.status();
+  }
+  ++next_sequence_;
+  return Outgoing{.bytes = *bytes, .session = kUnansweredSession, .sequence = envelope.sequence};
 }
 
 core::Expected<Answer> RequestSessions::accept(const Message& message, core::TimePoint now) {

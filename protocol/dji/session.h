@@ -122,8 +122,6 @@ class RequestSessions {
     std::array<std::byte, kFrameBytes> bytes{};
   };
 
-  core::Expected<Outgoing> open_slot(std::uint8_t session, MessageId id, std::span<const std::byte> value,
-                                     const RequestOptions& options, core::TimePoint now);
   Slot& slot(std::uint8_t session) {
     M100_ASSERT(session >= kFirstReliableSession && session < kPastReliableSessions);
     return slots_[session - kFirstReliableSession];

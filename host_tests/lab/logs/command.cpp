@@ -151,9 +151,8 @@ void run(const LogsOptions& options) {
       .check();
   const std::unique_ptr<logs::RawLog> log = logs::open_log(options.log);
   const std::vector<std::string> names = first_names(*log);
-  if (log->format() == "CSV" && std::all_of(names.begin(), names.end(), [&](const std::string& name) {
-        return numbers_of(*log, name).empty();
-      })) {
+  if (log->format() == "CSV" && std::all_of(names.begin(), names.end(),
+                                            [&](const std::string& name) { return numbers_of(*log, name).empty(); })) {
     throw InputError(options.log, 0, "", "is text, but no log: it has no column of numbers");
   }
   const std::vector<logs::TopicSummary> topics = log->topics();
