@@ -19,11 +19,10 @@ constexpr double kClimbLimit = 10.0 * kTimeUnit_s;
 constexpr double kRateLimit = 50.0 * kTimeUnit_s * kTimeUnit_s;
 constexpr double kOffsetLimit = 1.0 * kTimeUnit_s;
 
-// Scales: a state's unit in the covariance is 2^scale, near its steady sigma with the noise above. Poses
-// 200 ms old keep it below the ceiling. At the start the sigmas of climb speed and offset are 0.8 m/s.
-constexpr std::array<int, 4> kScale{-6, -4, -2, -4};
-constexpr double kScaleValue[] = {1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0, 1.0 / 16.0};
-constexpr double kInitialVariance = 64.0;
+// Scales: a state's unit in the covariance is 2^scale. The first poses stay below the ceiling when they are 250 ms old,
+// and on a climb axis of 10 ms. At the start the sigmas are 0.13 m, 0.8 m/s, 4.9 m/s^2 and 0.8 m/s.
+constexpr std::array<int, 4> kScale{-5, -4, 1, -4};
+constexpr std::array kInitialVariance{16.0, 64.0, 1.0, 64.0};
 
 struct Transition {
   static constexpr std::array<std::string_view, 4> kRows{"1xxx", "0xxx", "0xxx", "0001"};
@@ -40,7 +39,7 @@ template <typename S>
   const model::AxisStep step = tick_of(climb);
   const double o_r = step.o_r / kTimeUnit_s, ro = step.ro * kTimeUnit_s;
   response_ = ResponseStep<S>::of(step);
-  const auto ratio = [](int from, int to) { return kScaleValue[from] / kScaleValue[to]; };
+  const auto ratio = [](std::size_t from, std::size_t to) { return power_of_two(kScale[from] - kScale[to]); };
   const double half_tick = 0.5 * kTick_s / kTimeUnit_s;
   // z+ = z + T (w + w+) / 2
   phi_[kZ][kClimb] = number(half_tick * (1.0 + step.oo) * ratio(kClimb, kZ));
@@ -55,10 +54,10 @@ template <typename S>
   const double sigma[] = {kHeightProcess_m, kClimbProcess_m_s * kTimeUnit_s,
                           kRateProcess_m_s2 * kTimeUnit_s * kTimeUnit_s, kOffsetProcess_m_s * kTimeUnit_s};
   for (std::size_t i = 0; i < q_.size(); ++i) {
-    const double scaled = sigma[i] / kScaleValue[i];
+    const double scaled = sigma[i] * power_of_two(-kScale[i]);
     q_[i] = number(scaled * scaled * kTick_s);
   }
-  const double pose = pose_sigma_m / kScaleValue[kZ];
+  const double pose = pose_sigma_m * power_of_two(-kScale[kZ]);
   pose_variance_ = number(pose * pose);
   pose_rate_ = number(ratio(kClimb, kZ));
   start(S{}, S{});
@@ -69,9 +68,7 @@ template <typename S>
   x_ = {};
   x_[kZ] = height;
   x_[kClimb] = climb;
-  std::array<double, kStates> variance;
-  variance.fill(kInitialVariance);
-  covariance_.set_diagonal(variance);
+  covariance_.set_diagonal(kInitialVariance);
   history_ = {};
   clamp_states();
 }
@@ -127,8 +124,8 @@ template <typename S>
   auto& a = covariance_.arithmetic();
   x_[kClimb] = climb;
   x_[kZ] = a.narrow(a.widen(height) + a.product(age.units, x_[kClimb]) - a.widen(history_.displacement(a, age.ticks)));
-  covariance_.decouple(kZ, kInitialVariance);
-  covariance_.decouple(kClimb, kInitialVariance);
+  covariance_.decouple(kZ, kInitialVariance[kZ]);
+  covariance_.decouple(kClimb, kInitialVariance[kClimb]);
   clamp_states();
 }
 

@@ -57,6 +57,22 @@ TEST(Ranges, EachStateEndsAtTheEndOfItsOwn) {
   }
 }
 
+// Catches a covariance beyond its range: with time constants up to 70 ms the observer once restarted in every tick.
+TEST(HeightFilter, StartsOnFastClimbAxesAndWithOldPoses) {
+  for (const double time_constant_s : {0.01, 0.05, 1.5}) {
+    for (const double age_s : {0.0, kMaxPoseAge_s}) {
+      HeightFilter<core::Fixed> filter({.time_constant_s = time_constant_s}, 0.0018);
+      filter.start({}, {});
+      for (int tick = 0; tick < 100; ++tick) {
+        filter.fuse_pose(filter.test_pose({}, MeasurementAge<core::Fixed>::of(age_s), {}, 0.F));
+        filter.predict({});
+      }
+      const CovarianceHealth health = filter.health();
+      EXPECT_EQ(health.ceilings + health.floors + health.saturations, 0U) << time_constant_s << " s, age " << age_s;
+    }
+  }
+}
+
 // The numbers are exact in double: 36 s is (0.75 m)^2, so 0.75 m are six sigmas. Each bound is still inside; the next
 // number is not.
 TEST(InsideGate, EachBoundIsInsideAndTheNextNumberIsNot) {
