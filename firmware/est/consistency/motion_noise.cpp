@@ -5,15 +5,18 @@ namespace m100::est {
 namespace {
 
 constexpr double kNoiseMemory_s = 3.0;
+/// With a gain K per pose, white noise of the poses leaves in the path of the height the correction's times 1 / 2K.
+/// PathConsistency takes twice the level.
+constexpr double kPerGain = 0.25, kMinGain = 0.02;
 
 }  // namespace
 
 template <typename T>
-void MotionNoise<T>::Differences::add(const Vector3& now, T weight, T share) {
+void MotionNoise<T>::Differences::add(const Vector3& now, T weight, T vertical_weight, T share) {
   const Vector3 apart = now - before;
   before = now;
   level.horizontal += (T(0.25) * apart.template head<2>().squaredNorm() * weight - level.horizontal) * share;
-  level.vertical += (T(0.5) * apart.z() * apart.z() * weight - level.vertical) * share;
+  level.vertical += (T(0.5) * apart.z() * apart.z() * vertical_weight - level.vertical) * share;
 }
 
 template <typename T>
@@ -22,7 +25,7 @@ void MotionNoise<T>::update(const ImuSample<T>& imu, const SpecificForce<T>& for
   const T known_s = core::clamp(force.learned_s(), T(0.3), static_cast<T>(kNoiseMemory_s));
   force_age_s_ += step_s;
   if (imu.force_is_new) {
-    force_.add(force.raw_m_s2(), force_age_s_, core::clamp(force_age_s_ / known_s, T(0), T(1)));
+    force_.add(force.raw_m_s2(), force_age_s_, force_age_s_, core::clamp(force_age_s_ / known_s, T(0), T(1)));
     force_age_s_ = T(0);
   }
   const Vector3 position_m(estimate.x.position_m, estimate.y.position_m, estimate.height_m);
@@ -30,6 +33,7 @@ void MotionNoise<T>::update(const ImuSample<T>& imu, const SpecificForce<T>& for
   if (pose_used) {
     const Vector3 flown_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s, estimate.climb_m_s);
     position_.add(position_m - position_w_m_ - flown_m_s * step_s, step_s / since_correction_s_,
+                  static_cast<T>(kPerGain) / core::clamp(estimate.height_gain, static_cast<T>(kMinGain), T(1)),
                   core::clamp(since_correction_s_ / known_s, T(0), T(1)));
     since_correction_s_ = T(0);
   }

@@ -29,7 +29,7 @@ class MotionNoise {
   void update(const ImuSample<T>& imu, const SpecificForce<T>& force, const Estimate<T>& estimate, bool pose_used,
               T step_s);
   const Level& force_m2_s3() const { return force_.level; }     ///< density
-  const Level& position_m2() const { return position_.level; }  ///< corrections by poses, per tick
+  const Level& position_m2() const { return position_.level; }  ///< of corrections by poses; see kPerGain
   T magnitude() const {
     return force_.level.horizontal + force_.level.vertical + position_.level.horizontal + position_.level.vertical;
   }
@@ -39,7 +39,7 @@ class MotionNoise {
   struct Differences {
     Vector3 before = Vector3::Zero();
     Level level;
-    void add(const Vector3& now, T weight, T share);
+    void add(const Vector3& now, T weight, T vertical_weight, T share);
   };
 
   Differences force_;

@@ -15,9 +15,6 @@ constexpr double kMaxSigma_m = 0.5;
 /// The height filter reports no variance. A jolt of 1 m/s makes a path of at most 0.23 / a, 0.15 m at the slower scale;
 /// kJolt_s is twice that.
 constexpr double kHeightSigma_m = 0.0005, kJolt_s = 0.3, kNoJolt_m_s = 0.01;
-/// The height filter follows the poses with a gain K of 0.93 per tick. Of the correction, their white noise leaves in
-/// its path 0.73, the root of 1 / 2K, instead of 1.4 (path_consistency.cpp). This is the square of the ratio.
-constexpr double kHeightNoiseShare = 0.27;
 /// In a climb above kHover_m_s the climb's gain is known to 30 %. The observer's height is then wrong by the error of
 /// its climb speed times kHeightLag_s.
 constexpr double kClimbGain = 0.3, kHover_m_s = 0.2, kHeightLag_s = 0.08, kClimbMemory_s = 1.0;
@@ -122,7 +119,7 @@ void PathMonitor<T>::update_vertical(const Estimate<T>& estimate, const Specific
                     .speed_m_s = Vector1(estimate.climb_m_s),
                     .position_sigma_m = static_cast<T>(kHeightSigma_m) + static_cast<T>(kJolt_s) * jolt_m_s_ +
                                         static_cast<T>(kHeightLag_s) * climb_error_m_s_,
-                    .position_noise_m2 = static_cast<T>(kHeightNoiseShare) * noise_.position_m2().vertical,
+                    .position_noise_m2 = noise_.position_m2().vertical,
                     .force_noise_m2_s3 = noise_.force_m2_s3().vertical,
                     .tilt_acceleration_m2_s4 = tilt_change_h_m_s2.squaredNorm()},
                    pose_used, step_s);

@@ -114,7 +114,9 @@ typename HeightFilter<S>::PoseInnovation HeightFilter<S>::test_pose(S height, co
 
 template <typename S>
 void HeightFilter<S>::fuse_pose(const PoseInnovation& test) {
-  add_correction(covariance_.arithmetic(), x_, covariance_.update(test.projection), test.innovation, kScale, kZ);
+  const auto gain = covariance_.update(test.projection);
+  gain_ = gain[kZ];
+  add_correction(covariance_.arithmetic(), x_, gain, test.innovation, kScale, kZ);
   clamp_states();
   covariance_.check();
 }

@@ -35,6 +35,7 @@ class HeightFilter {
   void fuse_pose(const PoseInnovation& test);
   void reset_position(S height, S climb, const MeasurementAge<S>& age);
   S state(StateIndex i) const { return x_[static_cast<std::size_t>(i)]; }
+  S gain() const { return gain_; }
   bool is_sane() const;
   CovarianceHealth health() const { return covariance_.health(); }
 
@@ -45,6 +46,7 @@ class HeightFilter {
   ResponseStep<S> response_;
   S pose_variance_{};
   S pose_rate_{};
+  S gain_{};  ///< correction of the height per innovation, of the newest pose
   typename Covariance::Matrix phi_{};
   typename Covariance::Column q_{};
   Covariance covariance_;
