@@ -46,9 +46,9 @@ Margins yaw_margins(double proportional_per_s, const model::StickAxis& axis, dou
       period_s);
 }
 
-constexpr double kSmall = 1e-6;               ///< of a climb command [m/s]: no limit is reached
-constexpr int kSettles_ticks = 6000;          ///< time in which the height filter's covariance is steady
-constexpr std::size_t kDiesOut_ticks = 6000;  ///< time in which the second difference of a response vanishes
+constexpr double kSmall = 1e-6;  ///< of a climb command [m/s]: no limit is reached
+/// In this time the height filter's covariance settles, and the second difference of a response vanishes.
+constexpr std::size_t kSettles_ticks = 6000;
 
 /// The height loop with the filter and the law of the flight code, for `believed`.
 struct HeightLoop {
@@ -56,7 +56,7 @@ struct HeightLoop {
       : believed(vehicle),
         timing(loop_timing),
         steady(vehicle.climb, model::flown_noise(vehicle).pose_position_sigma_m) {
-    for (int tick = 0; tick < kSettles_ticks; ++tick) {
+    for (std::size_t tick = 0; tick < kSettles_ticks; ++tick) {
       steady.fuse_pose(steady.test_pose(0.0, age, 0.0, 0.F));
       steady.predict({});
     }
@@ -72,7 +72,7 @@ struct HeightLoop {
     ctl::AltitudePid<double> law(believed.altitude.design ? ctl::design_altitude(believed.climb, believed.altitude)
                                                           : believed.altitude);
     std::vector<double> heights(timing.pose_age_ticks, 0.0), response;
-    for (std::size_t tick = 0; tick < kDiesOut_ticks; ++tick) {
+    for (std::size_t tick = 0; tick < kSettles_ticks; ++tick) {
       heights.push_back(vehicle.state(vehicle.kZ));
       filter.fuse_pose(filter.test_pose(heights[tick], age, 0.0, 0.F));
       const double commanded =
