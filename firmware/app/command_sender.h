@@ -3,6 +3,7 @@
 
 #include "firmware/ctl/command.h"
 #include "firmware/ctl/excitation.h"
+#include "firmware/est/trim_monitor.h"
 #include "firmware/link/serial_link.h"
 #include "firmware/model/vehicle.h"
 #include "firmware/safety/supervisor.h"
@@ -30,6 +31,10 @@ class CommandSender {
 
   /// The command that the stick moved by the excitation gives, in SI units. Precondition: excitation.moves().
   T excited_command(const ctl::Excitation<T>& excitation) const;
+  /// As CommandMap::learn_trims.
+  void learn_trims(const est::TrimCounts<T>& learned) {
+    commands_.learn_trims(static_cast<float>(learned.roll), static_cast<float>(learned.pitch));
+  }
   /// Forgets the rounding error that the next sticks would compensate.
   void reset() { commands_.reset(); }
   bool uses_sticks() const { return channel_ == link::Channel::kVirtualRc; }

@@ -39,6 +39,8 @@ class FaultIsolation {
   void update(const est::ImuSample<T>& imu, const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
               const core::Vector<T, 2>& model_tilt_rad, safety::FailsafeState failsafe_state, core::Duration elapsed);
 
+  /// As DisturbanceEkf::reduce_input_offset.
+  void reduce_input_offset(T share) { dead_reckoning_.reduce_input_offset(share); }
   bool is_converged() const { return velocity_consistency_.is_converged(); }
   /// See VelocityConsistency.
   T force_scale_m_s2() const { return velocity_consistency_.force_scale_m_s2(); }

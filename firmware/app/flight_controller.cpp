@@ -62,11 +62,24 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   supervised_ = supervise(commanded, leaves, now);                                          // it may only restrict
   const core::Status sent = sender_.send(supervised_, commanded, excitation_, link_, now);  // -> Virtual RC -> bytes
   monitors_.update_model(measured, estimate_, sender_.sticks(), sender_.uses_sticks() && link_.authority().in_control,
-                         reference_.constant && !excitation_.moves(), elapsed);
+                         holds(), elapsed);
+  learn_trims();
   recorder_.append(
       {now, elapsed, orders_.acting(), measured, estimate_, reference_, commanded, supervised_, sender_.sticks(), sent},
       link_, supervisor_, law_, monitors_.residual(), excitation_);
   return sent;
+}
+
+template <typename T, typename S>
+bool FlightController<T, S>::holds() const {
+  return supervisor_.failsafe_state() == safety::FailsafeState::kNominal && reference_.constant && !excitation_.moves();
+}
+
+template <typename T, typename S>
+void FlightController<T, S>::learn_trims() {
+  sender_.learn_trims(monitors_.trim().learned());
+  observer_.reduce_input_offset(monitors_.trim().moved());
+  fault_isolation_.reduce_input_offset(monitors_.trim().moved());
 }
 
 /// Computes the measurement of this tick. From the previous tick it takes the disturbance acceleration and, for the

@@ -85,6 +85,10 @@ class FlightController {
   bool flies() const { return safety::passes_law(supervisor_.failsafe_state()); }
   bool is_in_reach() const;
   est::Measurement<T> adapt(const protocol::Telemetry& telemetry, core::TimePoint now);
+  /// Whether the nominal flight holds its place: the reference is constant, and no excitation moves a stick.
+  bool holds() const;
+  /// Moves what TrimMonitor learned in this tick from the estimated input offset to the sticks' neutrals.
+  void learn_trims();
   /// Resets course and law in every tick in which the law does not fly, so that both are new in the tick in which the
   /// failsafe lets it fly. In kCoast and after a stall it postpones the course.
   void prepare_start(core::TimePoint now);

@@ -33,8 +33,8 @@ class FlightMonitors {
                            core::Duration elapsed) {
     flight_state_.update(link, estimate, model_tilt_rad, isolation, elapsed);
   }
-  /// Once per tick, after the sticks were sent. @param flies_sticks the aircraft obeys our sticks. @param holds the
-  /// reference is constant and no excitation moves a stick. If no attitude comes in one tick, the residual uses that of
+  /// Once per tick, after the sticks were sent. @param flies_sticks the aircraft obeys our sticks. @param holds see
+  /// FlightController. If no attitude comes in one tick, the residual uses that of
   /// the tick before.
   void update_model(const est::Measurement<T>& measured, const est::Estimate<T>& estimate, const vrc::Sticks& sticks,
                     bool flies_sticks, bool holds, core::Duration elapsed);

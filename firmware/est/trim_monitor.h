@@ -24,9 +24,10 @@ struct TrimReport {
 };
 
 /// Averages the observer's input offset in hover and reports it in stick counts. Motion is left out, because the offset
-/// then includes errors of the command gain. Nothing acts on the report: the control law compensates the offset itself.
+/// then includes errors of the command gain. The sticks' neutrals follow learned(), because the law's own compensation
+/// of the offset leaves the dead zone beside the true neutral. Nothing acts on the report.
 ///
-/// Memory: seven numbers. Cost: a sine, a cosine and some ten products.
+/// Memory: ten numbers. Cost: a sine, a cosine and some ten products.
 template <typename T>
 class TrimMonitor {
  public:
@@ -34,6 +35,8 @@ class TrimMonitor {
   static constexpr T kConverged_s = T(10);  ///< of hover, in total
   static constexpr T kLimit_counts = T(15);
   static constexpr T kStill_m_s = T(0.2);
+  static constexpr T kLearned_s = T(2);      ///< time constant of learned()
+  static constexpr T kMost_counts = T(300);  ///< of learned()
 
   explicit TrimMonitor(const model::Vehicle& vehicle)
       : roll_counts_per_rad_(static_cast<T>(1.0 / vehicle.roll.scale_per_count)),
@@ -42,10 +45,13 @@ class TrimMonitor {
   /// Once per tick.
   /// @param holds the reference does not move and the commands are ours
   void update(const Estimate<T>& estimate, bool holds, T step_s) {
-    now_ = counts(estimate, estimate.x.input_offset_rad, estimate.y.input_offset_rad);
+    const TrimCounts<T> left = counts(estimate, estimate.x.input_offset_rad, estimate.y.input_offset_rad);
+    now_ = {.roll = learned_.roll + left.roll, .pitch = learned_.pitch + left.pitch};
+    moved_ = T(0);
     if (!holds || !estimate.healthy || !still(estimate.x.velocity_m_s) || !still(estimate.y.velocity_m_s)) {
       return;
     }
+    learn(left, step_s < kLearned_s ? step_s / kLearned_s : T(1));
     // A plain mean until the time constant has passed, then a first-order low-pass.
     hover_s_ = hover_s_ < kConverged_s ? hover_s_ + step_s : hover_s_;
     const T share = step_s / (hover_s_ < kTimeConstant_s ? hover_s_ : kTimeConstant_s);
@@ -56,17 +62,30 @@ class TrimMonitor {
   }
 
   const TrimReport<T>& report() const { return report_; }
-  /// Stick deflections that hold the position, in counts from the vehicle file's trims. They cancel the input offset
+  /// Stick deflections that hold the position, in counts from the learned trims. They cancel the input offset
   /// and tilt the aircraft against the disturbance. The dead zone is not compensated.
   TrimCounts<T> holding(const Estimate<T>& estimate) const {
     constexpr T kPerGravity = static_cast<T>(1.0 / model::kGravity_m_s2);
     return counts(estimate, estimate.x.input_offset_rad + kPerGravity * estimate.x.disturbance_m_s2,
                   estimate.y.input_offset_rad - kPerGravity * estimate.y.disturbance_m_s2);
   }
+  /// The trims that the sticks' neutrals take over from the observer's input offset in hover, in counts from the
+  /// vehicle file's; and the share of the offset that they took in this tick.
+  const TrimCounts<T>& learned() const { return learned_; }
+  T moved() const { return moved_; }
   /// Stick deflections that cancel the input offset of this tick, in counts from the vehicle file's trims.
   const TrimCounts<T>& now() const { return now_; }
 
  private:
+  /// No trim beyond the range of a vehicle file is learned.
+  void learn(const TrimCounts<T>& left, T share) {
+    const TrimCounts<T> next{.roll = learned_.roll + share * left.roll, .pitch = learned_.pitch + share * left.pitch};
+    const auto fits = [](T counts) { return counts * counts <= kMost_counts * kMost_counts; };
+    if (fits(next.roll) && fits(next.pitch)) {
+      learned_ = next;
+      moved_ = share;
+    }
+  }
   // The counts that cancel tilts x and y of the yaw-free frame (a = g (x, -y)), turned into the body frame.
   TrimCounts<T> counts(const Estimate<T>& estimate, T x_rad, T y_rad) const {
     const T sine = core::sin(estimate.yaw_rad);
@@ -81,6 +100,8 @@ class TrimMonitor {
   T roll_counts_per_rad_;
   T pitch_counts_per_rad_;
   T hover_s_{0};
+  T moved_{0};
+  TrimCounts<T> learned_;
   TrimCounts<T> now_;
   TrimReport<T> report_;
 };

@@ -46,6 +46,7 @@ CommandMap::CommandMap(const model::Vehicle& vehicle)
   for (const StickMap& map : maps_) {
     M100_ASSERT(is_usable(map));
   }
+  trims_vrc_ = {maps_[kRoll].neutral_vrc, maps_[kPitch].neutral_vrc};
 }
 
 Stick CommandMap::modulated(StickIndex index, float command_si) {

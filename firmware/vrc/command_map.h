@@ -30,6 +30,11 @@ class CommandMap {
   ctl::Command<float> to_command(const Sticks& sticks) const;
   /// All sticks at their trims: level, no climb, no turn.
   Sticks neutral() const;
+  /// Moves the neutrals of roll and pitch, with their dead zones, by counts from the vehicle file's trims.
+  void learn_trims(float roll_vrc, float pitch_vrc) {
+    maps_[kRoll].neutral_vrc = trims_vrc_[kRoll] + roll_vrc;
+    maps_[kPitch].neutral_vrc = trims_vrc_[kPitch] + pitch_vrc;
+  }
   /// Sets the remainders of all sticks to zero.
   void reset() { remainder_ = {}; }
 
@@ -48,6 +53,7 @@ class CommandMap {
   Stick modulated(StickIndex index, float command_si);
 
   std::array<StickMap, kSticks> maps_;
+  std::array<float, 2> trims_vrc_{};  ///< neutrals of roll and pitch by the vehicle file
   std::array<float, kSticks> remainder_{};
 };
 

@@ -89,6 +89,11 @@ class AxisFilter {
 
   /// The tilt that the model predicts from the commands alone, without measurements; rad.
   S model_tilt() const { return model_response_.output; }
+  /// Takes a share of the input offset away, which the commands contain from now on.
+  void reduce_input_offset(S share) {
+    auto& a = covariance_.arithmetic();
+    x_[kM] = a.narrow(a.widen(x_[kM]) - a.product(share, x_[kM]));
+  }
   S state(StateIndex i) const { return x_[static_cast<std::size_t>(i)]; }
   /// Covariance of two states in scaled units: P / 2^(scale of row + scale of col); see ScaledCovariance.
   S scaled_covariance(int row, int col) const { return covariance_(row, col); }

@@ -75,6 +75,11 @@ class DisturbanceEkf {
   const Estimate<Real>& estimate() const { return estimate_; }
 
   EkfCounters counters() const;
+  /// Takes a share of the input offset away, which the commands contain from now on.
+  void reduce_input_offset(Real share) {
+    x_.reduce_input_offset(core::Arithmetic<S>::template number<Real>(share));
+    y_.reduce_input_offset(core::Arithmetic<S>::template number<Real>(share));
+  }
   /// The tilt about both axes of the yaw-free frame that the model predicts from the commands alone; rad.
   core::Vector<Real, 2> model_tilt_rad() const {
     return {core::Arithmetic<S>::template real<Real>(x_.model_tilt()),

@@ -24,7 +24,13 @@ Estimate<double> hovering(double pitch_offset_rad, double roll_offset_rad, doubl
 
 void watch(TrimMonitor<double>& trim, const Estimate<double>& estimate, double seconds) {
   for (int tick = 0; tick < static_cast<int>(seconds / kTick_s); ++tick) {
-    trim.update(estimate, true, kTick_s);
+    const TrimCounts<double>& learned = trim.learned();  // the sticks already cancel this part of the offset
+    Estimate<double> left = hovering(learned.pitch * model::paper_vehicle().pitch.scale_per_count,
+                                     learned.roll * model::paper_vehicle().roll.scale_per_count, estimate.yaw_rad);
+    left.healthy = estimate.healthy;
+    left.x.input_offset_rad += estimate.x.input_offset_rad;
+    left.y.input_offset_rad += estimate.y.input_offset_rad;
+    trim.update(left, true, kTick_s);
   }
 }
 
@@ -39,6 +45,8 @@ TEST(TrimMonitor, FindsTheBalancingPointsOfThePaperUnderAnyHeading) {
     EXPECT_TRUE(trim.report().drifted);
     EXPECT_NEAR(trim.report().roll_counts, 56.0, 0.01);
     EXPECT_NEAR(trim.report().pitch_counts, -26.0, 0.01);
+    EXPECT_NEAR(trim.learned().roll, 56.0, 0.5) << "after five time constants";
+    EXPECT_NEAR(trim.learned().pitch, -26.0, 0.5);
   }
 }
 
@@ -57,6 +65,13 @@ TEST(TrimMonitor, KnowsTheSticksThatHoldThePlaceInWind) {
   turned.x.disturbance_m_s2 = kPush_m_s2;  // the nose points along world +y, so the wind comes from the left
   EXPECT_NEAR(trim.holding(turned).pitch, 0.0, 0.01);
   EXPECT_NEAR(trim.holding(turned).roll, -lean / vehicle.roll.scale_per_count, 0.01);
+}
+
+TEST(TrimMonitor, LearnsNoTrimThatNoVehicleFileMayHave) {
+  TrimMonitor<double> trim(model::paper_vehicle());
+  watch(trim, hovering(0.6, 0.0, 0.0), 20.0);  // about 700 counts
+  EXPECT_GT(trim.learned().pitch, -300.0);
+  EXPECT_EQ(trim.moved(), 0.0) << "the observer keeps what the sticks do not take";
 }
 
 TEST(TrimMonitor, SaysNothingBeforeItHasSeenEnoughHover) {
