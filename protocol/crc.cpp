@@ -22,9 +22,4 @@ std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t state) {
   return crc_kernels::step_rest(state, next, left);
 }
 
-std::uint32_t crc32_advance(std::uint32_t state, std::size_t zeros) {
-  M100_ASSERT(zeros <= crc_kernels::kMaxZeros);
-  return crc_kernels::advance(state, zeros);
-}
-
 }  // namespace m100::protocol

@@ -30,13 +30,4 @@ std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t state = kCrc
 /// Bytes between two stored values of a running CRC32.
 inline constexpr std::size_t kCrc32BlockBytes = M100_CRC_SLICES == 1 ? 16 : 8;
 
-/// The register after `zeros` more bytes of value zero, zeros <= 1023: state * x^(8 zeros) mod P.
-///
-/// The register is linear over GF(2): feeding bytes D to the sum of two states is the sum of feeding D to one and zeros
-/// to the other. With prefix(i) = register after the first i bytes of a stream, started from anything,
-///   crc32(bytes a..b, start) = prefix(b) ^ crc32_advance(prefix(a) ^ start, b - a),
-/// so the checksum of any range of bytes costs a constant. Cost: 8 look-ups and one more for each zero after the last
-/// whole block of kCrc32BlockBytes; with small tables 10 look-ups, 32 multiplications and likewise.
-std::uint32_t crc32_advance(std::uint32_t state, std::size_t zeros);
-
 }  // namespace m100::protocol

@@ -34,7 +34,7 @@ struct ParserStats {
 /// any damage this takes at most one longest frame of clean bytes.
 ///
 /// Cost: each byte enters the running CRC32 at most once, and each start byte costs a constant: one CRC16 of 10 bytes
-/// and, if a header is good, one CRC32 of the whole frame from two running values (see crc32_advance). The bytes of a
+/// and, if a header is good, one CRC32 of the whole frame from two running values (see crc_kernels.h). The bytes of a
 /// false frame are searched again from the second byte, without summing them again.
 class FrameParser {
  public:

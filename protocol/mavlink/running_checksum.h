@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "protocol/bytes.h"
 #include "protocol/mavlink/checksum_kernels.h"
 
 namespace m100::mavlink {
@@ -14,7 +13,7 @@ namespace m100::mavlink {
 ///
 /// Each byte of the buffer enters one running register at most once. The register is linear over GF(2), so the
 /// difference of two runs over the same bytes changes with their number alone, whatever the bytes are
-/// (crc32_advance() in protocol/crc.h). The checksum of a range is therefore the running register at its end, plus the
+/// (see protocol/crc_kernels.h). The checksum of a range is therefore the running register at its end, plus the
 /// difference at its begin carried over the length of the range.
 class RunningChecksum {
  public:
