@@ -16,6 +16,7 @@
 #include "firmware/companion/files/text/plain_number.h"
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/files/text/suggestion.h"
+#include "firmware/companion/subcommands.h"
 
 namespace m100::companion {
 
@@ -169,6 +170,32 @@ inline std::string refusal(const CLI::App& app, std::span<char* const> words, co
   }
   const bool is_missing = dynamic_cast<const CLI::RequiredError*>(&wrong) != nullptr;
   return wrong.what() + listed_word_meant(wrong.what()) + (is_missing ? "; see --help" : "");
+}
+
+/// Runs the subcommand that the command line names. @returns the program's exit code; bad input is a line on stderr.
+inline int run_subcommand(CLI::App& app, const std::string& program, std::span<const Example> examples,
+                          std::span<char*> words) {
+  add_examples(app, examples);
+  refuse_empty_words(app);
+  refuse_odd_numbers(app);
+  const auto refuse = [&program](const std::string& why) {
+    std::cerr << program << ": " << printable(without_keys(why)) << "\n";
+    return kBadInput;
+  };
+  try {
+    app.parse(static_cast<int>(words.size()), words.data());
+  } catch (const CLI::RuntimeError& stop) {
+    return stop.get_exit_code();
+  } catch (const CLI::ParseError& wrong) {
+    const std::string why = refusal(app, words.subspan(1), wrong);
+    return why.empty() ? app.exit(wrong) : refuse(why);
+  } catch (const std::exception& wrong) {
+    return refuse(wrong.what());
+  }
+  // Output that could not be written does not change the exit code of a flight.
+  const std::string ran = app.get_subcommands().front()->get_name();
+  const bool flew = ran == "fly" || ran == "handshake" || ran == "record";
+  return flew || all_output_written() ? kDone : refuse("standard output: cannot be written");
 }
 
 }  // namespace m100::companion

@@ -2,12 +2,7 @@
 // m100: the program on the companion board. The subcommands are in the folders beside this file.
 #include <CLI/CLI.hpp>
 
-#include <iostream>
-#include <span>
-#include <string>
-
 #include "firmware/companion/command_line.h"
-#include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/preflight/check.h"
 #include "firmware/companion/preflight/doctor.h"
 #include "firmware/companion/preflight/handshake.h"
@@ -48,29 +43,5 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
   m100::companion::add_doctor(m100);
   m100::companion::add_check(m100);
   m100::companion::add_replay(m100);
-  m100::companion::add_examples(m100, kExamples);
-  m100::companion::refuse_empty_words(m100);
-  m100::companion::refuse_odd_numbers(m100);
-  try {
-    m100.parse(argc, argv);
-  } catch (const CLI::RuntimeError& stop) {
-    return stop.get_exit_code();
-  } catch (const CLI::ParseError& wrong) {
-    const std::string why = m100::companion::refusal(m100, std::span(argv + 1, argv + argc), wrong);
-    if (why.empty()) {
-      return m100.exit(wrong);
-    }
-    std::cerr << "m100: " << m100::companion::printable(m100::companion::without_keys(why)) << "\n";
-    return m100::companion::kBadInput;
-  } catch (const std::exception& wrong) {
-    std::cerr << "m100: " << m100::companion::printable(m100::companion::without_keys(wrong.what())) << "\n";
-    return m100::companion::kBadInput;
-  }
-  // Output that could not be written does not change the exit code of a flight.
-  const bool flew = m100.got_subcommand("fly") || m100.got_subcommand("handshake") || m100.got_subcommand("record");
-  if (!flew && !m100::companion::all_output_written()) {
-    std::cerr << "m100: standard output: cannot be written\n";
-    return m100::companion::kBadInput;
-  }
-  return m100::companion::kDone;
+  return m100::companion::run_subcommand(m100, "m100", kExamples, {argv, static_cast<std::size_t>(argc)});
 }

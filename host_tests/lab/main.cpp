@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab: the PC's program for the aircraft. Each subcommand is in its own folder (subcommands.h).
 #include <CLI/CLI.hpp>
-#include <iostream>
-#include <span>
-#include <string>
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/version.h"
-#include "host_tests/lab/input_error.h"
 #include "host_tests/lab/interruption.h"
 #include "host_tests/lab/large_blocks.h"
-#include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
 
 namespace {
@@ -48,7 +43,7 @@ constexpr Example kExamples[]{
 
 }  // namespace
 
-// Nothing before the try depends on the command line, so only a lack of memory can throw there.
+// Nothing outside of run_subcommand() depends on the command line, so only a lack of memory can throw there.
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see above
   m100::companion::fill_standard_streams();
   m100::lab::give_back_large_blocks();
@@ -78,27 +73,5 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see abo
   m100::lab::add_reference(lab);
   m100::lab::add_evening(lab);
   m100::lab::add_bridge(lab);
-  m100::companion::add_examples(lab, kExamples);
-  m100::companion::refuse_empty_words(lab);
-  m100::companion::refuse_odd_numbers(lab);
-  try {
-    lab.parse(argc, argv);
-  } catch (const CLI::RuntimeError& stop) {
-    return stop.get_exit_code();
-  } catch (const CLI::ParseError& wrong) {
-    const std::string why = m100::companion::refusal(lab, std::span(argv + 1, argv + argc), wrong);
-    if (why.empty()) {
-      return lab.exit(wrong);
-    }
-    std::cerr << "m100-lab: " << m100::lab::printable(m100::companion::without_keys(why)) << "\n";
-    return m100::lab::kBadInput;
-  } catch (const std::exception& wrong) {
-    std::cerr << "m100-lab: " << m100::lab::printable(m100::companion::without_keys(wrong.what())) << "\n";
-    return m100::lab::kBadInput;
-  }
-  if (!m100::companion::all_output_written()) {
-    std::cerr << "m100-lab: standard output: cannot be written\n";
-    return m100::lab::kBadInput;
-  }
-  return m100::lab::kDone;
+  return m100::companion::run_subcommand(lab, "m100-lab", kExamples, {argv, static_cast<std::size_t>(argc)});
 }
