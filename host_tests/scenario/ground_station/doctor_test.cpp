@@ -11,8 +11,7 @@
 #include <string>
 #include <thread>
 
-#include "host_tests/scenario/ground_station/ground_station.h"
-#include "host_tests/scenario/program/program_fixture.h"
+#include "host_tests/scenario/ground_station/ground_station_flight.h"
 #include "protocol/mavlink/pose_messages.h"
 
 namespace m100::ground_station {
@@ -20,19 +19,7 @@ namespace {
 
 using scenario::json;
 
-struct Doctor : scenario::ProgramTest {
-  std::unique_ptr<GroundStation> ground_station;
-  std::string key;
-
-  void SetUp() override {
-    ProgramTest::SetUp();
-    ground_station = std::make_unique<GroundStation>(folder, 5);
-    key = key_file(GroundStation::key_text()).string();
-  }
-  void TearDown() override {
-    ground_station.reset();
-    ProgramTest::TearDown();
-  }
+struct Doctor : GroundStationTest {
   /// Result of a check of the last run: "good: ..." or "bad: ...".
   std::string check(const std::string& name) const {
     const json all = json::parse(std::ifstream(result));

@@ -37,9 +37,25 @@ inline mavlink::Frame goal_frame(const Place& place, std::uint8_t number) {
                          GroundStation::kSender, number);
 }
 
-/// m100 flown by a room over a network that loses, doubles and reorders packets.
-struct GroundStationFlight : scenario::ProgramTest {
+/// m100 with a room, and the file of the room's key.
+struct GroundStationTest : scenario::ProgramTest {
   std::unique_ptr<GroundStation> ground_station;
+  std::string key;
+  std::uint64_t seed = 2;
+
+  void SetUp() override {
+    ProgramTest::SetUp();
+    ground_station = std::make_unique<GroundStation>(folder, seed);
+    key = key_file(GroundStation::key_text()).string();
+  }
+  void TearDown() override {
+    ground_station.reset();
+    ProgramTest::TearDown();
+  }
+};
+
+/// m100 flown by a room over a network that loses, doubles and reorders packets.
+struct GroundStationFlight : GroundStationTest {
   Place truth;
   mavlink::LocalPositionNed position;
   std::uint8_t base_mode = 0;
@@ -54,17 +70,12 @@ struct GroundStationFlight : scenario::ProgramTest {
   std::string said;
 
   void SetUp() override {
-    ProgramTest::SetUp();
-    ground_station = std::make_unique<GroundStation>(folder, 2);
+    GroundStationTest::SetUp();
     ground_station->network.lost = ground_station->network.doubled = ground_station->network.swapped = 0.05;
     ground_station->on_pose = [this](const mavlink::AttPosMocap& seen) {
       truth = {static_cast<double>(seen.x), static_cast<double>(seen.y), static_cast<double>(seen.z)};
     };
     ground_station->on_frame = [this](const mavlink::FrameView& frame) { receive(frame); };
-  }
-  void TearDown() override {
-    ground_station.reset();
-    ProgramTest::TearDown();
   }
 
   void receive(const mavlink::FrameView& frame) {
@@ -133,7 +144,7 @@ struct GroundStationFlight : scenario::ProgramTest {
   }
   bool start_flight(std::vector<std::string> more = {}, const std::vector<std::string>& of_autopilot = {}) {
     ground_station->start_autopilot(events, of_autopilot);
-    std::vector<std::string> words = fly_words(*ground_station, key_file(GroundStation::key_text()).string());
+    std::vector<std::string> words = fly_words(*ground_station, key);
     words.insert(words.end(), {"--log", log.string()});
     words.insert(words.end(), more.begin(), more.end());
     return ground_station->start(words, errors);

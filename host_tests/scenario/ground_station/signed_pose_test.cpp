@@ -4,8 +4,7 @@
 
 #include <cmath>
 
-#include "host_tests/scenario/ground_station/ground_station.h"
-#include "host_tests/scenario/program/program_fixture.h"
+#include "host_tests/scenario/ground_station/ground_station_flight.h"
 #include "protocol/mavlink/messages.h"
 
 namespace m100::ground_station {
@@ -16,20 +15,8 @@ using scenario::json;
 
 constexpr double kStartAndFlight_s = 60.0;
 
-struct SignedPose : scenario::ProgramTest {
-  std::unique_ptr<GroundStation> ground_station;
-  std::string key;
-
-  void SetUp() override {
-    ProgramTest::SetUp();
-    ground_station = std::make_unique<GroundStation>(folder, 1);
-    key = key_file(GroundStation::key_text()).string();
-  }
-  void TearDown() override {
-    ground_station.reset();
-    ProgramTest::TearDown();
-  }
-
+struct SignedPose : GroundStationTest {
+  SignedPose() { seed = 1; }
   std::vector<std::string> words(const std::string& subcommand, std::vector<std::string> more) const {
     std::vector<std::string> all{
         subcommand, "--port", ground_station->port(), "--pose-port", ground_station->pose_port(), "--mavlink-key", key};
