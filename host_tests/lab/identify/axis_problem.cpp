@@ -34,14 +34,14 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr std::array<std::string_view, 2> kBases{"first_order", "second_order"};
 const std::vector<double> kHorizons_s{0.2, 0.5, 1.0, 2.0};
 
-/// Difference of the largest and the smallest stick inside of the blocks.
-double travel(const AxisDataSet& part) {
+/// Difference of the largest and the smallest value inside of the blocks.
+double travel(const AxisDataSet& part, const std::vector<double>& values) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
   for (std::size_t block = 0; block < part.blocks.size(); ++block) {
     for (std::size_t i = part.blocks[block].begin; i < part.blocks[block].end; ++i) {
-      low = std::min(low, part.signals.data.stick[i]);
-      high = std::max(high, part.signals.data.stick[i]);
+      low = std::min(low, values[i]);
+      high = std::max(high, values[i]);
     }
   }
   return high > low ? high - low : 0.0;
@@ -49,23 +49,15 @@ double travel(const AxisDataSet& part) {
 
 void check_moved(const AxisDataSet& part, const char* option) {
   double largest = 0.0;
-  double response_low = std::numeric_limits<double>::infinity();
-  double response_high = -response_low;
-  for (std::size_t block = 0; block < part.blocks.size(); ++block) {
-    for (std::size_t i = part.blocks[block].begin; i < part.blocks[block].end; ++i) {
-      response_low = std::min(response_low, part.signals.data.measured[i]);
-      response_high = std::max(response_high, part.signals.data.measured[i]);
-    }
-  }
   for (const double value : part.signals.data.stick) {
     largest = std::max(largest, std::abs(value));
   }
   const double minimum = largest > 5.0 ? 10.0 : 0.01;
-  if (part.blocks.size() > 0 && !(travel(part) > minimum)) {
+  if (part.blocks.size() > 0 && !(travel(part, part.signals.data.stick) > minimum)) {
     throw InputError(part.log.file, 0, part.signals.stick_name,
                      std::string("the stick was never moved in the ") + option + " ranges");
   }
-  if (part.blocks.size() > 0 && !(response_high > response_low)) {
+  if (part.blocks.size() > 0 && !(travel(part, part.signals.data.measured) > 0.0)) {
     throw InputError(part.log.file, 0, part.signals.stick_name,
                      std::string("the response is constant in the ") + option + " ranges");
   }
@@ -278,7 +270,8 @@ void AxisProblem::add_doubts(const Selection& selection, IdentifyResult& result)
                                  " % of the error; most of it is still unexplained (fit " +
                                  std::to_string(std::lround(fit_percent)) + " %)");
   }
-  if (travel(validation_) < kMinTravelShare * travel(training_)) {
+  if (travel(validation_, validation_.signals.data.stick) <
+      kMinTravelShare * travel(training_, training_.signals.data.stick)) {
     result.unexplained.push_back(signals.stick_name + " hardly moves in the validation part: it tests nothing");
   }
   const double reach = large(signals.data.stick);
