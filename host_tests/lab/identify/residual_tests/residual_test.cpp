@@ -95,22 +95,6 @@ double power_at(const std::vector<Moment>& moments, const Piece& piece, double h
   return 2.0 * (c * c + s * s) / static_cast<double>(piece.last - piece.first);
 }
 
-/// Ratio of a spectral peak to the mean power on both sides of it; 0 where there is no power.
-double peak(const std::vector<double>& power, std::size_t bin) {
-  constexpr std::size_t kAround = 32;  // frequencies on both sides, without the peak's own
-  constexpr std::size_t kOwn = 7;
-  double around = 0.0;
-  double count = 0.0;
-  const std::size_t from = bin > kAround ? bin - kAround : 0;
-  for (std::size_t other = from; other < std::min(power.size(), bin + kAround + 1); ++other) {
-    if (other + kOwn < bin || other > bin + kOwn) {
-      around += power[other];
-      count += 1.0;
-    }
-  }
-  return around > 0.0 ? power[bin] * count / around : 0.0;
-}
-
 // Periodogram of the thinned residual by direct sums: a thousand frequencies, a few hundred samples per minute. A
 // periodic force keeps its phase within a piece, and its power from piece to piece.
 ResidualPeak strongest_peak(const Vector& target, const ResidualInput& input, const Thinned& thinned) {
@@ -137,7 +121,7 @@ ResidualPeak strongest_peak(const Vector& target, const ResidualInput& input, co
   for (std::size_t bin = 0; bin < bins; ++bin) {
     const double hz = static_cast<double>(bin + 1) * kHighest_hz / static_cast<double>(bins);
     if (hz >= lowest_hz && total > 0.0 && power[bin] / total > line.share) {
-      line = {hz, power[bin] / total, peak(power, bin)};
+      line = {hz, power[bin] / total, height_of(power, bin, {.around = 32, .own = 7})};
     }
   }
   return line;

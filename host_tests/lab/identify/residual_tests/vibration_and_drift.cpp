@@ -28,23 +28,20 @@ double power_in(std::span<const double> piece, std::size_t bin) {
   return 2.0 * (newer * newer + older * older - twice * newer * older) / static_cast<double>(piece.size());
 }
 
-/// Ratio of a bin to the mean of the bins around it, from `first` to the last; 0 where there is no power.
-double peak(const std::vector<double>& power, std::size_t bin, std::size_t first) {
-  constexpr std::size_t kAround = 12;
-  constexpr std::size_t kOwn = 2;
+}  // namespace
+
+double height_of(const std::vector<double>& power, std::size_t bin, const Neighbourhood& place) {
   double around = 0.0;
   double count = 0.0;
-  const std::size_t from = std::max(first, bin > kAround ? bin - kAround : 0);
-  for (std::size_t other = from; other <= std::min(power.size() - 1, bin + kAround); ++other) {
-    if (other + kOwn < bin || other > bin + kOwn) {
+  const std::size_t from = std::max(place.first, bin > place.around ? bin - place.around : 0);
+  for (std::size_t other = from; other < std::min(power.size(), bin + place.around + 1); ++other) {
+    if (other + place.own < bin || other > bin + place.own) {
       around += power[other];
       count += 1.0;
     }
   }
   return around > 0.0 ? power[bin] * count / around : 0.0;
 }
-
-}  // namespace
 
 VibrationPeak vibration_peak(const std::vector<double>& residual, double period_s, double row_s) {
   VibrationPeak line;
@@ -73,7 +70,7 @@ VibrationPeak vibration_peak(const std::vector<double>& residual, double period_
   }
   line.hz = static_cast<double>(strongest) * resolution_hz;
   line.share = total > 0.0 ? held / total : 0.0;
-  line.peak = peak(power, strongest, first);
+  line.peak = height_of(power, strongest, {.first = first, .around = 12, .own = 2});
   return line;
 }
 

@@ -8,6 +8,16 @@ namespace m100::lab::identify {
 
 // Two patterns that a regression on causes does not show: a high-frequency peak (vibration) and a slow drift.
 
+/// The bins with which a spectral peak is compared.
+struct Neighbourhood {
+  std::size_t first = 0;   ///< the lowest bin
+  std::size_t around = 0;  ///< bins on both sides of the peak
+  std::size_t own = 0;     ///< bins on both sides that belong to the peak
+};
+
+/// Ratio of a spectral peak to the mean power around it; 0 where there is no power.
+double height_of(const std::vector<double>& power, std::size_t bin, const Neighbourhood& place);
+
 struct VibrationPeak {
   double hz = 0.0;
   double share = 0.0;  ///< of the power of the whole residual
