@@ -3,7 +3,6 @@
 #include "host_tests/target/conformance.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <thread>
@@ -54,8 +53,7 @@ TEST(Conformance, TheMockCablePasses) {
 }
 
 TEST(Conformance, ALinuxPortPasses) {
-  const std::filesystem::path name =
-      std::filesystem::temp_directory_path() / ("m100_conformance_" + std::to_string(getpid()));
+  const std::filesystem::path name = std::filesystem::temp_directory_path() / "m100_conformance";
   sim::PtyUart far(name.string());
   SerialPort port(name.string(), 230400);
   ASSERT_EQ(port.open(), core::Status::kOk);

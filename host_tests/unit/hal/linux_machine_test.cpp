@@ -103,7 +103,6 @@ struct FileStorageTest : ::testing::Test {
     std::filesystem::remove(path);
     free_descriptor_zero();
   }
-  void TearDown() override { std::filesystem::remove(path); }
 };
 
 TEST_F(FileStorageTest, AppendsToAFlight) {

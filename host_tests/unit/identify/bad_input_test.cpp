@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "host_tests/lab/input_error.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/unit/lab/refusal.h"
 
@@ -53,10 +52,7 @@ struct Case {
 class BadInput : public ::testing::TestWithParam<Case> {
  protected:
   std::string write(const std::string& name, const std::string& text) const {
-    const std::filesystem::path directory =
-        std::filesystem::temp_directory_path() / ("m100_bad_input_" + GetParam().name);
-    std::filesystem::create_directories(directory);
-    const std::filesystem::path path = directory / name;
+    const std::filesystem::path path = std::filesystem::temp_directory_path() / name;
     std::ofstream(path) << text;
     return path.string();
   }

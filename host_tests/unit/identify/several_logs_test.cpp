@@ -29,10 +29,6 @@ class SeveralLogs : public ::testing::Test {
                 (std::string("m100_several_") + ::testing::UnitTest::GetInstance()->current_test_info()->name())) {
     std::filesystem::create_directories(folder_);
   }
-  ~SeveralLogs() override {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 

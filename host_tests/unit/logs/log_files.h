@@ -39,19 +39,13 @@ class MemoryLog final : public RawLog {
   std::map<std::string, RawColumn> columns_;
 };
 
-/// A file that exists for one test.
+/// A file of one test.
 class TemporaryFile {
  public:
   TemporaryFile(const std::string& name, const std::string& content)
       : path_(std::filesystem::temp_directory_path() / ("m100_" + test_name() + "_" + name)) {
     std::ofstream(path_, std::ios::binary) << content;
   }
-  ~TemporaryFile() {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
   std::string path() const { return path_.string(); }
 
  private:

@@ -36,8 +36,7 @@ core::Duration machine_time() {
 }
 
 struct Lockstep : ::testing::Test {
-  const std::string path =
-      (std::filesystem::temp_directory_path() / ("m100_lockstep_" + std::to_string(::getpid()))).string();
+  const std::string path = (std::filesystem::temp_directory_path() / "m100_lockstep").string();
   const std::string port = "sim:" + path;
   LockstepHost host;
   LockstepHost::End end = host.add_end(path);
