@@ -3,7 +3,6 @@
 
 #include <cstddef>
 
-#include "firmware/core/expected.h"
 #include "firmware/ref/minimum_snap.h"
 
 namespace m100::ref {

@@ -12,7 +12,6 @@
 
 #include "host_tests/benchmark/receive.h"
 #include "host_tests/property/protocol/streams.h"
-#include "protocol/crc.h"
 
 namespace {
 

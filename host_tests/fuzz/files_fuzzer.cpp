@@ -30,7 +30,6 @@
 #include "firmware/mpc/table_file.h"
 #include "host_tests/lab/frames/frame_text.h"
 #include "host_tests/lab/gains/instances.h"
-#include "host_tests/lab/input_error.h"
 #include "host_tests/sim/autopilot/n1_script.h"
 #include "host_tests/sim/world/base_plant.h"
 #include "host_tests/sim/world/plant_file.h"

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "firmware/core/time.h"
 #include "firmware/log/records.h"
 
 namespace m100::companion {

@@ -2,7 +2,6 @@
 #include "firmware/companion/fly/flight_sequencer.h"
 
 #include "firmware/companion/operator/operator_messages.h"
-#include "firmware/core/maths.h"
 
 namespace m100::companion {
 namespace {

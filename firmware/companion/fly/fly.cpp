@@ -2,7 +2,6 @@
 // m100 fly: the options of a flight, and functions shared by the dry run, the handshake and the flight.
 #include "firmware/companion/fly/fly.h"
 
-#include <poll.h>
 #include <termios.h>
 #include <unistd.h>
 #include <CLI/CLI.hpp>

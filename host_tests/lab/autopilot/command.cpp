@@ -25,7 +25,6 @@
 #include "host_tests/sim/body/body_plant.h"
 #include "host_tests/sim/ports/emulated_board.h"
 #include "host_tests/sim/ports/world.h"
-#include "host_tests/sim/world/plant_file.h"
 #include "protocol/aes256.h"
 
 namespace m100::lab {

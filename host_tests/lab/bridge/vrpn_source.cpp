@@ -2,7 +2,6 @@
 #include "host_tests/lab/bridge/vrpn_source.h"
 
 #include <arpa/inet.h>
-#include <fcntl.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>

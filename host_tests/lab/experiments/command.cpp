@@ -27,7 +27,6 @@
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/sim/body/body_plant.h"
-#include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab {
 namespace {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <memory>
 
-#include "host_tests/lab/identify/data/log_defects.h"
 #include "host_tests/lab/identify/data/translation_repair.h"
 #include "host_tests/lab/identify/data/unit_consistency.h"
 #include "host_tests/lab/identify/processor_time.h"

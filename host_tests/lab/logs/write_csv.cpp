@@ -8,7 +8,6 @@
 #include <fstream>
 
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/logs/join.h"
 
 namespace m100::lab::logs {
 namespace {

@@ -13,7 +13,6 @@
 #include "host_tests/lab/gains/gain_tables.h"
 #include "host_tests/lab/gains/instances.h"
 #include "host_tests/lab/gains/setpoint/setpoint_law.h"
-#include "host_tests/lab/input_error.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
 

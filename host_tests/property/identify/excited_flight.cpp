@@ -11,7 +11,6 @@
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/excite/manoeuvre.h"
 #include "host_tests/lab/experiments/flight.h"
-#include "host_tests/lab/logs/formats/ulog.h"
 #include "host_tests/sim/world/random.h"
 
 namespace m100::host_tests {

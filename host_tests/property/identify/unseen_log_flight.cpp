@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/column_map.h"
 #include "host_tests/lab/logs/raw_log.h"
 

@@ -2,7 +2,6 @@
 // The bridge as a client of a VRPN server, for which a stand-in answers that follows only the protocol.
 #include <arpa/inet.h>
 #include <netinet/in.h>
-#include <poll.h>
 #include <sys/socket.h>
 
 #include <csignal>

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "firmware/app/flight_controller.h"
-#include "firmware/app/image/board_course.h"
 #include "firmware/log/flight_log.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/golden/flight/flight_recording.h"

@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "host_tests/lab/logs/flight_log.h"
-#include "host_tests/lab/logs/join.h"
 #include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/lab/logs/write_csv.h"
 #include "host_tests/unit/logs/log_files.h"

@@ -9,7 +9,6 @@
 #include "host_tests/lab/identify/data/log_defects.h"
 #include "host_tests/lab/identify/data/unit_consistency.h"
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/logs/join.h"
 
 namespace m100::lab::identify {
 namespace {

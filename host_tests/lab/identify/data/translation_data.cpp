@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/logs/join.h"
 
 namespace m100::lab::identify {
 namespace {

@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "host_tests/lab/identify/data/log_defects.h"
-#include "host_tests/lab/logs/join.h"
 
 namespace m100::lab::identify {
 namespace {

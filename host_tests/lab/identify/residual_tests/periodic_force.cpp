@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <numbers>
 
-#include "firmware/core/eigen.h"
 namespace m100::lab::identify {
 namespace {
 

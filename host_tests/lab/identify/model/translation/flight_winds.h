@@ -8,7 +8,6 @@
 #include "host_tests/lab/identify/model/model_family.h"
 #include "host_tests/lab/identify/model/translation/translation_data_set.h"
 #include "host_tests/lab/identify/model/translation/translation_regression.h"
-#include "host_tests/lab/identify/output/result.h"
 
 namespace m100::lab::identify::translation {
 
