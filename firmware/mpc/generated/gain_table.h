@@ -13,8 +13,8 @@ namespace m100::mpc::generated {
 
 /// SHA-256 of the vehicle file that everything here was made from.
 inline constexpr core::Sha256Digest kVehicleDigest{
-    0x4c, 0x86, 0x6a, 0x25, 0x6c, 0xe7, 0xa3, 0x7b, 0x19, 0x38, 0x02, 0x9f, 0x16, 0xfe, 0xd7, 0x29, 0x0a, 0xea, 0xb1,
-    0x82, 0x31, 0x40, 0x77, 0x43, 0x91, 0x2a, 0x80, 0xa0, 0x18, 0xf7, 0xcf, 0x4e,
+    0x25, 0xa3, 0xc5, 0x5d, 0x12, 0xdc, 0xab, 0x1c, 0x34, 0x56, 0x78, 0x12, 0xc3, 0xd1, 0x71, 0x80, 0x61, 0xd2, 0xae,
+    0x39, 0x5d, 0x52, 0xef, 0x8a, 0xbf, 0x78, 0xe5, 0x1d, 0xa7, 0x81, 0x30, 0xdf,
 };
 
 inline constexpr model::Vehicle kVehicle{
@@ -34,10 +34,10 @@ inline constexpr model::Vehicle kVehicle{
     .estimator = {.position_process_m = 1e-04, .velocity_process_m_s = 0.001, .tilt_process_rad = 0.001, .tilt_rate_process_rad_s = 0.54, .disturbance_process_m_s2 = 0.203, .input_offset_process_rad = 0.0028, .pose_position_sigma_m = 0.0018, .pose_velocity_sigma_m_s = 0.02, .attitude_sigma_rad = 0.0111, .rate_sigma_rad_s = 0.165},
     .has_mpc = true, .has_estimator = true},
     .robust = {
-    .roll = {.scale_per_count = 0.0009118591017422745, .natural_frequency_rad_s = 9.214050846894969, .damping_ratio = 0.6781547482376811, .transport_delay_s = 0.046934114890133126, .lead_zero_s = 0.06950367167213249, .dead_zone_counts = 14.908929995215004},
-    .pitch = {.scale_per_count = 0.0008897359590444408, .natural_frequency_rad_s = 7.867421466590204, .damping_ratio = 0.6399799486762151, .transport_delay_s = 0.04703403111365738, .lead_zero_s = 0.0939848724945862, .dead_zone_counts = 16.738771089339746},
-    .mpc = {.position = 40.0, .velocity = 1.55, .tilt = 10.8, .input = 205.0, .input_rate = 1.48},
-    .estimator = {.position_process_m = 1e-04, .velocity_process_m_s = 0.001, .tilt_process_rad = 0.001, .tilt_rate_process_rad_s = 0.923, .disturbance_process_m_s2 = 0.375, .input_offset_process_rad = 0.000642, .pose_position_sigma_m = 0.0018, .pose_velocity_sigma_m_s = 0.02, .attitude_sigma_rad = 0.000894, .rate_sigma_rad_s = 0.0515},
+    .roll = {.scale_per_count = 0.0009118591017422745, .natural_frequency_rad_s = 8.114729238788192, .damping_ratio = 0.7104442389758864, .transport_delay_s = 0.04496955934623102, .lead_zero_s = 0.06101037379896074, .dead_zone_counts = 14.908929995215004},
+    .pitch = {.scale_per_count = 0.0008897359590444408, .natural_frequency_rad_s = 6.928765216259191, .damping_ratio = 0.670451794046492, .transport_delay_s = 0.04506529330337378, .lead_zero_s = 0.08249998977595649, .dead_zone_counts = 16.738771089339746},
+    .mpc = {.position = 40.0, .velocity = 0.608, .tilt = 4.12, .input = 1210.0, .input_rate = 7.3},
+    .estimator = {.position_process_m = 1e-04, .velocity_process_m_s = 0.001, .tilt_process_rad = 0.001, .tilt_rate_process_rad_s = 4.05, .disturbance_process_m_s2 = 0.434, .input_offset_process_rad = 0.000564, .pose_position_sigma_m = 0.0018, .pose_velocity_sigma_m_s = 0.02, .attitude_sigma_rad = 0.000918, .rate_sigma_rad_s = 0.0306},
     .has_mpc = true, .has_estimator = true},
 };
 

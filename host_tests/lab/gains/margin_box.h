@@ -40,13 +40,13 @@ struct OpenStructure {
 std::vector<OpenStructure> open_structures(const companion::VehicleFile& file);
 
 /// The limits that a mode keeps in the loop as flown: on the structures themselves (nominal), over kCorners and over
-/// kCertified.
+/// kBox.
 struct MarginLimits {
   double nominal_peak = 0.0;
   double nominal_delay_s = 0.0;
   double corner_peak = 0.0;
   double corner_delay_s = 0.0;
-  double certified_peak = 1e3;
+  double box_peak = 1e3;
 };
 inline constexpr MarginLimits kFieldLimits{1.65, 0.15, 2.2, 0.1};
 inline constexpr MarginLimits kRobustLimits{1.6, 0.15, 1.6, 0.15, 1.568};  // certify() proves at most 1.02 times that

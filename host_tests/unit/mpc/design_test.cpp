@@ -266,7 +266,7 @@ TEST(MarginBox, TheShippedFileKeepsTheLimitsOfItsModes) {
     DesignTrial trial;
     trial.nominal = box.worst(flown, MarginBox::Extent::kNominal);
     trial.corners = box.worst(flown, MarginBox::Extent::kCorners);
-    trial.certified = box.worst(flown, MarginBox::Extent::kCertified);
+    trial.box = box.worst(flown, MarginBox::Extent::kBox);
     EXPECT_EQ(margin_excess(trial, limits), 0.0) << trial.corners.where << trial.corners.peak_sensitivity;
   }
   for (const auto& channels : report_height_yaw(file.vehicle)) {

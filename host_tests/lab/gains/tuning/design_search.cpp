@@ -14,6 +14,7 @@ namespace m100::lab::gains {
 namespace {
 
 /// Factors on the numbers of the vehicle file, in the order of apply().
+constexpr std::size_t kNoises = 4;
 constexpr std::size_t kWeights = 9;
 constexpr std::size_t kFactors = 13;
 using Factors = std::array<double, kFactors>;
@@ -22,7 +23,7 @@ using Factors = std::array<double, kFactors>;
 constexpr std::array<Factors, 3> kStarts{{
     {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0},
     {0.084, 0.817, 1.66, 3.87, 1.8, 1.56, 2.8, 2.22, 2.75, 1.111, 0.964, 1.142, 0.79},
-    {0.0776, 0.5402, 17.08, 4.945, 3.075, 2.885, 0.6422, 0.2262, 1.085, 1.274, 0.8989, 0.8505, 0.6293},
+    {0.03039, 0.1288, 62.8, 15.21, 13.49, 3.339, 0.1376, 0.1836, 0.8171, 1.122, 0.9417, 0.8149, 0.5524},
 }};
 constexpr int kTrials = 60;  ///< of each search
 
@@ -55,7 +56,8 @@ model::Design apply(const model::Vehicle& vehicle, const Factors& f) {
                            &e.attitude_sigma_rad,
                            &e.rate_sigma_rad_s};
   for (std::size_t k = 0; k < kWeights; ++k) {
-    *numbers[k] = *numbers[k] > 0.0 ? rounded(*numbers[k] * f[k]) : *numbers[k];
+    const double number = k < kNoises ? *numbers[k] * f[k] : std::clamp(*numbers[k] * f[k], 1e-4, 5.0);  // vehicle file
+    *numbers[k] = *numbers[k] > 0.0 ? rounded(number) : *numbers[k];
   }
   if (std::any_of(f.begin() + kWeights, f.end(), [](double factor) { return factor != 1.0; })) {
     out.roll = scaled(vehicle.roll, f);
@@ -127,7 +129,7 @@ class Search {
     try {
       out.corners = box_.worst(believed, MarginBox::Extent::kCorners);
       out.nominal = box_.worst(believed, MarginBox::Extent::kNominal);
-      out.certified = box_.worst(believed, MarginBox::Extent::kCertified);
+      out.box = box_.worst(believed, MarginBox::Extent::kBox);
     } catch (const std::domain_error&) {  // no controller can be made from this model
       out.excess = std::numeric_limits<double>::infinity();
       return out;
@@ -176,7 +178,7 @@ double margin_excess(const DesignTrial& trial, const MarginLimits& limits) {
   return (trial.corners.stable ? 0.0 : 100.0) + (trial.nominal.stable ? 0.0 : 1000.0) +
          over(std::min(trial.corners.peak_sensitivity, 1e3), limits.corner_peak) +
          under(trial.corners.delay_margin_s, limits.corner_delay_s) +
-         over(std::min(trial.certified.peak_sensitivity, 1e3), limits.certified_peak) +
+         over(std::min(trial.box.peak_sensitivity, 1e3), limits.box_peak) +
          over(std::min(trial.nominal.peak_sensitivity, 1e3), limits.nominal_peak) +
          under(trial.nominal.delay_margin_s, limits.nominal_delay_s);
 }

@@ -26,7 +26,7 @@ using FlyDesign = std::function<FlownScore(const model::Vehicle& believed)>;
 /// One design that was tried.
 struct DesignTrial {
   model::Design design;
-  WorstMargins nominal, corners, certified;
+  WorstMargins nominal, corners, box;
   FlownScore flown;
   bool was_flown = false;  ///< false: the margins alone excluded it
   double error = 0.0;      ///< mean of the four errors, each as a share of that of the vehicle file

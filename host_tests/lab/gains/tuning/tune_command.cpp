@@ -84,11 +84,10 @@ FlownScore fly_structures(const model::Vehicle& believed, const std::vector<sim:
 
 void print_design(const char* mode, const ModeDesign& design, const FlownScore& before) {
   const DesignTrial& best = design.best;
-  std::printf("%s: %s; nominal %.2f and %.0f ms, worst corner %.2f and %.0f ms, damping and delay off too %.3f (%s)\n",
-              mode,
+  std::printf("%s: %s; nominal %.2f and %.0f ms, worst corner %.2f and %.0f ms, whole box %.3f (%s)\n", mode,
               design.kept ? "the least flown error that keeps the limits" : "NO design keeps the limits; the nearest",
               best.nominal.peak_sensitivity, best.nominal.delay_margin_s * 1e3, best.corners.peak_sensitivity,
-              best.corners.delay_margin_s * 1e3, best.certified.peak_sensitivity, best.certified.where.c_str());
+              best.corners.delay_margin_s * 1e3, best.box.peak_sensitivity, best.box.where.c_str());
   std::printf(
       "  horizontal error, before and now: hover %.4f %.4f m, wind %.4f %.4f m, square %.4f %.4f m, step of 6 m %.2f "
       "%.2f m s; command %.0f %.0f deg/s, worst tilt %.0f %.0f deg\n",
