@@ -10,9 +10,8 @@ namespace m100::est {
 /// Compares the climb speed of the poses with the autopilot's.
 ///
 /// Hypothesis: the pose's height moves and the aircraft does not. Statistic: |climb_pose - climb_autopilot|.
-/// Allowed: 0.2 m/s plus the observer's error in a climb (PathMonitor::climb_error_m_s()). The 0.2 m/s are the effect
-/// of a time of capture that is wrong by 80 ms at an acceleration of 2.5 m/s^2.
-/// False alarms: the allowed value is six times the observer's error in hover, 0.03 m/s.
+/// Allowed: 0.2 m/s (a time of capture that is wrong by 80 ms, at 2.5 m/s^2), or two sigmas of the noise that the poses
+/// leave in the climb speed (0.03 m/s with those of the vehicle file), plus the observer's error in a climb.
 /// Smallest fault detected in 3 s: 0.24 m/s.
 ///
 /// No heap. Cost: a comparison a tick. T is float or double.
@@ -20,15 +19,16 @@ template <typename T>
 class ClimbConsistency {
  public:
   /// Each tick in which the autopilot's climb speed is new.
-  void update(const ImuSample<T>& imu, const Estimate<T>& estimate, T climb_error_m_s) {
+  void update(const ImuSample<T>& imu, const Estimate<T>& estimate, T climb_error_m_s, T noise_m2_s2) {
     const T apart_m_s = estimate.climb_m_s - imu.climb_m_s;
     evidence_.residual = apart_m_s < T(0) ? -apart_m_s : apart_m_s;
-    evidence_.allowed = static_cast<T>(kAllowed_m_s) + climb_error_m_s;
+    const T noise_m_s = static_cast<T>(kSigmas) * core::sqrt(noise_m2_s2), least_m_s = static_cast<T>(kAllowed_m_s);
+    evidence_.allowed = (noise_m_s > least_m_s ? noise_m_s : least_m_s) + climb_error_m_s;
   }
   CheckEvidence<T>& evidence() { return evidence_; }
 
  private:
-  static constexpr double kAllowed_m_s = 0.2;
+  static constexpr double kAllowed_m_s = 0.2, kSigmas = 2.0;
 
   CheckEvidence<T> evidence_{.residual = T(0), .allowed = static_cast<T>(kAllowed_m_s), .cusum = {}};
 };

@@ -32,9 +32,10 @@ void MotionNoise<T>::update(const ImuSample<T>& imu, const SpecificForce<T>& for
   since_correction_s_ = core::clamp(since_correction_s_ + step_s, T(0), T(1));
   if (pose_used) {
     const Vector3 flown_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s, estimate.climb_m_s);
+    const T per_gain = T(1) / core::clamp(estimate.height_gain, static_cast<T>(kMinGain), T(1));
     position_.add(position_m - position_w_m_ - flown_m_s * step_s, step_s / since_correction_s_,
-                  static_cast<T>(kPerGain) / core::clamp(estimate.height_gain, static_cast<T>(kMinGain), T(1)),
-                  core::clamp(since_correction_s_ / known_s, T(0), T(1)));
+                  static_cast<T>(kPerGain) * per_gain, core::clamp(since_correction_s_ / known_s, T(0), T(1)));
+    climb_per_height_s_ = estimate.climb_gain_per_s * per_gain;
     since_correction_s_ = T(0);
   }
   position_w_m_ = position_m;

@@ -30,6 +30,8 @@ class MotionNoise {
               T step_s);
   const Level& force_m2_s3() const { return force_.level; }     ///< density
   const Level& position_m2() const { return position_.level; }  ///< of corrections by poses; see kPerGain
+  /// Variance of the observer's climb speed by the same noise.
+  T climb_m2_s2() const { return T(2) * position_.level.vertical * climb_per_height_s_ * climb_per_height_s_; }
   T magnitude() const {
     return force_.level.horizontal + force_.level.vertical + position_.level.horizontal + position_.level.vertical;
   }
@@ -47,6 +49,7 @@ class MotionNoise {
   Vector3 position_w_m_ = Vector3::Zero();  ///< in the tick before
   T force_age_s_{0};
   T since_correction_s_{0};  ///< since the last correction by a pose
+  T climb_per_height_s_{0};  ///< ratio of the two corrections by the newest pose; 1/s
 };
 
 extern template class MotionNoise<float>;

@@ -108,10 +108,7 @@ void add_evidence(const TickTerms<T>& terms, PathStatistic<T>& path) {
 template <typename T, int kAxes>
 void PathConsistency<T, kAxes>::begin(const PathInput& motion) {
   shift_m_.setZero();
-  bridges_s_ = T(0);
-  since_gap_s_ = T(0);
-  position_sigma_m_ = T(0);
-  tilt_acceleration_m_s2_ = T(0);
+  bridges_s_ = since_gap_s_ = position_sigma_m_ = tilt_acceleration_m_s2_ = T(0);
   begun_ = true;
   for (std::size_t scale = 0; scale < kScales; ++scale) {
     const T time_s = T(1) / kScaleNumbers<T>[scale].a_per_s;

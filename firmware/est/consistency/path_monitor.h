@@ -43,6 +43,7 @@ class PathMonitor {
   T allowed_m() const { return vertical_is_worse() ? vertical_.allowed_m() : horizontal_.allowed_m(); }
   /// Bound of the observer's error of the climb speed in a climb: the vehicle file's gain is not exact (kClimbGain).
   T climb_error_m_s() const { return climb_error_m_s_; }
+  T climb_noise_m2_s2() const { return noise_.climb_m2_s2(); }
   T magnitude() const {
     return noise_.magnitude() + jolt_m_s_ + climb_error_m_s_ + mean_tilt_acceleration_h_m_s2_.squaredNorm();
   }

@@ -15,11 +15,6 @@ constexpr double kMin_g = 0.8, kMax_g = 1.4;
 constexpr double kMaxForce = 400.0;
 constexpr double kMovedLately_s = 1.0;
 
-template <typename T>
-T magnitude_of(T value) {
-  return value < T(0) ? -value : value;
-}
-
 }  // namespace
 
 template <typename T>
@@ -76,7 +71,7 @@ void SpecificForce<T>::average(const Vector2& acceleration_h_m_s2, T step_s) {
 
 template <typename T>
 T SpecificForce<T>::magnitude() const {
-  return offset_h_m_s2_.squaredNorm() + mean_h_m_s2_.squaredNorm() + magnitude_of(offset_up_m_s2_) + moved_m_s2_ +
+  return offset_h_m_s2_.squaredNorm() + mean_h_m_s2_.squaredNorm() + offset_up_m_s2_ * offset_up_m_s2_ + moved_m_s2_ +
          size_;
 }
 

@@ -115,7 +115,7 @@ void VelocityConsistency<T>::update(const ImuSample<T>& imu, const Estimate<T>& 
   }
   judge(ConsistencyCheck::kForce, force_.evidence(), step_s);
   if (imu.climb_is_new) {
-    climb_.update(imu, estimate, paths_.climb_error_m_s());
+    climb_.update(imu, estimate, paths_.climb_error_m_s(), paths_.climb_noise_m2_s2());
     judge(ConsistencyCheck::kClimb, climb_.evidence(), step_s);
   }
   if (imu.attitude_is_new) {

@@ -29,7 +29,7 @@ namespace m100::est {
 /// evidence is added while no pose was used for 0.3 s, while the force has stopped, or to a check whose measurement
 /// does not come.
 ///
-/// No heap. Cost: twelve square roots and about 220 products a tick, plus the shared sines and cosines of attitude
+/// No heap. Cost: thirteen square roots and about 220 products a tick, plus the shared sines and cosines of attitude
 /// and heading. T is float or double.
 template <typename T>
 class VelocityConsistency {

@@ -198,6 +198,7 @@ void DisturbanceEkf<S, Real>::update_estimate() {
   e.climb_m_s = real(height_.state(HeightFilter<S>::kClimb)) * kPerUnit;
   e.climb_offset_m_s = real(height_.state(HeightFilter<S>::kOffset)) * kPerUnit;
   e.height_gain = real(height_.gain());
+  e.climb_gain_per_s = real(height_.climb_gain()) * kPerUnit;
   e.yaw_rad = real(yaw_.yaw());
   e.heading_sin_cos = heading_;
   e.yaw_rate_rad_s = real(yaw_.yaw_rate()) * kPerUnit;

@@ -10,14 +10,10 @@ namespace {
 
 // Process noise per sqrt(s), found together with the gains of ctl/law/altitude_pid.cpp: the least error in hover of
 // which every corner keeps 6 dB and 45 degrees. The autopilot's climb loop has an error of about 0.07 m/s in still air.
-constexpr double kHeightProcess_m = 1e-3;
-constexpr double kClimbProcess_m_s = 0.47;
-constexpr double kRateProcess_m_s2 = 0.51;
+constexpr double kHeightProcess_m = 1e-3, kClimbProcess_m_s = 0.47, kRateProcess_m_s2 = 0.51;
 constexpr double kOffsetProcess_m_s = 0.025;
-constexpr double kHeightLimit_m = 100.0;
-constexpr double kClimbLimit = 10.0 * kTimeUnit_s;
-constexpr double kRateLimit = 50.0 * kTimeUnit_s * kTimeUnit_s;
-constexpr double kOffsetLimit = 1.0 * kTimeUnit_s;
+/// Of the states: 100 m, 10 m/s, 50 m/s^2 and 1 m/s.
+constexpr std::array kLimits{100.0, 10.0 * kTimeUnit_s, 50.0 * kTimeUnit_s* kTimeUnit_s, 1.0 * kTimeUnit_s};
 
 // Scales: a state's unit in the covariance is 2^scale. The first poses stay below the ceiling when they are 250 ms old,
 // and on a climb axis of 10 ms. At the start the sigmas are 0.13 m, 0.8 m/s, 4.9 m/s^2 and 0.8 m/s.
@@ -65,9 +61,7 @@ template <typename S>
 
 template <typename S>
 [[gnu::cold]] void HeightFilter<S>::start(S height, S climb) {
-  x_ = {};
-  x_[kZ] = height;
-  x_[kClimb] = climb;
+  x_ = {height, climb};
   covariance_.set_diagonal(kInitialVariance);
   history_ = {};
   clamp_states();
@@ -75,20 +69,18 @@ template <typename S>
 
 template <typename S>
 void HeightFilter<S>::clamp_states() {
-  x_[kZ] = limited(x_[kZ], kHeightLimit_m);
-  x_[kClimb] = limited(x_[kClimb], kClimbLimit);
-  x_[kRate] = limited(x_[kRate], kRateLimit);
-  x_[kOffset] = limited(x_[kOffset], kOffsetLimit);
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    x_[i] = limited(x_[i], kLimits[i]);
+  }
 }
 
 template <typename S>
 void HeightFilter<S>::predict(const ActingInputs<S>& input) {
   auto& a = covariance_.arithmetic();
   const auto next = response_.advance(a, {.output = x_[kClimb], .rate = x_[kRate]}, input, x_[kOffset]);
-  const auto both = a.widen(x_[kClimb]) + a.widen(next.output);
   const auto change = a.widen(next.output) - a.widen(x_[kClimb]);
   history_.add(a.narrow(a.scaled(change, -kTickExponent)));
-  x_[kZ] = a.narrow(a.widen(x_[kZ]) + a.scaled(both, kTickExponent - 1));
+  x_[kZ] = a.narrow(a.widen(x_[kZ]) + a.scaled(a.widen(x_[kClimb]) + a.widen(next.output), kTickExponent - 1));
   x_[kClimb] = next.output;
   x_[kRate] = next.rate;
   covariance_.template predict<Transition>(phi_, q_);
@@ -100,8 +92,7 @@ typename HeightFilter<S>::PoseInnovation HeightFilter<S>::test_pose(S height, co
                                                                     float sender_variance_m2) {
   auto& a = covariance_.arithmetic();
   PoseInnovation test;
-  typename Covariance::Column h{};
-  h[kClimb] = a.narrow(-a.product(age.units, pose_rate_));
+  const typename Covariance::Column h{S{}, a.narrow(-a.product(age.units, pose_rate_))};
   test.projection =
       covariance_.template project<MeasuresHeight>(h, larger_variance(pose_variance_, sender_variance_m2, kScale[kZ]));
   const auto expected =
@@ -114,9 +105,11 @@ typename HeightFilter<S>::PoseInnovation HeightFilter<S>::test_pose(S height, co
 
 template <typename S>
 void HeightFilter<S>::fuse_pose(const PoseInnovation& test) {
+  auto& a = covariance_.arithmetic();
   const auto gain = covariance_.update(test.projection);
   gain_ = gain[kZ];
-  add_correction(covariance_.arithmetic(), x_, gain, test.innovation, kScale, kZ);
+  climb_gain_ = a.narrow(a.product(gain[kClimb], pose_rate_));
+  add_correction(a, x_, gain, test.innovation, kScale, kZ);
   clamp_states();
   covariance_.check();
 }
@@ -133,12 +126,10 @@ template <typename S>
 
 template <typename S>
 bool HeightFilter<S>::is_sane() const {
-  constexpr double kLimits[] = {kHeightLimit_m, kClimbLimit, kRateLimit, kOffsetLimit};
   bool sane = true;
-  for (int i = 0; i < kStates; ++i) {
-    const S value = x_[static_cast<std::size_t>(i)];
-    const S variance = covariance_(i, i);
-    sane = sane && inside(value, kLimits[i]) && variance > S{} &&
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    const S variance = covariance_(static_cast<int>(i), static_cast<int>(i));
+    sane = sane && inside(x_[i], kLimits[i]) && variance > S{} &&
            variance < core::Arithmetic<S>::template number<double>(120.0);
   }
   return sane;

@@ -36,6 +36,7 @@ class HeightFilter {
   void reset_position(S height, S climb, const MeasurementAge<S>& age);
   S state(StateIndex i) const { return x_[static_cast<std::size_t>(i)]; }
   S gain() const { return gain_; }
+  S climb_gain() const { return climb_gain_; }
   bool is_sane() const;
   CovarianceHealth health() const { return covariance_.health(); }
 
@@ -46,7 +47,7 @@ class HeightFilter {
   ResponseStep<S> response_;
   S pose_variance_{};
   S pose_rate_{};
-  S gain_{};  ///< correction of the height per innovation, of the newest pose
+  S gain_{}, climb_gain_{};  ///< corrections of height and climb speed per innovation, of the newest pose
   typename Covariance::Matrix phi_{};
   typename Covariance::Column q_{};
   Covariance covariance_;

@@ -258,6 +258,7 @@ TEST(MotionNoise, IsTheMeanSquareOfSuccessiveDifferences) {
   estimate.y.velocity_m_s = -0.2;
   estimate.climb_m_s = 0.1;
   estimate.height_gain = 0.8;
+  estimate.climb_gain_per_s = 8.0;
   const auto fly = [&](int ticks, double size) {
     for (int tick = 1; tick <= ticks; ++tick) {
       const double sign = tick % 2 == 0 ? size : -size;
@@ -278,6 +279,7 @@ TEST(MotionNoise, IsTheMeanSquareOfSuccessiveDifferences) {
   EXPECT_NEAR(noise.force_m2_s3().vertical, 0.5 * 0.08 * 0.08 * kTick_s, 1e-9);
   EXPECT_NEAR(noise.position_m2().horizontal, 0.25 * (0.004 * 0.004 + 0.008 * 0.008), 1e-10);
   EXPECT_NEAR(noise.position_m2().vertical, 0.5 * 0.012 * 0.012 * 0.25 / estimate.height_gain, 1e-10);
+  EXPECT_NEAR(noise.climb_m2_s2(), 2.0 * noise.position_m2().vertical * 10.0 * 10.0, 1e-10);
   fly(300, 0.0);
   EXPECT_NEAR(noise.force_m2_s3().horizontal, force_m2_s3 * std::exp(-1.0), 0.01 * force_m2_s3);
 }

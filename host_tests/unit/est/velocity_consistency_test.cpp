@@ -27,9 +27,7 @@ class VelocityConsistencyTest : public ::testing::Test {
     for (double t_s = 0.0; t_s < seconds - 1e-9; t_s += kTick_s) {
       estimate_.x.velocity_m_s += acceleration_x_m_s2 * kTick_s;
       check_.update(imu_, estimate_, disturbance_acceleration_w_m_s2_, core::kTickPeriod);
-      if (check_.report().check == ConsistencyCheck::kNone) {
-        silent_s_ += kTick_s;
-      }
+      silent_s_ += reported() == ConsistencyCheck::kNone ? kTick_s : 0.0;
     }
   }
   ConsistencyCheck reported() const { return check_.report().check; }
@@ -48,8 +46,7 @@ TEST_F(VelocityConsistencyTest, IsSilentWhileBothAgreeUnderAnOffset) {
   fly(1.0, 2.0);
   imu_.force_b.x() -= 4.0;
   fly(1.0, -2.0);
-  EXPECT_EQ(reported(), ConsistencyCheck::kNone);
-  EXPECT_NEAR(silent_s_, 62.0, 0.02);
+  EXPECT_NEAR(silent_s_, 62.0, 0.001);
 }
 
 TEST_F(VelocityConsistencyTest, NamesAPoseThatStandsWhileTheForcePushes) {
@@ -218,6 +215,18 @@ TEST_F(VelocityConsistencyTest, NamesAClimbThatTheAutopilotDoesNotMeasureAndZero
   EXPECT_EQ(reported(), ConsistencyCheck::kClimb);
 }
 
+// White noise of 18 mm at 100 Hz, ten times that of the vehicle file, leaves 0.3 m/s in the climb speed.
+TEST_F(VelocityConsistencyTest, AllowsTheNoiseThatPosesLeaveInTheClimb) {
+  estimate_.height_gain = 0.93;
+  estimate_.climb_gain_per_s = 15.6;
+  for (int tick = 0; tick < 1000; ++tick) {
+    estimate_.climb_m_s = tick % 4 < 2 ? 0.31 : -0.31;
+    estimate_.height_m = 0.058 * estimate_.climb_m_s;
+    fly(kTick_s);
+  }
+  EXPECT_NEAR(silent_s_, 10.0, 1e-6);
+}
+
 // The gain of a climb is known within 30 %, and only where both channels climb by more than a hover does.
 TEST_F(VelocityConsistencyTest, AllowsAClimbTheErrorOfItsGain) {
   const auto apart = [this](double pose_m_s, double autopilot_m_s) {
@@ -313,13 +322,12 @@ TEST_F(VelocityConsistencyTest, SeesTheSmallestFaultInThreeSecondsAndNotThreeQua
   const auto reported_after = [this](double force_m_s2, double climb_m_s, double turn_rad) {
     check_ = VelocityConsistency<double>(set_of(ConsistencyCheck::kMotion));
     fly(60.0);
+    const ImuSample<double> calm = imu_;
     imu_.force_b.x() = force_m_s2;
     imu_.climb_m_s -= climb_m_s;
     imu_.yaw_rad -= turn_rad;
     fly(3.0);
-    imu_.force_b.x() = 0.0;
-    imu_.climb_m_s += climb_m_s;
-    imu_.yaw_rad += turn_rad;
+    imu_ = calm;
     return reported();
   };
   EXPECT_EQ(reported_after(0.13, 0.0, 0.0), ConsistencyCheck::kForce);
