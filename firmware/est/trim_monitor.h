@@ -35,8 +35,8 @@ class TrimMonitor {
   static constexpr T kConverged_s = T(10);  ///< of hover, in total
   static constexpr T kLimit_counts = T(15);
   static constexpr T kStill_m_s = T(0.2);
-  static constexpr T kLearned_s = T(2);      ///< time constant of learned()
-  static constexpr T kMost_counts = T(300);  ///< of learned()
+  static constexpr T kLearned_s = T(2);     ///< time constant of learned()
+  static constexpr T kMax_counts = T(300);  ///< of learned()
 
   explicit TrimMonitor(const model::Vehicle& vehicle)
       : roll_counts_per_rad_(static_cast<T>(1.0 / vehicle.roll.scale_per_count)),
@@ -80,7 +80,7 @@ class TrimMonitor {
   /// No trim beyond the range of a vehicle file is learned.
   void learn(const TrimCounts<T>& left, T share) {
     const TrimCounts<T> next{.roll = learned_.roll + share * left.roll, .pitch = learned_.pitch + share * left.pitch};
-    const auto fits = [](T counts) { return counts * counts <= kMost_counts * kMost_counts; };
+    const auto fits = [](T counts) { return counts * counts <= kMax_counts * kMax_counts; };
     if (fits(next.roll) && fits(next.pitch)) {
       learned_ = next;
       moved_ = share;
