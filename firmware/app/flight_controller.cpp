@@ -72,7 +72,8 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
 
 template <typename T, typename S>
 bool FlightController<T, S>::holds() const {
-  return supervisor_.failsafe_state() == safety::FailsafeState::kNominal && reference_.constant && !excitation_.moves();
+  return supervisor_.failsafe_state() == safety::FailsafeState::kNominal && reference_.constant &&
+         !excitation_.moves() && !law_.fallback();
 }
 
 template <typename T, typename S>

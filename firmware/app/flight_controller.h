@@ -85,7 +85,8 @@ class FlightController {
   bool flies() const { return safety::passes_law(supervisor_.failsafe_state()); }
   bool is_in_reach() const;
   est::Measurement<T> adapt(const protocol::Telemetry& telemetry, core::TimePoint now);
-  /// Whether the nominal flight holds its place: the reference is constant, and no excitation moves a stick.
+  /// Whether the nominal flight holds its place: the reference is constant, no excitation moves a stick, and no limit
+  /// cycle has led to the fallback law.
   bool holds() const;
   /// Moves what TrimMonitor learned in this tick from the estimated input offset to the sticks' neutrals.
   void learn_trims();

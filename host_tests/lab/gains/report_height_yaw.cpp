@@ -153,7 +153,9 @@ void print(const char* name, const char* channel, const char* where, const Margi
 
 nlohmann::json report_height_yaw(const model::Vehicle& vehicle) {
   nlohmann::json out;
-  for (const auto& [channel, timing] : {std::pair{"virtual_rc", &kVirtualRcTiming}, {"movement", &kMovementTiming}}) {
+  for (const auto& one : {std::pair{"virtual_rc", &kVirtualRcTiming}, {"movement", &kMovementTiming}}) {
+    const char* const channel = one.first;
+    const LoopTiming* const timing = one.second;
     const auto add = [&](const char* name, const model::StickAxis& axis, const MarginsAt& margins_at) {
       const Margins nominal = margins_at(axis, 1.0);
       const Margins worst = worst_corner(margins_at, axis);
