@@ -30,8 +30,9 @@ plot::Figure position_figure(const TaskResult& result) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     figure.lines.push_back(line(
         kNames[axis], result.trace, [axis](const TracePoint& p) { return p.position_m[axis]; }, kColors[axis]));
-    figure.lines.push_back(line(
-        "", result.trace, [axis](const TracePoint& p) { return p.reference_m[axis]; }, plot::kBlack, true));
+    const auto reference = [axis](const TracePoint& p) { return p.reference_m[axis]; };
+    const std::string name = std::string(kNames[axis]) + ", reference";
+    figure.lines.push_back(line(name, result.trace, reference, plot::kBlack, true));
   }
   figure.spans.push_back({result.task->from_s, result.task->to_s, "window of the RMS"});
   return figure;
