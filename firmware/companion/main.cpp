@@ -15,6 +15,7 @@ namespace {
 
 using m100::companion::Example;
 
+constexpr std::string_view kFlights[]{"fly", "handshake", "record"};
 constexpr Example kExamples[]{
     {"fly",
      "m100 fly --port /dev/ttyUSB0 --pose-port /dev/ttyUSB1 --vehicle vehicle.toml --gains vehicle.gains "
@@ -43,5 +44,5 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
   m100::companion::add_doctor(m100);
   m100::companion::add_check(m100);
   m100::companion::add_replay(m100);
-  return m100::companion::run_subcommand(m100, "m100", kExamples, {argv, static_cast<std::size_t>(argc)});
+  return m100::companion::run_subcommand(m100, "m100", kExamples, {argv, static_cast<std::size_t>(argc)}, kFlights);
 }

@@ -106,7 +106,7 @@ bool frame_checksum_holds(const std::byte* buffer, std::uint32_t* running, std::
   }
   const std::size_t edge = last * kCrc32BlockBytes;
   const std::uint32_t apart_first = running[first] ^ own;
-  // With the large tables, advancing zero is cheaper than asking for it.
+  // With the large tables, advancing a zero register is cheaper than testing for zero.
   const bool advances = crc_kernels::kLarge || apart_first != 0;
   const std::uint32_t apart = advances ? crc_kernels::advance_blocks(apart_first, last - first) : 0;
   return crc_kernels::ends_well(running[last] ^ apart, buffer + edge, begin + length - edge);

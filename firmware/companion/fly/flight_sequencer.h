@@ -34,8 +34,8 @@ struct SequencerInput {
 /// or a signal, gives control back and ends the program. The end waits until control cannot be ours any more, the port
 /// is gone for good, or further signals insist. After a refusal or a release by the failsafe the program waits for the
 /// next command; with --once it ends. A take-off precedes the flight and a landing follows it, each only if it is
-/// ordered. A command, a signal and the pilot's switch end them as they end a flight; if the autopilot refuses one,
-/// control goes back. No heap.
+/// ordered. A command, a signal and the pilot's switch end them as they end a flight; if the autopilot
+/// refuses a take-off or a landing, control goes back. No heap.
 class FlightSequencer {
  public:
   /// @param trajectory the controller's: a low battery changes it.

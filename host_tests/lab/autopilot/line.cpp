@@ -69,13 +69,15 @@ class LockstepWorld {
     constexpr double kLong_s = 86400.0;
     constexpr core::Duration kRunOn = std::chrono::seconds(10);
     // A client or a signal to end starts the time. Without time the autopilot would not wake up and see the signal.
-    const auto is_due = [this] { return host_.attached_count() >= 2 || stop_requested(); };
+    const auto has_work = [this] { return host_.attached_count() >= 2 || stop_requested(); };
     core::TimePoint stop{};
     while (!host_.stopped()) {
-      if (!is_due() && host_.now() >= stop) {
-        host_.wait_for(is_due, kLong_s);
+      if (!has_work() && host_.now() >= stop) {
+        host_.wait_for(has_work, kLong_s);
       }
-      stop = is_due() ? has_end_ ? core::TimePoint::max() : host_.now() + kRunOn : stop;
+      if (has_work()) {
+        stop = has_end_ ? core::TimePoint::max() : host_.now() + kRunOn;
+      }
       host_.advance(host_.now() + std::chrono::seconds(1));
       forward_bytes(client_, ours_);
       forward_bytes(ours_, client_);

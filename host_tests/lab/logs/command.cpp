@@ -153,7 +153,7 @@ void run(const LogsOptions& options) {
   const std::vector<std::string> names = first_names(*log);
   if (log->format() == "CSV" && std::all_of(names.begin(), names.end(),
                                             [&](const std::string& name) { return numbers_of(*log, name).empty(); })) {
-    throw InputError(options.log, 0, "", "is text, but no log: it has no column of numbers");
+    throw InputError(options.log, 0, "", "is text, but no log: its first 200 columns hold no numbers");
   }
   const std::vector<logs::TopicSummary> topics = log->topics();
   double from_s = 0.0;

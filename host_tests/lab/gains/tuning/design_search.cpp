@@ -14,7 +14,6 @@ namespace m100::lab::gains {
 namespace {
 
 /// Factors on the numbers of the vehicle file, in the order of apply().
-constexpr std::size_t kNoises = 4;
 constexpr std::size_t kWeights = 9;
 constexpr std::size_t kFactors = 13;
 using Factors = std::array<double, kFactors>;
@@ -56,8 +55,7 @@ model::Design apply(const model::Vehicle& vehicle, const Factors& f) {
                            &e.attitude_sigma_rad,
                            &e.rate_sigma_rad_s};
   for (std::size_t k = 0; k < kWeights; ++k) {
-    const double number = k < kNoises ? *numbers[k] * f[k] : std::clamp(*numbers[k] * f[k], 1e-4, 5.0);  // vehicle file
-    *numbers[k] = *numbers[k] > 0.0 ? rounded(number) : *numbers[k];
+    *numbers[k] = *numbers[k] > 0.0 ? rounded(*numbers[k] * f[k]) : *numbers[k];
   }
   if (std::any_of(f.begin() + kWeights, f.end(), [](double factor) { return factor != 1.0; })) {
     out.roll = scaled(vehicle.roll, f);
@@ -127,10 +125,11 @@ class Search {
     model::Vehicle believed = vehicle_;
     believed.design = out.design = apply(vehicle_, factors);
     try {
+      static_cast<void>(companion::as_file(believed));
       out.corners = box_.worst(believed, MarginBox::Extent::kCorners);
       out.nominal = box_.worst(believed, MarginBox::Extent::kNominal);
       out.box = box_.worst(believed, MarginBox::Extent::kBox);
-    } catch (const std::domain_error&) {  // no controller can be made from this model
+    } catch (const std::exception&) {  // not allowed in a vehicle file, or no controller can be made from this model
       out.excess = std::numeric_limits<double>::infinity();
       return out;
     }
