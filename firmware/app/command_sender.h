@@ -31,9 +31,9 @@ class CommandSender {
 
   /// The command that the stick moved by the excitation gives, in SI units. Precondition: excitation.moves().
   T excited_command(const ctl::Excitation<T>& excitation) const;
-  /// As CommandMap::learn_trims.
-  void learn_trims(const est::TrimCounts<T>& learned) {
-    commands_.learn_trims(static_cast<float>(learned.roll), static_cast<float>(learned.pitch));
+  /// As CommandMap::set_learned_trims.
+  void set_learned_trims(const est::TrimCounts<T>& learned) {
+    commands_.set_learned_trims(static_cast<float>(learned.roll), static_cast<float>(learned.pitch));
   }
   /// Forgets the rounding error that the next sticks would compensate.
   void reset() { commands_.reset(); }

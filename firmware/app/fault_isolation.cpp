@@ -100,11 +100,11 @@ void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurem
   }
   const bool is_measured = attitude_fault_ && model_velocity_.is_known();
   diverges_ = settles && !is_measured && (speed_m_s > max_speed_m_s_ || diverges_);
-  const bool trusted = !estimate_faulted_ && !velocity_consistency_.is_suspect() && estimate.refused_poses == 0;
+  trusts_poses_ = !estimate_faulted_ && !velocity_consistency_.is_suspect() && estimate.refused_poses == 0;
   if (attitude_fault_) {
     dead_reckoning_.set_velocity(model_velocity_.velocity_w_m_s());
   } else {
-    dead_reckoning_.update(imu, estimate, velocity_consistency_.measured_h_m_s2(), trusted,
+    dead_reckoning_.update(imu, estimate, velocity_consistency_.measured_h_m_s2(), trusts_poses_,
                            failsafe_state == safety::FailsafeState::kSilent, elapsed);
   }
   update_unseen(apart * core::seconds<T>(elapsed));

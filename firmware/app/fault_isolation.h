@@ -39,8 +39,10 @@ class FaultIsolation {
   void update(const est::ImuSample<T>& imu, const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
               const core::Vector<T, 2>& model_tilt_rad, safety::FailsafeState failsafe_state, core::Duration elapsed);
 
-  /// As DisturbanceEkf::reduce_input_offset.
-  void reduce_input_offset(T share) { dead_reckoning_.reduce_input_offset(share); }
+  /// Whether the poses are neither suspected, contradicted nor refused.
+  bool trusts_poses() const { return trusts_poses_; }
+  /// As DeadReckoning::subtract_input_offset.
+  void subtract_input_offset(const core::Vector<T, 2>& rad) { dead_reckoning_.subtract_input_offset(rad); }
   bool is_converged() const { return velocity_consistency_.is_converged(); }
   /// See VelocityConsistency.
   T force_scale_m_s2() const { return velocity_consistency_.force_scale_m_s2(); }
@@ -91,6 +93,7 @@ class FaultIsolation {
   est::HeightConsistency<T> height_consistency_;
   est::DeadReckoning<T> dead_reckoning_;
   bool estimate_faulted_ = false;  ///< the observer's motion counts as false
+  bool trusts_poses_ = false;
   core::Vector<T, 2> unseen_m_ =
       core::Vector<T, 2>::Zero();  ///< flown since force or path contradict the poses, and not shown by them
   T max_speed_m_s_{0};             ///< limit of the reckoned speed under braking

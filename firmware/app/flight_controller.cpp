@@ -63,7 +63,7 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   const core::Status sent = sender_.send(supervised_, commanded, excitation_, link_, now);  // -> Virtual RC -> bytes
   monitors_.update_model(measured, estimate_, sender_.sticks(), sender_.uses_sticks() && link_.authority().in_control,
                          holds(), elapsed);
-  learn_trims();
+  apply_learned_trims();
   recorder_.append(
       {now, elapsed, orders_.acting(), measured, estimate_, reference_, commanded, supervised_, sender_.sticks(), sent},
       link_, supervisor_, law_, monitors_.residual(), excitation_);
@@ -73,14 +73,15 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
 template <typename T, typename S>
 bool FlightController<T, S>::holds() const {
   return supervisor_.failsafe_state() == safety::FailsafeState::kNominal && reference_.constant &&
-         !excitation_.moves() && !law_.fallback();
+         !excitation_.moves() && !law_.fallback() && fault_isolation_.trusts_poses();
 }
 
 template <typename T, typename S>
-void FlightController<T, S>::learn_trims() {
-  sender_.learn_trims(monitors_.trim().learned());
-  observer_.reduce_input_offset(monitors_.trim().moved());
-  fault_isolation_.reduce_input_offset(monitors_.trim().moved());
+void FlightController<T, S>::apply_learned_trims() {
+  const T share = monitors_.trim().learned_share();
+  sender_.set_learned_trims(monitors_.trim().learned());
+  observer_.reduce_input_offset(share);
+  fault_isolation_.subtract_input_offset({share * estimate_.x.input_offset_rad, share * estimate_.y.input_offset_rad});
 }
 
 /// Computes the measurement of this tick. From the previous tick it takes the disturbance acceleration and, for the

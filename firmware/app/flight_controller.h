@@ -85,11 +85,11 @@ class FlightController {
   bool flies() const { return safety::passes_law(supervisor_.failsafe_state()); }
   bool is_in_reach() const;
   est::Measurement<T> adapt(const protocol::Telemetry& telemetry, core::TimePoint now);
-  /// Whether the nominal flight holds its place: the reference is constant, no excitation moves a stick, and no limit
-  /// cycle has led to the fallback law.
+  /// Whether the nominal flight holds its place: the reference is constant, no excitation moves a stick, no limit
+  /// cycle has led to the fallback law, and the poses are trusted.
   bool holds() const;
   /// Moves what TrimMonitor learned in this tick from the estimated input offset to the sticks' neutrals.
-  void learn_trims();
+  void apply_learned_trims();
   /// Resets course and law in every tick in which the law does not fly, so that both are new in the tick in which the
   /// failsafe lets it fly. In kCoast and after a stall it postpones the course.
   void prepare_start(core::TimePoint now);

@@ -46,7 +46,7 @@ struct Estimate {
   T height_m{0};
   T climb_m_s{0};
   T climb_offset_m_s{0};                  ///< steady flown minus commanded climb speed
-  T height_gain{0}, climb_gain_per_s{0};  ///< corrections per distance from the newest pose that was used
+  T height_gain{0}, climb_gain_per_s{0};  ///< Kalman gains of the newest pose that was used
   T yaw_rad{0};
   T yaw_rate_rad_s{0};
   core::Duration pose_age{0};       ///< of the newest pose that was used

@@ -23,9 +23,9 @@ struct TrimReport {
   bool drifted = false;    ///< converged, and at least one trim deviates by more than kLimit_counts
 };
 
-/// Averages the observer's input offset in hover and reports it in stick counts. Motion is left out, because the offset
-/// then includes errors of the command gain. The sticks' neutrals follow learned(), because the law's own compensation
-/// of the offset leaves the dead zone beside the true neutral. Nothing acts on the report.
+/// Averages the trim in hover: what learned() has, and the observer's input offset. Motion is left out, because the
+/// offset then includes errors of the command gain. The sticks' neutrals follow learned(), because the law's own
+/// compensation of the offset leaves the dead zone beside the true neutral. Nothing acts on the report.
 ///
 /// Memory: ten numbers. Cost: a sine, a cosine and some ten products.
 template <typename T>
@@ -43,11 +43,11 @@ class TrimMonitor {
         pitch_counts_per_rad_(static_cast<T>(1.0 / vehicle.pitch.scale_per_count)) {}
 
   /// Once per tick.
-  /// @param holds the reference does not move and the commands are ours
+  /// @param holds the sticks are ours, and FlightController::holds()
   void update(const Estimate<T>& estimate, bool holds, T step_s) {
     const TrimCounts<T> left = counts(estimate, estimate.x.input_offset_rad, estimate.y.input_offset_rad);
     now_ = {.roll = learned_.roll + left.roll, .pitch = learned_.pitch + left.pitch};
-    moved_ = T(0);
+    learned_share_ = T(0);
     if (!holds || !estimate.healthy || !still(estimate.x.velocity_m_s) || !still(estimate.y.velocity_m_s)) {
       return;
     }
@@ -72,18 +72,18 @@ class TrimMonitor {
   /// The trims that the sticks' neutrals take over from the observer's input offset in hover, in counts from the
   /// vehicle file's; and the share of the offset that they took in this tick.
   const TrimCounts<T>& learned() const { return learned_; }
-  T moved() const { return moved_; }
+  T learned_share() const { return learned_share_; }
   /// Stick deflections that cancel the input offset of this tick, in counts from the vehicle file's trims.
   const TrimCounts<T>& now() const { return now_; }
 
  private:
-  /// No trim beyond the range of a vehicle file is learned.
+  /// If a trim would leave the file's by more than kMax_counts, the range of a trim in a vehicle file, none is learned.
   void learn(const TrimCounts<T>& left, T share) {
     const TrimCounts<T> next{.roll = learned_.roll + share * left.roll, .pitch = learned_.pitch + share * left.pitch};
     const auto fits = [](T counts) { return counts * counts <= kMax_counts * kMax_counts; };
     if (fits(next.roll) && fits(next.pitch)) {
       learned_ = next;
-      moved_ = share;
+      learned_share_ = share;
     }
   }
   // The counts that cancel tilts x and y of the yaw-free frame (a = g (x, -y)), turned into the body frame.
@@ -100,7 +100,7 @@ class TrimMonitor {
   T roll_counts_per_rad_;
   T pitch_counts_per_rad_;
   T hover_s_{0};
-  T moved_{0};
+  T learned_share_{0};
   TrimCounts<T> learned_;
   TrimCounts<T> now_;
   TrimReport<T> report_;

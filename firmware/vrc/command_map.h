@@ -30,8 +30,8 @@ class CommandMap {
   ctl::Command<float> to_command(const Sticks& sticks) const;
   /// All sticks at their trims: level, no climb, no turn.
   Sticks neutral() const;
-  /// Moves the neutrals of roll and pitch, with their dead zones, by counts from the vehicle file's trims.
-  void learn_trims(float roll_vrc, float pitch_vrc) {
+  /// Sets the neutrals of roll and pitch, the middles of their dead zones, to counts from the vehicle file's trims.
+  void set_learned_trims(float roll_vrc, float pitch_vrc) {
     maps_[kRoll].neutral_vrc = trims_vrc_[kRoll] + roll_vrc;
     maps_[kPitch].neutral_vrc = trims_vrc_[kPitch] + pitch_vrc;
   }

@@ -36,8 +36,8 @@ class DeadReckoning {
   void update(const ImuSample<T>& imu, const Estimate<T>& estimate, const std::optional<Vector2>& measured_h_m_s2,
               bool trusted, bool pilots, core::Duration elapsed);
 
-  /// As DisturbanceEkf::reduce_input_offset.
-  void reduce_input_offset(T share) { offset_rad_ -= share * offset_rad_; }
+  /// Subtracts what the sticks' neutrals took over from the estimated input offset.
+  void subtract_input_offset(const Vector2& rad) { offset_rad_ -= rad; }
   /// Replaces the velocity by that of a better source.
   void set_velocity(const Vector2& velocity_w_m_s) { velocity_w_m_s_ = velocity_w_m_s; }
 

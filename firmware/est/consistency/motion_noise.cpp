@@ -5,8 +5,8 @@ namespace m100::est {
 namespace {
 
 constexpr double kNoiseMemory_s = 3.0;
-/// With a gain K per pose, white noise of the poses leaves in the path of the height the correction's times 1 / 2K.
-/// PathConsistency takes twice the level.
+/// With a gain K per pose, white pose noise leaves in the estimated path of the height 1 / 2K times the noise of the
+/// corrections. The level is half of that, because PathConsistency takes it twice.
 constexpr double kPerGain = 0.25, kMinGain = 0.02;
 
 }  // namespace

@@ -29,7 +29,7 @@ class MotionNoise {
   void update(const ImuSample<T>& imu, const SpecificForce<T>& force, const Estimate<T>& estimate, bool pose_used,
               T step_s);
   const Level& force_m2_s3() const { return force_.level; }     ///< density
-  const Level& position_m2() const { return position_.level; }  ///< of corrections by poses; see kPerGain
+  const Level& position_m2() const { return position_.level; }  ///< of the estimated path, by pose noise, per tick
   /// Variance of the observer's climb speed by the same noise.
   T climb_m2_s2() const { return T(2) * position_.level.vertical * climb_per_height_s_ * climb_per_height_s_; }
   T magnitude() const {

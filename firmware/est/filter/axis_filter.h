@@ -89,7 +89,7 @@ class AxisFilter {
 
   /// The tilt that the model predicts from the commands alone, without measurements; rad.
   S model_tilt() const { return model_response_.output; }
-  /// Takes a share of the input offset away, which the commands contain from now on.
+  /// See DisturbanceEkf.
   void reduce_input_offset(S share) {
     auto& a = covariance_.arithmetic();
     x_[kM] = a.narrow(a.widen(x_[kM]) - a.product(share, x_[kM]));

@@ -75,7 +75,8 @@ class DisturbanceEkf {
   const Estimate<Real>& estimate() const { return estimate_; }
 
   EkfCounters counters() const;
-  /// Takes a share of the input offset away, which the commands contain from now on.
+  /// Subtracts the share of the input offset that the sticks' neutrals took over. Until the next stick acts, the tilt
+  /// is wrong by the share of one delay, 0.1 s, in kLearned_s of TrimMonitor: 5 % of the offset.
   void reduce_input_offset(Real share) {
     x_.reduce_input_offset(core::Arithmetic<S>::template number<Real>(share));
     y_.reduce_input_offset(core::Arithmetic<S>::template number<Real>(share));

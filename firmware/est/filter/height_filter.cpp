@@ -8,15 +8,16 @@
 namespace m100::est {
 namespace {
 
-// Process noise per sqrt(s), found together with the gains of ctl/law/altitude_pid.cpp: the least error in hover of
-// which every corner keeps 6 dB and 45 degrees. The autopilot's climb loop has an error of about 0.07 m/s in still air.
+// Process noise per sqrt(s), found together with the gains of ctl/law/altitude_pid.cpp: of all with which every
+// corner keeps 6 dB and 45 degrees, those with the least error in hover.
+// The autopilot's climb loop has an error of about 0.07 m/s in still air.
 constexpr double kHeightProcess_m = 1e-3, kClimbProcess_m_s = 0.47, kRateProcess_m_s2 = 0.51;
 constexpr double kOffsetProcess_m_s = 0.025;
 /// Of the states: 100 m, 10 m/s, 50 m/s^2 and 1 m/s.
 constexpr std::array kLimits{100.0, 10.0 * kTimeUnit_s, 50.0 * kTimeUnit_s* kTimeUnit_s, 1.0 * kTimeUnit_s};
 
 // Scales: a state's unit in the covariance is 2^scale. The first poses stay below the ceiling when they are 250 ms old,
-// and on a climb axis of 10 ms. At the start the sigmas are 0.13 m, 0.8 m/s, 4.9 m/s^2 and 0.8 m/s.
+// and with a climb time constant of 10 ms. At the start the sigmas are 0.13 m, 0.8 m/s, 4.9 m/s^2 and 0.8 m/s.
 constexpr std::array<int, 4> kScale{-5, -4, 1, -4};
 constexpr std::array kInitialVariance{16.0, 64.0, 1.0, 64.0};
 

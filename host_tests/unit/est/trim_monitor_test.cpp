@@ -71,7 +71,7 @@ TEST(TrimMonitor, LearnsNoTrimThatNoVehicleFileMayHave) {
   TrimMonitor<double> trim(model::paper_vehicle());
   watch(trim, hovering(0.6, 0.0, 0.0), 20.0);  // about 700 counts
   EXPECT_GT(trim.learned().pitch, -300.0);
-  EXPECT_EQ(trim.moved(), 0.0) << "the observer keeps what the sticks do not take";
+  EXPECT_EQ(trim.learned_share(), 0.0) << "the observer keeps what the sticks do not take";
 }
 
 TEST(TrimMonitor, SaysNothingBeforeItHasSeenEnoughHover) {
