@@ -116,8 +116,8 @@ TEST_F(SignedPose, WhatAnEarlierFlightAcceptedIsRefusedByTheNext) {
   ASSERT_TRUE(ground_station->start(words("fly", {"--dry-run", "--hold", "1"}), errors)) << error();
   ASSERT_EQ(ground_station->run_to_end(kStartAndFlight_s), 0) << error();
   ASSERT_GT(ground_station->recorded.size(), 60U);
-  // Packets after the last tick were never accepted, so they would not count as replayed.
-  const std::vector<Packet> recorded(ground_station->recorded.begin(), ground_station->recorded.end() - 10);
+  // Packets after the last tick, many on a busy machine, were never accepted: they would not count as replayed.
+  const std::vector<Packet> recorded(ground_station->recorded.begin(), ground_station->recorded.begin() + 30);
   // The sender is off, and an attacker replays its flight.
   ground_station->sends_poses = false;
   std::size_t next = 0;
