@@ -40,16 +40,17 @@ struct OpenStructure {
 std::vector<OpenStructure> open_structures(const companion::VehicleFile& file);
 
 /// The limits that a mode keeps in the loop as flown: on the structures themselves (nominal), over kCorners and over
-/// kBox.
+/// kBox. Without a value there is no limit.
 struct MarginLimits {
-  double nominal_peak = 0.0;
+  double nominal_peak = 1e3;
   double nominal_delay_s = 0.0;
-  double corner_peak = 0.0;
+  double corner_peak = 1e3;
   double corner_delay_s = 0.0;
   double box_peak = 1e3;
 };
-inline constexpr MarginLimits kFieldLimits{1.65, 0.15, 2.2, 0.1};
-inline constexpr MarginLimits kRobustLimits{1.6, 0.15, 1.6, 0.15, 1.568};  // certify() proves at most 1.02 times that
+inline constexpr double kProvedOverSampled = 1.025;  ///< certify() proves at most this times the sampled peak
+inline constexpr MarginLimits kFieldLimits{1.65, 0.15, 2.2, 0.1, 3.3 / kProvedOverSampled};
+inline constexpr MarginLimits kRobustLimits{1.6, 0.15, 1.6, 0.15, 1.6 / kProvedOverSampled};
 
 /// The worst margins of all loops over an Extent of the boxes.
 struct WorstMargins {
@@ -72,7 +73,7 @@ class MarginBox {
  public:
   /// @param points steps in frequency from 0.3 rad/s; the default finds a peak within a hundredth. Throws
   ///   std::domain_error for an axis of first order.
-  explicit MarginBox(std::vector<OpenStructure> structures, int points = 140);
+  explicit MarginBox(std::vector<OpenStructure> structures, int points = 200);
 
   enum class Extent {
     kNominal,    ///< the structures themselves

@@ -66,7 +66,7 @@ class DelayedAndHighGain : public ::testing::TestWithParam<link::Channel> {};
 TEST_P(DelayedAndHighGain, DetectedAndFlownByFallbackLaw) {
   RecordProperty("promise", "R17");
   // Movement control sends attitudes: the gain has no effect, and it takes more delay.
-  FlightPlan plan = plan_with(1.4, GetParam() == link::Channel::kMovement ? 0.2 : 0.12);
+  FlightPlan plan = plan_with(1.4, GetParam() == link::Channel::kMovement ? 0.2 : 0.15);
   plan.channel = GetParam();
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     plan.seed = seed;
@@ -91,12 +91,12 @@ INSTANTIATE_TEST_SUITE_P(LimitCycle, DelayedAndHighGain,
 // that for long, but level can.
 TEST(LimitCycle, PersistsSoLevelledAndReleased) {
   RecordProperty("promise", "R12");
-  FlightPlan plan = plan_with(1.4, 0.14);
+  FlightPlan plan = plan_with(1.4, 0.17);
   plan.plant.change.at_s = 16.0;
   plan.plant.change.steps.push_back([](sim::Plant& plant) {
     for (model::StickAxis* const axis : {&plant.roll, &plant.pitch}) {
       axis->scale_per_count *= 1.9;
-      axis->transport_delay_s += 0.18;
+      axis->transport_delay_s += 0.15;
     }
   });
   plan.duration_s = 60.0;
@@ -117,7 +117,7 @@ TEST(LimitCycle, PersistsSoLevelledAndReleased) {
 }
 
 TEST(LimitCycle, CourseContinuesUnderFallbackLaw) {
-  FlightPlan plan = plan_with(1.4, 0.12);
+  FlightPlan plan = plan_with(1.4, 0.15);
   plan.course = "step 0 0 0 0 10\nstep 2 0 0 0 30\n";
   plan.duration_s = 30.0;
   const FlightResult flight = lab::experiments::fly(plan);

@@ -314,7 +314,7 @@ TEST(HeightYaw, AnUnstableLoopIsNotKept) {
 // with the default file it found no design, because each learns the trim more slowly and flew 29.3 to 29.6 degrees.
 TEST(DesignSearch, AllowsTheTiltThatTheSupervisorPasses) {
   const model::Vehicle vehicle = companion::load_vehicle(kVehicle).vehicle;
-  const FlownScore before{.hover_m = 0.02, .motion_deg_s = 20.0, .tilt_deg = 28.856, .stayed = true};
+  const FlownScore before{.hover_m = 0.02, .wind_m = 0.08, .motion_deg_s = 20.0, .tilt_deg = 28.856, .stayed = true};
   FlownScore flown = before;
   flown.tilt_deg = 29.56;
   EXPECT_EQ(field_limits(vehicle, before).excess(flown), 0.0);
@@ -326,6 +326,9 @@ TEST(DesignSearch, AllowsTheTiltThatTheSupervisorPasses) {
   EXPECT_EQ(field_limits(vehicle, beyond).excess(flown), 0.0);
   flown = before;
   flown.hover_m *= 1.01 * kMaxHoverPrice;
+  EXPECT_NEAR(field_limits(vehicle, before).excess(flown), 0.01, 1e-9);
+  flown = before;
+  flown.wind_m *= 1.01 * kMaxWindPrice;
   EXPECT_NEAR(field_limits(vehicle, before).excess(flown), 0.01, 1e-9);
 }
 

@@ -236,7 +236,7 @@ class Proof {
 std::vector<CertifiedLoop> certify(const model::Vehicle& believed, const std::vector<OpenStructure>& structures,
                                    double margin, const std::function<void(const CertifiedLoop&)>& progress) {
   // One bound for all loops: a loop with a small peak need not be known to a hundredth.
-  const MarginBox margins(structures, 200);
+  const MarginBox margins(structures);
   const double sampled = margins.worst(believed, MarginBox::Extent::kCertified).peak_sensitivity;
   const double at_any_age = margins.worst(believed, MarginBox::Extent::kBox).peak_sensitivity;
   std::vector<CertifiedLoop> all;

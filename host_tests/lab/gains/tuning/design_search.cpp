@@ -21,7 +21,7 @@ using Factors = std::array<double, kFactors>;
 /// Starts: the file itself, and for each mode one that a search found for the shipped vehicle. They shorten the search.
 constexpr std::array<Factors, 3> kStarts{{
     {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0},
-    {0.084, 0.817, 1.66, 3.87, 1.8, 1.56, 2.8, 2.22, 2.75, 1.111, 0.964, 1.142, 0.79},
+    {0.03904, 0.4469, 2.724, 0.2102, 3.284, 1.87, 2.855, 2.097, 3.312, 1.088, 0.8924, 1.1, 0.8716},
     {0.03039, 0.1288, 62.8, 15.21, 13.49, 3.339, 0.1376, 0.1836, 0.8171, 1.122, 0.9417, 0.8149, 0.5524},
 }};
 constexpr int kTrials = 60;  ///< of each search
@@ -140,8 +140,9 @@ class Search {
     out.flown = fly_(believed);
     out.was_flown = true;
     const FlownScore& before = result_.before;
-    out.error = 0.25 * (out.flown.hover_m / before.hover_m + out.flown.wind_m / before.wind_m +
-                        out.flown.square_m / before.square_m + out.flown.step_m_s / before.step_m_s);
+    out.error = 0.2 * (out.flown.hover_m / before.hover_m + out.flown.wind_m / before.wind_m +
+                       out.flown.square_m / before.square_m + out.flown.step_m_s / before.step_m_s +
+                       out.flown.settled_s / before.settled_s);
     out.excess += flown_limits_.excess(out.flown);
     result_.trials.push_back(out);
     return out;
@@ -159,18 +160,6 @@ class Search {
   Factors found_{};  ///< of the best
 };
 
-std::optional<DesignTrial> least(const std::vector<DesignTrial>& trials,
-                                 const std::function<bool(const DesignTrial&)>& keeps) {
-  std::optional<DesignTrial> out;
-  for (const DesignTrial& one : trials) {
-    const bool flies = one.corners.stable && one.flown.stayed && one.flown.motion_deg_s <= kMaxMotion_deg_s;
-    if (flies && keeps(one) && (!out || one.error < out->error)) {
-      out = one;
-    }
-  }
-  return out;
-}
-
 }  // namespace
 
 double margin_excess(const DesignTrial& trial, const MarginLimits& limits) {
@@ -184,14 +173,15 @@ double margin_excess(const DesignTrial& trial, const MarginLimits& limits) {
 
 double FlownLimits::excess(const FlownScore& flown) const {
   return over(flown.motion_deg_s, kMaxMotion_deg_s) + over(flown.tilt_deg, tilt_deg) + over(flown.hover_m, hover_m) +
-         (flown.stayed ? 0.0 : 10.0);
+         over(flown.wind_m, wind_m) + (flown.stayed ? 0.0 : 10.0);
 }
 
 FlownLimits field_limits(const model::Vehicle& vehicle, const FlownScore& before) {
   constexpr double kDegrees = 57.29577951;
   const double count_deg = std::max(vehicle.roll.scale_per_count, vehicle.pitch.scale_per_count) * kDegrees;
   return {.tilt_deg = std::max(before.tilt_deg + count_deg, safety::Envelope{}.tilt_rad * kDegrees),
-          .hover_m = kMaxHoverPrice * before.hover_m};
+          .hover_m = kMaxHoverPrice * before.hover_m,
+          .wind_m = kMaxWindPrice * before.wind_m};
 }
 
 DesignSearchResult search_designs(const model::Vehicle& vehicle, const MarginBox& box, const FlyDesign& fly,
@@ -227,16 +217,15 @@ DesignSearchResult search_designs(const model::Vehicle& vehicle, const MarginBox
   return result;
 }
 
-std::optional<DesignTrial> least_error(const std::vector<DesignTrial>& trials, double corner_peak) {
-  return least(trials, [&](const DesignTrial& one) { return one.corners.peak_sensitivity <= corner_peak; });
-}
-
-std::optional<DesignTrial> least_error_without(const std::vector<DesignTrial>& trials, const MarginLimits& limits,
-                                               double MarginLimits::*without) {
-  MarginLimits left = limits;
-  const bool is_peak = without == &MarginLimits::corner_peak || without == &MarginLimits::nominal_peak;
-  left.*without = is_peak ? std::numeric_limits<double>::infinity() : 0.0;
-  return least(trials, [&](const DesignTrial& one) { return margin_excess(one, left) == 0.0; });
+std::optional<DesignTrial> least_error(const std::vector<DesignTrial>& trials, const MarginLimits& limits) {
+  std::optional<DesignTrial> out;
+  for (const DesignTrial& one : trials) {
+    const bool flies = one.corners.stable && one.flown.stayed && one.flown.motion_deg_s <= kMaxMotion_deg_s;
+    if (flies && margin_excess(one, limits) == 0.0 && (!out || one.error < out->error)) {
+      out = one;
+    }
+  }
+  return out;
 }
 
 }  // namespace m100::lab::gains
