@@ -91,7 +91,7 @@ est::Measurement<T> FlightController<T, S>::adapt(const protocol::Telemetry& tel
   const core::Pose<double> pose = poses_.receive(timer_.is_stall(), now);
   est::Measurement<T> measured =
       sensors_.update<T>(telemetry, config_.attitude_age, pose, fault_isolation_.disturbance_acceleration(), now);
-  poses_.date(measured, estimate_.yaw_rad);
+  poses_.date(measured, estimate_.heading());
   return measured;
 }
 

@@ -32,8 +32,8 @@ class PoseInput {
     return came ? *came : core::Pose<double>{};
   }
 
-  /// Sets the time of capture. @param yaw_rad as estimated in the tick before.
-  void date(est::Measurement<T>& measured, T yaw_rad) { timing_.update(measured, yaw_rad); }
+  /// Sets the time of capture. @param heading as estimated in the tick before.
+  void date(est::Measurement<T>& measured, const core::SinCos<T>& heading) { timing_.update(measured, heading); }
 
   const link::PoseLink& link() const { return link_; }
   const est::PoseTimingReport<T>& timing() const { return timing_.report(); }

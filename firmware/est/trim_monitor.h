@@ -27,7 +27,7 @@ struct TrimReport {
 /// offset then includes errors of the command gain. The sticks' neutrals follow learned(), because the law's own
 /// compensation of the offset leaves the dead zone beside the true neutral. Nothing acts on the report.
 ///
-/// Memory: ten numbers. Cost: a sine, a cosine and some ten products.
+/// Memory: ten numbers. Cost: some ten products.
 template <typename T>
 class TrimMonitor {
  public:
@@ -88,10 +88,9 @@ class TrimMonitor {
   }
   // The counts that cancel tilts x and y of the yaw-free frame (a = g (x, -y)), turned into the body frame.
   TrimCounts<T> counts(const Estimate<T>& estimate, T x_rad, T y_rad) const {
-    const T sine = core::sin(estimate.yaw_rad);
-    const T cosine = core::cos(estimate.yaw_rad);
-    const T pitch_rad = cosine * x_rad - sine * y_rad;
-    const T roll_rad = sine * x_rad + cosine * y_rad;
+    const core::SinCos<T>& yaw = estimate.heading();
+    const T pitch_rad = yaw.cosine * x_rad - yaw.sine * y_rad;
+    const T roll_rad = yaw.sine * x_rad + yaw.cosine * y_rad;
     return {.roll = -roll_rad * roll_counts_per_rad_, .pitch = -pitch_rad * pitch_counts_per_rad_};
   }
   static bool still(T speed_m_s) { return speed_m_s > -kStill_m_s && speed_m_s < kStill_m_s; }

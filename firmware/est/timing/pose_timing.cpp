@@ -26,10 +26,9 @@ constexpr core::Duration kNoQueue =
 }  // namespace
 
 template <typename T>
-void PoseTiming<T>::add_attitude(const Measurement<T>& measured, T yaw_rad) {
+void PoseTiming<T>::add_attitude(const Measurement<T>& measured, const core::SinCos<T>& heading) {
   const typename Measurement<T>::Attitude& attitude = measured.attitude;
-  const core::Slope<T> slope =
-      core::slope_of<T>({.roll = attitude.roll(), .pitch = attitude.pitch(), .yaw = core::sin_cos_of(yaw_rad)});
+  const core::Slope<T> slope = core::slope_of<T>({.roll = attitude.roll(), .pitch = attitude.pitch(), .yaw = heading});
   constexpr T kGravity = static_cast<T>(model::kGravity_m_s2);
   const core::Vector<T, 2> tilted_m_s2(kGravity * slope.x, -kGravity * slope.y);
   latency_.add_acceleration(measured.now - attitude.age,
@@ -93,9 +92,9 @@ void PoseTiming<T>::set_prior(const core::Pose<T>& pose, core::TimePoint regular
 }
 
 template <typename T>
-void PoseTiming<T>::update(Measurement<T>& measured, T yaw_rad) {
+void PoseTiming<T>::update(Measurement<T>& measured, const core::SinCos<T>& heading) {
   if (measured.attitude.is_new) {
-    add_attitude(measured, yaw_rad);
+    add_attitude(measured, heading);
   }
   if (!measured.pose.is_new) {
     return;

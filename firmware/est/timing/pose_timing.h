@@ -32,12 +32,12 @@ class PoseTiming {
  public:
   /// Before the observer, once per tick. Sets the time of capture of a new pose and its uncertainty.
   /// Measurement::disturbance_acceleration is added to the acceleration by the tilt, where it is known.
-  /// @param yaw_rad as estimated in the tick before
-  void update(Measurement<T>& measured, T yaw_rad);
+  /// @param heading as estimated in the tick before
+  void update(Measurement<T>& measured, const core::SinCos<T>& heading);
   const PoseTimingReport<T>& report() const { return report_; }
 
  private:
-  void add_attitude(const Measurement<T>& measured, T yaw_rad);
+  void add_attitude(const Measurement<T>& measured, const core::SinCos<T>& heading);
   void update_latency(core::Duration way);
   void update_jitter(float late_s);
   void compare_clocks(const core::ClockOffset& offset);

@@ -195,7 +195,7 @@ class Swing {
       measured.now = at(now_s);
       receive(now_s, measured);
       fuse_specific_force(now_s, measured);
-      timing.update(measured, T(0));
+      timing.update(measured, {});
     }
     return timing.report();
   }
