@@ -87,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(LimitCycle, DelayedAndHighGain,
                            return tested.param == link::Channel::kMovement ? "Movement" : "VirtualRc";
                          });
 
-// Under the fallback law the aircraft gets twice the gain and 0.2 s more delay. Position control cannot cope with
+// Under the fallback law the aircraft gets 1.9 times the gain and 0.15 s more delay. Position control cannot cope with
 // that for long, but level can.
 TEST(LimitCycle, PersistsSoLevelledAndReleased) {
   RecordProperty("promise", "R12");

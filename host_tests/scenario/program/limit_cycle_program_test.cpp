@@ -43,7 +43,7 @@ TEST_F(LimitCycleFlight, IsSaidByNameAndFlownOnByTheCalmLaw) {
   EXPECT_EQ(ticks_with(safety::FailsafeCondition::kLimitCyclePersists), 0U);
 }
 
-// Under the fallback law the aircraft gets twice the gain and 0.2 s more delay.
+// Under the fallback law the aircraft gets 1.9 times the gain and 0.13 s more delay.
 TEST_F(LimitCycleFlight, ThatGoesOnEndsTheFlightByName) {
   RecordProperty("promise", "R12");
   EXPECT_EQ(hover(std::string(kSwings) +

@@ -40,7 +40,7 @@ double hover_motion(const companion::VehicleFile& file, const sim::Plant& plant)
 
 double horizontal(const experiments::Cell& cell) { return std::hypot(cell.x_m, cell.y_m); }
 
-/// The plant in a wind of 8 m/s with gusts.
+/// The plant in the air of the campaign's world wind_8: 8 m/s with gusts.
 sim::Plant in_wind(sim::Plant plant) {
   plant.air.linear_drag_per_s = 0.3;
   plant.air.wind_m_s = {6.4, 4.8, 0.0};
