@@ -141,7 +141,7 @@ inline std::string unknown_word(const CLI::App& app, std::span<char* const> word
   return "";
 }
 
-/// What to append to CLI11's message about a word that is not in its list, "--mode: feild not in {field,calm_room}":
+/// What to append to CLI11's message about a word that is not in its list, "--mode: feild not in {field,robust}":
 /// the word of the list that may be meant. Empty for every other message.
 inline std::string listed_word_meant(const std::string& message) {
   constexpr std::string_view kIn = " not in {";

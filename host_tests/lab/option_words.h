@@ -65,7 +65,7 @@ inline companion::Mode mode_of(const std::string& word) {
   if (!mode) {
     throw InputError(
         "--mode", 0, word,
-        "is not a mode; the modes are field, calm_room and robust" +
+        "is not a mode; the modes are field and robust" +
             companion::did_you_mean(word, companion::kModes, [](companion::Mode one) { return name(one); }));
   }
   return *mode;

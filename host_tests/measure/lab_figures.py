@@ -127,7 +127,7 @@ def corners(workspace):
     """Worst margins over both axes and structures, nominal and over the boxes, for each mode and channel."""
     rows = [["mode", "channel", "nominal: peak sensitivity", "delay margin [ms]", "corners: peak sensitivity",
              "delay margin [ms]", "whole box: peak sensitivity"]]
-    for mode in ("field", "calm_room"):
+    for mode in ("field", "robust"):
         _, answer = asked(workspace, "gains", "--vehicle", VEHICLE, "--rival", RIVAL, "--corners", "--mode", mode, *SMALL_BOX)
         for channel, words in (("virtual_rc", "Virtual RC"), ("movement", "movement")):
             all_axes = [answer["flown"][structure][axis] for structure, _ in STRUCTURES for axis in ("x", "y")]
@@ -201,8 +201,8 @@ def far_tasks(workspace):
 
 def both_modes(workspace):
     """The paper's tasks in both modes, over five seeds."""
-    modes = {mode: asked(workspace, "experiments", "--seeds", "5", "--mode", mode)[1] for mode in ("field", "calm_room")}
-    rows = [["task", "field: pose [m]", "command [deg/s]", "calm room: pose [m]", "command [deg/s]", "the paper's pose [m]"]]
+    modes = {mode: asked(workspace, "experiments", "--seeds", "5", "--mode", mode)[1] for mode in ("field", "robust")}
+    rows = [["task", "field: pose [m]", "command [deg/s]", "robust: pose [m]", "command [deg/s]", "the paper's pose [m]"]]
     for task, air in ROOT_TASKS:
         cells = [modes[mode][task][air] for mode in modes]
         rows.append([f"{task}, {air}"] + [text for cell in cells for text in (

@@ -204,10 +204,10 @@ std::string text_of(double value) {
 std::string text_of(const Range& range) { return "[" + text_of(range.low) + ", " + text_of(range.high) + "]"; }
 
 Mode mode_of(std::string_view word, const std::string& where) {
-  if (const std::optional<Mode> mode = mode_named(word)) {
+  if (const std::optional<Mode> mode = mode_named(present_mode_word(word))) {
     return *mode;
   }
-  throw FlightFileError(where + ": must be \"field\", \"calm_room\" or \"robust\"" +
+  throw FlightFileError(where + ": must be \"field\" or \"robust\"" +
                         did_you_mean(word, kModes, [](Mode one) { return name(one); }));
 }
 

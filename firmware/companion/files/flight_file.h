@@ -28,7 +28,8 @@ struct Range {
   bool contains(double value) const { return value >= low && value <= high; }
 };
 
-/// Parses "field", "calm_room" or "robust". Errors: FlightFileError, which begins with `where`.
+/// Parses "field" or "robust"; the former "calm_room" as present_mode_word() says. Errors: FlightFileError, which
+/// begins with `where`.
 Mode mode_of(std::string_view word, const std::string& where);
 
 /// What a flight may do and when it ends (TOML). Linux only: reading happens once, before the first tick.

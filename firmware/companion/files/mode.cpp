@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/files/mode.h"
 
+#include <cstdio>
+
 #include "firmware/core/sha256.h"
 
 namespace m100::companion {
 namespace {
-
-/// Factors instead of absolute weights, so that a vehicle with cautious weights stays cautious in a calm room, too.
-/// With them, steps of 1 to 6 m are 4 % closer to the time-optimal ones, with the same margins and command motion.
-/// Jumps of tens of metres, for which a room has no space, overshoot more (firmware/mpc/README.md).
-constexpr double kCalmVelocityWeight = 0.5;
-constexpr double kCalmInputWeight = 7.0 / 12.0;
 
 std::string text_of(const VehicleFile& file, Mode mode) {
   const auto digest = core::hex(file.digest);
@@ -31,9 +27,7 @@ const VehicleFile& checked(const VehicleFile& file, const std::string& file_name
 
 bool has_mode(const VehicleFile& file, Mode mode) { return mode != Mode::kRobust || file.vehicle.robust.exists(); }
 
-std::string_view name(Mode mode) {
-  return mode == Mode::kField ? "field" : mode == Mode::kCalmRoom ? "calm_room" : "robust";
-}
+std::string_view name(Mode mode) { return mode == Mode::kField ? "field" : "robust"; }
 
 std::optional<Mode> mode_named(std::string_view word) {
   for (const Mode mode : kModes) {
@@ -44,16 +38,19 @@ std::optional<Mode> mode_named(std::string_view word) {
   return {};
 }
 
+std::string_view present_mode_word(std::string_view word) {
+  if (word != "calm_room") {
+    return word;
+  }
+  std::puts("calm_room is gone: flown with field");
+  return name(Mode::kField);
+}
+
 model::Vehicle in_mode(const model::Vehicle& vehicle, Mode mode) {
   model::Vehicle out = vehicle;
   if (mode == Mode::kRobust) {
     out.design = vehicle.robust;
     out.robust = {};
-  }
-  if (mode == Mode::kCalmRoom) {
-    out.design = out.robust = {};
-    out.mpc.velocity *= kCalmVelocityWeight;
-    out.mpc.input *= kCalmInputWeight;
   }
   return out;
 }

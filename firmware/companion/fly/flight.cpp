@@ -39,8 +39,8 @@ namespace m100::companion {
 namespace {
 
 /// Tells the operator if the vehicle file has no [design], and what its certificate proves, if there is one.
-void say_design(const FlyOptions& options, const model::Vehicle& vehicle, Mode mode) {
-  if (!vehicle.design.exists() && mode != Mode::kCalmRoom) {
+void say_design(const FlyOptions& options, const model::Vehicle& vehicle) {
+  if (!vehicle.design.exists()) {
     print_line("the vehicle file has no [design]: the identified axes and [mpc] fly; m100-lab gains --tune makes one");
   }
   if (const std::optional<MarginCertificate> certificate = certificate_beside(options.vehicle, options.gains)) {
@@ -227,7 +227,7 @@ auto mark_arrived(hal::SerialPort& port, PosePort& pose_port) {
 bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::SerialPort& port) {
   const FlightFiles files = files_of(options);
   const FlightModel model = sound_model(options, files.mode);
-  say_design(options, model.vehicle(), files.mode);
+  say_design(options, model.vehicle());
   const link::ChannelCommand neutral = neutral_of(options, model.vehicle());
   const protocol::Cipher* const cipher = link.encrypt_commands ? link.cipher : nullptr;
   BackupProcess backup(neutral, cipher, options.port);  // before the threads and the large objects

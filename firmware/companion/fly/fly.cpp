@@ -19,6 +19,7 @@
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/key_file.h"
 #include "firmware/companion/fly/flight.h"
+#include "firmware/companion/mode_option.h"
 #include "firmware/companion/operator/line_writer.h"
 #include "firmware/companion/operator/operator_messages.h"
 #include "firmware/companion/operator/terminal.h"
@@ -219,7 +220,7 @@ void add_fly(CLI::App& m100) {
   app->add_option("--vehicle", options->vehicle, "vehicle file (TOML)");
   app->add_option("--gains", options->gains, "gain table file, made from that vehicle file by m100-lab gains");
   app->add_option("--flight", options->flight, "flight file (TOML): the fence and the other limits of the flight");
-  app->add_option("--mode", options->mode, "tuning; default: as in the flight file")->check(CLI::IsMember(kModeNames));
+  add_mode_option(*app, options->mode, "tuning; default: as in the flight file");
   app->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline, for comparison")
       ->check(CLI::IsMember({"mpc", "lqr"}));
   app->add_option("--override", options->disabled_checks,

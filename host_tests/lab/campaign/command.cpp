@@ -13,6 +13,7 @@
 
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/recorded_flight.h"
+#include "firmware/companion/mode_option.h"
 #include "firmware/model/default_vehicle.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/body_options.h"
@@ -241,7 +242,7 @@ void add_campaign(CLI::App& lab) {
   command->add_option("--tasks", options->tasks, "tasks to fly, separated by commas");
   command->add_option("--law", options->law, "control law; lqr: the clipped baseline; paper: the paper's configuration")
       ->check(CLI::IsMember({"mpc", "lqr", "paper"}));
-  command->add_option("--mode", options->mode, "tuning")->check(CLI::IsMember(companion::kModeNames));
+  companion::add_mode_option(*command, options->mode, "tuning");
   command->add_option("--channel", options->channel, "how commands reach the autopilot")
       ->check(CLI::IsMember({"virtual_rc", "movement"}));
   command->add_option("--rate", options->rate_hz, "commands per second [Hz]; default: the channel's highest");

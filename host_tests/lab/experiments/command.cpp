@@ -12,6 +12,7 @@
 
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/suggestion.h"
+#include "firmware/companion/mode_option.h"
 #include "firmware/model/default_vehicle.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/body_options.h"
@@ -300,7 +301,7 @@ void add_experiments(CLI::App& lab) {
                    "control law; lqr: the clipped baseline; paper: the paper's models, weights and height "
                    "PID at 100 commands a second")
       ->check(CLI::IsMember({"mpc", "lqr", "paper"}));
-  command->add_option("--mode", options->mode, "tuning")->check(CLI::IsMember(companion::kModeNames));
+  companion::add_mode_option(*command, options->mode, "tuning");
   command->add_flag("--baseline", options->baseline,
                     "fly each task with the clipped LQR and with --law paper too, and show the results");
   add_body_options(*command, options->body);

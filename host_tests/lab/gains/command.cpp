@@ -16,6 +16,7 @@
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/mode.h"
 #include "firmware/companion/files/vehicle_file.h"
+#include "firmware/companion/mode_option.h"
 #include "host_tests/lab/gains/certificate/certificate_file.h"
 #include "host_tests/lab/gains/gain_tables.h"
 #include "host_tests/lab/gains/margins.h"
@@ -297,8 +298,7 @@ void add_gains(CLI::App& lab) {
   command->add_option("--tune", options->tuned,
                       "make the design of the modes field and robust by the margins as flown and simulated flights, "
                       "write this vehicle file and make the tables from it");
-  command->add_option("--mode", options->mode, "mode whose margins are reported; the table file has all modes")
-      ->check(CLI::IsMember(companion::kModeNames));
+  companion::add_mode_option(*command, options->mode, "mode whose margins are reported; the table file has all modes");
   command
       ->add_option("--setpoint-box", options->box,
                    "range of the set-point law: position error [m], velocity [m/s], tilt [rad], tilt rate [rad/s], "

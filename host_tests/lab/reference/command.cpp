@@ -141,7 +141,7 @@ Table flight_table() {
     const std::string section = key.section.empty() ? "top of the file" : "[" + std::string(key.section) + "]";
     std::vector<std::string> cells{unit_of(key.key), range(key.low, key.high), "-"};
     if (key.mode != nullptr) {
-      cells = {"text", "\"field\", \"calm_room\" or \"robust\"", "\"" + std::string(name(defaults.*key.mode)) + "\""};
+      cells = {"text", "\"field\" or \"robust\"", "\"" + std::string(name(defaults.*key.mode)) + "\""};
     } else if (key.sender != nullptr) {
       cells = {"text", "\"SYSTEM\" or \"SYSTEM:COMPONENT\"", "-"};
     } else if (key.range != nullptr) {

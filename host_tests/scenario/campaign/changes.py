@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Flies aircraft that differ from the vehicle file: which changes the loop tolerates, single, in pairs, all at once.
 
-Usage: changes.py M100_LAB [--mode field|calm_room] [--vehicles N] [--flights N]
+Usage: changes.py M100_LAB [--mode field|robust] [--vehicles N] [--flights N]
        changes.py M100_LAB --drawn FROM:TO [--mode M]
        changes.py M100_LAB --inside N [--mode M]
 Every change modifies both tilt axes of the measured plant. Prints how many flights swing (a limit cycle, as m100-lab

@@ -135,15 +135,18 @@ TEST_F(BadInput, OfAGainTableIsRefusedWithTheReason) {
     expect_refused(check(vehicle, file("flipped.bin", damaged)), "flipped.bin: damaged");
   }
   expect_refused(check(vehicle, file("twice.bin", both + both)), "twice.bin");
-  const fs::path calm =
-      file("calm.toml", "mode = \"calm_room\"\n[fence]\nx_m = [-5, 5]\ny_m = [-5, 5]\nz_m = [0.5, 4]\n");
-  std::vector<std::string> in_calm = check(vehicle, table);
-  in_calm.insert(in_calm.end(), {"--flight", calm.string()});
-  EXPECT_EQ(run(in_calm), 0) << error();
-  in_calm = check(vehicle, file("field.bin", both.substr(0, second)));
-  EXPECT_EQ(run(in_calm), 0) << "a file with only the table of the flown mode: " << error();
-  in_calm.insert(in_calm.end(), {"--flight", calm.string()});
-  expect_refused(in_calm, "field.bin: has no table of mode calm_room");
+  constexpr const char* kRest = "[fence]\nx_m = [-5, 5]\ny_m = [-5, 5]\nz_m = [0.5, 4]\n";
+  const auto check_in = [&](const char* mode, const fs::path& tables) {
+    std::vector<std::string> words = check(vehicle, tables);
+    const fs::path flight = file(std::string(mode) + ".toml", "mode = \"" + std::string(mode) + "\"\n" + kRest);
+    words.insert(words.end(), {"--flight", flight.string()});
+    return words;
+  };
+  EXPECT_EQ(run(check_in("robust", table)), 0) << error();
+  EXPECT_EQ(run(check_in("calm_room", table)), 0) << "the former mode is flown with field: " << error();
+  const fs::path field = file("field.bin", both.substr(0, second));
+  EXPECT_EQ(run(check(vehicle, field)), 0) << "a file with only the table of the flown mode: " << error();
+  expect_refused(check_in("robust", field), "field.bin: has no table of mode robust");
   expect_refused(check(vehicle, file("cut.bin", text_of(table).substr(0, 1000))), "cut.bin");
 }
 

@@ -26,7 +26,7 @@ TEST_F(DryRun, SendsNothingAtAllAndDoesTheRest) {
   std::ofstream(folder / "course") << "step 1 0 0 0 5\n";
   const std::string said =
       output(flight({"--dry-run", "--hold", "2", "--course", (folder / "course").string(), "--log", log.string(),
-                     "--json", result.string(), "--mode", "calm_room", "--channel", "movement", "--app-id", "4711"}),
+                     "--json", result.string(), "--mode", "robust", "--channel", "movement", "--app-id", "4711"}),
              0);
   EXPECT_NE(said.find("dry run: nothing is sent"), std::string::npos) << said;
   EXPECT_NE(said.find("switch:    at F"), std::string::npos) << said;
@@ -45,9 +45,9 @@ TEST_F(DryRun, SendsNothingAtAllAndDoesTheRest) {
   for (const companion::RecordedFlight::Tick& tick : recorded.ticks) {
     ASSERT_TRUE(tick.autopilot_out.empty());
   }
-  EXPECT_EQ(recorded.notes.at("m100_mode"), "calm_room");
+  EXPECT_EQ(recorded.notes.at("m100_mode"), "robust");
   const std::string& flew = recorded.notes.at("m100_vehicle");
-  EXPECT_TRUE(flew.starts_with("# calm_room of the vehicle file with SHA-256 ")) << flew.substr(0, 80);
+  EXPECT_TRUE(flew.starts_with("# robust of the vehicle file with SHA-256 ")) << flew.substr(0, 80);
   EXPECT_EQ(run({"replay", log.string()}), 0) << "the log does not replay: " << error();
 }
 

@@ -28,10 +28,10 @@ TEST(FlightFile, NeedsNothingButTheThreeRanges) {
 
 TEST(FlightFile, TheFailsafesTimesAreThoseOfTheFile) {
   const FlightFile flight =
-      parse_flight("mode = \"calm_room\"\n" + std::string(kFence) +
+      parse_flight("mode = \"robust\"\n" + std::string(kFence) +
                        "[wind]\nclass_m_s = 8\n[pose]\nfresh_s = 0.1\ncoast_s = 0.7\nlevel_s = 0.5\n",
                    "f.toml");
-  EXPECT_EQ(flight.mode, Mode::kCalmRoom);
+  EXPECT_EQ(flight.mode, Mode::kRobust);
   EXPECT_EQ(flight.wind_m_s, 8.0);
   EXPECT_EQ(limits_of(flight).pose_fresh, std::chrono::milliseconds(100));
   EXPECT_EQ(limits_of(flight).coast, std::chrono::milliseconds(700));
@@ -72,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"UnknownSection", std::string(kFence) + "[fences]\n", "f.toml:5: 'fences': unknown key"},
         Wrong{"UnknownKey", std::string(kFence) + "w_m = 1\n", "f.toml:5: 'fence.w_m': unknown key"},
         Wrong{"UnknownMode", "mode = \"windy\"\n" + std::string(kFence),
-              "f.toml:1: 'mode': must be \"field\", \"calm_room\" or"},
+              "f.toml:1: 'mode': must be \"field\" or \"robust\""},
         Wrong{"ModeOfNumbers", "mode = 3\n" + std::string(kFence), "f.toml:1: 'mode': must be"},
         Wrong{"OneNumber", "[fence]\nx_m = 5\n", "f.toml:2: 'fence.x_m': must be two numbers"},
         Wrong{"ThreeNumbers", "[fence]\nx_m = [1, 2, 3]\n", "f.toml:2: 'fence.x_m': must be two numbers"},

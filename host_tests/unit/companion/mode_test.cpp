@@ -31,17 +31,14 @@ TEST(Mode, FieldIsTheFileItself) {
   EXPECT_EQ(in_mode(parse_vehicle(text, kFile), Mode::kField).digest, parse_vehicle(text, kFile).digest);
 }
 
-// Catches a mode that is accepted but changes nothing, and one that changes an identified value.
-TEST(Mode, CalmRoomChangesWeightsAndNoisesOnly) {
-  const VehicleFile file = load_vehicle(kFile);
-  const VehicleFile calm = in_mode(file, Mode::kCalmRoom);
-  EXPECT_LT(calm.vehicle.mpc.input, 0.9 * file.vehicle.mpc.input);
-  model::Vehicle back = calm.vehicle;
-  back.mpc = file.vehicle.mpc;
-  back.estimator = file.vehicle.estimator;
-  back.design = file.vehicle.design;  // calm_room flies without one
-  back.robust = file.vehicle.robust;
-  EXPECT_EQ(to_text(back, {}), to_text(file.vehicle, {}));
+// A flight file or a command of a user who flew the former mode must still fly, and tell the user what flies.
+TEST(Mode, TheFormerModeIsFlownWithFieldAndSaid) {
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(present_mode_word("calm_room"), name(Mode::kField));
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "calm_room is gone: flown with field\n");
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(present_mode_word("robust"), "robust");
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
 }
 
 // The mode flies its own section; without it there is one clear line.
@@ -64,9 +61,9 @@ TEST(Mode, EachIsTiedToEveryBitOfTheVehicleFile) {
   const auto digest = [](const std::string& of, Mode mode) {
     return parse_vehicle(text_in_mode(of, "vehicle", mode), "vehicle").digest;
   };
-  EXPECT_NE(digest(text, Mode::kField), digest(text, Mode::kCalmRoom));
-  EXPECT_NE(digest(text, Mode::kCalmRoom), digest(text + "# one more word\n", Mode::kCalmRoom));
-  EXPECT_EQ(digest(text, Mode::kCalmRoom), in_mode(parse_vehicle(text, "vehicle"), Mode::kCalmRoom).digest);
+  EXPECT_NE(digest(text, Mode::kField), digest(text, Mode::kRobust));
+  EXPECT_NE(digest(text, Mode::kRobust), digest(text + "# one more word\n", Mode::kRobust));
+  EXPECT_EQ(digest(text, Mode::kRobust), in_mode(parse_vehicle(text, "vehicle"), Mode::kRobust).digest);
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ TEST(ExperimentsOptions, ThatDoNotGoTogetherAreRefused) {
   EXPECT_NE(refused({"--tasks", "far", "--paper-100-hz"}).find("--paper-100-hz"), std::string::npos);
   EXPECT_NE(refused({"--tasks", "far", "--law", "lqr"}).find("--law"), std::string::npos);
   EXPECT_NE(refused({"--rates", "--channel", "movement"}).find("--channel"), std::string::npos);
-  EXPECT_NE(refused({"--law", "paper", "--mode", "calm_room"}).find("--mode"), std::string::npos);
+  EXPECT_NE(refused({"--law", "paper", "--mode", "robust"}).find("--mode"), std::string::npos);
   EXPECT_NE(refused({"--law", "paper", "--baseline"}).find("--baseline"), std::string::npos);
   EXPECT_NE(refused({"--rates", "--motion"}).find("--motion"), std::string::npos);
 }
