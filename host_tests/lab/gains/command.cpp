@@ -82,37 +82,10 @@ void report_setpoint_law(const char* axis, const gains::SetpointRows& rows) {
   }
 }
 
-/// Pose ages of the report, in ticks of 10 ms: fresh, as simulated, and the oldest on the paper's link.
-constexpr std::array<std::size_t, 3> kPoseAges{0, 2, 8};
-
-std::string margins_text(const char* axis, std::size_t pose_age_ticks, const gains::Margins& margins) {
-  char line[240];
-  std::snprintf(
-      line, sizeof line,
-      "%s, pose %zu ms old: %s, peak sensitivity %.2f, gain margin %.2f, phase margin %.0f deg, delay margin %.0f ms, "
-      "crossover %.1f rad/s",
-      axis, 10 * pose_age_ticks, margins.stable ? "stable" : "UNSTABLE", margins.peak_sensitivity, margins.gain_margin,
-      margins.phase_margin_rad * 57.29577951, margins.delay_margin_s * 1e3, margins.crossover_rad_s);
-  return line;
-}
-
 /// Prints the margins and writes them as JSON if a file is given. Margins outside the limits cause only a warning.
 void report_margins(const model::Vehicle& vehicle, const std::vector<gains::OpenStructure>& structures,
                     const GainsOptions& options) {
   nlohmann::json all;
-  for (const auto& [name, axis] : {std::pair{"x", gains::Axis::kX}, {"y", gains::Axis::kY}}) {
-    for (const std::size_t age : kPoseAges) {
-      const gains::Margins margins = gains::margins_of(vehicle, axis, age);
-      std::printf("%s\n", margins_text(name, age, margins).c_str());
-      if (!gains::is_robust(margins)) {
-        std::printf(
-            "warning: axis %s is below the limits (peak sensitivity at most %.1f, delay margin at least %.0f ms)\n",
-            name, gains::kLargestPeakSensitivity, gains::kSmallestDelayMargin_s * 1e3);
-      }
-      all[age == 0 ? "margins" : "margins_pose_" + std::to_string(10 * age) + "ms"][name] =
-          gains::margins_json(margins);
-    }
-  }
   const gains::MarginLimits& limits =
       mode_of(options.mode) == companion::Mode::kRobust ? gains::kRobustLimits : gains::kFieldLimits;
   all["flown"] = gains::report_flown(vehicle, structures, options.corners ? &limits : nullptr);

@@ -47,15 +47,6 @@ inline constexpr double kLargestPeakSensitivity = 1.6;
 inline constexpr double kSmallestDelayMargin_s = 0.1;
 inline constexpr double kFieldDelayMargin_s = 0.06;  ///< required as flown by tune() and loop::MarginOrder
 
-/// Margins, with a command in every tick of 10 ms as in the paper, of the controller of `believed` on an axis that
-/// really is `truth` (the same axis of two vehicles). The loop has the steady observer, the prediction through the
-/// delay and the MPC without limits.
-/// @param pose_age_ticks age of every pose, in ticks of 10 ms; the paper's wireless link and motion capture: 1 to 8.
-Margins margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis,
-                   std::size_t pose_age_ticks = 0);
-inline Margins margins_of(const model::Vehicle& vehicle, Axis axis, std::size_t pose_age_ticks = 0) {
-  return margins_of(vehicle, vehicle, axis, pose_age_ticks);
-}
 inline bool is_robust(const Margins& margins) {
   return margins.stable && margins.peak_sensitivity <= kLargestPeakSensitivity &&
          margins.delay_margin_s >= kSmallestDelayMargin_s;

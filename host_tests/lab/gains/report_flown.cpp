@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "firmware/core/maths.h"
+
 namespace m100::lab::gains {
 namespace {
 
@@ -29,9 +31,12 @@ nlohmann::json report_flown_axis(const model::Vehicle& believed, const Structure
   nlohmann::json out;
   for (const auto& [channel, timing] : {std::pair{"virtual_rc", &kVirtualRcTiming}, {"movement", &kMovementTiming}}) {
     const Margins margins = flown_margins_of(believed, structure.vehicle, axis, *timing);
-    std::printf("as flown on %s, %s, %s: %s, peak sensitivity %.2f, gain margin %.2f, delay margin %.0f ms\n",
-                structure.name.c_str(), channel, name, margins.stable ? "stable" : "UNSTABLE", margins.peak_sensitivity,
-                margins.gain_margin, margins.delay_margin_s * 1e3);
+    std::printf(
+        "%s as flown on %s, %s at %zu Hz, pose %zu ms old: %s, peak sensitivity %.2f, gain margin %.2f, phase margin "
+        "%.0f deg, delay margin %.0f ms\n",
+        name, structure.name.c_str(), channel, 100 / timing->command_ticks, 10 * timing->pose_age_ticks,
+        margins.stable ? "stable" : "UNSTABLE", margins.peak_sensitivity, margins.gain_margin,
+        margins.phase_margin_rad * 180.0 / core::kPi, margins.delay_margin_s * 1e3);
     out[channel] = margins_json(margins);
   }
   return out;

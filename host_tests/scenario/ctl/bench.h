@@ -8,6 +8,8 @@
 #include "firmware/model/vehicle.h"
 #include "firmware/ref/window.h"
 
+#include "host_tests/lab/gains/margins.h"
+
 namespace m100::scenario {
 
 /// The world of the closed-loop figures: two tilt axes, each with its own dynamics and delay; a point mass with
@@ -34,6 +36,10 @@ struct World {
   double yaw_rad = 0.0;  ///< heading at the start
   std::uint32_t seed = 1;
 };
+
+/// The bench's timing for margins: a command in every tick, as an angle; attitude and pose without age.
+inline constexpr lab::gains::LoopTiming kBenchTiming{
+    .command_ticks = 1, .attitude_age_ticks = 0, .pose_age_ticks = 0, .by_sticks = false};
 
 World plant_a();  ///< second order, 9.36 rad/s, damping 0.68, delay 33 ms
 World plant_b();  ///< first order, 87 ms, delay 107 ms

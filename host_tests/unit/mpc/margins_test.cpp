@@ -34,6 +34,13 @@ model::Vehicle first_order() {
   return vehicle;
 }
 
+/// Margins of the loop with a command in every tick of 10 ms, as in the paper, and an attitude without age.
+Margins every_tick_margins(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis,
+                           std::size_t pose_age_ticks = 0) {
+  return flown_margins_of(believed, truth, axis,
+                          {.command_ticks = 1, .attitude_age_ticks = 0, .pose_age_ticks = pose_age_ticks});
+}
+
 // An independent trial with another observer of the same kind found 1.21, 7.4, 70 degrees, 211 ms with the input weight
 // 35.
 TEST(Margins, OfTheIdentifiedAxisAreThoseOfAnIndependentTrial) {
@@ -43,7 +50,7 @@ TEST(Margins, OfTheIdentifiedAxisAreThoseOfAnIndependentTrial) {
   vehicle.estimator.tilt_rate_process_rad_s = 1.0;
   vehicle.estimator.disturbance_process_m_s2 = 0.5;
   vehicle.estimator.input_offset_process_rad = 0.003;
-  const Margins margins = margins_of(vehicle, Axis::kX);
+  const Margins margins = every_tick_margins(vehicle, vehicle, Axis::kX);
   EXPECT_TRUE(margins.stable);
   EXPECT_NEAR(margins.peak_sensitivity, 1.21, 0.05);
   EXPECT_NEAR(margins.gain_margin, 7.4, 0.8);
@@ -51,12 +58,14 @@ TEST(Margins, OfTheIdentifiedAxisAreThoseOfAnIndependentTrial) {
   EXPECT_NEAR(margins.delay_margin_s, 0.211, 0.02);
 }
 
-TEST(Margins, OfTheDefaultWeightsAreAboveTheLimits) {
+// On a first-order axis the observer uses the gyro, whose rate such an axis has not: a loop that leaves this out looked
+// robust (1.58, 208 ms).
+TEST(Margins, OfTheDefaultWeightsAreAboveTheLimitsForSecondOrderOnly) {
   model::Vehicle first = first_order();
   first.mpc.input = 35;
   for (const Axis axis : {Axis::kX, Axis::kY}) {
-    EXPECT_TRUE(is_robust(margins_of(second_order(), axis)));
-    EXPECT_TRUE(is_robust(margins_of(first, axis)));
+    EXPECT_TRUE(is_robust(flown_margins_of(second_order(), second_order(), axis, kVirtualRcTiming)));
+    EXPECT_FALSE(is_robust(flown_margins_of(first, first, axis, kVirtualRcTiming)));
   }
 }
 
@@ -66,31 +75,15 @@ TEST(Margins, AnOldPoseCostsALittleAndTheDelayMarginIsWhereTheLoopReallyBreaks) 
   const model::Vehicle vehicle = second_order();
   double before = 0.0;
   for (const std::size_t age : {0U, 2U, 5U, 8U}) {
-    const Margins margins = margins_of(vehicle, Axis::kY, age);
+    const Margins margins = every_tick_margins(vehicle, vehicle, Axis::kY, age);
     EXPECT_GE(margins.peak_sensitivity, before - 0.005) << age;
     EXPECT_LE(margins.peak_sensitivity, kLargestPeakSensitivity) << age;
     before = margins.peak_sensitivity;
     model::Vehicle late = vehicle;
     late.roll.transport_delay_s += 0.97 * margins.delay_margin_s;
-    EXPECT_TRUE(margins_of(vehicle, late, Axis::kY, age).stable) << age;
+    EXPECT_TRUE(every_tick_margins(vehicle, late, Axis::kY, age).stable) << age;
     late.roll.transport_delay_s = vehicle.roll.transport_delay_s + 1.03 * margins.delay_margin_s;
-    EXPECT_FALSE(margins_of(vehicle, late, Axis::kY, age).stable) << age;
-  }
-}
-
-// Two independent implementations: the loop as flown, with a command in every tick and no delay, must equal the paper's
-// loop. This holds for second order only: on a first-order axis the flight's observer uses the gyro, which the paper's
-// loop does not.
-TEST(FlownMargins, WithACommandInEveryTickAreThoseOfThePapersLoop) {
-  const LoopTiming timing{.command_ticks = 1, .attitude_age_ticks = 0, .pose_age_ticks = 0};
-  const model::Vehicle vehicle = second_order();
-  for (const Axis axis : {Axis::kX, Axis::kY}) {
-    const Margins ideal = margins_of(vehicle, axis);
-    const Margins flown = flown_margins_of(vehicle, vehicle, axis, timing);
-    EXPECT_TRUE(flown.stable);
-    EXPECT_NEAR(flown.peak_sensitivity, ideal.peak_sensitivity, 0.02 * ideal.peak_sensitivity);
-    EXPECT_NEAR(flown.gain_margin, ideal.gain_margin, 0.03 * ideal.gain_margin);
-    EXPECT_NEAR(flown.delay_margin_s, ideal.delay_margin_s, 0.03 * ideal.delay_margin_s);
+    EXPECT_FALSE(every_tick_margins(vehicle, late, Axis::kY, age).stable) << age;
   }
 }
 
@@ -121,23 +114,23 @@ TEST(FlownMargins, AJumpThatTheGyroSeesAtAnotherTickBreaksTheLoopThatTrustsIt) {
   const Margins margins = flown_margins_of(vehicle, vehicle, Axis::kX, kVirtualRcTiming);
   EXPECT_TRUE(margins.stable);
   EXPECT_LT(margins.delay_margin_s, 0.02);
-  EXPECT_GT(margins_of(vehicle, Axis::kX).delay_margin_s, 0.09) << "what the paper's loop promises";
 }
 
 TEST(Margins, NotKnowingTheDelayCostsThem) {
-  const model::Vehicle truth = first_order();
+  model::Vehicle truth = second_order();
+  truth.pitch.transport_delay_s = 0.1;
   model::Vehicle blind = truth;
   blind.pitch.transport_delay_s = 0.0;
-  EXPECT_GT(margins_of(blind, truth, Axis::kX).peak_sensitivity,
-            margins_of(truth, truth, Axis::kX).peak_sensitivity + 0.3);
+  EXPECT_GT(every_tick_margins(blind, truth, Axis::kX).peak_sensitivity,
+            every_tick_margins(truth, truth, Axis::kX).peak_sensitivity + 0.3);
 }
 
 // Catches a simulated sensor without the zero that the observer expects in its signal.
 TEST(Margins, AKnownLeadZeroCostsLittle) {
   model::Vehicle vehicle = second_order();
-  const double without = margins_of(vehicle, Axis::kX).peak_sensitivity;
+  const double without = every_tick_margins(vehicle, vehicle, Axis::kX).peak_sensitivity;
   vehicle.pitch.lead_zero_s = 0.1;
-  const Margins with = margins_of(vehicle, Axis::kX);
+  const Margins with = every_tick_margins(vehicle, vehicle, Axis::kX);
   EXPECT_TRUE(with.stable);
   EXPECT_LT(with.peak_sensitivity, without + 0.4);
 }
