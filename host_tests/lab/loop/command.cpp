@@ -18,6 +18,7 @@
 #include "host_tests/lab/loop/model_comparison.h"
 #include "host_tests/lab/loop/page.h"
 #include "host_tests/lab/loop/results.h"
+#include "host_tests/lab/loop/world_numbers.h"
 #include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
@@ -121,7 +122,9 @@ void run(const LoopOptions& options) {
     loop::write_page(result, page);
     std::cout << "wrote " << printable(page) << "\n";
   }
-  write_json(options.json, loop::to_json(result), 2);
+  nlohmann::json json = loop::to_json(result);
+  json["world"] = loop::world_numbers(loop.plant, loop.vehicle.vehicle);
+  write_json(options.json, json, 2);
 }
 
 }  // namespace
