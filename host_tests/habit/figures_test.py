@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tests host_tests/figures: what it must find in pages and in the sources of tests."""
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -146,6 +147,25 @@ class Command(unittest.TestCase):
         page.write_text("<!-- figure: cost.parts -->\nold\n<!-- end -->")
         self.figures("--quick")
         self.assertIn("old", page.read_text())
+
+
+class FirstPage(unittest.TestCase):
+    NAMES = ("Matrice 100", "C++20", "Debian 12", "BSD-3-Clause")
+
+    @classmethod
+    def bare_numbers(cls, page):
+        """-> numbers that no command writes: outside figures, code, links' targets, list marks and proper names"""
+        text = marked.MARKED.sub("", page)
+        text = re.sub(r"```.*?```|`[^`]*`|\]\([^)]*\)|^\d+\. ", "", text, flags=re.DOTALL | re.MULTILINE)
+        for name in cls.NAMES:
+            text = text.replace(name, "")
+        return re.findall(r"\S*\d\S*", text)
+
+    def test_has_no_number_that_no_command_writes(self):
+        self.assertEqual(self.bare_numbers((HERE.parent / "README.md").read_text()), [])
+
+    def test_finds_a_planted_number(self):
+        self.assertEqual(self.bare_numbers("1. `x 2` at <!-- figure: a -->3 m<!-- end --> and 4 m [a](b5)\n"), ["4"])
 
 
 if __name__ == "__main__":

@@ -20,9 +20,9 @@ PLANT = {"roll": "second_order,transport_delay,stick_curve", "pitch": "second_or
 ALL = {"roll": "second_order,dead_zone,lead_zero", "pitch": "second_order,dead_zone,lead_zero",
        "climb": "second_order,gain_asymmetry,stick_curve", "yaw_rate": "first_order,stick_curve"}
 # Name -> what is declared instead of first order alone.
-PAPERS_WEIGHT = "first order, input weight 35"
+FIREFLYS_WEIGHT = "first order, the Firefly's input weight"  # 35: mav_control_rw's file of that aircraft, printed in the paper
 DESIGNED = "all effects, shipped `[design]`"  # what the others predict and estimate with is their own model
-MODELS = {PAPERS_WEIGHT: {}, "first order": {},
+MODELS = {FIREFLYS_WEIGHT: {}, "first order": {},
           "+ second order": {axis: "second_order" for axis in ("roll", "pitch", "climb")},
           "+ dead zone": {axis: "first_order,dead_zone" for axis in ("roll", "pitch")},
           "+ lead zero, delay": {axis: "first_order,lead_zero" for axis in ("roll", "pitch")},
@@ -33,6 +33,9 @@ SCALE = {"roll": "scale_rad_per_count", "pitch": "scale_rad_per_count", "climb":
 KEYS = {"time_constant_s": "time_constant_s", "natural_frequency_rad_s": "natural_frequency_rad_s",
         "damping_ratio": "damping_ratio", "delay_s": "transport_delay_s", "zero_s": "lead_zero_s",
         "width_counts": "dead_zone_counts", "shape": "dead_zone_shape", "exponent": "stick_exponent", "ratio": "gain_asymmetry"}
+
+
+SEEDS = "20"
 
 
 def section(workspace, axis, structure, part):
@@ -54,7 +57,7 @@ def vehicle_file(workspace, folder, title, structures, part):
     """Writes the default vehicle file with other axes, of first order without a structure. -> (file, roll's error 1 s ahead)"""
     replaced = "axis" if title == DESIGNED else "axis|design|rival"
     rest = re.sub(rf"\[+(?:{replaced})[\w.]*\]+\n(?:.+\n)+\n?", "", (workspace.root / VEHICLE).read_text())
-    if title == PAPERS_WEIGHT:
+    if title == FIREFLYS_WEIGHT:
         rest = re.sub(r"(?m)^input = .*$", "input = 35.0", rest)
     axes = {axis: section(workspace, axis, structures.get(axis, "first_order"), part) for axis in HALVES}
     file = folder / f"{re.sub('[^a-z0-9]+', '_', title)}.toml"
@@ -75,9 +78,9 @@ def effects_in_flight(workspace):
         answer = folder / "models.json"
         workspace.run(workspace.program(LAB), "loop", "--plant-from", plant, "--models",
                       *(file for file, _ in models), "--tasks", "trajectory",
-                      "--seeds", "20", "--json", answer)
+                      "--seeds", SEEDS, "--json", answer)
         scores = json.loads(answer.read_text())
-    rows = [["model", "measured roll 1 s ahead [rad]", "simulated roll 1 s ahead [rad]", "pose [m]", "horizontal [m]", "peak sensitivity", "delay margin [ms]"]]
+    rows = [["model", "measured roll 1 s ahead [rad]", "simulated roll 1 s ahead [rad]", f"pose [m], {SEEDS} seeds, ±95 %", "horizontal [m]", "peak sensitivity", "delay margin [ms]"]]
     for title, (_, measured), score in zip(MODELS, models, scores):
         flown = [interval(score[what]["trajectory"], 4) if "trajectory" in score[what] else "flew away"
                  for what in ("pose_m", "horizontal_m")]

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Numbers of the first page that other pages show, too: read there, where a measurement has written them."""
+import re
+
+from measure import marked
+from measure.marked import Figure
+from measure.workspace import Source
+
+PROMISES, THREATS, MPC = "firmware/safety/PROMISES.md", "firmware/safety/THREATS.md", "firmware/mpc/README.md"
+LIMITS = "firmware/companion/guide/LIMITS.md"
+
+
+def figure_of(workspace, page, name):
+    """-> text of a figure on another page"""
+    for found in marked.MARKED.finditer((workspace.root / page).read_text()):
+        if found["name"] == name:
+            return found["text"].strip()
+    raise ValueError(f"{page} does not show the figure {name}")
+
+
+def first(pattern, text):
+    found = re.search(pattern, text)
+    if not found:
+        raise ValueError(f"'{pattern}' is not in: {text[:200]}")
+    return found[1]
+
+
+def delay_margins(workspace):
+    """-> the smallest delay margins of mode field over both channels: nominal, and with gain and frequency 20 % off [ms]"""
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in figure_of(workspace, MPC, "mpc.corners").splitlines()]
+    field = [row for row in rows if row[0] == "`field`"]
+    return [min(int(row[rows[0].index("delay margin [ms]", start)]) for row in field) for start in (0, 4)]
+
+
+def numbers(workspace):
+    nominal, corner = delay_margins(workspace)
+    hover, motion = (first(r"([\d.]+ m/s)", figure_of(workspace, THREATS, name)) for name in ("smallest.drift", "motion.drifts"))
+    promise = " ".join((workspace.root / PROMISES).read_text().split())
+    return {"first.release": Figure(first(r"within ([\d.]+ s) of the death or the hang of the program", promise)),
+            "first.drift": Figure(f"{hover} in hover, {motion} if it begins in a motion"),
+            "first.handed_over": Figure(first(r"([\d.]+ m/s)", figure_of(workspace, LIMITS, "fence.handed_over"))),
+            "first.margins": Figure(f"{nominal} ms of delay margin become {corner} ms if gain and frequency are 20 % off")}
+
+
+SOURCES = [Source(("first.",), numbers)]
