@@ -240,7 +240,10 @@ void add_campaign(CLI::App& lab) {
   command->add_option("--plant-from", options->plant_from,
                       "vehicle file that gives the worlds their axes, drag and thrust instead of the measured ones");
   command->add_option("--tasks", options->tasks, "tasks to fly, separated by commas");
-  command->add_option("--law", options->law, "control law; lqr: the clipped baseline; paper: the paper's configuration")
+  command
+      ->add_option("--law", options->law,
+                   "control law; lqr: the clipped baseline; paper: the paper's models and PID with the weights of its "
+                   "authors' Firefly")
       ->check(CLI::IsMember({"mpc", "lqr", "paper"}));
   companion::add_mode_option(*command, options->mode, "tuning");
   command->add_option("--channel", options->channel, "how commands reach the autopilot")

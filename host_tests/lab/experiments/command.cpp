@@ -298,8 +298,8 @@ void add_experiments(CLI::App& lab) {
                     "use the paper's command rate, which is higher than DJI allows");
   command
       ->add_option("--law", options->law,
-                   "control law; lqr: the clipped baseline; paper: the paper's models, weights and height "
-                   "PID at 100 commands a second")
+                   "control law; lqr: the clipped baseline; paper: the paper's models and height PID, with the "
+                   "weights of its authors' Firefly, at 100 commands a second")
       ->check(CLI::IsMember({"mpc", "lqr", "paper"}));
   companion::add_mode_option(*command, options->mode, "tuning");
   command->add_flag("--baseline", options->baseline,

@@ -240,7 +240,7 @@ void print_more(std::ostream& out, const TaskResult& result) {
     out << "  (" << task.task << ")";
   }
   for (const auto& [law, cell] :
-       {std::pair{"clipped LQR", &result.baseline}, std::pair{"paper's configuration", &result.paper_law}}) {
+       {std::pair{"clipped LQR", &result.baseline}, std::pair{"--law paper", &result.paper_law}}) {
     if (*cell) {
       out << "\n"
           << std::setw(20) << ""
