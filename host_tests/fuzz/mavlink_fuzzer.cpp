@@ -2,16 +2,12 @@
 // libFuzzer's entry points for MAVLink. Random bytes never pass a checksum, so the mutator repairs them.
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <random>
-#include <type_traits>
-#include <variant>
 #include <vector>
 
-#include "firmware/companion/ground_station/mission_transfer.h"
 #include "host_tests/lab/bridge/plain_pose.h"
 #include "host_tests/lab/bridge/vrpn.h"
 #include "host_tests/property/mavlink/noise.h"
@@ -26,43 +22,15 @@ namespace {
 
 using namespace m100::mavlink;
 
-using m100::companion::MissionTransfer;
-using m100::companion::Request;
-using m100::companion::RequestMessage;
-
-/// Passes the frame to the vehicle's end of the mission protocol, if it is a request of that protocol.
-template <typename... Message>
-void ask(MissionTransfer& transfer, const FrameView& frame, m100::core::TimePoint now,
-         std::type_identity<std::variant<Message...>>) {
-  m100::companion::Replies replies;
-  const auto try_one = [&]<typename One>() {
-    if (is<One>(frame)) {
-      transfer.receive(Request{decode<One>(frame), frame.from}, frame.sequence % 4 == 0, now, replies);
-    }
-  };
-  (try_one.template operator()<Message>(), ...);
-  transfer.tick(now, replies);
-  const auto is_sound = [](const MissionItemInt& item) {
-    return m100::companion::validate(item) == m100::companion::mission_result::kAccepted;
-  };
-  if (!std::ranges::all_of(transfer.items(), is_sound) || transfer.items().size() > MissionTransfer::kMaxItems) {
-    __builtin_trap();  // the list holds an item that cannot be flown
-  }
-}
-
 std::vector<std::uint64_t> receive(std::span<const std::byte> stream, std::size_t portion) {
   Parser parser;
   ReplayGuard guard;
-  MissionTransfer transfer;
-  m100::core::TimePoint now{};
   std::vector<std::uint64_t> found;
   while (!stream.empty()) {
     const std::span<const std::byte> piece = stream.first(std::min(portion, stream.size()));
     stream = stream.subspan(piece.size());
     parser.consume(piece, [&](const FrameView& frame) {
       found.push_back(frame.offset);
-      now += std::chrono::milliseconds(frame.sequence);
-      ask(transfer, frame, now, std::type_identity<RequestMessage>{});
       for_each_message([&]<typename Message>() {
         if (is<Message>(frame)) {
           const Frame again = encode(decode<Message>(frame), frame.from, frame.sequence);

@@ -127,22 +127,6 @@ inline constexpr auto kFields<ParamRequestList> =
     std::tuple{field("target_system", &ParamRequestList::target_system),
                field("target_component", &ParamRequestList::target_component)};
 
-/// PARAM_SET: a request to change one parameter; answered by PARAM_VALUE with the value then in force.
-struct ParamSet {
-  float param_value{};
-  std::uint8_t target_system{};
-  std::uint8_t target_component{};
-  std::array<char, 16> param_id{};
-  std::uint8_t param_type{};
-  static constexpr MessageInfo kInfo{.id = 23, .crc_extra = 168, .min_bytes = 23, .full_bytes = 23};
-};
-
-template <>
-inline constexpr auto kFields<ParamSet> =
-    std::tuple{field("param_value", &ParamSet::param_value), field("target_system", &ParamSet::target_system),
-               field("target_component", &ParamSet::target_component), field("param_id", &ParamSet::param_id),
-               field("param_type", &ParamSet::param_type)};
-
 /// PARAM_VALUE: one parameter.
 struct ParamValue {
   float param_value{};

@@ -16,7 +16,12 @@ inline constexpr std::array kOnlyPassedOver{
     MessageInfo{.id = 1, .crc_extra = 124, .min_bytes = 31, .full_bytes = 43},    // SYS_STATUS
     MessageInfo{.id = 2, .crc_extra = 137, .min_bytes = 12, .full_bytes = 12},    // SYSTEM_TIME
     MessageInfo{.id = 4, .crc_extra = 237, .min_bytes = 14, .full_bytes = 14},    // PING
+    MessageInfo{.id = 23, .crc_extra = 168, .min_bytes = 23, .full_bytes = 23},   // PARAM_SET
     MessageInfo{.id = 30, .crc_extra = 39, .min_bytes = 28, .full_bytes = 28},    // ATTITUDE
+    MessageInfo{.id = 42, .crc_extra = 28, .min_bytes = 2, .full_bytes = 18},     // MISSION_CURRENT
+    MessageInfo{.id = 46, .crc_extra = 11, .min_bytes = 2, .full_bytes = 2},      // MISSION_ITEM_REACHED
+    MessageInfo{.id = 51, .crc_extra = 196, .min_bytes = 4, .full_bytes = 5},     // MISSION_REQUEST_INT
+    MessageInfo{.id = 73, .crc_extra = 38, .min_bytes = 37, .full_bytes = 38},    // MISSION_ITEM_INT
     MessageInfo{.id = 85, .crc_extra = 140, .min_bytes = 51, .full_bytes = 51},   // POSITION_TARGET_LOCAL_NED
     MessageInfo{.id = 148, .crc_extra = 178, .min_bytes = 60, .full_bytes = 78},  // AUTOPILOT_VERSION
     MessageInfo{.id = 241, .crc_extra = 90, .min_bytes = 32, .full_bytes = 32},   // VIBRATION

@@ -12,9 +12,8 @@ namespace m100::mavlink {
 
 /// All messages that we read or write.
 using Messages = std::tuple<AttPosMocap, VisionPositionEstimate, Odometry, Timesync, SetPositionTargetLocalNed,
-                            CommandLong, CommandAck, ParamRequestRead, ParamRequestList, ParamSet, ParamValue,
-                            MissionRequestList, MissionCount, MissionRequest, MissionRequestInt, MissionItem,
-                            MissionItemInt, MissionAck, MissionClearAll, MissionCurrent, MissionItemReached, Heartbeat,
+                            CommandLong, CommandAck, ParamRequestRead, ParamRequestList, ParamValue, MissionRequestList,
+                            MissionCount, MissionWritePartialList, MissionClearAll, MissionAck, Heartbeat,
                             AttitudeQuaternion, LocalPositionNed, EstimatorStatus, BatteryStatus, StatusText>;
 
 /// Calls use.template operator()<Message>() for each type in Messages.

@@ -54,6 +54,8 @@ class Reader {
       fail(at, "byte record of another version");
     } else if (type == 'I') {
       note(body, at);
+    } else if (type == 'L') {
+      flight_.flew_mission = flight_.flew_mission || body.ends_with("mission: active");
     } else if (type == 'D' && size >= 2) {
       data(byte(at) + 256U * byte(at + 1), body.substr(2), at);
     }

@@ -29,6 +29,7 @@ struct RecordedFlight {
   };
   std::map<std::string, std::string> notes;
   std::vector<Tick> ticks;
+  bool flew_mission = false;  ///< of MAVLink, which former versions flew
 };
 
 /// Reads the whole file. Bytes belong to the tick whose record follows them. A truncated end is ignored: the power may

@@ -251,7 +251,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   TelemetryStream* const telemetry_stream = prepare_the_thread(pose_port, live);
   OperatorChannels channels(log, telemetry_stream);
   report_disabled_checks(options, channels, clock.now());
-  GroundStationCommands ground_station(goal_limits(options, files), model.vehicle(), config, *trajectory, pose_line,
+  GroundStationCommands ground_station(goal_limits(options, files), config.fence, *trajectory, pose_line,
                                        telemetry_stream, channels);
   FlightSequencer sequencer(request_of(options, files, place, start), config, *controller, *trajectory, channels);
   discard_operator_input();
@@ -280,7 +280,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   service.stop();
   controller->link().authority().release_pending ? backup.send_release() : backup.dismiss();
   nlohmann::json result = flight_result(options, files, sequencer, *controller, clock.stalls(), config.limits);
-  result["ground_station"] = ground_station_result(pose_line.stats(), ground_station.parameters_not_set());
+  result["ground_station"] = ground_station_result(pose_line.stats());
   conclude(options, std::move(result), *controller, pose_port, sequencer, live, writer, log_file);
   return sequencer.given_back() && is_excited(files, *controller) && !sequencer.limit_cycle();
 }

@@ -73,13 +73,12 @@ nlohmann::json flight_result(const FlyOptions& options, const FlightFiles& order
   return out;
 }
 
-nlohmann::json ground_station_result(const GroundStationStats& heard, std::uint32_t parameters_not_set) {
+nlohmann::json ground_station_result(const GroundStationStats& heard) {
   return {{"goals", heard.goals},
           {"orders", heard.orders},
           {"orders_lost", heard.orders_lost},
           {"requests", heard.requests},
-          {"requests_lost", heard.requests_lost},
-          {"parameters_not_set", parameters_not_set}};
+          {"requests_lost", heard.requests_lost}};
 }
 
 }  // namespace m100::companion

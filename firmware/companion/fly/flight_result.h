@@ -19,6 +19,6 @@ nlohmann::json flight_result(const FlyOptions& options, const FlightFiles& files
 /// [{"at_s", "by_s"}]: when the clock of the source of pose was set, and by how much.
 nlohmann::json clock_steps_json(std::span<const ClockStep> steps);
 /// The counts of messages from the ground station.
-nlohmann::json ground_station_result(const GroundStationStats& heard, std::uint32_t parameters_not_set);
+nlohmann::json ground_station_result(const GroundStationStats& heard);
 
 }  // namespace m100::companion

@@ -61,12 +61,6 @@ class GoalPlanner {
   const std::optional<ref::Waypoint<T>>& goal() const { return goal_; }
   /// The reference has reached its end and rests.
   bool at_rest(core::TimePoint now) const { return trajectory_.finished(now); }
-  /// Position of the reference, world frame.
-  core::Vector<T, 3> reference(core::TimePoint now) const {
-    const ref::Window<T> window = trajectory_.window(now, core::Duration{0});
-    return {window.x[0].position_m, window.y[0].position_m, window.height.position_m};
-  }
-  T yaw(core::TimePoint now) const { return trajectory_.window(now, core::Duration{0}).yaw_rad; }
   /// @returns the place, or the nearest one inside the fence.
   ref::Waypoint<T> clamp_to_fence(ref::Waypoint<T> place) const;
 

@@ -3,7 +3,6 @@
 
 #include "firmware/companion/fly/flight_sequencer.h"
 #include "firmware/companion/ground_station/guided_mode.h"
-#include "firmware/companion/ground_station/parameters.h"
 #include "firmware/companion/ground_station/telemetry_stream.h"
 #include "firmware/companion/operator/operator_input.h"
 
@@ -21,22 +20,18 @@ struct SequencerStatus {
 };
 SequencerStatus sequencer_status(const FlightSequencer& sequencer, core::TimePoint now);
 
-/// Handles what comes from the ground station. Goals and missions change the course. An order to engage or release has
-/// the effect of the operator's command. Each order is answered; an unknown one is refused and reported by its number.
-/// No heap.
+/// Handles what comes from the ground station. Goals change the course. An order to engage or release has the effect of
+/// the operator's command. Each order is answered; an unknown one is refused and reported by its number. No heap.
 class GroundStationCommands {
  public:
-  /// @param limits nullopt: the flight takes no goals and no missions, see goal_limits(). @param telemetry_stream null:
-  ///   there are no answers, and without answers no mission can be transferred.
-  GroundStationCommands(const std::optional<ref::SpeedLimits>& limits, const model::Vehicle& vehicle,
-                        const app::FlightConfig& config, ref::Trajectory<double>& trajectory, GroundStationTap& line,
-                        TelemetryStream* telemetry_stream, OperatorLog& operator_log)
-      : parameters_({vehicle, config, limits.value_or(ref::SpeedLimits{})}),
-        line_(line),
-        telemetry_stream_(telemetry_stream),
-        operator_log_(operator_log) {
+  /// @param limits nullopt: the flight takes no goals, see goal_limits(). @param telemetry_stream null: there are no
+  ///   answers.
+  GroundStationCommands(const std::optional<ref::SpeedLimits>& limits, const core::Fence& fence,
+                        ref::Trajectory<double>& trajectory, GroundStationTap& line, TelemetryStream* telemetry_stream,
+                        OperatorLog& operator_log)
+      : line_(line), telemetry_stream_(telemetry_stream), operator_log_(operator_log) {
     if (limits) {
-      guided_mode_.emplace(trajectory, config.fence, *limits);
+      goals_.emplace(trajectory, fence, *limits);
     }
   }
 
@@ -44,35 +39,22 @@ class GroundStationCommands {
   OperatorInput tick(core::TimePoint now, const app::FlightController<double>& controller,
                      const SequencerStatus& status);
   /// Whether goals, or an order to hold, have led the flight.
-  bool has_goal() const { return guided_mode_ && guided_mode_->goals().goal().has_value(); }
-  /// Number of requests to change a parameter, none of which is served: the answer is the unchanged value.
-  std::uint32_t parameters_not_set() const { return parameters_not_set_; }
+  bool has_goal() const { return goals_ && goals_->goal().has_value(); }
 
  private:
-  static constexpr core::Duration kGoalReportInterval = std::chrono::seconds(1);     ///< between two lines about goals
-  static constexpr core::Duration kMissionReportInterval = std::chrono::seconds(1);  ///< between two MISSION_CURRENT
-  static constexpr core::Duration kParameterReportInterval =
-      std::chrono::seconds(1);  ///< between two lines about PARAM_SET
+  static constexpr core::Duration kGoalReportInterval = std::chrono::seconds(1);  ///< between two lines about goals
 
-  void receive_parameters(core::TimePoint now);
-  OperatorInput execute(core::TimePoint now, const GroundStationTap::Order& order, bool done,
+  OperatorInput execute(core::TimePoint now, const GroundStationTap::Order& order, bool holds,
                         const SequencerStatus& status);
   void report_goal(core::TimePoint now, GoalResult answer);
-  void report_mission(core::TimePoint now, const GuidedModeUpdate& outcome);
-  void answer(const GroundStationTap::Order& order, std::uint8_t result);
-  void reply(const Replies& replies);
+  void send(const Reply& reply);
 
-  std::optional<GuidedMode<double>> guided_mode_;
-  Parameters parameters_;
+  std::optional<GoalPlanner<double>> goals_;
   GroundStationTap& line_;
   TelemetryStream* telemetry_stream_;
   OperatorLog& operator_log_;
   std::optional<GoalResult> reported_;
   core::TimePoint goal_reported_at_{};
-  std::optional<MissionState> reported_mission_;
-  core::TimePoint mission_reported_at_{};
-  std::uint32_t parameters_not_set_ = 0;
-  core::TimePoint parameter_reported_at_{};
 };
 
 }  // namespace m100::companion

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <type_traits>
 #include <utility>
 
 #include "firmware/companion/ground_station/mavlink_tap.h"
@@ -21,15 +21,20 @@ struct GroundStationStats {
   std::uint32_t orders = 0;
   std::uint32_t requests = 0;
   std::uint32_t orders_lost = 0;    ///< because kMaxCommands waited already; or they lost their place to another
-  std::uint32_t requests_lost = 0;  ///< because kMaxRequests came before in that tick
+  std::uint32_t requests_lost = 0;  ///< because kMaxAnswers came before in that tick
 };
 
-inline constexpr std::uint16_t kGuidedEnable = 92;    ///< MAV_CMD_NAV_GUIDED_ENABLE: param1 1 engage, 0 release
-inline constexpr std::uint16_t kPauseContinue = 193;  ///< MAV_CMD_DO_PAUSE_CONTINUE: param1 0 hold, 1 go on
+inline constexpr std::uint16_t kGuidedEnable = 92;  ///< MAV_CMD_NAV_GUIDED_ENABLE: param1 1 engage, 0 release
+inline constexpr std::uint16_t kPauseContinue =
+    193;  ///< MAV_CMD_DO_PAUSE_CONTINUE: param1 0 hold; 1, to go on, is refused
 
-/// A line that passes all bytes on, and keeps the newest goal, the first kMaxCommands orders and the first kMaxRequests
-/// requests that passed. Without room for it, an order to release replaces the last waiting order; an order to hold
-/// replaces it unless it is a release. On a signed line it receives authorised senders only. No heap.
+constexpr bool is_hold_command(const mavlink::CommandLong& order) {
+  return order.command == kPauseContinue && order.param1 < 0.5F;
+}
+
+/// A line that passes all bytes on, and keeps the newest goal, the first kMaxCommands orders and the answers to the
+/// first kMaxAnswers requests that passed. Without room for it, an order to release replaces the last waiting order; an
+/// order to hold replaces it unless it is a release. On a signed line it receives authorised senders only. No heap.
 class GroundStationTap final : public MavlinkTap {
  public:
   /// An order and who gave it.
@@ -39,6 +44,7 @@ class GroundStationTap final : public MavlinkTap {
   };
 
   static constexpr std::size_t kMaxCommands = 4;  ///< waiting orders: a release waits for at most three ticks
+  static constexpr std::size_t kMaxAnswers = 8;   ///< in one tick
 
   using MavlinkTap::MavlinkTap;
 
@@ -52,9 +58,9 @@ class GroundStationTap final : public MavlinkTap {
     std::shift_left(orders_.begin(), orders_.begin() + static_cast<std::ptrdiff_t>(order_count_--), 1);
     return first;
   }
-  /// The requests since clear_requests(), in order of arrival.
-  std::span<const Request> requests() const { return requests_.all(); }
-  void clear_requests() { requests_.clear(); }
+  /// The answers to the requests since clear_answers(), in order of arrival.
+  std::span<const Reply> answers() const { return std::span(answers_).first(answer_count_); }
+  void clear_answers() { answer_count_ = 0; }
   const GroundStationStats& stats() const { return stats_; }
 
  private:
@@ -73,14 +79,16 @@ class GroundStationTap final : public MavlinkTap {
         ++stats_.orders;
       }
     } else {
-      receive_request(frame, std::type_identity<RequestMessage>{});
+      answer_if<mavlink::ParamRequestList>(frame);
+      answer_if<mavlink::ParamRequestRead>(frame);
+      answer_if<mavlink::MissionRequestList>(frame);
+      answer_if<mavlink::MissionCount>(frame);
+      answer_if<mavlink::MissionWritePartialList>(frame);
+      answer_if<mavlink::MissionClearAll>(frame);
     }
   }
   static bool releases(const Order& order) {
     return order.message.command == kGuidedEnable && !(order.message.param1 >= 0.5F);
-  }
-  static bool holds(const Order& order) {
-    return order.message.command == kPauseContinue && order.message.param1 < 0.5F;
   }
   /// An order that finds no room and replaces none is not answered, so its sender repeats it.
   void store(const Order& order) {
@@ -89,29 +97,33 @@ class GroundStationTap final : public MavlinkTap {
       return;
     }
     ++stats_.orders_lost;
-    if (releases(order) || (holds(order) && !releases(orders_.back()))) {
+    if (releases(order) || (is_hold_command(order.message) && !releases(orders_.back()))) {
       orders_.back() = order;
     }
   }
-  template <typename... Message>
-  void receive_request(const mavlink::FrameView& frame, std::type_identity<std::variant<Message...>>) {
-    (receive_if<Message>(frame), ...);
-  }
-  template <typename Message>
-  void receive_if(const mavlink::FrameView& frame) {
-    if (!mavlink::is<Message>(frame)) {
+  template <typename Request>
+  void answer_if(const mavlink::FrameView& frame) {
+    if (!mavlink::is<Request>(frame)) {
       return;
     }
-    if (const auto message = mavlink::decode<Message>(frame); is_for_us(message.target_system)) {
-      ++stats_.requests;
-      stats_.requests_lost += requests_.add({message, frame.from}) ? 0U : 1U;
+    const auto request = mavlink::decode<Request>(frame);
+    if (!is_for_us(request.target_system)) {
+      return;
+    }
+    ++stats_.requests;
+    const std::optional<Reply> answer = answer_to(request, frame.from);
+    if (answer && answer_count_ == kMaxAnswers) {
+      ++stats_.requests_lost;
+    } else if (answer) {
+      answers_[answer_count_++] = *answer;
     }
   }
 
   std::optional<mavlink::SetPositionTargetLocalNed> goal_;
   std::array<Order, kMaxCommands> orders_{};  ///< waiting orders, the oldest first
   std::size_t order_count_ = 0;
-  Requests requests_;
+  std::array<Reply, kMaxAnswers> answers_{};
+  std::size_t answer_count_ = 0;
   GroundStationStats stats_;
 };
 

@@ -7,29 +7,12 @@
 
 namespace m100::companion {
 
-GuidedModeUpdate reject_requests(GroundStationTap& line) {
+GuidedModeUpdate reject_goals(GroundStationTap& line) {
   GuidedModeUpdate outcome;
   outcome.order = line.take_order();
   if (line.take_goal()) {
     outcome.goal = GoalResult::kNotFlying;
   }
-  for (const Request& request : line.requests()) {
-    const mavlink::Address to = request.from;
-    const auto refuse = [&](std::uint8_t result) {
-      (void)outcome.replies.add(
-          mavlink::MissionAck{.target_system = to.system, .target_component = to.component, .type = result});
-    };
-    if (std::holds_alternative<mavlink::MissionCount>(request.message) ||
-        std::holds_alternative<mavlink::MissionClearAll>(request.message)) {
-      refuse(mission_result::kDenied);
-    } else if (std::holds_alternative<mavlink::MissionRequestInt>(request.message)) {
-      refuse(mission_result::kInvalidSequence);
-    } else if (std::holds_alternative<mavlink::MissionRequestList>(request.message)) {
-      (void)outcome.replies.add(
-          mavlink::MissionCount{.count = 0, .target_system = to.system, .target_component = to.component});
-    }
-  }
-  line.clear_requests();
   return outcome;
 }
 

@@ -66,10 +66,10 @@ app::FlightConfig config_of(const RecordedFlight& flight, const protocol::Cipher
   return config;
 }
 
-/// @returns null: the flight took no goals.
+/// @returns nullopt: the flight took no goals.
 template <typename T>
-std::unique_ptr<GuidedMode<T>> guided_mode_of(const RecordedFlight& flight, const app::FlightConfig& config,
-                                              ref::Trajectory<T>& course) {
+std::optional<GoalPlanner<T>> goals_of(const RecordedFlight& flight, const app::FlightConfig& config,
+                                       ref::Trajectory<T>& course) {
   if (!flight.notes.contains(kGoalsNote)) {
     return {};
   }
@@ -77,7 +77,7 @@ std::unique_ptr<GuidedMode<T>> guided_mode_of(const RecordedFlight& flight, cons
   if (!limits) {
     throw FlightLogError(std::string("'") + kGoalsNote + "' is of another version");
   }
-  return std::make_unique<GuidedMode<T>>(course, config.fence, *limits);
+  return GoalPlanner<T>(course, config.fence, *limits);
 }
 
 /// Without the note, as in an older log, the flight ignored the battery.
@@ -91,14 +91,14 @@ ReturnToStart<T> home_of(const RecordedFlight& flight, const app::FlightConfig& 
   return ReturnToStart<T>(course, config.fence, start_of<T>(flight), *settings);
 }
 
-/// Applies goals, missions and a low battery to the course, as the flight did after the same tick.
+/// Applies goals and a low battery to the course, as the flight did after the same tick.
 template <typename T, typename S>
-void lead(GuidedMode<T>* guided_mode, GroundStationTap& line, ReturnToStart<T>& home,
+void lead(std::optional<GoalPlanner<T>>& goals, GroundStationTap& line, ReturnToStart<T>& home,
           const app::FlightController<T, S>& controller, core::TimePoint now) {
-  if (guided_mode != nullptr && home.state() == ReturnToStart<T>::State::kInactive) {
-    (void)guided_mode->update(line, controller, now);
-  } else if (guided_mode != nullptr) {
-    (void)reject_requests(line);
+  if (goals && home.state() == ReturnToStart<T>::State::kInactive) {
+    (void)update_guided_mode(*goals, line, controller, now);
+  } else if (goals) {
+    (void)reject_goals(line);
   }
   home.update(controller, now);
 }
@@ -156,6 +156,9 @@ bool earlier(const RecordedFlight::Tick& a, const RecordedFlight::Tick& b) { ret
 template <typename T, typename S>
 ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher,
                  const std::function<void(const app::FlightController<T, S>&)>& observe = {}) {
+  if (flight.flew_mission) {
+    throw FlightLogError("the flight flew a MAVLink mission, which this version does not fly: it cannot be replayed");
+  }
   const VehicleFile vehicle = parse_vehicle(note_of(flight, kVehicleNote), kVehicleNote);
   const auto tables = std::make_unique<mpc::TableStorage<T>>();
   const std::string table_bytes = tables_of(flight);
@@ -174,7 +177,7 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher,
   RecordedUart autopilot(flight.notes.contains(kDryRunNote));
   RecordedUart pose(false);
   GroundStationTap overheard(pose);
-  const std::unique_ptr<GuidedMode<T>> guided_mode = guided_mode_of(flight, config, course);
+  std::optional<GoalPlanner<T>> goals = goals_of(flight, config, course);
   ReturnToStart<T> home = home_of(flight, config, course);
   const auto last = std::make_unique<RecordWindow>();
   const auto controller = std::make_unique<app::FlightController<T, S>>(vehicle.vehicle, tables->tables(), config,
@@ -197,7 +200,7 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher,
     static_cast<void>(controller->tick(time_of(tick)));
     const RecordedFlight::Tick now = last->take(controller->excitation().state() != ctl::Excitation<T>::State::kIdle);
     const bool same = same_records(now, tick) && same_bytes(autopilot, pose, tick);
-    lead(guided_mode.get(), overheard, home, *controller, time_of(tick));
+    lead(goals, overheard, home, *controller, time_of(tick));
     if (observe) {
       observe(*controller);
     }

@@ -18,7 +18,6 @@
 #include "firmware/companion/files/flight_file.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/files/vehicle_keys.h"
-#include "firmware/companion/ground_station/parameters.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/logs/signal.h"
 #include "host_tests/lab/subcommands.h"
@@ -240,19 +239,10 @@ Table signal_table() {
   return table;
 }
 
-Table parameter_table() {
-  Table table{"mavlink_parameters", {"unit"}, {}};
-  for (const companion::ParameterEntry& row : companion::parameter_entries()) {
-    table.rows.push_back({"what a room may read", std::string(row.name), {std::string(row.unit)}});
-  }
-  return table;
-}
-
 /// The keys of every file and the words of every script that the programs read, from the tables with which they read
 /// them. Throws std::logic_error if a written vehicle file has a section that is not listed here.
 std::vector<Table> tables() {
-  return {vehicle_table(), flight_table(), plant_table(),    course_table(),
-          script_table(),  signal_table(), parameter_table()};
+  return {vehicle_table(), flight_table(), plant_table(), course_table(), script_table(), signal_table()};
 }
 
 void print_references() {

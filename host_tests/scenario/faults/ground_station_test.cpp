@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Goals, missions and orders of a room with the whole flight controller and the operator's part of a flight.
+// Goals and orders of a room with the whole flight controller and the operator's part of a flight.
 #include "firmware/companion/ground_station/ground_station_commands.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "hal/mock/manual_clock.h"
 #include "hal/mock/uart_pair.h"
@@ -21,8 +20,7 @@ constexpr std::uint16_t kOnlyPosition = 0b110111111000;
 class GroundStationTest : public ::testing::Test {
  protected:
   GroundStationTest()
-      : commands_(ref::SpeedLimits{}, mpc::generated::kVehicle, app::kDefaultFlight, bench_.course(), line_, nullptr,
-                  heard_),
+      : commands_(ref::SpeedLimits{}, app::kDefaultFlight.fence, bench_.course(), line_, nullptr, heard_),
         sequencer_({.course_start_w_m = bench_.place(), .max_start_distance_m = 1.5}, app::kDefaultFlight,
                    bench_.controller(), bench_.course(), heard_) {}
 
@@ -33,8 +31,8 @@ class GroundStationTest : public ::testing::Test {
     std::vector<std::byte> got(frame.bytes().size());
     EXPECT_EQ(line_.read(got).value_or(0), got.size());
   }
-  void order(std::uint16_t command, float param1, float param2 = 0.F) {
-    say(mavlink::CommandLong{.param1 = param1, .param2 = param2, .command = command, .target_system = 1});
+  void order(std::uint16_t command, float param1) {
+    say(mavlink::CommandLong{.param1 = param1, .command = command, .target_system = 1});
   }
   /// Sends a goal in the room's frame: north, east; at the height of the start.
   void goal(float x, float y) {
@@ -44,22 +42,6 @@ class GroundStationTest : public ::testing::Test {
                                            .type_mask = kOnlyPosition,
                                            .target_system = 1,
                                            .coordinate_frame = 1});
-  }
-  void carry_over(const std::vector<float>& north) {
-    const auto count = static_cast<std::uint16_t>(north.size());
-    say(mavlink::MissionCount{.count = count, .target_system = 1});
-    pass(milliseconds(20));
-    for (std::uint16_t seq = 0; seq < count; ++seq) {
-      say(mavlink::MissionItemInt{.param4 = std::numeric_limits<float>::quiet_NaN(),
-                                  .x = static_cast<std::int32_t>(std::lround(1e4F * north[seq])),
-                                  .z = static_cast<float>(-bench_.place().z()),
-                                  .seq = seq,
-                                  .command = 16,
-                                  .target_system = 1,
-                                  .frame = 1,
-                                  .autocontinue = 1});
-      pass(milliseconds(20));
-    }
   }
   void tick() {
     bench_.tick();
@@ -145,30 +127,20 @@ TEST_F(GroundStationTest, AnOrderToFlyWhileControlGoesBackIsRefused) {
   EXPECT_TRUE(until([&] { return sequencer_.waits(); }, seconds(3)));
 }
 
-// Catches a mission that accepts the order to start at another item, but continues as before.
-TEST_F(GroundStationTest, AMissionThatFliesIsStartedAnewAtAnotherItemAndNotAtTheSame) {
-  carry_over({2.F, 0.F, -2.F});
+// Catches an order to hold that is answered but not flown.
+TEST_F(GroundStationTest, AnOrderToHoldStopsOnTheWayToAGoal) {
   ASSERT_TRUE(get_ready_and_engage()) << heard_.all();
-  order(companion::kMissionStart, 0.F);
-  ASSERT_TRUE(until([&] { return heard_.has("item 0 is reached"); }, seconds(8))) << heard_.all();
-  order(companion::kMissionStart, 0.F);
-  EXPECT_FALSE(until([&] { return at().x() > 2.3; }, milliseconds(500)));
-  order(companion::kMissionStart, 2.F);
-  ASSERT_TRUE(until([&] { return heard_.has("item 2 is reached"); }, seconds(12))) << heard_.all();
-  EXPECT_FALSE(heard_.has("item 1 is reached")) << heard_.all();
-  EXPECT_NEAR(at().x(), -2.0, 0.3);
-}
-
-// Catches an aircraft that gets a goal at the place of its mission's next item, and then continues the mission.
-TEST_F(GroundStationTest, AGoalAtThePlaceOfAnItemIsStayedAt) {
-  carry_over({2.F, -2.F});
-  ASSERT_TRUE(get_ready_and_engage()) << heard_.all();
-  order(companion::kMissionStart, 0.F);
-  pass(seconds(1));
-  goal(2.F, 0.F);
-  pass(seconds(10));
-  EXPECT_TRUE(heard_.has("mission: paused")) << heard_.all();
-  EXPECT_NEAR(at().x(), 2.0, 0.2);
+  goal(4.F, 0.F);
+  ASSERT_TRUE(until([&] { return at().x() > 1.0; }, seconds(5))) << heard_.all();
+  order(companion::kPauseContinue, 1.F);
+  order(companion::kPauseContinue, 0.F);
+  pass(seconds(8));
+  EXPECT_TRUE(heard_.has("command 193, refused: this program does not support it")) << heard_.all();
+  EXPECT_TRUE(heard_.has("ground station: hold")) << heard_.all();
+  EXPECT_FALSE(heard_.has("hold, refused")) << heard_.all();
+  EXPECT_GT(at().x(), 1.0);
+  EXPECT_LT(at().x(), 3.2) << "from 1.0 m the reference leads by at most 0.6 m, and stops within 1.4 m";
+  EXPECT_LT(off_m(), 0.2);
 }
 
 }  // namespace

@@ -51,40 +51,6 @@ TEST_F(GoalsFlight, ASquareByGoalsAndTheStateReadBack) {
   EXPECT_EQ(run({"replay", log.string()}), 0) << "the log with goals does not replay: " << error();
 }
 
-// A mission, transferred through a network that loses, doubles and reorders 5 % of the packets, and flown: two points
-// in passing, one beyond the fence, and back.
-TEST_F(GoalsFlight, AMissionIsCarriedOverFlownAndReplayed) {
-  ASSERT_TRUE(start_flight({"--take-control", "--once", "--hold", "3000"})) << error();
-  ASSERT_TRUE(receive_until([&] { return (base_mode & kArmed) != 0; })) << error();
-  (void)ground_station->run_until([] { return false; }, 3.0);
-  const Place start = truth;
-  double farthest_m = 0.0;
-  ground_station->on_pose = [this, &farthest_m, start,
-                             before = ground_station->on_pose](const mavlink::AttPosMocap& seen) {
-    before(seen);
-    farthest_m = std::max(farthest_m, truth.x - start.x);
-  };
-  add_item({start.x + 1.0, start.y, start.z}, 0.5F);
-  add_item({start.x + 2.0, start.y + 1.0, start.z}, 0.5F);
-  add_item({start.x + 90.0, start.y + 1.0, start.z});
-  add_item(start);
-  ASSERT_TRUE(transfer_mission());
-  EXPECT_EQ(transfer_result, 0);
-  (void)ground_station->run_until([] { return false; }, 2.0);
-  EXPECT_LT(distance(truth, start), 0.3) << "a mission moved the aircraft before its start";
-  ASSERT_TRUE(send_command(kMissionStart, 0.F));
-  EXPECT_EQ(answers[kMissionStart], 0);
-  ASSERT_TRUE(receive_until([&] { return mission_state == 5; })) << "complete; reached " << reached.size();
-  (void)ground_station->run_until([] { return false; }, 2.0);
-  EXPECT_GT(farthest_m, 3.5) << "must fly to the limit of the fence";
-  EXPECT_LT(farthest_m, 5.0) << "must not fly beyond it: fence.x_m ends at 5 m";
-  EXPECT_LT(distance(truth, start), kAtCorner_m);
-  EXPECT_EQ(ground_station->wrongly_signed, 0U);
-  ground_station->signal(SIGINT);
-  ASSERT_EQ(ground_station->run_to_end(90.0), 0) << error();
-  EXPECT_EQ(run({"replay", log.string()}), 0) << "the log with the mission does not replay: " << error();
-}
-
 TEST_F(GoalsFlight, NobodysGoalMovesAnythingAndNoGoalLeavesTheFence) {
   ASSERT_TRUE(start_flight({"--take-control", "--once", "--hold", "40"})) << error();
   ASSERT_TRUE(receive_until([&] { return (base_mode & kArmed) != 0; })) << error();

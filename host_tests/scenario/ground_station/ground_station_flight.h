@@ -17,7 +17,6 @@ inline constexpr std::uint16_t kReturnHome = 20;
 inline constexpr std::uint16_t kLand = 21;
 inline constexpr std::uint16_t kTakeOff = 22;
 inline constexpr std::uint16_t kGuidedEnable = 92;
-inline constexpr std::uint16_t kMissionStart = 300;
 inline constexpr std::uint16_t kOnlyPosition = 0b110111111000;
 /// Largest distance from a corner when the aircraft has come to rest there.
 inline constexpr double kAtCorner_m = 0.25;
@@ -62,11 +61,6 @@ struct GroundStationFlight : GroundStationTest {
   std::uint64_t attitudes = 0, estimates = 0;
   std::int8_t battery = -1;              // %, as in the message
   std::map<std::uint16_t, int> answers;  ///< by command
-  std::vector<mavlink::MissionItemInt> mission;
-  std::optional<int> transfer_result;  ///< the result of the mission's transfer
-  std::vector<int> reached;
-  int mission_state = 0;
-  std::map<std::string, float> parameters;
   std::string said;
 
   void SetUp() override {
@@ -95,52 +89,7 @@ struct GroundStationFlight : GroundStationTest {
     } else if (mavlink::is<mavlink::StatusText>(frame)) {
       const auto text = mavlink::decode<mavlink::StatusText>(frame);
       said += std::string(text.text.data(), strnlen(text.text.data(), text.text.size()));
-    } else {
-      receive_mission(frame);
     }
-  }
-  void receive_mission(const mavlink::FrameView& frame) {
-    if (mavlink::is<mavlink::MissionRequestInt>(frame)) {
-      const auto asked = mavlink::decode<mavlink::MissionRequestInt>(frame);
-      EXPECT_EQ(asked.target_system, GroundStation::kSender.system);
-      (void)ground_station->send(
-          mavlink::encode(mission.at(asked.seq), GroundStation::kSender, ground_station->frames++));
-    } else if (mavlink::is<mavlink::MissionAck>(frame)) {
-      transfer_result = mavlink::decode<mavlink::MissionAck>(frame).type;
-    } else if (mavlink::is<mavlink::MissionItemReached>(frame)) {
-      reached.push_back(mavlink::decode<mavlink::MissionItemReached>(frame).seq);
-    } else if (mavlink::is<mavlink::MissionCurrent>(frame)) {
-      mission_state = mavlink::decode<mavlink::MissionCurrent>(frame).mission_state;
-    } else if (mavlink::is<mavlink::ParamValue>(frame)) {
-      const auto value = mavlink::decode<mavlink::ParamValue>(frame);
-      parameters[std::string(value.param_id.data(), strnlen(value.param_id.data(), value.param_id.size()))] =
-          value.param_value;
-    }
-  }
-  void add_item(const Place& place, float radius_m = 0.F) {
-    mission.push_back({.param2 = radius_m,
-                       .param4 = std::nanf(""),
-                       .x = static_cast<std::int32_t>(std::lround(place.x * 1e4)),
-                       .y = static_cast<std::int32_t>(std::lround(place.y * 1e4)),
-                       .z = static_cast<float>(place.z),
-                       .seq = static_cast<std::uint16_t>(mission.size()),
-                       .command = 16,
-                       .target_system = 1,
-                       .frame = 1,
-                       .autocontinue = 1});
-  }
-  /// Transfers the mission; repeats, because packets are lost.
-  bool transfer_mission() {
-    transfer_result.reset();
-    int rounds = 0;
-    return receive_until([&] {
-      if (!transfer_result && rounds++ % 200 == 0) {
-        (void)ground_station->send(mavlink::encode(
-            mavlink::MissionCount{.count = static_cast<std::uint16_t>(mission.size()), .target_system = 1},
-            GroundStation::kSender, ground_station->frames++));
-      }
-      return transfer_result.has_value();
-    });
   }
   bool start_flight(std::vector<std::string> more = {}, const std::vector<std::string>& of_autopilot = {}) {
     ground_station->start_autopilot(events, of_autopilot);

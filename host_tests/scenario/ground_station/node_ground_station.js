@@ -4,7 +4,7 @@
 //   pose US X Y Z QW QX QY QZ   signs and sends ATT_POS_MOCAP through a network that loses, doubles and reorders
 //   packets goal X Y Z                  sends SET_POSITION_TARGET_LOCAL_NED with only the position in use
 //   order COMMAND PARAM1        sends COMMAND_LONG
-//   mission RADIUS X Y Z ...    sends MISSION_COUNT; the items follow on request
+//   lists                       sends MISSION_REQUEST_LIST, and MISSION_COUNT for an upload of two items
 //   parameters                  sends PARAM_REQUEST_LIST
 //   time MS                     sets the simulated time
 //   state                       prints what was received, as one line of JSON
@@ -24,8 +24,7 @@ const protocol = new MavLinkProtocolV2(9, 197, MavLinkProtocolV2.IFLAG_SIGNED);
 const socket = dgram.createSocket('udp4');
 const registry = { ...minimal.REGISTRY, ...common.REGISTRY };
 const read = { frames: 0, wrong: 0, armed: false, position: null, attitudes: 0, answers: {}, text: '', battery: -1,
-               carriedOver: null, reached: [], missionState: 0, parameters: {} };
-let items = [];
+               items: null, uploaded: null, parameters: {} };
 let number = 0;
 let timeMs = Number(firstMs);
 let lastMs = timeMs;
@@ -59,26 +58,14 @@ bytes.pipe(new MavLinkPacketSplitter()).pipe(new MavLinkPacketParser()).on('data
     read.answers[message.command] = message.result;
   } else if (type === common.StatusText) {
     read.text += message.text;
-  } else if (type === common.MissionRequestInt) {
-    sendItem(message.seq);
+  } else if (type === common.MissionCount) {
+    read.items = message.count;
   } else if (type === common.MissionAck) {
-    read.carriedOver = message.type;
-  } else if (type === common.MissionItemReached) {
-    read.reached.push(message.seq);
-  } else if (type === common.MissionCurrent) {
-    read.missionState = message.missionState;
+    read.uploaded = message.type;
   } else if (type === common.ParamValue) {
     read.parameters[message.paramId] = message.paramValue;
   }
 });
-function sendItem(seq) {
-  const item = new common.MissionItemInt();
-  [item.param1, item.param2, item.param3, item.param4] = [0, items[seq].radius, 0, NaN];
-  [item.x, item.y] = [Math.round(items[seq].x * 1e4), Math.round(items[seq].y * 1e4)];
-  [item.z, item.seq, item.command, item.frame] = [items[seq].z, seq, 16, 1];
-  [item.targetSystem, item.targetComponent, item.current, item.autocontinue, item.missionType] = [1, 0, 0, 1, 0];
-  send(item, () => {});
-}
 socket.on('message', (packet) => bytes.write(packet));
 
 function transmit(packet, done) {
@@ -137,15 +124,12 @@ const commands = {
     order.targetComponent = 0;
     send(order, done);
   },
-  mission(words, done) {
-    const [radius, ...places] = words.map(Number);
-    items = [];
-    for (let i = 0; i < places.length; i += 3) {
-      items.push({ radius, x: places[i], y: places[i + 1], z: places[i + 2] });
-    }
+  lists(words, done) {
+    const list = new common.MissionRequestList();
+    [list.targetSystem, list.targetComponent, list.missionType] = [1, 0, 0];
     const count = new common.MissionCount();
-    [count.count, count.targetSystem, count.targetComponent, count.missionType, count.opaqueId] = [items.length, 1, 0, 0, 0];
-    send(count, done);
+    [count.count, count.targetSystem, count.targetComponent, count.missionType, count.opaqueId] = [2, 1, 0, 0, 0];
+    send(list, () => send(count, done));
   },
   parameters(words, done) {
     const list = new common.ParamRequestList();

@@ -75,7 +75,8 @@ TEST_F(DryRun, RefusesWhatTheFlightWouldRefuse) {
   EXPECT_NE(error().find("--log"), std::string::npos) << error();
 }
 
-// A log with one changed bit in the received bytes must not replay as the same flight.
+// A log with one changed bit in the received bytes must not replay as the same flight, and one with a mission, which is
+// no longer flown, not at all.
 TEST_F(DryRun, AReplayThatDiffersSaysWhereAndEndsWithOne) {
   RecordProperty("promise", "R6");
   const auto autopilot = start_autopilot();
@@ -97,6 +98,16 @@ TEST_F(DryRun, AReplayThatDiffersSaysWhereAndEndsWithOne) {
       << error();
   EXPECT_EQ(run({"replay", log.string(), "--hash"}), 0) << error();
   EXPECT_EQ(run({"replay", log.string(), "--scalar", "float", "--hash"}), 0) << "another arithmetic must not be judged";
+  // A line of text (ULog: size, type, level, time) that former versions wrote when a mission began.
+  const std::string line = "6" + std::string(8, '\1') + "mission: active";
+  std::ofstream(folder / "mission.ulg", std::ios::binary)
+      << text_of(log) << static_cast<char>(line.size()) << '\0' << 'L' << line;
+  for (const char* const scalar : {"double", "float"}) {
+    EXPECT_EQ(run({"replay", (folder / "mission.ulg").string(), "--scalar", scalar}), 2);
+    EXPECT_NE(error().find("mission.ulg: the flight flew a MAVLink mission, which this version does not fly"),
+              std::string::npos)
+        << error();
+  }
 }
 
 TEST_F(DryRun, HelpShowsTheDefaults) {

@@ -87,7 +87,7 @@ TEST_F(GroundStationTapTest, WhatWasHeardIsCounted) {
   EXPECT_EQ(heard.orders_lost, 3U);
   const std::size_t most = [&] {
     std::size_t asked = 0;
-    for (; asked < 100 && line.requests().size() == asked; ++asked) {
+    for (; asked < 100 && line.answers().size() == asked; ++asked) {
       send(mavlink::MissionRequestList{.target_system = 1});
     }
     return asked;
@@ -97,21 +97,23 @@ TEST_F(GroundStationTapTest, WhatWasHeardIsCounted) {
   EXPECT_EQ(heard.goals, 0U);
 }
 
-// Catches a flight without missions (an excitation, for example) that leaves a ground station waiting for a list.
-TEST_F(GroundStationTapTest, AFlightWithoutMissionsAnswersWhoAsksForOne) {
-  const auto ask = [this](const auto& message) {
-    send(message);
-    const Replies replies = reject_requests(line).replies;
-    EXPECT_EQ(replies.all().size(), 1U);
-    return replies.all().empty() ? Reply{} : replies.all()[0];
+// Catches an answer to a request for another aircraft's lists, or for a parameter that does not exist.
+TEST_F(GroundStationTapTest, WhatIsNotOursIsNotAnswered) {
+  const auto named = [](std::string_view name) {
+    mavlink::ParamRequestRead request{.param_index = -1, .target_system = 1};
+    std::ranges::copy(name, request.param_id.begin());
+    return request;
   };
-  EXPECT_EQ(std::get<mavlink::MissionCount>(ask(mavlink::MissionRequestList{.target_system = 1})).count, 0);
-  EXPECT_EQ(std::get<mavlink::MissionAck>(ask(mavlink::MissionClearAll{.target_system = 1})).type,
-            mission_result::kDenied);
-  EXPECT_EQ(std::get<mavlink::MissionAck>(ask(mavlink::MissionCount{.count = 2, .target_system = 1})).type,
-            mission_result::kDenied);
-  EXPECT_EQ(std::get<mavlink::MissionAck>(ask(mavlink::MissionRequestInt{.target_system = 1})).type,
-            mission_result::kInvalidSequence);
+  send(mavlink::MissionRequestList{.target_system = 7});
+  send(named("MAV_SYS"));
+  send(named("MAV_SYS_ID_AND_1"));
+  send(mavlink::ParamRequestRead{.param_index = 1, .target_system = 1});
+  EXPECT_TRUE(line.answers().empty());
+  send(named("MAV_SYS_ID"));
+  ASSERT_EQ(line.answers().size(), 1U);
+  EXPECT_EQ(std::get<mavlink::ParamValue>(line.answers()[0]).param_value, 1.F);
+  line.clear_answers();
+  EXPECT_TRUE(line.answers().empty());
 }
 
 }  // namespace

@@ -12,20 +12,18 @@
 namespace m100::companion {
 namespace {
 
-TEST(PauseOrder, HalfOfOneIsThatItGoesOn) {
+TEST(PauseOrder, LessThanHalfOfOneIsToHold) {
   const auto with = [](float param1, std::uint16_t command) {
     mavlink::CommandLong order;
     order.param1 = param1;
     order.command = command;
     return order;
   };
-  EXPECT_TRUE(is_resume_command(with(0.5F, kPauseContinue)));
   EXPECT_FALSE(is_hold_command(with(0.5F, kPauseContinue)));
   EXPECT_TRUE(is_hold_command(with(std::nextafter(0.5F, 0.F), kPauseContinue)));
-  EXPECT_FALSE(is_resume_command(with(std::nextafter(0.5F, 0.F), kPauseContinue)));
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_FALSE(is_hold_command(with(nan, kPauseContinue)) || is_resume_command(with(nan, kPauseContinue)));
-  EXPECT_FALSE(is_hold_command(with(0.F, kPauseContinue + 1)) || is_resume_command(with(1.F, kPauseContinue + 1)));
+  EXPECT_FALSE(is_hold_command(with(nan, kPauseContinue)));
+  EXPECT_FALSE(is_hold_command(with(0.F, kPauseContinue + 1)));
 }
 
 // A replay reads the settings from the log. Would catch a replay that flies home at another speed than the flight did.
