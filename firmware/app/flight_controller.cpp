@@ -44,8 +44,8 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   const protocol::Telemetry& telemetry = link_.receive(now);                // bytes -> frames -> telemetry
   const ctl::Command<T>& applied = sender_.update(link_.authority().in_control, telemetry);
   const ctl::Command<T> acting = design_.expected(applied);
-  const est::Measurement<T> measured = adapt(telemetry, now);  // -> our units and frames, once
-  observer_.update(measured, acting, elapsed);                 // -> state estimate
+  const est::Measurement<T> measured = adapt(telemetry, now);    // -> our units and frames, once
+  observer_.update(measured, acting, elapsed, heading_reset());  // -> state estimate
   fault_isolation_.update(SensorAdapter::imu_sample<T>(telemetry, measured), measured, estimate_,
                           observer_.model_tilt_rad(), supervisor_.failsafe_state(), elapsed);  // sensors agree?
   monitors_.update_flight_state(link_, estimate_, observer_.model_tilt_rad(), fault_isolation_, elapsed);
@@ -68,6 +68,14 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
       {now, elapsed, orders_.acting(), measured, estimate_, reference_, commanded, supervised_, sender_.sticks(), sent},
       link_, supervisor_, law_, monitors_.residual(), excitation_);
   return sent;
+}
+
+/// An aircraft that brakes with a false heading accelerates, so no refused heading is adopted until the pilot flies.
+template <typename T, typename S>
+est::HeadingReset FlightController<T, S>::heading_reset() const {
+  return supervisor_.ends() ? est::HeadingReset::kNever
+         : flies()          ? est::HeadingReset::kConfirmed
+                            : est::HeadingReset::kFree;
 }
 
 template <typename T, typename S>

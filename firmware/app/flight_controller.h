@@ -83,6 +83,7 @@ class FlightController {
 
  private:
   bool flies() const { return safety::passes_law(supervisor_.failsafe_state()); }
+  est::HeadingReset heading_reset() const;
   bool is_in_reach() const;
   est::Measurement<T> adapt(const protocol::Telemetry& telemetry, core::TimePoint now);
   /// Whether the nominal flight holds its place: the reference is constant, no excitation moves a stick, no limit

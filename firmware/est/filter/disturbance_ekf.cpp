@@ -69,10 +69,11 @@ template <typename S, typename Real>
 
 template <typename S, typename Real>
 const Estimate<Real>& DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured,
-                                                      const ctl::Command<Real>& applied_command,
-                                                      core::Duration elapsed) {
+                                                      const ctl::Command<Real>& applied_command, core::Duration elapsed,
+                                                      HeadingReset heading_reset) {
   M100_ASSERT(elapsed >= core::Duration(0));
   now_ = measured.now;
+  heading_reset_ = heading_reset;
   for (int ticks = time_.take(elapsed, kMaxTicks); ticks > 0; --ticks) {
     counters_.not_finite +=
         commands_.store(applied_command, heading_.of(core::Arithmetic<S>::template real<Real>(yaw_.yaw()))) ? 0U : 1U;
@@ -135,6 +136,7 @@ void DisturbanceEkf<S, Real>::fuse_attitude(const typename Measurement<Real>::At
   attitude_.angles = {.roll_rad = attitude.roll_rad,
                       .pitch_rad = attitude.pitch_rad,
                       .yaw_rad = Number::template real<Real>(yaw_.yaw())};
+  attitude_.reported_yaw_rad = attitude.yaw_rad;
   constexpr Real kUnit = static_cast<Real>(kTimeUnit_s);
   const core::AttitudeSinCos<Real> turns{
       .roll = attitude.roll(), .pitch = attitude.pitch(), .yaw = heading_.of(attitude_.angles.yaw_rad)};

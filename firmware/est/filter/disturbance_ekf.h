@@ -31,6 +31,13 @@ enum class ResetReason : std::uint8_t {
 };
 std::string_view name(ResetReason recovery);
 
+/// Whether a heading that the gate refused may become the estimate's.
+enum class HeadingReset : std::uint8_t {
+  kFree,       ///< with the position, from refused poses that agree with each other
+  kConfirmed,  ///< if the autopilot's heading turned by as much, and the poses follow the predicted motion for 0.3 s
+  kNever,
+};
+
 /// Counts since the start; health outputs for the log.
 struct EkfCounters {
   std::uint32_t poses_used = 0;
@@ -55,8 +62,8 @@ struct EkfCounters {
 /// the gate also passes the distance that wind may have moved the aircraft. It never passes more than 1 m.
 /// Without poses for 0.1 s, the disturbance follows the measured specific force
 /// (Measurement::disturbance_acceleration).
-/// Recovery: refused poses that agree with each other for long enough set position, velocity and yaw. Disturbance and
-/// input offset stay.
+/// Recovery: refused poses that agree with each other for long enough set position and velocity. HeadingReset says
+/// whether they set the yaw. Disturbance and input offset stay.
 /// S is double, float or core::Fixed; inputs and outputs are of type Real. Cost: firmware/README.md.
 template <typename S, typename Real>
 class DisturbanceEkf {
@@ -70,7 +77,7 @@ class DisturbanceEkf {
   /// Call it once per controller tick, `elapsed` after the last call. It predicts as many periods of 10 ms as
   /// core::TickCount counts, 0 to kMaxTicks. While more than one period is left, no pose is used.
   const Estimate<Real>& update(const Measurement<Real>& measured, const ctl::Command<Real>& applied_command,
-                               core::Duration elapsed);
+                               core::Duration elapsed, HeadingReset heading_reset = HeadingReset::kFree);
   /// The result of the last update().
   const Estimate<Real>& estimate() const { return estimate_; }
 
@@ -103,8 +110,13 @@ class DisturbanceEkf {
   Weight weight(Real sender_variance_m2, Real time_sigma_s, S speed, Real unseen_m) const;
   void begin(const core::Pose<Real>& pose);
   /// Records that this pose has corrected, started or reset the state.
-  void record_used(const core::Pose<Real>& pose);
+  void record_used(const core::Pose<Real>& pose, bool heading_used);
   void check_reset(const core::Pose<Real>& pose, const MeasurementAge<S>& age);
+  /// The heading of the estimate less that of the autopilot.
+  Real heading_offset_rad() const;
+  /// Whether a refused heading is confirmed, see HeadingReset::kConfirmed. A source that announces a new heading would
+  /// be asked here.
+  bool confirms_heading(Real turned_rad) const;
   /// How often a sigma of a horizontal axis was halved at its ceiling. The covariance then no longer fits the errors.
   std::uint32_t ceilings_met() const { return x_.health().ceilings + y_.health().ceilings; }
   void recover(ResetReason reason);
@@ -135,7 +147,8 @@ class DisturbanceEkf {
     std::uint32_t refused_in_a_row = 0;
     core::Duration age{0};  ///< of the newest that was used
     core::Euler<Real> angles{};
-    S yaw_rate{};  ///< by the gyroscopes
+    Real reported_yaw_rad{0};  ///< by the autopilot
+    S yaw_rate{};              ///< by the gyroscopes
   } attitude_;
   /// The newest pose that was used, and the refused ones after it.
   struct {
@@ -146,7 +159,10 @@ class DisturbanceEkf {
     std::uint32_t ceilings = 0;        ///< ceilings_met() when it was used
     std::uint32_t refused_in_a_row = 0;
     Refusal<Real> refusal;
+    core::TimePoint turned_since{};  ///< since then poses have been refused by their heading alone
+    Real heading_offset_rad{0};      ///< heading_offset_rad() when a pose's heading was last used
   } pose_;
+  HeadingReset heading_reset_ = HeadingReset::kFree;
   PoseAgreement<Real> agreement_;  ///< of the poses before the start, and of refused ones
   EkfCounters counters_;
   Estimate<Real> estimate_;

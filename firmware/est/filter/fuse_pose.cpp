@@ -11,6 +11,10 @@ namespace m100::est {
 namespace {
 
 constexpr double kYawGate_rad = 0.35;
+/// A turn is confirmed if the autopilot's heading and the pose's differ by less: 0.1 s of a wrong time of capture at
+/// the largest yaw rate, 100 deg/s. It is half the gate, so a heading that turned alone is never confirmed.
+constexpr double kYawConfirmed_rad = 0.5 * kYawGate_rad;
+constexpr core::Duration kConfirmedFor = std::chrono::milliseconds(300);
 constexpr double kUnseenAcceleration_m_s2 = 3.0;  // largest change of the acceleration by wind while no pose comes
 constexpr double kDisturbanceLag_s = 0.15;  // time constant with which the observer learns a disturbance from poses
 /// Largest pose error by speed times uncertainty of the latency that the filter's variance includes. With a larger one
@@ -65,13 +69,28 @@ typename DisturbanceEkf<S, Real>::Weight DisturbanceEkf<S, Real>::weight(Real se
 }
 
 template <typename S, typename Real>
-void DisturbanceEkf<S, Real>::record_used(const core::Pose<Real>& pose) {
+void DisturbanceEkf<S, Real>::record_used(const core::Pose<Real>& pose, bool heading_used) {
   pose_.refused_in_a_row = 0;
+  pose_.heading_offset_rad = heading_used ? heading_offset_rad() : pose_.heading_offset_rad;
   agreement_.end_row();
   pose_.since_use = core::Duration(0);
   pose_.ceilings = ceilings_met();
   pose_.age = pose.age(now_);
   pose_.time_sigma_s = pose.time_sigma_s;
+}
+
+template <typename S, typename Real>
+Real DisturbanceEkf<S, Real>::heading_offset_rad() const {
+  return core::wrap_pi(core::Arithmetic<S>::template real<Real>(yaw_.yaw()) - attitude_.reported_yaw_rad);
+}
+
+template <typename S, typename Real>
+bool DisturbanceEkf<S, Real>::confirms_heading(Real turned_rad) const {
+  const Real unseen_rad =
+      pose_.heading_offset_rad - heading_offset_rad();  // the autopilot turned, the estimate did not
+  const Real apart_rad = core::wrap_pi(core::wrap_pi(unseen_rad) - turned_rad);
+  return heading_reset_ == HeadingReset::kConfirmed && now_ - pose_.turned_since >= kConfirmedFor &&
+         inside(apart_rad, kYawConfirmed_rad);
 }
 
 template <typename S, typename Real>
@@ -120,24 +139,30 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
       test(y_, position_y, sender_variance_m2.y(), y_.state(AxisFilter<S>::kV), lag_m<Real>(inflation_y_, dropout_s));
   const auto z = test(height_, position_z, sender_variance_m2.z(), height_.state(HeightFilter<S>::kClimb), Real(0));
   const S turned = yaw_.innovation(Number::template number<Real>(wrapped_yaw(pose)), age);
-  if (x.inside && y.inside && z.inside && inside(turned, kYawGate_rad)) {
+  const Real turned_rad = Number::template real<Real>(turned);
+  const bool moved = !(x.inside && y.inside && z.inside);
+  if (moved || pose_.refused_in_a_row == 0) {
+    pose_.turned_since = now_;
+  }
+  const bool same_heading = inside(turned, kYawGate_rad);
+  if (!moved && (same_heading || confirms_heading(turned_rad))) {
     counters_.nis_sum += x.normalised_square() + y.normalised_square();
     correct(x_, inflation_x_, x);
     correct(y_, inflation_y_, y);
     height_.fuse_pose(z);
-    yaw_.correct(turned, age);
+    same_heading ? yaw_.correct(turned, age) : yaw_.reset_position(Number::template number<Real>(wrapped_yaw(pose)));
     ++counters_.poses_used;
-    record_used(pose);
+    record_used(pose, true);
     return;
   }
   ++counters_.poses_refused;
   ++pose_.refused_in_a_row;
-  pose_.refusal = refusal_of(Number::template real<Real>(turned), widest_m, x, y, z);
+  pose_.refusal = refusal_of(turned_rad, widest_m, x, y, z);
   check_reset(pose, age);
 }
 
-#define M100_POSES_OF(S, Real)                                                 \
-  template void DisturbanceEkf<S, Real>::record_used(const core::Pose<Real>&); \
+#define M100_POSES_OF(S, Real)                                                       \
+  template void DisturbanceEkf<S, Real>::record_used(const core::Pose<Real>&, bool); \
   template void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>&);
 M100_POSES_OF(double, double)
 M100_POSES_OF(float, float)

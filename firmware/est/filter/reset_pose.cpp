@@ -40,7 +40,7 @@ void DisturbanceEkf<S, Real>::begin(const core::Pose<Real>& pose) {
   started_ = true;
   since_start_ = core::Duration(0);
   ++counters_.poses_used;
-  record_used(pose);
+  record_used(pose, true);
 }
 
 template <typename S, typename Real>
@@ -63,8 +63,11 @@ void DisturbanceEkf<S, Real>::check_reset(const core::Pose<Real>& pose, const Me
   x_.reset_position(number(pose.position_w_m.x()), number(velocity.x()), age);
   y_.reset_position(number(pose.position_w_m.y()), number(velocity.y()), age);
   height_.reset_position(number(pose.position_w_m.z()), number(velocity.z()), age);
-  yaw_.reset_position(number(wrapped_yaw(pose)));
-  record_used(pose);
+  const bool turns = heading_reset_ == HeadingReset::kFree;
+  if (turns) {
+    yaw_.reset_position(number(wrapped_yaw(pose)));
+  }
+  record_used(pose, turns);
 }
 
 template <typename S, typename Real>

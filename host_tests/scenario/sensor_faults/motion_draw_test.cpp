@@ -25,12 +25,6 @@ MotionFlight drawn_flight(sim::Random& random) {
   return flight;
 }
 
-void print(const MotionFlight& flight, const MotionOutcome& outcome) {
-  std::printf("%s %.3g at %.2f s, channel %d, air %d, seed %d: %.2f m beyond the fence, %.2f m/s\n",
-              flight.fault->name.data(), flight.size, flight.at_s, static_cast<int>(flight.channel),
-              static_cast<int>(flight.air), flight.seed, outcome.beyond_m, outcome.handed_over_m_s);
-}
-
 TEST(MotionDraw, LeavesTheFenceByLittleAndIsHandedOverSlowly) {
   RecordProperty("promise", "R14");
   sim::Random random(kSeed, "motion");
@@ -92,6 +86,20 @@ TEST(MotionDraw, DriftsThatBeginInAStepAreUnnoticedUpToASizeOnly) {
                                   "%.2f m/s (of %d drawn from %.1f to %.1f m/s), at most %.1f m beyond the fence",
                                   unnoticed_m_s, kDrifts, kSmall_m_s, kLarge_m_s, beyond_m));
   RecordProperty("figure.motion.drifts", text);
+  std::printf("%s\n", text);
+}
+
+TEST(MotionDraw, HeadingsThatTurnLeaveTheFenceByLittleAndAreHandedOverSlowly) {
+  RecordProperty("promise", "R14");
+  const MotionWorst worst = worst_of_headings(60, kSeed);
+  EXPECT_EQ(worst.handed_over, worst.flights);
+  EXPECT_LT(worst.beyond_m, 0.3);
+  EXPECT_LT(worst.handed_over_m_s, 1.0);
+  char text[120];
+  static_cast<void>(std::snprintf(text, sizeof text, "%d of %d handed over, at most at %.2f m/s; at most %.2f m beyond",
+                                  worst.handed_over, worst.flights, worst.handed_over_m_s,
+                                  std::max(worst.beyond_m, 0.0)));
+  RecordProperty("figure.motion.heading", text);
   std::printf("%s\n", text);
 }
 

@@ -65,5 +65,13 @@ TEST_P(MotionFault, StaysInsideTheFenceAndIsHandedOverSlowly) {
 INSTANTIATE_TEST_SUITE_P(SensorFaults, MotionFault, ::testing::ValuesIn(kCases),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
+// Catches a refused heading that is adopted while the aircraft brakes by it. soak.motion_faults flies 60 of them.
+TEST(TurnedHeading, StaysInsideTheFenceAndIsHandedOverSlowly) {
+  RecordProperty("promise", "R14");
+  const MotionWorst worst = worst_of_headings(12, 52);
+  EXPECT_LT(worst.beyond_m, 0.3);
+  EXPECT_LT(worst.handed_over_m_s, 1.0);
+}
+
 }  // namespace
 }  // namespace m100::scenario
