@@ -9,9 +9,9 @@
 namespace m100::est {
 namespace {
 
-/// Time constant with which the velocity approaches that of trusted poses. It is longer than it takes to detect a
-/// sensor fault.
-constexpr double kVelocityMemory_s = 4.0;
+/// Time constant with which velocity and heading approach those of trusted poses. It is longer than it takes to detect
+/// a sensor fault.
+constexpr double kMemory_s = 4.0;
 /// A pilot who is about to hand over hovers, within a few tenths of a m/s.
 constexpr double kHovers_m_s = 1.0, kHoverMemory_s = 0.5;
 constexpr double kDisturbanceMemory_s = 10.0;
@@ -44,6 +44,9 @@ void DeadReckoning<T>::begin_if_due(const Estimate<T>& estimate, bool pilots) {
     disturbance_acceleration_w_m_s2_ = {estimate.x.disturbance_m_s2, estimate.y.disturbance_m_s2};
     offset_rad_ = {estimate.x.input_offset_rad, estimate.y.input_offset_rad};
   }
+  if (seen_s_ == T(0) || pilots) {
+    heading_rad_ = estimate.yaw_rad;
+  }
 }
 
 template <typename T>
@@ -63,7 +66,8 @@ void DeadReckoning<T>::update(const ImuSample<T>& imu, const Estimate<T>& estima
   }
   begin_if_due(estimate, pilots);
   seen_s_ = core::clamp(seen_s_ + step_s, T(0), static_cast<T>(kDisturbanceMemory_s));
-  const core::SinCos<T>& yaw = estimate.heading();
+  heading_rad_ = core::wrap_pi(heading_rad_ + estimate.yaw_rate_rad_s * step_s);
+  const core::SinCos<T> yaw = core::sin_cos_of(heading_rad_);
   const Vector2 tilted_h = slope_ * static_cast<T>(model::kGravity_m_s2);
   tilt_acceleration_h_m_s2_ += (tilted_h - tilt_acceleration_h_m_s2_) * (step_s * static_cast<T>(1.0 / kForceMean_s));
   const Vector2 measured_acceleration = measured_h_m_s2
@@ -77,8 +81,9 @@ void DeadReckoning<T>::update(const ImuSample<T>& imu, const Estimate<T>& estima
     velocity_w_m_s_ -= velocity_w_m_s_ * (step_s * static_cast<T>(1.0 / kHoverMemory_s));
   } else if (trusted) {
     const bool is_observed = attitude_age_s_ <= static_cast<T>(kGap_s) && step_s <= static_cast<T>(kGap_s);
-    velocity_w_m_s_ +=
-        (seen_m_s - velocity_w_m_s_) * (is_observed ? step_s * static_cast<T>(1.0 / kVelocityMemory_s) : T(1));
+    const T share = is_observed ? step_s * static_cast<T>(1.0 / kMemory_s) : T(1);
+    velocity_w_m_s_ += (seen_m_s - velocity_w_m_s_) * share;
+    heading_rad_ = core::wrap_pi(heading_rad_ + core::wrap_pi(estimate.yaw_rad - heading_rad_) * share);
   }
   if (trusted) {
     const T share = step_s / (seen_s_ > static_cast<T>(kFirstMean_s) ? seen_s_ : static_cast<T>(kFirstMean_s));
@@ -90,6 +95,11 @@ void DeadReckoning<T>::update(const ImuSample<T>& imu, const Estimate<T>& estima
 template <typename T>
 Estimate<T> DeadReckoning<T>::replace_motion(const Estimate<T>& estimate) const {
   Estimate<T> known = estimate;
+  known.yaw_rad = heading_rad_;
+  const Vector2 tilt_rad = core::rotate_by_yaw<T>({estimate.x.tilt_rad, -estimate.y.tilt_rad},
+                                                  core::wrap_pi(heading_rad_ - estimate.yaw_rad));
+  known.x.tilt_rad = tilt_rad.x();
+  known.y.tilt_rad = -tilt_rad.y();
   const auto replace = [this](AxisEstimate<T>& axis, Eigen::Index i) {
     axis.velocity_m_s = velocity_w_m_s_[i];
     axis.disturbance_m_s2 = disturbance_acceleration_w_m_s2_[i];
