@@ -100,6 +100,30 @@ TEST_F(DeadReckoningTest, RemembersTheMotionThatALyingPoseDenies) {
   EXPECT_NEAR(dead_reckoning_.disturbance_acceleration_w_m_s2().x(), 0.5, 0.15);
 }
 
+// Catches braking along a heading that the pose turned slowly enough to pass the innovation gate.
+TEST_F(DeadReckoningTest, KeepsTheHeadingThatTheGyroscopesShow) {
+  RecordProperty("promise", "R14");
+  fly(5.0, 0.0, 0.0);
+  for (int tick = 0; tick < 100; ++tick) {  // 1 rad in a second, of which the gyroscopes show 0.2
+    estimate_.yaw_rate_rad_s = 0.2;
+    turn_to(estimate_.yaw_rad + 0.01);
+    fly(kTick_s, 0.0, 0.0);
+  }
+  trusted_ = false;
+  estimate_.yaw_rate_rad_s = 0.0;
+  turn_to(3.0);
+  fly(1.0, 0.0, 0.0);
+  estimate_.x.tilt_rad = 0.1;
+  const Estimate<double> known = dead_reckoning_.replace_motion(estimate_);
+  EXPECT_NEAR(known.yaw_rad, 0.9, 0.11) << "0.4 rad that were trusted on average for a second, of four";
+  // The tilt keeps its direction in body axes.
+  EXPECT_NEAR(std::atan2(-known.y.tilt_rad, known.x.tilt_rad), known.yaw_rad - 3.0, 1e-9);
+  turn_to(0.5);
+  trusted_ = true;
+  fly(20.0, 0.0, 0.0);
+  EXPECT_NEAR(dead_reckoning_.replace_motion(estimate_).yaw_rad, 0.5, 0.01);
+}
+
 // A hand at the frame, a tether or a new offset of the force: no tilt explains the force, and the pose shows no motion.
 TEST_F(DeadReckoningTest, AForceThatNoTiltExplainsInventsNoMotion) {
   RecordProperty("promise", "R14");

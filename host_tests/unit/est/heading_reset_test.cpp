@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What becomes of a heading that the gate has refused (promise R14).
+#include <algorithm>
 #include <cmath>
 
 #include "firmware/core/maths.h"
@@ -13,13 +14,13 @@ constexpr double kFlip_rad = 2.5;
 
 /// A vehicle that hovers with heading 0.5 rad. The fields say what its two sources report beyond that.
 template <typename Ekf>
-class HeadingReset : public ::testing::Test {
+class HeadingResetTest : public ::testing::Test {
  public:
   using Real = typename Ekf::Real;
   double pose_turned_rad = 0.0;
   double autopilot_turned_rad = 0.0;
   double x_m = 1.0;
-  est::HeadingReset allowed = est::HeadingReset::kFree;
+  HeadingReset allowed = HeadingReset::kFree;
 
   Estimate<Real> run(int ticks) {
     for (int i = 0; i < ticks; ++i) {
@@ -36,22 +37,20 @@ class HeadingReset : public ::testing::Test {
     }
     return filter_.estimate();
   }
-  double turned_rad() const {
-    return std::abs(core::wrap_pi(static_cast<double>(filter_.estimate().yaw_rad) - 0.5));
-  }
+  double turned_rad() const { return std::abs(core::wrap_pi(static_cast<double>(filter_.estimate().yaw_rad) - 0.5)); }
   const typename Ekf::Filter& filter() const { return filter_; }
 
  private:
   core::TimePoint now_{};
   typename Ekf::Filter filter_{vehicle()};
 };
-TYPED_TEST_SUITE(HeadingReset, Scalars);
+TYPED_TEST_SUITE(HeadingResetTest, Scalars);
 
 // Catches an observer that adopts the heading with the position while the aircraft brakes by it.
-TYPED_TEST(HeadingReset, IsNeverMadeWhileTheFlightEndsAndThePositionIs) {
+TYPED_TEST(HeadingResetTest, IsNeverMadeWhileTheFlightEndsAndThePositionIs) {
   this->RecordProperty("promise", "R14");
   this->run(300);
-  this->allowed = est::HeadingReset::kNever;
+  this->allowed = HeadingReset::kNever;
   this->pose_turned_rad = this->autopilot_turned_rad = kFlip_rad;
   this->x_m = 2.0;
   double moved_m = 0.0;
@@ -60,30 +59,30 @@ TYPED_TEST(HeadingReset, IsNeverMadeWhileTheFlightEndsAndThePositionIs) {
     ASSERT_LT(this->turned_rad(), 0.05) << tick;
   }
   EXPECT_NEAR(moved_m, 2.0, 0.05);
-  this->allowed = est::HeadingReset::kFree;
+  this->allowed = HeadingReset::kFree;
   this->run(200);
   EXPECT_NEAR(this->turned_rad(), kFlip_rad, 0.05) << "the pilot has control";
 }
 
-TYPED_TEST(HeadingReset, NeedsTheAutopilotsConfirmationInFlight) {
+TYPED_TEST(HeadingResetTest, NeedsTheAutopilotsConfirmationInFlight) {
   this->RecordProperty("promise", "R14");
-  for (const double autopilot_turned_rad : {0.0, 0.7 * kFlip_rad, -kFlip_rad}) {
-    this->allowed = est::HeadingReset::kFree;
+  for (const double reported_rad : {0.0, 0.7 * kFlip_rad, -kFlip_rad}) {
+    this->allowed = HeadingReset::kFree;
     this->pose_turned_rad = this->autopilot_turned_rad = 0.0;
     this->run(500);
-    this->allowed = est::HeadingReset::kConfirmed;
+    this->allowed = HeadingReset::kConfirmed;
     this->pose_turned_rad = kFlip_rad;
-    this->autopilot_turned_rad = autopilot_turned_rad;
+    this->autopilot_turned_rad = reported_rad;
     this->run(300);
-    EXPECT_LT(this->turned_rad(), 0.05) << autopilot_turned_rad;
+    EXPECT_LT(this->turned_rad(), 0.05) << reported_rad;
   }
 }
 
 // A turn that neither poses nor gyroscopes showed. The failsafe counts poses as lost when they were refused for 0.3 s.
-TYPED_TEST(HeadingReset, FollowsATurnThatTheAutopilotShowsToo) {
+TYPED_TEST(HeadingResetTest, FollowsATurnThatTheAutopilotShowsToo) {
   this->RecordProperty("promise", "R17");
   this->run(300);
-  this->allowed = est::HeadingReset::kConfirmed;
+  this->allowed = HeadingReset::kConfirmed;
   this->pose_turned_rad = kFlip_rad;
   this->autopilot_turned_rad = kFlip_rad - 0.1;
   const Estimate<typename TypeParam::Real> before = this->run(30);
@@ -94,10 +93,10 @@ TYPED_TEST(HeadingReset, FollowsATurnThatTheAutopilotShowsToo) {
   EXPECT_EQ(this->filter().counters().recoveries, 0U) << "the position stays that of the filter";
 }
 
-TYPED_TEST(HeadingReset, IsNotConfirmedByPosesThatLeaveThePrediction) {
+TYPED_TEST(HeadingResetTest, IsNotConfirmedByPosesThatLeaveThePrediction) {
   this->RecordProperty("promise", "R14");
   this->run(300);
-  this->allowed = est::HeadingReset::kConfirmed;
+  this->allowed = HeadingReset::kConfirmed;
   this->pose_turned_rad = this->autopilot_turned_rad = kFlip_rad;
   this->x_m = 3.0;
   this->run(45);
