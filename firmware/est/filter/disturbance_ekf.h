@@ -114,9 +114,9 @@ class DisturbanceEkf {
   void check_reset(const core::Pose<Real>& pose, const MeasurementAge<S>& age);
   /// The heading of the estimate less that of the autopilot.
   Real heading_offset_rad() const;
-  /// Whether a refused heading is confirmed, see HeadingReset::kConfirmed. A source that announces a new heading would
-  /// be asked here.
-  bool confirms_heading(Real turned_rad) const;
+  /// Whether a pose that turned by so much may correct the state: it follows the predicted motion, and its heading lies
+  /// inside the gate or is confirmed (HeadingReset::kConfirmed). A source that announces its reset would count here.
+  bool accepts_heading(S turned, bool follows);
   /// How often a sigma of a horizontal axis was halved at its ceiling. The covariance then no longer fits the errors.
   std::uint32_t ceilings_met() const { return x_.health().ceilings + y_.health().ceilings; }
   void recover(ResetReason reason);

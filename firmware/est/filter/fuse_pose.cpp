@@ -85,10 +85,16 @@ Real DisturbanceEkf<S, Real>::heading_offset_rad() const {
 }
 
 template <typename S, typename Real>
-bool DisturbanceEkf<S, Real>::confirms_heading(Real turned_rad) const {
+bool DisturbanceEkf<S, Real>::accepts_heading(S turned, bool follows) {
+  if (!follows || pose_.refused_in_a_row == 0) {
+    pose_.turned_since = now_;
+  }
+  if (!follows || inside(turned, kYawGate_rad)) {
+    return follows;
+  }
   const Real unseen_rad =
       pose_.heading_offset_rad - heading_offset_rad();  // the autopilot turned, the estimate did not
-  const Real apart_rad = core::wrap_pi(core::wrap_pi(unseen_rad) - turned_rad);
+  const Real apart_rad = core::wrap_pi(core::wrap_pi(unseen_rad) - core::Arithmetic<S>::template real<Real>(turned));
   return heading_reset_ == HeadingReset::kConfirmed && now_ - pose_.turned_since >= kConfirmedFor &&
          inside(apart_rad, kYawConfirmed_rad);
 }
@@ -111,8 +117,7 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
   const S position_y = Number::template number<Real>(pose.position_w_m.y());
   const S position_z = Number::template number<Real>(pose.position_w_m.z());
   if (!started_) {
-    begin(pose);
-    return;
+    return begin(pose);
   }
   const Real dropout_s = core::seconds<Real>(pose_.since_use);
   constexpr Real kHalf_m_s2 = static_cast<Real>(0.5 * kUnseenAcceleration_m_s2);
@@ -139,25 +144,20 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
       test(y_, position_y, sender_variance_m2.y(), y_.state(AxisFilter<S>::kV), lag_m<Real>(inflation_y_, dropout_s));
   const auto z = test(height_, position_z, sender_variance_m2.z(), height_.state(HeightFilter<S>::kClimb), Real(0));
   const S turned = yaw_.innovation(Number::template number<Real>(wrapped_yaw(pose)), age);
-  const Real turned_rad = Number::template real<Real>(turned);
-  const bool moved = !(x.inside && y.inside && z.inside);
-  if (moved || pose_.refused_in_a_row == 0) {
-    pose_.turned_since = now_;
-  }
-  const bool same_heading = inside(turned, kYawGate_rad);
-  if (!moved && (same_heading || confirms_heading(turned_rad))) {
+  if (accepts_heading(turned, x.inside && y.inside && z.inside)) {
     counters_.nis_sum += x.normalised_square() + y.normalised_square();
     correct(x_, inflation_x_, x);
     correct(y_, inflation_y_, y);
     height_.fuse_pose(z);
-    same_heading ? yaw_.correct(turned, age) : yaw_.reset_position(Number::template number<Real>(wrapped_yaw(pose)));
+    inside(turned, kYawGate_rad) ? yaw_.correct(turned, age)
+                                 : yaw_.reset_position(Number::template number<Real>(wrapped_yaw(pose)));
     ++counters_.poses_used;
     record_used(pose, true);
     return;
   }
   ++counters_.poses_refused;
   ++pose_.refused_in_a_row;
-  pose_.refusal = refusal_of(turned_rad, widest_m, x, y, z);
+  pose_.refusal = refusal_of(Number::template real<Real>(turned), widest_m, x, y, z);
   check_reset(pose, age);
 }
 
