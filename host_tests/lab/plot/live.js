@@ -3,27 +3,47 @@
 // share cursor and zoom; paths show the cursor's place. Without this script the static drawings stay.
 addEventListener('DOMContentLoaded', () => {
   const graphs = [], paths = [];
-  const near = (xs, x) => {  // index of the entry nearest to x in increasing numbers
-    let low = 0, high = xs.length - 1;
-    while (high - low > 1) {
+  const after = (xs, x) => {  // index of the first entry of increasing numbers that is not below x
+    let low = 0, high = xs.length;
+    while (low < high) {
       const middle = (low + high) >> 1;
-      if (xs[middle] < x) low = middle; else high = middle;
+      if (xs[middle] < x) low = middle + 1; else high = middle;
     }
-    return high > 0 && x - xs[low] > xs[high] - x ? high : low;
+    return low;
+  };
+  const near = (xs, x) => {  // index of the entry nearest to x in increasing numbers
+    const high = Math.min(after(xs, x), xs.length - 1);
+    return high > 0 && x - xs[high - 1] < xs[high] - x ? high - 1 : high;
   };
   const short = value => value === null || value === undefined || Number.isNaN(value) ? '–'
     : Math.abs(value) >= 1000 ? value.toFixed(0) : String(Number(value.toPrecision(4)));
 
+  // Indices of the curve's points in the window and one beside it: the smallest and the largest of each group of
+  // neighbours, at most four points a pixel, as on the static drawing. A group with a gap keeps only the gap.
+  function thinned({x, y}, window, pixels) {
+    const begin = window ? Math.max(0, after(x, window[0]) - 1) : 0;
+    const end = window ? Math.min(x.length, after(x, window[1]) + 2) : x.length;
+    const group = Math.max(1, Math.ceil((end - begin) / (2 * pixels))), kept = [];
+    for (let from = begin; from < end; from += group) {
+      let low = from, high = from;
+      for (let i = from; i < Math.min(from + group, end) && y[low] !== null; ++i) {
+        if (y[i] === null || y[i] < y[low]) low = i;
+        if (y[i] > y[high]) high = i;
+      }
+      if (y[low] === null || low === high) kept.push(low);
+      else kept.push(Math.min(low, high), Math.max(low, high));
+    }
+    return kept;
+  }
   // One row per x of any curve; null where a curve has no point, NaN where it is broken.
-  function rowsOf(series) {
-    let x = [];
-    series.forEach(one => { x = one.x = one.x || x; });
-    const rows = new Map();
-    series.forEach((one, k) => one.x.forEach((at, i) => {
-      if (!rows.has(at)) rows.set(at, [at, ...series.map(() => null)]);
-      rows.get(at)[k + 1] = one.y[i] === null ? NaN : one.y[i];
-    }));
-    return [...rows.values()].sort((a, b) => a[0] - b[0]);
+  function rowsOf(series, window, pixels) {
+    const points = series.flatMap((one, k) => thinned(one, window, pixels).map(i => [one.x[i], k + 1, one.y[i]]));
+    const rows = [];
+    for (const [x, column, y] of points.sort((a, b) => a[0] - b[0])) {
+      if (rows.length === 0 || rows.at(-1)[0] !== x) rows.push([x, ...series.map(() => null)]);
+      rows.at(-1)[column] = y === null ? NaN : y;
+    }
+    return rows;
   }
 
   function underlay(data) {
@@ -62,6 +82,18 @@ addEventListener('DOMContentLoaded', () => {
     for (const one of graphs) if (one !== source && source.data.link && one.data.link === source.data.link) act(one);
     busy = false;
   }
+  // Takes the points that can be seen in the window; null: in the whole figure.
+  function take(one, window, pixels) {
+    one.window = window || one.all;
+    one.rows = rowsOf(one.data.series, one.window, pixels);
+    one.xs = one.rows.map(row => row[0]);
+  }
+  // Draws the window. A zoom in y stays until all is shown.
+  function show(one, window) {
+    const y = window ? one.graph.axes_[0].valueRange : one.range;  // yAxisRange() would be padded anew each time
+    take(one, window, one.graph.getArea().w);
+    one.graph.updateOptions({file: one.rows, dateWindow: one.window, valueRange: y});
+  }
   function showValues(one, row) {
     one.values.forEach((cell, k) => { cell.textContent = row === null ? '' : short(one.rows[row][k + 1]); });
     one.at.textContent = row === null ? '' : `${one.data.x.replace(/ *\[.*/, '')} ${short(one.rows[row][0])}`;
@@ -93,17 +125,18 @@ addEventListener('DOMContentLoaded', () => {
   }
 
   function addGraph(figure, data) {
-    const rows = rowsOf(data.series);
-    if (rows.length === 0) return;
+    let shared = [];
+    data.series.forEach(line => { shared = line.x = line.x || shared; });
+    if (data.series.every(line => line.x.length === 0)) return;
     const keys = document.createElement('div'), plot = document.createElement('div');
     keys.className = 'keys';
     plot.className = 'plot';
     plot.style.height = `${data.height}px`;
     figure.querySelector('.static').after(keys, plot);
-    const one = {data, rows, values: [], at: document.createElement('span')};
+    const one = {data, values: [], at: document.createElement('span')};
     const options = {
       labels: ['x', ...data.series.map((line, k) => `${k} ${line.name}`)],
-      xlabel: data.x, legend: 'never', connectSeparatedPoints: true, highlightCircleSize: 4, xRangePad: 0, yRangePad: 12,
+      xlabel: data.x, connectSeparatedPoints: true, highlightCircleSize: 4, xRangePad: 0, yRangePad: 12,
       axisLabelFontSize: 12, xLabelHeight: 18, gridLineColor: '#e6e6e6', axisLineColor: '#888', labelsKMB: false,
       axes: {y: {axisLabelWidth: 52, pixelsPerLabel: 26, axisLabelFormatter: value => short(value)}, x: {pixelsPerLabel: 50}},
       underlayCallback: underlay(data),
@@ -114,7 +147,7 @@ addEventListener('DOMContentLoaded', () => {
         showValues(one, row);
         point(data.link, x);
         linked(one, other => {
-          const index = near(other.rows.map(r => r[0]), x);
+          const index = near(other.xs, x);
           other.graph.setSelection(index);
           showValues(other, index);
         });
@@ -125,20 +158,26 @@ addEventListener('DOMContentLoaded', () => {
         linked(one, other => { other.graph.clearSelection(); showValues(other, null); });
       },
       drawCallback: (graph, first) => {
-        if (first) return;
-        const zoomed = graph.isZoomed('x'), window = graph.xAxisRange();
-        linked(one, other => other.graph.updateOptions({dateWindow: zoomed ? window : other.all}));
+        const window = graph.isZoomed('x') ? graph.xAxisRange() : null;
+        if (first || busy || (window && String(window) === String(one.window))) return;
+        linked(one, other => show(other, window));
+        busy = true;
+        show(one, window);
+        busy = false;
       }};
-    if (data.yrange && data.yrange[1] > data.yrange[0]) options.valueRange = data.yrange;
+    one.range = null;  // the range of y; null: as the points need
+    if (data.yrange && data.yrange[1] > data.yrange[0]) one.range = data.yrange;
     else if (data.levels.length > 0) {  // the levels are part of the picture, as on the static drawing
       const all = [...data.levels.map(level => level[0][0]), ...data.series.flatMap(line => line.y)].filter(Number.isFinite);
       const low = all.reduce((a, b) => Math.min(a, b)), high = all.reduce((a, b) => Math.max(a, b));
-      options.valueRange = [low - 0.06 * (high - low || 1), high + 0.06 * (high - low || 1)];
+      one.range = [low - 0.06 * (high - low || 1), high + 0.06 * (high - low || 1)];
     }
     one.all = data.xrange && data.xrange[1] > data.xrange[0] ? data.xrange : null;
+    options.valueRange = one.range;
     if (one.all) options.dateWindow = one.all;
     figure.classList.add('live');  // before the graph: it measures its width
-    one.graph = new Dygraph(plot, rows, options);
+    take(one, null, plot.clientWidth);
+    one.graph = new Dygraph(plot, one.rows, options);
     data.series.forEach((line, k) => {
       const label = document.createElement('label'), box = document.createElement('input');
       const swatch = document.createElement('i'), value = document.createElement('b');
@@ -154,6 +193,9 @@ addEventListener('DOMContentLoaded', () => {
     graphs.push(one);
   }
 
+  // The names beside the figures are the legend; the library's own measures its width, and so lays the whole page out
+  // anew, at each drawing of each figure.
+  Dygraph.PLUGINS = Dygraph.PLUGINS.filter(plugin => plugin !== Dygraph.Plugins.Legend);
   for (const script of document.querySelectorAll('figure > script[type="application/json"]')) {
     const figure = script.parentElement, data = JSON.parse(script.textContent);
     if (data.path) addPath(figure, data); else addGraph(figure, data);

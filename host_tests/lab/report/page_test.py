@@ -6,11 +6,11 @@ first screen; and uses the figures: the cursor shows values in every linked figu
 
 Usage: page_test.py LAB [PAGE ...]. Without pages it makes some: an identification, a flown task and its flight, a
 campaign, and all joined.
-Exit code 77 (skipped) if no Chromium is installed. Each page is copied with a short script that measures it, and opened
-in a frame of that width, because a browser window may refuse to be that narrow. Where dygraphs is not installed, only
-the static drawings are checked.
+Exit code 77 (skipped) if no Chromium is installed. One browser opens all pages and runs a short script in each that
+measures it. The work of a page is bounded, not its time, which depends on what else the machine does: the points that a
+figure draws, and how often the page is laid out for a drawing. The processor time of each page is printed. Where dygraphs
+is not installed, only the static drawings are checked.
 """
-import html
 import json
 import os
 import pathlib
@@ -23,11 +23,13 @@ import tempfile
 
 WIDTHS_PX, MIN_TEXT_PX, SCREEN_PX, SKIPPED = (400, 1280), 12.0, 900, 77
 DYGRAPHS = pathlib.Path("/usr/share/javascript/dygraphs/dygraph.min.js")
+POINTS_PER_PX = 4  # of a curve, as on the static drawing: two groups of neighbours a pixel, the ends of each
+LAYOUTS_PER_FIGURE = 4  # the test asks for positions twice a figure; drawing a figure must not lay the page out anew
 LONG_WORD = 32  # letters: so many fit on a line of a telephone
 PLANTED_MISSES = 3  # a cell of the paper, a flight that became worse, a loop that is not stable
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
-MEASURE = """<script>addEventListener('load',()=>{
+MEASURE = """(()=>{
  let least=1e9,words='',cut='',sideways='',broken='';
  const walk=document.createTreeWalker(document.body,NodeFilter.SHOW_TEXT);
  for(let node;node=walk.nextNode();){
@@ -46,7 +48,13 @@ MEASURE = """<script>addEventListener('load',()=>{
   if(/auto|scroll/.test(getComputedStyle(one).overflowX)&&one.scrollWidth>one.clientWidth+1)sideways=one.className||one.tagName;
  const first=[...document.querySelectorAll('figure')].find(one=>one.getClientRects().length);
  const graphs=window.m100Graphs||[];
- let used='';
+ let used='',heavy='',drawings=0;
+ for(const {graph,data,rows} of graphs){
+  const most=POINTS_PER_PX*graph.size().width*data.series.length;
+  if(rows.length>most)heavy=`${data.y}: ${rows.length} points`;
+  const draw=graph.getOption('underlayCallback');
+  graph.updateOptions({underlayCallback:(...given)=>{++drawings;draw(...given);}},true);
+ }
  for(const one of graphs){
   const canvas=one.graph.mouseEventElement_,box=canvas.getBoundingClientRect(),whole=one.graph.xAxisRange();
   const event=(kind,share)=>new MouseEvent(kind,{bubbles:true,cancelable:true,view:window,button:0,detail:1,
@@ -65,34 +73,88 @@ MEASURE = """<script>addEventListener('load',()=>{
   if(Math.abs(back[1]-back[0]-whole[1]+whole[0])>.2*(whole[1]-whole[0]))used='the zoom does not end';
  }
  for(const box of document.querySelectorAll('.keys input')){box.click();if(box.checked)used='a curve stays on';box.click();}
- parent.postMessage({scroll:document.documentElement.scrollWidth,width:document.documentElement.clientWidth,
-                     least,words,cut,sideways,broken,used,graphs:graphs.length,first:first?first.getBoundingClientRect().top:0},'*');
-});</script>""".replace("LONG_WORD", str(LONG_WORD))
-FRAME = """<!DOCTYPE html><html><body style="margin:0"><iframe width="{width}" height="1200" style="border:0"
-src="page.html"></iframe><script>addEventListener('message',e=>document.body.setAttribute('data-measured',
-JSON.stringify(e.data)))</script></body></html>"""
+ return {scroll:document.documentElement.scrollWidth,width:document.documentElement.clientWidth,
+                     least,words,cut,sideways,broken,used,heavy,drawings,graphs:graphs.length,
+         first:first?first.getBoundingClientRect().top:0};
+})()""".replace("LONG_WORD", str(LONG_WORD)).replace("POINTS_PER_PX", str(POINTS_PER_PX))
 
 
-def measured(browser, page, width):
-    """The browser's measurements of a page of that width, and the lines of its console."""
-    with tempfile.TemporaryDirectory() as folder:
-        folder = pathlib.Path(folder)
-        (folder / "page.html").write_text(page.replace("</body>", MEASURE + "</body>"))
-        (folder / "frame.html").write_text(FRAME.format(width=width))
-        run = subprocess.run(
-            [browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--enable-logging=stderr",
-             f"--user-data-dir={folder / 'profile'}", "--virtual-time-budget=10000", f"--window-size={max(width, 500)},1200", "--dump-dom",
-             (folder / "frame.html").as_uri()], capture_output=True, text=True, check=False)
-    found = re.search(r'data-measured="(.*?)"', run.stdout)
-    said = [line.split("CONSOLE", 1)[1] for line in run.stderr.splitlines() if ":CONSOLE" in line]
-    return (json.loads(html.unescape(found[1])) if found else None), said
+class Browser:
+    """Chromium without a window, told by its DevTools protocol over a pipe: JSON texts, each ended by a zero byte."""
+
+    def __init__(self, program):
+        self.profile = tempfile.TemporaryDirectory()
+        self.process = subprocess.Popen(
+            ["/bin/sh", "-c", 'exec "$@" 3<&0 4>&1', "sh", program, "--headless", "--no-sandbox", "--disable-gpu",
+             "--disable-dev-shm-usage", "--remote-debugging-pipe", f"--user-data-dir={self.profile.name}"],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        self.calls, self.events, self.received = 0, [], b""
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.communicate()  # the end of the pipe ends the browser
+        self.profile.cleanup()
+
+    def receive(self):
+        while b"\0" not in self.received:
+            more = self.process.stdout.read1(1 << 20)
+            if not more:
+                raise SystemExit("the browser ended")
+            self.received += more
+        one, self.received = self.received.split(b"\0", 1)
+        return json.loads(one)
+
+    def call(self, method, session=None, **parameters):
+        self.calls += 1
+        text = json.dumps({"id": self.calls, "method": method, "params": parameters} |
+                          ({"sessionId": session} if session else {}))
+        self.process.stdin.write(text.encode() + b"\0")
+        self.process.stdin.flush()
+        while (answer := self.receive()).get("id") != self.calls:
+            self.events.append(answer)
+        if "error" in answer:
+            raise SystemExit(f"{method}: {answer['error']['message']}")
+        return answer["result"]
+
+    def measured(self, page, width):
+        """What MEASURE returns on a page of that width, with the lines of its console and what it cost."""
+        target = self.call("Target.createTarget", url="about:blank")["targetId"]
+        session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        self.call("Emulation.setDeviceMetricsOverride", session, width=width, height=1200, deviceScaleFactor=1, mobile=False)
+        for domain, parameters in (("Page", {}), ("Runtime", {}), ("Log", {}), ("Performance", {"timeDomain": "threadTicks"})):
+            self.call(f"{domain}.enable", session, **parameters)
+        self.call("Page.navigate", session, url=page.as_uri())
+        while not any(event["method"] == "Page.loadEventFired" for event in self.events):
+            self.events.append(self.receive())
+        loaded = self.cost(session)
+        answer = self.call("Runtime.evaluate", session, expression=MEASURE, returnByValue=True)
+        numbers = answer["result"].get("value")
+        if numbers:
+            used = self.cost(session)
+            numbers |= {"load_s": loaded["TaskDuration"], "use_s": used["TaskDuration"] - loaded["TaskDuration"],
+                        "layouts": used["LayoutCount"] - loaded["LayoutCount"]}
+        said = [json.dumps(event["params"])[:300] for event in self.events
+                if event["method"] in ("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded")]
+        self.call("Target.closeTarget", targetId=target)
+        self.events.clear()
+        return numbers, said
+
+    def cost(self, session):
+        metrics = self.call("Performance.getMetrics", session)["metrics"]
+        return {metric["name"]: metric["value"] for metric in metrics}
 
 
 def offences(browser, page, width):
-    numbers, said = measured(browser, page, width)
+    """What is wrong with the page, a path."""
+    numbers, said = browser.measured(page, width)
+    text = page.read_text()
     if numbers is None:
         yield "the browser measured nothing"
         return
+    print(f"{page.name}, {width} px: {numbers['load_s']:.1f} s of processor time to load, {numbers['use_s']:.1f} s to use, "
+          f"{numbers['drawings']} drawings, {numbers['layouts']:.0f} layouts")
     yield from (f"console: {line}" for line in said)
     if numbers["scroll"] > numbers["width"]:
         yield f"scrolls sideways: {numbers['scroll']} px in {numbers['width']} px"
@@ -108,9 +170,13 @@ def offences(browser, page, width):
         yield f"the first figure is {numbers['first']:.0f} px down"
     if numbers["used"]:
         yield numbers["used"]
-    if 'type="application/json"' in page and "Dygraph" in page and numbers["graphs"] == 0:
+    if numbers["heavy"]:
+        yield f"a figure draws more than can be seen: {numbers['heavy']}"
+    if numbers["layouts"] > LAYOUTS_PER_FIGURE * (numbers["graphs"] + 1):
+        yield f"{numbers['layouts']:.0f} layouts for {numbers['drawings']} drawings"
+    if 'type="application/json"' in text and "Dygraph" in text and numbers["graphs"] == 0:
         yield "no figure is drawn by the library"
-    if 'name="viewport"' not in page:
+    if 'name="viewport"' not in text:
         yield "no viewport: a telephone would shrink it"
 
 
@@ -193,9 +259,10 @@ def first_screen(page, identified):
         yield "the commit stands there without its date"
 
 
-def self_test(browser):
+def self_test(browser, folder):
     """All of these must be found on one bad page; otherwise the browser checked nothing."""
-    bad = ("<!DOCTYPE html><html><head></head><body><script>console.error('x')</script><p style='height:1000px'></p>"
+    bad = folder / "bad.html"
+    bad.write_text("<!DOCTYPE html><html><head></head><body><script>console.error('x')</script><p style='height:1000px'></p>"
            '<div style="width:900px;font-size:9px">words</div><p style="width:90px;overflow:auto"><u style="padding:99px">'
            '</u></p><p style="width:60px;overflow-wrap:anywhere">parameter_name</p><figure><svg viewBox="0 0 40 20" width="40"><text x="2" y="14">a title that is wider</text></svg>'
            "</figure></body></html>")
@@ -213,19 +280,19 @@ def without_library(lab, folder):
 
 
 def main():
-    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if browser is None:
+    program = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if program is None:
         print("skipped: no Chromium is installed (apt install chromium)")
         return SKIPPED
-    found = self_test(browser)
     ours = len(sys.argv) < 3
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, Browser(program) as browser:
         folder = pathlib.Path(folder)
+        found = self_test(browser, folder)
         pages = [pathlib.Path(page) for page in sys.argv[2:]] or make_pages(sys.argv[1], folder)
         for page in pages:
             text = page.read_text()
             found += [f"{page.name}, {width} px: {offence}" for width in WIDTHS_PX
-                      for offence in offences(browser, text, width)]
+                      for offence in offences(browser, page.resolve(), width)]
             if ours and not re.search(r'</h1>\n<p class="made">m100-lab \d+\.\d+\.\d+', text):
                 found.append(f"{page.name}: does not name the version that made it")
             if ours and DYGRAPHS.exists() and "Dygraph" not in text and 'type="application/json"' in text:
@@ -233,9 +300,9 @@ def main():
             if ours and page.name == "report.html":
                 found += list(first_screen(text, json.loads((folder / "roll.json").read_text())))
         if ours:
-            plain = without_library(sys.argv[1], folder).read_text()
+            plain = without_library(sys.argv[1], folder)
             found += [f"without the library: {offence}" for offence in offences(browser, plain, WIDTHS_PX[0])]
-            found += ["without the library: its script is in the page"] if "m100Graphs" in plain else []
+            found += ["without the library: its script is in the page"] if "m100Graphs" in plain.read_text() else []
     for one in found:
         print(one)
     print(f"{len(pages)} pages, {len(found)} offences")
