@@ -5,7 +5,6 @@
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/version.h"
 #include "host_tests/lab/interruption.h"
-#include "host_tests/lab/large_blocks.h"
 #include "host_tests/lab/subcommands.h"
 
 namespace {
@@ -46,7 +45,6 @@ constexpr Example kExamples[]{
 // Nothing outside of run_subcommand() depends on the command line, so only a lack of memory can throw there.
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see above
   m100::companion::fill_standard_streams();
-  m100::lab::give_back_large_blocks();
   m100::lab::explain_interruption("\nm100-lab: stopped before the end: the same command begins again\n");
   CLI::App lab{"m100-lab: identify a Matrice 100 from its logs, make its gain tables, fly it in simulation"};
   lab.require_subcommand(1);

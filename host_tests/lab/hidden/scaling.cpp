@@ -13,7 +13,6 @@
 #include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
-#include "host_tests/lab/large_blocks.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"
 
@@ -95,7 +94,6 @@ void write_page(const std::string& file, const std::vector<Cost>& costs) {
 
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of memory, which ends it as well
   using namespace m100::lab::hidden;
-  m100::lab::give_back_large_blocks();  // as m100-lab does
   CLI::App app{"identify_scaling: time and memory of identify against the length of the log"};
   std::vector<double> minutes{1, 2, 4, 8, 16, 30, 60};
   std::string report;
