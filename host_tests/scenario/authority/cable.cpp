@@ -9,7 +9,7 @@
 namespace m100::authority {
 namespace {
 
-constexpr double kPatience_s = 30.0;  // real time for a program to start on a busy machine
+constexpr double kPatience_s = 300.0;  // real time for a program to start on a busy machine
 constexpr std::array kNames{"port", "pose", "n1", "n1_pose"};
 constexpr std::uint32_t kPoseBaud = 115200;
 

@@ -90,7 +90,7 @@ TEST_F(Doctor, SeesPosesThatComeOverTheBridge) {
             std::string::npos)
       << check("poses");
   bridge.send(SIGINT);
-  EXPECT_EQ(bridge.wait(scenario::kPatience), 0);
+  EXPECT_EQ(bridge.wait(), 0);
   ::close(pipe[0]);
   const json counts = json::parse(std::ifstream(folder / "bridge.json"));
   EXPECT_GT(counts["sent"], 0);

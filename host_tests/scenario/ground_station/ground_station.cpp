@@ -194,7 +194,7 @@ bool GroundStation::run_until(const std::function<bool()>& condition, double at_
 std::optional<int> GroundStation::run_to_end(double at_most_s) {
   (void)run_until([] { return false; }, at_most_s);
   if (!ending_) {  // it may have left simulated time, but not yet have ended in real time
-    if (const int code = program_->wait(std::chrono::seconds(60)); program_->id() < 0) {
+    if (const int code = program_->wait(); program_->id() < 0) {
       ending_ = code;
     }
   }

@@ -100,7 +100,7 @@ struct GroundStationFlight : GroundStationTest {
   }
   /// Runs until the room has received what it waits for; m100 sends from a thread that runs in real time.
   bool receive_until(const std::function<bool()>& condition) {
-    constexpr int kRounds = 3000;
+    constexpr int kRounds = 60000;  // of 5 ms: patience for a busy machine
     for (int round = 0; round < kRounds && !condition(); ++round) {
       (void)ground_station->run_until([] { return false; }, 0.05);
       usleep(5000);

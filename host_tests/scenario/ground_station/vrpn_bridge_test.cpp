@@ -81,7 +81,7 @@ TEST_F(VrpnBridge, PosesOfATrackerArePassedOnSigned) {
   EXPECT_EQ(poses, 50);
   EXPECT_EQ(last_us, 100490000U);
   ::close(connection);
-  EXPECT_EQ(bridge.wait(scenario::kPatience), 0) << "the bridge must end after the server";
+  EXPECT_EQ(bridge.wait(), 0) << "the bridge must end after the server";
   EXPECT_EQ(scenario::json::parse(std::ifstream(counts))["sent"], 50);
 }
 

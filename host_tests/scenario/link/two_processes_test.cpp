@@ -20,7 +20,7 @@ struct TwoProcesses : scenario::ProgramTest {
   int shake_hands(std::vector<std::string> more) {
     std::vector<std::string> arguments{"handshake", "--port", port.string(), "--json", result.string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    return Process(M100_PROGRAM, arguments).wait(std::chrono::seconds(60));
+    return Process(M100_PROGRAM, arguments).wait();
   }
   json flown() const { return json::parse(std::ifstream(result)); }
 };
@@ -124,7 +124,7 @@ TEST_F(TwoProcesses, ARefusalNamesItsRemedy) {
 int probe(const std::vector<std::string>& more) {
   std::vector<std::string> arguments{"probe", "--seconds", "0.5"};
   arguments.insert(arguments.end(), more.begin(), more.end());
-  return Process(M100_PROGRAM, arguments).wait(std::chrono::seconds(20));
+  return Process(M100_PROGRAM, arguments).wait();
 }
 
 TEST_F(TwoProcesses, ProbeListensOnlyAndKnowsAnAutopilot) {
@@ -140,31 +140,33 @@ TEST_F(TwoProcesses, ProbeListensOnlyAndKnowsAnAutopilot) {
 }
 
 TEST_F(TwoProcesses, ProbeNamesASilentLineAndAWrongBaudRate) {
-  sim::PtyUart line(port.string());
-  EXPECT_EQ(probe({"--port", port.string(), "--json", result.string()}), 1);
-  EXPECT_EQ(flown()["verdict"], "nothing_received");
-  EXPECT_NE(flown()["remedy"].get<std::string>().find("enable API control"), std::string::npos);
+  in_real_time([&] {
+    sim::PtyUart line(port.string());
+    EXPECT_EQ(probe({"--port", port.string(), "--json", result.string()}), 1);
+    EXPECT_EQ(flown()["verdict"], "nothing_received");
+    EXPECT_NE(flown()["remedy"].get<std::string>().find("enable API control"), std::string::npos);
 
-  std::vector<std::byte> sent(400);
-  sim::Random random(1, "probe");
-  for (std::byte& value : sent) {
-    value = static_cast<std::byte>(random.next() >> 56U);
-  }
-  const std::vector<std::byte> seen = hal::received_at(sent, 921600, 230400);
-  std::jthread talker([&](const std::stop_token& stop) {
-    while (!stop.stop_requested()) {
-      (void)line.write(seen);
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    std::vector<std::byte> sent(400);
+    sim::Random random(1, "probe");
+    for (std::byte& value : sent) {
+      value = static_cast<std::byte>(random.next() >> 56U);
     }
+    const std::vector<std::byte> seen = hal::received_at(sent, 921600, 230400);
+    std::jthread talker([&](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        (void)line.write(seen);
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      }
+    });
+    EXPECT_EQ(probe({"--port", port.string(), "--baud", "230400", "--json", result.string()}), 1);
+    EXPECT_EQ(flown()["verdict"], "wrong_baud");
   });
-  EXPECT_EQ(probe({"--port", port.string(), "--baud", "230400", "--json", result.string()}), 1);
-  EXPECT_EQ(flown()["verdict"], "wrong_baud");
 }
 
 TEST_F(TwoProcesses, TheDoctorFindsAMissingPortAndNamesARemedy) {
   EXPECT_EQ(Process(M100_PROGRAM,
                     {"doctor", "--load", "0.1", "--port", (folder / "none").string(), "--json", result.string()})
-                .wait(std::chrono::seconds(20)),
+                .wait(),
             1);
   const json checks = flown()["checks"];
   ASSERT_FALSE(checks.empty());

@@ -220,9 +220,9 @@ TEST_F(BadInput, AnAnswerThatCannotBeWrittenIsNotDone) {
       std::string(M100_PROGRAM) + " check --vehicle " + vehicle.string() + " --gains " + table.string(),
       std::string(M100_LAB_PROGRAM) + " reference"};
   for (const std::string& words : asked) {
-    EXPECT_EQ(Process("/bin/sh", {"-c", words + " > /dev/full"}, errors).wait(kPatience), 2) << words;
+    EXPECT_EQ(Process("/bin/sh", {"-c", words + " > /dev/full"}, errors).wait(), 2) << words;
     EXPECT_NE(error().find("standard output: cannot be written"), std::string::npos) << error();
-    EXPECT_EQ(Process("/bin/sh", {"-c", words + " >&-"}, errors).wait(kPatience), 0) << words << " " << error();
+    EXPECT_EQ(Process("/bin/sh", {"-c", words + " >&-"}, errors).wait(), 0) << words << " " << error();
   }
 }
 

@@ -42,7 +42,7 @@ TEST_F(BatteryLow, IsSaidBroughtHomeAndHandedOver) {
   EXPECT_GT(away_m(8.0), 1.5) << "the aircraft did not follow its course before";
   EXPECT_LT(away_m(0.0), 0.5);
   Process replay(M100_PROGRAM, {"replay", log.string()}, errors);
-  EXPECT_EQ(replay.wait(kPatience), 0) << "the replay differs: " << error();
+  EXPECT_EQ(replay.wait(), 0) << "the replay differs: " << error();
 }
 
 // Regression test: a charge of zero counted as not reported, even in the middle of a flight.

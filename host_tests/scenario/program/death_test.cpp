@@ -97,7 +97,7 @@ TEST_F(ProgramTest, AProgramThatWasStoppedStaysOutOfControl) {
     program.send(SIGCONT);
     std::this_thread::sleep_for(std::chrono::seconds(3));
     program.interrupt();
-    EXPECT_GE(program.wait(std::chrono::seconds(10)), 0) << "the program does not end by itself";
+    EXPECT_GE(program.wait(), 0) << "the program does not end by itself";
     EXPECT_EQ(noted("\"obtained\""), 1U) << "it requested control again by itself; requests before: " << asked;
     const json examiner = examined(*autopilot);
     EXPECT_FALSE(examiner["client_in_control"]);
@@ -137,7 +137,7 @@ TEST_F(ProgramTest, AnInterruptOfTheGroupEndsBothAndLeavesNobody) {
     ASSERT_TRUE(wait_for_control());
     std::this_thread::sleep_for(std::chrono::seconds(1));
     ASSERT_EQ(kill(-program.id(), SIGINT), 0);
-    EXPECT_EQ(program.wait(std::chrono::seconds(10)), 0) << error();
+    EXPECT_EQ(program.wait(), 0) << error();
     EXPECT_TRUE(error().empty()) << "unexpected messages: " << error();
     EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
     EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << "a process remained";

@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 fly --dry-run does everything of a flight except sending. m100 replay tells whether a log reproduces the flight.
 #include "firmware/companion/files/recorded_flight.h"
-#include "host_tests/scenario/program/program_fixture.h"
+#include "host_tests/scenario/program/world_fixture.h"
 
 namespace m100::scenario {
 namespace {
 
-struct DryRun : ProgramTest {
+struct DryRun : WorldTest {
   /// @returns stdout of a run. @param code the expected exit code.
   std::string output(const std::vector<std::string>& arguments, int code) {
     std::string line = M100_PROGRAM;
     for (const std::string& word : arguments) {
       line += " " + word;
     }
-    const fs::path said = folder / "said.txt";
-    EXPECT_EQ(Process("/bin/sh", {"-c", line + " > " + said.string()}, errors).wait(kPatience), code) << error();
+    EXPECT_EQ(Process("/bin/sh", {"-c", line + " > " + said.string()}, errors).wait(), code) << error();
     return text_of(said);
   }
 };
@@ -22,22 +21,20 @@ struct DryRun : ProgramTest {
 // Every option of a flight is accepted, every file is read, the log is written; the autopilot must not get a byte.
 TEST_F(DryRun, SendsNothingAtAllAndDoesTheRest) {
   RecordProperty("promise", "R4");
-  const auto autopilot = start_autopilot();
   std::ofstream(folder / "course") << "step 1 0 0 0 5\n";
-  const std::string said =
-      output(flight({"--dry-run", "--hold", "2", "--course", (folder / "course").string(), "--log", log.string(),
-                     "--json", result.string(), "--mode", "robust", "--channel", "movement", "--app-id", "4711"}),
-             0);
-  EXPECT_NE(said.find("dry run: nothing is sent"), std::string::npos) << said;
-  EXPECT_NE(said.find("switch:    at F"), std::string::npos) << said;
-  EXPECT_NE(said.find(" 0 session failures"), std::string::npos) << "an unsent request counts as failed\n" << said;
-  EXPECT_NE(said.find("telemetry comes"), std::string::npos) << said;
-  EXPECT_NE(said.find("the estimate is healthy"), std::string::npos) << said;
+  ASSERT_EQ(fly_in_world("", {"--dry-run", "--hold", "2", "--course", (folder / "course").string(), "--mode",
+                              "robust", "--channel", "movement", "--app-id", "4711"}),
+            0)
+      << error();
+  for (const char* const words : {"dry run: nothing is sent", "switch:    at F", " 0 session failures",
+                                  "telemetry comes", "the estimate is healthy"}) {
+    EXPECT_NE(text_of(said).find(words), std::string::npos) << words << " is not in\n" << text_of(said);
+  }
   const json flown = json::parse(std::ifstream(result));
   EXPECT_EQ(flown["bytes_sent"], 0);
   EXPECT_EQ(flown["pose"], true);
   EXPECT_EQ(flown["obtained"], false);
-  const json examiner = examined(*autopilot);
+  const json examiner = summary();
   EXPECT_EQ(examiner["frames"], 0);
   EXPECT_EQ(examiner["bytes_dropped"], 0) << "bytes outside frames were sent";
   const companion::RecordedFlight recorded = companion::read_flight(log.string());
@@ -52,10 +49,12 @@ TEST_F(DryRun, SendsNothingAtAllAndDoesTheRest) {
 }
 
 TEST_F(DryRun, NeedsNothingButAPort) {
-  const auto autopilot = start_autopilot();
-  const std::string said = output({"fly", "--dry-run", "--port", port.string(), "--hold", "1"}, 0);
-  EXPECT_NE(said.find("telemetry comes"), std::string::npos) << said;
-  EXPECT_EQ(examined(*autopilot)["frames"], 0);
+  in_real_time([&] {
+    const auto autopilot = start_autopilot();
+    const std::string words = output({"fly", "--dry-run", "--port", port.string(), "--hold", "1"}, 0);
+    EXPECT_NE(words.find("telemetry comes"), std::string::npos) << words;
+    EXPECT_EQ(examined(*autopilot)["frames"], 0);
+  });
 }
 
 TEST_F(DryRun, RefusesWhatTheFlightWouldRefuse) {
@@ -79,9 +78,7 @@ TEST_F(DryRun, RefusesWhatTheFlightWouldRefuse) {
 // no longer flown, not at all.
 TEST_F(DryRun, AReplayThatDiffersSaysWhereAndEndsWithOne) {
   RecordProperty("promise", "R6");
-  const auto autopilot = start_autopilot();
-  ASSERT_EQ(run(flight({"--dry-run", "--hold", "2", "--log", log.string()})), 0) << error();
-  (void)examined(*autopilot);
+  ASSERT_EQ(fly_in_world("", {"--dry-run", "--hold", "2"}), 0) << error();
   std::string bytes = text_of(log);
   // Changes the last record's position: only the last tick may differ.
   const companion::RecordedFlight recorded = companion::read_flight(log.string());

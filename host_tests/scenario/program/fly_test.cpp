@@ -62,7 +62,7 @@ TEST_P(FlyAndReplay, TheLogGivesEveryByteOfTheFlightAgain) {
     const fs::path said = folder / "said.txt";
     const std::string replay = std::string(M100_PROGRAM) + " replay " + log.string() +
                                (keys.empty() ? "" : " --key-file " + keys[1]) + " > " + said.string();
-    ASSERT_EQ(Process("/bin/sh", {"-c", replay}).wait(std::chrono::seconds(60)), 0);
+    ASSERT_EQ(Process("/bin/sh", {"-c", replay}).wait(), 0);
     EXPECT_NE(text_of(said).find(", 0 differ from the log"), std::string::npos) << text_of(said);
     if (!keys.empty()) {
       EXPECT_EQ(run({"replay", log.string()}), 2);
@@ -83,7 +83,7 @@ TEST_P(EndedBySignal, GivesControlBackInFlight) {
     ASSERT_TRUE(wait_for_control());
     std::this_thread::sleep_for(std::chrono::seconds(1));
     program.send(GetParam());
-    EXPECT_EQ(program.wait(std::chrono::seconds(10)), 0);
+    EXPECT_EQ(program.wait(), 0);
     EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
   });
 }
@@ -100,7 +100,7 @@ TEST_F(ProgramTest, AnInterruptWhileControlIsAskedForLeavesNothingHeld) {
       std::this_thread::sleep_for(
           std::chrono::milliseconds(1950 + wait_ms));  // the second request is 2 s after the first
       program.interrupt();
-      const int code = program.wait(std::chrono::seconds(10));
+      const int code = program.wait();
       const bool flew = json::parse(std::ifstream(result))["obtained"];
       EXPECT_EQ(code, flew ? 0 : 1) << "exit code 0 only if it flew";
     }
@@ -116,11 +116,8 @@ TEST_F(ProgramTest, AReaderThatLeavesDoesNotEndTheFlight) {
     for (const std::string& word : flight({"--hold", "3", "--json", result.string()})) {
       line += " " + word;
     }
-    ASSERT_EQ(Process("/bin/sh", {"-c", line + " | head -1 >/dev/null"}).wait(std::chrono::seconds(30)), 0);
-    for (int i = 0; i < 1000 && !fs::exists(result); ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    ASSERT_EQ(Process("/bin/sh", {"-c", line + " | head -1 >/dev/null"}).wait(), 0);
+    ASSERT_TRUE(wait_until([&] { return json::accept(std::ifstream(result)); }));
     EXPECT_TRUE(json::parse(std::ifstream(result))["released"]);
     EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
   });
@@ -135,7 +132,7 @@ TEST_F(ProgramTest, WithItsStandardStreamsClosedItFliesAllTheSame) {
     for (const std::string& word : flight({"--hold", "3", "--json", result.string()})) {
       line += " " + word;
     }
-    ASSERT_EQ(Process("/bin/sh", {"-c", "exec " + line + " <&- >&- 2>&-"}).wait(std::chrono::seconds(30)), 0);
+    ASSERT_EQ(Process("/bin/sh", {"-c", "exec " + line + " <&- >&- 2>&-"}).wait(), 0);
     EXPECT_TRUE(json::parse(std::ifstream(result))["released"]);
     const json examiner = examined(*autopilot);
     EXPECT_GT(examiner["virtual_rc_taken"], 40) << "of 75 in three seconds";
@@ -187,7 +184,7 @@ TEST_F(ProgramTest, AStoppedTerminalDoesNotStopTheFlight) {
     ASSERT_EQ(tcflow(terminal.screen(), TCOOFF), 0);
     EXPECT_TRUE(wait_for("\"released\"")) << "control did not go back";
     EXPECT_EQ(tcflow(terminal.screen(), TCOON), 0);
-    EXPECT_EQ(program.wait(std::chrono::seconds(10)), 0);
+    EXPECT_EQ(program.wait(), 0);
     EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
   });
 }
@@ -205,7 +202,7 @@ TEST_F(ProgramTest, ATerminalThatNobodyReadsDoesNotStopTheFlight) {
     terminal.fill(all - kFewLines);
     Process program(M100_PROGRAM, flight({"--hold", "3", "--json", result.string(), "--status", "always"}), errors,
                     terminal.screen());
-    EXPECT_EQ(program.wait(std::chrono::seconds(30)), 0);
+    EXPECT_EQ(program.wait(), 0);
     const json result_json = json::parse(std::ifstream(result));
     EXPECT_TRUE(result_json["released"]);
     EXPECT_EQ(result_json["last_reason"], "released") << result_json;
@@ -221,7 +218,7 @@ TEST_F(ProgramTest, AFullDiskEndsTheLogAndNotTheFlight) {
     for (const std::string& word : flight({"--hold", "4", "--log", log.string()})) {
       line += " " + word;
     }
-    EXPECT_EQ(Process("/bin/sh", {"-c", line}, errors).wait(std::chrono::seconds(30)), 0) << error();
+    EXPECT_EQ(Process("/bin/sh", {"-c", line}, errors).wait(), 0) << error();
     EXPECT_NE(error().find(log.string() + ": the file size limit is reached"), std::string::npos) << error();
     const json examiner = examined(*autopilot);
     EXPECT_FALSE(examiner["client_in_control"]);
@@ -251,7 +248,7 @@ TEST_F(ProgramTest, AnAdapterPulledOutInFlightEndsTheFlightWithOne) {
     fs::remove(pose);
     autopilot->send(SIGKILL);
     autopilot.reset();  // closes its pseudo-terminals
-    EXPECT_EQ(program.wait(std::chrono::seconds(10)), 1);
+    EXPECT_EQ(program.wait(), 1);
     EXPECT_EQ(json::parse(std::ifstream(result))["last_reason"], "link_silent");
   });
 }
@@ -263,7 +260,7 @@ TEST_F(ProgramTest, TheSecondProgramOnAPortIsRefused) {
     ASSERT_TRUE(wait_for_control());
     EXPECT_EQ(run(flight()), 2);
     EXPECT_NE(error().find("another program"), std::string::npos) << error();
-    EXPECT_EQ(first.wait(std::chrono::seconds(20)), 0) << "the first program was disturbed";
+    EXPECT_EQ(first.wait(), 0) << "the first program was disturbed";
     EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
   });
 }
@@ -273,11 +270,9 @@ TEST_F(ProgramTest, AnAutopilotInSimulatedTimeEndsByASignalThoughNobodyCame) {
   for (const int signal : {SIGTERM, SIGINT}) {
     const fs::path world = folder / ("world" + std::to_string(signal));
     Process autopilot(M100_LAB_PROGRAM, {"autopilot", "--sim", world.string(), "--events", events.string()});
-    for (int i = 0; i < 3000 && (!fs::exists(world) || !fs::exists(events)); ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    EXPECT_TRUE(wait_until([&] { return fs::exists(world) && fs::exists(events); }));
     autopilot.send(signal);
-    EXPECT_EQ(autopilot.wait(kPatience), 0) << "signal " << signal;
+    EXPECT_EQ(autopilot.wait(), 0) << "signal " << signal;
     EXPECT_NE(text_of(events).find("client_in_control"), std::string::npos) << "the summary is missing";
     EXPECT_FALSE(fs::exists(world)) << "its sockets are not removed";
     fs::remove(events);

@@ -6,7 +6,6 @@ Usage: mistakes_test.py M100 LAB VEHICLE TABLE. Prints one line per offence.
 """
 import os
 import pathlib
-import re
 import signal
 import subprocess
 import sys
@@ -155,15 +154,17 @@ def flight_offences(m100, lab, folder, vehicle, table):
 
 
 def interrupted_gains(lab, folder, vehicle):
-    with subprocess.Popen([lab, "gains", "--vehicle", vehicle, "--table", str(folder / "interrupted.bin")],
-                          stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as gains:
-        status = pathlib.Path(f"/proc/{gains.pid}/status")
-        while gains.poll() is None and not int(re.search(r"SigCgt:\s*(\w+)", status.read_text())[1], 16) & 2:
-            time.sleep(0.05)  # until it handles SIGINT
-        gains.send_signal(signal.SIGINT)
-        said = gains.communicate()[1].decode()
-        if gains.returncode != 1 or "stopped, no table was written; the same command starts again" not in said:
-            yield f"gains, Ctrl-C: exit code {gains.returncode}: {said!r}"
+    terminal, of_program = os.openpty()
+    gains = subprocess.Popen([lab, "gains", "--vehicle", vehicle, "--table", str(folder / "interrupted.bin")],
+                             stdout=subprocess.DEVNULL, stderr=of_program)
+    os.close(of_program)
+    said = os.read(terminal, 1000).decode()  # on a terminal it names its first stage, and from then on it can be stopped
+    gains.send_signal(signal.SIGINT)
+    code = gains.wait()
+    said += os.read(terminal, 1000).decode()
+    os.close(terminal)
+    if code != 1 or "stopped, no table was written; the same command starts again" not in said:
+        yield f"gains, Ctrl-C: exit code {code}: {said!r}"
 
 
 def main():

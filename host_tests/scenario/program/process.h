@@ -18,6 +18,20 @@ extern char** environ;  // NOLINT: the name is POSIX
 
 namespace m100::scenario {
 
+constexpr std::chrono::seconds kPatience{300};  ///< for a program on a busy machine; no verdict depends on it
+
+/// Waits until the condition holds. @returns whether it does.
+template <typename Condition>
+bool wait_until(const Condition& holds, std::chrono::seconds at_most = kPatience) {
+  for (auto left = at_most / std::chrono::milliseconds(10); !holds(); --left) {
+    if (left <= 0) {
+      return false;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return true;
+}
+
 /// The program that a test starts: `program`, but for the shipped program the one that M100_INSTEAD names, if it is
 /// set. In this way whole tests run the build that counts allocations.
 inline std::string started(const std::string& program) {
@@ -67,19 +81,13 @@ class Process {
   void send(int signal) const { kill(id_, signal); }
   void interrupt() const { send(SIGINT); }
   /// @returns the exit code; -1 if it did not end in time or not by itself. Zero seconds only ask whether it has ended.
-  int wait(std::chrono::seconds at_most) {
-    for (auto left = at_most / std::chrono::milliseconds(10); left >= 0; --left) {
-      int status = 0;
-      if (waitpid(id_, &status, WNOHANG) == id_) {
-        id_ = -1;
-        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-      }
-      if (left == 0) {
-        break;
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  int wait(std::chrono::seconds at_most = kPatience) {
+    int status = 0;
+    if (!wait_until([&] { return waitpid(id_, &status, WNOHANG) == id_; }, at_most)) {
+      return -1;
     }
-    return -1;
+    id_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
 
  private:

@@ -20,8 +20,6 @@ namespace m100::scenario {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::chrono::seconds kPatience{300};  ///< for a program on a busy machine; no verdict depends on it
-
 inline std::string text_of(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   return std::string(std::istreambuf_iterator<char>(file), {});
@@ -53,10 +51,7 @@ struct ProgramTest : ::testing::Test {
                                        "--events",  events.string(), "--duration",  "60"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     auto process = std::make_unique<Process>(M100_LAB_PROGRAM, arguments);
-    for (int i = 0; i < 1000 && !(fs::exists(port) && fs::exists(pose)); ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    EXPECT_TRUE(fs::exists(port));
+    EXPECT_TRUE(wait_until([&] { return fs::exists(port) && fs::exists(pose); }));
     return process;
   }
   /// Repeats the flight while the machine stalls, each time in an empty folder: see real_time.h.
@@ -91,17 +86,17 @@ struct ProgramTest : ::testing::Test {
     return arguments;
   }
   /// Runs the program to its end. @returns its exit code; stderr is in error().
-  int run(const std::vector<std::string>& arguments, std::chrono::seconds at_most = kPatience) {
-    return Process(M100_PROGRAM, arguments, errors).wait(at_most);
-  }
-  int run_lab(const std::vector<std::string>& arguments) {
-    return Process(M100_LAB_PROGRAM, arguments, errors).wait(kPatience);
-  }
+  int run(const std::vector<std::string>& arguments) { return Process(M100_PROGRAM, arguments, errors).wait(); }
+  int run_lab(const std::vector<std::string>& arguments) { return Process(M100_LAB_PROGRAM, arguments, errors).wait(); }
   std::string error() const { return text_of(errors); }
   /// Ends the autopilot. @returns its summary.
   json examined(Process& autopilot) const {
     autopilot.interrupt();
-    EXPECT_EQ(autopilot.wait(std::chrono::seconds(10)), 0);
+    EXPECT_EQ(autopilot.wait(), 0);
+    return summary();
+  }
+  /// The last of the autopilot's events.
+  json summary() const {
     std::ifstream file(events);
     std::string line, last;
     while (std::getline(file, line)) {
@@ -120,10 +115,7 @@ struct ProgramTest : ::testing::Test {
   }
   /// Waits until the text occurs more often than that in the events. @returns false if it never did.
   bool wait_for(const std::string& what, std::size_t more_than = 0) const {
-    for (int i = 0; i < 3000 && noted(what) <= more_than; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    return noted(what) > more_than;
+    return wait_until([&] { return noted(what) > more_than; });
   }
   bool wait_for_control() const { return wait_for("\"obtained\""); }
 };

@@ -20,9 +20,7 @@ class Tasks : public ProgramTest {
     std::vector<std::string> arguments{"autopilot", "--sim", (folder / "world").string(), "--events", events.string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     auto autopilot = std::make_unique<Process>(M100_LAB_PROGRAM, arguments);
-    for (int i = 0; i < 3000 && !fs::exists(folder / "world"); ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    EXPECT_TRUE(wait_until([&] { return fs::exists(folder / "world"); }));
     return autopilot;
   }
   std::string command(const std::vector<std::string>& options) const {
@@ -46,7 +44,7 @@ class Tasks : public ProgramTest {
     }
     fs::remove(log);
     const auto autopilot = start_world(more);
-    const int code = Process("/bin/sh", {"-c", command(options)}).wait(kPatience);
+    const int code = Process("/bin/sh", {"-c", command(options)}).wait();
     (void)examined(*autopilot);
     return code;
   }
@@ -120,7 +118,7 @@ TEST_F(Tasks, NothingTakesOffWithoutTheWordForIt) {
                   errors);
   EXPECT_TRUE(wait_for("\"truth\"", 100)) << "ten seconds";
   program.interrupt();
-  EXPECT_EQ(program.wait(kPatience), 1) << error();
+  EXPECT_EQ(program.wait(), 1) << error();
   (void)examined(*autopilot);
   EXPECT_EQ(times("obtain_control"), 0);
   EXPECT_EQ(times("task_takeoff"), 0);

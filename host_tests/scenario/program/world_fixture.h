@@ -19,9 +19,7 @@ struct WorldTest : ProgramTest {
         "autopilot", "--sim", world.string(), "--events", events.string(), "--plant", (folder / "plant.toml").string()};
     words.insert(words.end(), of_autopilot.begin(), of_autopilot.end());
     Process autopilot(M100_LAB_PROGRAM, words);
-    for (int i = 0; i < 3000 && !fs::exists(world); ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    EXPECT_TRUE(wait_until([&] { return fs::exists(world); }));
     const std::string line_of_world = "sim:" + world.string();
     std::string line = started(M100_PROGRAM) + " fly --port " + line_of_world + " --pose-port " + line_of_world +
                        ".pose --vehicle " + vehicle.string() + " --gains " + table.string() + " --flight " +
@@ -30,9 +28,9 @@ struct WorldTest : ProgramTest {
     for (const std::string& word : of_flight) {
       line += " " + word;
     }
-    const int code = Process("/bin/sh", {"-c", line + " > " + said.string()}, errors).wait(kPatience);
+    const int code = Process("/bin/sh", {"-c", line + " > " + said.string()}, errors).wait();
     autopilot.interrupt();
-    EXPECT_EQ(autopilot.wait(std::chrono::seconds(10)), 0);
+    EXPECT_EQ(autopilot.wait(), 0);
     return code;
   }
 };
