@@ -7,6 +7,14 @@
 
 namespace m100::lab::identify {
 
+namespace {
+
+SelectionStep step_of(const std::string& name, const Comparison& comparison) {
+  return {name, comparison.cv_gain, comparison.delta_bic, comparison.t, {}};
+}
+
+}  // namespace
+
 ForwardSelection::ForwardSelection(const Family& family, const SelectionOptions& options)
     : family_(family), options_(options) {
   for (std::size_t block = 0; block < family.block_count(); ++block) {
@@ -115,12 +123,7 @@ CrossValidatedFit ForwardSelection::polished(CrossValidatedFit validated) const 
 }
 
 void ForwardSelection::accept_edit(const TriedEdit& winner) {
-  SelectionStep step;
-  step.name = winner.edit.name;
-  step.cv_gain = winner.comparison.cv_gain;
-  step.delta_bic = winner.comparison.delta_bic;
-  step.paired_t = winner.comparison.t;
-  out_.steps.push_back(std::move(step));
+  out_.steps.push_back(step_of(winner.edit.name, winner.comparison));
   out_.final_model = polished(winner.validated);
   if (options_.progress) {
     options_.progress("found " + winner.edit.name);
@@ -225,12 +228,7 @@ std::optional<ForwardSelection::Pair> ForwardSelection::best_pair(const CrossVal
 }
 
 void ForwardSelection::accept_pair(const Pair& pair) {
-  SelectionStep step;
-  step.name = pair.first->edit.name;
-  step.cv_gain = pair.first_beside_second.cv_gain;
-  step.delta_bic = pair.first_beside_second.delta_bic;
-  step.paired_t = pair.first_beside_second.t;
-  out_.steps.push_back(std::move(step));
+  out_.steps.push_back(step_of(pair.first->edit.name, pair.first_beside_second));
   for (const auto& [name, comparison] : {std::pair{pair.first->edit.name, pair.first_beside_second},
                                          std::pair{pair.second.edit.name, pair.second.comparison}}) {
     out_.table.push_back({round_, name, comparison.cv_gain, comparison.delta_bic, comparison.delta_white, comparison.t,
