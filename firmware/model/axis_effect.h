@@ -90,7 +90,6 @@ struct AxisNumber {
   double step = 2e-4;         ///< of the numerical derivative: small against what matters, large against kinks
   double min_relevant = 0.0;  ///< smallest relevant distance from `neutral`; of the logarithms if `logarithmic`
   double neutral = 0.0;
-  bool must_exceed_air = false;  ///< ignored below the rms error of the fit: it may be the air's mean over the flight
   MidFlight change{};
   constexpr std::string_view field_name() const { return field.empty() ? file.key[0] : field; }
 };
@@ -111,6 +110,7 @@ struct AxisEffect {
   std::string_view needs{};                         ///< the effect that it requires
   std::string_view not_beside{};                    ///< the effect that contains it: never both
   bool needs_other_stick = false;
+  bool in_every_model = false;  ///< a nuisance parameter: always fitted, an effect where it leaves its neutral
   Typical typical{};
   InFlight in_flight = InFlight::kLeftToTheObserver;
   std::string_view sentence{};  ///< what it means for the flight

@@ -35,11 +35,12 @@ void keys(std::vector<std::string>& out, const char* section, std::span<const co
 void axis_effects(std::vector<std::string>& out) {
   for (const model::AxisEffect& effect : model::kAxisEffects) {
     out.push_back(line("effect", effect.name, effect.variant, effect.needs, effect.not_beside, effect.needs_other_stick,
-                       effect.typical.size, static_cast<int>(effect.typical.of), static_cast<int>(effect.in_flight)));
+                       effect.in_every_model, effect.typical.size, static_cast<int>(effect.typical.of),
+                       static_cast<int>(effect.in_flight)));
     for (const model::AxisNumber& number : effect.numbers) {
       out.push_back(line("number", effect.name, number.parameter, number.field_name(), static_cast<int>(number.unit),
                          number.fit.low, number.fit.high, number.logarithmic, number.step, number.min_relevant,
-                         number.neutral, number.must_exceed_air));
+                         number.neutral));
     }
     for (const std::array<double, 3>& start : effect.starts) {
       out.push_back(line("start", effect.name, start[0], start[1], start[2]));

@@ -63,7 +63,7 @@ class AxisPipeline {
  private:
   Fit declared_fit() const {
     const AxisFamily& family = problem_->axis_family();
-    return family.fit(request_.declared, std::vector<int>(family.block_count(), 1), nullptr);
+    return family.fit(family.completed(request_.declared), std::vector<int>(family.block_count(), 1), nullptr);
   }
 
   /// If the trims of the flights differ, subtracts them from the sticks. @returns whether this made a new problem.

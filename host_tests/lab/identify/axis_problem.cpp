@@ -376,7 +376,10 @@ void AxisProblem::misreadings(const model::StickAxis& model, IdentifyResult& res
   // because with a dead zone it is uncertain if only large sticks were flown.
   const double large = family_->scale().stick;
   const model::StickLaw<double> law(model, signals.data.period_s);
-  const double per_count = 0.5 * std::abs(law.limited(law.shaped(large)) - law.limited(law.shaped(-large))) / large;
+  const double per_count = 0.5 *
+                           std::abs(law.limited(law.shaped(model.trim_counts + large)) -
+                                    law.limited(law.shaped(model.trim_counts - large))) /
+                           large;
   const double full = per_count * (large > kCounts ? kFullStick : 1.0);
   const bool turns = request_.axis == "yaw_rate";
   if (request_.axis != "climb" && full > (turns ? kFastestTurn : kSteepest)) {

@@ -60,6 +60,8 @@ class Family {
     Structure structure;
   };
   virtual std::vector<Edit> edits(const Structure& present) const = 0;
+  /// The declared structure with the nuisance parameters that every model of this family has. Default: none.
+  virtual Structure completed(const Structure& declared) const { return declared; }
   /// The structure without effect `name`; the same structure if the effect cannot be removed.
   virtual Structure without(const Structure& structure, const std::string& name) const = 0;
   /// Whether the size of effect `name` in this fit is physically significant.

@@ -24,7 +24,7 @@ ForwardSelection::ForwardSelection(const Family& family, const SelectionOptions&
 
 Selection ForwardSelection::run(const Structure& declared) {
   // Without polished() the first edit would be credited with what the fit of the declared model had missed.
-  out_.declared = polished(cross_validated_fit(family_, declared, nullptr, options_.folds));
+  out_.declared = polished(cross_validated_fit(family_, family_.completed(declared), nullptr, options_.folds));
   out_.final_model = out_.declared;
   // After a swap another addition may be accepted; the bound only prevents an endless cycle.
   for (int pass = 0; pass < 4; ++pass) {
@@ -35,6 +35,7 @@ Selection ForwardSelection::run(const Structure& declared) {
       break;
     }
   }
+  name_departures(declared);
   for (const TriedEdit& one : last_tried_) {
     if (!one.accepted) {
       out_.alternatives.push_back(one.validated.fit);
@@ -265,6 +266,30 @@ void ForwardSelection::retest() {
       banned_.push_back(name);
     } else {
       ++at;
+    }
+  }
+}
+
+// Names a nuisance parameter where the model at its declared value is refuted, and records what could take its place.
+void ForwardSelection::name_departures(const Structure& declared) {
+  for (const std::string& name : Structure(out_.declared.fit.structure)) {
+    const Fit& fit = out_.final_model.fit;
+    if (has(declared, name) || !family_.is_significant(fit, name)) {
+      continue;
+    }
+    const CrossValidatedFit without =
+        cross_validated_fit(family_, family_.without(fit.structure, name), &fit, options_.folds);
+    const Comparison comparison = compare(without, out_.final_model, samples_, options_.start_samples);
+    const bool named = convincing(comparison, options_);
+    out_.table.push_back({round_, name, comparison.cv_gain, comparison.delta_bic, comparison.delta_white, comparison.t,
+                          true, named, named});
+    if (named) {
+      out_.steps.insert(out_.steps.begin(), step_of(name, comparison));
+      for (const Family::Edit& edit : family_.edits(without.fit.structure)) {
+        if (edit.name != name) {
+          record_single_rival(try_edit(without, edit, max_rival_ratio()), out_.steps.front());
+        }
+      }
     }
   }
 }

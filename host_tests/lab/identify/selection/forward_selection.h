@@ -72,6 +72,7 @@ class ForwardSelection {
   void retest();
 
   bool exchange_or_record_rivals();
+  void name_departures(const Structure& declared);
   bool split(const std::vector<Replacements>& all);
   bool swap(const std::vector<Replacements>& all);
   void record_rivals(const std::vector<Replacements>& all);

@@ -2,7 +2,9 @@
 #include "host_tests/lab/identify/selection/problem.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <iterator>
 #include <limits>
 
@@ -37,14 +39,23 @@ void withdraw_unconfirmed(const Problem& problem, Selection& selection) {
       continue;
     }
     const Fit plain = family.fit(reduced, all, &fit);
-    if (problem.validation_rmse(fit) < max_validation_ratio(selection.steps[at]) * problem.validation_rmse(plain)) {
+    const bool stays = family.completed(reduced) != reduced;  // a nuisance parameter, which only loses its name
+    const double plain_rmse = problem.validation_rmse(plain);
+    if (problem.validation_rmse(fit) < max_validation_ratio(selection.steps[at]) * plain_rmse) {
+      if (stays) {
+        std::array<char, 120> text{};
+        std::snprintf(text.data(), text.size(),
+                      "%s is fitted in every model; at its declared value the validation error would be %.4g",
+                      name.c_str(), plain_rmse);
+        selection.notes.emplace_back(text.data());
+      }
       continue;
     }
     selection.notes.push_back(name + " improves the training error but not the validation error: it was withdrawn");
     std::erase_if(selection.not_separable,
                   [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
     selection.steps.erase(selection.steps.begin() + static_cast<std::ptrdiff_t>(at));
-    fit = plain;
+    fit = stays ? fit : plain;
   }
 }
 

@@ -115,7 +115,7 @@ std::vector<AxisFamily::ParameterName> AxisFamily::parameter_names(const Structu
 
 double AxisFamily::physical(const Fit& fit, std::size_t parameter) const {
   const AxisNumber& number = *parameters_of(fit.structure)[parameter].number;
-  return from_fitted(number, fit.parameters[parameter]) * scale_.of(number.unit);
+  return scale_.physical(number, from_fitted(number, fit.parameters[parameter]));
 }
 
 StickAxis AxisFamily::model(const Fit& fit) const {
@@ -123,7 +123,7 @@ StickAxis AxisFamily::model(const Fit& fit) const {
   const Parameters parameters = parameters_of(fit.structure);
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const AxisNumber& number = *parameters[i].number;
-    axis.*number.member = from_fitted(number, fit.parameters[i]) * scale_.of(number.unit);
+    axis.*number.member = scale_.physical(number, from_fitted(number, fit.parameters[i]));
   }
   if (has_token(fit.shape, "jump")) {
     axis.dead_zone_shape = model::DeadZoneShape::kJump;
@@ -283,7 +283,7 @@ Fit AxisFamily::with_parameters_of(Fit like, const StickAxis& axis) const {
     const AxisNumber& number = *parameters[k].number;
     const bool slews = number.member == &StickAxis::rate_limit_per_s && has_token(like.shape, "slew");
     const double value = slews ? axis.command_slew_per_s : axis.*number.member;
-    like.parameters[k] = to_fitted(number, std::clamp(value / scale_.of(number.unit), number.fit.low, number.fit.high));
+    like.parameters[k] = to_fitted(number, std::clamp(scale_.in_unit(number, value), number.fit.low, number.fit.high));
   }
   return like;
 }
@@ -341,6 +341,16 @@ std::vector<Family::Edit> AxisFamily::edits(const Structure& present) const {
   return axis_edits(present, !training_.data().other.empty());
 }
 
+Structure AxisFamily::completed(const Structure& declared) const {
+  Structure out = declared;
+  for (const AxisEffect& effect : model::kAxisEffects) {
+    if (effect.in_every_model && !has(out, effect.name)) {
+      out.emplace_back(effect.name);
+    }
+  }
+  return out;
+}
+
 Structure AxisFamily::without(const Structure& structure, const std::string& name) const {
   return without_effect(structure, name);
 }
@@ -384,12 +394,7 @@ bool AxisFamily::is_parameter_significant(const Fit& fit, std::size_t parameter,
       number.logarithmic ? std::abs(std::log(value / number.neutral)) : std::abs(value - number.neutral);
   const double least =
       number.unit == AxisNumber::FitUnit::kStick ? number.min_relevant * scale_.minimum_counts : number.min_relevant;
-  if (distance < least) {
-    return false;
-  }
-  // A trim whose effect is smaller than the residual may be only the mean disturbance of the air in this flight.
-  const double rmse = std::sqrt(fit.sum_of_squares / static_cast<double>(training_.samples()));
-  return !number.must_exceed_air || distance * std::abs(physical(fit, 0)) >= rmse;
+  return distance >= least;
 }
 
 }  // namespace m100::lab::identify

@@ -23,6 +23,7 @@ class AxisFamily final : public Family {
   Fit polish(const Fit& fit, std::span<const int> weights) const override;
   std::vector<std::vector<double>> errors(const Fit& fit, std::span<const int> weights) const override;
   std::vector<Edit> edits(const Structure& present) const override;
+  Structure completed(const Structure& declared) const override;
   Structure without(const Structure& structure, const std::string& name) const override;
   bool is_significant(const Fit& fit, const std::string& name) const override;
   bool is_at_bound(const Fit& fit) const override;

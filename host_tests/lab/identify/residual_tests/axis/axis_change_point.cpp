@@ -52,8 +52,8 @@ std::vector<FreeParameter> free_parameters_of(const AxisFamily& family, const Fi
                         : number.logarithmic || number.unit == model::AxisNumber::FitUnit::kGain
                             ? 0.02 * positive(value, 1e-6)
                             : 0.005 * std::abs(scale);
-    const double a = number.fit.low * scale;
-    const double b = number.fit.high * scale;
+    const double a = family.scale().physical(number, number.fit.low);
+    const double b = family.scale().physical(number, number.fit.high);
     out.push_back({std::string(number.parameter), member, step, std::min(a, b), std::max(a, b)});
   }
   return out;
@@ -66,13 +66,12 @@ Candidate candidate_of(const model::AxisNumber& number, const StickAxis& axis, c
   const bool stick = change.of == model::MidFlight::Of::kStick;
   const double plain = change.of == model::MidFlight::Of::kItself ? positive(axis.*number.member, 1e-9) : 1.0;
   const double fine = stick ? scale.minimum_counts : plain;
-  const double wide = stick ? scale.stick : plain;
   return {.change = &change,
           .free_parameter = {.name = std::string(change.name),
                              .member = number.member,
                              .step = change.step * fine,
-                             .low = change.low * wide,
-                             .high = change.high * wide},
+                             .low = stick ? scale.physical(number, change.low) : change.low * plain,
+                             .high = stick ? scale.physical(number, change.high) : change.high * plain},
           .min_relevant = change.min_relevant * fine};
 }
 

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The answer is a function of the data: the neutral of the column map does not matter.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/identify/axis_pipeline.h"
+#include "host_tests/property/identify/synthetic_axis.h"
+#include "host_tests/unit/identify/one_log.h"
+
+namespace m100::lab::identify {
+namespace {
+
+using host_tests::SyntheticAxis;
+using logs::FlightLog;
+using logs::Signal;
+
+std::vector<std::string> effects_beside_trim(const IdentifyResult& result) {
+  std::vector<std::string> out;
+  for (const EffectResult& effect : result.effects) {
+    if (effect.name != "trim_offset") {
+      out.push_back(effect.name);
+    }
+  }
+  return out;
+}
+
+double trim_of(const IdentifyResult& result) {
+  const auto found = std::find_if(result.final_model.parameters.begin(), result.final_model.parameters.end(),
+                                  [](const NamedValue& one) { return one.name == "offset_counts"; });
+  return found == result.final_model.parameters.end() ? 0.0 : found->value;
+}
+
+FlightLog with_neutral_at(FlightLog log, double counts) {
+  for (double& stick : log.of(Signal::kStickRoll)) {
+    stick -= counts;
+  }
+  return log;
+}
+
+class MapNeutral : public ::testing::TestWithParam<double> {};
+
+// Catches a fit without a trim, or one that starts or ends where the map has its neutral: the validation error was
+// 0.014 or 0.023, depending on the map.
+TEST_P(MapNeutral, ChangesTheTrimAlone) {
+  SyntheticAxis vehicle = SyntheticAxis::random(5);
+  vehicle.hidden = {{"dead_zone", 24.0}, {"trim_offset", 10.0}};
+  vehicle.air_rad = 0.008;
+  const FlightLog log = vehicle.fly();
+  const FlightLog moved = with_neutral_at(log, GetParam());
+  const IdentifyResult here = identify_axis(about(log, "roll", {"second_order", "transport_delay"}));
+  const IdentifyResult there = identify_axis(about(moved, "roll", {"second_order", "transport_delay"}));
+  EXPECT_EQ(effects_beside_trim(here), std::vector<std::string>{"dead_zone"}) << text_of(here);
+  EXPECT_EQ(effects_beside_trim(there), effects_beside_trim(here)) << text_of(there);
+  EXPECT_EQ(there.verdict, here.verdict) << text_of(there);
+  EXPECT_NEAR(trim_of(there), trim_of(here) - GetParam(), 0.1);
+  EXPECT_NEAR(there.declared.validation_rmse, here.declared.validation_rmse, 0.01 * here.declared.validation_rmse);
+  EXPECT_NEAR(there.final_model.validation_rmse, here.final_model.validation_rmse,
+              0.01 * here.final_model.validation_rmse);
+}
+INSTANTIATE_TEST_SUITE_P(Table, MapNeutral, ::testing::Values(-90.0, -20.0, 62.0));
+
+// The smallest trim that is an effect is three counts; the air must not make one.
+TEST(Trim, IsAnEffectWhereItLeavesTheDeclaredValue) {
+  for (const std::uint64_t seed : {11U, 12U, 13U}) {
+    SyntheticAxis vehicle = SyntheticAxis::random(seed);
+    const IdentifyResult none = identify_axis(about(vehicle.fly(), "roll", {"second_order", "transport_delay"}));
+    EXPECT_EQ(none.verdict, "nothing_missing") << text_of(none);
+    vehicle.hidden = {{"trim_offset", 20.0}};
+    const FlightLog log = vehicle.fly();
+    const IdentifyResult found = identify_axis(about(log, "roll", {"second_order", "transport_delay"}));
+    ASSERT_EQ(found.effects.size(), 1U) << text_of(found);
+    EXPECT_EQ(found.effects[0].name, "trim_offset");
+    const IdentifyResult declared =
+        identify_axis(about(log, "roll", {"second_order", "transport_delay", "trim_offset"}));
+    EXPECT_EQ(declared.verdict, "nothing_missing") << text_of(declared);
+    EXPECT_EQ(declared.final_model.validation_rmse, found.final_model.validation_rmse);
+  }
+}
+
+}  // namespace
+}  // namespace m100::lab::identify
