@@ -127,16 +127,23 @@ class AxisPipeline {
     }
   }
 
-  /// If the verdict would otherwise be "nothing missing", reports an effect that is certain but too small to be named.
+  /// Reports an effect that the final model lacks with certainty, but that is too small to be named. It is not looked
+  /// for where the verdict is already "unexplained", nor across a change neither side of which is long enough.
   void detect_weak_effect() {
-    const bool clean =
-        chosen_.steps.empty() && side_findings_.changes.empty() && side_findings_.unexplained.empty() &&
-        std::none_of(side_findings_.findings.begin(), side_findings_.findings.end(), forbids_nothing_missing);
-    if (!clean) {
+    const std::vector<Range> ranges = problem_->free_ranges();
+    const auto inside = [&](const Change& change) {
+      const auto begins_before = [&](const Range& range) { return range.first < change.at_s; };
+      const auto ends_after = [&](const Range& range) { return range.second > change.at_s; };
+      return std::any_of(ranges.begin(), ranges.end(), begins_before) &&
+             std::any_of(ranges.begin(), ranges.end(), ends_after);
+    };
+    if (!side_findings_.unexplained.empty() ||
+        std::any_of(side_findings_.findings.begin(), side_findings_.findings.end(), forbids_nothing_missing) ||
+        std::any_of(side_findings_.changes.begin(), side_findings_.changes.end(), inside)) {
       return;
     }
-    const std::optional<WeakEffect> trace = weak_effect(problem_->training().signals.data, problem_->free_ranges(),
-                                                        problem_->axis_family(), chosen_.final_model.fit);
+    const std::optional<WeakEffect> trace =
+        weak_effect(problem_->training().signals.data, ranges, problem_->axis_family(), chosen_.final_model.fit);
     if (!trace) {
       return;
     }
@@ -244,7 +251,7 @@ class AxisPipeline {
     weight_by_input_uncertainty(run, problem_->axis_family().model(chosen_.final_model.fit));
     const ChangePoint first = change_point_under(run, chosen_);
     if (!first.found) {
-      if (first.likely && chosen_.steps.empty() &&
+      if (first.likely &&
           min_ratio_over_hypotheses(problem_->training().signals.data, problem_->free_ranges(), problem_->axis_family(),
                                     chosen_.final_model.fit, first) >= kChanceChange) {
         report_uncertain_change(first.change,
