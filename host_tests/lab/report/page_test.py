@@ -63,6 +63,7 @@ MEASURE = """(()=>{
   const linked=graphs.filter(other=>one.data.link&&other.data.link===one.data.link);
   for(const other of [one,...linked])
    if(!other.at.textContent||!other.values.some(cell=>cell.textContent))used='the cursor shows no value';
+  if(linked.length&&one!==linked[0]&&one!==linked.at(-1))continue;  /* the first and the last zoom all others */
   canvas.dispatchEvent(event('mousedown',.3));
   document.dispatchEvent(event('mousemove',.6));
   document.dispatchEvent(event('mouseup',.6));
