@@ -214,10 +214,10 @@ void MarginBox::add_peak(const Case& one, const Plant& plant, double peak, bool 
   out.stable = out.stable && stable;
 }
 
-const MarginBox::Law& MarginBox::law_of(const Case& one, const model::Vehicle& believed, Laws& known) {
-  std::optional<Law>& law = known[(one.axis == Axis::kX ? 0U : 1U) + (one.timing.by_sticks ? 2U : 0U)];
+const MarginBox::Law& MarginBox::law_of(const Case& one, Laws& laws) {
+  std::optional<Law>& law = laws.made[(one.axis == Axis::kX ? 0U : 1U) + (one.timing.by_sticks ? 2U : 0U)];
   if (!law) {
-    law.emplace(Law{.controller = FlownController(believed, one.axis, one.timing), .response = {}});
+    law.emplace(Law{.controller = FlownController(laws.believed, one.axis, one.timing), .response = {}});
     const LiftedController lifted(law->controller, one.timing);
     for (const double w : one.frequencies_rad_s) {
       const double angle = w * 0.01 * static_cast<double>(one.timing.command_ticks);
@@ -254,15 +254,14 @@ void MarginBox::add_case(const Case& one, const Law& law, Extent extent, WorstMa
   }
 }
 
-WorstMargins MarginBox::worst(const model::Vehicle& believed, Extent extent, const BoxSelection& only) const {
+WorstMargins MarginBox::worst(Laws& laws, Extent extent, const BoxSelection& only) const {
   WorstMargins out{.delay_margin_s = kDelayStep_s * kDelaySteps};
-  Laws laws;
   for (const Case& one : cases_) {
     if (only.structure.value_or(one.structure) != one.structure || only.axis.value_or(one.axis) != one.axis ||
         only.by_sticks.value_or(one.timing.by_sticks) != one.timing.by_sticks) {
       continue;
     }
-    const Law& law = law_of(one, believed, laws);
+    const Law& law = law_of(one, laws);
     const OpenStructure& structure = structures_[one.structure];
     if (!FlownLoop(law.controller, structure.vehicle, one.axis, one.timing).closed_is_stable()) {  // by matrix powers
       return {.stable = false, .peak_sensitivity = 1e9, .where = structure.name + ", " + word(one.axis)};

@@ -72,6 +72,11 @@ struct BoxSelection {
 /// Evaluates the loop as flown of any controller on the aircraft of the boxes. The constructor computes the frequency
 /// responses of the vehicles once for all controllers.
 class MarginBox {
+  struct Law {
+    FlownController controller;
+    std::vector<Eigen::RowVectorXcd> response;  ///< by frequency
+  };
+
  public:
   /// @param points steps in frequency from 0.3 rad/s; the default finds a peak within a hundredth. Throws
   ///   std::domain_error for an axis of first order.
@@ -83,7 +88,16 @@ class MarginBox {
     kCertified,  ///< over gain, frequency, damping and delay: what certify() bounds; no delay margin
     kBox,        ///< as kCertified, also with poses that arrive 20 ms earlier or later than assumed
   };
-  WorstMargins worst(const model::Vehicle& believed, Extent extent, const BoxSelection& only = {}) const;
+  /// The laws of one design, each made when it is first needed: the same on all structures and over every extent.
+  struct Laws {
+    model::Vehicle believed;
+    std::array<std::optional<Law>, 4> made{};  ///< by axis and channel
+  };
+  WorstMargins worst(Laws& laws, Extent extent, const BoxSelection& only = {}) const;
+  WorstMargins worst(const model::Vehicle& believed, Extent extent, const BoxSelection& only = {}) const {
+    Laws laws{believed};
+    return worst(laws, extent, only);
+  }
   const std::vector<OpenStructure>& structures() const { return structures_; }
 
  private:
@@ -103,15 +117,10 @@ class MarginBox {
     std::vector<double> frequencies_rad_s{};
     std::vector<Plant> corners{}, box{};
   };
-  struct Law {
-    FlownController controller;
-    std::vector<Eigen::RowVectorXcd> response;  ///< by frequency
-  };
-  using Laws = std::array<std::optional<Law>, 4>;  ///< by axis and channel: the same on all structures
 
   void add_plants(Case& one);
   static bool is_within(Extent extent, const Case& one, const Plant& plant);
-  static const Law& law_of(const Case& one, const model::Vehicle& believed, Laws& known);
+  static const Law& law_of(const Case& one, Laws& laws);
   /// Adds the worst margins of one case to `out`. The closed loop of the structure itself must be stable.
   void add_case(const Case& one, const Law& law, Extent extent, WorstMargins& out) const;
   void add_peak(const Case& one, const Plant& plant, double peak, bool stable, WorstMargins& out) const;

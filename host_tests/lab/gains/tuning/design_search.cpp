@@ -126,9 +126,10 @@ class Search {
     believed.design = out.design = apply(vehicle_, factors);
     try {
       static_cast<void>(companion::as_file(believed));
-      out.corners = box_.worst(believed, MarginBox::Extent::kCorners);
-      out.nominal = box_.worst(believed, MarginBox::Extent::kNominal);
-      out.box = box_.worst(believed, MarginBox::Extent::kBox);
+      MarginBox::Laws laws{believed};
+      out.corners = box_.worst(laws, MarginBox::Extent::kCorners);
+      out.nominal = box_.worst(laws, MarginBox::Extent::kNominal);
+      out.box = box_.worst(laws, MarginBox::Extent::kBox);
     } catch (const std::exception&) {  // not allowed in a vehicle file, or no controller can be made from this model
       out.excess = std::numeric_limits<double>::infinity();
       return out;
