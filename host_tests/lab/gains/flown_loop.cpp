@@ -137,8 +137,7 @@ FlownController::FlownController(const model::Vehicle& identified, Axis axis, co
   if (attitude.is_first_order() && attitude.time_constant_s < kFastest_s) {
     attitude.time_constant_s = kFastest_s;
   }
-  const mpc::GainTables<double> tables = make_gain_tables(believed);
-  const mpc::GainTable<double>& table = axis == Axis::kX ? tables.x : tables.y;
+  const mpc::GainTable<double> table = make_axis_table(believed, axis);
   step = model::axis_step(attitude, kTick_s);
   acceleration_per_tilt_m_s2 = table.tilt_sign * table.acceleration_per_tilt;
   drag_per_s = believed.translation.linear_drag_per_s;

@@ -171,15 +171,17 @@ mpc::DelayModel<double> make_delay_model(const model::Vehicle& vehicle, Axis axi
   return out;
 }
 
-mpc::GainTables<double> make_gain_tables(const model::Vehicle& identified, const core::Sha256Digest& digest) {
+mpc::GainTable<double> make_axis_table(const model::Vehicle& identified, Axis axis) {
   const model::Vehicle vehicle = model::controller_model(identified);
-  const auto axis_table = [&](Axis axis) {
-    mpc::GainTable<double> table = make_gain_table(axis_qp(vehicle, axis));
-    table.vehicle = digest;
-    table.delay = make_delay_model(vehicle, axis);
-    return table;
-  };
-  return {.x = axis_table(Axis::kX), .y = axis_table(Axis::kY)};
+  mpc::GainTable<double> table = make_gain_table(axis_qp(vehicle, axis));
+  table.delay = make_delay_model(vehicle, axis);
+  return table;
+}
+
+mpc::GainTables<double> make_gain_tables(const model::Vehicle& identified, const core::Sha256Digest& digest) {
+  mpc::GainTables<double> out{.x = make_axis_table(identified, Axis::kX), .y = make_axis_table(identified, Axis::kY)};
+  out.x.vehicle = out.y.vehicle = digest;
+  return out;
 }
 
 mpc::GainTable<float> to_float(const mpc::GainTable<double>& table) {

@@ -30,8 +30,11 @@ mpc::GainTable<double> make_gain_table(const AxisQp& problem);
 /// The model for predicting through the axis' transport delay, 0 to 0.3 s. Throws as continuous_axis() does.
 mpc::DelayModel<double> make_delay_model(const model::Vehicle& vehicle, Axis axis);
 
-/// The tables of both axes without the set-point law, for the vehicle's design where it has one. `digest` is that of
-/// the vehicle file. Throws std::domain_error if the model cannot be controlled.
+/// The table of one axis with its delay model, without the set-point law, for the vehicle's design where it has one.
+/// Throws std::domain_error if the model cannot be controlled.
+mpc::GainTable<double> make_axis_table(const model::Vehicle& identified, Axis axis);
+
+/// The tables of both axes, as make_axis_table() makes them. `digest` is that of the vehicle file.
 mpc::GainTables<double> make_gain_tables(const model::Vehicle& identified, const core::Sha256Digest& digest = {});
 
 /// The table in float, as in the firmware: every double rounded. The set-point law is omitted.
