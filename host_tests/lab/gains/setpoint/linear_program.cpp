@@ -123,7 +123,22 @@ double Polytope::radius(Eigen::VectorXd* centre, std::size_t on) {
   return radius;
 }
 
-bool Polytope::is_facet(std::size_t i) {
+double Polytope::reach_beyond(std::size_t i, const Eigen::VectorXd& inside) const {
+  const Eigen::VectorXd& way = rows_.at(i).a;
+  double reach = ((1.0 - way.cwiseSign().cwiseProduct(inside).array()) / way.cwiseAbs().array().max(1e-300)).minCoeff();
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    if (const double slope = rows_[k].a.dot(way); k != i && slope > 0.0) {
+      reach = std::min(reach, (rows_[k].b - rows_[k].a.dot(inside)) / slope);
+    }
+  }
+  return reach - (rows_[i].b - way.dot(inside));
+}
+
+bool Polytope::is_facet(std::size_t i, const Eigen::VectorXd& inside) {
+  constexpr double kClear = 1e-6;  // ten times the tolerance of the linear programs
+  if (reach_beyond(i, inside) > kClear) {
+    return true;
+  }
   const HalfSpace& row = rows_.at(i);
   glp_set_row_bnds(program_, static_cast<int>(i) + 1, GLP_UP, 0.0, row.b + 1.0);
   const double reach = maximise(row.a, row.b);

@@ -66,8 +66,8 @@ class Polytope {
   /// Adds a half-space, which gets the next number, starting with 0. Its vector a has one entry per dimension.
   void add(const HalfSpace& half_space);
 
-  // Each of these functions spends one linear program of the budget; throws ComputeBudget::Exhausted if none is left or
-  // rational arithmetic takes more than kPivots steps.
+  // Each of these functions spends at most one linear program of the budget; throws ComputeBudget::Exhausted if none is
+  // left or rational arithmetic takes more than kPivots steps.
 
   /// The maximum of the scalar product a's over the polytope, and in `where` the point of the maximum; -infinity: the
   /// polytope is empty. Rational arithmetic is used if floating point fails or gives a value within 1e-8 of `decision`.
@@ -75,11 +75,14 @@ class Polytope {
   /// Radius (negative: empty) and centre of the largest inscribed ball; with `on`, of that with its centre on this
   /// facet.
   double radius(Eigen::VectorXd* centre = nullptr, std::size_t on = SIZE_MAX);
-  /// Whether half-space i defines a facet. `on` and `i` are numbers of added half-spaces.
-  bool is_facet(std::size_t i);
+  /// Whether half-space i defines a facet. `on` and `i` are numbers of added half-spaces, `inside` is a point of the
+  /// polytope: no linear program is needed if the way from it to half-space i reaches no other one before.
+  bool is_facet(std::size_t i, const Eigen::VectorXd& inside);
 
  private:
   int solve(double decision);
+  /// How far the polytope without half-space i reaches beyond it from a point inside, straight on.
+  double reach_beyond(std::size_t i, const Eigen::VectorXd& inside) const;
 
   glp_prob* program_;
   ComputeBudget& budget_;

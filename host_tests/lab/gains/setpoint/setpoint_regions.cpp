@@ -74,10 +74,11 @@ void Regions::explore(const Sides& sides) {
   for (const HalfSpace& row : domain_) {
     polytope.add(row);
   }
-  if (polytope.radius() < kThinnest) {
+  Region region;
+  region.radius = polytope.radius(&region.centre);
+  if (region.radius < kThinnest) {
     return;
   }
-  Region region;
   for (Index i = 0; i < program_.size(); ++i) {
     for (const double sign : {1.0, -1.0}) {
       region.corners.push_back(farthest(polytope, sign * VectorXd::Unit(program_.size(), i)));
@@ -85,7 +86,7 @@ void Regions::explore(const Sides& sides) {
   }
   const std::size_t own = critical.rows.size();
   for (std::size_t i = 0; i < own; ++i) {
-    if (polytope.is_facet(i)) {
+    if (polytope.is_facet(i, region.centre)) {
       region.rows.push_back(critical.rows.at(i));
       cross(polytope, i, critical.rows.at(i), region);
     }

@@ -33,6 +33,8 @@ struct Region {
   std::size_t piece = 0;
   std::vector<HalfSpace> rows;           ///< its own facets, and all half-spaces of the domain
   std::vector<Eigen::VectorXd> corners;  ///< far points of the region in many directions
+  Eigen::VectorXd centre;                ///< of its largest inscribed ball
+  double radius = 0.0;
 };
 
 /// A facet between two regions with different first inputs.

@@ -26,6 +26,14 @@ constexpr std::size_t kMaxPlanes = 3000;
 using Numbers = std::vector<std::size_t>;  ///< of regions or of borders
 using Cell = std::vector<HalfSpace>;
 
+/// The part of a region that lies in a cell, with a ball inside it.
+struct Part {
+  std::size_t region = 0;
+  VectorXd centre;
+  double radius = 0.0;
+};
+using Parts = std::vector<Part>;
+
 HalfSpace opposite(const HalfSpace& half) { return {-half.a, -half.b}; }
 
 bool parallel(const HalfSpace& one, const HalfSpace& other) {
@@ -53,14 +61,18 @@ class Splitting {
     const std::vector<double> mirror = row({program.mirror() / program.mirror().norm(), 0.0});
     std::copy(mirror.begin() + 1, mirror.end(), out.mirror.begin());
     Cell cell;
-    build(cell, count_up(regions.all().size()), count_up(regions.borders().size()), 1);
+    Parts parts;
+    for (const Region& region : regions.all()) {
+      parts.push_back({parts.size(), region.centre, region.radius});
+    }
+    build(cell, parts, count_up(regions.borders().size()), 1);
   }
   const std::vector<SplitPlane>& planes() const { return planes_; }
 
  private:
   std::uint16_t leaf(std::size_t piece) { return static_cast<std::uint16_t>(kLeaf + put_law(piece)); }
 
-  std::uint16_t build(Cell& cell, const Numbers& regions, const Numbers& borders, std::uint32_t depth) {
+  std::uint16_t build(Cell& cell, const Parts& regions, const Numbers& borders, std::uint32_t depth) {
     std::size_t piece = 0;
     if (is_leaf(cell, regions, piece)) {
       return leaf(piece);
@@ -80,7 +92,7 @@ class Splitting {
     out_.borders = std::max<std::size_t>(out_.borders, depth);
     for (const std::size_t side : {0U, 1U}) {
       const HalfSpace half = side == 0 ? plane : opposite(plane);
-      const Numbers kept = regions_in(cell, half, regions);
+      const Parts kept = parts_in(cell, half, regions);
       const Numbers kept_borders = borders_between(kept, borders, plane);
       cell.push_back(half);
       const std::uint16_t child = build(cell, kept, kept_borders, depth + 1);
@@ -90,15 +102,20 @@ class Splitting {
     return node;
   }
 
-  Numbers regions_in(const Cell& cell, const HalfSpace& half, const Numbers& regions) const {
-    Numbers out;
-    std::copy_if(regions.begin(), regions.end(), std::back_inserter(out),
-                 [&](std::size_t region) { return meets(region, cell, half); });
+  Parts parts_in(const Cell& cell, const HalfSpace& half, const Parts& regions) const {
+    Parts out;
+    for (const Part& part : regions) {
+      out.push_back(part);
+      if (!cut(out.back(), cell, half)) {
+        out.pop_back();
+      }
+    }
     return out;
   }
   /// The borders that lie between two of the regions, without those on the splitting plane.
-  Numbers borders_between(const Numbers& regions, const Numbers& borders, const HalfSpace& plane) const {
-    const std::set<std::size_t> here(regions.begin(), regions.end());
+  Numbers borders_between(const Parts& regions, const Numbers& borders, const HalfSpace& plane) const {
+    std::set<std::size_t> here;
+    std::ranges::transform(regions, std::inserter(here, here.end()), &Part::region);
     Numbers out;
     std::copy_if(borders.begin(), borders.end(), std::back_inserter(out), [&](std::size_t border) {
       const Border& b = regions_.borders().at(border);
@@ -110,10 +127,10 @@ class Splitting {
 
   /// Whether one clipped law serves all regions in the cell.
   /// @param piece receives that law.
-  bool is_leaf(const Cell& cell, const Numbers& regions, std::size_t& piece) const {
+  bool is_leaf(const Cell& cell, const Parts& regions, std::size_t& piece) const {
     std::set<std::size_t> found;
     std::set<std::size_t> affine;
-    for (const std::size_t region : regions) {
+    for (const auto& [region, centre, radius] : regions) {
       found.insert(regions_.all().at(region).piece);
       if (regions_.piece_of(region).side == 0) {
         affine.insert(regions_.all().at(region).piece);
@@ -128,9 +145,9 @@ class Splitting {
     }
     piece = *affine.begin();
     const Piece& law = regions_.pieces().at(piece);
-    return std::all_of(regions.begin(), regions.end(), [&](std::size_t region) {
-      const int side = regions_.piece_of(region).side;
-      return side == 0 || saturates(region, cell, law, side);
+    return std::all_of(regions.begin(), regions.end(), [&](const Part& part) {
+      const int side = regions_.piece_of(part.region).side;
+      return side == 0 || saturates(part.region, cell, law, side);
     });
   }
 
@@ -159,30 +176,30 @@ class Splitting {
     }
   }
 
-  bool meets(std::size_t region, const Cell& cell, const HalfSpace& half) const {
-    Polytope polytope(static_cast<std::size_t>(program_.size()), work_.budget());
-    fill(polytope, region, cell);
-    polytope.add(half);
-    return polytope.radius() > kThin;
+  /// Cuts the part off at a plane of its cell. @returns false: nothing is left of it. A linear program is needed only
+  /// where the known ball does not reach into the half-space.
+  bool cut(Part& part, const Cell& cell, const HalfSpace& half) const {
+    part.radius = std::min(part.radius, half.b - half.a.dot(part.centre));
+    if (part.radius <= kThin) {
+      Polytope polytope(static_cast<std::size_t>(program_.size()), work_.budget());
+      fill(polytope, part.region, cell);
+      polytope.add(half);
+      part.radius = polytope.radius(&part.centre);
+    }
+    return part.radius > kThin;
   }
 
   /// The number of regions on the side of the plane that has more of them.
-  std::size_t fuller_side(const Cell& cell, const Numbers& regions, const HalfSpace& plane) const {
-    std::size_t below = 0;
-    std::size_t above = 0;
-    for (const std::size_t region : regions) {
-      below += meets(region, cell, plane) ? 1U : 0U;
-      above += meets(region, cell, opposite(plane)) ? 1U : 0U;
-    }
-    return std::max(below, above);
+  std::size_t fuller_side(const Cell& cell, const Parts& regions, const HalfSpace& plane) const {
+    return std::max(parts_in(cell, plane, regions).size(), parts_in(cell, opposite(plane), regions).size());
   }
 
   /// Chooses the plane that splits a cell in which no border between regions is left: of all half-spaces of the regions
   /// the one with the fewest regions on its fuller side. @returns false: none of them separates the regions.
-  bool parting_plane(const Cell& cell, const Numbers& regions, HalfSpace& best) const {
+  bool parting_plane(const Cell& cell, const Parts& regions, HalfSpace& best) const {
     std::size_t fewest = regions.size();
-    for (const std::size_t owner : regions) {
-      for (const HalfSpace& row : regions_.all().at(owner).rows) {
+    for (const Part& owner : regions) {
+      for (const HalfSpace& row : regions_.all().at(owner.region).rows) {
         const std::size_t fuller = fuller_side(cell, regions, row);
         if (fuller < fewest) {
           fewest = fuller;
@@ -194,11 +211,11 @@ class Splitting {
   }
 
   /// The largest of regions that no facet separates: they overlap only by rounding. Throws TooLarge if two are solid.
-  std::size_t solid_region(const Cell& cell, const Numbers& regions) const {
-    std::size_t real = regions.front();
+  std::size_t solid_region(const Cell& cell, const Parts& regions) const {
+    std::size_t real = regions.front().region;
     double largest = 0.0;
     double second = 0.0;
-    for (const std::size_t region : regions) {
+    for (const auto& [region, centre, inner] : regions) {
       Polytope polytope(static_cast<std::size_t>(program_.size()), work_.budget());
       fill(polytope, region, cell);
       const double radius = polytope.radius();
@@ -213,7 +230,7 @@ class Splitting {
   }
 
   /// The plane of a border with the least score_of().
-  HalfSpace best_plane(const Numbers& regions, const Numbers& borders) const {
+  HalfSpace best_plane(const Parts& regions, const Numbers& borders) const {
     std::vector<HalfSpace> candidates;
     for (const std::size_t border : borders) {
       const HalfSpace& plane = regions_.borders().at(border).plane;
@@ -236,7 +253,7 @@ class Splitting {
   }
 
   /// The score of a plane from the number of borders and regions left on its sides; less is better.
-  double score_of(const HalfSpace& plane, const Numbers& regions, const Numbers& borders) const {
+  double score_of(const HalfSpace& plane, const Parts& regions, const Numbers& borders) const {
     double low = 0;
     double high = 0;
     for (const std::size_t border : borders) {
@@ -246,8 +263,8 @@ class Splitting {
     }
     double low_regions = 0;
     double high_regions = 0;
-    for (const std::size_t region : regions) {
-      const auto [below, above] = sides_of(plane, regions_.all().at(region).corners);
+    for (const Part& part : regions) {
+      const auto [below, above] = sides_of(plane, regions_.all().at(part.region).corners);
       low_regions += below ? 1 : 0;
       high_regions += above ? 1 : 0;
     }
