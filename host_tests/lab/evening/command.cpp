@@ -305,6 +305,7 @@ void take_given(const CLI::App& command, const evening::Settings& from, evening:
   take("--flights", &evening::Settings::flights);
   take("--key-file", &evening::Settings::key_file);
   take("--m100", &evening::Settings::m100);
+  take("--keep-worse", &evening::Settings::keep_worse);
 }
 
 void check_ports(const evening::Settings& settings) {
@@ -346,6 +347,10 @@ void run(const CLI::App& command, const EveningOptions& options) {
   Folder folder(options.folder);
   take_given(command, options.settings, folder.settings());
   check_ports(folder.settings());
+  const auto not_kept = [&](const auto& number) { return number.first.starts_with("kept.") && number.second == 0.0; };
+  if (folder.settings().keep_worse && std::ranges::any_of(folder.numbers(), not_kept)) {
+    folder.again("gains_again");
+  }
   evening::write_initial_files(folder);
   Evening(folder, options.board).run();
 }
@@ -373,6 +378,8 @@ void add_evening(CLI::App& lab) {
       ->check(CLI::Range(1, 20));
   command->add_option("--key-file", settings.key_file,
                       "file with the app's key, on the board; commands are then encrypted");
+  command->add_flag("--keep-worse", settings.keep_worse,
+                    "take the corrected law even if it is worse as flown; else that of vehicle.toml stays");
   command->add_option("--m100", settings.m100, "the program m100 on this machine, for the step `check`");
   command
       ->add_option(

@@ -380,8 +380,10 @@ def all_evenings(m100, lab, work):
         # A first law whose margin was below the default's limit was faster because its model is wrong.
         if after > 1.05 * before and 0.0 < numbers["peak_sensitivity.first"] <= 2.2:
             wrong.append(f"{name}: the corrected flight is worse")
-        if numbers["paired.horizontal.after_m"] > 1.1 * numbers["paired.horizontal.before_m"]:
-            wrong.append(f"{name}: the corrected law is worse at the same margin")
+        for part, kept in (("horizontal", "kept.corrected"), ("vertical", "kept.corrected_climb")):
+            low_m, high_m, before_m = (numbers[f"paired.{part}.{key}"] for key in ("low_m", "high_m", "before_m"))
+            if low_m > 0.0 and high_m > 0.05 * before_m and numbers[kept]:
+                wrong.append(f"{name}: what is worse as flown was kept ({part})")
     expect(not wrong, "; ".join(wrong))
 
 

@@ -24,7 +24,8 @@ constexpr const char* kFormat = "m100-evening-1";
 
 }  // namespace
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Settings, port, pose_port, baud, pose_baud, app_id, flights, key_file, m100)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Settings, port, pose_port, baud, pose_baud, app_id, flights, key_file, m100,
+                                   keep_worse)
 
 std::string sha256_of(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
@@ -73,7 +74,7 @@ Folder::Folder(const std::string& path) : path_(made(path)) {
     if (state.at("format") != kFormat) {
       throw InputError(file(kStateFile), 0, "format", "is not " + std::string(kFormat));
     }
-    json settings{{"flights", 1}};
+    json settings{{"flights", 1}, {"keep_worse", false}};
     settings.update(state.at("settings"));
     settings.get_to(settings_);
     state.at("done").get_to(done_);

@@ -20,6 +20,7 @@ struct Settings {
   int flights = 1;            ///< of the course, before and after the correction
   std::string key_file;       ///< on the board; empty: commands are not encrypted
   std::string m100 = "m100";  ///< the program m100 on this machine, for the step `check`
+  bool keep_worse = false;    ///< takes the corrected law even if it is worse as flown
 };
 
 /// The record of a file that a step made, or that a person put into the folder.

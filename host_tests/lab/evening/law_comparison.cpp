@@ -26,6 +26,8 @@ namespace {
 constexpr int kPairs = 5;
 constexpr double kCourse_s = 40.0;
 const std::array kParts{"horizontal", "vertical"};
+// Names of the simulated pairs among the folder's numbers.
+const std::string kAsFlown = "paired.", kAtEqualMargin = "paired_at_equal_margin.";
 
 /// Horizontal and vertical error (root mean square) of each simulated flight of the course [m].
 using Flown = std::array<std::vector<double>, kParts.size()>;
@@ -44,6 +46,23 @@ Flown fly(const model::Vehicle& law, const sim::Plant& plant, const std::string&
     out[1].push_back(cell.z_m);
   }
   return out;
+}
+
+/// The simulated pairs that compare_laws() recorded under this name, for each of kParts.
+PairedErrors recorded(const Folder& folder, const std::string& name) {
+  const auto at = [&](const char* key) { return folder.numbers().at(name + key); };
+  return {kPairs, at(".before_m"), at(".after_m"), {at(".after_m") - at(".before_m"), at(".low_m"), at(".high_m")}};
+}
+
+void record(Folder& folder, const std::string& name, const Flown& before, const Flown& after) {
+  for (std::size_t i = 0; i < kParts.size(); ++i) {
+    const PairedErrors pairs = compare_pairs(before[i], after[i]);
+    const std::string part = name + kParts.at(i);
+    folder.set_number(part + ".before_m", pairs.before_m);
+    folder.set_number(part + ".after_m", pairs.after_m);
+    folder.set_number(part + ".low_m", pairs.difference_m.low);
+    folder.set_number(part + ".high_m", pairs.difference_m.high);
+  }
 }
 
 void record_margins(Folder& folder, const std::string& name, const model::Vehicle& law, const model::Vehicle& truth) {
@@ -90,17 +109,13 @@ FlownErrors compare_flights(const Folder& folder) {
     std::vector<double> after = repeated(folder, key, kAfter);
     before.resize(std::min(before.size(), after.size()));
     after.resize(before.size());
-    if (before.size() > 1) {
-      out[key] = loop::compare_pairs(before, after);
-    } else if (before.size() == 1) {
+    if (before.size() == 1) {
       first = first.empty() ? errors_of(folder, kBefore) : first;
       second = second.empty() ? errors_of(folder, kAfter) : second;
-      const flight::Interval found = flight::rms_difference(flight::along(first, axes), flight::along(second, axes));
-      out[key] = {.flights = 1,
-                  .before_m = before.front(),
-                  .after_m = after.front(),
-                  .difference_m = {found.value, found.low, found.high},
-                  .verdict = flight::verdict_of(found)};
+      out[key] = {1, before.front(), after.front(),
+                  flight::compare_pair(flight::along(first, axes), flight::along(second, axes)).difference_m};
+    } else if (!before.empty()) {
+      out[key] = compare_pairs(before, after);
     }
   }
   return out;
@@ -120,30 +135,25 @@ void compare_laws(Folder& folder) {
   for (model::StickAxis* const axis : {&plant.roll, &plant.pitch}) {
     axis->transport_delay_s = std::max(0.0, axis->transport_delay_s - loop::kUplink_s - loop::kTelemetry_s);
   }
-  const Flown before = fly(slowed, plant, course);
   const Flown after = fly(corrected.vehicle, plant, course);
-  std::array<bool, kParts.size()> is_worse{};
-  for (std::size_t i = 0; i < kParts.size(); ++i) {
-    const loop::PairedErrors pairs = loop::compare_pairs(before[i], after[i]);
-    const std::string name = std::string("paired.") + kParts.at(i);
-    folder.set_number(name + ".before_m", pairs.before_m);
-    folder.set_number(name + ".after_m", pairs.after_m);
-    folder.set_number(name + ".low_m", pairs.difference_m.low);
-    folder.set_number(name + ".high_m", pairs.difference_m.high);
-    is_worse.at(i) = pairs.verdict == "worse";
-  }
+  record(folder, kAsFlown, fly(first, plant, course), after);
+  record(folder, kAtEqualMargin, fly(slowed, plant, course), after);
   record_margins(folder, "first", first, truth);
   record_margins(folder, "first_slowed_down", slowed, truth);
   record_margins(folder, "corrected", corrected.vehicle, truth);
-  folder.set_number("kept.corrected", is_worse[0] ? 0.0 : 1.0);
-  if (is_worse[1]) {
+  std::array<bool, kParts.size()> is_kept{};
+  for (std::size_t i = 0; i < kParts.size(); ++i) {
+    is_kept.at(i) = folder.settings().keep_worse || !recorded(folder, kAsFlown + kParts.at(i)).is_worse();
+  }
+  folder.set_number("kept.corrected", is_kept[0] ? 1.0 : 0.0);
+  folder.set_number("kept.corrected_climb", is_kept[1] ? 1.0 : 0.0);
+  if (!is_kept[1]) {
     folder.set_number("found.climb", 0.0);
   }
-  folder.set_number("kept.corrected_climb", is_worse[1] ? 0.0 : 1.0);
-  const model::Vehicle climbs = is_worse[1] ? slowed : corrected.vehicle;
-  corrected.vehicle = loop::with_channel(is_worse[0] ? slowed : corrected.vehicle, climbs, "climb");
-  auto sources = is_worse[0] ? first_file.sources : corrected.sources;
-  sources["axis.climb"] = (is_worse[1] ? first_file : corrected).sources["axis.climb"];
+  const model::Vehicle climbs = is_kept[1] ? corrected.vehicle : first;
+  corrected.vehicle = loop::with_channel(is_kept[0] ? corrected.vehicle : first, climbs, "climb");
+  auto sources = is_kept[0] ? corrected.sources : first_file.sources;
+  sources["axis.climb"] = (is_kept[1] ? corrected : first_file).sources["axis.climb"];
   companion::save_vehicle(folder.file("corrected.toml"), corrected.vehicle, sources);
 }
 
@@ -153,32 +163,43 @@ std::vector<std::string> law_verdicts(const Folder& folder, const FlownErrors& f
   for (const auto& [key, words] : {std::pair{"horizontal_m", "flights of the course, horizontal"},
                                    std::pair{"height_m", "flights of the course, height"}}) {
     if (flown.contains(key)) {
-      out.push_back(std::string(words) + ": " + loop::describe(flown.at(key)));
+      out.push_back(std::string(words) + ", as flown: " + describe(flown.at(key)));
     }
   }
+  out.push_back(paired_rule());
   if (!numbers.contains("kept.corrected")) {
     return out;
   }
+  const auto add_simulated = [&](const std::string& name, const std::string& words) {
+    for (const std::string part : kParts) {
+      out.push_back("simulated on the corrected model, " + words + ", " + part + ": " +
+                    describe(recorded(folder, name + part)));
+    }
+  };
+  add_simulated(kAsFlown, "as flown");
   out.push_back(margins_text(folder, "first", "first law as flown"));
-  out.push_back(margins_text(folder, "first_slowed_down",
-                             "first law, slowed down to the corrected law's peak sensitivity where possible"));
   out.push_back(margins_text(folder, "corrected", "corrected law"));
-  // Adding 0.0 turns -0.0 into 0.0, which is printed without a sign.
-  const auto in_mm = [&](const std::string& key) { return std::round(1e4 * numbers.at(key)) / 10.0 + 0.0; };
-  for (const char* const part : kParts) {
-    const std::string name = std::string("paired.") + part;
-    out.push_back(
-        std::to_string(kPairs) + " simulated pairs on the corrected model, both laws at the same peak " +
-        "sensitivity, " + part +
-        loop::two_numbers(": %.1f mm before, %.1f mm after, ", in_mm(name + ".before_m"), in_mm(name + ".after_m")) +
-        loop::two_numbers("difference [%+.1f, %+.1f] mm", in_mm(name + ".low_m"), in_mm(name + ".high_m")));
+  if (numbers.contains(kAtEqualMargin + "horizontal.before_m") &&
+      numbers.at("peak_sensitivity.first") != numbers.at("peak_sensitivity.first_slowed_down")) {
+    out.push_back(margins_text(folder, "first_slowed_down",
+                               "at equal margin: the first law as nobody flies it, slowed down to the corrected law's "
+                               "peak sensitivity where possible"));
+    add_simulated(kAtEqualMargin, "at equal margin");
   }
-  out.emplace_back(
-      numbers.at("kept.corrected") > 0.0
-          ? "kept: the corrected model"
-          : "kept: the FIRST model, slowed down, because the corrected one flies worse at the same margin");
-  if (const auto climb = numbers.find("kept.corrected_climb"); climb != numbers.end() && climb->second == 0.0) {
-    out.emplace_back("for the climb the FIRST model is kept, because the corrected one flies worse in height");
+  const auto kept = [&](const char* key) { return numbers.at(std::string("kept.") + key) > 0.0; };
+  out.emplace_back(kept("corrected") ? "kept: the corrected law"
+                                     : "NOT KEPT: the corrected law is worse as flown, and that of vehicle.toml stays; "
+                                       "--keep-worse takes the corrected one");
+  if (!kept("corrected_climb")) {
+    out.emplace_back(
+        "NOT KEPT: the corrected climb is worse as flown, and that of vehicle.toml stays; --keep-worse "
+        "takes the corrected one");
+  }
+  const bool is_worse = (flown.contains("horizontal_m") && flown.at("horizontal_m").is_worse()) ||
+                        (flown.contains("height_m") && flown.at("height_m").is_worse());
+  if (!flown.empty()) {
+    const std::string file = is_worse && !folder.settings().keep_worse ? "vehicle" : "corrected";
+    out.push_back("to fly on with: " + file + ".toml and " + file + ".gains");
   }
   return out;
 }

@@ -2,7 +2,6 @@
 #include "host_tests/lab/evening/summary_page.h"
 
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <string>
 #include <string_view>
@@ -49,9 +48,8 @@ Comparison compared(const Folder& folder, const FlownErrors& flown) {
        {std::pair{"pose_m", "distance from the course [m]"}, std::pair{"horizontal_m", "horizontal distance [m]"},
         std::pair{"x_m", "along x [m]"}, std::pair{"y_m", "along y [m]"}, std::pair{"height_m", "in height [m]"},
         std::pair{"heading_deg", "heading [degrees]"}}) {
-    if (add(words, std::string(key) + ".course", std::string(key) + ".corrected") && flown.contains(key) &&
-        std::isfinite(flown.at(key).difference_m.low)) {
-      out.back().verdict = flown.at(key).verdict;
+    if (add(words, std::string(key) + ".course", std::string(key) + ".corrected") && flown.contains(key)) {
+      out.back().verdict = flown.at(key).verdict();
     }
   }
   for (const VehicleAxis& axis : kVehicleAxes) {
@@ -141,21 +139,15 @@ std::string not_reached(const Folder& folder, const Comparison& all) {
          "wind and load are not identified and stay as in the first vehicle file.";
 }
 
-/// What the errors in flight do not show: each law's delay margin, and the errors at the same margin. Empty: unknown.
-std::string at_equal_margin(const Folder& folder) {
-  const auto mm = [&](const char* key) {
-    return plot::number(1e3 * folder.numbers().at(std::string("paired.horizontal.") + key)) + " mm";
-  };
+/// What the errors in flight do not show: each law's delay margin. Empty: unknown.
+std::string margins(const Folder& folder) {
   const auto margin = [&](const char* law) {
     const auto found = folder.numbers().find(std::string("delay_margin_s.") + law);
     return found->second > 0.0 ? plot::number(1e3 * found->second) + " ms" : std::string("none");
   };
-  if (!folder.numbers().contains("kept.corrected")) {
-    return "";
-  }
-  return " The delay margin on the corrected model was " + margin("first") + ", now " + margin("corrected") +
-         "; with the same peak sensitivity the laws fly " + mm("before_m") + " and " + mm("after_m") +
-         " off horizontally, in simulation.";
+  return folder.numbers().contains("kept.corrected")
+             ? " The delay margin on the corrected model was " + margin("first") + ", now " + margin("corrected") + "."
+             : "";
 }
 
 /// Writes the first screen: question, findings, what they explain and change, what remains, and both flights.
@@ -171,7 +163,7 @@ void outcome(const Folder& folder, const FlownErrors& flown, const Comparison& a
        {"What it explains" + data, predicted_ahead(all)},
        {"What it changed in flight" + data,
         is_flown ? "distance from the reference on the same course, root mean square, before -> after: " +
-                       loop::describe(pose->second) + "." + at_equal_margin(folder)
+                       describe(pose->second) + ". " + paired_rule() + margins(folder)
                  : "the corrected flight was not flown yet."},
        {"What remains", not_reached(folder, all)}},
       is_flown && all.front().verdict == "better"  ? "good"

@@ -24,9 +24,7 @@ struct FlightOptions {
   std::string out, json, key_file, title, note;
 };
 
-nlohmann::json to_json(const flight::Interval& one) {
-  return {{"value", one.value}, {"low", one.low}, {"high", one.high}};
-}
+nlohmann::json to_json(const Interval& one) { return {{"value", one.value}, {"low", one.low}, {"high", one.high}}; }
 
 /// The page's numbers about tracking; null: the flight does not have the number.
 nlohmann::json flights_json(const std::vector<flight::FlightSeries>& flights) {
@@ -47,7 +45,7 @@ nlohmann::json flights_json(const std::vector<flight::FlightSeries>& flights) {
     out["flights"].push_back({{"name", one.name}, {"flew", one.flew()}, {"tracking", tracking}});
   }
   if (flights.size() > 1) {
-    out["rms_difference_m"] = to_json(flight::rms_difference(errors.front(), errors.back()));
+    out["rms_difference_m"] = to_json(flight::compare_pair(errors.front(), errors.back()).difference_m);
   }
   return out;
 }

@@ -14,9 +14,9 @@ namespace {
 
 using plot::number;
 
-std::string with_interval(const Interval& one, double scale = 1.0, const std::string& unit = " m") {
-  const std::string interval = " [" + number(scale * one.low) + ", " + number(scale * one.high) + "]";
-  return number(scale * one.value) + unit + (std::isnan(one.low) ? "" : interval);
+std::string with_interval(const Interval& one) {
+  const std::string interval = " [" + number(one.low) + ", " + number(one.high) + "]";
+  return number(one.value) + " m" + (std::isnan(one.low) ? "" : interval);
 }
 
 /// The first steps of the failsafe with their reasons, because the figure has no room for them.
@@ -150,13 +150,8 @@ std::string error_sentence(const std::vector<FlightSeries>& flights) {
            " m at most, " + std::to_string(before.poses) + " poses. The law flew " +
            number(flights.front().end_s - flights.front().control_s) + " s, " + failsafe_words(flights.front()) + ".";
   }
-  const Interval difference = rms_difference(first, second);
-  const std::string verdict = std::isnan(difference.low) ? "too short for an interval" : verdict_of(difference);
-  return "Distance from the course, root mean square: " + number(before.rms_m.value) + " m before, " +
-         number(tracking_of(second).rms_m.value) +
-         " m after. Difference on the part that both flew: " + with_interval(difference, 1e3, " mm") + " (" +
-         plot::percent(difference.value / before.rms_m.value) + "), " + verdict +
-         " by the spread inside these two flights.";
+  return "Distance from the course, root mean square, before -> after, difference on the part that both flew: " +
+         describe(compare_pair(first, second)) + ". " + paired_rule();
 }
 
 void add_first_screen(const std::vector<FlightSeries>& flights, plot::Page& page) {

@@ -6,7 +6,6 @@
 #include <map>
 
 #include "firmware/safety/failsafe.h"
-#include "host_tests/lab/student_t.h"
 
 namespace m100::lab::flight {
 namespace {
@@ -120,12 +119,12 @@ Tracking tracking_of(const std::vector<TrackingError>& errors) {
   return out;
 }
 
-Interval rms_difference(const std::vector<TrackingError>& before, const std::vector<TrackingError>& after) {
+PairedErrors compare_pair(const std::vector<TrackingError>& before, const std::vector<TrackingError>& after) {
   Blocks blocks;
   add(before, 0, blocks);
   add(after, 1, blocks);
   std::erase_if(blocks, [](const auto& one) { return one.second.count[0] == 0.0 || one.second.count[1] == 0.0; });
-  return jackknife(blocks, true);
+  return {1, tracking_of(before).rms_m.value, tracking_of(after).rms_m.value, jackknife(blocks, true)};
 }
 
 std::vector<TrackingError> along(std::vector<TrackingError> errors, const std::array<double, 3>& axes) {
@@ -133,10 +132,6 @@ std::vector<TrackingError> along(std::vector<TrackingError> errors, const std::a
     one.error_m = {axes[0] * one.error_m[0], axes[1] * one.error_m[1], axes[2] * one.error_m[2]};
   }
   return errors;
-}
-
-const char* verdict_of(const Interval& difference) {
-  return difference.high < 0.0 ? "better" : difference.low > 0.0 ? "worse" : "no difference";
 }
 
 }  // namespace m100::lab::flight

@@ -4,15 +4,9 @@
 #include <vector>
 
 #include "host_tests/lab/flight/flight_series.h"
+#include "host_tests/lab/paired_errors.h"
 
 namespace m100::lab::flight {
-
-/// A number and its 95 % interval; low and high are NaN where the flight is too short for one.
-struct Interval {
-  double value = 0.0;
-  double low = 0.0;
-  double high = 0.0;
-};
 
 /// The error of one pose: pose minus course, at the pose's time of capture, along x, y and z.
 struct TrackingError {
@@ -38,14 +32,11 @@ struct Tracking {
 /// the spread inside this flight: another flight in another air may differ by more.
 Tracking tracking_of(const std::vector<TrackingError>& errors);
 
-/// Root mean square of the second flight minus that of the first, over the blocks of 2.5 s in which both have errors.
+/// One pair of flights: their root mean squares, and the difference over the blocks of 2.5 s in which both have errors.
 /// The blocks are paired by the time on the course.
-Interval rms_difference(const std::vector<TrackingError>& before, const std::vector<TrackingError>& after);
+PairedErrors compare_pair(const std::vector<TrackingError>& before, const std::vector<TrackingError>& after);
 
 /// The errors along some axes: x, y, z, each 1 or 0.
 std::vector<TrackingError> along(std::vector<TrackingError> errors, const std::array<double, 3>& axes);
-
-/// Whether a difference with its interval is "better", "worse" or "no difference".
-const char* verdict_of(const Interval& difference);
 
 }  // namespace m100::lab::flight

@@ -105,6 +105,7 @@ class Loop {
     result_.ordered_experiments = as_flown ? result_.before.experiments
                                            : fly_tasks(options_, companion::as_file(result_.before_ordered.vehicle),
                                                        options_.seed, options_.tasks, options_.seeds);
+    result_.is_kept = options_.keep_worse || !is_worse(result_.after.experiments, result_.before.experiments);
     return std::move(result_);
   }
 

@@ -27,7 +27,8 @@ struct LoopOptions {
   mpc::Law law = mpc::Law::kMpc;
   sim::BodyJob* body = nullptr;  ///< as experiments::FlightPlan
   std::vector<std::string> tasks{"hover", "step", "trajectory"};
-  std::string log_folder;  ///< keeps the logs of the identification flights; empty: none are kept
+  bool keep_worse = false;  ///< keeps the new vehicle file even if it is worse as flown
+  std::string log_folder;   ///< keeps the logs of the identification flights; empty: none are kept
   std::function<void(const std::string&)> progress;  ///< may be empty
 };
 
@@ -41,6 +42,7 @@ struct LoopResult {
   LoopEvaluation before;
   LoopEvaluation after;
   companion::VehicleFile vehicle;  ///< the new vehicle file
+  bool is_kept = true;  ///< false: as flown it is worse (is_worse(); LoopOptions::keep_worse), and the former one stays
   /// The old vehicle file with an input weight that keeps the ordered margins on the new model, if any does.
   OrderedLaw before_ordered;
   std::vector<experiments::TaskResult> ordered_experiments;  ///< flown with before_ordered

@@ -41,6 +41,7 @@ struct LoopOptions {
   std::string law = "mpc";
   std::string tasks = "hover,step,trajectory";
   std::vector<std::string> models;
+  bool keep_worse = false;
   sim::BodyChoice body;
 };
 
@@ -93,6 +94,7 @@ void run(const LoopOptions& options) {
   loop.seed = options.seed;
   loop.seeds = options.seeds;
   loop.law = law_of(options.law);
+  loop.keep_worse = options.keep_worse;
   sim::BodyJob body(options.body);
   loop.body = options.body.is_identified() ? nullptr : &body;
   loop.tasks = options.tasks == "none" ? std::vector<std::string>{} : list_of("--tasks", options.tasks);
@@ -115,7 +117,8 @@ void run(const LoopOptions& options) {
     return;
   }
   const loop::LoopResult result = loop::close_loop(loop);
-  companion::save_vehicle(options.out, result.vehicle.vehicle, result.vehicle.sources);
+  const companion::VehicleFile& kept = result.is_kept ? result.vehicle : loop.vehicle;
+  companion::save_vehicle(options.out, kept);
   loop::print(std::cout, result);
   if (!options.report.empty()) {
     const std::string page = options.report + "/loop.html";
@@ -142,7 +145,9 @@ void add_loop(CLI::App& lab) {
   add_body_options(*command, options->body);
   command->add_option("--vehicle", options->vehicle,
                       "vehicle file that the controller uses at first; default: the project's");
-  command->add_option("--out", options->out, "vehicle file to write");
+  command->add_option("--out", options->out,
+                      "vehicle file to write: the new one, or the former one if the new one is worse");
+  command->add_flag("--keep-worse", options->keep_worse, "write the new vehicle file even if a task is worse as flown");
   command->add_option("--models", options->models,
                       "vehicle files to compare on the aircraft of --plant-from, instead of identifying: prediction, "
                       "errors in flight and margins, each with its interval over the seeds");

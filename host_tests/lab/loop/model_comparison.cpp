@@ -68,7 +68,7 @@ ModelErrors predict_all(const LoopOptions& options, const std::vector<ComparedMo
   return errors;
 }
 
-nlohmann::json json_of(const std::map<std::string, identify::Interval>& intervals) {
+nlohmann::json json_of(const std::map<std::string, Interval>& intervals) {
   nlohmann::json out = nlohmann::json::object();
   for (const auto& [name, interval] : intervals) {
     out[name] = {{"value", interval.value}, {"low", interval.low}, {"high", interval.high}};
@@ -76,7 +76,7 @@ nlohmann::json json_of(const std::map<std::string, identify::Interval>& interval
   return out;
 }
 
-void print(std::ostream& out, const char* what, const std::map<std::string, identify::Interval>& intervals) {
+void print(std::ostream& out, const char* what, const std::map<std::string, Interval>& intervals) {
   for (const auto& [name, interval] : intervals) {
     std::array<char, 160> text{};
     std::snprintf(text.data(), text.size(), "  %-10s %-28s %.4f [%.4f, %.4f]\n", what, name.c_str(), interval.value,

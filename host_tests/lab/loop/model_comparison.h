@@ -9,6 +9,7 @@
 
 #include "host_tests/lab/gains/tuning/tune.h"
 #include "host_tests/lab/loop/close_loop.h"
+#include "host_tests/lab/paired_errors.h"
 
 namespace m100::lab::loop {
 
@@ -21,9 +22,9 @@ struct ComparedModel {
 /// Root mean squares of one model: the mean over the seeds with its 95 % interval (Student's t).
 struct ModelScore {
   std::string name;
-  std::map<std::string, identify::Interval> prediction_1s;  ///< by quantity (kQuantities), 1 s ahead
-  std::map<std::string, identify::Interval> pose_m;         ///< by task, calm and windy air together
-  std::map<std::string, identify::Interval> horizontal_m;   ///< likewise
+  std::map<std::string, Interval> prediction_1s;  ///< by quantity (kQuantities), 1 s ahead
+  std::map<std::string, Interval> pose_m;         ///< by task, calm and windy air together
+  std::map<std::string, Interval> horizontal_m;   ///< likewise
   std::vector<std::string> diverged;  ///< cells (task and condition) in which it flew away, or never obtained control
   gains::TunedMargins margins;        ///< of its law on the aircraft `truth`, the worse of both axes; computed
 };

@@ -174,7 +174,7 @@ std::vector<std::string> flown_worse(const LoopResult& result) {
   std::vector<std::string> out;
   for (const auto& [task, pairs] : compare_tasks(result.before.experiments, result.after.experiments)) {
     for (const auto& [part, errors] : {std::pair{"horizontal", &pairs.horizontal}, {"vertical", &pairs.vertical}}) {
-      if (errors->verdict == "worse") {
+      if (errors->is_worse()) {
         out.push_back("flown worse: " + task + ", " + part + ": " + describe(*errors));
       }
     }
@@ -260,6 +260,9 @@ std::string explained(const LoopResult& result) {
 /// What diverged or became worse, and what no effect explains. If a flown task is worse, also the margins of the laws.
 std::vector<std::string> remains(const LoopResult& result) {
   std::vector<std::string> out;
+  if (!result.is_kept) {
+    out.emplace_back(kNotKept);
+  }
   for (const std::string& cell : trajectory_errors(result).diverged) {
     out.push_back("diverged: " + cell + " (not in the mean)");
   }
@@ -339,7 +342,8 @@ void write_page(const LoopResult& result, const std::string& file) {
         errors.cells > 0
             ? "pose error on the trajectory: " + plot::number(errors.before_m) + " m before, " +
                   plot::number(errors.after_m) + " m after (" + change(errors.before_m, errors.after_m) + "), " +
-                  compare_tasks(result.before.experiments, result.after.experiments).at("trajectory").pose.verdict + "."
+                  compare_tasks(result.before.experiments, result.after.experiments).at("trajectory").pose.verdict() +
+                  " as flown. " + paired_rule()
             : "pose error on the trajectory: not flown."},
        {"What remains", left.empty() ? "nothing became worse." : plot::joined(left, "; ") + "."}},
       !errors.diverged.empty()           ? "bad"

@@ -4,18 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "host_tests/lab/loop/trial_flights.h"
-#include "host_tests/lab/statistics.h"
-#include "host_tests/lab/student_t.h"
 
 namespace m100::lab::loop {
 namespace {
-
-constexpr double kMin_m = 1e-6;  ///< errors below a micrometre count as one: their ratio says nothing
 
 using Squares = std::array<std::vector<double>, 3>;  ///< of pose, horizontal and vertical error, one for each seed
 
@@ -51,47 +45,10 @@ nlohmann::json json_of(const PairedErrors& errors) {
            {{"value", errors.difference_m.value},
             {"low", known(errors.difference_m.low)},
             {"high", known(errors.difference_m.high)}}},
-          {"verdict", errors.verdict},
-          {"within_margin", errors.within_margin}};
+          {"verdict", errors.verdict()}};
 }
 
 }  // namespace
-
-identify::Interval mean_with_interval(const std::vector<double>& values) {
-  const double mean = mean_value(values);
-  double half_width = std::numeric_limits<double>::infinity();
-  if (values.size() > 1) {
-    double squares = 0.0;
-    for (const double value : values) {
-      squares += (value - mean) * (value - mean);
-    }
-    const auto n = static_cast<double>(values.size());
-    half_width = student_t(n - 1.0) * std::sqrt(squares / (n - 1.0) / n);
-  }
-  return {mean, mean - half_width, mean + half_width};
-}
-
-PairedErrors compare_pairs(const std::vector<double>& before_m, const std::vector<double>& after_m) {
-  PairedErrors out;
-  out.flights = static_cast<int>(before_m.size());
-  out.before_m = mean_value(before_m);
-  out.after_m = mean_value(after_m);
-  std::vector<double> differences;
-  std::vector<double> ratios;
-  for (std::size_t i = 0; i < before_m.size(); ++i) {
-    differences.push_back(after_m[i] - before_m[i]);
-    ratios.push_back(std::log(std::max(after_m[i], kMin_m) / std::max(before_m[i], kMin_m)));
-  }
-  out.difference_m = mean_with_interval(differences);
-  const identify::Interval ratio = mean_with_interval(ratios);
-  out.within_margin = ratio.high <= std::log1p(kNonInferiority);
-  if (ratio.high < 0.0) {
-    out.verdict = "better";
-  } else if (ratio.low > 0.0 && !out.within_margin) {
-    out.verdict = "worse";
-  }
-  return out;
-}
 
 std::map<std::string, PairedTask> compare_tasks(const std::vector<experiments::TaskResult>& before,
                                                 const std::vector<experiments::TaskResult>& after) {
@@ -114,23 +71,6 @@ std::map<std::string, PairedTask> compare_tasks(const std::vector<experiments::T
     out[name] = {compare(0), compare(1), compare(2)};
   }
   return out;
-}
-
-std::string describe(const PairedErrors& errors) {
-  std::array<char, 200> text{};
-  // Adding 0.0 turns -0.0 into 0.0, which is printed without that sign.
-  const auto rounded = [](double m) { return std::round(1e4 * m) / 1e4 + 0.0; };
-  const auto& [value, low, high] = errors.difference_m;
-  const std::string of =
-      errors.flights == 1 ? "spread inside one flight each" : std::to_string(errors.flights) + " pairs";
-  if (std::isfinite(low)) {
-    std::snprintf(text.data(), text.size(), "%.4f -> %.4f m, %+.4f [%+.4f, %+.4f], %s (%s)", errors.before_m,
-                  errors.after_m, rounded(value), rounded(low), rounded(high), errors.verdict.c_str(), of.c_str());
-  } else {
-    std::snprintf(text.data(), text.size(), "%.4f -> %.4f m, of which the spread is not known", errors.before_m,
-                  errors.after_m);
-  }
-  return text.data();
 }
 
 nlohmann::json to_json(const PairedTask& task) {

@@ -75,6 +75,9 @@ std::vector<std::string> verdicts(const LoopResult& result) {
     }
   };
   add("as flown", result.before.experiments, result.after.experiments);
+  if (!out.empty()) {
+    out.push_back(paired_rule());
+  }
   const model::Vehicle& truth = result.vehicle.vehicle;
   if (!truth.roll.is_identified()) {
     return out;
@@ -87,14 +90,15 @@ std::vector<std::string> verdicts(const LoopResult& result) {
   out.push_back(margins("law before", result.before_vehicle));
   out.push_back(margins("law after", truth));
   if (model::flown_weights(result.before_ordered.vehicle).input != model::flown_weights(result.before_vehicle).input) {
-    out.push_back("the law before was faster than ordered, because its model is wrong. Slowed down by " +
-                  two_numbers("%.1f times its input weight (peak sensitivity at most %.1f is ordered)",
-                              model::flown_weights(result.before_ordered.vehicle).input /
-                                  model::flown_weights(result.before_vehicle).input,
-                              order_of(result.before_vehicle).peak_sensitivity) +
-                  ":");
-    out.push_back(margins("law before, slowed down", result.before_ordered.vehicle));
-    add("law before slowed down", result.ordered_experiments, result.after.experiments);
+    out.push_back(
+        "at equal margin: the law before is faster than ordered, because its model is wrong. Nobody flies it "
+        "with " +
+        two_numbers("%.1f times its input weight (peak sensitivity at most %.1f is ordered):",
+                    model::flown_weights(result.before_ordered.vehicle).input /
+                        model::flown_weights(result.before_vehicle).input,
+                    order_of(result.before_vehicle).peak_sensitivity));
+    out.push_back(margins("law before, at equal margin", result.before_ordered.vehicle));
+    add("at equal margin", result.ordered_experiments, result.after.experiments);
   }
   return out;
 }
@@ -121,7 +125,8 @@ nlohmann::json to_json(const LoopResult& result) {
   }
   out["paired"] = paired_json(result.before.experiments, result.after.experiments);
   out["paired_at_ordered_margin"] = paired_json(result.ordered_experiments, result.after.experiments);
-  out["non_inferiority_margin"] = kNonInferiority;
+  out["paired_rule"] = paired_rule();
+  out["kept"] = result.is_kept;
   return out;
 }
 
@@ -185,6 +190,9 @@ void print(std::ostream& out, const LoopResult& result) {
   }
   for (const std::string& line : verdicts(result)) {
     out << line << "\n";
+  }
+  if (!result.is_kept) {
+    out << kNotKept << "\n";
   }
 }
 

@@ -61,7 +61,8 @@ std::string describe(const Comparison& comparison) {
     return "no task was flown to its end both before and after";
   }
   char text[96];
-  std::snprintf(text, sizeof text, "pose RMS %.4f m before, %.4f m after", comparison.before_m, comparison.now_m);
+  std::snprintf(text, sizeof text, "pose RMS %.4f m before, %.4f m after, at equal margin", comparison.before_m,
+                comparison.now_m);
   return text;
 }
 
@@ -102,6 +103,8 @@ std::pair<std::string, Cells> without_one(const std::set<std::string>& kept, con
 
 }  // namespace
 
+bool is_worse(const Cells& now, const Cells& before) { return compare(now, before).is_worse(); }
+
 Trial fly_trials(const std::set<std::string>& candidates, const Cells& before,
                  const std::function<Cells(const std::set<std::string>&)>& fly) {
   Trial out{.kept = candidates, .messages = {}};
@@ -110,7 +113,7 @@ Trial fly_trials(const std::set<std::string>& candidates, const Cells& before,
   }
   Cells now = fly(out.kept);
   report_lost(before, now, out);
-  while (compare(now, before).is_worse()) {
+  while (is_worse(now, before)) {
     auto [culprit, best] = without_one(out.kept, before, fly);
     out.messages.push_back(culprit +
                            ": taken back, trial flights are worse with it: " + describe(compare(now, before)));

@@ -62,11 +62,14 @@ def main():
     print("The loop on an aircraft with hidden effects (SIMULATED), vehicle file before -> after:")
     for axis, (unit, key) in AXES.items():
         print("  " + looped(result, axis, unit, key))
-    for task, pairs in result.get("paired_at_ordered_margin", {}).items():
-        for part in ("horizontal", "vertical"):
-            one = pairs[part]
-            print(f"  {task}, {part}: {one['before_m']:.4f} -> {one['after_m']:.4f} m, {one['verdict']} ({one['flights']} "
-                  "pairs, both laws at the ordered margin)")
+    for key, words in (("paired", "as flown"), ("paired_at_ordered_margin", "at equal margin")):
+        if key == "paired" or result[key] != result["paired"]:
+            for task, pairs in result.get(key, {}).items():
+                for part in ("horizontal", "vertical"):
+                    one = pairs[part]
+                    print(f"  {words}: {task}, {part}: {one['before_m']:.4f} -> {one['after_m']:.4f} m, {one['verdict']} "
+                          f"({one['flights']} pairs)")
+    print("  " + result["paired_rule"])
     return 0
 
 

@@ -61,10 +61,10 @@ TEST(FlightTracking, ADifferenceIsPairedByTheTimeOnTheCourse) {
   const auto wave = [](double size) { return [size](double t) { return size * std::abs(std::sin(0.2 * t)); }; };
   const auto before = tracking_errors(along_x(40.0, wave(0.10)));
   const auto after = tracking_errors(along_x(60.0, wave(0.08)));
-  const Interval found = rms_difference(before, after);
+  const Interval found = compare_pair(before, after).difference_m;
   EXPECT_NEAR(found.value, -0.2 * tracking_of(before).rms_m.value, 1e-3);
   EXPECT_LT(found.high, 0.0) << "each block is better by a fifth";
-  const Interval none = rms_difference(before, before);
+  const Interval none = compare_pair(before, before).difference_m;
   EXPECT_NEAR(none.value, 0.0, 1e-12);
 }
 
@@ -142,7 +142,8 @@ TEST(FlightPage, AnswersFirstAndShowsBothFlights) {
   const std::string two = flight_page({hover(), hover()}, "Two", "").html();
   EXPECT_NE(two.find("before, distance"), std::string::npos);
   EXPECT_NE(two.find("after, distance"), std::string::npos);
-  EXPECT_NE(two.find("no difference by the spread inside these two flights"), std::string::npos);
+  EXPECT_NE(two.find("cannot tell (1 pair: the interval is the spread inside its two flights)"), std::string::npos);
+  EXPECT_NE(two.find(paired_rule()), std::string::npos);
 }
 
 // Catches a page that calls a log good in which the law never flew.
