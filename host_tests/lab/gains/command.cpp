@@ -40,6 +40,7 @@ struct GainsOptions {
   std::string table;
   std::string json;
   std::string tuned;
+  std::string present;
   std::vector<double> box;
   std::vector<std::string> rivals;
   std::string mode = "field";
@@ -153,7 +154,10 @@ bool put(const std::string& path, std::string_view bytes, bool check) {
 /// Checks that each file can be read or written. With --check, the header and the table are only read.
 void check_files(const GainsOptions& options) {
   companion::FileUse use;
-  use.reads("--vehicle", options.vehicle).reads("--rival", options.rivals).writes("--tune", options.tuned);
+  use.reads("--vehicle", options.vehicle)
+      .reads("--rival", options.rivals)
+      .reads("--present", options.present)
+      .writes("--tune", options.tuned);
   if (options.check) {
     use.reads("--out", options.header).reads("--table", options.table);
   } else {
@@ -228,7 +232,9 @@ void run(const GainsOptions& options) {
     structures = structures_of(file, options);
     if (!options.tuned.empty()) {
       say_stage("the design, by margins and simulated hovers");
-      gains::tune_vehicle(file, structures, options.vehicle);
+      const model::Vehicle present =
+          options.present.empty() ? file.vehicle : companion::load_vehicle(options.present).vehicle;
+      gains::tune_vehicle(file, present, structures, options.vehicle);
       file = companion::save_vehicle(options.tuned, file);
     }
     if (!options.check) {
@@ -271,6 +277,10 @@ void add_gains(CLI::App& lab) {
   command->add_option("--tune", options->tuned,
                       "make the design of the modes field and robust by the margins as flown and simulated flights, "
                       "write this vehicle file and make the tables from it");
+  command->add_option(
+      "--present", options->present,
+      "vehicle file that flies now, default --vehicle: where its law keeps the limits on the new model, "
+      "the design of --tune flies no worse than it");
   companion::add_mode_option(*command, options->mode, "mode whose margins are reported; the table file has all modes");
   command
       ->add_option("--setpoint-box", options->box,

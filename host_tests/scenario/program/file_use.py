@@ -58,7 +58,7 @@ TABLE = {
                             other=["--title", "--note"]),
     "m100-lab frames decode": dict(inputs=["file", "--key-file"], needed=["file"]),
     "m100-lab frames encode": dict(inputs=["file", "--key-file"], needed=["file"]),
-    "m100-lab gains": dict(inputs=["--vehicle", "--rival"], needed=["--vehicle"],
+    "m100-lab gains": dict(inputs=["--vehicle", "--rival", "--present"], needed=["--vehicle"],
                            outputs=["--out", "--table", "--json", "--tune", "--certify"], other=["--setpoint-box", "--mode"]),
     "m100-lab identify": dict(words="--axis roll --declare first_order --split alternate:6",
                               inputs=["--log", "--columns", "--validate-log", "--validate-columns",

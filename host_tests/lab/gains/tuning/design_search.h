@@ -42,7 +42,8 @@ struct ModeDesign {
 
 struct DesignSearchResult {
   ModeDesign field, robust;
-  FlownScore before;                ///< the vehicle file without its designs
+  ModeDesign present;  ///< the law that flies now, on the corrected model; kept: in all limits of mode field
+  FlownScore before;   ///< the vehicle file without its designs
   std::vector<DesignTrial> trials;  ///< all that were flown
 };
 
@@ -58,6 +59,8 @@ struct FlownLimits {
   double tilt_deg = 90.0;                                    ///< worst of the step
   double hover_m = std::numeric_limits<double>::infinity();  ///< horizontal error
   double wind_m = std::numeric_limits<double>::infinity();   ///< the same in wind
+  double square_m = std::numeric_limits<double>::infinity();
+  double step_m_s = std::numeric_limits<double>::infinity();
   /// Sum of the shares by which these limits and kMaxMotion_deg_s are exceeded; at least 10 if a flight did not stay.
   double excess(const FlownScore& flown) const;
 };
@@ -68,10 +71,14 @@ FlownLimits field_limits(const model::Vehicle& vehicle, const FlownScore& before
 
 /// Chooses weights, noises and the controller's model for the modes field and robust. The mean error of the reference
 /// tasks is to be least, while the limits of the mode on the margins and on the simulated flights are kept. The margins
-/// are those of all structures and both channels. It is a pattern search with a fixed number of trials. Throws
-/// std::domain_error if no design for mode field is stable in every corner.
+/// are those of all structures and both channels. Where the law that flies now keeps them, too (its nominal
+/// delay margin may be down to that of the corners), the design of mode field is no worse than it in hover, wind,
+/// square and step. It is a pattern search with a fixed number of trials. Throws std::domain_error if no design for
+/// mode field is stable in every corner.
+/// @param present vehicle file of the law that flies now
 /// @param progress receives the share of the work that is done, and what is searched
-DesignSearchResult search_designs(const model::Vehicle& vehicle, const MarginBox& box, const FlyDesign& fly,
+DesignSearchResult search_designs(const model::Vehicle& vehicle, const model::Vehicle& present, const MarginBox& box,
+                                  const FlyDesign& fly,
                                   const std::function<void(double share, const std::string& what)>& progress);
 
 /// The trial of least error that keeps the limits and kMaxMotion_deg_s, and stayed, if there is one.

@@ -130,6 +130,22 @@ void print_design(const char* mode, const ModeDesign& design, const FlownScore& 
       best.flown.motion_deg_s, before.tilt_deg, best.flown.tilt_deg);
 }
 
+/// What the limits cost against the law that flies now, or that the new one is no worse than it.
+void print_present(const DesignSearchResult& result) {
+  const DesignTrial& now = result.present.best;
+  std::printf(
+      "the law that flies now, on this model: nominal %.2f and %.0f ms, worst corner %.2f and %.0f ms, whole box "
+      "%.3f\n",
+      now.nominal.peak_sensitivity, now.nominal.delay_margin_s * 1e3, now.corners.peak_sensitivity,
+      now.corners.delay_margin_s * 1e3, now.box.peak_sensitivity);
+  if (result.present.kept) {
+    std::printf("  it keeps the limits: the new design is no worse than it in hover, wind, square and step\n");
+  } else {
+    std::printf("  it exceeds the limits of mode field; to keep them costs %+.1f %% of its flown error\n",
+                100.0 * (result.field.best.error / now.error - 1.0));
+  }
+}
+
 void print_prices(const DesignSearchResult& result) {
   std::printf(
       "peak sensitivity over the whole box and the least flown error for it (1: the file before), of %zu flown "
@@ -189,7 +205,8 @@ void tune_input_weight(companion::VehicleFile& file, const std::vector<OpenStruc
 
 }  // namespace
 
-void tune_vehicle(companion::VehicleFile& file, const std::vector<OpenStructure>& structures, const std::string& path) {
+void tune_vehicle(companion::VehicleFile& file, const model::Vehicle& present,
+                  const std::vector<OpenStructure>& structures, const std::string& path) {
   const sim::Plant plant = sim::plant_of_options("", path);
   if (file.vehicle.roll.is_first_order() || file.vehicle.pitch.is_first_order()) {
     std::printf("an axis of first order: only the input weight is chosen\n");
@@ -215,10 +232,11 @@ void tune_vehicle(companion::VehicleFile& file, const std::vector<OpenStructure>
     }
   };
   const DesignSearchResult result = search_designs(
-      file.vehicle, MarginBox(structures),
+      file.vehicle, present, MarginBox(structures),
       [&](const model::Vehicle& believed) { return fly_structures(believed, plants); }, progress);
   file.vehicle.design = result.field.best.design;
   file.vehicle.robust = result.robust.best.design;
+  print_present(result);
   print_design("field", result.field, result.before);
   print_design("robust", result.robust, result.before);
   print_prices(result);
