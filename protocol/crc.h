@@ -5,14 +5,6 @@
 #include <cstdint>
 #include <span>
 
-#include "protocol/bytes.h"
-
-/// 1: one 256-entry table per checksum (1.8 KiB of flash). 8: slicing tables and tables of powers (93 KiB).
-/// All files of a program must agree on it.
-#ifndef M100_CRC_SLICES
-#define M100_CRC_SLICES 8
-#endif
-
 namespace m100::protocol {
 
 /// Register contents before the first byte; both checksums start from the same unusual number (DJI's choice).
@@ -26,8 +18,5 @@ std::uint16_t crc16(std::span<const std::byte> bytes, std::uint16_t state = kCrc
 /// CRC-32, polynomial 0x04C11DB7 reflected (0xEDB88320), no final XOR. A frame with its own CRC gives 0.
 /// Cost: 1 table look-up per byte.
 std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t state = kCrc32Start);
-
-/// Bytes between two stored values of a running CRC32.
-inline constexpr std::size_t kCrc32BlockBytes = M100_CRC_SLICES == 1 ? 16 : 8;
 
 }  // namespace m100::protocol

@@ -8,17 +8,14 @@
 
 namespace m100::link {
 
-/// Detects that the parser waits for the rest of a frame whose header is false. The parser accepts any legal length and
-/// has no clock, so a dozen false bytes could delay a tenth of a second of telemetry.
+/// Detects that the parser waits for the rest of a frame whose header is false: the parser has no clock, so a dozen
+/// false bytes could hold telemetry back until as many bytes as they claim have come.
 class FalseHeaderDetector {
  public:
-  /// More than the longest frame that an N1 sends: telemetry with every item, encrypted, 144 bytes (protocol, 10).
-  static constexpr std::size_t kLongestFrame = 160;
-
   explicit FalseHeaderDetector(std::uint32_t baud) : baud_(baud) {}
 
   /// @param adapter_delay longest delay of bytes between the line and this program.
-  /// @returns true: give the header up. It claims more than kLongestFrame, or its rest is overdue.
+  /// @returns true: give the header up, the rest of its frame is overdue.
   bool is_false(const protocol::FrameParser& parser, core::TimePoint now, core::Duration adapter_delay) {
     const std::size_t claimed = parser.claimed_bytes();
     if (claimed == 0) {
@@ -29,7 +26,7 @@ class FalseHeaderDetector {
       offset_ = parser.candidate_offset();
       since_ = now;
     }
-    return claimed > kLongestFrame || now - since_ > line_time(claimed, baud_) + adapter_delay;
+    return now - since_ > line_time(claimed, baud_) + adapter_delay;
   }
 
  private:

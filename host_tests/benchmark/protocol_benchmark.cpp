@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "host_tests/benchmark/receive.h"
+#include "host_tests/property/protocol/densest_autopilot_headers.h"
 #include "host_tests/property/protocol/streams.h"
 
 namespace {
@@ -28,13 +29,20 @@ constexpr std::array kStreams{
     Stream{"random_bytes", host_tests::noise},
     Stream{"runs_of_start_bytes", host_tests::start_bytes},
     Stream{"headers_of_1023", host_tests::longest_headers},
-    Stream{"densest_headers", [](std::size_t count) { return host_tests::densest_headers(count); }},
+    Stream{"densest_headers",
+           [](std::size_t count) {
+             Bytes bytes(count);
+             for (std::size_t at = 0; at < count; ++at) {
+               bytes[at] = host_tests::densest_autopilot_byte(at);
+             }
+             return bytes;
+           }},
     Stream{"frames_behind_false_headers", host_tests::frames_behind_false_headers},
 };
 
 void run(benchmark::State& state, const Stream& stream) {
   const Bytes bytes = stream.make(kStreamBytes);
-  protocol::FrameParser parser;
+  protocol::FrameParser parser{protocol::kMaxAutopilotFrameBytes};
   for ([[maybe_unused]] const auto once : state) {
     benchmark::DoNotOptimize(receive(parser, bytes));
   }
@@ -45,7 +53,7 @@ int run_once(std::string_view name) {
   for (const Stream& stream : kStreams) {
     if (name == stream.name) {
       const Bytes bytes = stream.make(kStreamBytes);
-      protocol::FrameParser parser;
+      protocol::FrameParser parser{protocol::kMaxAutopilotFrameBytes};
       const host_tests::Received result = receive(parser, bytes);
       std::printf("%s: %zu bytes, %llu frames\n", stream.name, bytes.size(),
                   static_cast<unsigned long long>(result.frames));

@@ -66,8 +66,8 @@ def solves(workspace):
 STREAMS = {"clean_142_byte_frames": "telemetry, 142-byte frames back to back", "random_bytes": "random bytes",
            "runs_of_start_bytes": "runs of 0xAA",
            "headers_of_1023": "headers with a valid CRC16 and LEN 1023, one after the other",
-           "densest_headers": "the same headers as dense as possible, every 8 bytes",
-           "frames_behind_false_headers": "good frames, each after such a header"}
+           "densest_headers": "headers of at most 160 bytes as dense as possible, every 8 bytes",
+           "frames_behind_false_headers": "good frames, each after a header with LEN 1023"}
 
 
 def streams(workspace):

@@ -5,7 +5,7 @@ FLIGHTS = ("scenario_ctl", "scenario_flight", "scenario_faults")
 # Beginning of the path, programs that judge first, programs that judge the survivors. The first match counts.
 AREAS = (
     ("protocol/mavlink/", ("unit_mavlink", "property_mavlink", "golden_mavlink"), ("unit_link", "unit_order_tap")),
-    ("protocol/", ("unit_protocol", "unit_protocol_small_crc", "property_protocol", "golden_protocol"), ("unit_link", "golden_flight")),
+    ("protocol/", ("unit_protocol", "property_protocol", "golden_protocol"), ("unit_link", "golden_flight")),
     ("firmware/core/", ("unit_core", "property_core", "golden_core"), ("unit_est", "unit_ctl", "golden_flight")),
     ("firmware/model/", ("unit_model", "golden_model", "unit_sim", "golden_flight"), ("unit_est", "unit_mpc", "golden_mpc")),
     ("firmware/safety/", ("unit_safety", "unit_safety_transitions", "property_safety", "golden_flight"),

@@ -11,7 +11,7 @@
 #include "hal/cortex_m/cmsdk_uart.h"
 #include "hal/cortex_m/semihosting.h"
 #include "host_tests/golden/flight/flight_recording.h"
-#include "protocol/crc.h"
+#include "host_tests/property/protocol/densest_autopilot_headers.h"
 
 // Plays a recording, a file of the emulator's host, into the flight program.
 namespace m100::target {
@@ -24,19 +24,14 @@ inline constexpr std::size_t kHostileBytes = link::SerialLink::kBatchBytes;
 inline constexpr std::size_t kHostilePoseBytes =
     std::min<std::size_t>(921'600 * core::kTickPeriod / std::chrono::seconds(10), hal::CmsdkUart::kReceiveBytes);
 
-/// Damaged bytes that burden the parser of the autopilot's line, in turn: only start bytes; headers with a valid
-/// checksum and the greatest length, one after the other; noise.
+/// Damaged bytes that burden the parser of the autopilot's line, in turn: only start bytes; the densest headers; noise.
 inline std::byte hostile_byte(std::size_t tick, std::size_t at) {
   static std::uint32_t noise = 1;
-  constexpr std::array<std::byte, 10> kHeader{std::byte{0xAA}, std::byte{0xFF}, std::byte{0x03}};
   switch (tick % 3) {
     case 0:
       return std::byte{0xAA};
-    case 1: {
-      const std::uint16_t crc = protocol::crc16(kHeader);
-      const std::size_t in_header = at % 12;
-      return in_header < 10 ? kHeader[in_header] : static_cast<std::byte>(crc >> (8 * (in_header - 10)));
-    }
+    case 1:
+      return host_tests::densest_autopilot_byte(at);
     default:
       noise = noise * 1664525U + 1013904223U;
       return static_cast<std::byte>(noise >> 24U);

@@ -17,6 +17,8 @@ inline constexpr std::byte kStartByte{0xAA};
 inline constexpr std::size_t kHeaderBytes = 12;                       ///< the CRC16 included
 inline constexpr std::size_t kFrameOverheadBytes = kHeaderBytes + 4;  ///< of a frame that has DATA
 inline constexpr std::size_t kMaxFrameBytes = 1023;                   ///< LEN has 10 bits
+/// More than the longest frame that an autopilot sends to us: an N1's telemetry with every item, encrypted, 144 bytes.
+inline constexpr std::size_t kMaxAutopilotFrameBytes = 160;
 inline constexpr std::size_t kMaxDataBytes = kMaxFrameBytes - kFrameOverheadBytes;
 inline constexpr std::size_t kMaxEncryptedDataBytes = 992;  ///< 62 cipher blocks
 inline constexpr std::size_t kMessageIdBytes = 2;

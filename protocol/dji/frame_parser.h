@@ -7,7 +7,6 @@
 #include <span>
 
 #include "firmware/core/expected.h"
-#include "protocol/crc.h"
 #include "protocol/dji/frame.h"
 
 namespace m100::protocol {
@@ -19,11 +18,11 @@ struct ParserStats {
   std::uint64_t crc16_errors =
       0;  ///< start byte, but no header: its checksum fails or (out of step) a fixed bit is set
   std::uint64_t reserved_errors = 0;  ///< where a frame was due: good header checksum, but VER, RES0 or RES1 not zero
-  std::uint64_t length_errors = 0;    ///< good header checksum, but a LEN that no frame can have
-  std::uint64_t padding_errors = 0;   ///< more filler than DATA, or encrypted DATA that is not whole cipher blocks
-  std::uint64_t crc32_errors = 0;     ///< good header, but the frame checksum fails
-  std::uint64_t resyncs = 0;          ///< how often synchronisation was lost: runs of dropped bytes
-  std::uint64_t bytes_dropped = 0;    ///< bytes that belong to no delivered frame
+  std::uint64_t length_errors = 0;   ///< good header checksum, but a LEN that no frame can have or that is not expected
+  std::uint64_t padding_errors = 0;  ///< more filler than DATA, or encrypted DATA that is not whole cipher blocks
+  std::uint64_t crc32_errors = 0;    ///< good header, but the frame checksum fails
+  std::uint64_t resyncs = 0;         ///< how often synchronisation was lost: runs of dropped bytes
+  std::uint64_t bytes_dropped = 0;   ///< bytes that belong to no delivered frame
   friend constexpr bool operator==(const ParserStats&, const ParserStats&) = default;
 };
 
@@ -33,12 +32,14 @@ struct ParserStats {
 /// hold; a good frame that overlaps no delivered one is delivered once no earlier start byte can claim its bytes. After
 /// any damage this takes at most one longest frame of clean bytes.
 ///
-/// Cost: each byte enters the running CRC32 at most once, and each start byte costs a constant: one CRC16 of 10 bytes
-/// and, if a header is good, one CRC32 of the whole frame from two running values (see crc_kernels.h). The bytes of a
-/// false frame are searched again from the second byte, without summing them again.
+/// Cost: the bytes of a false frame are searched again from the second one. Good headers of false frames cannot begin
+/// nearer than eight bytes to each other, so a byte is summed at most longest_frame_bytes / 8 times.
 class FrameParser {
  public:
   static constexpr std::size_t kBufferBytes = 2048;
+
+  /// @param longest_frame_bytes no longer frame is expected: a header that claims more begins no frame.
+  explicit FrameParser(std::size_t longest_frame_bytes = kMaxFrameBytes) : longest_frame_bytes_(longest_frame_bytes) {}
 
   /// Takes as many bytes as there is room for; after poll() returned kNotReady there is room for at least 1000.
   /// Invalidates the views of earlier frames.
@@ -79,41 +80,24 @@ class FrameParser {
   std::size_t pending_bytes() const { return end_ - (begin_ > delivered_ ? begin_ : delivered_); }
 
  private:
-  static constexpr std::size_t kBlockBytes = kCrc32BlockBytes;
-
-  void make_room();
-  /// Searches from a position on for a frame whose bytes are all there. Moves the window to it (true), or to what must
-  /// be waited for (false).
-  bool search(const std::byte* at);
-  /// Advances to the next header that may begin a frame.
-  /// @returns the length of that frame, all there; 0: none is, and the window begins at an incomplete one or is empty.
-  std::size_t find_header(const std::byte*& at, const std::byte* last);
-  /// @returns the first start byte in [at, last) that the fixed bits of a header do not rule out, or that is too near
-  ///   to `last` to judge; `last`: there is none.
-  const std::byte* next_candidate(const std::byte* at, const std::byte* last);
-  /// Judges eight places at once; at `at` no header begins. Counts the refused ones. @returns where to continue.
-  const std::byte* after_word(const std::byte* at, const std::byte* last);
-  /// Counts a start byte where no header begins.
-  void refuse_start(const std::byte* at);
-  /// Counts a false frame. @returns where to continue the search.
-  const std::byte* refuse_frame(const std::byte* at);
+  /// Moves the window to its first frame, whose bytes are all there, or to what must be waited for (false).
+  bool find_frame();
+  /// Judges the twelve bytes at a start byte. @returns the length of the frame; 0 and a counted error: no header.
+  std::size_t judge_header(const std::byte* at);
+  /// Counts a start byte at which no frame begins, unless it lies inside a delivered frame.
+  void count_error(std::uint64_t ParserStats::*counter, const std::byte* at);
   /// Advances the window. Bytes that leave it and belong to no delivered frame count as dropped.
   void move_to(const std::byte* at, std::size_t needed);
   FrameView deliver();
-  /// 1 outside a delivered frame, 0 inside: start bytes inside do not count as errors.
-  std::uint64_t outside_delivered(const std::byte* at) const { return at >= buffer_.data() + delivered_ ? 1U : 0U; }
 
   std::array<std::byte, kBufferBytes> buffer_{};
+  std::size_t longest_frame_bytes_;
   std::size_t begin_ = 0;      ///< window start
   std::size_t end_ = 0;        ///< bytes in the buffer
   std::size_t delivered_ = 0;  ///< end of the last delivered frame
   std::size_t needed_ = 1;     ///< window size at which there is something to do; above kHeaderBytes: LEN of a header
   bool in_step_ = true;
   std::uint64_t base_ = 0;  ///< stream position of buffer_[0]
-  /// running_[i]: CRC register at buffer position i * kBlockBytes, for i up to running_last_. Its start position and
-  /// start value do not matter.
-  std::array<std::uint32_t, kBufferBytes / kBlockBytes + 1> running_{};
-  std::size_t running_last_ = 0;
   ParserStats stats_;
 };
 

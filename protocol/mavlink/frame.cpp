@@ -2,19 +2,13 @@
 #include "protocol/mavlink/frame.h"
 
 #include "protocol/bytes.h"
-#include "protocol/mavlink/checksum_kernels.h"
 #include "protocol/mavlink/known_messages.h"
+#include "protocol/mavlink/running_checksum.h"
 
 namespace m100::mavlink {
+
 std::uint16_t checksum(std::span<const std::byte> bytes, std::uint16_t state) {
-  std::uint32_t crc = state;
-  const std::byte* next = bytes.data();
-  std::size_t left = bytes.size();
-  for (; left >= 2; next += 2, left -= 2) {
-    crc = checksum_kernels::step_two(crc, next);
-  }
-  return static_cast<std::uint16_t>(left > 0 ? checksum_kernels::step(crc, std::to_integer<std::uint32_t>(*next))
-                                             : crc);
+  return static_cast<std::uint16_t>(protocol::continue_crc(kChecksumTable, state, bytes));
 }
 
 const MessageInfo* find_message(std::uint32_t id) { return known_messages::find(id); }

@@ -2,6 +2,7 @@
 #include "protocol/mavlink/parser.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "protocol/bytes.h"
 #include "protocol/mavlink/known_messages.h"
@@ -23,13 +24,11 @@ bool has_signature(const std::byte* at) { return *at == kStart2 && (number(at, 2
 
 std::size_t Parser::push(std::span<const std::byte> bytes) {
   if (begin_ > 0 && buffer_.size() - end_ < bytes.size()) {
-    const std::size_t shift = begin_ - begin_ % RunningChecksum::kBlockBytes;
-    std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(shift), buffer_.begin() + static_cast<std::ptrdiff_t>(end_),
-              buffer_.begin());
-    sums_.shift(shift);
-    base_ += shift;
-    end_ -= shift;
-    begin_ -= shift;
+    std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
+    sums_.shift(begin_);
+    base_ += begin_;
+    end_ -= begin_;
+    begin_ = 0;
   }
   const std::size_t count = std::min(bytes.size(), buffer_.size() - end_);
   if (count > 0) {
@@ -78,7 +77,7 @@ inline const MessageInfo* Parser::read_header(const std::byte* at, bool due) {
 inline bool Parser::checksum_holds(const std::byte* at, std::size_t summed_bytes, const MessageInfo& info) {
   const auto begin = static_cast<std::size_t>(at - buffer_.data());
   const std::uint32_t sum = sums_.of_range(buffer_.data(), begin + 1, begin + summed_bytes);
-  return checksum_kernels::step(sum, info.crc_extra) == protocol::load<std::uint16_t>(at + summed_bytes);
+  return protocol::step_crc(kChecksumTable, sum, info.crc_extra) == protocol::load<std::uint16_t>(at + summed_bytes);
 }
 
 const MessageInfo* Parser::find_frame() {

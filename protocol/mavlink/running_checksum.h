@@ -4,79 +4,81 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
-#include "protocol/mavlink/checksum_kernels.h"
+#include "protocol/crc_table.h"
 
 namespace m100::mavlink {
 
+/// CRC-16/MCRF4XX: CCITT's polynomial, reflected.
+inline constexpr std::uint16_t kChecksumStart = 0xFFFF;
+inline constexpr auto kChecksumTable = protocol::make_crc_table<std::uint16_t>(0x8408);
+
 /// The MAVLink checksum of any range of a buffer, at a cost that does not depend on the length of the range.
 ///
-/// Each byte of the buffer enters one running register at most once. The register is linear over GF(2), so the
-/// difference of two runs over the same bytes changes with their number alone, whatever the bytes are
-/// (see protocol/crc_kernels.h). The checksum of a range is therefore the running register at its end, plus the
-/// difference at its begin carried over the length of the range.
+/// Each byte of the buffer enters one running register at most once. The register is linear over GF(2): feeding bytes D
+/// to the sum of two states is the sum of feeding D to one and zeros to the other. So the difference of two runs over
+/// the same bytes changes with their number alone, and with run(i) = the running register before byte i, started from
+/// anything,
+///   checksum(bytes a..b) = run(b) ^ (run(a) ^ start) x^(8 (b - a)) mod P.
 class RunningChecksum {
  public:
-  /// Bytes between two stored registers. A host has the memory to store one for each byte.
-  static constexpr std::size_t kBlockBytes = checksum_kernels::kBlockBytes;
   static constexpr std::size_t kMaxBufferBytes = 512;
-  static constexpr std::size_t kMaxRangeBytes = checksum_kernels::kMaxBlocks * kBlockBytes;
-  /// A range of this length contains two stored registers, wherever it begins.
-  static constexpr std::size_t kMinRangeBytes = 2 * kBlockBytes - 1;
+  static constexpr std::size_t kMaxRangeBytes = 272;
 
-  /// The checksum of buffer[begin] to buffer[end - 1], kMinRangeBytes to kMaxRangeBytes bytes. The begins of successive
-  /// calls must not decrease.
+  /// The checksum of buffer[begin] to buffer[end - 1], at most kMaxRangeBytes bytes. The begins of successive calls
+  /// must not decrease.
   std::uint32_t of_range(const std::byte* buffer, std::size_t begin, std::size_t end) {
-    const std::size_t first = (begin + kBlockBytes - 1) / kBlockBytes;
-    const std::size_t last = end / kBlockBytes;
-    const std::uint32_t own =
-        checksum_kernels::step_rest(checksum_kernels::kStart, buffer + begin, buffer + first * kBlockBytes);
-    if (known_ < first) {  // no earlier range needs the bytes in between: the run starts again behind them
-      known_ = first;
-      registers_[first] = static_cast<std::uint16_t>(own);
+    if (known_ < begin) {  // no earlier range needs the bytes in between: the run starts again behind them
+      known_ = begin;
+      registers_[begin] = kChecksumStart;
     }
-    if (known_ < last) {
-      run_to(buffer, last);
+    std::uint32_t state = registers_[known_];
+    for (; known_ < end; registers_[++known_] = static_cast<std::uint16_t>(state)) {
+      state = protocol::step_crc(kChecksumTable, state, std::to_integer<std::uint32_t>(buffer[known_]));
     }
-    const std::uint32_t apart = registers_[first] ^ own;
-    const std::uint32_t carried = apart != 0 ? checksum_kernels::advance(apart, last - first) : 0;
-    return checksum_kernels::step_rest(registers_[last] ^ carried, buffer + last * kBlockBytes, buffer + end);
+    const auto apart = static_cast<std::uint32_t>(registers_[begin] ^ kChecksumStart);
+    return registers_[end] ^ (apart != 0 ? multiply(apart, kPowers[end - begin]) : 0);
   }
 
-  /// The buffer lost its first bytes. @param bytes a multiple of kBlockBytes.
-  void shift(std::size_t bytes);
+  /// The buffer lost its first bytes.
+  void shift(std::size_t bytes) {
+    known_ = known_ > bytes ? known_ - bytes : 0;
+    std::memmove(registers_.data(), registers_.data() + bytes, (known_ + 1) * sizeof(registers_[0]));
+  }
 
   /// The buffer holds other bytes.
   void reset() { known_ = 0; }
 
  private:
-  /// Continues the running register up to block `last`, and stores it after each block.
-  void run_to(const std::byte* buffer, std::size_t last) {
-    std::uint32_t state = registers_[known_];
-    const std::byte* next = buffer + known_ * kBlockBytes;
-    std::uint16_t* to = registers_.data() + known_;
-    std::size_t blocks = last - known_;
-    const auto step_block = [&] {
-      for (std::size_t i = 0; i < kBlockBytes; ++i) {
-        state = checksum_kernels::step(state, std::to_integer<std::uint32_t>(*next++));
-      }
-      *++to = static_cast<std::uint16_t>(state);
-    };
-    for (; checksum_kernels::kLarge && blocks >= 4; blocks -= 4) {
-      step_block();
-      step_block();
-      step_block();
-      step_block();
+  /// powers[n]: x^(8 n) mod P, the factor by which n zeros multiply the register. Bit 15 is the coefficient of x^0.
+  static constexpr auto kPowers = [] {
+    std::array<std::uint16_t, kMaxRangeBytes + 1> powers{};
+    std::uint32_t power = 0x8000;
+    for (std::uint16_t& entry : powers) {
+      entry = static_cast<std::uint16_t>(power);
+      power = protocol::step_crc(kChecksumTable, power, 0);
     }
-    for (; blocks > 0; --blocks) {
-      step_block();
-    }
-    known_ = last;
+    return powers;
+  }();
+
+  /// a * b modulo the polynomial, both reflected. Each factor is split into four numbers that use every fourth bit, so
+  /// that the at most four products of a bit stay inside its four bits, and the lowest of them is correct.
+  static constexpr std::uint32_t multiply(std::uint32_t a, std::uint32_t b) {
+    constexpr std::uint32_t kMask = 0x11111111;
+    const std::uint32_t a0 = a & kMask, a1 = a & (kMask << 1U), a2 = a & (kMask << 2U), a3 = a & (kMask << 3U);
+    const std::uint32_t b0 = b & kMask, b1 = b & (kMask << 1U), b2 = b & (kMask << 2U), b3 = b & (kMask << 3U);
+    const std::uint32_t product = (((a0 * b0) ^ (a1 * b3) ^ (a2 * b2) ^ (a3 * b1)) & kMask) |
+                                  (((a0 * b1) ^ (a1 * b0) ^ (a2 * b3) ^ (a3 * b2)) & (kMask << 1U)) |
+                                  (((a0 * b2) ^ (a1 * b1) ^ (a2 * b0) ^ (a3 * b3)) & (kMask << 2U)) |
+                                  (((a0 * b3) ^ (a1 * b2) ^ (a2 * b1) ^ (a3 * b0)) & (kMask << 3U));
+    const std::uint32_t aligned = product << 1U;
+    const std::uint32_t half = protocol::step_crc(kChecksumTable, aligned & 0xFFFFU, 0);
+    return (aligned >> 16U) ^ protocol::step_crc(kChecksumTable, half, 0);
   }
 
-  /// registers_[i]: the running register before buffer[i * kBlockBytes], for i up to known_. The start value and the
-  /// start position of the run do not matter.
-  std::array<std::uint16_t, kMaxBufferBytes / kBlockBytes + 1> registers_{};
+  /// registers_[i]: the running register before buffer[i], for i up to known_.
+  std::array<std::uint16_t, kMaxBufferBytes + 1> registers_{};
   std::size_t known_ = 0;
 };
 

@@ -81,7 +81,7 @@ class Recorder {
 
   log::UlogWriter& log_;
   const protocol::Cipher* cipher_;
-  protocol::FrameParser parser_;
+  protocol::FrameParser parser_{protocol::kMaxAutopilotFrameBytes};
   link::FalseHeaderDetector candidates_;
   protocol::CipherScratch scratch_{};
   protocol::Telemetry telemetry_;

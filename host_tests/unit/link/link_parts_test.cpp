@@ -146,7 +146,7 @@ protocol::FrameParser waiting_for(std::size_t size, std::size_t behind = 0) {
   const auto frame =
       protocol::encode_frame({.session = 0, .is_ack = false, .encrypted = false, .sequence = 1}, &id, value, space);
   EXPECT_EQ(frame->size(), size);
-  protocol::FrameParser parser;
+  protocol::FrameParser parser{protocol::kMaxAutopilotFrameBytes};
   EXPECT_EQ(parser.push(std::vector<std::byte>(behind)), behind);
   EXPECT_EQ(parser.push(frame->first(protocol::kHeaderBytes)), protocol::kHeaderBytes);
   EXPECT_FALSE(parser.poll());
@@ -157,10 +157,9 @@ TEST(FalseHeaderDetector, GivesUpWhatNoAutopilotSendsAndWhatIsOverdue) {
   constexpr std::uint32_t kBaud = 230400;
   FalseHeaderDetector nothing(kBaud);
   EXPECT_FALSE(nothing.is_false(protocol::FrameParser{}, TimePoint{}, Duration{0}));
-  FalseHeaderDetector longest(kBaud);
-  EXPECT_FALSE(longest.is_false(waiting_for(160), TimePoint{milliseconds(100)}, Duration{0}));
-  FalseHeaderDetector longer(kBaud);
-  EXPECT_TRUE(longer.is_false(waiting_for(161), TimePoint{milliseconds(100)}, Duration{0}));
+  EXPECT_EQ(waiting_for(160).claimed_bytes(), 160U);
+  EXPECT_EQ(waiting_for(161).claimed_bytes(), 0U);
+  EXPECT_EQ(waiting_for(161).stats().length_errors, 1U);
   const protocol::FrameParser parser = waiting_for(144);
   FalseHeaderDetector late(kBaud);
   const Duration due = line_time(144, kBaud) + milliseconds(16);
