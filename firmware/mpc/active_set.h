@@ -3,11 +3,11 @@
 
 #include "firmware/mpc/certificate.h"
 #include "firmware/mpc/clipping_guess.h"
+#include "firmware/mpc/columns.h"
 #include "firmware/mpc/horizontal_mpc.h"
-#include "firmware/mpc/lanes.h"
 #include "firmware/mpc/swept.h"
 
-namespace m100::mpc::M100_LANES_NAMESPACE {
+namespace m100::mpc {
 
 /// With at least this many wrong inputs, guess_by_clipping() is nearer to the optimal active set than the kept one is.
 inline constexpr int kStale = 7;
@@ -20,11 +20,11 @@ inline constexpr int kStale = 7;
 template <typename T>
 class ActiveSet {
  public:
-  M100_INLINE ActiveSet(const GainTable<T>& table, Tableau<T>& tableau, const T* unconstrained, T low_rad, T high_rad)
+  ActiveSet(const GainTable<T>& table, Tableau<T>& tableau, const Column<T>& unconstrained, T low_rad, T high_rad)
       : work_(table, tableau, unconstrained, low_rad, high_rad) {}
 
   /// One try. @returns whether the iteration ended by itself; false: it was stopped at kMaxChanges.
-  M100_INLINE bool run() {
+  bool run() {
     changes_ = 0;
     evaluate();
     const std::uint32_t wrong = wrong_places();
@@ -52,49 +52,37 @@ class ActiveSet {
 
   /// Writes the sequence to `inputs`; it meets the limits exactly. @returns the largest violation of the optimality
   /// conditions.
-  M100_INLINE T finish(T* inputs) { return M100_LANES_NAMESPACE::finish(work_, inputs); }
+  T finish(Column<T>& inputs) { return mpc::finish(work_, inputs); }
 
   std::uint16_t changes() const { return changes_; }
 
  private:
-  M100_INLINE T limit(std::size_t i) const { return work_.tableau.side[i] > T(0) ? work_.high_rad : work_.low_rad; }
+  T limit(std::size_t i) const { return work_.tableau.side[i] > T(0) ? work_.high_rad : work_.low_rad; }
 
   /// Computes t (work_.column) from the tableau and the sides.
-  M100_INLINE void evaluate() {
-    const Pack<T> zero = spread(T(0));
-    const Pack<T> low = spread(work_.low_rad);
-    const Pack<T> high = spread(work_.high_rad);
-    M100_UNROLL(20)
-    for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      const Pack<T> side = load(work_.tableau.side.data() + b * kLanes);
-      const Pack<T> optimum = load(work_.unconstrained + b * kLanes);
-      const Mask<T> is_free = is_equal<T>(side, zero);
-      const Pack<T> away = choose<T>(is_below<T>(zero, side), high, low) - optimum;
-      store<T>(work_.column + b * kLanes, choose<T>(is_free, optimum + zero, zero));
-      store<T>(work_.pivot + b * kLanes, choose<T>(is_free, zero, away));
+  void evaluate() {
+    for (std::size_t i = 0; i < kHorizon; ++i) {
+      const bool is_free = work_.tableau.side[i] == T(0);
+      const T optimum = work_.unconstrained[i];
+      work_.column[i] = is_free ? optimum + T(0) : T(0);  // the sum is never -0, as add_product() requires
+      work_.pivot[i] = is_free ? T(0) : limit(i) - optimum;
     }
-    pin_in_memory(work_.pivot);
-    add_product(swept(), work_.pivot, work_.column);
+    add_product(swept(), work_.pivot.data(), work_.column.data());
   }
 
   /// Moves input k into the active set (side != 0) or out of it (side == 0); work_.pivot holds column k. The column
-  /// itself is computed from zeros, because an update would lose digits by cancellation.
-  M100_INLINE_PACKS void sweep(std::size_t k, T side) {
+  /// itself is computed from zeros, because an update would lose digits by cancellation. Not inlined: at every place
+  /// that changes the set it would cost five kilobytes of flash.
+  [[gnu::noinline]] void sweep(std::size_t k, T side) {
     const T inverse = T(1) / work_.pivot[k];
     const T sign = side != T(0) ? inverse : -inverse;
-    scale_column(work_.scaled, work_.pivot, -inverse);
+    scale_column(work_.scaled, work_.pivot.data(), -inverse);
     work_.scaled[k] = sign;
     clear_below(swept(), k);
-    pin_in_memory(work_.scaled);
-    add_outer_product(swept(), work_.scaled, work_.pivot);
+    add_outer_product(swept(), work_.scaled.data(), work_.pivot.data());
     T* row = swept() + packed_row(k);
-    const Pack<T> same = spread(sign);
-    M100_UNROLL(20)
-    for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      if (b > k / kLanes) {
-        break;
-      }
-      store<T>(row + b * kLanes, load(work_.pivot + b * kLanes) * same);
+    for (std::size_t j = 0; j < k; ++j) {
+      row[j] = work_.pivot[j] * sign;
     }
     row[k] = -inverse;
     work_.tableau.side[k] = side;
@@ -102,36 +90,28 @@ class ActiveSet {
   }
 
   /// One bit for each input that is free and outside its limits, or active with a multiplier of the wrong sign.
-  M100_INLINE std::uint32_t wrong_places() const {
-    const Pack<T> low = spread(work_.low_rad - Tolerance<T>::kLimit_rad);
-    const Pack<T> high = spread(work_.high_rad + Tolerance<T>::kLimit_rad);
-    const Pack<T> zero = spread(T(0));
-    const Pack<T> pulls = spread(-Tolerance<T>::kMultiplier);
+  std::uint32_t wrong_places() const {
+    const T low_rad = work_.low_rad - Tolerance<T>::kLimit_rad;
+    const T high_rad = work_.high_rad + Tolerance<T>::kLimit_rad;
     std::uint32_t places = 0;
-    M100_UNROLL(20)
-    for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      const Pack<T> side = load(work_.tableau.side.data() + b * kLanes);
-      const Pack<T> value = load(work_.column + b * kLanes);
-      const Mask<T> outside = is_below<T>(value, low) | is_below<T>(high, value);
-      const Mask<T> wrong = is_below<T>(side * value, pulls) | (is_equal<T>(side, zero) & outside);
-      places |= bits_of<T>(wrong) << (b * kLanes);
+    for (std::size_t i = 0; i < kHorizon; ++i) {
+      const T side = work_.tableau.side[i];
+      const T value = work_.column[i];
+      const bool is_wrong =
+          side == T(0) ? value < low_rad || value > high_rad : side * value < -Tolerance<T>::kMultiplier;
+      places |= (is_wrong ? 1U : 0U) << i;
     }
     return places;
   }
 
   /// Makes the guess the active set, starting from the nearest of the kept one, the empty one and the full one (whose
   /// tableau is -H). Inputs that only change their side cost nothing.
-  M100_INLINE void adopt(std::uint32_t active) {
+  void adopt(std::uint32_t active) {
     constexpr std::uint32_t kAll = (1U << kHorizon) - 1;
-    alignas(32) T side[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
-    Column<T> sides;
-    sides.read(work_.pivot);
-    sides.write(side);
+    const Column<T> side = work_.pivot;
     std::uint32_t kept = 0;
-    M100_UNROLL(20)
-    for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      const Mask<T> is_free = is_equal<T>(load(work_.tableau.side.data() + b * kLanes), spread(T(0)));
-      kept |= (bits_of<T>(is_free) ^ kAllLanes) << (b * kLanes);
+    for (std::size_t i = 0; i < kHorizon; ++i) {
+      kept |= (work_.tableau.side[i] != T(0) ? 1U : 0U) << i;
     }
     const int from_kept = __builtin_popcount(kept ^ active);
     const int from_empty = __builtin_popcount(active);
@@ -143,30 +123,33 @@ class ActiveSet {
       start_full(work_.table, work_.tableau);
       kept = kAll;
     }
-    sides.write(work_.tableau.side.data());
+    work_.tableau.side = side;
     for (std::uint32_t places = kept ^ active; places != 0; places &= places - 1) {
       const auto i = static_cast<std::size_t>(__builtin_ctz(places));
-      gather(swept(), i, work_.pivot);
+      gather(swept(), i, work_.pivot.data());
       sweep(i, side[i]);
     }
   }
 
   /// Drops active inputs whose multiplier has the wrong sign, the worst first. @returns false: stopped at kMaxChanges.
-  M100_INLINE bool drop_wrong() {
+  bool drop_wrong() {
     while (changes_ < kMaxChanges) {
-      Largest<T> most(Tolerance<T>::kMultiplier);
-      M100_UNROLL(20)
-      for (std::size_t b = 0; b < kColumnPacks; ++b) {
-        most.consider(-load(work_.tableau.side.data() + b * kLanes) * load(work_.column + b * kLanes), b);
+      std::size_t worst = kHorizon;
+      T most = Tolerance<T>::kMultiplier;
+      for (std::size_t i = 0; i < kHorizon; ++i) {
+        const T pull = -work_.tableau.side[i] * work_.column[i];
+        if (pull > most) {
+          most = pull;
+          worst = i;
+        }
       }
-      const std::size_t worst = most.found();
       if (worst == kHorizon) {
         return true;
       }
-      gather(swept(), worst, work_.pivot);
+      gather(swept(), worst, work_.pivot.data());
       const T step = work_.column[worst] / work_.pivot[worst];
       const T released = limit(worst) - step;
-      add_column(work_.column, work_.pivot, -step);
+      add_column(work_.column, work_.pivot.data(), -step);
       work_.column[worst] = released;
       sweep(worst, T(0));
     }
@@ -174,44 +157,35 @@ class ActiveSet {
   }
 
   /// The free input that is farthest outside its limits; kHorizon when none is.
-  M100_INLINE std::size_t most_violated() const {
-    const Pack<T> low = spread(work_.low_rad);
-    const Pack<T> high = spread(work_.high_rad);
-    const Pack<T> zero = spread(T(0));
-    Largest<T> most(Tolerance<T>::kLimit_rad);
-    M100_UNROLL(20)
-    for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      const Pack<T> value = load(work_.column + b * kLanes);
-      const Pack<T> above = value - high;
-      const Pack<T> below = low - value;
-      const Pack<T> outside = larger<T>(above, below);
-      const Mask<T> is_free = is_equal<T>(load(work_.tableau.side.data() + b * kLanes), zero);
-      most.consider(choose<T>(is_free, outside, zero), b);
+  std::size_t most_violated() const {
+    std::size_t worst = kHorizon;
+    T most = Tolerance<T>::kLimit_rad;
+    for (std::size_t i = 0; i < kHorizon; ++i) {
+      const T above = work_.column[i] - work_.high_rad;
+      const T below = work_.low_rad - work_.column[i];
+      const T outside = below < above ? above : below;
+      if (outside > most && work_.tableau.side[i] == T(0)) {
+        most = outside;
+        worst = i;
+      }
     }
-    return most.found();
+    return worst;
   }
 
   /// The active input whose multiplier reaches zero first when work_.column moves by -step work_.pivot, before the
   /// whole step; kHorizon when none does.
-  M100_INLINE std::size_t first_to_block(T step) const {
-    const Pack<T> zero = spread(T(0));
-    const Pack<T> whole = spread(step);
-    std::uint32_t places = 0;
-    M100_UNROLL(20)
-    for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      const Pack<T> side = load(work_.tableau.side.data() + b * kLanes);
-      const Pack<T> shrinks = side * load(work_.pivot + b * kLanes) * whole;
-      const Mask<T> blocks = is_below<T>(zero, shrinks) & is_below<T>(side * load(work_.column + b * kLanes), shrinks);
-      places |= bits_of<T>(blocks) << (b * kLanes);
-    }
+  std::size_t first_to_block(T step) const {
     std::size_t first = kHorizon;
     T smallest = T(1);  // share of the step
-    for (; places != 0; places &= places - 1) {
-      const auto i = static_cast<std::size_t>(__builtin_ctz(places));
-      const T share = work_.column[i] / (work_.pivot[i] * step);
-      if (share < smallest) {
-        smallest = share;
-        first = i;
+    for (std::size_t i = 0; i < kHorizon; ++i) {
+      const T side = work_.tableau.side[i];
+      const T shrinks = side * work_.pivot[i] * step;
+      if (shrinks > T(0) && side * work_.column[i] < shrinks) {
+        const T share = work_.column[i] / (work_.pivot[i] * step);
+        if (share < smallest) {
+          smallest = share;
+          first = i;
+        }
       }
     }
     return first;
@@ -219,16 +193,16 @@ class ActiveSet {
 
   /// Raises the multiplier of input i until the input is at its limit, dropping each active input whose multiplier
   /// would change sign. @returns false: stopped at kMaxChanges.
-  M100_INLINE bool enter(std::size_t i) {
+  bool enter(std::size_t i) {
     const T side = work_.column[i] > work_.high_rad ? T(1) : T(-1);
     const T target = side > T(0) ? work_.high_rad : work_.low_rad;
     T multiplier = T(0);
     while (changes_ < kMaxChanges) {
-      gather(swept(), i, work_.pivot);
+      gather(swept(), i, work_.pivot.data());
       const T full = (work_.column[i] - target) / work_.pivot[i];
       const std::size_t blocking = first_to_block(full);
       const T step = blocking == kHorizon ? full : work_.column[blocking] / work_.pivot[blocking];
-      add_column(work_.column, work_.pivot, -step);
+      add_column(work_.column, work_.pivot.data(), -step);
       multiplier += step;
       if (blocking == kHorizon) {
         work_.column[i] = multiplier;
@@ -236,16 +210,16 @@ class ActiveSet {
         return true;
       }
       work_.column[blocking] = limit(blocking);
-      gather(swept(), blocking, work_.pivot);
+      gather(swept(), blocking, work_.pivot.data());
       sweep(blocking, T(0));
     }
     return false;
   }
 
-  M100_INLINE T* swept() { return work_.tableau.swept.data(); }
+  T* swept() { return work_.tableau.swept.data(); }
 
   ActiveSetWork<T> work_;
   std::uint16_t changes_ = 0;
 };
 
-}  // namespace m100::mpc::M100_LANES_NAMESPACE
+}  // namespace m100::mpc

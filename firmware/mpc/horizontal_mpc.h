@@ -39,12 +39,6 @@ struct MpcCounters {
 template <typename T>
 class HorizontalMpc {
  public:
-  /// The two laws as compiled for this machine's registers.
-  struct Laws {
-    void (*preview)(const GainTable<T>&, Tableau<T>&, Law, const Problem<T>&, Solution<T>&, MpcCounters&);
-    bool (*setpoint)(const GainTable<T>&, const Problem<T>&, T& input_rad);
-  };
-
   /// The table must outlive the controller. It must have 3 or 4 states and input_min_rad < input_max_rad. If it has a
   /// set-point law, `planes` must hold kNodeNumbers numbers per node and one number more, and `laws` whole rows.
   explicit HorizontalMpc(const GainTable<T>& table, Law law = Law::kMpc);
@@ -67,9 +61,8 @@ class HorizontalMpc {
 
  private:
   const GainTable<T>* table_;
-  Laws laws_;
   Law law_;
-  alignas(32) Tableau<T> tableau_;
+  Tableau<T> tableau_;
   MpcCounters counters_;
 };
 

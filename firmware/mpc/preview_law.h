@@ -4,11 +4,11 @@
 #include "firmware/mpc/active_set.h"
 #include "firmware/mpc/unconstrained.h"
 
-namespace m100::mpc::M100_LANES_NAMESPACE {
+namespace m100::mpc {
 
 /// Writes the clipped unconstrained sequence; a NaN becomes the middle of the range.
 template <typename T>
-M100_INLINE void clip(const T* unconstrained, T low_rad, T high_rad, T* inputs) {
+inline void clip(const Column<T>& unconstrained, T low_rad, T high_rad, Column<T>& inputs) {
   for (std::size_t i = 0; i < kHorizon; ++i) {
     const T value = unconstrained[i];
     inputs[i] = value < low_rad ? low_rad : (value > high_rad ? high_rad : value);
@@ -20,12 +20,9 @@ M100_INLINE void clip(const T* unconstrained, T low_rad, T high_rad, T* inputs) 
 
 /// Solves with limits. On entry solution.input_rad holds the optimum without limits, which violates a limit or is NaN.
 template <typename T>
-__attribute__((noinline)) void solve_constrained(const GainTable<T>& table, Tableau<T>& tableau, T low_rad, T high_rad,
-                                                 Solution<T>& solution, MpcCounters& counters) {
-  alignas(32) T unconstrained[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
-  Column<T> inputs;
-  inputs.read(solution.input_rad.data());
-  inputs.write(unconstrained);
+[[gnu::noinline]] void solve_constrained(const GainTable<T>& table, Tableau<T>& tableau, T low_rad, T high_rad,
+                                         Solution<T>& solution, MpcCounters& counters) {
+  const Column<T> unconstrained = solution.input_rad;
   ActiveSet<T> iteration(table, tableau, unconstrained, low_rad, high_rad);
   for (int attempt = 0; attempt < 2; ++attempt) {
     if (attempt > 0) {
@@ -35,7 +32,7 @@ __attribute__((noinline)) void solve_constrained(const GainTable<T>& table, Tabl
     const bool ended = iteration.run();
     solution.changes = static_cast<std::uint16_t>(solution.changes + iteration.changes());
     if (ended) {
-      solution.kkt_residual = iteration.finish(solution.input_rad.data());
+      solution.kkt_residual = iteration.finish(solution.input_rad);
       if (solution.kkt_residual <= Tolerance<T>::kCertificate) {
         solution.path = Path::kActiveSet;
         ++counters.active_set;
@@ -44,7 +41,7 @@ __attribute__((noinline)) void solve_constrained(const GainTable<T>& table, Tabl
     }
   }
   start_over(table, tableau);
-  clip(unconstrained, low_rad, high_rad, solution.input_rad.data());
+  clip(unconstrained, low_rad, high_rad, solution.input_rad);
   solution.path = Path::kClipped;
   ++counters.clipped;
 }
@@ -55,17 +52,11 @@ void solve_preview(const GainTable<T>& table, Tableau<T>& tableau, Law law, cons
                    Solution<T>& solution, MpcCounters& counters) {
   const T low_rad = table.input_min_rad + problem.input_offset_rad;
   const T high_rad = table.input_max_rad + problem.input_offset_rad;
-  T* inputs = solution.input_rad.data();
+  Column<T>& inputs = solution.input_rad;
   solution.path = Path::kTable;
   solution.changes = 0;
   solution.kkt_residual = T(0);
-#ifdef M100_LANES_SCALAR
-  const bool free = solve_unconstrained<T, kMaxStates>(table, problem, low_rad, high_rad, inputs);
-#else
-  const bool free = table.states == kMaxStates
-                        ? solve_unconstrained<T, kMaxStates>(table, problem, low_rad, high_rad, inputs)
-                        : solve_unconstrained<T, kMaxStates - 1>(table, problem, low_rad, high_rad, inputs);
-#endif
+  const bool free = solve_unconstrained(table, problem, low_rad, high_rad, inputs);
   if (free) {
     ++counters.table;
   } else if (law == Law::kMpc) {
@@ -76,10 +67,10 @@ void solve_preview(const GainTable<T>& table, Tableau<T>& tableau, Law law, cons
     ++counters.clipped;
   }
   if (problem.input_offset_rad != T(0)) {
-    for (T& input : solution.input_rad) {
+    for (T& input : inputs) {
       input -= problem.input_offset_rad;
     }
   }
 }
 
-}  // namespace m100::mpc::M100_LANES_NAMESPACE
+}  // namespace m100::mpc

@@ -20,7 +20,7 @@ import changed
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 # Headers for one machine only, which are compiled with its image.
-LEFT_OUT = ("linker/mbedtls_aes_config.h", "firmware/mpc/swept_scalar.h")
+LEFT_OUT = ("linker/mbedtls_aes_config.h",)
 
 
 def flags_of(build):

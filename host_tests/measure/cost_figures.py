@@ -7,7 +7,7 @@ import re
 
 from measure.lab_figures import table
 from measure.marked import Figure
-from measure.workspace import NotMeasuredHere, Source
+from measure.workspace import Source
 
 SPREAD = 0.02
 PARTS = {"axis": "observer, one horizontal axis: prediction; updates with tilt, rate and a pose 20 ms old",
@@ -20,8 +20,6 @@ SCALARS = {"double": "double", "float": "float", "fixed": "fixed point"}
 
 def needs_callgrind(workspace):
     workspace.tool("valgrind")
-    if not workspace.has_avx2:
-        raise NotMeasuredHere("this processor has no AVX2, which the published counts need")
 
 
 def spaced(number):
@@ -44,23 +42,15 @@ PATH = re.compile(r"^(\w+)\s+(\d+) solves\s+median\s+(\d+)\s+p99\s+(\d+)\s+worst
 
 
 def solves(workspace):
-    """Solves of the MPC with 256-bit registers, and on a machine with SSE2 only."""
     needs_callgrind(workspace)
-    wide = workspace.program("host_tests/benchmark/mpc_instructions", ("host-release",))
-    plain = workspace.program("host_tests/benchmark/mpc_instructions_plain", ("host-release",))
+    program = workspace.program("host_tests/benchmark/mpc_instructions", ("host-release",))
     rows = [["mode", "path", "solves", "median", "99th percentile", "worst"]]
-    beside = [["mode", "path", "median", "99th percentile", "worst", "ratio to AVX2"]]
     for mode, scalar in (("flight", "double"), ("flight", "float")):
-        few = {path: numbers for path, *numbers in PATH.findall(
-            workspace.run("host_tests/benchmark/mpc_instructions.sh", wide, mode, scalar))}
-        many = {path: numbers for path, *numbers in PATH.findall(
-            workspace.run("host_tests/benchmark/mpc_instructions.sh", plain, mode, scalar))}
-        for path in sorted(few):
-            head = [f"`{mode} {scalar}`", path.replace("_", " ")]
-            rows.append(head + [spaced(number) for number in few[path]])
-            times = [int(a) / int(b) for a, b in zip(many[path][1:], few[path][1:])]
-            beside.append(head + [spaced(number) for number in many[path][1:]] + [f"{min(times):.1f} to {max(times):.1f}"])
-    return {"cost.solves": Figure(table(*rows).text, SPREAD), "cost.plain_solves": Figure(table(*beside).text, SPREAD)}
+        counts = {path: numbers for path, *numbers in PATH.findall(
+            workspace.run("host_tests/benchmark/mpc_instructions.sh", program, mode, scalar))}
+        for path in sorted(counts):
+            rows.append([f"`{mode} {scalar}`", path.replace("_", " ")] + [spaced(number) for number in counts[path]])
+    return {"cost.solves": Figure(table(*rows).text, SPREAD)}
 
 
 STREAMS = {"clean_142_byte_frames": "telemetry, 142-byte frames back to back", "random_bytes": "random bytes",
@@ -99,6 +89,6 @@ def mavlink_streams(workspace):
     return {"cost.mavlink_streams": Figure(table(*rows).text, 0.05)}
 
 
-SOURCES = [Source(("cost.parts",), parts_of_a_tick), Source(("cost.solves", "cost.plain_solves"), solves),
+SOURCES = [Source(("cost.parts",), parts_of_a_tick), Source(("cost.solves",), solves),
            Source(("cost.streams",), streams, quick=False),
            Source(("cost.mavlink_streams",), mavlink_streams, quick=False)]

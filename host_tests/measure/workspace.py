@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The workspace of a measurement: the project's folder, its builds and tools, and a way to run programs there."""
 import dataclasses
-import functools
 import os
 import pathlib
 import shutil
@@ -44,12 +43,6 @@ class Workspace:
             if folder and file.is_file():
                 return file
         raise NotMeasuredHere(f"the measured flight {name} is not here")
-
-    @functools.cached_property
-    def has_avx2(self):
-        """Whether the processor has AVX2 and FMA: the published counts are of the exact MPC's copy for it."""
-        cpuinfo = pathlib.Path("/proc/cpuinfo")
-        return cpuinfo.is_file() and " avx2 " in cpuinfo.read_text() and " fma " in cpuinfo.read_text()
 
     def run(self, *command, may_fail=False):
         """-> stdout of the command, which runs in the project's folder. RuntimeError if it fails, unless it may."""
