@@ -20,8 +20,8 @@ inline constexpr int kStale = 7;
 template <typename T>
 class ActiveSet {
  public:
-  ActiveSet(const GainTable<T>& table, Tableau<T>& tableau, const Column<T>& unconstrained, T low_rad, T high_rad)
-      : work_(table, tableau, unconstrained, low_rad, high_rad) {}
+  ActiveSet(const GainTable<T>& table, Tableau<T>& tableau, const Column<T>& unconstrained, T low_slope, T high_slope)
+      : work_(table, tableau, unconstrained, low_slope, high_slope) {}
 
   /// One try. @returns whether the iteration ended by itself; false: it was stopped at kMaxChanges.
   bool run() {
@@ -32,7 +32,7 @@ class ActiveSet {
       return true;
     }
     if (__builtin_popcount(wrong) >= kStale) {
-      adopt(guess_by_clipping(work_.table, work_.unconstrained, work_.low_rad, work_.high_rad, work_.column,
+      adopt(guess_by_clipping(work_.table, work_.unconstrained, work_.low_slope, work_.high_slope, work_.column,
                               work_.pivot));
       evaluate();
     }
@@ -57,7 +57,7 @@ class ActiveSet {
   std::uint16_t changes() const { return changes_; }
 
  private:
-  T limit(std::size_t i) const { return work_.tableau.side[i] > T(0) ? work_.high_rad : work_.low_rad; }
+  T limit(std::size_t i) const { return work_.tableau.side[i] > T(0) ? work_.high_slope : work_.low_slope; }
 
   /// Computes t (work_.column) from the tableau and the sides.
   void evaluate() {
@@ -91,14 +91,14 @@ class ActiveSet {
 
   /// One bit for each input that is free and outside its limits, or active with a multiplier of the wrong sign.
   std::uint32_t wrong_places() const {
-    const T low_rad = work_.low_rad - Tolerance<T>::kLimit_rad;
-    const T high_rad = work_.high_rad + Tolerance<T>::kLimit_rad;
+    const T low_slope = work_.low_slope - Tolerance<T>::kLimit_slope;
+    const T high_slope = work_.high_slope + Tolerance<T>::kLimit_slope;
     std::uint32_t places = 0;
     for (std::size_t i = 0; i < kHorizon; ++i) {
       const T side = work_.tableau.side[i];
       const T value = work_.column[i];
       const bool is_wrong =
-          side == T(0) ? value < low_rad || value > high_rad : side * value < -Tolerance<T>::kMultiplier;
+          side == T(0) ? value < low_slope || value > high_slope : side * value < -Tolerance<T>::kMultiplier;
       places |= (is_wrong ? 1U : 0U) << i;
     }
     return places;
@@ -159,10 +159,10 @@ class ActiveSet {
   /// The free input that is farthest outside its limits; kHorizon when none is.
   std::size_t most_violated() const {
     std::size_t worst = kHorizon;
-    T most = Tolerance<T>::kLimit_rad;
+    T most = Tolerance<T>::kLimit_slope;
     for (std::size_t i = 0; i < kHorizon; ++i) {
-      const T above = work_.column[i] - work_.high_rad;
-      const T below = work_.low_rad - work_.column[i];
+      const T above = work_.column[i] - work_.high_slope;
+      const T below = work_.low_slope - work_.column[i];
       const T outside = below < above ? above : below;
       if (outside > most && work_.tableau.side[i] == T(0)) {
         most = outside;
@@ -194,8 +194,8 @@ class ActiveSet {
   /// Raises the multiplier of input i until the input is at its limit, dropping each active input whose multiplier
   /// would change sign. @returns false: stopped at kMaxChanges.
   bool enter(std::size_t i) {
-    const T side = work_.column[i] > work_.high_rad ? T(1) : T(-1);
-    const T target = side > T(0) ? work_.high_rad : work_.low_rad;
+    const T side = work_.column[i] > work_.high_slope ? T(1) : T(-1);
+    const T target = side > T(0) ? work_.high_slope : work_.low_slope;
     T multiplier = T(0);
     while (changes_ < kMaxChanges) {
       gather(swept(), i, work_.pivot.data());

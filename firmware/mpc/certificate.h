@@ -8,20 +8,20 @@
 namespace m100::mpc {
 
 /// Tolerances in the arithmetic of T. The iteration changes the active set if an input is outside its limit by more
-/// than kLimit_rad, or if a multiplier has the wrong sign by more than kMultiplier [cost/rad]. The certificate accepts
-/// a residual up to kCertificate; the sequence is refined if its residual exceeds kRefine [cost/rad].
+/// than kLimit_slope, or if a multiplier has the wrong sign by more than kMultiplier [cost/slope]. The certificate
+/// accepts a residual up to kCertificate; the sequence is refined if its residual exceeds kRefine [cost/slope].
 template <typename T>
 struct Tolerance;
 template <>
 struct Tolerance<double> {
-  static constexpr double kLimit_rad = 1e-12;
+  static constexpr double kLimit_slope = 1e-12;
   static constexpr double kMultiplier = 1e-10;
   static constexpr double kCertificate = 2e-8;
   static constexpr double kRefine = 1e-10;
 };
 template <>
 struct Tolerance<float> {
-  static constexpr float kLimit_rad = 1e-6F;
+  static constexpr float kLimit_slope = 1e-6F;
   static constexpr float kMultiplier = 1e-4F;
   static constexpr float kCertificate = 2e-2F;
   static constexpr float kRefine = 0.F;
@@ -31,13 +31,13 @@ template <typename T>
 struct ActiveSetWork {
   /// The columns are not initialised: as an aggregate they would be zeroed in every solve.
   ActiveSetWork(const GainTable<T>& gain_table, Tableau<T>& kept, const Column<T>& optimum, T low, T high)
-      : table(gain_table), tableau(kept), unconstrained(optimum), low_rad(low), high_rad(high) {}
+      : table(gain_table), tableau(kept), unconstrained(optimum), low_slope(low), high_slope(high) {}
 
   const GainTable<T>& table;
   Tableau<T>& tableau;
   const Column<T>& unconstrained;  ///< the optimum without limits
-  T low_rad;
-  T high_rad;
+  T low_slope;
+  T high_slope;
   Column<T> column;  ///< free inputs and multipliers
   Column<T> pivot;   ///< scratch, as the others
   Column<T> scaled;
@@ -53,8 +53,8 @@ inline void clamp(const ActiveSetWork<T>& work, Column<T>& inputs) {
   for (std::size_t i = 0; i < kHorizon; ++i) {
     const T side = work.tableau.side[i];
     const T value = work.column[i];
-    const T free = value < work.low_rad ? work.low_rad : (value > work.high_rad ? work.high_rad : value);
-    inputs[i] = side > T(0) ? work.high_rad : (side < T(0) ? work.low_rad : free);
+    const T free = value < work.low_slope ? work.low_slope : (value > work.high_slope ? work.high_slope : value);
+    inputs[i] = side > T(0) ? work.high_slope : (side < T(0) ? work.low_slope : free);
   }
 }
 

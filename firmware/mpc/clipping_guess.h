@@ -11,8 +11,8 @@ namespace m100::mpc {
 /// @param side receives +1 at the upper limit, -1 at the lower, 0 free.
 /// @returns one bit for each active input.
 template <typename T>
-inline std::uint32_t guess_by_clipping(const GainTable<T>& table, const Column<T>& unconstrained, T low_rad, T high_rad,
-                                       Column<T>& inputs, Column<T>& side) {
+inline std::uint32_t guess_by_clipping(const GainTable<T>& table, const Column<T>& unconstrained, T low_slope,
+                                       T high_slope, Column<T>& inputs, Column<T>& side) {
   std::uint32_t active = 0;
   inputs = unconstrained;
   const T* gain = table.clipping_gain.data();
@@ -20,10 +20,10 @@ inline std::uint32_t guess_by_clipping(const GainTable<T>& table, const Column<T
     const std::size_t first = i - i % kPack;
     const T value = inputs[i];
     side[i] = T(0);
-    if (value > high_rad || value < low_rad) {
-      side[i] = value > high_rad ? T(1) : T(-1);
+    if (value > high_slope || value < low_slope) {
+      side[i] = value > high_slope ? T(1) : T(-1);
       active |= 1U << i;
-      const T away = (value > high_rad ? high_rad : low_rad) - value;
+      const T away = (value > high_slope ? high_slope : low_slope) - value;
       for (std::size_t j = first; j < kHorizon; ++j) {
         inputs[j] = gain[j - first] * away + inputs[j];
       }

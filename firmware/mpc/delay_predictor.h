@@ -15,10 +15,10 @@ template <typename T>
 struct AxisState {
   T position_m{0};
   T velocity_m_s{0};
-  T tilt_rad{0};
-  T tilt_rate_rad_s{0};
+  T tilt_slope{0};
+  T tilt_slope_per_s{0};
   T disturbance_m_s2{0};
-  T input_offset_rad{0};
+  T input_offset_slope{0};
 };
 
 /// Predicts one axis through its transport delay D from the inputs already sent.
@@ -40,16 +40,16 @@ class DelayPredictor {
 
   /// Records the input that was in force during the last tick, as it was sent after the supervisor. Call it before
   /// predict(), once for each 10 ms, however late a tick is.
-  void sent(T input_rad) {
+  void sent(T input_slope) {
     newest_ = (newest_ + 1) % kCapacity;
-    inputs_rad_[newest_] = input_rad;
+    input_slopes_[newest_] = input_slope;
   }
-  /// As if `input_rad` had been sent for ever.
-  void reset(T input_rad = T(0)) { inputs_rad_.fill(input_rad); }
+  /// As if `input_slope` had been sent for ever.
+  void reset(T input_slope = T(0)) { input_slopes_.fill(input_slope); }
   /// The input of `ticks_ago` ticks ago; 1 is the newest that was sent, kCapacity the oldest that is kept.
   T sent_ago(std::size_t ticks_ago) const {
     M100_ASSERT(ticks_ago - 1 < kCapacity);
-    return inputs_rad_[(newest_ + kCapacity + 1 - ticks_ago) % kCapacity];
+    return input_slopes_[(newest_ + kCapacity + 1 - ticks_ago) % kCapacity];
   }
 
   /// How far ahead predict() looks: the transport delay.
@@ -59,7 +59,7 @@ class DelayPredictor {
 
   /// The model's states (Problem::state) at now + lead().
   std::array<T, kMaxStates> predict(const AxisState<T>& now) const {
-    const T offset = now.input_offset_rad;
+    const T offset = now.input_offset_slope;
     std::array<T, kMaxStates> state = model_states(now, sent_ago(model_->ticks + 1) + offset);
     state = step(model_->rest, state, sent_ago(model_->ticks + 1) + offset, now.disturbance_m_s2);
     for (std::size_t ago = model_->ticks; ago >= 1; --ago) {
@@ -69,24 +69,24 @@ class DelayPredictor {
   }
 
  private:
-  std::array<T, kMaxStates> model_states(const AxisState<T>& now, T acting_rad) const {
+  std::array<T, kMaxStates> model_states(const AxisState<T>& now, T acting_slope) const {
     const LeadZero<T>& lead = model_->lead;
-    T chi = now.tilt_rad;
-    T chi_rate = now.tilt_rate_rad_s;
+    T chi = now.tilt_slope;
+    T chi_rate = now.tilt_slope_per_s;
     if (lead.share != T(0)) {
-      chi = (now.tilt_rad - lead.share * acting_rad) / (T(1) - lead.share);
+      chi = (now.tilt_slope - lead.share * acting_slope) / (T(1) - lead.share);
     } else if (lead.zero_s != T(0)) {
-      chi_rate = lead.rate_gain * (now.tilt_rate_rad_s - lead.jump * (acting_rad - now.tilt_rad));
-      chi = now.tilt_rad - lead.zero_s * chi_rate;
+      chi_rate = lead.rate_gain * (now.tilt_slope_per_s - lead.jump * (acting_slope - now.tilt_slope));
+      chi = now.tilt_slope - lead.zero_s * chi_rate;
     }
     return {now.position_m, now.velocity_m_s, chi, chi_rate};
   }
 
-  static std::array<T, kMaxStates> step(const StepModel<T>& model, const std::array<T, kMaxStates>& state, T input_rad,
-                                        T disturbance_m_s2) {
+  static std::array<T, kMaxStates> step(const StepModel<T>& model, const std::array<T, kMaxStates>& state,
+                                        T input_slope, T disturbance_m_s2) {
     std::array<T, kMaxStates> next;
     for (std::size_t row = 0; row < kMaxStates; ++row) {
-      T sum = model.input[row] * input_rad + model.disturbance[row] * disturbance_m_s2;
+      T sum = model.input[row] * input_slope + model.disturbance[row] * disturbance_m_s2;
       // The position acts only on itself, the velocity only on itself and the position.
       for (std::size_t col = row < 2 ? row : 2; col < kMaxStates; ++col) {
         sum += model.transition[row * kMaxStates + col] * state[col];
@@ -97,7 +97,7 @@ class DelayPredictor {
   }
 
   const DelayModel<T>* model_;
-  std::array<T, kCapacity> inputs_rad_{};
+  std::array<T, kCapacity> input_slopes_{};
   std::size_t newest_ = 0;
 };
 

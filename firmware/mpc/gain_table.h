@@ -92,8 +92,8 @@ template <typename T>
 struct GainTable {
   core::Sha256Digest vehicle{};  ///< of the vehicle file's text that the table was made from
   std::uint32_t states = 3;
-  T input_min_rad{0};
-  T input_max_rad{0};
+  T input_min_slope{0};
+  T input_max_slope{0};
   T tilt_sign{1};  ///< acceleration = tilt_sign * acceleration_per_tilt * tilt - drag * velocity + disturbance
   T acceleration_per_tilt{0};
   T drag_per_s{0};

@@ -10,7 +10,7 @@ namespace m100::mpc {
 template <typename T>
 HorizontalMpc<T>::HorizontalMpc(const GainTable<T>& table, Law law) : table_(&table), law_(law) {
   M100_ASSERT(table.states == kMaxStates || table.states == kMaxStates - 1);
-  M100_ASSERT(table.input_min_rad < table.input_max_rad);
+  M100_ASSERT(table.input_min_slope < table.input_max_slope);
   const SetpointTree<T>& tree = table.setpoint;
   M100_ASSERT(tree.nodes.empty() || tree.planes.size() == tree.nodes.size() * kNodeNumbers + 1);
   M100_ASSERT(tree.laws.size() % kLawNumbers == 0);
@@ -30,7 +30,7 @@ void HorizontalMpc<T>::solve_preview(const Problem<T>& problem, Solution<T>& sol
 template <typename T>
 void HorizontalMpc<T>::solve(const Problem<T>& problem, Solution<T>& solution) {
   if (law_ == Law::kMpc && problem.constant_reference && !table_->setpoint.nodes.empty() &&
-      solve_setpoint(*table_, problem, solution.input_rad[0])) {
+      solve_setpoint(*table_, problem, solution.input_slope[0])) {
     solution.path = Path::kSetpoint;
     solution.changes = 0;
     solution.kkt_residual = T(0);

@@ -39,8 +39,8 @@ struct MpcCounters {
 template <typename T>
 class HorizontalMpc {
  public:
-  /// The table must outlive the controller. It must have 3 or 4 states and input_min_rad < input_max_rad. If it has a
-  /// set-point law, `planes` must hold kNodeNumbers numbers per node and one number more, and `laws` whole rows.
+  /// The table must outlive the controller. It must have 3 or 4 states and input_min_slope < input_max_slope. If it has
+  /// a set-point law, `planes` must hold kNodeNumbers numbers per node and one number more, and `laws` whole rows.
   explicit HorizontalMpc(const GainTable<T>& table, Law law = Law::kMpc);
 
   /// Solves by the set-point law where it is valid, otherwise by the preview law. Data that are not finite: kClipped.

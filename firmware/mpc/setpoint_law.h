@@ -30,20 +30,20 @@ inline std::size_t child_of(const T* planes, const T* z) {
 }
 
 /// The set-point law; see SetpointTree. @returns whether the problem is inside its box and the tree is sound; then
-/// `input_rad` is u_0. Cost: at most 3 depth + 1 inner products of six numbers, and one of eight.
+/// `input_slope` is u_0. Cost: at most 3 depth + 1 inner products of six numbers, and one of eight.
 template <typename T>
-bool solve_setpoint(const GainTable<T>& table, const Problem<T>& problem, T& input_rad) {
+bool solve_setpoint(const GainTable<T>& table, const Problem<T>& problem, T& input_slope) {
   const SetpointTree<T>& tree = table.setpoint;
-  const T steady = problem.tilt_ref_rad[0] / table.input_gain - problem.input_offset_rad;
+  const T steady = problem.tilt_ref_slope[0] / table.input_gain - problem.input_offset_slope;
   std::array<T, kSetpointStates> z;
   z[0] = problem.state[0] - problem.position_ref_m[0];
   z[1] = problem.state[1];
-  z[2] = problem.state[2] - problem.tilt_ref_rad[0];
+  z[2] = problem.state[2] - problem.tilt_ref_slope[0];
   z[3] = table.states == kMaxStates ? problem.state[3] : T(0);
-  z[4] = problem.previous_input_rad - steady;
+  z[4] = problem.previous_input_slope - steady;
   z[5] = steady;
-  z[6] = table.tilt_sign * table.acceleration_per_tilt * problem.tilt_ref_rad[0] + problem.disturbance_m_s2;
-  z[7] = problem.input_ref_rad[0] - steady;
+  z[6] = table.tilt_sign * table.acceleration_per_tilt * problem.tilt_ref_slope[0] + problem.disturbance_m_s2;
+  z[7] = problem.input_ref_slope[0] - steady;
   T along = z[0] * tree.mirror[0];
   for (std::size_t i = 1; i < kPlaneNumbers - 1; ++i) {
     along = z[i] * tree.mirror[i] + along;
@@ -69,8 +69,8 @@ bool solve_setpoint(const GainTable<T>& table, const Problem<T>& problem, T& inp
   }
   const T* law = tree.laws.data() + (at - SetpointTree<T>::kLeaf) * kLawNumbers;
   const T input = sign * (dot8(law, z.data()) + law[kSetpointStates]);
-  input_rad =
-      input < table.input_min_rad ? table.input_min_rad : (input > table.input_max_rad ? table.input_max_rad : input);
+  input_slope = input < table.input_min_slope ? table.input_min_slope
+                                              : (input > table.input_max_slope ? table.input_max_slope : input);
   return true;
 }
 

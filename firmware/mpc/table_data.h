@@ -15,8 +15,8 @@ namespace m100::mpc {
 template <typename Table, typename Visitor>
 constexpr void visit_numbers(Table& table, Visitor&& visitor) {
   visitor("states", table.states);
-  visitor("input_min_rad", table.input_min_rad);
-  visitor("input_max_rad", table.input_max_rad);
+  visitor("input_min_rad", table.input_min_slope);
+  visitor("input_max_rad", table.input_max_slope);
   visitor("tilt_sign", table.tilt_sign);
   visitor("acceleration_per_tilt", table.acceleration_per_tilt);
   visitor("drag_per_s", table.drag_per_s);

@@ -75,7 +75,7 @@ bool read_axis(Reader& reader, const core::Sha256Digest& vehicle, Rows& rows, Ga
   table.setpoint.planes = std::span<const T>(rows.planes).first(nodes * kNodeNumbers + 1);
   table.setpoint.laws = std::span<const T>(rows.laws).first(laws * kLawNumbers);
   table.setpoint.nodes = std::span<const SetpointNode>(rows.nodes).first(nodes);
-  return (table.states == 3 || table.states == 4) && table.input_min_rad < table.input_max_rad &&
+  return (table.states == 3 || table.states == 4) && table.input_min_slope < table.input_max_slope &&
          tree_is_sound(table.setpoint.nodes, laws);
 }
 

@@ -42,16 +42,16 @@ inline void filter_references(const GainTable<T>& table, const Problem<T>& probl
   add_columns(filtered, signal.data(), 1, table.velocity_taps.data(), table.states);
   add_terminal(filtered, table.terminal_velocity_taps, problem.velocity_ref_m_s[kHorizon - 1]);
   if constexpr (!kConstantTargets) {
-    pad(problem.tilt_ref_rad, signal);
+    pad(problem.tilt_ref_slope, signal);
     add_columns(filtered, signal.data(), 1, table.tilt_taps.data(), table.states);
-    add_terminal(filtered, table.terminal_tilt_taps, problem.tilt_ref_rad[kHorizon - 1]);
-    pad(problem.input_ref_rad, signal);
+    add_terminal(filtered, table.terminal_tilt_taps, problem.tilt_ref_slope[kHorizon - 1]);
+    pad(problem.input_ref_slope, signal);
     for (std::size_t i = 0; i < kHorizon; ++i) {
-      signal[i] += problem.input_offset_rad;
+      signal[i] += problem.input_offset_slope;
     }
     add_columns(filtered, signal.data(), 1, table.input_taps.data(), table.states + 1);
   }
-  filtered[0] = table.rate_weight * (problem.previous_input_rad + problem.input_offset_rad) + filtered[0];
+  filtered[0] = table.rate_weight * (problem.previous_input_slope + problem.input_offset_slope) + filtered[0];
 }
 
 /// Which data of the problem vary over the horizon. Each case has a function of its own: in one common body the
@@ -64,8 +64,8 @@ enum class Shape : std::uint8_t {
 
 /// The optimum without limits, u + input_offset, into `inputs`. @returns whether it keeps the limits.
 template <typename T, Shape kShape>
-[[gnu::noinline]] bool solve_unconstrained(const GainTable<T>& table, const Problem<T>& problem, T low_rad, T high_rad,
-                                           Column<T>& inputs) {
+[[gnu::noinline]] bool solve_unconstrained(const GainTable<T>& table, const Problem<T>& problem, T low_slope,
+                                           T high_slope, Column<T>& inputs) {
   const T origin_m = problem.position_ref_m[kHorizon - 1];
   Column<T> filtered;
   if constexpr (kShape != Shape::kConstantReference) {
@@ -75,28 +75,28 @@ template <typename T, Shape kShape>
   add_columns(inputs, table.state_gain.data() + kHorizon, kHorizon, problem.state.data() + 1, table.states - 1);
   add_columns(inputs, table.disturbance_gain.data(), kHorizon, &problem.disturbance_m_s2, 1);
   if constexpr (kShape != Shape::kMovingTargets) {
-    add_column(inputs, table.tilt_target_gain.data(), problem.tilt_ref_rad[0]);
-    add_column(inputs, table.input_target_gain.data(), problem.input_ref_rad[0] + problem.input_offset_rad);
+    add_column(inputs, table.tilt_target_gain.data(), problem.tilt_ref_slope[0]);
+    add_column(inputs, table.input_target_gain.data(), problem.input_ref_slope[0] + problem.input_offset_slope);
   }
   if constexpr (kShape == Shape::kConstantReference) {
     add_column(inputs, table.filter_gain.data(),
-               table.rate_weight * (problem.previous_input_rad + problem.input_offset_rad));
+               table.rate_weight * (problem.previous_input_slope + problem.input_offset_slope));
   } else {
     add_columns(inputs, table.filter_gain.data(), kHorizon, filtered.data(), kHorizon);
   }
   return std::all_of(inputs.begin(), inputs.end(),
-                     [low_rad, high_rad](T input) { return input >= low_rad && input <= high_rad; });
+                     [low_slope, high_slope](T input) { return input >= low_slope && input <= high_slope; });
 }
 
 template <typename T>
-inline bool solve_unconstrained(const GainTable<T>& table, const Problem<T>& problem, T low_rad, T high_rad,
+inline bool solve_unconstrained(const GainTable<T>& table, const Problem<T>& problem, T low_slope, T high_slope,
                                 Column<T>& inputs) {
   if (!problem.constant_targets) {
-    return solve_unconstrained<T, Shape::kMovingTargets>(table, problem, low_rad, high_rad, inputs);
+    return solve_unconstrained<T, Shape::kMovingTargets>(table, problem, low_slope, high_slope, inputs);
   }
   return problem.constant_reference
-             ? solve_unconstrained<T, Shape::kConstantReference>(table, problem, low_rad, high_rad, inputs)
-             : solve_unconstrained<T, Shape::kConstantTargets>(table, problem, low_rad, high_rad, inputs);
+             ? solve_unconstrained<T, Shape::kConstantReference>(table, problem, low_slope, high_slope, inputs)
+             : solve_unconstrained<T, Shape::kConstantTargets>(table, problem, low_slope, high_slope, inputs);
 }
 
 }  // namespace m100::mpc

@@ -92,10 +92,10 @@ class Flight {
   mpc::AxisState<double> seen() {
     return {.position_m = p_ + 0.002 * normal_(random_),
             .velocity_m_s = v_ + 0.02 * normal_(random_),
-            .tilt_rad = tilt_ + 0.005 * normal_(random_),
-            .tilt_rate_rad_s = rate_ + 0.02 * normal_(random_),
+            .tilt_slope = tilt_ + 0.005 * normal_(random_),
+            .tilt_slope_per_s = rate_ + 0.02 * normal_(random_),
             .disturbance_m_s2 = seen_disturbance_,
-            .input_offset_rad = 0.0};
+            .input_offset_slope = 0.0};
   }
 
  private:
@@ -131,7 +131,7 @@ mpc::Problem<double> problem_of(const Task& task, double now_s, const mpc::AxisS
                                 const std::array<double, mpc::kMaxStates>& state, double previous) {
   mpc::Problem<double> problem;
   problem.state = state;
-  problem.previous_input_rad = previous;
+  problem.previous_input_slope = previous;
   problem.disturbance_m_s2 = seen.disturbance_m_s2;
   for (std::size_t k = 0; k < mpc::kHorizon; ++k) {
     const double t = task.preview ? now_s + 0.1 * static_cast<double>(k + 1) : now_s;
@@ -141,8 +141,8 @@ mpc::Problem<double> problem_of(const Task& task, double now_s, const mpc::AxisS
       problem.velocity_ref_m_s.at(k) = 0;  // the reference jumps here
     }
   }
-  problem.tilt_ref_rad.fill(-seen.disturbance_m_s2 / model::kGravity_m_s2);
-  problem.input_ref_rad = problem.tilt_ref_rad;
+  problem.tilt_ref_slope.fill(-seen.disturbance_m_s2 / model::kGravity_m_s2);
+  problem.input_ref_slope = problem.tilt_ref_slope;
   problem.constant_targets = true;
   problem.constant_reference = !task.preview;
   return problem;
@@ -166,7 +166,7 @@ void fly(bool constant_only) {
         const mpc::Problem<T> problem = problem_in<T>(problem_of(task, now_s, seen, predictor.predict(seen), previous));
         mpc::Solution<T> solution;
         measure(controller, problem, solution, false);
-        previous = static_cast<double>(solution.input_rad[0]);
+        previous = static_cast<double>(solution.input_slope[0]);
         predictor.sent(previous);
         flight.step(previous);
       }

@@ -17,10 +17,10 @@ int main() {
   for (int tick = 0; tick < 1000; ++tick) {
     mpc::Problem<double> problem;
     problem.state = {x, v, tilt, rate};
-    problem.previous_input_rad = last;
+    problem.previous_input_slope = last;
     problem.position_ref_m.fill(2.0);
     problem.constant_reference = true;
-    last = law.solve(problem).input_rad[0];
+    last = law.solve(problem).input_slope[0];
     for (int step = 0; step < 10; ++step) {  // 1 ms each
       rate += 1e-3 * (w * w * (last - tilt) - 2.0 * zeta * w * rate);
       tilt += 1e-3 * rate;

@@ -42,17 +42,17 @@ mpc::Problem<float> random_program() {
   mpc::Problem<float> program;
   const float size = random_number(1.F) > 0.F ? 1.F : 0.2F;
   program.state = {random_number(20.F * size), random_number(8.F * size), random_number(0.5F), random_number(2.F)};
-  program.previous_input_rad = random_number(0.46F);
+  program.previous_input_slope = random_number(0.46F);
   program.disturbance_m_s2 = random_number(3.F);
-  program.input_offset_rad = random_number(0.03F);
+  program.input_offset_slope = random_number(0.03F);
   program.constant_targets = random_number(1.F) > 0.F;
   const float jump_m = random_number(5.F * size);
   const auto jumps_at = static_cast<std::size_t>(10.F + random_number(9.F));
   for (std::size_t i = 0; i < mpc::kHorizon; ++i) {
     program.position_ref_m[i] = i < jumps_at ? -jump_m : jump_m;
     program.velocity_ref_m_s[i] = random_number(2.F * size);
-    program.tilt_ref_rad[i] = random_number(0.3F);
-    program.input_ref_rad[i] = random_number(0.3F);
+    program.tilt_ref_slope[i] = random_number(0.3F);
+    program.input_ref_slope[i] = random_number(0.3F);
   }
   return program;
 }

@@ -38,7 +38,7 @@ std::vector<ConsistencyFinding> findings(const FlightModel& model) {
   }
   const double limit = vehicle.translation.tilt_limit_rad;
   const double slope = model::slope_at_limit(limit);
-  out.push_back({table_tilt, same(tables.x.input_max_rad, slope) && same(tables.y.input_max_rad, slope),
+  out.push_back({table_tilt, same(tables.x.input_max_slope, slope) && same(tables.y.input_max_slope, slope),
                  "the tables' input limit is the tangent of the vehicle's tilt limit"});
   out.push_back({tilt_limit, limit <= envelope.tilt_rad + 1e-12, "the tilt limit is inside the supervisor's envelope"});
   out.push_back({climb_limit, vehicle.altitude.climb_limit_m_s <= envelope.climb_m_s,

@@ -41,8 +41,8 @@ class FallbackLaw {
     const T wanted_m_s2 = reference.acceleration_m_s2 + table.drag_per_s * reference.velocity_m_s +
                           T(2) * rate_per_s * (reference.velocity_m_s + nearer_m_s - estimate.velocity_m_s);
     const T offset_rad = estimate.input_offset_rad;
-    return core::clamp(per_acceleration * wanted_m_s2 + held_, table.input_min_rad - offset_rad,
-                       table.input_max_rad - offset_rad);
+    return core::clamp(per_acceleration * wanted_m_s2 + held_, table.input_min_slope - offset_rad,
+                       table.input_max_slope - offset_rad);
   }
   void reset() { began_ = false; }
 

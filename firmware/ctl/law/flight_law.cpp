@@ -77,11 +77,11 @@ T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const Re
   axis.soon = predicted_slope(estimate, slope, axis.acts_s);
   problem_.state = axis.predictor.predict({.position_m = estimate.position_m,
                                            .velocity_m_s = estimate.velocity_m_s,
-                                           .tilt_rad = slope,
-                                           .tilt_rate_rad_s = estimate.tilt_rate_rad_s * (T(1) + slope * slope),
+                                           .tilt_slope = slope,
+                                           .tilt_slope_per_s = estimate.tilt_rate_rad_s * (T(1) + slope * slope),
                                            .disturbance_m_s2 = estimate.disturbance_m_s2,
-                                           .input_offset_rad = offset_rad});
-  problem_.previous_input_rad = applied_slope + offset_rad;
+                                           .input_offset_slope = offset_rad});
+  problem_.previous_input_slope = applied_slope + offset_rad;
   problem_.disturbance_m_s2 = estimate.disturbance_m_s2;
   problem_.constant_reference = constant;
 
@@ -102,21 +102,21 @@ T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const Re
     const ref::AxisReference<T> r = reference[k + 1];
     const T after = target(r);
     const T input = now + per_difference * (after - before) + per_curvature * (after - T(2) * now + before);
-    problem_.input_ref_rad[k] = input * per_gain;
+    problem_.input_ref_slope[k] = input * per_gain;
     problem_.position_ref_m[k] = r.position_m;
     problem_.velocity_ref_m_s[k] = r.velocity_m_s;
     if (lead_gap_s != T(0)) {
       problem_.position_ref_m[k] += lead_gap_s * r.velocity_m_s + half_gap_s2 * r.acceleration_m_s2;
       problem_.velocity_ref_m_s[k] += lead_gap_s * r.acceleration_m_s2;
     }
-    problem_.tilt_ref_rad[k] = after;
+    problem_.tilt_ref_slope[k] = after;
     before = now;
     now = after;
   }
   axis.mpc.solve(problem_, solution_);
   axis.path = solution_.path;
   axis.changes = solution_.changes;
-  return solution_.input_rad[0] - offset_rad;
+  return solution_.input_slope[0] - offset_rad;
 }
 
 template <typename T>
@@ -175,8 +175,8 @@ T FlightLaw<T>::slope_limit() const {
   T least = combined_tangent_ * static_cast<T>(0.7071067811865476);
   for (const Axis* axis : {&x_, &y_}) {
     const mpc::GainTable<T>& table = axis->mpc.table();
-    const T up = table.input_gain * table.input_max_rad;
-    const T down = -table.input_gain * table.input_min_rad;
+    const T up = table.input_gain * table.input_max_slope;
+    const T down = -table.input_gain * table.input_min_slope;
     least = up < least ? up : least;
     least = down < least ? down : least;
   }

@@ -24,8 +24,8 @@ T magnitude(T value) {
 
 template <typename T>
 typename SetpointPlanner<T>::Axis SetpointPlanner<T>::make_axis(const mpc::GainTable<T>& table) {
-  const T up = table.input_gain * table.input_max_rad;
-  const T down = -table.input_gain * table.input_min_rad;
+  const T up = table.input_gain * table.input_max_slope;
+  const T down = -table.input_gain * table.input_min_slope;
   return {.max_slope = up < down ? up : down, .per_slope_m_s2 = table.tilt_sign * table.acceleration_per_tilt};
 }
 

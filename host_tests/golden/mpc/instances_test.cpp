@@ -59,10 +59,11 @@ Worst solve_all(const InstanceFile& file, bool warm) {
     mpc::Solution<T> solution;
     controller.solve_preview(problem_in<T>(instance.problem), solution);
     for (std::size_t i = 0; i < mpc::kHorizon; ++i) {
-      const double error = std::abs(static_cast<double>(solution.input_rad.at(i)) - instance.optimum.at(i));
+      const double error = std::abs(static_cast<double>(solution.input_slope.at(i)) - instance.optimum.at(i));
       worst.any_rad = std::max(worst.any_rad, error);
       worst.first_rad = i == 0 ? std::max(worst.first_rad, error) : worst.first_rad;
-      const bool at_limit = std::abs(std::abs(solution.input_rad.at(i)) - tables.at(instance.model).input_max_rad) <= 0;
+      const bool at_limit =
+          std::abs(std::abs(solution.input_slope.at(i)) - tables.at(instance.model).input_max_slope) <= 0;
       worst.wrong_active += instance.margin > 1e-3 && at_limit != (instance.active.at(i) != '0') ? 1U : 0U;
     }
     worst.kkt = std::max(worst.kkt, static_cast<double>(solution.kkt_residual));

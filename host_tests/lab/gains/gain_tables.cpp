@@ -111,8 +111,8 @@ mpc::GainTable<double> make_gain_table(const AxisQp& problem) {
 
   mpc::GainTable<double> out;
   out.states = static_cast<std::uint32_t>(n);
-  out.input_min_rad = static_cast<double>(problem.u_min);
-  out.input_max_rad = static_cast<double>(problem.u_max);
+  out.input_min_slope = static_cast<double>(problem.u_min);
+  out.input_max_slope = static_cast<double>(problem.u_max);
   out.tilt_sign = static_cast<double>(problem.tilt_sign);
   out.acceleration_per_tilt = static_cast<double>(problem.acceleration_per_tilt);
   out.drag_per_s = static_cast<double>(problem.drag_per_s);

@@ -159,12 +159,12 @@ Instance read_problem(const Record& record, const AxisQp& model) {
   out.tag = record.has("tag") ? record.text("tag") : "";
   const std::vector<double> x0 = record.numbers("x0", static_cast<std::size_t>(model.step.a.rows()));
   std::copy(x0.begin(), x0.end(), problem.state.begin());
-  problem.previous_input_rad = record.number("u_prev");
+  problem.previous_input_slope = record.number("u_prev");
   problem.disturbance_m_s2 = record.number("d");
   const bool position = record.fill("p_ref", problem.position_ref_m);
   const bool velocity = record.fill("v_ref", problem.velocity_ref_m_s);
-  const bool tilt = record.fill("th_ref", problem.tilt_ref_rad);
-  const bool input = record.fill("u_ref", problem.input_ref_rad);
+  const bool tilt = record.fill("th_ref", problem.tilt_ref_slope);
+  const bool input = record.fill("u_ref", problem.input_ref_slope);
   problem.constant_targets = tilt && input;
   problem.constant_reference = position && velocity && tilt && input && problem.velocity_ref_m_s[0] == 0.0;
   if (record.has("u")) {
@@ -214,14 +214,14 @@ mpc::Problem<float> to_float(const mpc::Problem<double>& problem) {
   for (std::size_t i = 0; i < mpc::kMaxStates; ++i) {
     out.state.at(i) = static_cast<float>(problem.state.at(i) - (i == 0 ? origin_m : 0.0));
   }
-  out.previous_input_rad = static_cast<float>(problem.previous_input_rad);
+  out.previous_input_slope = static_cast<float>(problem.previous_input_slope);
   out.disturbance_m_s2 = static_cast<float>(problem.disturbance_m_s2);
-  out.input_offset_rad = static_cast<float>(problem.input_offset_rad);
+  out.input_offset_slope = static_cast<float>(problem.input_offset_slope);
   for (std::size_t i = 0; i < mpc::kHorizon; ++i) {
     out.position_ref_m.at(i) = static_cast<float>(problem.position_ref_m.at(i) - origin_m);
     out.velocity_ref_m_s.at(i) = static_cast<float>(problem.velocity_ref_m_s.at(i));
-    out.tilt_ref_rad.at(i) = static_cast<float>(problem.tilt_ref_rad.at(i));
-    out.input_ref_rad.at(i) = static_cast<float>(problem.input_ref_rad.at(i));
+    out.tilt_ref_slope.at(i) = static_cast<float>(problem.tilt_ref_slope.at(i));
+    out.input_ref_slope.at(i) = static_cast<float>(problem.input_ref_slope.at(i));
   }
   out.constant_targets = problem.constant_targets;
   out.constant_reference = problem.constant_reference;

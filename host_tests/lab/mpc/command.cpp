@@ -51,7 +51,8 @@ mpc::Problem<T> problem_in(const mpc::Problem<double>& problem) {
 template <typename T>
 void print(const gains::Instance& instance, const mpc::Solution<T>& solution) {
   const std::size_t known = solution.path == mpc::Path::kSetpoint ? 1 : mpc::kHorizon;
-  const std::vector<double> inputs(solution.input_rad.begin(), solution.input_rad.begin() + static_cast<long>(known));
+  const std::vector<double> inputs(solution.input_slope.begin(),
+                                   solution.input_slope.begin() + static_cast<long>(known));
   const nlohmann::ordered_json line{{"id", instance.id},
                                     {"u", inputs},
                                     {"path", name(solution.path)},

@@ -32,22 +32,22 @@ class Reference {
       const Eigen::Index row = static_cast<Eigen::Index>(k) * n;
       r(row) = p.position_ref_m.at(k);
       r(row + 1) = p.velocity_ref_m_s.at(k);
-      r(row + 2) = p.tilt_ref_rad.at(k);
-      s(static_cast<Eigen::Index>(k)) = p.input_ref_rad.at(k) + p.input_offset_rad;
+      r(row + 2) = p.tilt_ref_slope.at(k);
+      s(static_cast<Eigen::Index>(k)) = p.input_ref_slope.at(k) + p.input_offset_slope;
     }
     Vector f =
         condensed_.s.transpose() * condensed_.qb * (condensed_.tx * x0 + condensed_.td * Real(p.disturbance_m_s2) - r) -
         problem_.r * s;
-    f(0) -= problem_.rd * (Real(p.previous_input_rad) + Real(p.input_offset_rad));
+    f(0) -= problem_.rd * (Real(p.previous_input_slope) + Real(p.input_offset_slope));
     return f;
   }
 
-  /// @returns u, which is input_rad in the firmware.
+  /// @returns u, which is input_slope in the firmware.
   Vector solve_qp(const mpc::Problem<double>& p) const {
     const Vector f = gradient_at_zero(p);
     const Matrix& h = condensed_.h;
-    const Real low = problem_.u_min + Real(p.input_offset_rad);
-    const Real high = problem_.u_max + Real(p.input_offset_rad);
+    const Real low = problem_.u_min + Real(p.input_offset_slope);
+    const Real high = problem_.u_max + Real(p.input_offset_slope);
     const auto clip = [&](const Vector& u) -> Vector { return u.cwiseMax(low).cwiseMin(high); };
     const auto cost = [&](const Vector& u) -> Real { return Real(0.5) * u.dot(h * u) + f.dot(u); };
     Vector u = clip(solve(h, -f));
@@ -68,7 +68,7 @@ class Reference {
       }
       u = best;
     }
-    return u.array() - Real(p.input_offset_rad);
+    return u.array() - Real(p.input_offset_slope);
   }
 
  private:
@@ -134,9 +134,9 @@ mpc::Problem<double> random_problem(std::mt19937& random) {
   mpc::Problem<double> p;
   const double size = std::pow(10.0, std::uniform_real_distribution<double>(-1.5, 1.0)(random));
   p.state = {5.0 + size * normal(random), size * normal(random), 0.2 * normal(random), 0.5 * normal(random)};
-  p.previous_input_rad = 0.2 * normal(random);
+  p.previous_input_slope = 0.2 * normal(random);
   p.disturbance_m_s2 = normal(random);
-  p.input_offset_rad = random() % 2 == 0 ? 0.05 * normal(random) : 0.0;
+  p.input_offset_slope = random() % 2 == 0 ? 0.05 * normal(random) : 0.0;
   p.position_ref_m.fill(5.0);
   const double w = 6.0 * std::uniform_real_distribution<double>(0.0, 1.0)(random);
   if (random() % 4 != 0) {
@@ -147,12 +147,12 @@ mpc::Problem<double> random_problem(std::mt19937& random) {
     }
   }
   p.constant_targets = random() % 2 == 0;
-  p.tilt_ref_rad.fill(0.05 * normal(random));
-  p.input_ref_rad.fill(0.05 * normal(random));
+  p.tilt_ref_slope.fill(0.05 * normal(random));
+  p.input_ref_slope.fill(0.05 * normal(random));
   if (!p.constant_targets) {
     for (std::size_t k = 0; k < kHorizon; ++k) {
-      p.tilt_ref_rad.at(k) = 0.2 * normal(random);
-      p.input_ref_rad.at(k) = 0.2 * normal(random);
+      p.tilt_ref_slope.at(k) = 0.2 * normal(random);
+      p.input_ref_slope.at(k) = 0.2 * normal(random);
     }
   }
   return p;
@@ -177,12 +177,12 @@ TEST_P(PreviewLaw, IsTheOptimumOfAnIndependentSolver) {
       EXPECT_NE(solution.path, mpc::Path::kClipped);
       EXPECT_LE(solution.changes, mpc::kMaxChanges);
       for (std::size_t k = 0; k < kHorizon; ++k) {
-        ASSERT_NEAR(solution.input_rad.at(k), static_cast<double>(optimum(static_cast<Eigen::Index>(k))), 1e-9)
+        ASSERT_NEAR(solution.input_slope.at(k), static_cast<double>(optimum(static_cast<Eigen::Index>(k))), 1e-9)
             << "model " << m << " problem " << i << " input " << k;
       }
       const mpc::Solution<float> in_float = single.solve(to_float(problem));
       EXPECT_NE(in_float.path, mpc::Path::kClipped);
-      EXPECT_NEAR(static_cast<double>(in_float.input_rad[0]), static_cast<double>(optimum(0)), 1e-4);
+      EXPECT_NEAR(static_cast<double>(in_float.input_slope[0]), static_cast<double>(optimum(0)), 1e-4);
     }
   }
 }
@@ -207,9 +207,9 @@ TEST_P(PreviewLaw, TheBaselineIsTheOptimumWithoutLimitsClipped) {
       const mpc::Solution<double> solution = baseline.solve(problem);
       bool cut = false;
       for (std::size_t k = 0; k < kHorizon; ++k) {
-        const double kept = std::clamp(wanted.input_rad.at(k), table.input_min_rad, table.input_max_rad);
-        cut = cut || kept != wanted.input_rad.at(k);
-        ASSERT_NEAR(solution.input_rad.at(k), kept, 1e-12 * (1.0 + std::abs(wanted.input_rad.at(k))));
+        const double kept = std::clamp(wanted.input_slope.at(k), table.input_min_slope, table.input_max_slope);
+        cut = cut || kept != wanted.input_slope.at(k);
+        ASSERT_NEAR(solution.input_slope.at(k), kept, 1e-12 * (1.0 + std::abs(wanted.input_slope.at(k))));
       }
       EXPECT_EQ(solution.path, cut ? mpc::Path::kClipped : mpc::Path::kTable);
       bound += cut ? 1U : 0U;
@@ -234,18 +234,18 @@ TEST(PreviewLawFaults, ANumberThatIsNotOneGivesAFiniteClippedAnswer) {
                                 &wrong.disturbance_m_s2,
                                 &wrong.position_ref_m[7],
                                 &wrong.velocity_ref_m_s[19],
-                                &wrong.previous_input_rad};
+                                &wrong.previous_input_slope};
       *places[place] = bad;
       const mpc::Solution<double> solution = controller.solve(wrong);
-      for (const double input : solution.input_rad) {
-        EXPECT_GE(input, table.input_min_rad - 1e-12);
-        EXPECT_LE(input, table.input_max_rad + 1e-12);
+      for (const double input : solution.input_slope) {
+        EXPECT_GE(input, table.input_min_slope - 1e-12);
+        EXPECT_LE(input, table.input_max_slope + 1e-12);
       }
       if (!std::isfinite(bad)) {
         EXPECT_EQ(solution.path, mpc::Path::kClipped) << bad << " at place " << place;
       }
       const mpc::Solution<double> next = controller.solve(problem);
-      EXPECT_NEAR(next.input_rad[0], untouched.solve(problem).input_rad[0], 1e-9);
+      EXPECT_NEAR(next.input_slope[0], untouched.solve(problem).input_slope[0], 1e-9);
     }
   }
 }
@@ -257,7 +257,7 @@ TEST(PreviewLawFaults, TheSameHistoryGivesTheSameBits) {
   mpc::HorizontalMpc<double> second(table);
   for (int i = 0; i < 200; ++i) {
     const mpc::Problem<double> problem = random_problem(random);
-    EXPECT_EQ(first.solve(problem).input_rad, second.solve(problem).input_rad);
+    EXPECT_EQ(first.solve(problem).input_slope, second.solve(problem).input_slope);
   }
 }
 

@@ -27,14 +27,14 @@ mpc::Problem<double> constant_problem(std::mt19937& random, const mpc::GainTable
   }
   mpc::Problem<double> problem;
   problem.position_ref_m.fill(3.0);
-  problem.input_offset_rad = random() % 2 == 0 ? 0.03 * unit(random) : 0.0;
-  const double tilt = table.input_gain * (z[5] + problem.input_offset_rad);
+  problem.input_offset_slope = random() % 2 == 0 ? 0.03 * unit(random) : 0.0;
+  const double tilt = table.input_gain * (z[5] + problem.input_offset_slope);
   problem.state = {3.0 + z[0], z[1], z[2] + tilt, table.states == 4 ? z[3] : 0.0};
-  problem.previous_input_rad = z[4] + z[5];
+  problem.previous_input_slope = z[4] + z[5];
   problem.disturbance_m_s2 = -table.tilt_sign * table.acceleration_per_tilt * tilt;
   const auto digits = [rounded](double value) { return rounded ? std::round(value * 1e6) / 1e6 : value; };
-  problem.tilt_ref_rad.fill(digits(tilt));
-  problem.input_ref_rad.fill(digits(z[5]));
+  problem.tilt_ref_slope.fill(digits(tilt));
+  problem.input_ref_slope.fill(digits(z[5]));
   problem.constant_targets = true;
   problem.constant_reference = true;
   return problem;
@@ -50,10 +50,10 @@ mpc::Problem<double> problem_at(const ParametricProgram& program, const mpc::Gai
   const double tilt = table.input_gain * z[5];
   mpc::Problem<double> problem;
   problem.state = {z[0], z[1], z[2] + tilt, table.states == 4 ? z[3] : 0.0};
-  problem.previous_input_rad = z[4] + z[5];
+  problem.previous_input_slope = z[4] + z[5];
   problem.disturbance_m_s2 = -table.tilt_sign * table.acceleration_per_tilt * tilt;
-  problem.tilt_ref_rad.fill(tilt);
-  problem.input_ref_rad.fill(z[5]);
+  problem.tilt_ref_slope.fill(tilt);
+  problem.input_ref_slope.fill(z[5]);
   problem.constant_targets = true;
   problem.constant_reference = true;
   return problem;
@@ -132,9 +132,10 @@ Difference compare(const Table& table, const TableF& table_f, bool rounded, int 
     controller.solve_preview(problem, preview);
     const mpc::Solution<double> setpoint = controller.solve(problem);
     out.outside += setpoint.path != mpc::Path::kSetpoint ? 1U : 0U;
-    out.double_rad = std::max(out.double_rad, std::abs(setpoint.input_rad[0] - preview.input_rad[0]));
-    out.float_rad = std::max(out.float_rad, std::abs(static_cast<double>(single.solve(to_float(problem)).input_rad[0]) -
-                                                     preview.input_rad[0]));
+    out.double_rad = std::max(out.double_rad, std::abs(setpoint.input_slope[0] - preview.input_slope[0]));
+    out.float_rad = std::max(
+        out.float_rad,
+        std::abs(static_cast<double>(single.solve(to_float(problem)).input_slope[0]) - preview.input_slope[0]));
   }
   return out;
 }

@@ -17,8 +17,8 @@ constexpr Braking kBraking{.acceleration_m_s2 = 3.8, .max_disturbance_m_s2 = 3.8
 
 mpc::GainTable<double> table() {
   mpc::GainTable<double> out;
-  out.input_min_rad = -0.46;
-  out.input_max_rad = 0.46;
+  out.input_min_slope = -0.46;
+  out.input_max_slope = 0.46;
   out.tilt_sign = -1.0;
   out.acceleration_per_tilt = model::kGravity_m_s2;
   out.input_gain = 1.0;
@@ -58,7 +58,7 @@ TEST(FallbackLaw, IsItsEquationWithinTheLimitsOfTheTableBesideATrim) {
   mpc::GainTable<double> gains = table();
   gains.input_gain = 0.8;
   gains.drag_per_s = 0.25;
-  gains.input_max_rad = 0.5;
+  gains.input_max_slope = 0.5;
   const auto slope = [&](double position_m, double velocity_m_s) {
     FallbackLaw<double> law;
     return law.slope({position_m, velocity_m_s, 0.0, 0.0, 0.6, 0.05}, {1.0, 0.4, 0.3}, gains, 0.9, kStep_s);

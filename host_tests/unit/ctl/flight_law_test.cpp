@@ -29,15 +29,15 @@ struct ReferenceAxis {
   double slope(const est::AxisEstimate<double>& now, const References& reference, bool constant, double gap_s,
                double applied) {
     const double tilt = seen_slope(now.tilt_rad), offset = now.input_offset_rad;
-    mpc::Problem<double> problem{.previous_input_rad = applied + offset,
+    mpc::Problem<double> problem{.previous_input_slope = applied + offset,
                                  .disturbance_m_s2 = now.disturbance_m_s2,
                                  .constant_reference = constant};
     problem.state = predictor.predict({.position_m = now.position_m,
                                        .velocity_m_s = now.velocity_m_s,
-                                       .tilt_rad = tilt,
-                                       .tilt_rate_rad_s = now.tilt_rate_rad_s * (1.0 + tilt * tilt),
+                                       .tilt_slope = tilt,
+                                       .tilt_slope_per_s = now.tilt_rate_rad_s * (1.0 + tilt * tilt),
                                        .disturbance_m_s2 = now.disturbance_m_s2,
-                                       .input_offset_rad = offset});
+                                       .input_offset_slope = offset});
     std::array<double, kHorizon + 2> target{};  // the first one is before the horizon, on the line of the next two
     for (std::size_t k = 0; k <= kHorizon; ++k) {
       target[k + 1] =
@@ -50,13 +50,14 @@ struct ReferenceAxis {
       const auto& [position_m, velocity_m_s, acceleration_m_s2] = reference[k + 1];
       const double rate = (target[k + 2] - target[k]) / 0.2;
       const double curvature = (target[k + 2] - 2.0 * target[k + 1] + target[k]) / 0.01;
-      problem.input_ref_rad[k] = (target[k + 1] + lags.first_s * rate + lags.second_s2 * curvature) / table.input_gain;
-      problem.tilt_ref_rad[k] = target[k + 2];
+      problem.input_ref_slope[k] =
+          (target[k + 1] + lags.first_s * rate + lags.second_s2 * curvature) / table.input_gain;
+      problem.tilt_ref_slope[k] = target[k + 2];
       problem.position_ref_m[k] = position_m + gap_s * velocity_m_s + 0.5 * gap_s * gap_s * acceleration_m_s2;
       problem.velocity_ref_m_s[k] = velocity_m_s + gap_s * acceleration_m_s2;
     }
     mpc.solve(problem, solution);
-    return solution.input_rad[0] - offset;
+    return solution.input_slope[0] - offset;
   }
 
   const mpc::GainTable<double>& table;
@@ -71,11 +72,11 @@ mpc::GainTables<double> tables() {
   mpc::GainTables<double> out{.x = mpc::generated::kX<double>, .y = mpc::generated::kY<double>};
   out.x.input_gain = 1.1;
   out.x.drag_per_s = 0.2;
-  out.x.input_max_rad = 0.35;
+  out.x.input_max_slope = 0.35;
   out.y.input_gain = 0.9;
   out.y.drag_per_s = 0.3;
   out.y.acceleration_per_tilt = 9.0;
-  out.y.input_min_rad = -0.3;
+  out.y.input_min_slope = -0.3;
   out.y.delay.ticks = 9;
   out.y.delay.delay_s = 0.095;
   return out;
@@ -173,10 +174,10 @@ TEST_P(FlightLawTest, HasTheLeadOfPitchAndTheSlopeOfTheNarrowestLimit) {
   EXPECT_EQ(law.lead(), x.predictor.lead());
   EXPECT_NEAR(law.slope_limit(), 0.9 * 0.3, 1e-12) << "roll's lower limit";
   mpc::GainTables<double> other = gains;
-  other.y.input_min_rad = -0.46;
+  other.y.input_min_slope = -0.46;
   EXPECT_NEAR(FlightLaw<double>(vehicle, other).slope_limit(), 1.1 * 0.35, 1e-12) << "pitch's upper limit";
-  other.x.input_max_rad = other.y.input_max_rad = 0.6;
-  other.x.input_min_rad = other.y.input_min_rad = -0.6;
+  other.x.input_max_slope = other.y.input_max_slope = 0.6;
+  other.x.input_min_slope = other.y.input_min_slope = -0.6;
   EXPECT_NEAR(FlightLaw<double>(vehicle, other).slope_limit(), std::tan(core::kPi / 6.0) / std::sqrt(2.0), 1e-12);
 }
 

@@ -37,9 +37,9 @@ struct PlannerNumbers : ::testing::Test {
 
   static const mpc::GainTables<double>& changed(mpc::GainTables<double>& gains) {
     gains.x.input_gain = 1.1;
-    gains.x.input_max_rad = 0.3;  // a slope of 0.33
+    gains.x.input_max_slope = 0.3;  // a slope of 0.33
     gains.y.input_gain = 0.9;
-    gains.y.input_min_rad = -0.35;  // 0.315
+    gains.y.input_min_slope = -0.35;  // 0.315
     gains.y.acceleration_per_tilt = 9.0;
     return gains;
   }

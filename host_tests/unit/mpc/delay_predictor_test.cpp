@@ -26,8 +26,8 @@ class FineAxis {
   FineAxis(const Case& axis, double sign, double disturbance, double offset)
       : axis_(axis), sign_(sign), disturbance_(disturbance), offset_(offset) {}
 
-  void run_tick(double input_rad) {
-    inputs_.push_back(input_rad);
+  void run_tick(double input_slope) {
+    inputs_.push_back(input_slope);
     for (int i = 0; i < kSteps; ++i, ++steps_) {
       step();
     }
@@ -42,10 +42,10 @@ class FineAxis {
     const double rate = chi_rate();
     return {.position_m = p_,
             .velocity_m_s = v_,
-            .tilt_rad = chi_ + axis_.lead_zero_s * rate,
-            .tilt_rate_rad_s = axis_.time_constant_s > 0 ? 0.0 : rate + axis_.lead_zero_s * chi_acceleration(),
+            .tilt_slope = chi_ + axis_.lead_zero_s * rate,
+            .tilt_slope_per_s = axis_.time_constant_s > 0 ? 0.0 : rate + axis_.lead_zero_s * chi_acceleration(),
             .disturbance_m_s2 = disturbance_,
-            .input_offset_rad = offset_};
+            .input_offset_slope = offset_};
   }
   std::array<double, kMaxStates> states() const { return {p_, v_, chi_, axis_.time_constant_s > 0 ? 0.0 : chi_rate_}; }
 

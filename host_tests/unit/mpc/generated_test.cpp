@@ -31,8 +31,8 @@ TEST(GeneratedTable, CarriesTheWholeVehicle) {
 TEST(GeneratedTable, EndsAtTheTiltLimitInDegrees) {
   const double limit_rad = mpc::generated::kVehicle.translation.tilt_limit_rad;
   for (const mpc::GainTable<double>* table : {&mpc::generated::kX<double>, &mpc::generated::kY<double>}) {
-    EXPECT_NEAR(std::atan(table->input_max_rad), limit_rad, 1e-15);
-    EXPECT_NEAR(std::atan(table->input_min_rad), -limit_rad, 1e-15);
+    EXPECT_NEAR(std::atan(table->input_max_slope), limit_rad, 1e-15);
+    EXPECT_NEAR(std::atan(table->input_min_slope), -limit_rad, 1e-15);
   }
 }
 

@@ -33,12 +33,12 @@ INSTANTIATE_TEST_SUITE_P(Laws, BothLaws, ::testing::Values(Law::kMpc, Law::kLqr)
 TEST_P(BothLaws, KeepTheLimitsOfTheCommandBesideATrim) {
   for (const double offset_rad : {0.0, 0.05, -0.05}) {
     Problem<double> problem;
-    problem.input_offset_rad = offset_rad;
+    problem.input_offset_slope = offset_rad;
     problem.state[0] = -20.0;
-    EXPECT_NEAR(mpc_.solve(problem).input_rad[0], table_.input_max_rad, 1e-12) << offset_rad;
+    EXPECT_NEAR(mpc_.solve(problem).input_slope[0], table_.input_max_slope, 1e-12) << offset_rad;
     problem.state[0] = 20.0;
     const Solution<double> solution = mpc_.solve(problem);
-    EXPECT_NEAR(solution.input_rad[0], table_.input_min_rad, 1e-12) << offset_rad;
+    EXPECT_NEAR(solution.input_slope[0], table_.input_min_slope, 1e-12) << offset_rad;
     EXPECT_EQ(solution.path, GetParam() == Law::kMpc ? Path::kActiveSet : Path::kClipped);
   }
   EXPECT_EQ(mpc_.counters().clipped, GetParam() == Law::kMpc ? 0U : 6U);
@@ -51,8 +51,8 @@ TEST_P(BothLaws, AnswerWhatIsNoNumberInTheMiddle) {
   problem.state[1] = std::numeric_limits<double>::quiet_NaN();
   const Solution<double> solution = mpc_.solve(problem);
   EXPECT_EQ(solution.path, Path::kClipped);
-  for (const double input_rad : solution.input_rad) {
-    EXPECT_NEAR(input_rad, 0.5 * (table_.input_min_rad + table_.input_max_rad), 1e-12);
+  for (const double input_slope : solution.input_slope) {
+    EXPECT_NEAR(input_slope, 0.5 * (table_.input_min_slope + table_.input_max_slope), 1e-12);
   }
   EXPECT_EQ(mpc_.counters().clipped, 1U);
 }

@@ -59,11 +59,11 @@ TEST_F(TableFile, InFloatIsTheTableOfTheFirmware) {
 // former ones, half those of the refused file.
 TEST_F(TableFile, WithLimitsThatCrossIsRefusedAndLeavesNothingToFly) {
   TableSet crossed = made_from(file);
-  std::swap(crossed.tables.y.input_min_rad, crossed.tables.y.input_max_rad);
+  std::swap(crossed.tables.y.input_min_slope, crossed.tables.y.input_max_slope);
   ASSERT_EQ(storage->load(bytes, file.digest), Status::kOk);
   EXPECT_EQ(storage->load(to_file(crossed), file.digest), Status::kInvalidArgument);
   for (const GainTable<double>* axis : {&storage->tables().x, &storage->tables().y}) {
-    EXPECT_FALSE(axis->input_min_rad < axis->input_max_rad) << "with these limits no controller begins";
+    EXPECT_FALSE(axis->input_min_slope < axis->input_max_slope) << "with these limits no controller begins";
   }
 }
 

@@ -60,15 +60,15 @@ Sides ParametricProgram::sides_at(const VectorXd& s) {
   }
   mpc::Problem<double> problem;
   problem.state = {z[0], z[1], z[2], z[3]};
-  problem.previous_input_rad = z[4] + z[5];
-  problem.input_offset_rad = -z[5];
-  problem.input_ref_rad.fill(z[5]);
+  problem.previous_input_slope = z[4] + z[5];
+  problem.input_offset_slope = -z[5];
+  problem.input_ref_slope.fill(z[5]);
   problem.constant_targets = true;
   mpc::Solution<double> solution;
   controller_.solve_preview(problem, solution);
   Sides sides{};
   for (std::size_t i = 0; i < mpc::kHorizon; ++i) {
-    const double u = solution.input_rad.at(i);
+    const double u = solution.input_slope.at(i);
     sides.at(i) = u >= limit_ - 1e-12 ? std::int8_t(1) : (u <= -limit_ + 1e-12 ? std::int8_t(-1) : std::int8_t(0));
   }
   return sides;
