@@ -38,7 +38,8 @@ Command<T> brake_and_hold(const est::Estimate<T>& estimate, const Braking& braki
     const T share = T(2) * linear_m_s2 / most_m_s2;
     const T hard_m_s2 = -linear_m_s2 * (T(1) + share * share);
     const T braking_m_s2 = known ? core::clamp(hard_m_s2, -most_m_s2, most_m_s2) : T(0);
-    return sign * (braking_m_s2 - axis.disturbance_m_s2) * kPerGravity - axis.input_offset_rad;
+    const T flown = sign * (braking_m_s2 - axis.disturbance_m_s2) * kPerGravity;
+    return flown - added_slope(flown, axis.input_offset_rad);
   };
   const T x = slope(estimate.x, T(1));
   const T y = slope(estimate.y, T(-1));

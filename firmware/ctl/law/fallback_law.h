@@ -3,6 +3,7 @@
 
 #include "firmware/core/maths.h"
 #include "firmware/ctl/law/braking.h"
+#include "firmware/ctl/law/slope_limit.h"
 #include "firmware/est/estimate.h"
 #include "firmware/mpc/gain_table.h"
 #include "firmware/ref/window.h"
@@ -21,8 +22,8 @@ T fallback_rate_per_s(const Braking& braking) {
 /// The law of one horizontal axis after a limit cycle was detected. It is slow, has no prediction, and compensates the
 /// observer's wind and trim slowly.
 ///   a = a_ref + 2 w (v_ref + clamp(w/2 (p_ref - p), 1 m/s) - v),   slope = +-(a + c v_ref) / g + held
-/// held is the slope that cancels the estimated wind and trim (-+d / g - m), after a low-pass of time constant 1 / w. T
-/// is float or double.
+/// held is the slope that cancels the estimated wind and trim (-+d / g, less the trim angle at that slope), after a
+/// low-pass of time constant 1 / w. T is float or double.
 template <typename T>
 class FallbackLaw {
  public:
@@ -32,7 +33,8 @@ class FallbackLaw {
           T rate_per_s, T step_s) {
     constexpr T kMax_m_s = T(1);
     const T per_acceleration = table.tilt_sign / (table.acceleration_per_tilt * table.input_gain);
-    const T needed = -per_acceleration * estimate.disturbance_m_s2 - estimate.input_offset_rad;
+    const auto without_trim = [&estimate](T slope) { return slope - added_slope(slope, estimate.input_offset_rad); };
+    const T needed = without_trim(-per_acceleration * estimate.disturbance_m_s2);
     const T share = began_ ? core::clamp(rate_per_s * step_s, T(0), T(1)) : T(1);
     began_ = true;
     held_ += share * (needed - held_);
@@ -40,9 +42,8 @@ class FallbackLaw {
         core::clamp(T(0.5) * rate_per_s * (reference.position_m - estimate.position_m), -kMax_m_s, kMax_m_s);
     const T wanted_m_s2 = reference.acceleration_m_s2 + table.drag_per_s * reference.velocity_m_s +
                           T(2) * rate_per_s * (reference.velocity_m_s + nearer_m_s - estimate.velocity_m_s);
-    const T offset_rad = estimate.input_offset_rad;
-    return core::clamp(per_acceleration * wanted_m_s2 + held_, table.input_min_slope - offset_rad,
-                       table.input_max_slope - offset_rad);
+    return core::clamp(per_acceleration * wanted_m_s2 + held_, without_trim(table.input_min_slope),
+                       without_trim(table.input_max_slope));
   }
   void reset() { began_ = false; }
 

@@ -72,7 +72,7 @@ template <typename T>
 T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const References& reference, bool constant,
                       T lead_gap_s, T applied_slope) {
   const mpc::GainTable<T>& table = axis.mpc.table();
-  const T offset_rad = estimate.input_offset_rad;
+  const T offset_slope = added_slope(applied_slope, estimate.input_offset_rad);
   const T slope = seen(core::tan(estimate.tilt_rad));
   axis.soon = predicted_slope(estimate, slope, axis.acts_s);
   problem_.state = axis.predictor.predict({.position_m = estimate.position_m,
@@ -80,8 +80,8 @@ T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const Re
                                            .tilt_slope = slope,
                                            .tilt_slope_per_s = estimate.tilt_rate_rad_s * (T(1) + slope * slope),
                                            .disturbance_m_s2 = estimate.disturbance_m_s2,
-                                           .input_offset_slope = offset_rad});
-  problem_.previous_input_slope = applied_slope + offset_rad;
+                                           .input_offset_slope = offset_slope});
+  problem_.previous_input_slope = applied_slope + offset_slope;
   problem_.disturbance_m_s2 = estimate.disturbance_m_s2;
   problem_.constant_reference = constant;
 
@@ -116,7 +116,7 @@ T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const Re
   axis.mpc.solve(problem_, solution_);
   axis.path = solution_.path;
   axis.changes = solution_.changes;
-  return solution_.input_slope[0] - offset_rad;
+  return solution_.input_slope[0] - offset_slope;
 }
 
 template <typename T>

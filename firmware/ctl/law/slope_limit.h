@@ -13,6 +13,12 @@ T predicted_slope(const est::AxisEstimate<T>& axis, T slope, T ahead_s) {
   return slope + ahead_s * axis.tilt_rate_rad_s * (T(1) + slope * slope);
 }
 
+/// What a small angle adds to a slope, to first order: d tan a = (1 + tan^2 a) d a.
+template <typename T>
+T added_slope(T slope, T angle_rad) {
+  return angle_rad * (T(1) + slope * slope);
+}
+
 /// The largest slope of both axes together that may be commanded while the aircraft is about to have the slopes soon_x
 /// and soon_y: `limit`, minus twice the amount by which their root of squares exceeds it, but at least half of `limit`.
 ///

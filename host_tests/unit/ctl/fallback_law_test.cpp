@@ -63,15 +63,17 @@ TEST(FallbackLaw, IsItsEquationWithinTheLimitsOfTheTableBesideATrim) {
     FallbackLaw<double> law;
     return law.slope({position_m, velocity_m_s, 0.0, 0.0, 0.6, 0.05}, {1.0, 0.4, 0.3}, gains, 0.9, kStep_s);
   };
-  const auto wanted = [](double nearer_m_s, double velocity_m_s) {
+  constexpr double kTrim_rad = 0.05;  // beside a slope s it counts (1 + s^2) of it
+  const double wind = 0.6 / (0.8 * model::kGravity_m_s2);
+  const auto wanted = [wind](double nearer_m_s, double velocity_m_s) {
     const double wanted_m_s2 = 0.3 + 0.25 * 0.4 + 1.8 * (0.4 + nearer_m_s - velocity_m_s);
-    return -(wanted_m_s2 - 0.6) / (0.8 * model::kGravity_m_s2) - 0.05;
+    return -wanted_m_s2 / (0.8 * model::kGravity_m_s2) + wind - kTrim_rad * (1.0 + wind * wind);
   };
   EXPECT_NEAR(slope(0.2, 0.1), wanted(0.45 * 0.8, 0.1), 1e-12);
   EXPECT_NEAR(slope(-9.0, 0.1), wanted(1.0, 0.1), 1e-12);
   EXPECT_NEAR(slope(9.0, 0.1), wanted(-1.0, 0.1), 1e-12);
-  EXPECT_DOUBLE_EQ(slope(0.0, -8.0), -0.46 - 0.05);
-  EXPECT_DOUBLE_EQ(slope(0.0, 8.0), 0.5 - 0.05);
+  EXPECT_DOUBLE_EQ(slope(0.0, -8.0), -0.46 - kTrim_rad * (1.0 + 0.46 * 0.46));
+  EXPECT_DOUBLE_EQ(slope(0.0, 8.0), 0.5 - kTrim_rad * (1.0 + 0.5 * 0.5));
 }
 
 // The estimates of wind and trim oscillate with an oscillating aircraft, so they pass a low-pass filter that starts at

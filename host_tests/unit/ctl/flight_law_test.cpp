@@ -28,7 +28,7 @@ struct ReferenceAxis {
   }
   double slope(const est::AxisEstimate<double>& now, const References& reference, bool constant, double gap_s,
                double applied) {
-    const double tilt = seen_slope(now.tilt_rad), offset = now.input_offset_rad;
+    const double tilt = seen_slope(now.tilt_rad), offset = now.input_offset_rad * (1.0 + applied * applied);
     mpc::Problem<double> problem{.previous_input_slope = applied + offset,
                                  .disturbance_m_s2 = now.disturbance_m_s2,
                                  .constant_reference = constant};
@@ -168,6 +168,29 @@ TEST_P(FlightLawTest, CommandsWhatItsEquationsSay) {
   compare({.roll_rad = 0.02, .pitch_rad = 0.03}, 1, false);
   law.start_fallback(fallback_per_s = 0.7);
   compare({.roll_rad = 0.02, .pitch_rad = 0.03}, 1, false);
+}
+
+// The trim is an angle, and the laws compute with tangents. Steadily leaned against the wind by 22 degrees, each law
+// must command the flown angle less the trim; adding the angle to the tangent would miss 16 % of the trim.
+TEST_P(FlightLawTest, TrimsASteepTiltByTheWholeAngle) {
+  constexpr double kFlown_rad = 0.384, kTrim_rad = 0.03;
+  const mpc::GainTables<double> shipped{.x = mpc::generated::kX<double>, .y = mpc::generated::kY<double>};
+  const double tilt_slope = shipped.x.input_gain * std::tan(kFlown_rad);
+  estimate = {};
+  estimate.x.tilt_rad = std::atan(tilt_slope);
+  estimate.x.disturbance_m_s2 = -shipped.x.tilt_sign * shipped.x.acceleration_per_tilt * tilt_slope;
+  estimate.x.input_offset_rad = kTrim_rad;
+  window = {};
+  window.constant = true;
+  FlightLaw<double> steady{vehicle, shipped, {.horizontal = GetParam()}};
+  const Command<double> applied{.pitch_rad = kFlown_rad - kTrim_rad};
+  Command<double> command;
+  for (int tick = 0; tick < 40; ++tick) {
+    command = steady.update(estimate, window, applied, core::kTickPeriod);
+  }
+  EXPECT_NEAR(command.pitch_rad, applied.pitch_rad, 0.04 * kTrim_rad);
+  FallbackLaw<double> fallback;
+  EXPECT_NEAR(std::atan(fallback.slope(estimate.x, {}, shipped.x, 0.7, 0.01)), applied.pitch_rad, 0.04 * kTrim_rad);
 }
 
 TEST_P(FlightLawTest, HasTheLeadOfPitchAndTheSlopeOfTheNarrowestLimit) {
