@@ -10,7 +10,8 @@ namespace {
 constexpr double kSmooths_s = 0.05;  // time constant that smooths the errors; shorter than the observer's lag (0.15 s)
 constexpr double kMaxShare = 0.5;    // largest weight of a single pose in the smoothed errors
 constexpr double kMemory_s = 3.0;    // of the mean products: a gust or two
-constexpr double kMin_s = 0.005;     // half a tick: poses are used once per tick
+constexpr double kMaxNisShare = 1.0 / 30.0;  // of one pose in the mean NIS: then it errs by 0.18 at most, one sigma
+constexpr double kMin_s = 0.005;             // half a tick: poses are used once per tick
 constexpr double kFresh_s = 0.1;
 constexpr double kGrows_s = 1.0;   // longest time for which the added variances grow
 constexpr double kMinKept = 0.25;  // smallest factor of the filter's own variance: half of its sigma
@@ -59,7 +60,7 @@ void CovarianceInflation<T>::update(T innovation_m, T correction_m, T correction
   mean(mean_.pa, smooth.pa, noisy.pa);
   mean(mean_.va, smooth.va, noisy.va);
   mean(mean_.aa, smooth.aa, noisy.aa);
-  nis_ += remembers * (nis - nis_);
+  nis_ += share(step_s, kMemory_s, kMaxNisShare) * (nis - nis_);
 }
 
 template <typename T>
