@@ -44,10 +44,8 @@ S tangent_of(core::Arithmetic<S>& a, S t) {
 }  // namespace
 
 template <typename S>
-[[gnu::cold]] void AxisFilter<S>::start(S position, S velocity, S tilt) {
+[[gnu::cold]] void AxisFilter<S>::start(S tilt) {
   x_ = {};
-  x_[kP] = position;
-  x_[kV] = velocity;
   x_[kTilt] = tilt;
   std::array<double, kStates> variance;
   variance.fill(kInitialSigmas * kInitialSigmas);
@@ -158,13 +156,13 @@ typename AxisFilter<S>::PoseInnovation AxisFilter<S>::test_pose(S position, cons
   typename ScaledCovariance<S, kStates>::Column h{};
   h[kV] = a.narrow(-a.product(age.units, c_.pose_rate));
   h[kD] = a.narrow(a.product(age.half_square, c_.pose_d));
-  test.projection =
-      covariance_.template project<MeasuresPose>(h, larger_variance(c_.pose_variance, sender_variance_m2, scales_[kP]));
+  test.noise = larger_variance(c_.pose_variance, sender_variance_m2, scales_[kP], kMaxFixedPose);
+  test.projection = covariance_.template project<MeasuresPose>(h, test.noise);
   const auto expected = a.widen(x_[kP]) - a.product(age.units, x_[kV]) + a.product(age.half_square, x_[kD]) +
                         a.widen(history_.displacement(a, age.ticks));
   test.innovation = a.narrow(a.widen(position) - expected);
   test.scale = scales_[kP];
-  test.inside = inside_gate(a, test.innovation, test.projection.s, test.scale, unseen_m);
+  test.inside = inside_gate(a, test.innovation, test.projection.s, test.noise, test.scale, unseen_m);
   return test;
 }
 
@@ -175,13 +173,15 @@ void AxisFilter<S>::fuse_pose(const PoseInnovation& test) {
 }
 
 template <typename S>
-[[gnu::cold]] void AxisFilter<S>::reset_position(S position, S velocity, const MeasurementAge<S>& age) {
+[[gnu::cold]] void AxisFilter<S>::reset_position(S position, S velocity, const MeasurementAge<S>& age,
+                                                 const MotionVariance& variance) {
   auto& a = covariance_.arithmetic();
   x_[kV] = velocity;
   x_[kP] = a.narrow(a.widen(position) + a.product(age.units, x_[kV]) - a.product(age.half_square, x_[kD]) -
                     a.widen(history_.displacement(a, age.ticks)));
-  covariance_.decouple(kP, kInitialSigmas * kInitialSigmas);
-  covariance_.decouple(kV, kInitialSigmas * kInitialSigmas);
+  const S initial = core::Arithmetic<S>::template number<double>(kInitialSigmas * kInitialSigmas);
+  covariance_.decouple(kP, larger_variance(initial, variance.position_m2, scales_[kP], kMaxFixedReset));
+  covariance_.decouple(kV, larger_variance(initial, variance.velocity_m2, scales_[kV], kMaxFixedReset));
   clamp_states();
 }
 
@@ -192,7 +192,7 @@ bool AxisFilter<S>::is_sane() const {
     constexpr std::size_t i = decltype(state)::value;
     const S variance = covariance_(state, state);
     sane = sane && inside(x_[i], kLimits[i]) && variance > S{} &&
-           variance < core::Arithmetic<S>::template number<double>(120.0);
+           variance < core::Arithmetic<S>::template number<double>(1.2 * decltype(covariance_)::kCeiling);
   });
   return sane;
 }

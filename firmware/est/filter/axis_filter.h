@@ -50,8 +50,8 @@ class AxisFilter {
   explicit AxisFilter(const AxisModel& model);
   AxisFilter(const AxisModel& model, const Scales& scales);
 
-  /// Starts at a position (m), a velocity (m per kTimeUnit_s) and a measured tilt. The other states start at 0.
-  void start(S position, S velocity, S tilt);
+  /// Starts with a measured tilt; the other states start at 0. reset_position() follows.
+  void start(S tilt);
   /// Advances one tick; commands in rad.
   void predict(const ActingInputs<S>& input);
   /// How a measured disturbance is used.
@@ -69,7 +69,8 @@ class AxisFilter {
   struct PoseInnovation {
     typename ScaledCovariance<S, kStates>::Projection projection;
     S innovation{};
-    int scale = 0;  ///< the variance projection.s is in units of 4^scale m^2
+    S noise{};      ///< variance of the pose
+    int scale = 0;  ///< the variances projection.s and noise are in units of 4^scale m^2
     bool inside = false;
     /// The square of the innovation over its variance; its expectation is 1.
     float normalised_square() const {
@@ -83,9 +84,9 @@ class AxisFilter {
   PoseInnovation test_pose(S position, const MeasurementAge<S>& age, S unseen_m, float sender_variance_m2);
   void fuse_pose(const PoseInnovation& test);
   void check() { covariance_.check(); }  ///< once after the corrections of a tick: keeps the covariance valid
-  /// Sets the position (of `age` ago) and the velocity, with their initial variances and no covariances. The other
-  /// states stay.
-  void reset_position(S position, S velocity, const MeasurementAge<S>& age);
+  /// Sets the position (of `age` ago) and the velocity, with no covariances. Their variances are the initial ones, or
+  /// those of the poses that gave them if these are larger. The other states stay.
+  void reset_position(S position, S velocity, const MeasurementAge<S>& age, const MotionVariance& variance);
 
   /// The tilt that the model predicts from the commands alone, without measurements; rad.
   S model_tilt() const { return model_response_.output; }

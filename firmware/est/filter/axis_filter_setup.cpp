@@ -77,7 +77,7 @@ AxisFilter<S>::AxisFilter(const AxisModel& model, const Scales& scales) : scales
   c_.pose_rate = number(ratio(kV, kP));
   c_.pose_d = number(ratio(kD, kP));
   c_.tilt_rate = number(ratio(kRate, kTilt));
-  start(S{}, S{}, S{});
+  start(S{});
 }
 
 template <typename S>

@@ -108,7 +108,8 @@ class DisturbanceEkf {
   /// The variance is the larger of the vehicle file's and the sender's, plus the square of the distance flown in the
   /// uncertainty of the time of capture. The gate uses all of this distance, the variance at most kMaxTimingError_m.
   Weight weight(Real sender_variance_m2, Real time_sigma_s, S speed, Real unseen_m) const;
-  void begin(const core::Pose<Real>& pose);
+  void begin(const core::Pose<Real>& pose, const MeasurementAge<S>& age);
+  void set_motion(const core::Pose<Real>& pose, const MeasurementAge<S>& age, bool with_heading);
   /// Records that this pose has corrected, started or reset the state.
   void record_used(const core::Pose<Real>& pose, bool heading_used);
   void check_reset(const core::Pose<Real>& pose, const MeasurementAge<S>& age);

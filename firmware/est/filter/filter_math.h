@@ -95,53 +95,65 @@ constexpr Real power_of_two(int exponent) {
   }
 }
 
-/// The larger of two measurement variances of a position, in units of 4^scale m^2: the vehicle file's and the one that
-/// the sender of the pose reports. The sender's is limited to 1 m^2, and in fixed point to 90 units.
-/// @param scaled the vehicle file's variance, in the same units
-/// @param sender_variance_m2 0 or NaN: none reported
-/// @param scale the unit of the position is 2^scale m
+/// The larger of two variances, in units of 4^scale: `scaled`, which is in these units, and `variance`, which is in SI
+/// or the filter's unit of time; 0 or NaN: none.
+/// @param most in these units: the largest variance in fixed point
 template <typename S>
-S larger_variance(S scaled, float sender_variance_m2, int scale) {
-  if (!(sender_variance_m2 > 0.F)) {
+S larger_variance(S scaled, float variance, int scale, float most) {
+  if (!(variance > 0.F)) {
     return scaled;
   }
-  constexpr float kMaxSenderVariance_m2 = 1.F;
-  constexpr float kLargestScaled = 90.F;
-  const float claimed = core::clamp(sender_variance_m2, 0.F, kMaxSenderVariance_m2) * power_of_two<float>(-2 * scale);
-  const bool fits = std::is_floating_point_v<S> || claimed < kLargestScaled;
-  const S number = core::Arithmetic<S>::template number<float>(fits ? claimed : kLargestScaled);
+  const float wanted = variance * power_of_two<float>(-2 * scale);
+  const bool fits = std::is_floating_point_v<S> || wanted < most;
+  const S number = core::Arithmetic<S>::template number<float>(fits ? wanted : most);
   return number > scaled ? number : scaled;
 }
+
+/// Largest variance of a pose in fixed point, in units of 4^scale m^2: with it, the variance of the position stays
+/// below the ceiling of the covariance at 5 poses a second.
+inline constexpr float kMaxFixedPose = 8.F;
+/// Largest variance after a reset in fixed point.
+inline constexpr float kMaxFixedReset = 64.F;
+
+/// Variances of a position and a velocity as poses give them at a start or a reset.
+struct MotionVariance {
+  float position_m2 = 0.F;
+  float velocity_m2 = 0.F;  ///< per unit of time squared
+};
 
 inline constexpr double kGateSigmas = 6.0;
 inline constexpr double kLargestInnovation_m = 1.0;
 
-/// Whether a position's innovation is at most 6 sigmas or at most unseen_m. An innovation above 1 m is never inside.
+/// Whether a position's innovation is at most 6 sigmas or at most unseen_m. An innovation above 1 m is inside only if
+/// it is at most 6 sigmas of the pose's own noise: without this, only the poses near the prediction would be used, and
+/// they would confirm it.
 /// @param s scaled variance of the innovation
+/// @param noise scaled variance of the pose
 /// @param scale the unit of the position is 2^scale m
 template <typename S>
-bool inside_gate(core::Arithmetic<S>& a, S innovation, S s, int scale, S unseen_m) {
+bool inside_gate(core::Arithmetic<S>& a, S innovation, S s, S noise, int scale, S unseen_m) {
   constexpr double kLargestScaled = 90.0;  // in fixed point: its square fits beside the variances
   const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
   const S size = innovation < S{} ? a.narrow(-a.widen(innovation)) : innovation;
-  if (!(size <= number(kLargestInnovation_m))) {
-    return false;
-  }
+  const bool is_near = size <= number(kLargestInnovation_m);
   bool inside_sigmas = false;
   if (std::is_floating_point_v<S> || size < a.narrow(a.scaled(a.widen(number(kLargestScaled)), scale))) {
     const S scaled = a.narrow(a.scaled(a.widen(size), -scale));
-    inside_sigmas = a.product(scaled, scaled) <= a.product(s, number(kGateSigmas * kGateSigmas));
+    inside_sigmas = a.product(scaled, scaled) <= a.product(is_near ? s : noise, number(kGateSigmas * kGateSigmas));
   }
-  return inside_sigmas || size <= unseen_m;
+  return inside_sigmas || (is_near && size <= unseen_m);
 }
 
 /// The largest innovation that inside_gate() accepts, for messages and the log; m.
 template <typename Real, typename S>
-Real gate_m(S s, int scale, Real unseen_m) {
-  const Real sigmas_m = static_cast<Real>(kGateSigmas) * power_of_two<Real>(scale) *
-                        core::sqrt(core::Arithmetic<S>::template real<Real>(s));
-  const Real gate = sigmas_m > unseen_m ? sigmas_m : unseen_m;
-  return gate < static_cast<Real>(kLargestInnovation_m) ? gate : static_cast<Real>(kLargestInnovation_m);
+Real gate_m(S s, S noise, int scale, Real unseen_m) {
+  const auto sigmas_m = [scale](S variance) {
+    return static_cast<Real>(kGateSigmas) * power_of_two<Real>(scale) *
+           core::sqrt(core::Arithmetic<S>::template real<Real>(variance));
+  };
+  const Real gate = sigmas_m(s) > unseen_m ? sigmas_m(s) : unseen_m;
+  const Real most = core::clamp(sigmas_m(noise), static_cast<Real>(kLargestInnovation_m), gate);
+  return gate < most ? gate : most;
 }
 
 /// x += gain * innovation, converted from the scaled units of the covariance.

@@ -38,7 +38,7 @@ Refusal<Real> refusal_of(Real turned_rad, Real unseen_m, const Tests&... tests) 
     using S = std::remove_cvref_t<decltype(test.innovation)>;
     const Real innovation_m = core::Arithmetic<S>::template real<Real>(test.innovation);
     const Real distance_m = innovation_m < Real(0) ? -innovation_m : innovation_m;
-    const Real allowed_m = gate_m<Real>(test.projection.s, test.scale, unseen_m);
+    const Real allowed_m = gate_m<Real>(test.projection.s, test.noise, test.scale, unseen_m);
     if (distance_m * worst.allowed_m >= worst.distance_m * allowed_m) {
       worst.distance_m = distance_m;
       worst.allowed_m = allowed_m;
@@ -117,7 +117,7 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
   const S position_y = Number::template number<Real>(pose.position_w_m.y());
   const S position_z = Number::template number<Real>(pose.position_w_m.z());
   if (!started_) {
-    return begin(pose);
+    return begin(pose, age);
   }
   const Real dropout_s = core::seconds<Real>(pose_.since_use);
   constexpr Real kHalf_m_s2 = static_cast<Real>(0.5 * kUnseenAcceleration_m_s2);

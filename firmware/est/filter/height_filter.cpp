@@ -57,15 +57,14 @@ template <typename S>
   const double pose = pose_sigma_m * power_of_two(-kScale[kZ]);
   pose_variance_ = number(pose * pose);
   pose_rate_ = number(ratio(kClimb, kZ));
-  start(S{}, S{});
+  start();
 }
 
 template <typename S>
-[[gnu::cold]] void HeightFilter<S>::start(S height, S climb) {
-  x_ = {height, climb};
+[[gnu::cold]] void HeightFilter<S>::start() {
+  x_ = {};
   covariance_.set_diagonal(kInitialVariance);
   history_ = {};
-  clamp_states();
 }
 
 template <typename S>
@@ -94,13 +93,13 @@ typename HeightFilter<S>::PoseInnovation HeightFilter<S>::test_pose(S height, co
   auto& a = covariance_.arithmetic();
   PoseInnovation test;
   const typename Covariance::Column h{S{}, a.narrow(-a.product(age.units, pose_rate_))};
-  test.projection =
-      covariance_.template project<MeasuresHeight>(h, larger_variance(pose_variance_, sender_variance_m2, kScale[kZ]));
+  test.noise = larger_variance(pose_variance_, sender_variance_m2, kScale[kZ], kMaxFixedPose);
+  test.projection = covariance_.template project<MeasuresHeight>(h, test.noise);
   const auto expected =
       a.widen(x_[kZ]) - a.product(age.units, x_[kClimb]) + a.widen(history_.displacement(a, age.ticks));
   test.innovation = a.narrow(a.widen(height) - expected);
   test.scale = kScale[kZ];
-  test.inside = inside_gate(a, test.innovation, test.projection.s, test.scale, unseen_m);
+  test.inside = inside_gate(a, test.innovation, test.projection.s, test.noise, test.scale, unseen_m);
   return test;
 }
 
@@ -116,12 +115,18 @@ void HeightFilter<S>::fuse_pose(const PoseInnovation& test) {
 }
 
 template <typename S>
-[[gnu::cold]] void HeightFilter<S>::reset_position(S height, S climb, const MeasurementAge<S>& age) {
+[[gnu::cold]] void HeightFilter<S>::reset_position(S height, S climb, const MeasurementAge<S>& age,
+                                                   const MotionVariance& variance) {
   auto& a = covariance_.arithmetic();
   x_[kClimb] = climb;
   x_[kZ] = a.narrow(a.widen(height) + a.product(age.units, x_[kClimb]) - a.widen(history_.displacement(a, age.ticks)));
-  covariance_.decouple(kZ, kInitialVariance[kZ]);
-  covariance_.decouple(kClimb, kInitialVariance[kClimb]);
+  const auto initial = [](int state, float wanted) {
+    const auto i = static_cast<std::size_t>(state);
+    const S least = core::Arithmetic<S>::template number<double>(kInitialVariance[i]);
+    return larger_variance(least, wanted, kScale[i], kMaxFixedReset);
+  };
+  covariance_.decouple(kZ, initial(kZ, variance.position_m2));
+  covariance_.decouple(kClimb, initial(kClimb, variance.velocity_m2));
   clamp_states();
 }
 
@@ -131,7 +136,7 @@ bool HeightFilter<S>::is_sane() const {
   for (std::size_t i = 0; i < x_.size(); ++i) {
     const S variance = covariance_(static_cast<int>(i), static_cast<int>(i));
     sane = sane && inside(x_[i], kLimits[i]) && variance > S{} &&
-           variance < core::Arithmetic<S>::template number<double>(120.0);
+           variance < core::Arithmetic<S>::template number<double>(1.2 * Covariance::kCeiling);
   }
   return sane;
 }

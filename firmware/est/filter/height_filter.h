@@ -22,18 +22,19 @@ class HeightFilter {
   using Covariance = ScaledCovariance<S, kStates>;
 
   HeightFilter(const model::StickAxis& climb, double pose_sigma_m);
-  void start(S height, S climb);
+  void start();  ///< all states at 0; reset_position() follows
   /// Commands: climb speed in m per unit.
   void predict(const ActingInputs<S>& input);
   struct PoseInnovation {
     typename Covariance::Projection projection;
     S innovation{};
-    int scale = 0;  ///< the variance projection.s is in units of 4^scale m^2
+    S noise{};      ///< variance of the pose
+    int scale = 0;  ///< the variances projection.s and noise are in units of 4^scale m^2
     bool inside = false;
   };
   PoseInnovation test_pose(S height, const MeasurementAge<S>& age, S unseen_m, float sender_variance_m2);
   void fuse_pose(const PoseInnovation& test);
-  void reset_position(S height, S climb, const MeasurementAge<S>& age);
+  void reset_position(S height, S climb, const MeasurementAge<S>& age, const MotionVariance& variance);
   S state(StateIndex i) const { return x_[static_cast<std::size_t>(i)]; }
   S gain() const { return gain_; }
   S climb_gain() const { return climb_gain_; }

@@ -12,8 +12,9 @@
 
 namespace m100::est {
 
-/// A sequence of poses in which each pose agrees with the one before: their distance is at most 30 mm plus 6 m/s times
-/// the time between their captures. The observer's state plays no part.
+/// A sequence of poses in which each pose agrees with the one before: their distance is at most 30 mm, plus 6 m/s times
+/// the time between their captures, plus three sigmas of the noise that the sender states for both poses. The
+/// observer's state plays no part.
 template <typename Real>
 class PoseAgreement {
  public:
@@ -22,7 +23,8 @@ class PoseAgreement {
   /// @returns whether the pose agrees with the one before it; if not, the pose begins a new row
   bool add(const core::Pose<Real>& pose, core::TimePoint now) {
     const double between_s = core::seconds<double>(since_last_ - pose.age(now));
-    const Real way_m = static_cast<Real>(kAgreement_m + kMaxSpeed_m_s * (between_s > 0.0 ? between_s : 0.0));
+    const Real noise_m = Real(3) * core::sqrt((pose.position_variance_m2 + last_.position_variance_m2).sum());
+    const Real way_m = static_cast<Real>(kAgreement_m + kMaxSpeed_m_s * (between_s > 0.0 ? between_s : 0.0)) + noise_m;
     const Vector3 moved = pose.position_w_m - last_.position_w_m;
     const bool follows = count_ > 0 && moved.squaredNorm() <= way_m * way_m;
     count_ = follows ? count_ + 1 : 1;

@@ -18,10 +18,40 @@ constexpr core::Duration kBaseline = milliseconds(100);  // least time between t
 
 }  // namespace
 
+/// Sets position, velocity and, if `with_heading`, yaw from the newest of a row of agreeing poses. With poses of
+/// variance r, the velocity (newest - first) / span has the variance 2 r / span^2, and the position, newest + age
+/// velocity, has r ((1 + age/span)^2 + (age/span)^2). Their covariance is left out; twice the variances bound what it
+/// adds.
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::set_motion(const core::Pose<Real>& pose, const MeasurementAge<S>& age,
+                                         bool with_heading) {
+  using Number = core::Arithmetic<S>;
+  using Filter = AxisFilter<S>;
+  const auto number = [](Real value) { return Number::template number<Real>(value); };
+  const core::Vector<Real, 3> velocity =
+      agreement_.velocity(pose, now_, Number::template real<Real>(x_.state(Filter::kTilt)),
+                          Number::template real<Real>(y_.state(Filter::kTilt)));
+  const auto span_units = static_cast<float>(core::seconds<double>(agreement_.span(pose, now_)) / kTimeUnit_s);
+  const float share = Number::template real<float>(age.units) / span_units;
+  const auto set = [&](auto& filter, Eigen::Index axis) {
+    const auto twice_m2 = static_cast<float>(Real(2) * pose.position_variance_m2[axis]);
+    filter.reset_position(number(pose.position_w_m[axis]), number(velocity[axis]), age,
+                          {.position_m2 = twice_m2 * (1.F + 2.F * share * (1.F + share)),
+                           .velocity_m2 = 2.F * twice_m2 / (span_units * span_units)});
+  };
+  set(x_, 0);
+  set(y_, 1);
+  set(height_, 2);
+  if (with_heading) {
+    yaw_.reset_position(number(wrapped_yaw(pose)));
+  }
+  record_used(pose, with_heading);
+}
+
 /// Starts the filter when an attitude is known and a row of agreeing poses spans kBaseline. These poses also give the
 /// initial velocity.
 template <typename S, typename Real>
-void DisturbanceEkf<S, Real>::begin(const core::Pose<Real>& pose) {
+void DisturbanceEkf<S, Real>::begin(const core::Pose<Real>& pose, const MeasurementAge<S>& age) {
   using Number = core::Arithmetic<S>;
   if (!attitude_.is_known || !agreement_.add(pose, now_) || agreement_.span(pose, now_) < kBaseline) {
     return;
@@ -29,23 +59,17 @@ void DisturbanceEkf<S, Real>::begin(const core::Pose<Real>& pose) {
   yaw_.start(Number::template number<Real>(wrapped_yaw(pose)));
   attitude_.angles.yaw_rad = Number::template real<Real>(yaw_.yaw());
   const core::Tilt<Real> tilt = core::tilt_of(attitude_.angles);
-  const core::Vector<Real, 3> velocity = agreement_.velocity(pose, now_, tilt.x_rad, tilt.y_rad);
-  const Real age_units = core::seconds<Real>(pose.age(now_)) / static_cast<Real>(kTimeUnit_s);
-  const core::Vector<Real, 3> position = pose.position_w_m + velocity * age_units;
-  x_.start(Number::template number<Real>(position.x()), Number::template number<Real>(velocity.x()),
-           Number::template number<Real>(tilt.x_rad));
-  y_.start(Number::template number<Real>(position.y()), Number::template number<Real>(velocity.y()),
-           Number::template number<Real>(tilt.y_rad));
-  height_.start(Number::template number<Real>(position.z()), Number::template number<Real>(velocity.z()));
+  x_.start(Number::template number<Real>(tilt.x_rad));
+  y_.start(Number::template number<Real>(tilt.y_rad));
+  height_.start();
+  set_motion(pose, age, true);
   started_ = true;
   since_start_ = core::Duration(0);
   ++counters_.poses_used;
-  record_used(pose, true);
 }
 
 template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::check_reset(const core::Pose<Real>& pose, const MeasurementAge<S>& age) {
-  using Number = core::Arithmetic<S>;
   const bool follows = agreement_.add(pose, now_);
   const core::Duration agreeing_for = agreement_.span(pose, now_);
   const bool dropped_out = pose_.since_use > kDropout + agreeing_for;
@@ -55,19 +79,7 @@ void DisturbanceEkf<S, Real>::check_reset(const core::Pose<Real>& pose, const Me
     return;
   }
   recover(dropped_out ? ResetReason::kLongDropout : ResetReason::kPoseMoved);
-  using Filter = AxisFilter<S>;
-  const core::Vector<Real, 3> velocity =
-      agreement_.velocity(pose, now_, Number::template real<Real>(x_.state(Filter::kTilt)),
-                          Number::template real<Real>(y_.state(Filter::kTilt)));
-  const auto number = [](Real value) { return Number::template number<Real>(value); };
-  x_.reset_position(number(pose.position_w_m.x()), number(velocity.x()), age);
-  y_.reset_position(number(pose.position_w_m.y()), number(velocity.y()), age);
-  height_.reset_position(number(pose.position_w_m.z()), number(velocity.z()), age);
-  const bool turns = heading_reset_ == HeadingReset::kFree;
-  if (turns) {
-    yaw_.reset_position(number(wrapped_yaw(pose)));
-  }
-  record_used(pose, turns);
+  set_motion(pose, age, heading_reset_ == HeadingReset::kFree);
 }
 
 template <typename S, typename Real>
@@ -84,15 +96,15 @@ void DisturbanceEkf<S, Real>::restart() {
   attitude_.refused_in_a_row = 0;
   pose_.refused_in_a_row = 0;
   agreement_.end_row();
-  x_.start(S{}, S{}, S{});
-  y_.start(S{}, S{}, S{});
-  height_.start(S{}, S{});
+  x_.start(S{});
+  y_.start(S{});
+  height_.start();
   yaw_.start(S{});
   attitude_.yaw_rate = S{};
 }
 
 #define M100_INSTANTIATE(S, Real)                                                                        \
-  template void DisturbanceEkf<S, Real>::begin(const core::Pose<Real>&);                                 \
+  template void DisturbanceEkf<S, Real>::begin(const core::Pose<Real>&, const MeasurementAge<S>&);       \
   template void DisturbanceEkf<S, Real>::check_reset(const core::Pose<Real>&, const MeasurementAge<S>&); \
   template void DisturbanceEkf<S, Real>::recover(ResetReason);                                           \
   template void DisturbanceEkf<S, Real>::restart();

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 #include <utility>
 
 #include "firmware/core/assert.h"
@@ -31,13 +32,15 @@ struct CovarianceHealth {
 /// and measurement rows use the same units: phi_ij 2^(e_j - e_i), h_j 2^(e_j - e_m).
 ///
 /// Only the lower triangle is stored. Every coefficient must be below 8 in size. predict() quarters a variance above
-/// kCeiling. check() raises a variance below kFloor and repairs lost positivity.
+/// kCeiling, which ends the range of fixed point; a variance that is held there no longer fits the others, and the
+/// gains computed from it are those of an unstable filter. In float and double it is far beyond every error of a flight
+/// (8 km of position at a unit of 8 mm). check() raises a variance below kFloor and repairs lost positivity.
 template <typename S, int kN>
 class ScaledCovariance {
  public:
   static constexpr auto kSize = static_cast<std::size_t>(kN);
   static constexpr double kFloor = 1.0 / 65536.0;
-  static constexpr double kCeiling = 100.0;
+  static constexpr double kCeiling = std::is_floating_point_v<S> ? 1e12 : 100.0;
 
   using Matrix = std::array<std::array<S, kSize>, kSize>;
   using Column = std::array<S, kSize>;
@@ -59,12 +62,12 @@ class ScaledCovariance {
   S operator()(int row, int col) const { return row >= col ? p_[packed(row, col)] : p_[packed(col, row)]; }
 
   /// Sets the covariances of state i with the other states to zero, and its variance to `variance`.
-  void decouple(int i, double variance) {
-    M100_ASSERT(i >= 0 && i < kN && variance > 0.0);
+  void decouple(int i, S variance) {
+    M100_ASSERT(i >= 0 && i < kN && variance > S{});
     for (int j = 0; j < kN; ++j) {
       at(i, j) = S{};
     }
-    at(i, i) = arithmetic_.template number<double>(variance);
+    at(i, i) = variance;
   }
 
   /// P <- phi P phi' + diag(q). Shape::kRows marks for each row which entries of phi are 0, 1 or x (any value); a row
@@ -222,7 +225,7 @@ void ScaledCovariance<S, kN>::check() {
   const S floor = arithmetic_.template number<double>(kFloor);
   for (int i = 0; i < kN; ++i) {
     if (!(at(i, i) >= floor)) {
-      decouple(i, kFloor);
+      decouple(i, floor);
       ++health_.floors;
     }
   }

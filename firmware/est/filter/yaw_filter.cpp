@@ -91,7 +91,7 @@ void YawFilter<S>::correct(S innovation, const MeasurementAge<S>& age) {
 template <typename S>
 void YawFilter<S>::reset_position(S yaw) {
   yaw_ = wrapped(yaw);
-  covariance_.decouple(0, kInitialVariance);
+  covariance_.decouple(0, core::Arithmetic<S>::template number<double>(kInitialVariance));
 }
 
 template <typename S>

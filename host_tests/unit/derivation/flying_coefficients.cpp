@@ -93,7 +93,8 @@ Json observer_of(const Case& one) {
                        .quadratic_drag_per_m = one.quadratic_drag_per_m,
                        .noise = {}};
   Filter filter(model, {-8, -5, -6, -2, -2, -5});
-  filter.start(0.5, kSpeed_m_s * est::kTimeUnit_s, kTilt_rad);
+  filter.start(kTilt_rad);
+  filter.reset_position(0.5, kSpeed_m_s * est::kTimeUnit_s, {}, {});
   const std::array<double, Filter::kStates> unit{
       1.0, est::kVelocityUnit_m_s, 1.0, est::kRateUnit_rad_s, est::kAccelerationUnit_m_s2, 1.0};
   const model::EstimatorNoise& noise = model.noise;
