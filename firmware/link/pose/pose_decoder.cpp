@@ -127,6 +127,10 @@ core::Quaternion<float> quaternion(const std::array<float, 4>& q) { return {q[0]
     beside.fault = PoseFault::kFrame;
     return core::Status::kOutOfRange;
   }
+  if (message.quality < 0) {  // -1: failed; 0: unknown
+    beside.fault = PoseFault::kQuality;
+    return core::Status::kOutOfRange;
+  }
   return pose_of({.captured_us = message.time_usec,
                   .position_ned_m = {message.x, message.y, message.z},
                   .frd_in_ned = quaternion(message.q),

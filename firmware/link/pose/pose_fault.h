@@ -17,13 +17,14 @@ enum class PoseFault : std::uint8_t {
   kDegrees,
   kMillimetres,
   kFrame,
+  kQuality,
   kVariance,
   kFastStamp,
   kSlowStamp,
   kOrder,
   kSender,
 };
-inline constexpr std::size_t kPoseFaults = 12;
+inline constexpr std::size_t kPoseFaults = 13;
 
 struct PoseFaultText {
   std::string_view name;      ///< in JSON
@@ -39,6 +40,7 @@ inline constexpr std::array<PoseFaultText, kPoseFaults> kPoseFaultTexts{
     PoseFaultText{"millimetres", "a position beyond 1 km: millimetres? MAVLink's positions are metres"},
     PoseFaultText{"frame",
                   "ODOMETRY in a frame that is neither NED nor FRD (ENU or FLU?): use frame 1, 14, 16, 18 or 20"},
+    PoseFaultText{"quality", "ODOMETRY of a negative quality: the source says that it has lost its track"},
     PoseFaultText{"variance", "a variance above 100 m^2"},
     PoseFaultText{"fast_stamp", "time stamps that run far too fast: nanoseconds? MAVLink's are microseconds"},
     PoseFaultText{

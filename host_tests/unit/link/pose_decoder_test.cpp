@@ -177,6 +177,13 @@ TEST(PoseReading, EachWrongFormatHasAReasonOfItsOwn) {
   }
   EXPECT_EQ(aside_of(VisionPositionEstimate{.usec = 5, .roll = 6.2832F, .yaw = -6.2832F}).fault, PoseFault::kNone);
   EXPECT_EQ(aside_of(Odometry{.time_usec = 5, .q = {1.F, 0.F, 0.F, 0.F}, .frame_id = 4}).fault, PoseFault::kFrame);
+  // MAVLink: -1 failed, 0 unknown, 1 to 100 per cent.
+  for (const auto& [quality, fault] :
+       {std::pair{-1, PoseFault::kQuality}, {0, PoseFault::kNone}, {1, PoseFault::kNone}}) {
+    const Odometry rated{
+        .time_usec = 5, .q = {1.F, 0.F, 0.F, 0.F}, .frame_id = 20, .quality = static_cast<std::int8_t>(quality)};
+    EXPECT_EQ(aside_of(rated).fault, fault) << quality;
+  }
   for (const PoseFaultText& text : kPoseFaultTexts) {
     EXPECT_FALSE(text.name.empty());
     EXPECT_EQ(std::count_if(kPoseFaultTexts.begin(), kPoseFaultTexts.end(),
