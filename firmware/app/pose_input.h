@@ -16,8 +16,9 @@ class PoseInput {
  public:
   /// @param tap may be null.
   /// @param from whose poses are used.
-  PoseInput(hal::Uart& uart, std::uint32_t baud, link::ByteTap* tap, link::SenderChoice from)
-      : link_(uart, baud, tap, from) {}
+  PoseInput(hal::Uart& uart, std::uint32_t baud, link::ByteTap* tap, link::SenderChoice from,
+            const link::PoseAccuracy& accuracy)
+      : link_(uart, baud, tap, from, accuracy) {}
 
   /// @param stalled the tick comes after a stall: then waiting poses are dropped, because they are older than they seem
   ///   by an unknown time. @returns the newest pose; is_new is false if none came or was used.

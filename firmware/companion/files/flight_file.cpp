@@ -10,6 +10,7 @@
 
 #include "firmware/companion/files/text/suggestion.h"
 #include "firmware/companion/files/text/toml_text.h"
+#include "firmware/link/pose/pose_link.h"
 #include "firmware/model/vehicle.h"
 
 namespace m100::companion {
@@ -50,6 +51,7 @@ constexpr std::array kKeys{
     FlightKey{.section = "pose", .key = "coast_s", .number = &FlightFile::pose_coast_s, .low = 0.03, .high = 3.0},
     FlightKey{.section = "pose", .key = "level_s", .number = &FlightFile::pose_level_s, .low = 0.1, .high = 10.0},
     FlightKey{.section = "pose", .key = "from", .sender = &FlightFile::pose_from},
+    FlightKey{.section = "pose", .key = "sigma_m", .number = &FlightFile::pose_sigma_m, .low = 1e-4, .high = 20.0},
     FlightKey{
         .section = "limits", .key = "speed_m_s", .number = &FlightFile::course_speed_m_s, .low = 0.1, .high = 20.0},
     FlightKey{.section = "limits",
@@ -186,6 +188,13 @@ void check_together(const toml::table& root, const std::string& file, const Flig
   const safety::Limits limits = limits_of(flight);
   if (limits.coast <= limits.pose_fresh) {
     fail(file, root.get("pose"), "pose.coast_s", "must be longer than pose.fresh_s");
+  }
+  const auto most_m2 = link::PoseAccuracy::inside(fence_of(flight, {}), 0.0).max_variance_m2;
+  const double largest_m = std::sqrt(*std::min_element(most_m2.begin(), most_m2.end()));
+  if (flight.pose_sigma_m > largest_m) {
+    fail(file, root["pose"]["sigma_m"].node(), "pose.sigma_m",
+         "at most " + text_of(largest_m) +
+             " m can be flown inside this fence: three sigmas reach from its middle to a side");
   }
 }
 

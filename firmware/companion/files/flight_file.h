@@ -44,6 +44,7 @@ struct FlightFile {
   double pose_coast_s = 0.0;
   double pose_level_s = 0.0;
   link::SenderChoice pose_from{};  ///< whose poses are used
+  double pose_sigma_m = 0.0;       ///< link::PoseAccuracy::sigma_m
   double course_speed_m_s = 0.0;   ///< this and the next three: limits of a course; 0: those of CourseLimits
   double course_acceleration_m_s2 = 0.0;
   double course_tilt_deg = 0.0;
@@ -76,7 +77,8 @@ std::string text_of(const Range& range);
 
 /// Reads and checks a flight file. The three ranges of the fence are required. Errors: FlightFileError with file, line
 /// and key, for what is unknown, missing, of a wrong type or outside its range, for a fence that cannot be flown in,
-/// and for a coast time that is not longer than the age limit of a pose.
+/// for a coast time that is not longer than the age limit of a pose, and for a sigma that cannot be flown inside the
+/// fence.
 /// @param name of the file, for messages.
 FlightFile parse_flight(std::string_view text, const std::string& name);
 

@@ -3,12 +3,14 @@
 
 #include <CLI/Error.hpp>
 #include <algorithm>
+#include <iostream>
 #include <memory>
 #include <sstream>
 #include <vector>
 
 #include "firmware/companion/files/course/course.h"
 #include "firmware/companion/files/course/course_inside_fence.h"
+#include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/fly/start_position.h"
 #include "firmware/companion/ground_station/guided_mode.h"
 #include "firmware/companion/replay/replay.h"
@@ -150,7 +152,12 @@ ref::Waypoint<double> find_start_position(PosePort& port, link::SenderChoice cho
   if (stop_requested()) {
     throw CLI::RuntimeError(kAnswerIsNo);
   }
-  throw UsageError(port.name() + ": " + why_no_start(place, link, port, exchanged));
+  const std::string why = port.name() + ": " + why_no_start(place, link, port, exchanged);
+  if (link.stats().last_fault == link::PoseFault::kQuality) {  // the input is right: the source itself has failed
+    std::cerr << "m100: control is not asked for: " << printable(why) << "\n";
+    throw CLI::RuntimeError(kAnswerIsNo);
+  }
+  throw UsageError(why);
 }
 
 ref::Waypoint<double> takeoff_end(ref::Waypoint<double> place) {
@@ -210,6 +217,7 @@ app::FlightConfig flight_config(const FlyOptions& options, const FlightFiles& fi
   if (files.flight) {
     config.limits = limits_of(*files.flight);
     config.fence = fence_of(*files.flight, start);
+    config.pose_sigma_m = files.flight->pose_sigma_m;
   }
   if (files.excitation) {
     config.excitation = files.excitation->plan();

@@ -74,6 +74,9 @@ void StartConditions::add_refused_poses(TextLine& line, safety::FailsafeReason c
   const bool is_lately = poses.last_fault != link::PoseFault::kNone && now - poses.last_fault_at < kObstacleReported;
   if (is_lately && (cause == safety::FailsafeReason::kPoseOld || cause == safety::FailsafeReason::kEstimateLost)) {
     line.add("; poses come and are refused: ").add(link::text_of(poses.last_fault).sentence);
+    if (poses.last_fault == link::PoseFault::kVariance) {
+      line.add(" (it states ").add(poses.last_variance_m2, 2).add(" m^2)");
+    }
   }
 }
 

@@ -4,20 +4,25 @@
 #include <optional>
 #include <span>
 #include <sstream>
+#include <string>
 
 #include "firmware/companion/files/flight_file.h"
+#include "firmware/companion/files/text/plain_number.h"
 
 namespace m100::companion {
 namespace {
 
 [[noreturn]] void refuse_link_note() { throw FlightLogError(std::string("'") + kLinkNote + "' is of another version"); }
 
-/// Reads an entry of the link note that is there only if chosen: a law, a sender of poses, or a disabled check.
+/// Reads an entry of the link note that is there only if chosen: a law, a sender of poses or its sigma, or a disabled
+/// check.
 void read_choice(const std::string& key, const std::string& word, app::FlightConfig& config) {
   const std::optional<mpc::Law> law = key == "law" ? mpc::law_of(word) : std::nullopt;
   const std::optional<est::ConsistencyCheck> off = key == "override" ? est::check_of(word) : std::nullopt;
   if (key == "pose_from") {
     config.pose_from = sender_of(word, kLinkNote);
+  } else if (key == "pose_sigma_m" && is_plain_number(word)) {
+    config.pose_sigma_m = std::stod(word);
   } else if (law) {
     config.law = *law;
   } else if (off) {
@@ -92,6 +97,9 @@ std::string link_note(const app::FlightConfig& config) {
     if (config.pose_from.component != 0) {
       text << ":" << +config.pose_from.component;
     }
+  }
+  if (config.pose_sigma_m > 0.0) {
+    text << " pose_sigma_m " << config.pose_sigma_m;
   }
   for (std::size_t check = 1; check < est::kCheckCount; ++check) {
     if ((config.disabled_checks & est::set_of(static_cast<est::ConsistencyCheck>(check))) != 0) {

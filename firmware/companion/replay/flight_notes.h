@@ -36,7 +36,8 @@ inline constexpr const char* kLinkNote = "m100_link";
 const std::string& note_of(const RecordedFlight& flight, const char* key);
 
 /// The other settings on which the sent bytes depend: "app_id N rate_hz X pose_baud N encrypted 0|1 baud N", then "law
-/// NAME", "pose_from SYS[:COMP]" and "override CHECK" where not the default. It does not hold the key.
+/// NAME", "pose_from SYS[:COMP]", "pose_sigma_m X" and "override CHECK" where not the default. It does not hold the
+/// key.
 std::string link_note(const app::FlightConfig& config);
 
 /// Sets in `config` what link_note() has written, except encryption. @throws FlightLogError the note is malformed or of

@@ -14,7 +14,6 @@ namespace {
 constexpr float kFarthest_m = 1000.F;
 constexpr std::uint64_t kLatestStamp_us = std::uint64_t{1} << 53U;  // 285 years
 constexpr float kLengthError = 0.02F;                               // of the squared length: twice that of the length
-constexpr float kLargestVariance_m2 = 100.F;
 /// Local frames of ODOMETRY whose axes are north, east, down, or forward, right, down: MAV_FRAME_LOCAL_NED, MOCAP_NED,
 /// VISION_NED, ESTIM_NED, LOCAL_FRD.
 constexpr std::array<std::uint8_t, 5> kNedFrames{1, 14, 16, 18, 20};
@@ -62,11 +61,6 @@ PoseFault fault_of(const Reading& reading) {
   }
   if (!is_plausible(p)) {
     return PoseFault::kMillimetres;
-  }
-  for (const float variance : reading.variance_m2) {
-    if (variance > kLargestVariance_m2) {
-      return PoseFault::kVariance;
-    }
   }
   return reading.captured_us > kLatestStamp_us ? PoseFault::kFastStamp : PoseFault::kNone;
 }

@@ -19,8 +19,8 @@ struct PoseAside {
 /// become world NWU and body FLU. `captured` is the sender's time stamp, zero without a stamp; a variance that the
 /// sender does not know, or reports as zero or negative, is zero.
 /// @returns kNotReady: another message. kOutOfRange: an impossible pose: all zeros, a number that is not finite, a
-///   position beyond 1 km, a quaternion whose length is not one to 1 %, angles beyond 2 pi, a variance above 100 m^2, a
-///   stamp beyond 285 years, ODOMETRY in a frame that is not NED or FRD, or of a negative quality.
+///   position beyond 1 km, a quaternion whose length is not one to 1 %, angles beyond 2 pi, a stamp beyond 285 years,
+///   ODOMETRY in a frame that is not NED or FRD, or of a negative quality.
 core::Expected<core::Pose<double>> decode_pose(const mavlink::FrameView& frame, PoseAside& beside);
 
 }  // namespace m100::link

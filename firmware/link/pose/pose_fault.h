@@ -41,7 +41,11 @@ inline constexpr std::array<PoseFaultText, kPoseFaults> kPoseFaultTexts{
     PoseFaultText{"frame",
                   "ODOMETRY in a frame that is neither NED nor FRD (ENU or FLU?): use frame 1, 14, 16, 18 or 20"},
     PoseFaultText{"quality", "ODOMETRY of a negative quality: the source says that it has lost its track"},
-    PoseFaultText{"variance", "a variance above 100 m^2"},
+    PoseFaultText{
+        "variance",
+        "a variance that cannot be flown inside this fence: from its middle, three sigmas reach beyond a side; "
+        "take a larger fence or a better source, or, if its covariance means nothing, state its sigma_m in the "
+        "flight file's [pose]"},
     PoseFaultText{"fast_stamp", "time stamps that run far too fast: nanoseconds? MAVLink's are microseconds"},
     PoseFaultText{
         "slow_stamp",

@@ -18,8 +18,8 @@ constexpr mavlink::Address kOurs{.system = 1, .component = 191};
 
 }  // namespace
 
-PoseLink::PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap, SenderChoice choice)
-    : uart_(uart), baud_(baud), tap_(tap), choice_(choice) {}
+PoseLink::PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap, SenderChoice choice, const PoseAccuracy& accuracy)
+    : uart_(uart), baud_(baud), tap_(tap), choice_(choice), accuracy_(accuracy) {}
 
 void PoseLink::refuse(PoseFault fault, core::TimePoint now) {
   ++stats_.faults[static_cast<std::size_t>(fault)];
@@ -46,6 +46,16 @@ bool PoseLink::is_from_sender(const mavlink::FrameView& frame, core::TimePoint n
   }
   last_frame_ = frame.sequence;
   return true;
+}
+
+/// Sets the variance that the operator states. @returns whether the pose's variance is small enough.
+bool PoseLink::states_accuracy(core::Pose<double>& pose) {
+  if (accuracy_.sigma_m > 0.0) {
+    pose.position_variance_m2.setConstant(accuracy_.sigma_m * accuracy_.sigma_m);
+  }
+  stats_.last_variance_m2 = pose.position_variance_m2.maxCoeff();
+  const core::Vector<double, 3> most_m2(accuracy_.max_variance_m2.data());
+  return (pose.position_variance_m2.array() <= most_m2.array()).all();
 }
 
 bool PoseLink::accept(const core::Pose<double>& pose, std::uint8_t frame, core::TimePoint now) {
@@ -78,8 +88,8 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
     return;
   }
   PoseAside beside;
-  const core::Expected<core::Pose<double>> pose = decode_pose(frame, beside);
-  if (pose.status() == core::Status::kNotReady) {
+  const core::Expected<core::Pose<double>> decoded = decode_pose(frame, beside);
+  if (decoded.status() == core::Status::kNotReady) {
     if (has_last_ && frame.from == sender_) {
       (void)is_from_sender(frame,
                            now);  // another message: its sequence number counts, so that no frame seems to be lost
@@ -90,8 +100,12 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
   if (!is_from_sender(frame, now)) {
     return refuse(PoseFault::kSender, now);
   }
-  if (!pose) {
+  if (!decoded) {
     return refuse(beside.fault, now);
+  }
+  core::Pose<double> pose = *decoded;
+  if (!states_accuracy(pose)) {
+    return refuse(PoseFault::kVariance, now);
   }
   if (has_last_ && frame.from != sender_) {
     comparison_.reset();
@@ -100,10 +114,10 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
     up_b_.setZero();
     is_stamped_ = false;
   }
-  if (accept(*pose, frame.sequence, now)) {
+  if (accept(pose, frame.sequence, now)) {
     sender_ = frame.from;
     up_b_ += (beside.up_b - up_b_) * (up_b_.isZero(0.F) ? 1.F : kUpMean);
-    newest.pose = *pose;
+    newest.pose = pose;
     newest.pose_end = end;
   }
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "firmware/core/expected.h"
+#include "firmware/core/fence.h"
 #include "firmware/core/pose.h"
 #include "firmware/core/time.h"
 #include "firmware/link/byte_tap.h"
@@ -28,6 +29,26 @@ struct PoseLinkStats {
   std::array<std::uint32_t, kPoseFaults> faults{};  ///< all refused poses, by the reason
   PoseFault last_fault = PoseFault::kNone;
   core::TimePoint last_fault_at{};
+  double last_variance_m2 = 0.0;  ///< the largest that the newest pose states
+};
+
+/// How exact the poses are, and how exact they must be.
+struct PoseAccuracy {
+  /// Of each axis, stated by the operator for a source whose covariance means nothing; 0: the sender's variance counts.
+  double sigma_m = 0.0;
+  /// Along each axis of the world: a pose that states more is refused.
+  std::array<double, 3> max_variance_m2{1e12, 1e12, 1e12};
+
+  /// The largest variance that can be flown inside a fence: from its middle, three sigmas
+  /// (est::EstimateStatus::error_m) reach neither side.
+  static constexpr PoseAccuracy inside(const core::Fence& fence, double sigma_m) {
+    PoseAccuracy accuracy{.sigma_m = sigma_m};
+    for (std::size_t axis = 0; axis < fence.side.size(); ++axis) {
+      const double largest_sigma_m = (fence.side[axis].high_m - fence.side[axis].low_m) / (2.0 * 3.0);
+      accuracy.max_variance_m2[axis] = largest_sigma_m * largest_sigma_m;
+    }
+    return accuracy;
+  }
 };
 
 /// The source of pose at the other end of a second UART, in MAVLink. (With a signing key the UART is a SignedLine.) One
@@ -40,7 +61,8 @@ class PoseLink {
 
   /// @param baud gives the time of a byte on the line; 0: none.
   /// @param tap sees all bytes of both directions; may be null.
-  PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap = nullptr, SenderChoice choice = {});
+  PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap = nullptr, SenderChoice choice = {},
+           const PoseAccuracy& accuracy = {});
 
   /// @returns the newest pose that arrived since the last call; `captured` is the sender's time stamp, or the time of
   ///   arrival if the sender does not stamp. kNotReady: none.
@@ -73,6 +95,7 @@ class PoseLink {
   void take(const mavlink::FrameView& frame, core::TimePoint now, Newest& newest);
   void refuse(PoseFault fault, core::TimePoint now);
   bool accept(const core::Pose<double>& pose, std::uint8_t frame, core::TimePoint now);
+  bool states_accuracy(core::Pose<double>& pose);
   bool is_from_sender(const mavlink::FrameView& frame, core::TimePoint now);
   bool has_room(core::TimePoint now) const;
 
@@ -82,6 +105,7 @@ class PoseLink {
   mavlink::Parser parser_;
   ClockComparison comparison_;
   SenderChoice choice_;
+  PoseAccuracy accuracy_;
   PoseSenders senders_;
   bool has_last_ = false;
   mavlink::Address sender_;

@@ -72,6 +72,30 @@ TEST_F(PoseLinkTest, DoubledAndOvertakenPosesAreRefused) {
   EXPECT_TRUE(pose->clock_was_set);
 }
 
+// Catches a variance that is compared on one axis only, a stated sigma that is ignored, and a NaN (not known) or a
+// covariance of zeros that is refused.
+TEST_F(PoseLinkTest, AVarianceThatTheFenceHasNoRoomForIsRefused) {
+  const core::Fence fence{.side = {{{-3.0, 3.0}, {-6.0, 6.0}, {0.3, 4.2}}}};  // a sixth of the widths: 1, 2 and 0.65 m
+  const auto accepts = [&](double stated_m, float x, float y, float z) {
+    PoseLink fresh(cable.a(), 115200, nullptr, {}, PoseAccuracy::inside(fence, stated_m));
+    AttPosMocap message = mocap(1000);
+    message.covariance[0] = x, message.covariance[6] = y, message.covariance[11] = z;
+    write(message);
+    clock.advance(milliseconds(30));
+    const core::Expected<core::Pose<double>> pose = fresh.receive(clock.now());
+    EXPECT_EQ(fresh.stats().faults[static_cast<std::size_t>(PoseFault::kVariance)], pose ? 0U : 1U);
+    EXPECT_TRUE(!pose || stated_m == 0.0 || pose->position_variance_m2.x() == stated_m * stated_m);
+    return pose.has_value();
+  };
+  const float nan = std::nanf("");
+  EXPECT_TRUE(accepts(0.0, nan, 0.F, 0.F));
+  EXPECT_TRUE(accepts(0.0, 0.99F, 3.9F, 0.42F));
+  EXPECT_FALSE(accepts(0.0, 1.01F, 0.1F, 0.1F));
+  EXPECT_FALSE(accepts(0.0, 0.1F, 4.1F, 0.1F));
+  EXPECT_FALSE(accepts(0.0, 1.F, 1.F, 1.F)) << "an identity covariance";
+  EXPECT_TRUE(accepts(0.02, 1.F, 1.F, 1.F)) << "whose sigma the operator states";
+}
+
 TEST_F(PoseLinkTest, ARefusalIsCountedByItsKindAndDated) {
   AttPosMocap bad = mocap(1000);
   bad.q[0] = 0.9F;
