@@ -18,7 +18,7 @@ double gained(double tilt_rad) {
   AxisModel model;
   model.attitude = model::paper_vehicle().pitch;
   Filter filter(model);
-  filter.start(0.0, 0.0, tilt_rad);
+  filter.start(tilt_rad);
   filter.predict({.now = tilt_rad, .before = tilt_rad, .after = tilt_rad});
   EXPECT_NEAR(filter.state(Filter::kTilt), tilt_rad, 1e-12) << "nothing turns";
   return filter.state(Filter::kV);
@@ -41,7 +41,8 @@ TEST(Ranges, EachStateEndsAtTheEndOfItsOwn) {
   model.attitude = model::paper_vehicle().pitch;
   for (const double sign : {-1.0, 1.0}) {
     Filter axis(model);
-    axis.start(sign * 1e3, sign * 1e3, sign * 1e3);
+    axis.start(sign * 1e3);
+    axis.reset_position(sign * 1e3, sign * 1e3, {}, {});
     EXPECT_EQ(axis.state(Filter::kP), sign * 100.0);
     EXPECT_EQ(axis.state(Filter::kV), sign * 25.0 * kTimeUnit_s);
     EXPECT_EQ(axis.state(Filter::kTilt), sign * 0.7);
@@ -51,7 +52,7 @@ TEST(Ranges, EachStateEndsAtTheEndOfItsOwn) {
     axis.fuse_specific_force(sign * 1e3, Filter::DisturbanceUse::kTracked);
     EXPECT_EQ(axis.state(Filter::kD), sign * 8.0 * kTimeUnit_s * kTimeUnit_s);
     HeightFilter<double> height(model.attitude, 0.002);
-    height.start(sign * 1e3, sign * 1e3);
+    height.reset_position(sign * 1e3, sign * 1e3, {}, {});
     EXPECT_EQ(height.state(HeightFilter<double>::kZ), sign * 100.0);
     EXPECT_EQ(height.state(HeightFilter<double>::kClimb), sign * 10.0 * kTimeUnit_s);
   }
@@ -62,7 +63,7 @@ TEST(HeightFilter, StartsOnFastClimbAxesAndWithOldPoses) {
   for (const double time_constant_s : {0.01, 0.05, 1.5}) {
     for (const double age_s : {0.0, kMaxPoseAge_s}) {
       HeightFilter<core::Fixed> filter({.time_constant_s = time_constant_s}, 0.0018);
-      filter.start({}, {});
+      filter.reset_position({}, {}, {}, {});
       for (int tick = 0; tick < 100; ++tick) {
         filter.fuse_pose(filter.test_pose({}, MeasurementAge<core::Fixed>::of(age_s), {}, 0.F));
         filter.predict({});
@@ -77,15 +78,18 @@ TEST(HeightFilter, StartsOnFastClimbAxesAndWithOldPoses) {
 // number is not.
 TEST(InsideGate, EachBoundIsInsideAndTheNextNumberIsNot) {
   constexpr double kSixSigmas_m = 0.75, kScaled = kSixSigmas_m * kSixSigmas_m / 36.0, kLarge = 100.0;
+  constexpr double kSixOfNoise_m = 1.5, kNoise = kSixOfNoise_m * kSixOfNoise_m / 36.0;
   core::Arithmetic<double> a;
   const auto next = [](double value) { return std::nextafter(value, 2.0 * value); };
   for (const double sign : {-1.0, 1.0}) {
-    EXPECT_TRUE(inside_gate(a, sign * kSixSigmas_m, kScaled, 0, 0.0));
-    EXPECT_FALSE(inside_gate(a, sign * next(kSixSigmas_m), kScaled, 0, 0.0));
-    EXPECT_TRUE(inside_gate(a, sign * 0.875, kScaled, 0, 0.875)) << "what may have happened unseen";
-    EXPECT_FALSE(inside_gate(a, sign * next(0.875), kScaled, 0, 0.875));
-    EXPECT_TRUE(inside_gate(a, sign * kLargestInnovation_m, kLarge, 0, 0.0));
-    EXPECT_FALSE(inside_gate(a, sign * next(kLargestInnovation_m), kLarge, 0, 2.0)) << "whatever else is true";
+    EXPECT_TRUE(inside_gate(a, sign * kSixSigmas_m, kScaled, 0.0, 0, 0.0));
+    EXPECT_FALSE(inside_gate(a, sign * next(kSixSigmas_m), kScaled, 0.0, 0, 0.0));
+    EXPECT_TRUE(inside_gate(a, sign * 0.875, kScaled, 0.0, 0, 0.875)) << "what may have happened unseen";
+    EXPECT_FALSE(inside_gate(a, sign * next(0.875), kScaled, 0.0, 0, 0.875));
+    EXPECT_TRUE(inside_gate(a, sign * kLargestInnovation_m, kLarge, 0.0, 0, 0.0));
+    EXPECT_FALSE(inside_gate(a, sign * next(kLargestInnovation_m), kLarge, 0.0, 0, 2.0)) << "whatever else is true";
+    EXPECT_TRUE(inside_gate(a, sign * kSixOfNoise_m, kLarge, kNoise, 0, 0.0)) << "the noise that the sender states";
+    EXPECT_FALSE(inside_gate(a, sign * next(kSixOfNoise_m), kLarge, kNoise, 0, 2.0));
   }
 }
 

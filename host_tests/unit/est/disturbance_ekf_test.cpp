@@ -294,7 +294,6 @@ AxisFilter<double> turning() {
   AxisModel model;
   model.attitude = vehicle().pitch;
   AxisFilter<double> filter(model);
-  filter.start(0.0, 0.0, 0.0);
   filter.predict({.now = 0.4, .before = 0.4, .after = 0.4});
   return filter;
 }
