@@ -279,7 +279,7 @@ void N1Autopilot::restart() {
   controls_.restart();
   activated_ = false;
   acknowledgements_.restart();
-  parser_ = {};
+  parser_ = protocol::FrameParser();
   line_.clear();
   off_until_ = clock_.now() + duration_of_seconds(config_.behaviour.telemetry.silent_after_restart_s);
   clock_.restart();
