@@ -19,7 +19,6 @@ constexpr core::Duration kAttitudeDoubted = milliseconds(100);
 // Up to this age of the attitude the estimate stays valid: the model predicts the tilt from the commands (COAST). It is
 // shorter than Limits::telemetry_dead.
 constexpr core::Duration kAttitudeSilent = milliseconds(450);
-constexpr core::Duration kPoseLost = milliseconds(1000);
 constexpr core::Duration kLongest = std::chrono::hours(1);
 
 core::Duration older(core::Duration age, core::Duration by) { return age > kLongest ? age : age + by; }

@@ -118,8 +118,6 @@ class DisturbanceEkf {
   /// Whether a pose that turned by so much may correct the state: it follows the predicted motion, and its heading lies
   /// inside the gate or is confirmed (HeadingReset::kConfirmed). A source that announces its reset would count here.
   bool accepts_heading(S turned, bool follows);
-  /// How often a sigma of a horizontal axis was halved at its ceiling. The covariance then no longer fits the errors.
-  std::uint32_t ceilings_met() const { return x_.health().ceilings + y_.health().ceilings; }
   void recover(ResetReason reason);
   void restart();
   void update_estimate();
@@ -157,7 +155,6 @@ class DisturbanceEkf {
     core::Duration age{0};
     Real time_sigma_s{0};
     bool acceleration_stored = false;  ///< the filters have stored a measured disturbance
-    std::uint32_t ceilings = 0;        ///< ceilings_met() when it was used
     std::uint32_t refused_in_a_row = 0;
     Refusal<Real> refusal;
     core::TimePoint turned_since{};  ///< since then poses have been refused by their heading alone

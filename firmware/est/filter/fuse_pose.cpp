@@ -74,7 +74,6 @@ void DisturbanceEkf<S, Real>::record_used(const core::Pose<Real>& pose, bool hea
   pose_.heading_offset_rad = heading_used ? heading_offset_rad() : pose_.heading_offset_rad;
   agreement_.end_row();
   pose_.since_use = core::Duration(0);
-  pose_.ceilings = ceilings_met();
   pose_.age = pose.age(now_);
   pose_.time_sigma_s = pose.time_sigma_s;
 }
@@ -122,11 +121,11 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
   const Real dropout_s = core::seconds<Real>(pose_.since_use);
   constexpr Real kHalf_m_s2 = static_cast<Real>(0.5 * kUnseenAcceleration_m_s2);
   const Real unseen = kHalf_m_s2 * (dropout_s * dropout_s + static_cast<Real>(kDisturbanceLag_s * kDisturbanceLag_s));
-  // After a long dropout the gate is the sigmas alone. If a sigma has met its ceiling since the last used pose, the
-  // gate is not valid, and every pose goes to check_reset().
+  // After a long dropout the gate is the sigmas alone. Once the prediction is abandoned, every pose goes to
+  // check_reset(): weighted with the sigmas of a second without poses, one pose would set the velocity.
   const bool long_dropout = pose_.since_use > kDropout;
-  if (long_dropout && ceilings_met() != pose_.ceilings) {
-    check_reset(pose, age);  // the correlations of the errors are no longer known
+  if (pose_.since_use > kPoseLost) {
+    check_reset(pose, age);
     return;
   }
   const Real unseen_m = long_dropout ? Real(0) : unseen;

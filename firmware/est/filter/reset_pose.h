@@ -9,6 +9,7 @@ namespace m100::est {
 
 inline constexpr double kLargestAttitude_rad = 1.2;  ///< of attitudes and commands
 inline constexpr core::Duration kDropout = std::chrono::milliseconds(500);
+inline constexpr core::Duration kPoseLost = std::chrono::milliseconds(1000);  ///< then the prediction is abandoned
 inline constexpr core::Duration kResetSpacing = std::chrono::milliseconds(2000);
 
 template <typename Real>

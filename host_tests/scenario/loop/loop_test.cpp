@@ -42,8 +42,8 @@ TEST(ModelComparison, PredictsBestWithThePlantsOwnModel) {
   const std::vector<ModelScore> scores =
       compare_models(options, {{"half", companion::as_file(wrong)}, {"true", truth}}, truth.vehicle);
   ASSERT_EQ(scores.size(), 2U);
-  const identify::Interval half = scores[0].prediction_1s.at("roll [rad]");
-  const identify::Interval right = scores[1].prediction_1s.at("roll [rad]");
+  const Interval half = scores[0].prediction_1s.at("roll [rad]");
+  const Interval right = scores[1].prediction_1s.at("roll [rad]");
   EXPECT_LT(right.value, 0.7 * half.value);
   EXPECT_NEAR(scores[1].prediction_1s.at("pitch [rad]").value, scores[0].prediction_1s.at("pitch [rad]").value, 1e-12);
   EXPECT_LT(right.low, right.value);
