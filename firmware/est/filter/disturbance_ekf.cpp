@@ -72,7 +72,7 @@ const Estimate<Real>& DisturbanceEkf<S, Real>::update(const Measurement<Real>& m
                                                       HeadingReset heading_reset) {
   M100_ASSERT(elapsed >= core::Duration(0));
   now_ = measured.now;
-  heading_reset_ = heading_reset;
+  pose_.heading_reset = heading_reset;
   for (int ticks = time_.take(elapsed, kMaxTicks); ticks > 0; --ticks) {
     counters_.not_finite +=
         commands_.store(applied_command, heading_.of(core::Arithmetic<S>::template real<Real>(yaw_.yaw()))) ? 0U : 1U;

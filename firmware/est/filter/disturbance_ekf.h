@@ -157,10 +157,10 @@ class DisturbanceEkf {
     bool acceleration_stored = false;  ///< the filters have stored a measured disturbance
     std::uint32_t refused_in_a_row = 0;
     Refusal<Real> refusal;
-    core::TimePoint turned_since{};  ///< since then poses have been refused by their heading alone
-    Real heading_offset_rad{0};      ///< heading_offset_rad() when a pose's heading was last used
+    HeadingReset heading_reset = HeadingReset::kFree;  ///< of this tick
+    core::TimePoint turned_since{};                    ///< since then poses have been refused by their heading alone
+    Real heading_offset_rad{0};                        ///< heading_offset_rad() when a pose's heading was last used
   } pose_;
-  HeadingReset heading_reset_ = HeadingReset::kFree;
   PoseAgreement<Real> agreement_;  ///< of the poses before the start, and of refused ones
   EkfCounters counters_;
   Estimate<Real> estimate_;

@@ -94,7 +94,7 @@ bool DisturbanceEkf<S, Real>::accepts_heading(S turned, bool follows) {
   const Real unseen_rad =
       pose_.heading_offset_rad - heading_offset_rad();  // the autopilot turned, the estimate did not
   const Real apart_rad = core::wrap_pi(core::wrap_pi(unseen_rad) - core::Arithmetic<S>::template real<Real>(turned));
-  return heading_reset_ == HeadingReset::kConfirmed && now_ - pose_.turned_since >= kConfirmedFor &&
+  return pose_.heading_reset == HeadingReset::kConfirmed && now_ - pose_.turned_since >= kConfirmedFor &&
          inside(apart_rad, kYawConfirmed_rad);
 }
 

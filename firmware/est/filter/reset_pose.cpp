@@ -79,7 +79,7 @@ void DisturbanceEkf<S, Real>::check_reset(const core::Pose<Real>& pose, const Me
     return;
   }
   recover(dropped_out ? ResetReason::kLongDropout : ResetReason::kPoseMoved);
-  set_motion(pose, age, heading_reset_ == HeadingReset::kFree);
+  set_motion(pose, age, pose_.heading_reset == HeadingReset::kFree);
 }
 
 template <typename S, typename Real>

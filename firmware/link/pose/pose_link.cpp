@@ -163,7 +163,7 @@ core::Expected<core::Pose<double>> PoseLink::receive(core::TimePoint now) {
 /// later poses: 240 poses of 48 bytes a second fill 115200 baud, and five answers a second let the queue grow by 12 ms
 /// a second.
 bool PoseLink::has_room(core::TimePoint now) const {
-  const core::Duration busy = line_time(parser_.stats().bytes - asked_at_bytes_, baud_);
+  const core::Duration busy = line_time(parser_.stats().bytes - time_requests_.last_at_bytes, baud_);
   return comparison_.since_request(now) - busy >= line_time(kRoomForAnswer, baud_);
 }
 
@@ -171,9 +171,9 @@ void PoseLink::request_time(core::TimePoint now) {
   if (!comparison_.due(now) || (comparison_.is_known() && !has_room(now))) {
     return;
   }
-  asked_at_bytes_ = parser_.stats().bytes;
+  time_requests_.last_at_bytes = parser_.stats().bytes;
   const mavlink::Frame question =
-      mavlink::encode(mavlink::Timesync{.tc1 = 0, .ts1 = comparison_.request(now)}, kOurs, questions_++);
+      mavlink::encode(mavlink::Timesync{.tc1 = 0, .ts1 = comparison_.request(now)}, kOurs, time_requests_.count++);
   const core::Expected<std::size_t> taken = uart_.write(question.bytes());
   if (taken && *taken > 0 && tap_ != nullptr) {
     tap_->sent(question.bytes().first(*taken), now);

@@ -116,8 +116,10 @@ class PoseLink {
   core::Vector<float, 3> up_b_ = core::Vector<float, 3>::Zero();
   bool is_stamped_ = false;     ///< the last pose had a time stamp
   bool clock_was_set_ = false;  ///< since the last pose that was handed on
-  std::uint8_t questions_ = 0;
-  std::uint64_t asked_at_bytes_ = 0;  ///< of the parser, at the last question
+  struct TimeRequests {
+    std::uint8_t count = 0;
+    std::uint64_t last_at_bytes = 0;  ///< of the parser, at the last request
+  } time_requests_;
   PoseLinkStats stats_;
 };
 

@@ -94,8 +94,9 @@ std::vector<std::pair<std::string, double>> medium_sizes(const Manoeuvre& manoeu
 std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::StickAxis& axis, const InputDesign& design) {
   const std::vector<double> plain = response(manoeuvre, axis, design, "", 0.0);
   const std::vector<std::pair<std::string, double>> sizes = medium_sizes(manoeuvre, axis, design, plain);
-  // Every fit has gain, frequency, damping and delay: of a signature, only what they cannot imitate counts.
-  Matrix fitted(static_cast<Eigen::Index>(plain.size()), 4);
+  // Every fit has gain, frequency, damping, delay and trim: of a signature, only what they cannot imitate counts. An
+  // effect that is one of these itself is held against the others.
+  Matrix fitted(static_cast<Eigen::Index>(plain.size()), 5);
   fitted.col(0) = difference(plain, std::vector<double>(plain.size(), 0.0));
   model::StickAxis faster = flyable(axis);
   faster.natural_frequency_rad_s *= 1.02;
@@ -104,9 +105,12 @@ std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::StickAxi
   stiffer.damping_ratio *= 1.02;
   model::StickAxis later = flyable(axis);
   later.transport_delay_s += 0.004;
+  model::StickAxis tilted = flyable(axis);
+  tilted.trim_counts += 1.0;
   fitted.col(1) = difference(respond(manoeuvre, StickFlight(faster, design.rate)), plain);
   fitted.col(2) = difference(respond(manoeuvre, StickFlight(stiffer, design.rate)), plain);
-  fitted.col(3) = difference(respond(manoeuvre, StickFlight(later, design.rate)), plain);
+  fitted.col(3) = difference(respond(manoeuvre, StickFlight(tilted, design.rate)), plain);
+  fitted.col(4) = difference(respond(manoeuvre, StickFlight(later, design.rate)), plain);
   const auto without = [](const Matrix& basis, const Vector& v) -> Vector {
     Matrix normal = basis.transpose() * basis;
     normal.diagonal().array() += 1e-12 * normal.trace() + 1e-300;
@@ -114,9 +118,13 @@ std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::StickAxi
   };
   std::vector<Vector> signatures;
   for (const auto& [name, size] : sizes) {
-    const bool delay = name == "transport_delay";
-    const Vector raw = difference(response(manoeuvre, axis, design, name, size), plain);
-    signatures.push_back(without(delay ? Matrix(fitted.leftCols(3)) : fitted, raw));
+    Matrix others = fitted;
+    for (const auto& [own, column] : {std::pair{"trim_offset", 3}, {"transport_delay", 4}}) {
+      if (name == own) {
+        others.col(column).setZero();
+      }
+    }
+    signatures.push_back(without(others, difference(response(manoeuvre, axis, design, name, size), plain)));
   }
   // 2 memory / period correlated samples of the air count as one independent sample.
   const double spread = design.air * std::sqrt(2.0 * kAirMemory_s / manoeuvre.period_s);

@@ -9,8 +9,6 @@
 
 namespace m100::lab::gains {
 
-using Complex = std::complex<double>;
-
 Margins margins_from(const std::function<std::complex<double>(double)>& response, double period_s, int frequencies) {
   Margins out;
   out.gain_margin = std::numeric_limits<double>::infinity();
@@ -18,12 +16,12 @@ Margins margins_from(const std::function<std::complex<double>(double)>& response
   out.delay_margin_s = std::numeric_limits<double>::infinity();
   const double low = std::log(0.02);
   const double high = std::log(std::numbers::pi / period_s);
-  Complex before;
+  std::complex<double> before;
   double before_frequency = 0.0;
   double angle = 0.0;  // of 1 + L; it begins at minus a right angle for each pole at 0
   for (int i = 0; i <= frequencies; ++i) {
     const double frequency = std::exp(low + (high - low) * i / frequencies);
-    const Complex gain = -response(frequency);  // L: the loop is closed by -1
+    const std::complex<double> gain = -response(frequency);  // L: the loop is closed by -1
     out.peak_sensitivity = std::max(out.peak_sensitivity, 1.0 / std::abs(1.0 + gain));
     angle += i > 0 ? std::arg((1.0 + gain) / (1.0 + before)) : std::arg(-1.0 - gain) - std::numbers::pi;
     if (i > 0 && (std::abs(before) - 1.0) * (std::abs(gain) - 1.0) <= 0.0) {

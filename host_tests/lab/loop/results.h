@@ -11,7 +11,7 @@ std::vector<std::string> predicted_worse(const LoopResult& result);
 /// Sentences: the paired flights as flown, the rule, both laws' margins on the corrected model, and then the flights at
 /// equal margin.
 std::vector<std::string> verdicts(const LoopResult& result);
-/// Said where LoopResult::is_kept is false.
+/// Shown where LoopResult::is_kept is false.
 inline constexpr const char* kNotKept =
     "NOT KEPT: a task is worse as flown. --out holds the former vehicle file, and its tables stay; --keep-worse takes "
     "the new one";

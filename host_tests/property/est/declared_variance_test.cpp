@@ -128,7 +128,7 @@ class ObservedFlight {
              (attitude().pitch_rad - before.pitch_rad) / kTickLength_s};
     captured_.push_front({x_.position_m, y_.position_m});
     captured_.resize(std::min<std::size_t>(captured_.size(), 32));
-    owed_ += kTickLength_s * flight_.rate_hz;
+    due_poses_ += kTickLength_s * flight_.rate_hz;
   }
   core::Euler<double> attitude() const { return core::attitude_of<double>({x_.tilt_rad, y_.tilt_rad}, 0.0); }
 
@@ -143,10 +143,10 @@ class ObservedFlight {
                                Real(0)};
     const auto ticks = static_cast<std::size_t>(std::lround(flight_.age_s / kTickLength_s));
     const bool gap = std::fmod(t_s_, kPosesCome_s + flight_.gap_s) > kPosesCome_s;
-    if (owed_ < 1.0 || gap || captured_.size() <= ticks) {
+    if (due_poses_ < 1.0 || gap || captured_.size() <= ticks) {
       return m;
     }
-    owed_ -= std::floor(owed_);
+    due_poses_ -= std::floor(due_poses_);
     m.pose.is_new = true;
     m.pose.set_captured_at(m.now - static_cast<int>(ticks) * core::kTickPeriod);
     m.pose.position_w_m = {static_cast<Real>(captured_[ticks].x() + noise(flight_.sigma_m)),
@@ -178,7 +178,7 @@ class ObservedFlight {
   TrueAxis x_, y_;
   core::Vector<double, 2> rate_ = core::Vector<double, 2>::Zero();
   std::deque<core::Vector<double, 2>> captured_;
-  double t_s_ = 0.0, owed_ = 0.0;
+  double t_s_ = 0.0, due_poses_ = 0.0;
   Worst worst_;
 };
 

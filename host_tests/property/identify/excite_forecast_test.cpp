@@ -84,7 +84,9 @@ bool holds(const std::string& names, const std::string& effect) {
          (effect == "saturation" && names.find("tilt_limit") != std::string::npos);
 }
 
+// At kMinSigma itself the noise of the air decides in every other flight; the promised effects are mostly above it.
 TEST_P(Promise, WhatIsForecastAsEnoughIsFoundAndNamed) {
+  constexpr double kShare = 0.8;
   InputDesign design{.amplitude_counts = 280.0, .duration_s = 60.0, .fence_m = 12.0};
   if (GetParam()) {
     design.axis = "climb";
@@ -101,19 +103,21 @@ TEST_P(Promise, WhatIsForecastAsEnoughIsFoundAndNamed) {
     if (one.sigma < kMinSigma || one.apart_sigma < kMinSigma) {
       continue;
     }
-    const logs::FlightLog log = flown(made, axis, design, one.effect, one.size, 7);
-    const std::string names = names_found(log, design, axis, one.effect);
-    const bool named = holds(names, one.effect);
-    ++promised;
-    kept += named ? 1 : 0;
-    RecordProperty(one.effect, names);
-    if (!named) {
-      std::cout << one.effect << " (" << one.sigma << ", apart from " << one.nearest << " " << one.apart_sigma
-                << "): found " << names << "\n";
+    for (const unsigned seed : {7U, 8U, 9U, 10U}) {
+      const logs::FlightLog log = flown(made, axis, design, one.effect, one.size, seed);
+      const std::string names = names_found(log, design, axis, one.effect);
+      const bool named = holds(names, one.effect);
+      ++promised;
+      kept += named ? 1 : 0;
+      RecordProperty(one.effect + std::to_string(seed), names);
+      if (!named) {
+        std::cout << one.effect << " (" << one.sigma << ", apart from " << one.nearest << " " << one.apart_sigma
+                  << "): found " << names << "\n";
+      }
     }
   }
-  EXPECT_GE(promised, 5);
-  EXPECT_GE(kept, promised - 1) << "of " << promised;
+  EXPECT_GE(promised, 20);
+  EXPECT_GE(kept, kShare * promised) << "of " << promised;
 }
 
 INSTANTIATE_TEST_SUITE_P(Axis, Promise, ::testing::Bool(),

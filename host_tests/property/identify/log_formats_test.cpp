@@ -99,10 +99,13 @@ TEST(Dialects, ThePx4LogIsIdentifiedLikeOurOwn) {
   ASSERT_EQ(ours.effects.size(), 1U);
   EXPECT_EQ(ours.effects[0].name, "gain_asymmetry");
   // Tolerance: single precision of angle and set point is 1e-7, far below the air's 0.004 rad, and the search stops at
-  // 1e-3 of a parameter. The gain is per count in one log and per radian in the other.
+  // 1e-3 of a parameter. Gain and trim are of counts in one log and of radians in the
+  // other.
   for (std::size_t i = 0; i < ours.final_model.parameters.size(); ++i) {
     const auto& mine = ours.final_model.parameters[i];
-    const double unit = mine.name.find("scale") == 0 || mine.name == "gain" ? 1.0 / vehicle.gain_rad : 1.0;
+    const double unit = mine.name.find("scale") == 0 || mine.name == "gain" ? 1.0 / vehicle.gain_rad
+                        : mine.name == "offset_counts"                      ? vehicle.gain_rad
+                                                                            : 1.0;
     EXPECT_NEAR(theirs.final_model.parameters[i].value, unit * mine.value, 2e-3 * std::abs(unit * mine.value) + 1e-5)
         << mine.name;
   }

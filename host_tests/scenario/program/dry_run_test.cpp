@@ -22,8 +22,8 @@ struct DryRun : WorldTest {
 TEST_F(DryRun, SendsNothingAtAllAndDoesTheRest) {
   RecordProperty("promise", "R4");
   std::ofstream(folder / "course") << "step 1 0 0 0 5\n";
-  ASSERT_EQ(fly_in_world("", {"--dry-run", "--hold", "2", "--course", (folder / "course").string(), "--mode",
-                              "robust", "--channel", "movement", "--app-id", "4711"}),
+  ASSERT_EQ(fly_in_world("", {"--dry-run", "--hold", "2", "--course", (folder / "course").string(), "--mode", "robust",
+                              "--channel", "movement", "--app-id", "4711"}),
             0)
       << error();
   for (const char* const words : {"dry run: nothing is sent", "switch:    at F", " 0 session failures",

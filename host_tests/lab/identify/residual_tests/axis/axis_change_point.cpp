@@ -43,6 +43,9 @@ std::vector<FreeParameter> free_parameters_of(const AxisFamily& family, const Fi
     if (jump || number.member == &StickAxis::other_scale_per_count) {
       continue;  // flat between two stick positions
     }
+    if (number.member == &StickAxis::trim_counts) {
+      continue;  // the free offset of a whitened fit takes its place; both together would have no common minimum
+    }
     const bool slews = number.member == &StickAxis::rate_limit_per_s && fit.shape.find("slew") != std::string::npos;
     double StickAxis::*const member = slews ? &StickAxis::command_slew_per_s : number.member;
     const double scale = family.scale().of(number.unit);
