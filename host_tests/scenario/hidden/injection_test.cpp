@@ -131,7 +131,10 @@ TEST(Injection, IntoTheMeasuredFlightIsNamed) {
   for (const std::string axis : {"roll", "pitch"}) {
     const Names declared{"second_order", "dead_zone"};
     const IdentifyResult plain = analyse(flight, axis, declared);
-    const Names before = found_in(plain);
+    // Every model has a trim, and the flight has some of its own: the addition may carry it over the 3 counts of a
+    // name.
+    Names before = found_in(plain);
+    before.emplace_back("trim_offset");
     for (const Case& added : medium_effects(flight, axis)) {
       const IdentifyResult result = analyse(inject(flight, axis, plain.declared, added.hidden), axis, declared);
       const Names found = found_in(result);
