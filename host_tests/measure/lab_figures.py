@@ -50,14 +50,14 @@ def identified(workspace, axis, declared):
 
 
 def structure_of(found):
-    """-> the effects of the final model; first order is what was declared."""
-    return ", ".join(name.replace("_", " ") for name in found["final"]["structure"] if name != "first_order")
+    """-> the effects of the final model; first order is what was declared, and every model has a trim."""
+    return ", ".join(name.replace("_", " ") for name in found["final"]["structure"] if name not in ("first_order", "trim_offset"))
 
 
 def measured_flights(workspace):
     """Every axis of the published flights: first order, and the model with effects that predicts the unseen part best. A
     model that predicts it as well (NOT_SEPARABLE) is named beside it."""
-    rows = [["axis", "declared first order", "with the identified effects", "identified effects", "1 s ahead, declared", "1 s ahead, identified"]]
+    rows = [["axis", "declared first order", "with the identified effects", "identified effects, beside a trim", "1 s ahead, declared", "1 s ahead, identified"]]
     zones = []
     for axis, (unit, _, _) in MEASURED.items():
         first = identified(workspace, axis, "first_order")
@@ -73,7 +73,7 @@ def measured_flights(workspace):
             zone = next((values for key, values in effect["parameters"].items() if "width" in key or "counts" in key), None)
             if effect["name"] == "dead_zone" and isinstance(zone, dict):
                 zones.append(f"{axis.replace('_', ' ')} {zone['value']:.1f} counts [{zone['low']:.1f}, {zone['high']:.1f}]")
-    return {"identify.measured": table(*rows), "identify.dead_zones": Figure(", ".join(zones))}
+    return {"identify.measured": compact_table(*rows), "identify.dead_zones": Figure(", ".join(zones))}
 
 
 def gain_tables(workspace):
