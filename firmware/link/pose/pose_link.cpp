@@ -48,14 +48,14 @@ bool PoseLink::is_from_sender(const mavlink::FrameView& frame, core::TimePoint n
   return true;
 }
 
-/// Sets the variance that the operator states. @returns whether the pose's variance is small enough.
-bool PoseLink::states_accuracy(core::Pose<double>& pose) {
+/// The variance along each axis: the operator's, if he states one, or the sender's.
+core::Vector<double, 3> PoseLink::stated_variance_m2(const core::Pose<double>& pose) {
+  core::Vector<double, 3> variance_m2 = pose.position_variance_m2;
   if (accuracy_.sigma_m > 0.0) {
-    pose.position_variance_m2.setConstant(accuracy_.sigma_m * accuracy_.sigma_m);
+    variance_m2.setConstant(accuracy_.sigma_m * accuracy_.sigma_m);
   }
-  stats_.last_variance_m2 = pose.position_variance_m2.maxCoeff();
-  const core::Vector<double, 3> most_m2(accuracy_.max_variance_m2.data());
-  return (pose.position_variance_m2.array() <= most_m2.array()).all();
+  stats_.last_variance_m2 = variance_m2.maxCoeff();
+  return variance_m2;
 }
 
 bool PoseLink::accept(const core::Pose<double>& pose, std::uint8_t frame, core::TimePoint now) {
@@ -88,8 +88,8 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
     return;
   }
   PoseAside beside;
-  const core::Expected<core::Pose<double>> decoded = decode_pose(frame, beside);
-  if (decoded.status() == core::Status::kNotReady) {
+  const core::Expected<core::Pose<double>> pose = decode_pose(frame, beside);
+  if (pose.status() == core::Status::kNotReady) {
     if (has_last_ && frame.from == sender_) {
       (void)is_from_sender(frame,
                            now);  // another message: its sequence number counts, so that no frame seems to be lost
@@ -100,12 +100,14 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
   if (!is_from_sender(frame, now)) {
     return refuse(PoseFault::kSender, now);
   }
-  if (!decoded) {
+  if (!pose) {
     return refuse(beside.fault, now);
   }
-  core::Pose<double> pose = *decoded;
-  if (!states_accuracy(pose)) {
-    return refuse(PoseFault::kVariance, now);
+  const core::Vector<double, 3> variance_m2 = stated_variance_m2(*pose);
+  for (std::size_t axis = 0; axis < accuracy_.max_variance_m2.size(); ++axis) {
+    if (!(variance_m2[static_cast<Eigen::Index>(axis)] <= accuracy_.max_variance_m2[axis])) {
+      return refuse(PoseFault::kVariance, now);
+    }
   }
   if (has_last_ && frame.from != sender_) {
     comparison_.reset();
@@ -114,10 +116,11 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
     up_b_.setZero();
     is_stamped_ = false;
   }
-  if (accept(pose, frame.sequence, now)) {
+  if (accept(*pose, frame.sequence, now)) {
     sender_ = frame.from;
     up_b_ += (beside.up_b - up_b_) * (up_b_.isZero(0.F) ? 1.F : kUpMean);
-    newest.pose = pose;
+    newest.pose = *pose;
+    newest.pose.position_variance_m2 = variance_m2;
     newest.pose_end = end;
   }
 }

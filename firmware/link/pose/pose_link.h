@@ -95,7 +95,7 @@ class PoseLink {
   void take(const mavlink::FrameView& frame, core::TimePoint now, Newest& newest);
   void refuse(PoseFault fault, core::TimePoint now);
   bool accept(const core::Pose<double>& pose, std::uint8_t frame, core::TimePoint now);
-  bool states_accuracy(core::Pose<double>& pose);
+  core::Vector<double, 3> stated_variance_m2(const core::Pose<double>& pose);
   bool is_from_sender(const mavlink::FrameView& frame, core::TimePoint now);
   bool has_room(core::TimePoint now) const;
 
