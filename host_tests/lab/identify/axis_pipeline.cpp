@@ -251,12 +251,7 @@ class AxisPipeline {
     weight_by_input_uncertainty(run, problem_->axis_family().model(chosen_.final_model.fit));
     const ChangePoint first = change_point_under(run, chosen_);
     if (!first.found) {
-      if (first.likely &&
-          min_ratio_over_hypotheses(problem_->training().signals.data, problem_->free_ranges(), problem_->axis_family(),
-                                    chosen_.final_model.fit, first) >= kChanceChange) {
-        report_uncertain_change(first.change,
-                                "the change is too uncertain to be named and too likely for \"nothing missing\"");
-      }
+      report_if_likely(first, problem_->axis_family(), chosen_.final_model.fit);
       return;
     }
     std::optional<Regime<AxisProblem>> regime =
@@ -272,7 +267,11 @@ class AxisPipeline {
     const Fit& fit = regime->chosen.final_model.fit;
     ChangePoint change = change_point(run, regime->problem->axis_family(), fit);
     add_rival_change(first, run, change);
-    if (!change.found || constant_explains(run, regime->problem->axis_family(), fit, change) ||
+    if (!change.found) {
+      report_if_likely(change, regime->problem->axis_family(), fit);
+      return;
+    }
+    if (constant_explains(run, regime->problem->axis_family(), fit, change) ||
         !confirm_change_point(change, regime->problem->axis_family(), fit)) {
       return;
     }
@@ -337,6 +336,16 @@ class AxisPipeline {
       report_uncertain_change(change.change, "the stick was logged too slowly to confirm it");
     }
     return ratio >= kCertainChange;
+  }
+
+  /// Reports a change that is too uncertain for a name, if it is likely under every hypothesis about an undersampled
+  /// stick.
+  void report_if_likely(const ChangePoint& change, const AxisFamily& family, const Fit& fit) {
+    if (change.likely && min_ratio_over_hypotheses(problem_->training().signals.data, problem_->free_ranges(), family,
+                                                   fit, change) >= kChanceChange) {
+      report_uncertain_change(change.change,
+                              "the change is too uncertain to be named and too likely for \"nothing missing\"");
+    }
   }
 
   void report_uncertain_change(const Change& change, const char* why) {
