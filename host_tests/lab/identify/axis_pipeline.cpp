@@ -250,34 +250,23 @@ class AxisPipeline {
     FreeRun run = problem_->free_run();
     weight_by_input_uncertainty(run, problem_->axis_family().model(chosen_.final_model.fit));
     const ChangePoint first = change_point_under(run, chosen_);
-    if (!first.found) {
-      report_if_likely(first, problem_->axis_family(), chosen_.final_model.fit);
-      return;
-    }
     std::optional<Regime<AxisProblem>> regime =
-        select_regime<AxisProblem>(request_, first.change, {}, shift_s_, trims_);
-    if (!regime) {
-      const AxisFamily& family = problem_->axis_family();
-      if (!constant_explains(run, family, chosen_.final_model.fit, first) &&
-          confirm_change_point(first, family, chosen_.final_model.fit)) {
-        accept_change(first.change);
-      }
+        first.found ? select_regime<AxisProblem>(request_, first.change, {}, shift_s_, trims_) : std::nullopt;
+    const AxisFamily& family = (regime ? regime->problem : problem_)->axis_family();
+    const Fit& fit = (regime ? regime->chosen : chosen_).final_model.fit;
+    ChangePoint change = first;
+    if (regime) {
+      change = change_point(run, family, fit);
+      add_rival_change(first, run, change);
+    }
+    if (!confirm_change_point(run, change, family, fit)) {
       return;
     }
-    const Fit& fit = regime->chosen.final_model.fit;
-    ChangePoint change = change_point(run, regime->problem->axis_family(), fit);
-    add_rival_change(first, run, change);
-    if (!change.found) {
-      report_if_likely(change, regime->problem->axis_family(), fit);
-      return;
+    if (regime) {
+      side_findings_.findings.push_back(regime_note(*regime->request));
+      problem_ = std::move(regime->problem);
+      chosen_ = std::move(regime->chosen);
     }
-    if (constant_explains(run, regime->problem->axis_family(), fit, change) ||
-        !confirm_change_point(change, regime->problem->axis_family(), fit)) {
-      return;
-    }
-    side_findings_.findings.push_back(regime_note(*regime->request));
-    problem_ = std::move(regime->problem);
-    chosen_ = std::move(regime->chosen);
     accept_change(change.change);
   }
 
@@ -318,11 +307,22 @@ class AxisPipeline {
     }
   }
 
-  /// Whether the change may be named: it is temporary, or certain under every hypothesis about an undersampled stick. A
-  /// temporary change is also reported as unexplained, and so is one that is likely but not certain.
-  bool confirm_change_point(const ChangePoint& change, const AxisFamily& family, const Fit& fit) {
+  /// Whether the change may be named: no effect without a date explains it, and it is temporary, or certain under every
+  /// hypothesis about an undersampled stick. A temporary change is also reported as unexplained, and so is one that is
+  /// likely but not certain.
+  bool confirm_change_point(const FreeRun& run, const ChangePoint& change, const AxisFamily& family, const Fit& fit) {
     const AxisData& data = problem_->training().signals.data;
     const std::vector<Range> ranges = problem_->free_ranges();
+    if (!change.found) {
+      if (change.likely && min_ratio_over_hypotheses(data, ranges, family, fit, change) >= kChanceChange) {
+        report_uncertain_change(change.change,
+                                "the change is too uncertain to be named and too likely for \"nothing missing\"");
+      }
+      return false;
+    }
+    if (constant_explains(run, family, fit, change)) {
+      return false;
+    }
     const std::optional<Change> another = second_change_point(data, ranges, family, fit, change);
     if (another) {
       std::array<char, 120> text{};
@@ -336,16 +336,6 @@ class AxisPipeline {
       report_uncertain_change(change.change, "the stick was logged too slowly to confirm it");
     }
     return ratio >= kCertainChange;
-  }
-
-  /// Reports a change that is too uncertain for a name, if it is likely under every hypothesis about an undersampled
-  /// stick.
-  void report_if_likely(const ChangePoint& change, const AxisFamily& family, const Fit& fit) {
-    if (change.likely && min_ratio_over_hypotheses(problem_->training().signals.data, problem_->free_ranges(), family,
-                                                   fit, change) >= kChanceChange) {
-      report_uncertain_change(change.change,
-                              "the change is too uncertain to be named and too likely for \"nothing missing\"");
-    }
   }
 
   void report_uncertain_change(const Change& change, const char* why) {
