@@ -45,6 +45,7 @@ struct Estimate {
   AxisEstimate<T> y;
   T height_m{0};
   T climb_m_s{0};
+  T pose_height_variance_m2{0};           ///< of the height at the newest pose that was used
   T climb_offset_m_s{0};                  ///< steady flown minus commanded climb speed
   T height_gain{0}, climb_gain_per_s{0};  ///< Kalman gains of the newest pose that was used
   T yaw_rad{0};

@@ -12,9 +12,10 @@ constexpr double kUsedLately_s = 0.15;
 /// An error dv of the velocity leaves dv (t - a t^2 / 2) exp(-a t) in the slow path, a = 0.75 1/s: below dv / (a e).
 constexpr double kPathOfVelocity_s = 0.49;
 constexpr double kMaxSigma_m = 0.5;
-/// The height filter reports no variance. A jolt of 1 m/s makes a path of at most 0.23 / a, 0.15 m at the slower scale;
-/// kJolt_s is twice that.
-constexpr double kHeightSigma_m = 0.0005, kJolt_s = 0.3, kNoJolt_m_s = 0.01;
+/// Sigma of the height, beside the 2 mm that the scales of PathConsistency include for the observer's error.
+constexpr double kHeightSigma_m = 0.0005, kIncludedSigma_m = 0.002;
+/// A jolt of 1 m/s makes a path of at most 0.23 / a, 0.15 m at the slower scale; kJolt_s is twice that.
+constexpr double kJolt_s = 0.3, kNoJolt_m_s = 0.01;
 /// In a climb above kHover_m_s the climb's gain is known to 30 %. The observer's height is then wrong by the error of
 /// its climb speed times kHeightLag_s.
 constexpr double kClimbGain = 0.3, kHover_m_s = 0.2, kHeightLag_s = 0.08, kClimbMemory_s = 1.0;
@@ -111,18 +112,20 @@ template <typename T>
 void PathMonitor<T>::update_vertical(const Estimate<T>& estimate, const SpecificForce<T>& force,
                                      T vertical_acceleration_m_s2, bool pose_used, T step_s) {
   using Vector1 = core::Vector<T, 1>;
+  const T sigma_m = core::sqrt(estimate.pose_height_variance_m2) - static_cast<T>(kIncludedSigma_m);
   // While the aircraft leans against a gust without moving, a part of the offsets of x and y points upward.
   const Vector2 tilt_change_h_m_s2 = force.tilt_acceleration_h_m_s2() - mean_tilt_acceleration_h_m_s2_;
   mean_tilt_acceleration_h_m_s2_ += tilt_change_h_m_s2 * (step_s * static_cast<T>(1.0 / kTiltMean_s));
-  vertical_.update({.force_m_s2 = Vector1(vertical_acceleration_m_s2),
-                    .position_m = Vector1(estimate.height_m),
-                    .speed_m_s = Vector1(estimate.climb_m_s),
-                    .position_sigma_m = static_cast<T>(kHeightSigma_m) + static_cast<T>(kJolt_s) * jolt_m_s_ +
-                                        static_cast<T>(kHeightLag_s) * climb_error_m_s_,
-                    .position_noise_m2 = noise_.position_m2().vertical,
-                    .force_noise_m2_s3 = noise_.force_m2_s3().vertical,
-                    .tilt_acceleration_m2_s4 = tilt_change_h_m_s2.squaredNorm()},
-                   pose_used, step_s);
+  vertical_.update(
+      {.force_m_s2 = Vector1(vertical_acceleration_m_s2),
+       .position_m = Vector1(estimate.height_m),
+       .speed_m_s = Vector1(estimate.climb_m_s),
+       .position_sigma_m = static_cast<T>(kHeightSigma_m) + (sigma_m > T(0) ? sigma_m : T(0)) +
+                           static_cast<T>(kJolt_s) * jolt_m_s_ + static_cast<T>(kHeightLag_s) * climb_error_m_s_,
+       .position_noise_m2 = noise_.position_m2().vertical,
+       .force_noise_m2_s3 = noise_.force_m2_s3().vertical,
+       .tilt_acceleration_m2_s4 = tilt_change_h_m_s2.squaredNorm()},
+      pose_used, step_s);
   jolt_m_s_ = T(0);
 }
 

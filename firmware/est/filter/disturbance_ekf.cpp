@@ -198,6 +198,8 @@ void DisturbanceEkf<S, Real>::update_estimate() {
   e.height_m = real(height_.state(HeightFilter<S>::kZ));
   e.climb_m_s = real(height_.state(HeightFilter<S>::kClimb)) * kPerUnit;
   e.climb_offset_m_s = real(height_.state(HeightFilter<S>::kOffset)) * kPerUnit;
+  e.pose_height_variance_m2 =
+      real(height_.scaled_pose_height_variance()) * power_of_two<Real>(2 * HeightFilter<S>::kHeightScale);
   e.height_gain = real(height_.gain());
   e.climb_gain_per_s = real(height_.climb_gain()) * kPerUnit;
   e.yaw_rad = real(yaw_.yaw());

@@ -18,7 +18,7 @@ constexpr std::array kLimits{100.0, 10.0 * kTimeUnit_s, 50.0 * kTimeUnit_s* kTim
 
 // Scales: a state's unit in the covariance is 2^scale. The first poses stay below the ceiling when they are 250 ms old,
 // and with a climb time constant of 10 ms. At the start the sigmas are 0.13 m, 0.8 m/s, 4.9 m/s^2 and 0.8 m/s.
-constexpr std::array<int, 4> kScale{-5, -4, 1, -4};
+constexpr std::array<int, 4> kScale{HeightFilter<float>::kHeightScale, -4, 1, -4};
 constexpr std::array kInitialVariance{16.0, 64.0, 1.0, 64.0};
 
 struct Transition {
@@ -108,6 +108,7 @@ void HeightFilter<S>::fuse_pose(const PoseInnovation& test) {
   auto& a = covariance_.arithmetic();
   const auto gain = covariance_.update(test.projection);
   gain_ = gain[kZ];
+  pose_height_variance_ = a.narrow(a.product(gain[kZ], test.noise));
   climb_gain_ = a.narrow(a.product(gain[kClimb], pose_rate_));
   add_correction(a, x_, gain, test.innovation, kScale, kZ);
   clamp_states();

@@ -19,6 +19,7 @@ class HeightFilter {
  public:
   static constexpr int kStates = 4;
   enum StateIndex : int { kZ, kClimb, kRate, kOffset };
+  static constexpr int kHeightScale = -5;
   using Covariance = ScaledCovariance<S, kStates>;
 
   HeightFilter(const model::StickAxis& climb, double pose_sigma_m);
@@ -38,6 +39,8 @@ class HeightFilter {
   S state(StateIndex i) const { return x_[static_cast<std::size_t>(i)]; }
   S gain() const { return gain_; }
   S climb_gain() const { return climb_gain_; }
+  /// Variance of the height at the newest pose that was used, in units of 4^kHeightScale m^2.
+  S scaled_pose_height_variance() const { return pose_height_variance_; }
   bool is_sane() const;
   CovarianceHealth health() const { return covariance_.health(); }
 
@@ -48,6 +51,7 @@ class HeightFilter {
   ResponseStep<S> response_;
   S pose_variance_{};
   S pose_rate_{};
+  S pose_height_variance_{};
   S gain_{}, climb_gain_{};  ///< corrections of height and climb speed per innovation, of the newest pose
   typename Covariance::Matrix phi_{};
   typename Covariance::Column q_{};
