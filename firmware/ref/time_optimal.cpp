@@ -2,6 +2,7 @@
 #include "firmware/ref/time_optimal.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "firmware/core/assert.h"
 #include "firmware/core/maths.h"
@@ -12,15 +13,17 @@ namespace {
 template <typename T>
 constexpr T kTolerance_m = static_cast<T>(sizeof(T) == sizeof(float) ? 2e-5 : 1e-9);
 
-/// The state after a piece of constant jerk.
 template <typename T>
-AxisReference<T> after(const AxisReference<T>& state, T time_s, T jerk_m_s3) {
-  constexpr T kThird = static_cast<T>(1.0 / 3.0);
-  const T half_s = T(0.5) * time_s;
-  const T slope = state.acceleration_m_s2 + kThird * jerk_m_s3 * time_s;
-  return {.position_m = state.position_m + time_s * (state.velocity_m_s + half_s * slope),
-          .velocity_m_s = state.velocity_m_s + time_s * (state.acceleration_m_s2 + half_s * jerk_m_s3),
-          .acceleration_m_s2 = state.acceleration_m_s2 + jerk_m_s3 * time_s};
+AxisReference<T> mirrored(const AxisReference<T>& state) {
+  return {.position_m = -state.position_m,
+          .velocity_m_s = -state.velocity_m_s,
+          .acceleration_m_s2 = -state.acceleration_m_s2};
+}
+
+template <typename T>
+AxisLimits<T> mirrored(AxisLimits<T> limits) {
+  std::swap(limits.up_m_s2, limits.down_m_s2);
+  return limits;
 }
 
 }  // namespace
@@ -202,6 +205,26 @@ void TimeOptimal<T>::rest(T goal_m) {
   duration_s_ = T(0);
 }
 
+/// The piece that brings an acceleration beyond its limit back to it.
+template <typename T>
+typename TimeOptimal<T>::Piece TimeOptimal<T>::back_to_limits(T acceleration_m_s2, const AxisLimits<T>& limits) {
+  const T beyond_m_s2 = acceleration_m_s2 - core::clamp(acceleration_m_s2, -limits.down_m_s2, limits.up_m_s2);
+  return {(beyond_m_s2 < T(0) ? -beyond_m_s2 : beyond_m_s2) / limits.jerk_m_s3,
+          beyond_m_s2 > T(0) ? -limits.jerk_m_s3 : limits.jerk_m_s3};
+}
+
+template <typename T>
+T TimeOptimal<T>::stop_m(const AxisReference<T>& from, const AxisLimits<T>& limits) {
+  const Piece back = back_to_limits(from.acceleration_m_s2, limits);
+  const AxisReference<T> begin = after(from, back.duration_s, back.jerk_m_s3);
+  const Search up(begin, limits);
+  if (!up.stops_upwards(begin)) {
+    return up.stop_m();
+  }
+  const AxisReference<T> turned = mirrored(begin);
+  return -Search(turned, mirrored(limits)).stop_m();
+}
+
 template <typename T>
 void TimeOptimal<T>::plan(const AxisReference<T>& from, T goal_m, const AxisLimits<T>& limits) {
   M100_ASSERT(limits.up_m_s2 > T(0) && limits.down_m_s2 > T(0) && limits.release_m_s3 > T(0) &&
@@ -210,24 +233,11 @@ void TimeOptimal<T>::plan(const AxisReference<T>& from, T goal_m, const AxisLimi
   from_ = from;
   from_.position_m -= goal_m;
   pieces_ = {};
-  const T beyond_m_s2 = from.acceleration_m_s2 - core::clamp(from.acceleration_m_s2, -limits.down_m_s2, limits.up_m_s2);
-  pieces_[0] = {(beyond_m_s2 < T(0) ? -beyond_m_s2 : beyond_m_s2) / limits.jerk_m_s3,
-                beyond_m_s2 > T(0) ? -limits.jerk_m_s3 : limits.jerk_m_s3};
+  pieces_[0] = back_to_limits(from.acceleration_m_s2, limits);
   const AxisReference<T> begin = after(from_, pieces_[0].duration_s, pieces_[0].jerk_m_s3);
-
-  AxisLimits<T> turned = limits;
-  turned.up_m_s2 = limits.down_m_s2;
-  turned.down_m_s2 = limits.up_m_s2;
-  const AxisReference<T> mirrored{.position_m = -begin.position_m,
-                                  .velocity_m_s = -begin.velocity_m_s,
-                                  .acceleration_m_s2 = -begin.acceleration_m_s2};
-  Search up(begin, limits);
-  Search down(mirrored, turned);
-  // Where the axis would come to rest if it braked at once, by the search in whose coordinates the braking lowers the
-  // acceleration.
-  const T stop_m = up.stops_upwards(begin) ? -down.stop_m() : up.stop_m();
-  const bool goes_up = stop_m < T(0);
-  (goes_up ? up : down).run(pieces_.data() + 1);
+  const bool goes_up = stop_m(from_, limits) < T(0);
+  const AxisReference<T> start = goes_up ? begin : mirrored(begin);
+  Search(start, goes_up ? limits : mirrored(limits)).run(pieces_.data() + 1);
   duration_s_ = T(0);
   for (std::size_t i = 0; i < kPieces; ++i) {
     duration_s_ += pieces_[i].duration_s;

@@ -35,6 +35,8 @@ class TimeOptimal {
 
   /// Replaces the motion by rest at a goal.
   void rest(T goal_m);
+  /// Where the axis comes to rest if it brakes at once.
+  static T stop_m(const AxisReference<T>& from, const AxisLimits<T>& limits);
   /// Plans from a state to rest at `goal_m`.
   void plan(const AxisReference<T>& from, T goal_m, const AxisLimits<T>& limits);
   /// The motion at a time since its beginning; from duration_s() on exactly the goal, at rest.
@@ -52,6 +54,7 @@ class TimeOptimal {
   static constexpr std::size_t kPieces = 8;
   class Search;
   class Walk;
+  static Piece back_to_limits(T acceleration_m_s2, const AxisLimits<T>& limits);
 
   std::array<Piece, kPieces> pieces_{};
   AxisReference<T> from_{};  ///< the position is relative to the goal
