@@ -56,7 +56,7 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   const std::size_t points = solves ? ref::kHorizon + 1 : 1;
   trajectory_.fill(reference_, now, law_.lead(), points);  // -> reference
   plan(now, points);
-  hold_fence(points);  // inside, and where one can stop
+  hold_fence(now, points);  // inside, and where one can stop
   const ctl::Command<T> commanded =
       excite(design_.to_send(law_.update(estimate_, reference_, acting, elapsed, solves)), now);  // -> control
   monitors_.update(estimate_, reference_, flies(), excitation_.moves(), elapsed, law_);
@@ -153,15 +153,15 @@ ctl::Command<T> FlightController<T, S>::brake_and_hold() const {
 template <typename T, typename S>
 void FlightController<T, S>::plan(core::TimePoint now, std::size_t points) {
   if (config_.plans_setpoints && flies() && !excitation_.moves()) {
-    geofence_.limit_goal(reference_);
-    law_.plan(reference_, estimate_, now, points);
+    law_.plan(reference_, estimate_, geofence_, now, points);
   }
 }
 
 template <typename T, typename S>
-[[gnu::noinline]] void FlightController<T, S>::hold_fence(std::size_t points) {
+[[gnu::noinline]] void FlightController<T, S>::hold_fence(core::TimePoint now, std::size_t points) {
   const std::optional<est::Estimate<T>> other_motion = fault_isolation_.fence_motion(estimate_);
-  geofence_.limit(reference_, other_motion ? *other_motion : estimate_, points);
+  geofence_.limit(reference_, other_motion ? *other_motion : estimate_, now, law_.lead(), points,
+                  other_motion ? &estimate_ : nullptr);
 }
 
 template <typename T, typename S>
@@ -169,6 +169,7 @@ void FlightController<T, S>::prepare_start(core::TimePoint now) {
   if (!flies()) {
     trajectory_.start(now);
     law_.reset();
+    geofence_.reset();
   } else if (supervisor_.failsafe_state() == safety::FailsafeState::kCoast || timer_.is_stall()) {
     trajectory_.postpone(now, timer_.elapsed());
   }

@@ -98,7 +98,7 @@ class FlightController {
   /// forbids it.
   void plan(core::TimePoint now, std::size_t points);
   /// Limits the reference to the fence. Not inlined: its copy of the estimate leaves the stack before the law solves.
-  void hold_fence(std::size_t points);
+  void hold_fence(core::TimePoint now, std::size_t points);
   /// Whether a command of this tick may leave. False only while the law flies in control, without its fallback, and the
   /// link is not due.
   bool may_leave(core::TimePoint now) const;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "firmware/model/vehicle.h"
+#include "firmware/ref/time_optimal.h"
 
 namespace m100::ctl {
 
@@ -33,5 +34,24 @@ double effective_delay_s(const model::StickAxis& axis);
 ///                until the estimate shows the effect; the slower of roll and pitch, at least 0.35 s.
 /// unknown drag = 0.3 1/s (published for free rotor aircraft: 0.2 to 0.5) less the vehicle file's drag, at least 0.
 Braking braking_of(const model::Vehicle& vehicle, double slope_limit);
+
+/// Limits of a planned motion of one axis whose tilt can accelerate it by tilted_m_s2. Jerk: the tilt is reversed in
+/// Braking::reaction_s less Braking::acts_s. The final release is slower, so that the feedback can correct an error: it
+/// takes half of the tilt back in one Braking::reaction_s. Acceleration: `authority` times that of the tilt, plus or
+/// minus the disturbance, but at least a quarter of it.
+/// @param authority share of the tilt that the aircraft reaches
+template <typename T>
+ref::AxisLimits<T> motion_limits(const Braking& braking, T tilted_m_s2, T authority, T disturbance_m_s2) {
+  constexpr T kMaxSpeed_m_s = T(17);  // of the aircraft, by its maker
+  const auto at_least_a_quarter = [=](T acceleration_m_s2) {
+    return acceleration_m_s2 > T(0.25) * tilted_m_s2 ? acceleration_m_s2 : T(0.25) * tilted_m_s2;
+  };
+  const T reached_m_s2 = authority * tilted_m_s2;
+  return {.speed_m_s = kMaxSpeed_m_s,
+          .up_m_s2 = at_least_a_quarter(reached_m_s2 + disturbance_m_s2),
+          .down_m_s2 = at_least_a_quarter(reached_m_s2 - disturbance_m_s2),
+          .jerk_m_s3 = T(2) * tilted_m_s2 / static_cast<T>(braking.reaction_s - braking.acts_s),
+          .release_m_s3 = T(0.5) * tilted_m_s2 / static_cast<T>(braking.reaction_s)};
+}
 
 }  // namespace m100::ctl

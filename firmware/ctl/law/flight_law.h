@@ -77,8 +77,9 @@ class FlightLaw {
   /// combined limit divided by the root of two.
   T slope_limit() const;
   /// Replaces the jump to a set point by the fastest motion (setpoint_planner.h), unless the fallback law flies.
-  void plan(ref::Window<T>& window, const est::Estimate<T>& estimate, core::TimePoint now, std::size_t points) {
-    fallback() ? planner_.reset() : planner_.update(window, estimate, now, lead(), points);
+  void plan(ref::Window<T>& window, const est::Estimate<T>& estimate, const GeofenceLimiter<T>& fence,
+            core::TimePoint now, std::size_t points) {
+    fallback() ? planner_.reset() : planner_.update(window, estimate, fence, now, lead(), points);
   }
   /// From now on, until reset(), the fallback law (fallback_law.h) flies both horizontal axes with this bandwidth.
   void start_fallback(T rate_per_s) { fallback_per_s_ = rate_per_s; }

@@ -10,10 +10,11 @@
 namespace m100::ctl {
 namespace {
 
-constexpr double kMaxSpeed_m_s = 17.0;  ///< of the aircraft, by its maker
 /// No motion is planned if the goal is nearer than this [m] and the speed lower [m/s].
 constexpr double kMinGoal_m = 0.05;
-constexpr double kMinShare = 0.25;  ///< least share of the slope limit for an axis, and of its acceleration in wind
+constexpr double kMinShare = 0.25;   ///< least share of the slope limit for an axis
+constexpr int kHalvings = 8;         ///< of the range in which the braking is sought: to 0.4 % of it
+constexpr double kAtGoal_m = 0.001;  ///< a stop this far beyond the goal counts as one at the goal
 
 template <typename T>
 T magnitude(T value) {
@@ -35,8 +36,8 @@ template <typename T>
     : x_(make_axis(tables.x)),
       y_(make_axis(tables.y)),
       combined_slope_(combined_slope),
-      reaction_s_(static_cast<T>(braking.reaction_s)),
-      reversal_s_(static_cast<T>(braking.reaction_s - braking.acts_s)) {}
+      braking_(braking),
+      reaction_s_(static_cast<T>(braking.reaction_s)) {}
 
 template <typename T>
 T SetpointPlanner<T>::measured_m_s2(const Axis& axis, const est::AxisEstimate<T>& estimate) const {
@@ -55,18 +56,48 @@ ref::AxisReference<T> SetpointPlanner<T>::measured(const Axis& axis, const est::
 }
 
 template <typename T>
-ref::AxisLimits<T> SetpointPlanner<T>::limits(const Axis& axis, const est::AxisEstimate<T>& estimate) const {
-  const T tilted_m_s2 = magnitude(axis.per_slope_m_s2) * axis.slope;
-  const T reached_m_s2 = axis.authority * tilted_m_s2;
-  const T least_m_s2 = static_cast<T>(kMinShare) * tilted_m_s2;
-  const T disturbance_m_s2 =
+ref::AxisLimits<T> SetpointPlanner<T>::limits(const Axis& axis, const est::AxisEstimate<T>& estimate,
+                                              const ref::AxisReference<T>& from,
+                                              const GeofenceLimiter<T>& fence) const {
+  const T wind_m_s2 =
       estimate.disturbance_m_s2 + static_cast<T>(1.0 / 3.0) * (axis.at_rest_m_s2 - estimate.disturbance_m_s2);
-  return {.speed_m_s = static_cast<T>(kMaxSpeed_m_s),
-          .up_m_s2 = std::max(reached_m_s2 + disturbance_m_s2, least_m_s2),
-          .down_m_s2 = std::max(reached_m_s2 - disturbance_m_s2, least_m_s2),
-          .braking_share = static_cast<T>(kBrakingShare),
-          .jerk_m_s3 = T(2) * tilted_m_s2 / reversal_s_,
-          .release_m_s3 = static_cast<T>(kRelease) * tilted_m_s2 / reaction_s_};
+  ref::AxisLimits<T> limits =
+      motion_limits(braking_, magnitude(axis.per_slope_m_s2) * axis.slope, axis.authority, wind_m_s2);
+  limits.braking_share = static_cast<T>(kBrakingShare);
+
+  const typename GeofenceLimiter<T>::Side& side = &axis == &x_ ? fence.x() : fence.y();
+  const bool up = axis.goal_m > from.position_m;
+  const T direction = up ? T(1) : T(-1);
+  const T room_m = direction * ((up ? side.goal_high_m : side.goal_low_m) - axis.goal_m);
+  const T up_m_s2 = up ? limits.up_m_s2 : limits.down_m_s2;
+  const T down_m_s2 = up ? limits.down_m_s2 : limits.up_m_s2;
+  const T most_m_s2 = limits.braking_share * down_m_s2;
+  const T way_m = magnitude(axis.goal_m - from.position_m) + T(0.5) * from.velocity_m_s * from.velocity_m_s / up_m_s2;
+  // An order to stop acts one reaction time later: until then the aircraft may still accelerate.
+  const T late_m_s = reaction_s_ * up_m_s2;
+  T lower_m_s2 = most_m_s2;
+  for (int pass = 0; pass < 2; ++pass) {  // the second with the top speed of the motion that the first one found
+    const T top_m_s = core::sqrt(T(2) * way_m * up_m_s2 * lower_m_s2 / (up_m_s2 + lower_m_s2));
+    const T share = top_m_s / (top_m_s + late_m_s);
+    const T short_s2 =
+        way_m / (share * share * fence.sure_braking_m_s2(top_m_s, direction * wind_m_s2)) - room_m / up_m_s2;
+    if (way_m + room_m >= most_m_s2 * short_s2) {
+      return limits;
+    }
+    lower_m_s2 = (way_m + room_m) / short_s2;
+  }
+  T low = lower_m_s2 / down_m_s2, high = limits.braking_share;
+  limits.braking_share = low;
+  const auto passes_goal = [&] {
+    return direction * (ref::TimeOptimal<T>::stop_m(from, limits) - axis.goal_m) > static_cast<T>(kAtGoal_m);
+  };
+  // The aircraft may already be too near for this braking: then the least that still stops at the goal.
+  for (int halving = 0; halving < kHalvings && (halving > 0 || passes_goal()); ++halving) {
+    limits.braking_share = T(0.5) * (low + high);
+    (passes_goal() ? low : high) = limits.braking_share;
+    limits.braking_share = high;
+  }
+  return limits;
 }
 
 template <typename T>
@@ -139,13 +170,14 @@ void SetpointPlanner<T>::learn_authority(Axis& axis, const est::AxisEstimate<T>&
 }
 
 template <typename T>
-bool SetpointPlanner<T>::plan_if_due(Axis& axis, const est::AxisEstimate<T>& estimate, core::TimePoint now, T lead_s) {
+bool SetpointPlanner<T>::plan_if_due(Axis& axis, const est::AxisEstimate<T>& estimate, const GeofenceLimiter<T>& fence,
+                                     core::TimePoint now, T lead_s) {
   if (!axis.is_due) {
     return false;
   }
   const ref::AxisReference<T> from =
       axis.is_off ? measured(axis, estimate, lead_s) : axis.motion.at(core::seconds<T>(now - axis.begin));
-  axis.motion.plan(from, axis.goal_m, limits(axis, estimate));
+  axis.motion.plan(from, axis.goal_m, limits(axis, estimate, from, fence));
   axis.begin = now;
   axis.planned_m_s2 = estimate.disturbance_m_s2;
   axis.is_due = axis.is_off = false;
@@ -153,19 +185,21 @@ bool SetpointPlanner<T>::plan_if_due(Axis& axis, const est::AxisEstimate<T>& est
 }
 
 template <typename T>
-void SetpointPlanner<T>::update(ref::Window<T>& window, const est::Estimate<T>& estimate, core::TimePoint now,
-                                core::Duration lead, std::size_t points) {
+void SetpointPlanner<T>::update(ref::Window<T>& window, const est::Estimate<T>& estimate,
+                                const GeofenceLimiter<T>& fence, core::TimePoint now, core::Duration lead,
+                                std::size_t points) {
   M100_ASSERT(points >= 1 && points <= window.x.size());
   if (!window.constant) {
     reset();
     return;
   }
   const T lead_s = core::seconds<T>(lead);
-  set_goals(window.x[0].position_m, window.y[0].position_m, estimate);
+  set_goals(fence.x().nearest_goal_m(window.x[0].position_m), fence.y().nearest_goal_m(window.y[0].position_m),
+            estimate);
   check(x_, estimate.x, core::seconds<T>(now - x_.begin), lead_s);
   check(y_, estimate.y, core::seconds<T>(now - y_.begin), lead_s);
-  if (!plan_if_due(x_, estimate.x, now, lead_s)) {
-    plan_if_due(y_, estimate.y, now, lead_s);
+  if (!plan_if_due(x_, estimate.x, fence, now, lead_s)) {
+    plan_if_due(y_, estimate.y, fence, now, lead_s);
   }
   const T x_s = core::seconds<T>(now - x_.begin);
   const T y_s = core::seconds<T>(now - y_.begin);

@@ -244,6 +244,7 @@ class Flight {
     for (const bool left : seen.model.mismatch) {
       result_.model_mismatch = result_.model_mismatch || left;
     }
+    result_.fence_stops = std::max(result_.fence_stops, seen.fence.stops);
     result_.refused_poses = std::max(result_.refused_poses, controller_->estimate().refused_poses);
   }
 

@@ -61,6 +61,7 @@ struct FlightResult {
   double limit_cycle_detected_s =
       -1.0;  ///< from the start of the course; negative: no oscillation (ctl::LimitCycleDetector)
   // Alarms while the course was flown.
+  std::uint32_t fence_stops = 0;    ///< ctl::GeofenceStatus::stops
   bool contradicted = false;        ///< poses or attitude disagreed with other data of the autopilot
   bool model_mismatch = false;      ///< an axis did not follow its model (sysid::ResidualMonitor)
   std::uint32_t refused_poses = 0;  ///< largest number in a row that the observer's gate refused

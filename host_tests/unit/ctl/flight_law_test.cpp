@@ -241,22 +241,23 @@ TEST_P(FlightLawTest, FliesHeightAndHeadingAlsoWhereItDoesNotSolve) {
 
 // A jump of the set point becomes a motion, but not for the fallback law.
 TEST_P(FlightLawTest, PlansTheWayToASetPointWhileItFliesItself) {
+  const GeofenceLimiter<double> fence(core::Fence{}, braking_of(vehicle, law.slope_limit()));
   ref::Window<double> jump;
   jump.constant = true;
   jump.x.fill({.position_m = 5.0});
-  law.plan(jump, {}, core::TimePoint(std::chrono::seconds(1)), jump.x.size());
+  law.plan(jump, {}, fence, core::TimePoint(std::chrono::seconds(1)), jump.x.size());
   EXPECT_FALSE(jump.constant);
   law.reset();
   est::Estimate<double> elsewhere;
   elsewhere.x.position_m = 3.0;
   jump.constant = true;
   jump.x.fill({.position_m = 5.0});
-  law.plan(jump, elsewhere, core::TimePoint(std::chrono::seconds(1)), jump.x.size());
+  law.plan(jump, elsewhere, fence, core::TimePoint(std::chrono::seconds(1)), jump.x.size());
   EXPECT_EQ(jump.x[0].position_m, 3.0) << "the motion from before the reset is forgotten";
   law.start_fallback(0.5);
   jump.constant = true;
   jump.x.fill({.position_m = 5.0});
-  law.plan(jump, {}, core::TimePoint(std::chrono::seconds(2)), jump.x.size());
+  law.plan(jump, {}, fence, core::TimePoint(std::chrono::seconds(2)), jump.x.size());
   EXPECT_TRUE(jump.constant);
 }
 

@@ -29,6 +29,7 @@ struct PlannerNumbers : ::testing::Test {
   static constexpr double kLead_s = 0.05, kReaction_s = 0.4, kActs_s = 0.1;
   mpc::GainTables<double> gains{.x = mpc::generated::kX<double>, .y = mpc::generated::kY<double>};
   SetpointPlanner<double> planner{{.reaction_s = kReaction_s, .acts_s = kActs_s}, changed(gains), 0.6};
+  GeofenceLimiter<double> fence{core::Fence{}, {.acceleration_m_s2 = 3.0, .reaction_s = kReaction_s}};
   est::Estimate<double> estimate;
   ref::TimeOptimal<double> motion;
   ref::Window<double> window;
@@ -60,7 +61,7 @@ struct PlannerNumbers : ::testing::Test {
   }
   void tick(double x_m, double y_m) {
     window = setpoint(x_m, y_m);
-    planner.update(window, estimate, now, kLead, window.x.size());
+    planner.update(window, estimate, fence, now, kLead, window.x.size());
     now += core::kTickPeriod;
   }
   static bool equal(const auto& axis, const ref::TimeOptimal<double>& wanted, double first_s) {
@@ -135,7 +136,7 @@ TEST_F(PlannerNumbers, LeavesACourseAndANearGoalAlone) {
   EXPECT_EQ(window.y[7].position_m, 0.03);
   window.constant = false;
   window.x.fill({.position_m = 6.0});
-  planner.update(window, estimate, now, kLead, window.x.size());
+  planner.update(window, estimate, fence, now, kLead, window.x.size());
   EXPECT_EQ(window.x[0].position_m, 6.0);
 }
 
