@@ -29,6 +29,9 @@ struct SensorFault {
   void (*pose)(PoseSample& sample, SensorFaultState<PoseSample>& memory, double size) = nullptr;
   void (*telemetry)(protocol::Telemetry& telemetry, SensorFaultState<protocol::Telemetry>& memory,
                     double size) = nullptr;
+  /// Sizes that occur in the field, for tests that draw them; equal: half to one and a half times the default.
+  double smallest = 0.0;
+  double largest = 0.0;
 };
 
 std::span<const SensorFault> sensor_faults();

@@ -241,7 +241,7 @@ TEST_P(FlightLawTest, FliesHeightAndHeadingAlsoWhereItDoesNotSolve) {
 
 // A jump of the set point becomes a motion, but not for the fallback law.
 TEST_P(FlightLawTest, PlansTheWayToASetPointWhileItFliesItself) {
-  const GeofenceLimiter<double> fence(core::Fence{}, braking_of(vehicle, law.slope_limit()));
+  const GeofenceLimiter<double> fence(core::Fence{}, ctl::braking_of(vehicle, law.slope_limit()));
   ref::Window<double> jump;
   jump.constant = true;
   jump.x.fill({.position_m = 5.0});
