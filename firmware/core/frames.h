@@ -29,6 +29,13 @@ struct Euler {
   T yaw_rad{0};
 };
 
+/// Whether an angle of a message is at most a turn (2 pi and its rounding); a larger one was meant in degrees. NaN is
+/// none.
+template <typename T>
+constexpr bool is_within_turn(T angle_rad) {
+  return angle_rad >= T(-6.2832) && angle_rad <= T(6.2832);
+}
+
 /// Converts a vector from the autopilot's frames (NED, FRD) to ours (NWU, FLU) or back: both are the same turn.
 template <typename T>
 Vector<T, 3> flip_yz(const Vector<T, 3>& v) {

@@ -76,24 +76,27 @@ bool names_only_places(unsigned mask) {
   return has_place && (mask & kIgnoreMotion) == kIgnoreMotion && (mask & kForce) == 0 && (mask & kIgnoreYawRate) != 0;
 }
 
-/// Copies the coordinates that the goal names into `place`. @returns false: one of them is not a valid number.
+/// Copies the coordinates that the goal names into `place`. @returns kAccepted, or why one of them is not valid.
 template <typename T>
-bool put(const mavlink::SetPositionTargetLocalNed& goal, ref::Waypoint<T>& place) {
+GoalResult put(const mavlink::SetPositionTargetLocalNed& goal, ref::Waypoint<T>& place) {
   const std::array<float, 3> world{goal.x, -goal.y, -goal.z};  // NED to NWU
   for (unsigned axis = 0; axis < world.size(); ++axis) {
     if ((goal.type_mask & (1U << axis)) != 0) {
       continue;
     }
     if (!is_number(world[axis])) {
-      return false;
+      return GoalResult::kNotFinite;
     }
     place.position_w_m[static_cast<Eigen::Index>(axis)] = static_cast<T>(world[axis]);
   }
   if ((goal.type_mask & kIgnoreYaw) != 0) {
-    return true;
+    return GoalResult::kAccepted;
   }
-  place.yaw_rad = is_number(goal.yaw) ? core::wrap_pi(static_cast<T>(-goal.yaw)) : place.yaw_rad;
-  return is_number(goal.yaw);
+  if (!core::is_within_turn(goal.yaw)) {
+    return std::isfinite(goal.yaw) ? GoalResult::kDegrees : GoalResult::kNotFinite;
+  }
+  place.yaw_rad = core::wrap_pi(static_cast<T>(-goal.yaw));
+  return GoalResult::kAccepted;
 }
 
 }  // namespace
@@ -112,6 +115,8 @@ std::string_view name(GoalResult answer) {
       return "refused: only a position and a yaw count; set the bits of velocity, acceleration and yaw rate";
     case GoalResult::kNotFinite:
       return "refused: not finite, or farther than 1 km";
+    case GoalResult::kDegrees:
+      return "refused: a yaw beyond 2 pi: degrees? MAVLink's angles are radians";
     case GoalResult::kReturningToStart:
       return "refused: the battery is low, and the aircraft flies to where the flight began";
   }
@@ -184,17 +189,19 @@ GoalResult GoalPlanner<T>::take(const mavlink::SetPositionTargetLocalNed& goal, 
     return GoalResult::kMask;
   }
   ref::Waypoint<T> place = goal_.value_or(trajectory_.end());
-  if (!put(goal, place)) {
-    return GoalResult::kNotFinite;
+  if (const GoalResult read = put(goal, place); read != GoalResult::kAccepted) {
+    return read;
   }
   if (!flies) {
     return GoalResult::kNotFlying;
   }
+  const core::Vector<T, 3> named_w_m = place.position_w_m;
   place = clamp_to_fence(place);
   if (goal_ && as_double((place.position_w_m - goal_->position_w_m).norm()) < kSamePlace_m &&
       std::abs(core::wrap_pi(as_double(place.yaw_rad) - as_double(goal_->yaw_rad))) < kSameYaw_rad) {
     return GoalResult::kUnchanged;
   }
+  moved_m_ = as_double((place.position_w_m - named_w_m).norm());
   return fly_to(place, now) ? GoalResult::kAccepted : GoalResult::kNotFinite;
 }
 

@@ -23,6 +23,7 @@ enum class GoalResult : std::uint8_t {
   kFrame,
   kMask,
   kNotFinite,
+  kDegrees,
   kReturningToStart
 };
 /// "refused: only the frame LOCAL_NED counts", for people.
@@ -59,6 +60,8 @@ class GoalPlanner {
 
   /// The last accepted goal, or where a hold or the begin of a later flight put it; nullopt: the course applies.
   const std::optional<ref::Waypoint<T>>& goal() const { return goal_; }
+  /// How far the fence moved the last accepted goal.
+  double moved_m() const { return moved_m_; }
   /// The reference has reached its end and rests.
   bool at_rest(core::TimePoint now) const { return trajectory_.finished(now); }
   /// @returns the place, or the nearest one inside the fence.
@@ -81,6 +84,7 @@ class GoalPlanner {
   core::Fence fence_;
   ref::SpeedLimits limits_;
   std::optional<ref::Waypoint<T>> goal_;
+  double moved_m_ = 0.0;
   core::TimePoint started_{};
 };
 

@@ -113,7 +113,11 @@ void GroundStationCommands::report_goal(core::TimePoint now, GoalResult answer) 
     const auto& place = goals_->goal()->position_w_m;
     line.add(" (").add(place.x(), 2).add(", ").add(place.y(), 2).add(", ").add(place.z(), 2).add(") m");
   }
-  operator_log_.write(now, line.add(": ").add(companion::name(answer)).text());
+  line.add(": ").add(companion::name(answer));
+  if (answer == GoalResult::kAccepted && goals_->moved_m() > 0.0) {
+    line.add("; the fence cut ").add(goals_->moved_m(), 2).add(" m off");
+  }
+  operator_log_.write(now, line.text());
 }
 
 OperatorInput GroundStationCommands::execute(core::TimePoint now, const GroundStationTap::Order& order, bool holds,

@@ -100,10 +100,9 @@ core::Quaternion<float> quaternion(const std::array<float, 4>& q) { return {q[0]
 
 [[gnu::noinline]] core::Expected<core::Pose<double>> read_vision(const mavlink::FrameView& frame, PoseAside& beside) {
   const auto message = mavlink::decode<mavlink::VisionPositionEstimate>(frame);
-  constexpr float kTurn_rad = 6.2832F;  // 2 pi and its rounding
   const core::Euler<float> euler{message.roll, message.pitch, message.yaw};
-  const auto good = [](float angle) { return angle >= -kTurn_rad && angle <= kTurn_rad; };
-  if (!good(euler.roll_rad) || !good(euler.pitch_rad) || !good(euler.yaw_rad)) {
+  if (!core::is_within_turn(euler.roll_rad) || !core::is_within_turn(euler.pitch_rad) ||
+      !core::is_within_turn(euler.yaw_rad)) {
     const float sum = euler.roll_rad + euler.pitch_rad + euler.yaw_rad;
     beside.fault = sum - sum == 0.F ? PoseFault::kDegrees : PoseFault::kNotFinite;
     return core::Status::kOutOfRange;

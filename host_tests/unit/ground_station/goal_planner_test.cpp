@@ -135,10 +135,43 @@ TEST_F(GoalsTest, ARepeatedGoalIsOne) {
 
 TEST_F(GoalsTest, StaysInsideTheFence) {
   EXPECT_EQ(goals->take(goal(900.F, 900.F, 900.F), now, true), GoalResult::kAccepted);
+  EXPECT_NEAR(goals->moved_m(), std::hypot(895.0, 895.0, 900.5), 1e-6) << "what the operator is told";
   pass(seconds(20));
   EXPECT_NEAR(reference().x, 5.0, 1e-6);
   EXPECT_NEAR(reference().y, -5.0, 1e-6);
   EXPECT_NEAR(reference().z, 0.5, 1e-6);
+}
+
+// Catches a yaw in degrees, which was wrapped and flown: 170 became a turn to 21 degrees. It also catches a limit of
+// pi, which would refuse a heading from 0 to 360 degrees.
+TEST_F(GoalsTest, AYawBeyondATurnIsRefusedAsAPosesAngleIs) {
+  mavlink::SetPositionTargetLocalNed turned = goal(0.F, 0.F, -1.5F, kPositionAndYaw);
+  for (const float yaw : {6.29F, -6.29F, 170.F, 1000.F, 1e9F}) {
+    turned.yaw = yaw;
+    EXPECT_EQ(goals->take(turned, now, true), GoalResult::kDegrees) << yaw;
+  }
+  EXPECT_FALSE(goals->goal());
+  for (const float yaw : {6.2831855F, 6.F, -6.2831855F}) {
+    turned.yaw = yaw;
+    EXPECT_EQ(goals->take(turned, now, true), GoalResult::kAccepted) << yaw;
+  }
+}
+
+TEST_F(GoalsTest, AHeadingAcrossTheRearIsReachedTheShortWay) {
+  mavlink::SetPositionTargetLocalNed turned = goal(0.F, 0.F, -1.5F, kPositionAndYaw);
+  for (const float yaw : {2.967F, -2.967F, 2.967F}) {
+    turned.yaw = yaw;
+    EXPECT_EQ(goals->take(turned, now, true), GoalResult::kAccepted);
+    double turned_rad = 0.0;
+    const double first_rad = reference().yaw;
+    for (int i = 0; i < 800; ++i) {
+      const double before_rad = reference().yaw;
+      pass(kTick);
+      turned_rad += std::abs(core::wrap_pi(reference().yaw - before_rad));
+    }
+    EXPECT_NEAR(core::wrap_pi(reference().yaw + static_cast<double>(yaw)), 0.0, 1e-6);
+    EXPECT_NEAR(turned_rad, first_rad == 0.0 ? 2.967 : 2.0 * (core::kPi - 2.967), 1e-3) << yaw;
+  }
 }
 
 TEST_F(GoalsTest, AnIgnoredAxisStaysWhereItIs) {
@@ -208,11 +241,11 @@ TEST(GoalAnswers, EachHasAnotherName) {
   std::set<std::string_view> names;
   for (const GoalResult answer :
        {GoalResult::kAccepted, GoalResult::kUnchanged, GoalResult::kNotFlying, GoalResult::kFrame, GoalResult::kMask,
-        GoalResult::kNotFinite, GoalResult::kReturningToStart}) {
+        GoalResult::kNotFinite, GoalResult::kDegrees, GoalResult::kReturningToStart}) {
     EXPECT_GT(name(answer).size(), 8U) << name(answer);
     names.insert(name(answer));
   }
-  EXPECT_EQ(names.size(), 7U);
+  EXPECT_EQ(names.size(), 8U);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "firmware/companion/files/course/course_line.h"
 #include "firmware/companion/files/course/course_table.h"
 #include "firmware/companion/files/text/suggestion.h"
+#include "firmware/core/frames.h"
 #include "firmware/core/maths.h"
 #include "firmware/model/vehicle.h"
 
@@ -224,7 +225,7 @@ class CourseBuilder {
 
   /// The place n = X, Y, Z, YAW of a line. No line needs more than a turn, so a larger heading was meant in degrees.
   ref::Waypoint<T> turned_place(const std::vector<double>& n, const FilePosition& spot) const {
-    if (std::abs(n[3]) > 2.0 * core::kPi) {
+    if (!core::is_within_turn(n[3])) {
       std::ostringstream what;
       what << "the heading is in rad, and " << n[3] << " is more than a turn: " << n[3] << " degrees are "
            << n[3] * kDegree_rad;
