@@ -144,8 +144,7 @@ bool FlightSequencer::request_control(core::TimePoint now, const View& view, con
     } else if (!takes_it_back && input.backed_up) {
       report(now, "control was not granted within 20 s");
     }
-    controller_.release();  // a request may already be granted
-    begin_release(now, takes_it_back, input);
+    give_back(now, takes_it_back, input);  // a request may already be granted
   } else if (is_refused(now, view)) {
     TextLine line;
     line.add("refused: ");
@@ -165,8 +164,7 @@ bool FlightSequencer::fly(core::TimePoint now, const View& view, const Sequencer
   }
   if (!engaged_ && start_.is_out_of_bounds(false)) {  // control was granted while the position was unknown
     start_.report_position(now, false, ends_on_denial());
-    controller_.release();
-    begin_release(now, false, input);
+    give_back(now, false, input);
     return true;
   }
   const Excitation::State excitation = controller_.excitation().state();
@@ -183,8 +181,7 @@ void FlightSequencer::end_or_continue(core::TimePoint now, const SequencerInput&
   const bool is_over = at_home || (is_held && !returns_to_start());
   const bool ends = is_over && !(request_.land && may_land());
   if (input.stops > 0 || input.toggle_control || ends) {
-    controller_.release();
-    begin_release(now, !at_home, input);
+    give_back(now, !at_home, input);
   } else if (may_land() && (input.land || is_over)) {
     begin_task(now, protocol::Task::kLand);
   } else if (input.land) {
@@ -211,6 +208,11 @@ void FlightSequencer::begin_release(core::TimePoint now, bool by_operator, const
   by_operator_ = by_operator;
   outcome_.given_back = false;
   ends_ = by_operator || request_.once || input.stops > 0;
+}
+
+void FlightSequencer::give_back(core::TimePoint now, bool by_operator, const SequencerInput& input) {
+  controller_.release();
+  begin_release(now, by_operator, input);
 }
 
 bool FlightSequencer::release_control(core::TimePoint now, const View& view, const SequencerInput& input) {
@@ -249,8 +251,7 @@ bool FlightSequencer::fly_task(core::TimePoint now, const View& view, const Sequ
     return true;
   }
   if (input.stops > 0 || input.toggle_control) {
-    controller_.release();
-    begin_release(now, true, input);
+    give_back(now, true, input);
     return true;
   }
   if (input.land && task_.task() == protocol::Task::kTakeOff) {
@@ -264,8 +265,7 @@ bool FlightSequencer::fly_task(core::TimePoint now, const View& view, const Sequ
       TextLine line;
       describe(line, task_);
       report(now, line.add("; control goes back to the transmitter").text());
-      controller_.release();
-      begin_release(now, false, input);
+      give_back(now, false, input);
       break;
     }
     default:
@@ -278,15 +278,13 @@ void FlightSequencer::end_task(core::TimePoint now, const SequencerInput& input)
   if (task_.task() == protocol::Task::kLand) {
     outcome_.landed = true;
     report(now, "landed: by the autopilot's flight status, the aircraft is on the ground");
-    controller_.release();
-    begin_release(now, true, input);
+    give_back(now, true, input);
     return;
   }
   outcome_.took_off = true;
   if (start_.is_out_of_bounds(false)) {
     start_.report_position(now, false, ends_on_denial());
-    controller_.release();
-    begin_release(now, false, input);
+    give_back(now, false, input);
     return;
   }
   report(now, "taken off: by the autopilot's flight status, the aircraft is in the air; the law takes over");

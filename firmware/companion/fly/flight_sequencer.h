@@ -106,6 +106,7 @@ class FlightSequencer {
   /// With --once, a refusal to carry out the program's own order to take control ends the program.
   bool ends_on_denial() const { return order_given_ && request_.once; }
   void begin_release(core::TimePoint now, bool by_operator, const SequencerInput& input);
+  void give_back(core::TimePoint now, bool by_operator, const SequencerInput& input);
   bool is_refused(core::TimePoint now, const View& view) const;
   void report_end(core::TimePoint now, const View& view);
   void report(core::TimePoint now, std::string_view what) { operator_log_.write(now, what); }
