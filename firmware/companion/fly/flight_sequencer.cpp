@@ -21,6 +21,7 @@ bool FlightSequencer::tick(core::TimePoint now, const SequencerInput& input) {
   home_.update(controller_, now);
   reporter_.update_return(home_, now);
   release_monitor_.update(now, view);
+  landing_monitor_.update(controller_.link());
   start_.update(now, phase_ == Phase::kWaiting, input.goal_led);
   if (input.land && (phase_ == Phase::kWaiting || phase_ == Phase::kRequesting || phase_ == Phase::kReleasing)) {
     report(now, kNoLanding);
@@ -164,6 +165,14 @@ bool FlightSequencer::fly(core::TimePoint now, const View& view, const Sequencer
   }
   if (!engaged_ && start_.is_out_of_bounds(false)) {  // control was granted while the position was unknown
     start_.report_position(now, false, ends_on_denial());
+    give_back(now, false, input);
+    return true;
+  }
+  if (landing_monitor_.lands()) {
+    TextLine line;
+    line.add("the autopilot lands by itself: its flight status says \"landing\" for 0.5 s and nobody ordered it; ");
+    line.add("battery ").add(static_cast<double>(controller_.link().telemetry().battery_percent), 0);
+    report(now, line.add(" %; the course ends and control goes back to the transmitter").text());
     give_back(now, false, input);
     return true;
   }

@@ -10,6 +10,7 @@
 #include "firmware/companion/fly/autopilot_task.h"
 #include "firmware/companion/fly/flight_reporter.h"
 #include "firmware/companion/fly/flight_request.h"
+#include "firmware/companion/fly/monitor/landing_monitor.h"
 #include "firmware/companion/fly/monitor/release_monitor.h"
 #include "firmware/companion/fly/monitor/tracking_error.h"
 #include "firmware/companion/fly/start_conditions.h"
@@ -32,10 +33,10 @@ struct SequencerInput {
 
 /// The operator's part of a flight (promise R15). A command takes control when everything is ready. The next command,
 /// or a signal, gives control back and ends the program. The end waits until control cannot be ours any more, the port
-/// is gone for good, or further signals insist. After a refusal or a release by the failsafe the program waits for the
-/// next command; with --once it ends. A take-off precedes the flight and a landing follows it, each only if it is
-/// ordered. A command, a signal and the pilot's switch end them as they end a flight; if the autopilot
-/// refuses a take-off or a landing, control goes back. No heap.
+/// is gone for good, or further signals insist. After a refusal, a release by the failsafe or a landing that the
+/// autopilot began by itself the program waits for the next command; with --once it ends. A take-off precedes the
+/// flight and a landing follows it, each only if it is ordered. A command, a signal and the pilot's switch end them as
+/// they end a flight; if the autopilot refuses a take-off or a landing, control goes back. No heap.
 class FlightSequencer {
  public:
   /// @param trajectory the controller's: a low battery changes it.
@@ -121,6 +122,7 @@ class FlightSequencer {
   AutopilotTask task_;
   Phase phase_ = Phase::kWaiting;
   core::TimePoint since_{};  ///< begin of the phase
+  LandingMonitor landing_monitor_;
   ReleaseMonitor release_monitor_;
   bool takes_off_ = false;    ///< the flight that was requested begins with a take-off
   bool had_control_ = false;  ///< since the last request

@@ -256,6 +256,30 @@ TEST_P(FlightSequencerTest, TheOperatorsStopTheWordAndTheEndOfTheHoldEndInASecon
   }
 }
 
+// At a low battery the autopilot lands by itself and ignores the sticks. Catches a program that says nothing, and flies
+// its course until a check takes the descent for a false attitude; and one that ends for a status of a moment.
+TEST_P(FlightSequencerTest, ALandingThatNobodyOrderedIsSaidAndEndsTheCourse) {
+  RecordProperty("promise", "R15");
+  begin({.take_control = true, .hold_s = 1000.0});
+  ASSERT_TRUE(fly_for(seconds(3))) << heard_.all();
+  const auto shows = [&](protocol::FlightStatus status) {
+    bench_->world().autopilot().set_telemetry_fault(
+        [status](protocol::Telemetry& sent) { sent.flight_status = status; });
+  };
+  shows(protocol::FlightStatus::kLanding);
+  (void)until([] { return false; }, milliseconds(400));
+  shows(protocol::FlightStatus::kInAir);
+  ASSERT_TRUE(fly_for(seconds(2))) << heard_.all();
+  EXPECT_FALSE(heard_.has("lands by itself")) << heard_.all();
+  shows(protocol::FlightStatus::kLanding);
+  const auto taken = until([&] { return is_pilots(); }, seconds(3));
+  ASSERT_TRUE(taken.has_value()) << heard_.all();
+  EXPECT_LE(*taken, milliseconds(1400)) << "0.5 s of the status, two items at 10 Hz, 0.5 s of the release";
+  EXPECT_TRUE(heard_.has("the autopilot lands by itself")) << heard_.all();
+  EXPECT_FALSE(ended_) << "the operator may order the next flight";
+  EXPECT_FALSE(sequencer_->given_back()) << "the operator has not ended it";
+}
+
 // Catches a task that waits for ever when its request cannot be sent, or that requests without control.
 TEST_P(FlightSequencerTest, ATaskWithoutControlIsNotAskedForAndFails) {
   begin({});
