@@ -77,6 +77,8 @@ class FlightController {
   const est::TrimReport<T>& trim() const { return monitors_.trim().report(); }
   /// The check that contradicts the poses or the attitude, if any does.
   est::Contradiction<T> contradiction() const { return fault_isolation_.contradiction(); }
+  /// By how much the autopilot's heading turned without its gyroscopes and the poses; zero: it does not.
+  T heading_turned_alone_rad() const { return fault_isolation_.heading_turned_alone_rad(); }
   const TickStats& stats() const { return timer_.stats(); }
   /// When the failsafe last reached NOMINAL from SILENT or LEVEL: there the trajectory began.
   core::TimePoint started() const { return orders_.served(); }

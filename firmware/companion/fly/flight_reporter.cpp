@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "firmware/companion/operator/operator_messages.h"
+#include "firmware/core/maths.h"
 
 namespace m100::companion {
 namespace {
@@ -26,6 +27,7 @@ void FlightReporter::update(core::TimePoint now, bool is_flying) {
   report_failsafe(now);
   report_excitation(now);
   report_limit_cycle(now);
+  report_heading(now);
   note_flight(now, is_flying);
 }
 
@@ -104,6 +106,18 @@ void FlightReporter::report_limit_cycle(core::TimePoint now) {
     operator_log_.write(now, line.text());
   }
   limit_cycle_reported_ = seen.limit_cycle.detected;
+}
+
+void FlightReporter::report_heading(core::TimePoint now) {
+  const double turned_rad = controller_.heading_turned_alone_rad();
+  if (turned_rad > 0.0 && !heading_reported_) {
+    TextLine line;
+    line.add("the autopilot's heading jumped by ").add(turned_rad * 180.0 / core::kPi, 0);
+    operator_log_.write(now, line.add(" degrees; its gyroscopes and the poses show no such turn: its compass is "
+                                      "disturbed, or its estimate was reset. The flight uses the heading of the poses")
+                                 .text());
+  }
+  heading_reported_ = turned_rad > 0.0;
 }
 
 void FlightReporter::update_return(const ReturnToStart<double>& home, core::TimePoint now) {

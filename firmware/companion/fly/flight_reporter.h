@@ -14,7 +14,8 @@
 
 namespace m100::companion {
 
-/// Tells the operator each change of a flight once: authority, failsafe, excitation, limit cycle, return to the start.
+/// Tells the operator each change of a flight once: authority, failsafe, excitation, limit cycle, a heading of the
+/// autopilot that turned alone, return to the start.
 /// No heap.
 class FlightReporter {
  public:
@@ -49,6 +50,7 @@ class FlightReporter {
   void report_failsafe(core::TimePoint now);
   void report_excitation(core::TimePoint now);
   void report_limit_cycle(core::TimePoint now);
+  void report_heading(core::TimePoint now);
   void note_flight(core::TimePoint now, bool is_flying);
 
   const app::FlightController<double>& controller_;
@@ -63,6 +65,7 @@ class FlightReporter {
   std::size_t step_count_ = 0;
   ctl::Excitation<double>::State reported_excitation_ = ctl::Excitation<double>::State::kIdle;
   bool limit_cycle_reported_ = false;
+  bool heading_reported_ = false;
   std::optional<safety::Observation> limit_cycle_;
   ReturnToStart<double>::State reported_return_ = ReturnToStart<double>::State::kInactive;
   TrackingError tracking_;

@@ -107,9 +107,7 @@ void VelocityConsistency<T>::update(const ImuSample<T>& imu, const Estimate<T>& 
               {.check = ConsistencyCheck::kMotion, .measured = paths_.residual_m(), .allowed = paths_.allowed_m()});
   }
   suspect_ = suspect_ || paths_.evidence() > T(0.5);
-  if (imu.attitude_is_new) {
-    heading_.update(imu, estimate, step_s);
-  }
+  heading_.update(imu, estimate, step_s);
   if (estimate.pose_age > PathMonitor<T>::kPoseUsed) {
     return;
   }

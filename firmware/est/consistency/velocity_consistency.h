@@ -22,7 +22,7 @@ namespace m100::est {
 ///
 ///   force    change of horizontal velocity, against the specific force (ForceConsistency)
 ///   climb    climb speed, against the autopilot's (ClimbConsistency)
-///   heading  change of heading, against the autopilot's (HeadingConsistency)
+///   heading  change of heading, against the autopilot's and its gyroscopes (HeadingConsistency)
 ///   motion   the path of the last seconds, against that of the specific force (PathMonitor)
 ///
 /// The autopilot's horizontal velocity is not used: it drifts, and reads zero for more than a third of the time. No
@@ -50,6 +50,8 @@ class VelocityConsistency {
   }
   /// Unit of the newest specific force in m/s^2; zero if it is not known or the force contains no gravity.
   T force_scale_m_s2() const { return specific_force_.scale_m_s2(); }
+  /// See HeadingConsistency.
+  T heading_turned_alone_rad() const { return heading_.turned_alone_rad(); }
   /// The force disagrees by more than is allowed, or the path has more than half of the evidence for an alarm.
   bool is_suspect() const { return suspect_; }
   /// Measured horizontal acceleration, averaged over kForceMean_s, without the sensor's error: forward and left of the

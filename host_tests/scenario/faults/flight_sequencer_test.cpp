@@ -280,6 +280,19 @@ TEST_P(FlightSequencerTest, ALandingThatNobodyOrderedIsSaidAndEndsTheCourse) {
   EXPECT_FALSE(sequencer_->given_back()) << "the operator has not ended it";
 }
 
+// Catches a flight that ends, and blames the pose, because the autopilot's compass is disturbed; and one that says
+// nothing of it, or says it again and again.
+TEST_P(FlightSequencerTest, AHeadingOfTheAutopilotThatJumpsAloneIsSaidOnceAndTheFlightGoesOn) {
+  begin({.take_control = true, .hold_s = 1000.0});
+  ASSERT_TRUE(fly_for(seconds(3))) << heard_.all();
+  bench_->forget_worst();
+  bench_->world().autopilot().start_sensor_fault(*sim::find_sensor_fault("yaw"), 60.0);
+  EXPECT_TRUE(fly_for(seconds(10))) << heard_.all();
+  EXPECT_LT(bench_->farthest_m(), 0.2) << "as before the jump";
+  const auto says = [](const std::string& line) { return line.find("the autopilot's heading jumped by 60") == 0; };
+  EXPECT_EQ(std::count_if(heard_.lines.begin(), heard_.lines.end(), says), 1) << heard_.all();
+}
+
 // Catches a task that waits for ever when its request cannot be sent, or that requests without control.
 TEST_P(FlightSequencerTest, ATaskWithoutControlIsNotAskedForAndFails) {
   begin({});
