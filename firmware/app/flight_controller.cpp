@@ -12,6 +12,16 @@ constexpr core::Duration kUplink = core::kTickPeriod / 2;
 template <typename T>
 constexpr T kNotToBeUsed = T(1e6);  ///< variance [m^2/s^2] of a velocity that nothing may be computed from
 
+/// Brings a new pose into the flight's world; if the source's world has moved, the fence is narrowed. Not inlined: its
+/// numbers leave the stack before the next poses are read.
+template <typename T>
+[[gnu::noinline]] void enter_flight(core::Pose<T>& pose, PoseInput<T>& poses, const est::Estimate<T>& estimate,
+                                    ctl::GeofenceLimiter<T>& geofence, const core::Fence& fence, core::TimePoint now) {
+  if (poses.enter_flight(pose, estimate, now)) {
+    geofence.intersect(poses.source_frame().moved(fence));
+  }
+}
+
 }  // namespace
 
 template <typename T, typename S>
@@ -100,6 +110,7 @@ est::Measurement<T> FlightController<T, S>::adapt(const protocol::Telemetry& tel
   const core::Pose<double> pose = poses_.receive(timer_.is_stall(), now);
   est::Measurement<T> measured =
       sensors_.update<T>(telemetry, config_.attitude_age, pose, fault_isolation_.disturbance_acceleration(), now);
+  enter_flight(measured.pose, poses_, estimate_, geofence_, config_.fence, now);
   poses_.date(measured, estimate_.heading());
   return measured;
 }

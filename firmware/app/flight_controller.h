@@ -79,6 +79,8 @@ class FlightController {
   est::Contradiction<T> contradiction() const { return fault_isolation_.contradiction(); }
   /// By how much the autopilot's heading turned without its gyroscopes and the poses; zero: it does not.
   T heading_turned_alone_rad() const { return fault_isolation_.heading_turned_alone_rad(); }
+  /// The world of the pose source. Estimate and reference stay in the one in which the flight began.
+  const SourceFrame<T>& source_frame() const { return poses_.source_frame(); }
   const TickStats& stats() const { return timer_.stats(); }
   /// When the failsafe last reached NOMINAL from SILENT or LEVEL: there the trajectory began.
   core::TimePoint started() const { return orders_.served(); }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "firmware/app/source_frame.h"
 #include "firmware/core/frames.h"
 #include "firmware/core/time.h"
 #include "firmware/est/timing/pose_timing.h"
@@ -33,9 +34,15 @@ class PoseInput {
     return came ? *came : core::Pose<double>{};
   }
 
+  /// Brings a new pose into the flight's world. @param estimate of the tick before.
+  /// @returns whether the source's world has moved.
+  bool enter_flight(core::Pose<T>& pose, const est::Estimate<T>& estimate, core::TimePoint now) {
+    return pose.is_new && source_.update(pose, link_.stats().announced_jumps, estimate, timing().unreported, now);
+  }
   /// Sets the time of capture. @param heading as estimated in the tick before.
   void date(est::Measurement<T>& measured, const core::SinCos<T>& heading) { timing_.update(measured, heading); }
 
+  const SourceFrame<T>& source_frame() const { return source_; }
   const link::PoseLink& link() const { return link_; }
   const est::PoseTimingReport<T>& timing() const { return timing_.report(); }
   safety::MeasuredLatency latency() const {
@@ -48,6 +55,7 @@ class PoseInput {
 
   link::PoseLink link_;
   est::PoseTiming<T> timing_;
+  SourceFrame<T> source_;
 };
 
 }  // namespace m100::app

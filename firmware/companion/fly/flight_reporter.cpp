@@ -28,6 +28,7 @@ void FlightReporter::update(core::TimePoint now, bool is_flying) {
   report_excitation(now);
   report_limit_cycle(now);
   report_heading(now);
+  report_jump(now);
   note_flight(now, is_flying);
 }
 
@@ -110,14 +111,39 @@ void FlightReporter::report_limit_cycle(core::TimePoint now) {
 
 void FlightReporter::report_heading(core::TimePoint now) {
   const double turned_rad = controller_.heading_turned_alone_rad();
-  if (turned_rad > 0.0 && !heading_reported_) {
+  if (turned_rad > 0.0 && !reported_.heading) {
     TextLine line;
     line.add("the autopilot's heading jumped by ").add(turned_rad * 180.0 / core::kPi, 0);
     operator_log_.write(now, line.add(" degrees; its gyroscopes and the poses show no such turn: its compass is "
                                       "disturbed, or its estimate was reset. The flight uses the heading of the poses")
                                  .text());
   }
-  heading_reported_ = turned_rad > 0.0;
+  reported_.heading = turned_rad > 0.0;
+}
+
+void FlightReporter::report_jump(core::TimePoint now) {
+  const app::AnnouncedJump& jump = controller_.source_frame().jump();
+  if (jump.count == reported_.jumps) {
+    return;
+  }
+  reported_.jumps = jump.count;
+  const auto& [x, y, z] = jump.by_m;
+  TextLine line;
+  line.add("the pose source announced a jump of its world (reset_counter) by ");
+  line.add(x, 2).add(", ").add(y, 2).add(", ").add(z, 2).add(" m");
+  if (jump.turned_rad != 0.0) {
+    line.add(" and ").add(jump.turned_rad * 180.0 / core::kPi, 0).add(" degrees");
+  }
+  line.add("; the course goes with it, and the fence is what the old and the moved box share");
+  operator_log_.write(now, line.text());
+  core::TimePoint& nine_before = reported_.jumps_at[jump.count % reported_.jumps_at.size()];
+  if (nine_before != core::TimePoint{} && now - nine_before <= std::chrono::minutes(1)) {
+    operator_log_.write(now,
+                        "ten jumps of the pose source in a minute: it does not know where it is; land, and check "
+                        "what it sees");
+    reported_.jumps_at.fill({});
+  }
+  nine_before = now;
 }
 
 void FlightReporter::update_return(const ReturnToStart<double>& home, core::TimePoint now) {

@@ -15,7 +15,7 @@
 namespace m100::companion {
 
 /// Tells the operator each change of a flight once: authority, failsafe, excitation, limit cycle, a heading of the
-/// autopilot that turned alone, return to the start.
+/// autopilot that turned alone, a jump that the pose source announced, return to the start.
 /// No heap.
 class FlightReporter {
  public:
@@ -51,6 +51,7 @@ class FlightReporter {
   void report_excitation(core::TimePoint now);
   void report_limit_cycle(core::TimePoint now);
   void report_heading(core::TimePoint now);
+  void report_jump(core::TimePoint now);
   void note_flight(core::TimePoint now, bool is_flying);
 
   const app::FlightController<double>& controller_;
@@ -65,7 +66,12 @@ class FlightReporter {
   std::size_t step_count_ = 0;
   ctl::Excitation<double>::State reported_excitation_ = ctl::Excitation<double>::State::kIdle;
   bool limit_cycle_reported_ = false;
-  bool heading_reported_ = false;
+  /// What was reported of the headings and of the source's world.
+  struct {
+    bool heading = false;
+    std::uint32_t jumps = 0;
+    std::array<core::TimePoint, 9> jumps_at{};  ///< the last nine, in a ring
+  } reported_;
   std::optional<safety::Observation> limit_cycle_;
   ReturnToStart<double>::State reported_return_ = ReturnToStart<double>::State::kInactive;
   TrackingError tracking_;

@@ -181,7 +181,8 @@ bool GoalPlanner<T>::hold(core::TimePoint now, bool flies) {
 }
 
 template <typename T>
-GoalResult GoalPlanner<T>::take(const mavlink::SetPositionTargetLocalNed& goal, core::TimePoint now, bool flies) {
+GoalResult GoalPlanner<T>::take(const mavlink::SetPositionTargetLocalNed& goal, core::TimePoint now, bool flies,
+                                const app::SourceFrame<T>& source) {
   if (goal.coordinate_frame != kLocalNed) {
     return GoalResult::kFrame;
   }
@@ -189,12 +190,15 @@ GoalResult GoalPlanner<T>::take(const mavlink::SetPositionTargetLocalNed& goal, 
     return GoalResult::kMask;
   }
   ref::Waypoint<T> place = goal_.value_or(trajectory_.end());
+  place = {.position_w_m = source.to_source(place.position_w_m), .yaw_rad = place.yaw_rad - source.turn_rad()};
   if (const GoalResult read = put(goal, place); read != GoalResult::kAccepted) {
     return read;
   }
   if (!flies) {
     return GoalResult::kNotFlying;
   }
+  place = {.position_w_m = source.to_flight(place.position_w_m),
+           .yaw_rad = core::wrap_pi(place.yaw_rad + source.turn_rad())};
   const core::Vector<T, 3> named_w_m = place.position_w_m;
   place = clamp_to_fence(place);
   if (goal_ && as_double((place.position_w_m - goal_->position_w_m).norm()) < kSamePlace_m &&

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string_view>
 
+#include "firmware/app/source_frame.h"
 #include "firmware/core/eigen.h"
 #include "firmware/core/fence.h"
 #include "firmware/core/time.h"
@@ -51,7 +52,9 @@ class GoalPlanner {
   void update(core::TimePoint now, bool by_law, core::TimePoint started, const est::Estimate<T>& estimate);
   /// Takes a goal. What it does not name (x, y, z or yaw) stays as in goal(), or as at the course's end.
   /// @param flies control is ours, and the failsafe passes commands of the law.
-  GoalResult take(const mavlink::SetPositionTargetLocalNed& goal, core::TimePoint now, bool flies);
+  /// @param source the world of the goal.
+  GoalResult take(const mavlink::SetPositionTargetLocalNed& goal, core::TimePoint now, bool flies,
+                  const app::SourceFrame<T>& source = {});
   /// Flies to a place, or to the nearest inside the fence. Call it only while the law flies. @returns false: it cannot;
   /// the reference comes to rest.
   bool fly_to(const ref::Waypoint<T>& place, core::TimePoint now);

@@ -33,7 +33,7 @@ GuidedModeUpdate update_guided_mode(GoalPlanner<T>& goals, GroundStationTap& lin
   GuidedModeUpdate outcome;
   outcome.order = line.take_order();
   if (const auto goal = line.take_goal()) {
-    outcome.goal = goals.take(*goal, now, flies);
+    outcome.goal = goals.take(*goal, now, flies, controller.source_frame());
   }
   outcome.holds = outcome.order && is_hold_command(outcome.order->message) && goals.hold(now, flies);
   return outcome;

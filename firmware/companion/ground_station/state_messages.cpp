@@ -52,14 +52,21 @@ std::uint8_t system_status(const FlightState& state) {
 
 FlightState state_of(const app::FlightController<double>& controller, core::TimePoint now) {
   const est::Estimate<double>& estimate = controller.estimate();
+  const app::SourceFrame<double>& source = controller.source_frame();
+  const core::Vector<double, 3> position_m(estimate.x.position_m, estimate.y.position_m, estimate.height_m);
+  const core::Vector<double, 3> velocity_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s, estimate.climb_m_s);
+  const core::Vector<double, 3> at = source.to_source(position_m);
+  const core::Vector<double, 3> v = source.to_source(position_m + velocity_m_s) - at;
+  const core::Vector<double, 2> tilt =
+      core::rotate_by_yaw<double>({estimate.x.tilt_rad, -estimate.y.tilt_rad}, -source.turn_rad());
   const protocol::Telemetry& telemetry = controller.link().telemetry();
   const safety::Observation& seen = controller.observed();
   const bool is_refused = seen.consistency.refused_poses > 0 && seen.consistency.refused_allowed_m > 0.0;
   return {.now = now,
-          .position_w_m = {estimate.x.position_m, estimate.y.position_m, estimate.height_m},
-          .velocity_w_m_s = {estimate.x.velocity_m_s, estimate.y.velocity_m_s, estimate.climb_m_s},
-          .tilt = {.x_rad = estimate.x.tilt_rad, .y_rad = estimate.y.tilt_rad},
-          .yaw_rad = estimate.yaw_rad,
+          .position_w_m = {at.x(), at.y(), at.z()},
+          .velocity_w_m_s = {v.x(), v.y(), v.z()},
+          .tilt = {.x_rad = tilt.x(), .y_rad = -tilt.y()},
+          .yaw_rad = core::wrap_pi(estimate.yaw_rad - source.turn_rad()),
           .rate_frd_rad_s = telemetry.angular_velocity_frd_rad_s,
           .horizontal_sigma_m =
               std::sqrt(std::max({0.0, estimate.x.position_variance_m2, estimate.y.position_variance_m2})),

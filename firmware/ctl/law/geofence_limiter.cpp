@@ -38,6 +38,20 @@ typename GeofenceLimiter<T>::Side GeofenceLimiter<T>::side_of(const core::Fence:
 }
 
 template <typename T>
+typename GeofenceLimiter<T>::Side GeofenceLimiter<T>::narrowed(const Side& side, const core::Fence::Side& other) {
+  const auto low_m = static_cast<double>(side.low_m), high_m = static_cast<double>(side.high_m);
+  return side_of(
+      {.low_m = low_m > other.low_m ? low_m : other.low_m, .high_m = high_m < other.high_m ? high_m : other.high_m});
+}
+
+template <typename T>
+[[gnu::cold]] void GeofenceLimiter<T>::intersect(const core::Fence& other) {
+  x_.side = narrowed(x_.side, other.side[core::Fence::kX]);
+  y_.side = narrowed(y_.side, other.side[core::Fence::kY]);
+  z_ = narrowed(z_, other.side[core::Fence::kZ]);
+}
+
+template <typename T>
 GeofenceLimiter<T>::GeofenceLimiter(const core::Fence& fence, const Braking& braking)
     : braking_(braking),
       x_{.side = side_of(fence.side[core::Fence::kX]), .tilt_sign = T(1)},

@@ -39,6 +39,9 @@ class GeofenceLimiter {
 
   GeofenceLimiter(const core::Fence& fence, const Braking& braking);
 
+  /// Leaves of the box only what lies inside this one, too; the wind class stays.
+  void intersect(const core::Fence& other);
+
   /// Limits the reference, whose window begins `lead` after now. @param points number of points in x and y that are
   /// filled, beginning with the first; with less than all of them the last decision to stop stays.
   /// @param flown_by the estimate that the law flies by if it is not `estimate`, because its sensors are in doubt. The
@@ -80,6 +83,7 @@ class GeofenceLimiter {
   };
   using Points = std::span<ref::AxisReference<T>>;
   static Side side_of(const core::Fence::Side& side);
+  static Side narrowed(const Side& side, const core::Fence::Side& other);
   T blowing_m_s2(T speed_m_s, T wind_m_s2) const;
   void update_outside(const Side& side, T position_m);
   T room_m(const Axis& axis, const est::AxisEstimate<T>& estimate, const ref::AxisReference<T>& ahead,

@@ -107,6 +107,7 @@ core::Quaternion<float> quaternion(const std::array<float, 4>& q) { return {q[0]
     beside.fault = sum - sum == 0.F ? PoseFault::kDegrees : PoseFault::kNotFinite;
     return core::Status::kOutOfRange;
   }
+  beside.reset_counter = message.reset_counter;
   return pose_of({.captured_us = message.usec,
                   .position_ned_m = {message.x, message.y, message.z},
                   .frd_in_ned = core::quaternion_of(euler),
@@ -124,6 +125,7 @@ core::Quaternion<float> quaternion(const std::array<float, 4>& q) { return {q[0]
     beside.fault = PoseFault::kQuality;
     return core::Status::kOutOfRange;
   }
+  beside.reset_counter = message.reset_counter;
   return pose_of({.captured_us = message.time_usec,
                   .position_ned_m = {message.x, message.y, message.z},
                   .frd_in_ned = quaternion(message.q),

@@ -11,6 +11,7 @@ namespace m100::link {
 /// What decode_pose() returns besides the pose.
 struct PoseAside {
   PoseFault fault = PoseFault::kNone;  ///< why the pose is refused
+  std::uint8_t reset_counter = 0;      ///< of the message; 0 if it has none
   /// The world's up in the body (FLU), by the pose's own attitude.
   core::Vector<float, 3> up_b = core::Vector<float, 3>::UnitZ();
 };

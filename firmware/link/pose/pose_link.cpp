@@ -39,12 +39,12 @@ bool PoseLink::is_from_sender(const mavlink::FrameView& frame, core::TimePoint n
   if (is_locked || !choice_.admits(frame.from)) {
     return false;
   }
-  const auto step = static_cast<std::uint8_t>(frame.sequence - last_frame_);
+  const auto step = static_cast<std::uint8_t>(frame.sequence - last_.frame);
   constexpr std::uint8_t kLargestGap = 128;  // a larger step is a new count, not a loss
   if (has_last_ && frame.from == sender_ && step > 0 && step < kLargestGap) {
     stats_.lost_frames += step - 1U;
   }
-  last_frame_ = frame.sequence;
+  last_.frame = frame.sequence;
   return true;
 }
 
@@ -109,7 +109,8 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
       return refuse(PoseFault::kVariance, now);
     }
   }
-  if (has_last_ && frame.from != sender_) {
+  const bool is_same_sender = has_last_ && frame.from == sender_;
+  if (has_last_ && !is_same_sender) {
     comparison_.reset();
     order_.reset();
     unit_ = {};
@@ -118,6 +119,8 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
   }
   if (accept(*pose, frame.sequence, now)) {
     sender_ = frame.from;
+    stats_.announced_jumps += is_same_sender && beside.reset_counter != last_.reset_counter ? 1U : 0U;
+    last_.reset_counter = beside.reset_counter;
     up_b_ += (beside.up_b - up_b_) * (up_b_.isZero(0.F) ? 1.F : kUpMean);
     newest.pose = *pose;
     newest.pose.position_variance_m2 = variance_m2;

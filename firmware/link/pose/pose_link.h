@@ -26,6 +26,7 @@ struct PoseLinkStats {
   std::uint32_t refused_senders = 0;                ///< from another sender than the accepted one
   std::uint32_t lost_frames = 0;                    ///< by the sequence numbers of the sender's frames, of any message
   std::uint32_t answers = 0;                        ///< to our time requests
+  std::uint32_t announced_jumps = 0;                ///< changes of the sender's reset_counter, by accepted poses
   std::array<std::uint32_t, kPoseFaults> faults{};  ///< all refused poses, by the reason
   PoseFault last_fault = PoseFault::kNone;
   core::TimePoint last_fault_at{};
@@ -109,7 +110,11 @@ class PoseLink {
   PoseSenders senders_;
   bool has_last_ = false;
   mavlink::Address sender_;
-  std::uint8_t last_frame_ = 0;  ///< number of the sender's last frame
+  /// Of the sender: the number of its last frame, and the counter in its last pose.
+  struct {
+    std::uint8_t frame = 0;
+    std::uint8_t reset_counter = 0;
+  } last_;
   core::TimePoint last_time_{};
   StampOrder order_;
   StampUnit unit_;

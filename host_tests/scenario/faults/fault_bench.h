@@ -9,6 +9,7 @@
 #include "firmware/app/flight_controller.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/gains/gain_tables.h"
+#include "host_tests/scenario/faults/announcing_uart.h"
 #include "host_tests/sim/ports/world.h"
 
 namespace m100::scenario {
@@ -30,8 +31,8 @@ class FaultBench {
     config.link.channel.channel = channel;
     config.link.app_id = 1;
     config.fence = fence;
-    controller_.emplace(mpc::generated::kVehicle, tables(), config, world_.autopilot_uart(), world_.pose_uart(),
-                        course_, log_bytes == 0 ? nullptr : &log_);
+    controller_.emplace(mpc::generated::kVehicle, tables(), config, world_.autopilot_uart(), pose_, course_,
+                        log_bytes == 0 ? nullptr : &log_);
   }
 
   /// One tick, late by `stall`.
@@ -90,6 +91,7 @@ class FaultBench {
   }
 
   sim::World& world() { return world_; }
+  AnnouncingUart& pose_line() { return pose_; }
   app::FlightController<double>& controller() { return *controller_; }
   log::FlightLogWriter& log() { return log_; }
   ref::Trajectory<double>& course() { return course_; }  ///< holds the position of the start
@@ -118,6 +120,7 @@ class FaultBench {
   }
 
   sim::World world_;
+  AnnouncingUart pose_{world_.pose_uart()};
   ref::Waypoint<double> start_;
   ref::Trajectory<double> course_;
   std::vector<std::byte> log_storage_;

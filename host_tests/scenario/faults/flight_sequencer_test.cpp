@@ -293,6 +293,38 @@ TEST_P(FlightSequencerTest, AHeadingOfTheAutopilotThatJumpsAloneIsSaidOnceAndThe
   EXPECT_EQ(std::count_if(heard_.lines.begin(), heard_.lines.end(), says), 1) << heard_.all();
 }
 
+// Loop closures of a visual source, which it announces by its reset_counter. Catches a flight that ends and blames the
+// pose, an aircraft that flies the jump, and a fence that walks with the source's world.
+TEST_P(FlightSequencerTest, AnAnnouncedJumpOfTheSourceEndsNoFlightAndMovesNothing) {
+  const core::Vector<double, 3> start = bench_start();
+  core::Fence fence;
+  fence.side[core::Fence::kX] = {.low_m = start.x() - 3.0, .high_m = start.x() + 3.0};
+  fence.side[core::Fence::kY] = {.low_m = start.y() - 3.0, .high_m = start.y() + 3.0};
+  begin({.take_control = true, .hold_s = 1000.0}, fence);
+  ASSERT_TRUE(fly_for(seconds(4))) << heard_.all();
+  bench_->forget_worst();
+  for (int i = 0; i < 10; ++i) {
+    bench_->pose_line().jump({i == 0 ? 0.5 : 0.02, i == 1 ? -1.0 : 0.0, 0.0}, i == 2 ? 1.0 : 0.0, true);
+    ASSERT_TRUE(fly_for(seconds(3))) << heard_.all();
+    EXPECT_EQ(heard_.has("ten jumps of the pose source in a minute"), i == 9) << heard_.all();
+  }
+  EXPECT_LT(bench_->farthest_m(), 0.2) << "as in a hover without jumps";
+  EXPECT_TRUE(heard_.has("announced a jump of its world (reset_counter) by 0.5")) << heard_.all();
+  EXPECT_TRUE(heard_.has(" m and 57 degrees")) << heard_.all();
+  bench_->pose_line().jump({4.0, 0.0, 0.0}, 0.0, true);  // by the source, the aircraft is now outside its fence
+  ASSERT_TRUE(until([&] { return is_pilots(); }, seconds(6))) << heard_.all();
+  EXPECT_TRUE(heard_.has("m outside its fence")) << heard_.all();
+}
+
+// The same jump without an announcement is a fault of the pose, as before.
+TEST_P(FlightSequencerTest, AJumpThatIsNotAnnouncedIsRefused) {
+  begin({.take_control = true, .hold_s = 1000.0});
+  ASSERT_TRUE(fly_for(seconds(4))) << heard_.all();
+  bench_->pose_line().jump({0.5, 0.0, 0.0}, 0.0, false);
+  ASSERT_TRUE(until([&] { return is_pilots(); }, seconds(6))) << heard_.all();
+  EXPECT_TRUE(heard_.has("pose refused")) << heard_.all();
+}
+
 // Catches a task that waits for ever when its request cannot be sent, or that requests without control.
 TEST_P(FlightSequencerTest, ATaskWithoutControlIsNotAskedForAndFails) {
   begin({});

@@ -45,6 +45,30 @@ TEST(GeofenceLimiter, LeavesGoalsInsideAlone) {
   EXPECT_FALSE(limiter.brakes());
 }
 
+// Catches a box that walks: what one jump has cut off stays cut off.
+TEST(GeofenceLimiter, OnlyNarrowsTheBox) {
+  GeofenceLimiter<double> limiter(box(), shipped());
+  const auto outside_m = [&](double x_m, double z_m) {
+    est::Estimate<double> at;
+    at.x.position_m = x_m;
+    at.height_m = z_m;
+    ref::Window<double> window = goal(0.0, 1.5);
+    limiter.limit(window, at, {}, {});
+    return limiter.outside_m();
+  };
+  core::Fence moved = box();
+  moved.side[core::Fence::kX] = {-4, 6};
+  limiter.intersect(moved);
+  moved.side[core::Fence::kX] = {-6, 4};
+  moved.side[core::Fence::kZ] = {1, 9};
+  limiter.intersect(moved);
+  limiter.intersect(box());
+  EXPECT_NEAR(outside_m(4.5, 1.5), 0.5, 1e-9);
+  EXPECT_NEAR(outside_m(-4.5, 1.5), 0.5, 1e-9);
+  EXPECT_NEAR(outside_m(0.0, 0.8), 0.2, 1e-9);
+  EXPECT_NEAR(outside_m(0.0, 4.2), 0.2, 1e-9);
+}
+
 // Catches a limiter that trusts a planned motion, or that plans its own stop, while the law flies by a false estimate:
 // a pose scaled by 0.6 in a step of 2 m then took the aircraft 1.7 m past a side that was 1 m behind the goal.
 TEST(GeofenceLimiter, AnAircraftThatFliesByADoubtfulEstimateIsStoppedByAGoalFarBehind) {

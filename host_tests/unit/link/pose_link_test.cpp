@@ -72,6 +72,31 @@ TEST_F(PoseLinkTest, DoubledAndOvertakenPosesAreRefused) {
   EXPECT_TRUE(pose->clock_was_set);
 }
 
+// Catches a counter that is compared across senders, or with that of a refused pose, and one of the first pose.
+TEST_F(PoseLinkTest, AnnouncedJumpsAreCountedByTheResetCounterOfOneSender) {
+  std::uint64_t stamp_us = 50000000;
+  const auto counted = [&](std::uint8_t counter, bool odometry, mavlink::Address from = kSender) {
+    stamp_us += 40000;
+    odometry
+        ? write(mavlink::Odometry{.time_usec = stamp_us, .x = 1.F, .q = {1.F}, .frame_id = 1, .reset_counter = counter},
+                from)
+        : write(mavlink::VisionPositionEstimate{.usec = stamp_us, .x = 1.F, .reset_counter = counter}, from);
+    (void)after(milliseconds(40));  // ODOMETRY takes 21 ms of the line
+    return link.stats().announced_jumps;
+  };
+  EXPECT_EQ(counted(7, true), 0U) << "the first pose";
+  EXPECT_EQ(counted(7, true), 0U);
+  EXPECT_EQ(counted(8, true), 1U);
+  EXPECT_EQ(counted(8, false), 1U);
+  EXPECT_EQ(counted(255, false), 2U);
+  EXPECT_EQ(counted(0, false), 3U) << "it wraps";
+  EXPECT_EQ(counted(5, false, {.system = 10, .component = 1}), 3U) << "its poses are refused";
+  EXPECT_EQ(counted(0, false), 3U);
+  (void)after(milliseconds(1500));
+  EXPECT_EQ(counted(5, false, {.system = 10, .component = 1}), 3U) << "another world from the beginning";
+  EXPECT_EQ(link.stats().poses, 8U);
+}
+
 // Catches a variance that is compared on one axis only, a stated sigma that is ignored, and a NaN (not known) or a
 // covariance of zeros that is refused.
 TEST_F(PoseLinkTest, AVarianceThatTheFenceHasNoRoomForIsRefused) {
