@@ -16,6 +16,14 @@ constexpr core::Duration kSenderGone = std::chrono::seconds(1);
 /// System 1 is the aircraft, component 191 its companion computer.
 constexpr mavlink::Address kOurs{.system = 1, .component = 191};
 
+/// The weight of a new direction in its mean: the first one is taken whole.
+float share_of_new(const core::Vector<float, 3>& mean) { return mean.isZero(0.F) ? 1.F : kUpMean; }
+
+/// False for a NaN, too.
+bool is_within(const core::Vector<double, 3>& variance_m2, const std::array<double, 3>& max_m2) {
+  return variance_m2.x() <= max_m2[0] && variance_m2.y() <= max_m2[1] && variance_m2.z() <= max_m2[2];
+}
+
 }  // namespace
 
 PoseLink::PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap, SenderChoice choice, const PoseAccuracy& accuracy)
@@ -78,9 +86,10 @@ bool PoseLink::accept(const core::Pose<double>& pose, std::uint8_t frame, core::
 
 void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest& newest) {
   const std::uint64_t end = frame.offset + frame.bytes.size();
+  const bool is_same_sender = has_last_ && frame.from == sender_;
   if (mavlink::is<mavlink::Timesync>(frame)) {
     const auto answer = mavlink::decode<mavlink::Timesync>(frame);
-    if (has_last_ && frame.from == sender_ && is_from_sender(frame, now) && answer.tc1 != 0) {
+    if (is_same_sender && is_from_sender(frame, now) && answer.tc1 != 0) {
       newest.ts1 = answer.ts1;
       newest.theirs = answer.tc1;
       newest.answer_end = end;
@@ -90,7 +99,7 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
   PoseAside beside;
   const core::Expected<core::Pose<double>> pose = decode_pose(frame, beside);
   if (pose.status() == core::Status::kNotReady) {
-    if (has_last_ && frame.from == sender_) {
+    if (is_same_sender) {
       (void)is_from_sender(frame,
                            now);  // another message: its sequence number counts, so that no frame seems to be lost
     }
@@ -104,12 +113,9 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
     return refuse(beside.fault, now);
   }
   const core::Vector<double, 3> variance_m2 = stated_variance_m2(*pose);
-  for (std::size_t axis = 0; axis < accuracy_.max_variance_m2.size(); ++axis) {
-    if (!(variance_m2[static_cast<Eigen::Index>(axis)] <= accuracy_.max_variance_m2[axis])) {
-      return refuse(PoseFault::kVariance, now);
-    }
+  if (!is_within(variance_m2, accuracy_.max_variance_m2)) {
+    return refuse(PoseFault::kVariance, now);
   }
-  const bool is_same_sender = has_last_ && frame.from == sender_;
   if (has_last_ && !is_same_sender) {
     comparison_.reset();
     order_.reset();
@@ -119,9 +125,9 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
   }
   if (accept(*pose, frame.sequence, now)) {
     sender_ = frame.from;
-    stats_.announced_jumps += is_same_sender && beside.reset_counter != last_.reset_counter ? 1U : 0U;
+    stats_.announced_jumps += static_cast<std::uint32_t>(is_same_sender && beside.reset_counter != last_.reset_counter);
     last_.reset_counter = beside.reset_counter;
-    up_b_ += (beside.up_b - up_b_) * (up_b_.isZero(0.F) ? 1.F : kUpMean);
+    up_b_ += (beside.up_b - up_b_) * share_of_new(up_b_);
     newest.pose = *pose;
     newest.pose.position_variance_m2 = variance_m2;
     newest.pose_end = end;
