@@ -34,6 +34,21 @@ std::vector<std::string> notes_of(const logs::FlightLog& log) {
   return all;
 }
 
+/// The samples of all stretches.
+std::size_t rows_of(const logs::FlightLog& log) {
+  std::size_t rows = 0;
+  for (const logs::Flight& part : log.parts()) {
+    rows += part.end - part.begin;
+  }
+  return rows;
+}
+
+/// The time of the last sample, as it stands in the log.
+double end_of(const logs::FlightLog& log) {
+  const logs::Flight last = log.parts().back();
+  return last.start_s + static_cast<double>(last.end - 1 - last.begin) * log.period_s;
+}
+
 nlohmann::ordered_json to_json(const ConvertOptions& options, const logs::FlightLog& log) {
   nlohmann::ordered_json signals = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < logs::kSignals; ++i) {
@@ -43,9 +58,9 @@ nlohmann::ordered_json to_json(const ConvertOptions& options, const logs::Flight
   }
   return {{"log", options.log},
           {"out", options.out},
-          {"samples", log.size},
+          {"samples", rows_of(log)},
           {"from_s", log.start_s},
-          {"to_s", log.time_s(log.size - 1)},
+          {"to_s", end_of(log)},
           {"rate_hz", options.rate_hz},
           {"signals", std::move(signals)},
           {"alignment", {{"evidence", log.alignment.evidence}}},
@@ -81,8 +96,8 @@ void run(const ConvertOptions& options) {
   if (!options.map.empty()) {
     logs::write_column_map(log, options.map);
   }
-  std::cout << printable(options.out) << ": " << log.size << " samples from " << log.start_s << " to "
-            << log.time_s(log.size - 1) << " s; streams aligned by " << log.alignment.evidence << "\n";
+  std::cout << printable(options.out) << ": " << rows_of(log) << " samples from " << log.start_s << " to "
+            << end_of(log) << " s; streams aligned by " << log.alignment.evidence << "\n";
   for (const std::string& note : notes_of(log)) {
     std::cout << "  note: " << printable(note) << "\n";
   }

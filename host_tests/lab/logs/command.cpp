@@ -10,6 +10,7 @@
 
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/example_map.h"
 #include "host_tests/lab/logs/propose.h"
 #include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/lab/printable.h"
@@ -31,6 +32,12 @@ void print(const logs::RawLog& log, const std::vector<logs::TopicSummary>& topic
     std::printf("  %-36s %7zu messages %8.2f Hz  %8.2f to %8.2f s", name.c_str(), topic.messages, topic.rate_hz,
                 topic.from_s, topic.to_s);
     topic.gaps > 0 ? std::printf("  %zu gaps, longest %.2f s\n", topic.gaps, topic.longest_gap_s) : std::printf("\n");
+    constexpr std::size_t kShownStretches = 8;
+    const std::size_t stretches = topic.stretches.size() > 1 ? topic.stretches.size() : 0;
+    for (std::size_t i = 0; i < std::min(kShownStretches, stretches); ++i) {
+      std::printf("      stretch %zu of %zu: %.2f to %.2f s, %zu messages\n", i + 1, stretches,
+                  topic.stretches[i].from_s, topic.stretches[i].to_s, topic.stretches[i].samples);
+    }
     std::string fields;
     for (std::size_t i = 0; i < std::min(kShownFields, topic.fields.size()); ++i) {
       fields += (i == 0 ? "" : ", ") + printable(topic.fields[i], 60);
@@ -52,6 +59,10 @@ nlohmann::ordered_json to_json(const logs::RawLog& log, const std::vector<logs::
     for (const std::string& field : topic.fields) {
       fields.push_back(printable(field));
     }
+    nlohmann::ordered_json stretches = nlohmann::ordered_json::array();
+    for (const logs::Stretch& stretch : topic.stretches) {
+      stretches.push_back({{"from_s", stretch.from_s}, {"to_s", stretch.to_s}, {"messages", stretch.samples}});
+    }
     list.push_back({{"name", printable(topic.name)},
                     {"type", printable(topic.type)},
                     {"messages", topic.messages},
@@ -60,6 +71,7 @@ nlohmann::ordered_json to_json(const logs::RawLog& log, const std::vector<logs::
                     {"rate_hz", topic.rate_hz},
                     {"gaps", topic.gaps},
                     {"longest_gap_s", topic.longest_gap_s},
+                    {"stretches", std::move(stretches)},
                     {"fields", std::move(fields)}});
   }
   nlohmann::ordered_json out{{"file", printable(log.file())}, {"format", log.format()}, {"duration_s", duration_s},
@@ -79,70 +91,6 @@ void write_text(const std::string& file, const std::string& option, const std::s
   }
 }
 
-/// A column that may be the log's clock, and the scale that makes seconds of it.
-struct ClockColumn {
-  std::string name;
-  const char* scale = "1";
-};
-
-/// The values of a column; none if it cannot be read as numbers.
-std::vector<double> numbers_of(const logs::RawLog& log, const std::string& name) {
-  try {
-    return log.column(name, "time").values;
-  } catch (const InputError&) {
-    return {};
-  }
-}
-
-/// The log's first columns, as many as are searched for numbers: the search of a wide file must end.
-std::vector<std::string> first_names(const logs::RawLog& log) {
-  constexpr std::size_t kMaxTried = 200;
-  std::vector<std::string> names = log.names();
-  names.resize(std::min(names.size(), kMaxTried));
-  return names;
-}
-
-/// The first column that increases at every row and is no row number, preferably one with the name of a time. The scale
-/// follows from its mean step: flights are logged once a second to ten thousand times a second.
-std::optional<ClockColumn> clock_of(const logs::RawLog& log) {
-  std::optional<ClockColumn> found;
-  for (const std::string& name : first_names(log)) {
-    const std::vector<double> t = numbers_of(log, name);
-    const bool increases = t.size() > 2 && std::adjacent_find(t.begin(), t.end(), std::greater_equal<>()) == t.end();
-    const double step = increases ? (t.back() - t.front()) / static_cast<double>(t.size() - 1) : 0.0;
-    if (!(step > 0.0) || step == 1.0) {
-      continue;
-    }
-    const char* const scale = step < 1.0 ? "1" : step < 1e3 ? "1e-3" : step < 1e6 ? "1e-6" : "1e-9";
-    const bool is_named = name.find("ime") != std::string::npos || name.find("stamp") != std::string::npos ||
-                          name == "t" || name.ends_with(".t") || name.ends_with("t_s");
-    if (!found || is_named) {
-      found = {.name = name, .scale = scale};
-    }
-    if (is_named) {
-      break;
-    }
-  }
-  return found;
-}
-
-/// Explains how to map a log with unknown names: a map in four lines, with columns of this file as examples.
-void explain_mapping(const logs::RawLog& log) {
-  const std::optional<ClockColumn> clock = clock_of(log);
-  std::vector<std::string> names = log.names();
-  std::erase_if(names, [&](const std::string& name) { return clock && name == clock->name; });
-  const auto example = [&](std::size_t i) { return i < names.size() ? printable(names[i], 60) : std::string("..."); };
-  std::printf(
-      "No map is proposed, because the column names are unknown. Write a map that names the columns, for example:\n"
-      "  time = { column = \"%s\", scale = %s }  # the scale converts to seconds\n"
-      "  [signals]\n"
-      "  stick_roll = { column = \"%s\", offset = -1500 }  # counts from neutral\n"
-      "  attitude_roll = { column = \"%s\", scale = 0.017453292519943 }  # degrees to radians\n"
-      "m100-lab reference prints every signal that a map may have.\n",
-      clock ? printable(clock->name, 60).c_str() : "...", clock ? clock->scale : "1", example(0).c_str(),
-      example(1).c_str());
-}
-
 void run(const LogsOptions& options) {
   companion::FileUse()
       .reads("--log", options.log)
@@ -150,9 +98,10 @@ void run(const LogsOptions& options) {
       .writes("--propose", options.map)
       .check();
   const std::unique_ptr<logs::RawLog> log = logs::open_log(options.log);
-  const std::vector<std::string> names = first_names(*log);
-  if (log->format() == "CSV" && std::all_of(names.begin(), names.end(),
-                                            [&](const std::string& name) { return numbers_of(*log, name).empty(); })) {
+  const std::vector<std::string> names = logs::first_names(*log);
+  if (log->format() == "CSV" && std::all_of(names.begin(), names.end(), [&](const std::string& name) {
+        return logs::numbers_of(*log, name).empty();
+      })) {
     throw InputError(options.log, 0, "", "is text, but no log: its first 200 columns hold no numbers");
   }
   const std::vector<logs::TopicSummary> topics = log->topics();
@@ -161,9 +110,11 @@ void run(const LogsOptions& options) {
   bool timed = false;
   for (const logs::TopicSummary& topic : topics) {
     if (topic.rate_hz > 0.0) {
-      from_s = timed ? std::min(from_s, topic.from_s) : topic.from_s;
-      to_s = timed ? std::max(to_s, topic.to_s) : topic.to_s;
-      timed = true;
+      for (const logs::Stretch& stretch : topic.stretches) {
+        from_s = timed ? std::min(from_s, stretch.from_s) : stretch.from_s;
+        to_s = timed ? std::max(to_s, stretch.to_s) : stretch.to_s;
+        timed = true;
+      }
     }
   }
   print(*log, topics, to_s - from_s);
@@ -174,7 +125,10 @@ void run(const LogsOptions& options) {
                out.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   }
   if (!proposal) {
-    explain_mapping(*log);
+    std::printf(
+        "No map is proposed, because the column names are unknown. Write a map that names the columns, for example:\n"
+        "%sCheck the signs and units. m100-lab reference prints every signal that a map may have.\n",
+        logs::example_map(*log).c_str());
     if (!options.map.empty()) {
       throw CLI::RuntimeError(kAnswerIsNo);
     }

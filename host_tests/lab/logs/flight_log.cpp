@@ -12,9 +12,11 @@
 #include "host_tests/lab/logs/alignment/rate_alignment.h"
 #include "host_tests/lab/logs/alignment/sampling_clock.h"
 #include "host_tests/lab/logs/force_check.h"
+#include "host_tests/lab/logs/join.h"
 #include "host_tests/lab/logs/no_such_column.h"
 #include "host_tests/lab/logs/quaternion.h"
 #include "host_tests/lab/logs/stream.h"
+#include "host_tests/lab/logs/stretches.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -27,17 +29,6 @@ void convert(const ColumnRef& ref, std::vector<double>& values) {
   for (double& value : values) {
     value = ref.scale * (value + ref.offset);
   }
-}
-
-/// Removes the wraps of a 16-bit counter.
-std::vector<double> unwrapped(std::vector<double> counter) {
-  double turns = 0;
-  for (std::size_t k = 1; k < counter.size(); ++k) {
-    const double step = counter[k] + turns - counter[k - 1];
-    turns += step < -32768.0 ? 65536.0 : 0.0;
-    counter[k] += turns;
-  }
-  return counter;
 }
 
 class Loader {
@@ -65,7 +56,8 @@ class Loader {
     }
     const std::vector<std::string> damage = raw_.notes();
     log_.notes.insert(log_.notes.end(), damage.begin(), damage.end());
-    note_gaps();
+    fill_pauses(log_);
+    note_gaps(log_);
     log_.notes.insert(log_.notes.end(), sampling_.notes().begin(), sampling_.notes().end());
     align_rates(log_);
     validate_force(log_);
@@ -89,6 +81,14 @@ class Loader {
     counter_ = unwrapped(counter_);
     arrival_s_ = clock_s_;
     clock_s_ = sampling_times(stream_name(map_.time.column), clock_s_, counter_, values_beside_clock());
+    const std::vector<Stretch> own = stretches_of(clock_s_);
+    set_back_ = own.empty() ? 0 : own.back().set_back;
+    stretches_ = placed(own, kFewestSamples, log_.period_s);
+    if (stretches_.size() > 1) {
+      log_.notes.push_back(map_.time.column + ": pauses or is set in between; the log has " +
+                           std::to_string(stretches_.size()) + " stretches: " + list_of(stretches_));
+    }
+    clock_s_ = continuous(clock_s_, own, stretches_);
     const Stream times = tidy({clock_s_, clock_s_, {}}, map_.time.column, true);
     if (times.values.size() < kFewestSamples) {
       throw InputError(raw_.file(), 0, map_.time.column,
@@ -110,6 +110,18 @@ class Loader {
       throw InputError(raw_.file(), 0, map_.time.column, "spans less than 0.2 s: is its unit really seconds?");
     }
     log_.gap.assign(log_.size, 0);
+    log_.flights = flights_of(stretches_, raw_.file(), log_);
+  }
+
+  /// Puts times of another clock of the file onto the continuous one. @throws InputError if it is set back elsewhere.
+  std::vector<double> on_log_clock(const std::vector<double>& time_s, const std::string& name) const {
+    const std::vector<Stretch> own = stretches_of(time_s);
+    if (!own.empty() && own.back().set_back != set_back_) {
+      throw InputError(raw_.file(), raw_.line_of(own.back().begin), name,
+                       "time runs backwards " + std::to_string(own.back().set_back) + " times, that of " +
+                           map_.time.column + " " + std::to_string(set_back_) + " times");
+    }
+    return continuous(time_s, own, stretches_);
   }
 
   static std::string stream_name(const std::string& column) { return column.substr(0, column.find('.')); }
@@ -248,9 +260,11 @@ class Loader {
     leave_out_last_state(stream, ref.column);
     if (!column.time_s.empty()) {
       const bool is_clock = column.time_s == arrival_s_;
-      stream.time_s = is_clock ? clock_s_
-                               : sampling_times(stream_name(ref.time.empty() ? ref.column : ref.time), column.time_s,
-                                                column.sequence, stream.values);
+      const std::string& clock = ref.time.empty() ? ref.column : ref.time;
+      stream.time_s =
+          is_clock
+              ? clock_s_
+              : on_log_clock(sampling_times(stream_name(clock), column.time_s, column.sequence, stream.values), clock);
     } else if (!column.sequence.empty() && !counter_.empty()) {
       stream.time_s = times_by_counter(unwrapped(column.sequence), stream.values.size(), key, shift);
     }
@@ -352,24 +366,13 @@ class Loader {
     return out;
   }
 
-  void note_gaps() {
-    std::size_t holes = 0;
-    std::size_t lost = 0;
-    for (std::size_t k = 0; k < log_.size; ++k) {
-      lost += log_.gap[k];
-      holes += log_.gap[k] != 0 && (k == 0 || log_.gap[k - 1] == 0) ? 1U : 0U;
-    }
-    if (holes > 0) {
-      log_.gap_notes.push_back(std::to_string(holes) + (holes == 1 ? " gap, " : " gaps, ") + std::to_string(lost) +
-                               " samples of " + std::to_string(log_.size) + " are excluded");
-    }
-  }
-
   const RawLog& raw_;
   const ColumnMap& map_;
   SamplingClock sampling_;
   std::vector<double> arrival_s_;  ///< of the map's clock, as logged
-  std::vector<double> clock_s_;    ///< of the map's clock, as sampled
+  std::vector<double> clock_s_;    ///< of the map's clock, as sampled and continuous
+  std::vector<Stretch> stretches_;
+  std::size_t set_back_ = 0;  ///< how often the map's clock is set back
   std::vector<double> counter_;
   bool has_last_states_ = false;  ///< a column has one sample more than the clock
   FlightLog log_;

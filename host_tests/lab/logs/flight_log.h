@@ -23,10 +23,10 @@ struct Alignment {
   std::string evidence = "none";
 };
 
-/// One of several logs that were joined.
+/// One of several logs that were joined, or a stretch of a log (stretches.h).
 struct Flight {
   std::string file;
-  std::size_t begin = 0, end = 0;  ///< its samples [begin, end) of the joined log
+  std::size_t begin = 0, end = 0;  ///< its samples [begin, end) of the whole log
   double start_s = 0.0;            ///< time on its own clock at `begin`
   double epoch_s = 0.0;            ///< see FlightLog
 };
@@ -48,7 +48,7 @@ struct FlightLog {
   Alignment alignment;
   std::vector<std::string> notes;      ///< findings of the reader: repeated time stamps, shifts, what was left out
   std::vector<std::string> gap_notes;  ///< about samples that are missing or cannot be used, which `gap` holds too
-  std::vector<Flight> flights;         ///< the parts of a joined log, two or more; otherwise empty
+  std::vector<Flight> flights;         ///< the joined logs and stretches, two or more; otherwise empty
 
   bool has(Signal signal) const { return !of(signal).empty(); }
   bool has3(Signal first) const { return has(first) && has(offset(first, 1)) && has(offset(first, 2)); }
@@ -57,6 +57,10 @@ struct FlightLog {
   /// Seconds between the logged rows of a signal; between rows it is interpolated linearly.
   double logged_row_of(Signal signal) const { return row_s.contains(signal) ? row_s.at(signal) : period_s; }
   double row_of(Signal signal) const { return std::max(period_s, logged_row_of(signal)); }
+  /// The flights, or the whole log as one.
+  std::vector<Flight> parts() const {
+    return flights.empty() ? std::vector<Flight>{{file, 0, size, start_s, epoch_s}} : flights;
+  }
   double time_s(std::size_t k) const { return start_s + static_cast<double>(k) * period_s; }
   /// Index of the first sample at or after a time, at most size.
   std::size_t index_of(double time_s) const;
@@ -65,9 +69,11 @@ struct FlightLog {
 };
 
 /// Reads, scales, rotates into north-west-up and forward-left-up, aligns and resamples one log. Quaternions become
-/// angles. Cost: linear in the log's length.
-/// @throws InputError: as column() of the raw log; a clock that runs backwards; streams of different lengths;
-///   fewer than 16 samples.
+/// angles. The stretches of the map's clock become flights with a pause between them, as in a joined log; stretches of
+/// fewer than 16 samples are left out. Cost: linear in the log's length.
+/// @throws InputError: as column() of the raw log; a clock that runs backwards, or is set back elsewhere than the
+/// map's;
+///   streams of different lengths; fewer than 16 samples.
 FlightLog load(const RawLog& raw, const ColumnMap& map, double period_s = 0.01);
 
 /// Opens `file` and loads it with the column map that the file `columns` holds.

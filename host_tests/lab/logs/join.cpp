@@ -6,10 +6,10 @@
 #include <cmath>
 #include <cstdio>
 
+#include "host_tests/lab/logs/stretches.h"
+
 namespace m100::lab::logs {
 namespace {
-
-constexpr double kPause_s = 5.0;  // longer than any model's memory of its input (3 s) and than any filter
 
 void append(std::vector<double>& to, const std::vector<double>& more, std::size_t pause) {
   to.insert(to.end(), to.empty() ? 0 : pause, more.front());
@@ -21,6 +21,17 @@ void append_gap(std::vector<std::uint8_t>& to, const std::vector<std::uint8_t>& 
   to.insert(to.end(), to.empty() ? 0 : pause, std::uint8_t{1});
   more.empty() ? static_cast<void>(to.insert(to.end(), size, std::uint8_t{0}))
                : static_cast<void>(to.insert(to.end(), more.begin(), more.end()));
+}
+
+/// Notes for each log and stretch after the first where it lies on the clock of the result.
+void note_common_clock(FlightLog& log) {
+  for (std::size_t i = 1; i < log.flights.size(); ++i) {
+    std::array<char, 160> text{};
+    std::snprintf(text.data(), text.size(),
+                  "log %zu: its time %.2f s is %.2f s on the common clock, which the result uses", i + 1,
+                  log.flights[i].start_s, log.time_s(log.flights[i].begin));
+    log.notes.emplace_back(text.data());
+  }
 }
 
 void join_signals(const std::vector<FlightLog>& logs, std::size_t pause, FlightLog& out) {
@@ -52,6 +63,51 @@ void join_signals(const std::vector<FlightLog>& logs, std::size_t pause, FlightL
 
 }  // namespace
 
+std::vector<Flight> flights_of(const std::vector<Stretch>& stretches, const std::string& file, const FlightLog& log) {
+  std::vector<Flight> out;
+  for (std::size_t i = 0; i < stretches.size() && stretches.size() > 1; ++i) {
+    const Stretch& one = stretches[i];
+    const auto begin = static_cast<std::size_t>(std::llround((one.from_s + one.shift_s - log.start_s) / log.period_s));
+    const auto last = static_cast<std::size_t>(std::floor((one.to_s - one.from_s) / log.period_s + 1e-6));
+    out.push_back({file, begin, std::min(begin + last + 1, log.size), one.from_s, 0.0});
+  }
+  return out;
+}
+
+void fill_pauses(FlightLog& log) {
+  for (std::size_t i = 1; i < log.flights.size(); ++i) {
+    const auto begin = static_cast<std::ptrdiff_t>(log.flights[i - 1].end);
+    const auto end = static_cast<std::ptrdiff_t>(log.flights[i].begin);
+    std::fill(log.gap.begin() + begin, log.gap.begin() + end, std::uint8_t{1});
+    for (std::size_t k = 0; k < kSignals; ++k) {
+      if (std::vector<double>& values = log.signals[k]; !values.empty()) {
+        std::vector<std::uint8_t>& gap = log.signal_gap[static_cast<Signal>(k)];
+        gap.resize(log.size, 0);
+        std::fill(gap.begin() + begin, gap.begin() + end, std::uint8_t{1});
+        std::fill(values.begin() + begin, values.begin() + end, *(values.begin() + end));
+      }
+    }
+    for (auto& [name, values] : log.extra) {
+      std::fill(values.begin() + begin, values.begin() + end, *(values.begin() + end));
+    }
+  }
+}
+
+void note_gaps(FlightLog& log) {
+  std::size_t holes = 0;
+  std::size_t lost = 0;
+  for (const Flight& part : log.parts()) {
+    for (std::size_t k = part.begin; k < part.end; ++k) {
+      lost += log.gap[k];
+      holes += log.gap[k] != 0 && (k == part.begin || log.gap[k - 1] == 0) ? 1U : 0U;
+    }
+  }
+  if (holes > 0) {
+    log.gap_notes.push_back(std::to_string(holes) + (holes == 1 ? " gap, " : " gaps, ") + std::to_string(lost) +
+                            " samples of " + std::to_string(log.size) + " are excluded");
+  }
+}
+
 void count_from_begin(FlightLog& log) {
   constexpr double kOtherEpoch_s = 1e7;
   if (log.start_s < kOtherEpoch_s) {
@@ -59,6 +115,10 @@ void count_from_begin(FlightLog& log) {
   }
   log.epoch_s = std::floor(log.start_s);
   log.start_s -= log.epoch_s;
+  for (Flight& stretch : log.flights) {  // of a clock that was set, some may count from the other epoch
+    stretch.epoch_s = stretch.start_s < kOtherEpoch_s ? 0.0 : log.epoch_s;
+    stretch.start_s -= stretch.epoch_s;
+  }
   std::array<char, 120> text{};
   std::snprintf(text.data(), text.size(),
                 "times are counted from %.0f s of the log's clock; ranges may count either way", log.epoch_s);
@@ -67,6 +127,7 @@ void count_from_begin(FlightLog& log) {
 
 FlightLog joined(std::vector<FlightLog> logs) {
   if (logs.size() == 1) {
+    note_common_clock(logs.front());
     return std::move(logs.front());
   }
   FlightLog out;
@@ -77,11 +138,13 @@ FlightLog joined(std::vector<FlightLog> logs) {
   const auto pause = static_cast<std::size_t>(std::lround(kPause_s / out.period_s));
   for (std::size_t i = 0; i < logs.size(); ++i) {
     const FlightLog& log = logs[i];
-    const std::string number = std::to_string(i + 1);
+    const std::string number = std::to_string(out.flights.size() + 1);
     const std::size_t begin = out.size + (i == 0 ? 0 : pause);
     out.file += (i == 0 ? "" : " + ") + log.file;
     out.columns += (i == 0 ? "" : " + ") + log.columns;
-    out.flights.push_back({log.file, begin, begin + log.size, log.start_s, log.epoch_s});
+    for (const Flight& part : log.parts()) {
+      out.flights.push_back({log.file, begin + part.begin, begin + part.end, part.start_s, part.epoch_s});
+    }
     out.size = begin + log.size;
     append_gap(out.gap, log.gap, log.size, pause);
     for (const std::string& note : log.notes) {
@@ -90,13 +153,8 @@ FlightLog joined(std::vector<FlightLog> logs) {
     for (const std::string& note : log.gap_notes) {
       out.gap_notes.push_back("log " + number + ": " + note);
     }
-    if (i > 0) {
-      std::array<char, 120> text{};
-      std::snprintf(text.data(), text.size(), ": its time %.2f s is %.2f s on the common clock, which the result uses",
-                    log.start_s, out.time_s(begin));
-      out.notes.push_back("log " + number + text.data());
-    }
   }
+  note_common_clock(out);
   join_signals(logs, pause, out);
   return out;
 }

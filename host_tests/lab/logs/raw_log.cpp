@@ -124,18 +124,24 @@ TopicSummary summary_of(std::string name, std::string type, const std::vector<do
       .name = std::move(name), .type = std::move(type), .messages = time_s.size(), .fields = std::move(fields)};
   const std::optional<SpreadArrivals> spread =
       are_bunched(time_s) ? spread_arrivals(time_s, counter) : std::optional<SpreadArrivals>{};
-  std::vector<double> intervals;
-  double last_s = 0.0;
-  bool begun = false;
-  for (const double t : spread ? spread->time_s : time_s) {
-    if (!std::isfinite(t) || (begun && t <= last_s)) {
-      continue;
-    }
-    begun ? intervals.push_back(t - last_s) : void(out.from_s = t);
-    begun = true;
-    last_s = t;
+  const std::vector<double>& sampled = spread ? spread->time_s : time_s;
+  out.stretches = stretches_of(sampled);
+  if (out.stretches.empty()) {
+    return out;
   }
-  out.to_s = last_s;
+  out.from_s = out.stretches.front().from_s;
+  out.to_s = out.stretches.back().to_s;
+  std::vector<double> intervals;
+  std::size_t at = 0;
+  double last_s = out.from_s;
+  for (std::size_t k = out.stretches.front().begin + 1; k < sampled.size(); ++k) {
+    const bool begins = at + 1 < out.stretches.size() && out.stretches[at + 1].begin == k;
+    at += begins ? 1U : 0U;
+    if (sampled[k] > last_s && sampled[k] <= out.stretches[at].to_s) {
+      intervals.push_back(sampled[k] - last_s);
+    }
+    last_s = begins ? sampled[k] : std::max(last_s, std::min(sampled[k], out.stretches[at].to_s));
+  }
   if (intervals.empty()) {
     return out;
   }

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "host_tests/lab/logs/stretches.h"
+
 namespace m100::lab::logs {
 
 /// One column of the file before any scaling. A value that is not a finite number (a spoilt row, an empty cell, a
@@ -21,14 +23,17 @@ struct TopicSummary {
   std::string name;  ///< as in column names; empty: the file has only one stream
   std::string type;  ///< name of the type in the file; may be empty
   std::size_t messages = 0;
-  double from_s = 0.0, to_s = 0.0;  ///< on the clock of the columns
-  double rate_hz = 0.0;             ///< samples over time, without the gaps; 0: no clock is known
-  std::size_t gaps = 0;             ///< intervals longer than 50 ms and 3.5 median intervals, after spreading bunches
+  double from_s = 0.0, to_s = 0.0;   ///< first and last time, on the clock of the columns
+  std::vector<Stretch> stretches{};  ///< none: no clock is known
+  double rate_hz = 0.0;              ///< samples over time, without the gaps; 0: no clock is known
+  std::size_t gaps =
+      0;  ///< intervals longer than 50 ms and 3.5 median intervals, after spreading bunches; pauses count
   double longest_gap_s = 0.0;
   std::vector<std::string> fields;  ///< an array is one entry in ULog ("q[4]") and MAT
 };
 
-/// Computes the rate and gaps of a stream; time stamps that are not finite or do not increase are ignored. Bunched
+/// Computes the rate and gaps of a stream; time stamps that are not finite or do not increase within a stretch are
+/// ignored. Bunched
 /// arrivals are spread first. @param counter  message counter; empty: there is none.
 TopicSummary summary_of(std::string name, std::string type, const std::vector<double>& time_s,
                         std::vector<std::string> fields, const std::vector<double>& counter = {});

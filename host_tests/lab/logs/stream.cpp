@@ -13,6 +13,16 @@ constexpr double kGapIntervals = 3.5;  // for slower streams: in their own inter
 
 }  // namespace
 
+std::vector<double> unwrapped(std::vector<double> counter) {
+  double turns = 0;
+  for (std::size_t k = 1; k < counter.size(); ++k) {
+    const double step = counter[k] + turns - counter[k - 1];
+    turns += step < -32768.0 ? 65536.0 : 0.0;
+    counter[k] += turns;
+  }
+  return counter;
+}
+
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());

@@ -46,4 +46,7 @@ void unwrap_angle(std::vector<double>& angle_rad);
 /// Precondition: not empty.
 double median(std::vector<double> values);
 
+/// Removes the wraps of a 16-bit counter.
+std::vector<double> unwrapped(std::vector<double> counter);
+
 }  // namespace m100::lab::logs

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <fstream>
+#include <numeric>
 
 #include "host_tests/lab/input_error.h"
 
@@ -56,19 +57,25 @@ void finish(std::ofstream& out, const std::string& file) {
 void write_csv(const FlightLog& log, const std::string& file) {
   std::ofstream out(file);
   const std::vector<Column> columns = columns_of(log);
-  const bool has_gaps = std::find(log.gap.begin(), log.gap.end(), 1) != log.gap.end();
+  const std::vector<Flight> parts = log.parts();
+  const std::size_t pauses =
+      std::accumulate(parts.begin(), parts.end(), log.size,
+                      [](std::size_t left, const Flight& part) { return left - (part.end - part.begin); });
+  const bool has_gaps = std::count(log.gap.begin(), log.gap.end(), 1) > static_cast<std::ptrdiff_t>(pauses);
   out << "t_s";
   for (const Column& column : columns) {
     out << "," << column.name;
   }
   out << (has_gaps ? ",gap\n" : "\n");
-  for (std::size_t k = 0; k < log.size; ++k) {
-    out << stamp(log.time_s(k));
-    for (const Column& column : columns) {
-      const bool sampled = k >= column.gap.size() || column.gap[k] == 0;
-      out << "," << (sampled ? digits((*column.values)[k]) : "");
+  for (const Flight& part : parts) {
+    for (std::size_t k = part.begin; k < part.end; ++k) {
+      out << stamp(part.start_s + static_cast<double>(k - part.begin) * log.period_s);
+      for (const Column& column : columns) {
+        const bool sampled = k >= column.gap.size() || column.gap[k] == 0;
+        out << "," << (sampled ? digits((*column.values)[k]) : "");
+      }
+      out << (has_gaps ? (log.gap[k] != 0 ? ",1\n" : ",0\n") : "\n");
     }
-    out << (has_gaps ? (log.gap[k] != 0 ? ",1\n" : ",0\n") : "\n");
   }
   finish(out, file);
 }

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/logs/flight_log.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "host_tests/lab/logs/join.h"
+#include "host_tests/lab/logs/write_csv.h"
 #include "host_tests/shared_files.h"
 #include "host_tests/unit/logs/log_files.h"
 
@@ -82,13 +85,71 @@ TEST(FlightLog, MarksDropoutsAndKeepsTheFirstOfRepeatedStamps) {
 }
 
 TEST(FlightLog, RefusesAClockThatRunsBackwards) {
-  auto t = clock_of(100, 0.01);
+  auto t = clock_of(100, 0.1);
   for (std::size_t k = 50; k < t.size(); ++k) {
-    t[k] -= 0.3;
+    t[k] = t[k - 1] - 0.1;
   }
   const MemoryLog raw(
       {{"t", {.values = t, .time_s = {}, .sequence = {}}}, {"x", {.values = t, .time_s = {}, .sequence = {}}}});
   EXPECT_EQ(complaint_of([&] { load(raw, map_of("rate_x = \"x\"")); }), "made:51: 't': time runs backwards");
+}
+
+// A log is a list of stretches: a pause, a second flight and a clock that is set begin a new one, at any rate, and each
+// keeps its own times. Catches a rate, a unit or a grid that is taken from the pause.
+class Stretches : public ::testing::TestWithParam<std::tuple<double, double>> {};
+
+TEST_P(Stretches, KeepTheirTimesAndTheirRate) {
+  const auto [jump_s, period_s] = GetParam();
+  auto t = clock_of(300, period_s);
+  const auto x = mapped(t, wave);
+  for (std::size_t k = 200; k < t.size(); ++k) {
+    t[k] += jump_s;
+  }
+  const TopicSummary summary = summary_of("", "", t, {});
+  EXPECT_NEAR(summary.rate_hz, 1.0 / period_s, 1e-6 / period_s);
+  EXPECT_EQ(summary.from_s, t.front());
+  EXPECT_EQ(summary.to_s, t.back());
+  const MemoryLog raw({{"t", {.values = t, .time_s = {}, .sequence = {}}},
+                       {"x", {.values = x, .time_s = {}, .sequence = {}}},
+                       {"y", {.values = x, .time_s = t, .sequence = {}}}});
+  const FlightLog log = load(raw, map_of("rate_x = \"x\"\nrate_y = \"y\""), period_s);
+  ASSERT_EQ(log.flights.size(), 2U);
+  EXPECT_LT(log.size, 300U + static_cast<std::size_t>(5.0 / period_s) + 3U) << "a pause costs no memory";
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Flight& part = log.flights[i];
+    EXPECT_EQ(part.start_s, t[i * 200]);
+    ASSERT_EQ(part.end - part.begin, i == 0 ? 200U : 100U);
+    for (std::size_t k = part.begin; k < part.end; ++k) {
+      EXPECT_NEAR(log.of(Signal::kRateX)[k], x[i * 200 + k - part.begin], 1e-6 + 1e-7 * std::abs(jump_s));
+      EXPECT_NEAR(log.of(Signal::kRateY)[k], x[i * 200 + k - part.begin], 1e-6 + 1e-7 * std::abs(jump_s));
+      EXPECT_EQ(log.gap[k], 0) << k;
+    }
+  }
+  const auto gap = log.gap_of({Signal::kRateY});
+  EXPECT_EQ(std::count(gap.begin() + 200, gap.end(), 1), static_cast<long>(log.flights[1].begin) - 200);
+  EXPECT_EQ(log.of(Signal::kRateX)[log.flights[1].begin - 1], log.of(Signal::kRateX)[log.flights[1].begin]);
+  EXPECT_EQ(place_of(log, joined_time(log, 1, t[200] + period_s)).substr(0, 2), "2@");
+  const TemporaryFile csv("out.csv", "");
+  write_csv(log, csv.path());
+  const FlightLog again =
+      load(*open_log(csv.path()), parse_column_map("time = \"t_s\"\n[signals]\nrate_x = \"rate_x\"", ""), period_s);
+  ASSERT_EQ(again.flights.size(), 2U) << "convert writes the times of the file, and no rows for a pause";
+  EXPECT_NEAR(again.flights[1].start_s, t[200], 1e-6);
+  EXPECT_EQ(again.size, log.size);
+}
+
+INSTANTIATE_TEST_SUITE_P(Breaks, Stretches,
+                         ::testing::Combine(::testing::Values(628.0, 12.0, -0.3, -300.0, 1.7e9),
+                                            ::testing::Values(0.01, 0.1)));
+
+TEST(FlightLog, RefusesAStreamWhoseClockIsSetBackElsewhere) {
+  const auto t = clock_of(300, 0.01);
+  auto own = t;
+  std::for_each(own.begin() + 100, own.end(), [](double& s) { s -= 0.5; });
+  const MemoryLog raw(
+      {{"t", {.values = t, .time_s = {}, .sequence = {}}}, {"x", {.values = t, .time_s = own, .sequence = {}}}});
+  EXPECT_EQ(complaint_of([&] { load(raw, map_of("rate_x = \"x\"")); }).rfind("made:101: 'x': time runs backwards", 0),
+            0U);
 }
 
 TEST(FlightLog, RefusesColumnsWhoseLengthsDoNotAgree) {

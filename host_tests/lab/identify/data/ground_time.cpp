@@ -133,16 +133,7 @@ std::vector<std::pair<double, double>> ground_times(const FlightLog& log) {
   if (pairs.empty()) {
     return out;
   }
-  std::vector<std::pair<std::size_t, std::size_t>> parts;
-  for (const logs::Flight& flight : log.flights) {
-    parts.emplace_back(flight.begin, flight.end);
-  }
-  if (parts.empty()) {
-    parts.emplace_back(0, log.size);
-  }
-  for (const auto& part : parts) {
-    const std::size_t first = part.first;
-    const std::size_t end = part.second;
+  for (const auto& [file, first, end, start_s, epoch_s] : log.parts()) {
     const std::size_t count = end - first;
     const std::size_t before = still_from_end(pairs, count, log.period_s, [&](std::size_t k) { return first + k; });
     const std::size_t after = still_from_end(pairs, count, log.period_s, [&](std::size_t k) { return end - 1 - k; });

@@ -23,19 +23,33 @@ Range own_times(const logs::FlightLog& log, std::size_t flight) {
   return {one.start_s, one.start_s + static_cast<double>(one.end - one.begin) * log.period_s};
 }
 
-/// Converts "12:38", or "2@12:38" of the second log, to the common clock.
-Range range_of(const std::string& option, const std::string& part, const logs::FlightLog& log) {
+/// Whether the log is a single one with stretches whose times increase, so that a time has one place.
+bool is_one_clock(const logs::FlightLog& log) {
+  return !log.flights.empty() &&
+         std::adjacent_find(log.flights.begin(), log.flights.end(), [](const logs::Flight& a, const logs::Flight& b) {
+           return a.file != b.file || b.start_s <= a.start_s;
+         }) == log.flights.end();
+}
+
+/// Converts "12:38", or "2@12:38" of the second log, to the common clock. A range of a single log may reach over
+/// several of its stretches: then it becomes as many.
+std::vector<Range> ranges_of(const std::string& option, const std::string& part, const logs::FlightLog& log) {
   const std::size_t at = part.find('@');
   std::size_t flight = 0;
+  std::size_t last = 0;
   if (at != std::string::npos) {
     const double wanted = number(option, part.substr(0, at));
     if (!(wanted >= 1.0 && wanted <= static_cast<double>(std::max<std::size_t>(1, log.flights.size())) &&
           wanted == std::floor(wanted))) {
       throw InputError(option, 0, part, "names a log that was not given: logs are numbered from 1");
     }
-    flight = static_cast<std::size_t>(wanted) - 1;
+    flight = last = static_cast<std::size_t>(wanted) - 1;
+  } else if (is_one_clock(log)) {
+    last = log.flights.size() - 1;
   } else if (!log.flights.empty()) {
-    throw InputError(option, 0, part, "with several logs each range names its log: 1@FROM:TO, 2@FROM:TO");
+    throw InputError(option, 0, part,
+                     "with several logs each range names its log: 1@FROM:TO, 2@FROM:TO (and each stretch of a log "
+                     "whose clock is set back)");
   }
   const std::vector<std::string> ends = parts(at == std::string::npos ? part : part.substr(at + 1), ':');
   if (ends.size() != 2) {
@@ -46,7 +60,7 @@ Range range_of(const std::string& option, const std::string& part, const logs::F
   if (epoch_s > 0.0 && range.first >= epoch_s) {  // given on the clock before count_from_begin()
     range = {range.first - epoch_s, range.second - epoch_s};
   }
-  const Range there = own_times(log, flight);
+  const Range there{own_times(log, flight).first, own_times(log, last).second};
   if (!(range.first < range.second)) {
     throw InputError(option, 0, part, "ends before it begins");
   }
@@ -55,8 +69,18 @@ Range range_of(const std::string& option, const std::string& part, const logs::F
     message << "outside of the log, which covers " << there.first << " to " << there.second << " s";
     throw InputError(log.flights.empty() ? log.file : log.flights[flight].file, 0, option + " " + part, message.str());
   }
-  return {logs::joined_time(log, flight, range.first),
-          logs::joined_time(log, flight, std::min(range.second, there.second))};
+  std::vector<Range> out;
+  for (; flight <= last; ++flight) {
+    const Range own = own_times(log, flight);
+    if (range.first < own.second && range.second > own.first) {
+      out.emplace_back(logs::joined_time(log, flight, out.empty() ? std::max(range.first, own.first) : own.first),
+                       logs::joined_time(log, flight, std::min(range.second, own.second)));
+    }
+  }
+  if (out.empty()) {
+    throw InputError(option, 0, part, "lies in a pause of the log");
+  }
+  return out;
 }
 
 /// A range of one of the given logs, on that log's own clock.
@@ -184,7 +208,8 @@ std::vector<Range> ranges(const std::string& option, const std::string& text, co
   }
   std::vector<Range> out;
   for (const std::string& part : list_of(option, text)) {
-    out.push_back(range_of(option, part, log));
+    const std::vector<Range> more = ranges_of(option, part, log);
+    out.insert(out.end(), more.begin(), more.end());
   }
   return out;
 }

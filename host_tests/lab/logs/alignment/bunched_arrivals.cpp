@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "host_tests/lab/logs/stream.h"
+#include "host_tests/lab/logs/stretches.h"
 #include "host_tests/lab/statistics.h"
 
 namespace m100::lab::logs {
@@ -18,9 +19,10 @@ constexpr double kShortInterval = 1.0 / 3.0;  // of the mean
 constexpr double kShortShare = 0.4;           // between the 28 % of Poisson arrivals and the half of bunches of two
 constexpr double kEarliest = 0.02;            // quantiles that a few stamps that are wrong cannot move
 constexpr double kLatest = 0.98;
-constexpr double kMaxDisorder_s = 0.05;  // a larger step back: time runs backwards
+constexpr double kMaxDisorder_s = 0.05;  // a larger step back: the clock was set, or runs backwards
 constexpr double kHoleBunches = 3.5;
 constexpr double kMinHole_s = 0.05;
+constexpr double kMaxBunch_s = 1.0;  // a stream that arrives more seldom is none of a flight log: longer ones are holes
 
 /// The arrivals without single ones that are far out of order between ordered neighbours: NaN takes their place.
 std::vector<double> without_outliers(std::vector<double> arrival_s) {
@@ -36,8 +38,13 @@ std::vector<double> without_outliers(std::vector<double> arrival_s) {
   return arrival_s;
 }
 
-/// Intervals between finite arrivals; empty if time runs backwards. Receivers on several threads may stamp neighbours
-/// in the wrong order: such small steps back are intervals too.
+/// Whether the clock was set, or the recorder paused, between two arrivals.
+bool is_break(double last_s, double next_s) {
+  return next_s < last_s - kMaxDisorder_s || next_s > last_s + kLongestDropout_s;
+}
+
+/// Intervals between finite arrivals of one stretch. Receivers on several threads may stamp neighbours in the wrong
+/// order: such small steps back are intervals too.
 std::vector<double> intervals_of(const std::vector<double>& arrival_s) {
   std::vector<double> out;
   double last = std::numeric_limits<double>::quiet_NaN();
@@ -45,10 +52,7 @@ std::vector<double> intervals_of(const std::vector<double>& arrival_s) {
     if (!std::isfinite(t)) {
       continue;
     }
-    if (t < last - kMaxDisorder_s) {
-      return {};
-    }
-    if (std::isfinite(last)) {
+    if (std::isfinite(last) && !is_break(last, t)) {
       out.push_back(t - last);
     }
     last = t;
@@ -56,11 +60,13 @@ std::vector<double> intervals_of(const std::vector<double>& arrival_s) {
   return out;
 }
 
-/// Seconds between bunches: the median of the intervals that are longer than the mean.
-double bunch_interval(const std::vector<double>& intervals, double mean) {
-  std::vector<double> longer;
-  std::copy_if(intervals.begin(), intervals.end(), std::back_inserter(longer), [&](double d) { return d > mean; });
-  return longer.empty() ? mean : median(std::move(longer));
+/// Seconds between bunches: the median of the intervals that are longer than the mean, both without holes that are too
+/// long for a bunch.
+double bunch_interval(std::vector<double> intervals) {
+  std::erase_if(intervals, [](double d) { return d > kMaxBunch_s; });
+  const double mean = intervals.empty() ? kMaxBunch_s : mean_value(intervals);
+  std::erase_if(intervals, [&](double d) { return d <= mean; });
+  return intervals.empty() ? mean : median(std::move(intervals));
 }
 
 /// Removes the wraps of a counter of 8, 16 or 32 bits: steps back by more than three quarters of the range.
@@ -144,12 +150,11 @@ bool are_bunched(const std::vector<double>& arrival_s) {
   if (intervals.size() + 1 < kMinArrivals) {
     return false;
   }
-  const double rough = mean_value(intervals);
-  const double hole = std::max(kMinHole_s, kHoleBunches * bunch_interval(intervals, rough));
+  const double hole = std::max(kMinHole_s, kHoleBunches * bunch_interval(intervals));
   std::vector<double> without_holes;
   std::copy_if(intervals.begin(), intervals.end(), std::back_inserter(without_holes),
                [&](double d) { return d <= hole; });
-  const double mean = mean_value(without_holes);
+  const double mean = without_holes.empty() ? 0.0 : mean_value(without_holes);
   const auto shorter =
       std::count_if(without_holes.begin(), without_holes.end(), [&](double d) { return d < kShortInterval * mean; });
   return static_cast<double>(shorter) > kShortShare * static_cast<double>(without_holes.size());
@@ -175,14 +180,15 @@ std::optional<SpreadArrivals> spread_arrivals(const std::vector<double>& arrival
   }
   number = without_wraps(std::move(number));
   SpreadArrivals out{.time_s = std::vector<double>(arrival_s.size(), std::numeric_limits<double>::quiet_NaN()),
-                     .bunch_s = bunch_interval(intervals, mean_value(intervals)),
+                     .bunch_s = bunch_interval(intervals),
                      .by_counter = counted};
   const double hole = std::max(kMinHole_s, kHoleBunches * out.bunch_s);
-  std::vector<ArrivalPart> parts = parts_of(at.size(), [&](std::size_t k) { return number[k] < number[k - 1]; });
+  std::vector<ArrivalPart> parts =
+      parts_of(at.size(), [&](std::size_t k) { return number[k] < number[k - 1] || is_break(at[k - 1], at[k]); });
   ArrivalLine line = fit(at, number, parts);
   const auto fits = [&] { return line.slope > 0.0 && line.delay_s <= 2.0 * (out.bunch_s + line.slope); };
   if (!fits() && !counted) {
-    parts = parts_of(at.size(), [&](std::size_t k) { return at[k] - at[k - 1] > hole; });
+    parts = parts_of(at.size(), [&](std::size_t k) { return at[k] - at[k - 1] > hole || is_break(at[k - 1], at[k]); });
     line = fit(at, number, parts);
   }
   if (!fits()) {
@@ -192,7 +198,9 @@ std::optional<SpreadArrivals> spread_arrivals(const std::vector<double>& arrival
   out.delay_s = line.delay_s;
   double last = -std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    for (std::size_t k = parts[i].begin; k < parts[i].end; ++k) {
+    const std::size_t begin = parts[i].begin;
+    last = begin > 0 && is_break(at[begin - 1], at[begin]) ? -std::numeric_limits<double>::infinity() : last;
+    for (std::size_t k = begin; k < parts[i].end; ++k) {
       const double t = line.start[i] + line.slope * number[k];
       if (t < last) {
         return std::nullopt;

@@ -20,12 +20,13 @@ struct SpreadArrivals {
 bool are_bunched(const std::vector<double>& arrival_s);
 
 /// Places the samples on a line through the earliest arrivals, because a sample arrives late, but never before it was
-/// taken. The stream is divided where the counter starts anew or, without a counter, at holes if one line does not fit.
+/// taken. The stream is divided where the counter starts anew, where the clock was set or paused (stretches.h) and,
+/// without a counter, at holes if one line does not fit.
 /// All parts have the same least-squares slope.
 /// @param counter  number of each message, empty if there is none. Holes in it are lost messages; wraps of 8, 16 and 32
 ///   bits are removed.
-/// @returns nothing if there are fewer than 32 arrivals, if time runs back by more than 50 ms, if the rate is not
-///   constant, or if the times would decrease.
+/// @returns nothing if there are fewer than 32 arrivals, if the rate is not constant, or if the times would decrease
+///   within a stretch.
 std::optional<SpreadArrivals> spread_arrivals(const std::vector<double>& arrival_s, const std::vector<double>& counter);
 
 }  // namespace m100::lab::logs
