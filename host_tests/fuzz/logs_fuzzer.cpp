@@ -19,7 +19,7 @@
 #include "host_tests/lab/logs/formats/rosbag.h"
 #include "host_tests/lab/logs/formats/rosbag2.h"
 #include "host_tests/lab/logs/formats/ulog.h"
-#include "host_tests/lab/logs/propose.h"
+#include "host_tests/lab/logs/proposal/propose.h"
 #include "host_tests/lab/logs/raw_log.h"
 
 namespace {

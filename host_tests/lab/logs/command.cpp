@@ -10,8 +10,8 @@
 
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/logs/example_map.h"
-#include "host_tests/lab/logs/propose.h"
+#include "host_tests/lab/logs/proposal/example_map.h"
+#include "host_tests/lab/logs/proposal/propose.h"
 #include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"

@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "host_tests/lab/identify/axis_pipeline.h"
-#include "host_tests/lab/logs/propose.h"
+#include "host_tests/lab/logs/proposal/propose.h"
 #include "host_tests/property/identify/synthetic_axis.h"
 #include "host_tests/unit/identify/one_log.h"
 #include "host_tests/unit/logs/ulog_bytes.h"

@@ -3,7 +3,7 @@
 // damaged number demands. The fuzzer of host_tests/fuzz goes further.
 #include <random>
 
-#include "host_tests/lab/logs/propose.h"
+#include "host_tests/lab/logs/proposal/propose.h"
 #include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/unit/logs/log_files.h"
 #include "host_tests/unit/logs/log_samples.h"

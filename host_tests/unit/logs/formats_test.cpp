@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "host_tests/lab/logs/flight_log.h"
-#include "host_tests/lab/logs/propose.h"
+#include "host_tests/lab/logs/proposal/propose.h"
 #include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/shared_files.h"
 #include "host_tests/unit/logs/log_files.h"

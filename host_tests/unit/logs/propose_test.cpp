@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Column maps that are proposed for recognised logs: they must load, and say what is known of the flights.
-#include "host_tests/lab/logs/propose.h"
+#include "host_tests/lab/logs/proposal/propose.h"
 
 #include <cmath>
 
-#include "host_tests/lab/logs/example_map.h"
 #include "host_tests/lab/logs/flight_log.h"
+#include "host_tests/lab/logs/proposal/example_map.h"
 #include "host_tests/shared_files.h"
 #include "host_tests/unit/logs/log_files.h"
 

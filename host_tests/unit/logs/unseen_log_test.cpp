@@ -6,7 +6,7 @@
 #include <random>
 
 #include "host_tests/lab/logs/flight_log.h"
-#include "host_tests/lab/logs/propose.h"
+#include "host_tests/lab/logs/proposal/propose.h"
 #include "host_tests/unit/logs/log_files.h"
 #include "host_tests/unit/logs/log_samples.h"
 

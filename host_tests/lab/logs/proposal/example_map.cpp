@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/logs/example_map.h"
+#include "host_tests/lab/logs/proposal/example_map.h"
 
 #include <algorithm>
 #include <array>

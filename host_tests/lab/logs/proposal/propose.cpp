@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/logs/propose.h"
+#include "host_tests/lab/logs/proposal/propose.h"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/logs/dialects.h"
+#include "host_tests/lab/logs/proposal/dialects.h"
 #include "host_tests/lab/logs/signal.h"
 #include "host_tests/lab/logs/stream.h"
 

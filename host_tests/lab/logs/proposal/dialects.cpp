@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/logs/dialects.h"
+#include "host_tests/lab/logs/proposal/dialects.h"
+
+#include <string_view>
+
+#include "host_tests/lab/logs/signal.h"
 
 namespace m100::lab::logs {
 namespace {
