@@ -57,10 +57,9 @@ class GeofenceLimiter {
   /// m/s^2. The wind is the one that is estimated at this speed, plus a third of what drag may hide of it.
   T sure_braking_m_s2(T speed_m_s, T wind_m_s2) const;
 
-  /// Of the last limit(): distance from the point where the aircraft can stop without a reference that brakes (at rest:
-  /// p
-  /// + e and v + e_v are the present state) to the side towards which it flies, without the three sigmas; the smaller
-  /// of x and y. Negative: without the reference the aircraft may stop too late.
+  /// Of the last limit(): distance from where the aircraft can stop without a reference that brakes (p + e and v + e_v
+  /// are then the present state) to the side towards which it flies, without the three sigmas; the smaller of x and y.
+  /// Negative: without the reference the aircraft may stop too late.
   T reserve_m() const { return x_.reserve_m < y_.reserve_m ? x_.reserve_m : y_.reserve_m; }
   /// Of the last limit(): how far the estimate is beyond the nearest side, floor or ceiling; negative: inside.
   T outside_m() const { return outside_m_; }

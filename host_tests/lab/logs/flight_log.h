@@ -71,8 +71,7 @@ struct FlightLog {
 /// Reads, scales, rotates into north-west-up and forward-left-up, aligns and resamples one log. Quaternions become
 /// angles. The stretches of the map's clock become flights with a pause between them, as in a joined log; stretches of
 /// fewer than 16 samples are left out. Cost: linear in the log's length.
-/// @throws InputError: as column() of the raw log; a clock that runs backwards, or is set back elsewhere than the
-/// map's;
+/// @throws InputError: as column() of the raw log; a clock that runs backwards, or another that is set back;
 ///   streams of different lengths; fewer than 16 samples.
 FlightLog load(const RawLog& raw, const ColumnMap& map, double period_s = 0.01);
 
