@@ -171,8 +171,8 @@ class Summary {
         const std::string path = "/" + task + "/" + air + "/pose_m";
         const double was = number_at(before, path);
         const double is = number_at(loop_, "/after/experiments" + path);
-        const auto is_worse = [&](const char* part) {
-          return loop_.value(json::json_pointer("/paired/" + task + part + "/verdict"), "") == "worse";
+        const auto is_worse = [&, name = task](const char* part) {
+          return loop_.value(json::json_pointer("/paired/" + name + part + "/verdict"), "") == "worse";
         };
         row("flown: " + spaced(task) + ", " + air + " [m]", was, is, "simulated",
             is_worse("/horizontal") || is_worse("/vertical") ? 1.0 : std::numeric_limits<double>::infinity());

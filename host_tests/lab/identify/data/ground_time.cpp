@@ -133,8 +133,8 @@ std::vector<std::pair<double, double>> ground_times(const FlightLog& log) {
   if (pairs.empty()) {
     return out;
   }
-  for (const auto& [file, first, end, start_s, epoch_s] : log.parts()) {
-    const std::size_t count = end - first;
+  for (const logs::Flight& part : log.parts()) {
+    const std::size_t first = part.begin, end = part.end, count = end - first;
     const std::size_t before = still_from_end(pairs, count, log.period_s, [&](std::size_t k) { return first + k; });
     const std::size_t after = still_from_end(pairs, count, log.period_s, [&](std::size_t k) { return end - 1 - k; });
     if (before > 0) {
