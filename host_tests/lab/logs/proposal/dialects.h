@@ -1,26 +1,27 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
 #include <vector>
 
 namespace m100::lab::logs {
 
 /// One line of a column map. In a column, `<Type>` stands for the first topic of that type.
 struct MapEntry {
-  const char* signal;
-  const char* column;
-  const char* more = "";  ///< offset and scale, as the map writes them
+  std::string signal;
+  std::string column;
+  std::string more{};  ///< offset and scale, as the map writes them
 };
 /// Lines that are used together or not at all; skipped if an earlier group has given the same signals.
 struct Group {
-  const char* provides;  ///< keyword of the signals given: later groups with the same one are skipped
+  std::string provides;  ///< keyword of the signals given: later groups with the same one are skipped
   std::vector<MapEntry> lines;
 };
 struct Dialect {
-  const char* name;
-  const char* known_by;  ///< a column by which the dialect is recognised
-  const char* time;
-  const char* frame;
+  std::string name;
+  std::string known_by;  ///< a column by which the dialect is recognised
+  std::string time;
+  std::string frame;
   std::vector<Group> groups;
   std::vector<MapEntry> extra;
 };

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <set>
 #include <sstream>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -79,9 +78,8 @@ class Proposer {
 
   void write(const MapEntry& line, std::ostream& out) const {
     const std::string column = quoted(resolved(line.column));
-    const std::string_view more = line.more;
     out << line.signal << " = ";
-    more.empty() ? out << column << "\n" : out << "{ column = " << column << ", " << more << " }\n";
+    line.more.empty() ? out << column << "\n" : out << "{ column = " << column << ", " << line.more << " }\n";
   }
 
   /// What may have flown the aircraft: the lines of a map, and the time in which it moves.
@@ -96,7 +94,7 @@ class Proposer {
     std::vector<bool> moves;
     double rate_hz = 1.0;
     for (const std::string& column : columns) {
-      if (!readable({"", column.c_str()})) {
+      if (!readable({"", column})) {
         continue;
       }
       const RawColumn raw = log_.column(column, "");
@@ -117,7 +115,7 @@ class Proposer {
   /// bits 4 and 5 are 0 for a climb speed, bit 3 is 1 for a yaw rate. nullopt: there is no set point.
   std::optional<Command> setpoint() const {
     const std::string topic = "/dji_sdk/flight_control_setpoint_generic.axes[";
-    if (!readable({"", (topic + "4]").c_str()})) {
+    if (!readable({"", topic + "4]"})) {
       return std::nullopt;
     }
     const double flag_value = median(log_.column(topic + "4]", "").values);
@@ -145,9 +143,8 @@ class Proposer {
 
   /// The transmitter's sticks. nullopt: the log has none.
   std::optional<Command> sticks(const Dialect& dialect) const {
-    const auto group = std::find_if(dialect.groups.begin(), dialect.groups.end(), [&](const Group& one) {
-      return std::string_view(one.provides) == "sticks" && is_readable(one);
-    });
+    const auto group = std::find_if(dialect.groups.begin(), dialect.groups.end(),
+                                    [&](const Group& one) { return one.provides == "sticks" && is_readable(one); });
     if (group == dialect.groups.end()) {
       return std::nullopt;
     }
@@ -197,7 +194,7 @@ class Proposer {
     std::ostringstream out;
     out << "# Proposed by m100-lab logs: recognised " << dialect.name
         << ". Check the signs and units of every signal.\n";
-    if (std::string_view(dialect.frame) != "nwu_flu") {
+    if (dialect.frame != "nwu_flu") {
       out << "frame = \"" << dialect.frame << "\"\n";
     }
     out << "time = " << quoted(resolved(dialect.time)) << "\n[signals]\n";
