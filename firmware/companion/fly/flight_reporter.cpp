@@ -121,6 +121,13 @@ void FlightReporter::report_heading(core::TimePoint now) {
   reported_.heading = turned_rad > 0.0;
 }
 
+void FlightReporter::report_landing(core::TimePoint now) {
+  TextLine line;
+  line.add("the autopilot lands by itself: its flight status says \"landing\" for 0.5 s and nobody ordered it; ");
+  line.add("battery ").add(static_cast<double>(controller_.link().telemetry().battery_percent), 0);
+  operator_log_.write(now, line.add(" %; the course ends and control goes back to the transmitter").text());
+}
+
 void FlightReporter::report_jump(core::TimePoint now) {
   const app::AnnouncedJump& jump = controller_.source_frame().jump();
   if (jump.count == reported_.jumps) {

@@ -35,6 +35,8 @@ class FlightReporter {
   const std::optional<safety::Observation>& limit_cycle() const { return limit_cycle_; }
   std::span<const safety::FailsafeStep> steps() const { return std::span(steps_).first(step_count_); }
   const TrackingError& tracking() const { return tracking_; }
+  /// Says that the autopilot lands although nobody ordered it.
+  void report_landing(core::TimePoint now);
   /// Says why the flight has ended, and what may follow.
   /// @param denial why control was not used, if the law has not flown
   void report_end(core::TimePoint now, const link::AuthorityView& authority,

@@ -16,12 +16,13 @@ constexpr std::string_view kNoLanding = "landing is not ordered: the program doe
 }  // namespace
 
 bool FlightSequencer::tick(core::TimePoint now, const SequencerInput& input) {
-  const View& view = controller_.link().authority();
+  const link::SerialLink& link = controller_.link();
+  const View& view = link.authority();
   reporter_.update(now, phase_ == Phase::kFlying);
   home_.update(controller_, now);
   reporter_.update_return(home_, now);
   release_monitor_.update(now, view);
-  landing_monitor_.update(controller_.link());
+  landing_monitor_.update(link.telemetry().flight_status, link.received_at(protocol::TelemetryItem::kFlightStatus));
   start_.update(now, phase_ == Phase::kWaiting, input.goal_led);
   if (input.land && (phase_ == Phase::kWaiting || phase_ == Phase::kRequesting || phase_ == Phase::kReleasing)) {
     report(now, kNoLanding);
@@ -89,9 +90,8 @@ void FlightSequencer::try_to_engage(core::TimePoint now, bool backed_up) {
   }
   if (request_.take_off && !LandedState(controller_.link(), now).known) {
     TextLine line;
-    line.add(
-        "control was not asked for: without the autopilot's flight status it is not known whether the aircraft is on ");
-    report(now, line.add("the ground; ").add(next_input(ends_on_denial())).text());
+    line.add("control was not asked for: without the autopilot's flight status it is not known whether the aircraft ");
+    report(now, line.add("is on the ground; ").add(next_input(ends_on_denial())).text());
     return;
   }
   if (start_.pose_blocks(now)) {
@@ -148,8 +148,7 @@ bool FlightSequencer::request_control(core::TimePoint now, const View& view, con
     give_back(now, takes_it_back, input);  // a request may already be granted
   } else if (is_refused(now, view)) {
     TextLine line;
-    line.add("refused: ");
-    describe(line, view);
+    describe(line.add("refused: "), view);
     report(now, line.add("; ").add(next_input(request_.once)).text());
     begin_release(now, false, input);
   }
@@ -169,10 +168,7 @@ bool FlightSequencer::fly(core::TimePoint now, const View& view, const Sequencer
     return true;
   }
   if (landing_monitor_.lands()) {
-    TextLine line;
-    line.add("the autopilot lands by itself: its flight status says \"landing\" for 0.5 s and nobody ordered it; ");
-    line.add("battery ").add(static_cast<double>(controller_.link().telemetry().battery_percent), 0);
-    report(now, line.add(" %; the course ends and control goes back to the transmitter").text());
+    reporter_.report_landing(now);
     give_back(now, false, input);
     return true;
   }
@@ -248,9 +244,8 @@ void FlightSequencer::begin_task(core::TimePoint now, protocol::Task task) {
   task_.start(task, now);
   controller_.task_flies(task);
   TextLine line;
-  report(
-      now,
-      line.add(name(task)).add(" ordered: the autopilot flies it as its own task; the pilot's switch ends it").text());
+  line.add(name(task)).add(" ordered: the autopilot flies it as its own task; the pilot's switch ends it");
+  report(now, line.text());
 }
 
 bool FlightSequencer::fly_task(core::TimePoint now, const View& view, const SequencerInput& input) {

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "firmware/link/serial_link.h"
+#include <optional>
+
+#include "firmware/core/time.h"
+#include "protocol/dji/telemetry.h"
 
 namespace m100::companion {
 
@@ -9,18 +12,20 @@ namespace m100::companion {
 /// ignores the sticks. No heap.
 class LandingMonitor {
  public:
-  static constexpr core::Duration kConfirmed = std::chrono::milliseconds(500);  ///< five items in a row, at 10 Hz
+  static constexpr core::Duration kConfirmed = std::chrono::milliseconds(500);  ///< six items in a row, at 10 Hz
 
-  /// Call it in each tick. It counts from item to item, so that a gap of telemetry proves nothing.
-  void update(const link::SerialLink& link) {
-    newest_ = link.received_at(protocol::TelemetryItem::kFlightStatus);
-    before_ = link.telemetry().flight_status == protocol::FlightStatus::kLanding ? before_ : newest_;
+  /// Call it in each tick. @param received_at of the newest item, whose status this is. It counts from the first item
+  /// to the last that say so, so that a gap of telemetry proves nothing.
+  void update(protocol::FlightStatus status, core::TimePoint received_at) {
+    const bool says_so = status == protocol::FlightStatus::kLanding;
+    first_ = says_so ? first_.value_or(received_at) : std::optional<core::TimePoint>{};
+    newest_ = received_at;
   }
-  bool lands() const { return newest_ - before_ >= kConfirmed; }
+  bool lands() const { return first_ && newest_ - *first_ >= kConfirmed; }
 
  private:
   core::TimePoint newest_{};
-  core::TimePoint before_{};  ///< of the last item with another status
+  std::optional<core::TimePoint> first_;  ///< of the items that say "landing" in a row
 };
 
 }  // namespace m100::companion
