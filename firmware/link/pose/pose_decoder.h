@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
+#include <optional>
+
 #include "firmware/core/expected.h"
 #include "firmware/core/pose.h"
 #include "firmware/link/pose/pose_fault.h"
@@ -10,8 +13,8 @@ namespace m100::link {
 
 /// What decode_pose() returns besides the pose.
 struct PoseAside {
-  PoseFault fault = PoseFault::kNone;  ///< why the pose is refused
-  std::uint8_t reset_counter = 0;      ///< of the message; 0 if it has none
+  PoseFault fault = PoseFault::kNone;         ///< why the pose is refused
+  std::optional<std::uint8_t> reset_counter;  ///< of the message, if its kind has one
   /// The world's up in the body (FLU), by the pose's own attitude.
   core::Vector<float, 3> up_b = core::Vector<float, 3>::UnitZ();
 };

@@ -84,6 +84,15 @@ bool PoseLink::accept(const core::Pose<double>& pose, std::uint8_t frame, core::
   return true;
 }
 
+/// A sender may mix kinds of messages: one without a counter announces nothing and leaves the last one.
+void PoseLink::count_jump(std::optional<std::uint8_t> counter, bool is_same_sender) {
+  last_.reset_counter = is_same_sender ? last_.reset_counter : std::nullopt;
+  if (counter) {
+    stats_.announced_jumps += static_cast<std::uint32_t>(counter != last_.reset_counter.value_or(*counter));
+    last_.reset_counter = counter;
+  }
+}
+
 void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest& newest) {
   const std::uint64_t end = frame.offset + frame.bytes.size();
   const bool is_same_sender = has_last_ && frame.from == sender_;
@@ -125,8 +134,7 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
   }
   if (accept(*pose, frame.sequence, now)) {
     sender_ = frame.from;
-    stats_.announced_jumps += static_cast<std::uint32_t>(is_same_sender && beside.reset_counter != last_.reset_counter);
-    last_.reset_counter = beside.reset_counter;
+    count_jump(beside.reset_counter, is_same_sender);
     up_b_ += (beside.up_b - up_b_) * share_of_new(up_b_);
     newest.pose = *pose;
     newest.pose.position_variance_m2 = variance_m2;

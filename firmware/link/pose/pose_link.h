@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "firmware/core/expected.h"
 #include "firmware/core/fence.h"
@@ -96,6 +97,7 @@ class PoseLink {
   void take(const mavlink::FrameView& frame, core::TimePoint now, Newest& newest);
   void refuse(PoseFault fault, core::TimePoint now);
   bool accept(const core::Pose<double>& pose, std::uint8_t frame, core::TimePoint now);
+  void count_jump(std::optional<std::uint8_t> counter, bool is_same_sender);
   core::Vector<double, 3> stated_variance_m2(const core::Pose<double>& pose);
   bool is_from_sender(const mavlink::FrameView& frame, core::TimePoint now);
   bool has_room(core::TimePoint now) const;
@@ -113,7 +115,7 @@ class PoseLink {
   /// Of the sender: the number of its last frame, and the counter in its last pose.
   struct {
     std::uint8_t frame = 0;
-    std::uint8_t reset_counter = 0;
+    std::optional<std::uint8_t> reset_counter;  ///< none yet
   } last_;
   core::TimePoint last_time_{};
   StampOrder order_;

@@ -72,7 +72,8 @@ TEST_F(PoseLinkTest, DoubledAndOvertakenPosesAreRefused) {
   EXPECT_TRUE(pose->clock_was_set);
 }
 
-// Catches a counter that is compared across senders, or with that of a refused pose, and one of the first pose.
+// Catches a counter that is compared across senders, or with that of a refused pose, one of the first pose, and a kind
+// of message without a counter that is taken for a jump back to zero and forth.
 TEST_F(PoseLinkTest, AnnouncedJumpsAreCountedByTheResetCounterOfOneSender) {
   std::uint64_t stamp_us = 50000000;
   const auto counted = [&](std::uint8_t counter, bool odometry, mavlink::Address from = kSender) {
@@ -88,13 +89,17 @@ TEST_F(PoseLinkTest, AnnouncedJumpsAreCountedByTheResetCounterOfOneSender) {
   EXPECT_EQ(counted(7, true), 0U);
   EXPECT_EQ(counted(8, true), 1U);
   EXPECT_EQ(counted(8, false), 1U);
+  stamp_us += 40000;
+  write(mavlink::AttPosMocap{.time_usec = stamp_us, .q = {1.F}, .x = 1.F}, kSender);
+  (void)after(milliseconds(40));
+  EXPECT_EQ(counted(8, true), 1U) << "a pose without a counter announces nothing";
   EXPECT_EQ(counted(255, false), 2U);
   EXPECT_EQ(counted(0, false), 3U) << "it wraps";
   EXPECT_EQ(counted(5, false, {.system = 10, .component = 1}), 3U) << "its poses are refused";
   EXPECT_EQ(counted(0, false), 3U);
   (void)after(milliseconds(1500));
   EXPECT_EQ(counted(5, false, {.system = 10, .component = 1}), 3U) << "another world from the beginning";
-  EXPECT_EQ(link.stats().poses, 8U);
+  EXPECT_EQ(link.stats().poses, 10U);
 }
 
 // Catches a variance that is compared on one axis only, a stated sigma that is ignored, and a NaN (not known) or a
