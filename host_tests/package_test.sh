@@ -66,7 +66,9 @@ removed() {
 
 if [ "$name" = m100-lab ]; then
   share=$root/usr/share/m100-lab
-  for file in "$documents/guide/README.md" "$documents/guide/messages.md" "$documents/guide/worlds/quadrotor.py" \
+  for file in "$documents/guide/README.md" "$documents/guide/worlds/quadrotor.py" \
+    "$documents"/guide/{vehicle,flight,plant,column}_keys.md "$documents"/guide/{course,script}_words.md \
+    "$documents"/guide/{frames_json,exit_codes,messages}.md \
     "$share/maps/px4.toml" "$share/columns/m100_csv.toml" "$share/flight/loop_train.ulg"; do
     [ -s "$file" ] || fail "${file#"$root"} is missing"
   done

@@ -13,6 +13,7 @@ import subprocess
 import sys
 
 PROMISES, WIRE = "firmware/safety/PROMISES.md", "protocol/README.md"
+PAGES = (".md", "reference/meanings.toml")  # prose from the first line to the last
 TOP = ("firmware", "hal", "protocol", "host_tests", "linker")
 NUMBERS = r"\d+(?:\.\d+)?(?:(?:, | and | to )\d+(?:\.\d+)?)*"
 PROMISE = re.compile(r"\bR(\d{1,2})\b")
@@ -36,7 +37,7 @@ DOCSTRING = re.compile(r'"""(.*?)"""', re.DOTALL)
 
 def spoken(name, text):
     """-> the prose of a file: the whole text of a page, the comments (and docstrings) of code."""
-    if name.endswith(".md"):
+    if name.endswith(PAGES):
         return re.sub(r"\s+", " ", text)
     mark = "//" if name.endswith((".h", ".cpp", ".inc", ".c", ".ld")) else "#"
     if name.endswith(".ld"):
@@ -100,7 +101,7 @@ class Project:
             yield from (f"function {one}() does not exist" for one in sorted(set(FUNCTION.findall(words)) - self.called))
         if name.endswith((".h", ".cpp")):
             yield from self.of_parameters(text)
-        if name.endswith(".md"):
+        if name.endswith(PAGES):
             yield from self.of_page(name, text)
 
     def of_parameters(self, text):
@@ -184,7 +185,7 @@ def main():
     project = Project(project_files(pathlib.Path(sys.argv[1])))
     found = 0
     for name in project.texts:
-        if name.endswith((".h", ".cpp", ".inc", ".c", ".ld", ".md", ".py", ".sh", ".cmake", "CMakeLists.txt")) \
+        if name.endswith((".h", ".cpp", ".inc", ".c", ".ld", *PAGES, ".py", ".sh", ".cmake", "CMakeLists.txt")) \
                 or project.texts[name].startswith("#!"):
             if name != "host_tests/habit/references.py":  # it contains planted wrong references
                 for offence in project.offences(name):

@@ -36,7 +36,7 @@ constexpr Example kExamples[]{
     {"gains", "m100-lab gains --vehicle vehicle.toml --table vehicle.gains --json margins.json"},
     {"mpc solve", "m100-lab mpc solve instances.jsonl --scalar float"},
     {"bridge", "m100-lab bridge --listen udp:9763 --to 192.168.1.20:14560 --mavlink-key mavlink.key"},
-    {"reference", "m100-lab reference"},
+    {"reference", "m100-lab reference vehicle_keys"},
     {"evening", "m100-lab evening my_m100 --port /dev/ttyUSB0 --pose-port /dev/ttyUSB1"},
 };
 

@@ -127,7 +127,7 @@ void run(const LogsOptions& options) {
   if (!proposal) {
     std::printf(
         "No map is proposed, because the column names are unknown. Write a map that names the columns, for example:\n"
-        "%sCheck the signs and units. m100-lab reference prints every signal that a map may have.\n",
+        "%sCheck the signs and units. m100-lab reference column_keys prints every signal that a map may have.\n",
         logs::example_map(*log).c_str());
     if (!options.map.empty()) {
       throw CLI::RuntimeError(kAnswerIsNo);

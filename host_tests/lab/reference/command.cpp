@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab reference: prints the keys and words that the programs read, as JSON, for the guide's reference pages.
+// m100-lab reference: prints the keys, words and messages of the programs with their meanings, as pages or as JSON.
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <iostream>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <sstream>
@@ -20,6 +21,7 @@
 #include "firmware/companion/files/vehicle_keys.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/logs/signal.h"
+#include "host_tests/lab/reference/reference_text.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/sim/autopilot/n1_script_syntax.h"
 #include "host_tests/sim/world/plant_keys.h"
@@ -35,9 +37,9 @@ struct Row {
   std::vector<std::string> cells;  ///< the page's columns between the key and its meaning
 };
 
-/// One reference page of the guide: the part of it that the code knows.
+/// One reference page: the part of it that the code's tables know.
 struct Table {
-  std::string page;                  ///< file name without its ending
+  std::string page;                  ///< its name
   std::vector<std::string> columns;  ///< headings of the cells
   std::vector<Row> rows;
 };
@@ -245,25 +247,87 @@ std::vector<Table> tables() {
   return {vehicle_table(), flight_table(), plant_table(), course_table(), script_table(), signal_table()};
 }
 
-void print_references() {
-  nlohmann::ordered_json pages;
-  for (const Table& table : tables()) {
-    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-    for (const Row& row : table.rows) {
-      rows.push_back({{"section", row.section}, {"key", row.key}, {"cells", row.cells}});
-    }
-    pages[table.page] = {{"columns", table.columns}, {"rows", rows}};
+using Json = nlohmann::ordered_json;
+
+/// All pages: the words of meanings.toml, joined to the tables. A key that has no meaning gets an empty one.
+Json all_pages() {
+  Json pages;
+  for (const auto& [name, text] : page_texts()) {
+    pages[name] = Json::parse(text);
   }
-  std::cout << pages.dump(1) << "\n";
+  for (const Table& table : tables()) {
+    pages[table.page]["columns"] = table.columns;
+    for (const Row& row : table.rows) {
+      pages[table.page]["rows"].push_back({{"section", row.section}, {"key", row.key}, {"cells", row.cells}});
+    }
+  }
+  for (Json& page : pages) {
+    for (Json& row : page["rows"]) {
+      row["meaning"] = page["meanings"][std::string(row["section"])].value(std::string(row["key"]), "");
+    }
+    page.erase("meanings");
+  }
+  return pages;
+}
+
+void print_line(const std::vector<std::string>& cells) {
+  for (const std::string& cell : cells) {
+    std::cout << "| ";
+    for (const char c : cell) {
+      std::cout << (c == '|' ? "\\" : "") << c;
+    }
+    std::cout << " ";
+  }
+  std::cout << "|\n";
+}
+
+/// Prints rows of one section as a Markdown table. A column that has only "-" in it is left out.
+void print_table(const Json& columns, const std::vector<Json>& rows) {
+  std::vector<std::vector<std::string>> lines(rows.size() + 1);
+  const auto add = [&](const std::string& title, const auto& cell_of) {
+    lines[0].push_back(title);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      lines[i + 1].push_back(cell_of(rows[i]));
+    }
+  };
+  add("key", [](const Json& row) { return "`" + std::string(row["key"]) + "`"; });
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (std::any_of(rows.begin(), rows.end(), [i](const Json& row) { return row["cells"][i] != "-"; })) {
+      add(columns[i], [i](const Json& row) { return std::string(row["cells"][i]); });
+    }
+  }
+  add("meaning", [](const Json& row) { return std::string(row["meaning"]); });
+  lines.insert(lines.begin() + 1, std::vector<std::string>(lines[0].size(), "---"));
+  std::for_each(lines.begin(), lines.end(), print_line);
+}
+
+void print_page(const Json& page) {
+  std::cout << "# " << std::string(page["title"]) << "\n\n" << std::string(page["introduction"]) << "\n";
+  const Json& rows = page["rows"];
+  for (auto first = rows.begin(), end = first; first != rows.end(); first = end) {
+    end = std::find_if(first, rows.end(), [&](const Json& row) { return row["section"] != (*first)["section"]; });
+    std::cout << "\n## " << std::string((*first)["section"]) << "\n\n";
+    print_table(page["columns"], {first, end});
+  }
 }
 
 }  // namespace
 }  // namespace reference
 
 void add_reference(CLI::App& lab) {
-  lab.add_subcommand("reference",
-                     "print every key and word that the programs read, with unit, range and default, as JSON")
-      ->callback(reference::print_references);
+  CLI::App* const command = lab.add_subcommand(
+      "reference", "print every key, word, message and exit code of the programs, with range, default and meaning");
+  const auto page = std::make_shared<std::string>();
+  command->add_option("page", *page, "page to print as Markdown; without it, all pages as JSON")
+      ->check(CLI::IsMember(reference::page_texts()));
+  command->callback([page] {
+    const nlohmann::ordered_json pages = reference::all_pages();
+    if (page->empty()) {
+      std::cout << pages.dump(1) << "\n";
+    } else {
+      reference::print_page(pages[*page]);
+    }
+  });
 }
 
 }  // namespace m100::lab

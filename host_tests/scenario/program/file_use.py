@@ -85,7 +85,7 @@ TABLE = {
     "m100-lab bridge": dict(words="--listen udp:9763 --to 127.0.0.1:9764 --duration 0.01", inputs=["--mavlink-key"],
                             needed=["--mavlink-key"], outputs=["--json"],
                             other=["--listen", "--from", "--vrpn", "--to", "--axes", "--stamp"]),
-    "m100-lab reference": dict(),
+    "m100-lab reference": dict(other=["page"]),
 }
 SWITCHES = {"--board", "--merge"}  # options in a name of the table that change the command's meaning
 
