@@ -29,7 +29,7 @@ namespace m100::app {
 /// The flight program: one tick is one function, and each step of the data flow is one of its lines.
 ///
 /// T is the scalar of control and estimate (float or double), S that of the observer (T, or core::Fixed). Nothing is
-/// allocated, nothing waits, nothing reads a clock. Cost: firmware/README.md.
+/// allocated, nothing waits, nothing reads a clock. Cost: firmware/RESULTS.md.
 template <typename T, typename S = T>
 class FlightController {
  public:

@@ -9,7 +9,7 @@ namespace m100::core {
 // root, because IEEE 754 defines their rounding; libm's functions differ between newlib, glibc on armhf and glibc on
 // x86-64.
 // T is float or double, each in its own arithmetic (some FPUs have float alone); beyond 400 rad float uses double.
-// Accuracy, measured: firmware/core/README.md. Cost: no loops, 30 to 100 instructions.
+// Accuracy, measured: firmware/RESULTS.md. Cost: no loops, 30 to 100 instructions.
 
 inline constexpr double kPi = 3.14159265358979323846;
 

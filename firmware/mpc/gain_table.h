@@ -87,7 +87,7 @@ struct SetpointTree {
 ///   u = state_gain x + disturbance_gain d + tilt_target_gain th + input_target_gain s + filter_gain g,
 ///   g = taps applied to p_ref, v_ref (and th_ref, s where they are not constant) + terminal taps + Rd u_prev e_0,
 /// where filter_gain = H^-1 C^-1 and g = C (S' Q r + R s + Rd u_prev e_0): the long memory of the adjoint model is in
-/// C^-1, which is constant, so that any preview costs only a few taps. See DECISIONS.md, decision 1.
+/// C^-1, which is constant, so that any preview costs only a few taps. See decision mpc 1.
 template <typename T>
 struct GainTable {
   core::Sha256Digest vehicle{};  ///< of the vehicle file's text that the table was made from

@@ -12,16 +12,15 @@ import re
 import subprocess
 import sys
 
-PROMISES, WIRE = "firmware/safety/PROMISES.md", "protocol/README.md"
+PROMISES, WIRE, DECISIONS = "firmware/safety/PROMISES.md", "protocol/README.md", "firmware/DECISIONS.md"
 PAGES = (".md", "reference/meanings.toml")  # prose from the first line to the last
 TOP = ("firmware", "hal", "protocol", "host_tests", "linker")
 NUMBERS = r"\d+(?:\.\d+)?(?:(?:, | and | to )\d+(?:\.\d+)?)*"
 PROMISE = re.compile(r"\bR(\d{1,2})\b")
 SECTION = re.compile(rf"(?P<page>\b[Pp]rotocol(?:'s)?,? )(?:sections? )?(?P<list>{NUMBERS})|"
                      rf"\b[Ss]ections? (?P<own>{NUMBERS})")
-# With a page before it ("firmware/est/README.md, decision 2"), a page or folder behind it ("decision 4 of `../loop`"),
-# or neither: the page itself, or the README beside it.
-DECISION = re.compile(rf"(?:(?P<before>[\w./-]*\.md)`?, )?\b[Dd]ecisions? (?P<list>{NUMBERS})(?: of `(?P<behind>[\w./-]+)`)?")
+# "decision est 12": the item 12 below the heading of the room in DECISIONS.
+DECISION = re.compile(rf"\b[Dd]ecisions? (?:(?P<room>[a-z]+) )?(?P<list>{NUMBERS})")
 LINK = re.compile(r"\]\(([^)#:]+)\)")
 FILE = re.compile(r"(?<![\w/.*}<$-])((?:[\w-][\w.-]*/)*[\w-][\w.-]*\.(?:md|h|cpp|inc|py|sh|ld|cmake|jsonl))\b(?![\w/*])")
 PATH = re.compile(rf"(?<![\w/.-])((?:{'|'.join(TOP)})/[\w./*{{}},-]*[\w*}}/])")
@@ -62,6 +61,9 @@ class Project:
         self.folders = {str(parent) for name in texts for parent in pathlib.PurePosixPath(name).parents}
         self.endings = {"/".join(name.split("/")[i:]) for name in texts for i in range(name.count("/") + 1)}
         self.promises = set(re.findall(r"^### (R\d+)\.", texts.get(PROMISES, ""), re.MULTILINE))
+        rooms = re.split(r"^## (\w+)$", texts.get(DECISIONS, ""), flags=re.MULTILINE)[1:]
+        self.decisions = {(room, number) for room, text in zip(rooms[::2], rooms[1::2])
+                          for number in re.findall(r"^(\d+)\. ", text, re.MULTILINE)}
         tests = [text for name, text in texts.items() if name.endswith(".cpp") and name.startswith("host_tests/")]
         self.tests = " ".join(" ".join(filter(None, names)) for text in tests for names in TEST_NAME.findall(text))
 
@@ -72,7 +74,7 @@ class Project:
         return set(re.findall(r"^#+ (\d+(?:\.\d+)*)\.? ", self.texts.get(page, ""), re.MULTILINE))
 
     def file_exists(self, file, holder):
-        near = str(pathlib.PurePosixPath(holder).parent / file)
+        near = os.path.normpath(pathlib.PurePosixPath(holder).parent / file)
         return file in self.endings or near in self.texts
 
     def path_exists(self, path):
@@ -90,7 +92,7 @@ class Project:
             if promise not in self.promises:
                 yield f"promise {promise} does not exist"
         yield from self.of_sections(name, words)
-        yield from self.of_decisions(name, words)
+        yield from self.of_decisions(words)
         for file in sorted(set(FILE.findall(words))):
             if not self.file_exists(file, name):
                 yield f"file {file} does not exist"
@@ -118,15 +120,11 @@ class Project:
                 if number not in self.sections(page):
                     yield f"{found[0]!r}: {page} has no section {number}"
 
-    def of_decisions(self, name, words):
-        folder = pathlib.PurePosixPath(name).parent
+    def of_decisions(self, words):
         for found in DECISION.finditer(words):
-            page = found["before"] or found["behind"] or (name if name.endswith(".md") else "README.md")
-            page = page if page.endswith(".md") else f"{page}/README.md"
-            pages = [one for one in (page, os.path.normpath(folder / page)) if one in self.texts]
             for number in wanted(found["list"]):
-                if not any(re.search(rf"^ *{number}\. ", self.texts[one], re.MULTILINE) for one in pages):
-                    yield f"{found[0]!r}: {page} has no decision {number}"
+                if (found["room"], number) not in self.decisions:
+                    yield f"{found[0]!r}: {DECISIONS} has no such decision; say room and number"
 
     def of_page(self, name, text):
         for link in LINK.findall(text):
@@ -157,17 +155,17 @@ def project_files(root):
 def self_test():
     """Tests the check itself: it must report each line of `planted`, and none of `sound`."""
     base = {PROMISES: "### R1. No heap\n### R2. Parser\n", WIRE: "### 4. Start\n#### 4.1 Version\n### 5. Sessions\n",
-            "firmware/est/README.md": "## Decisions\n\n1. One.\n", "host_tests/unit/a_test.cpp": "TEST(Suite, IsRight) {\n}\n"}
+            DECISIONS: "# Decisions\n\n## est\n\n1. One.\n", "firmware/est/README.md": "", "host_tests/unit/a_test.cpp": "TEST(Suite, IsRight) {\n}\n"}
     planted = {
         "a.h": ["// promise R3", "// (protocol, 7)", "// protocol, sections 4 to 6", "// the protocol's\n// section 9",
-                "// see style.md", "// firmware/est/README.md, decision 2", "// decision 1", "// decision 2 of `firmware/est`",
+                "// see style.md", "// decision est 2", "// decision 1", "// decision mpc 1",
                 "// as section 3 has it", "// firmware/old/x.cpp",
                 "// in firmware/old", "// as in gone()", "// @param gone is\nvoid f(int here);", "// @param here,\n// gone are\nvoid f(int here);"],
         "a_test.cpp": ['  RecordProperty("promise", "R9");'],
         "page.md": ["[page](missing.md)", "`unit.a.Suite.IsWrong`", "`gone.h` is", "`hal/{a,b}.h`",
                     "as in `gone()`", "`ctest -R 'unit.a.(Suite|Other)'`", "`unit_a --gtest_filter=Gone.*`"]}
     sound = {"b.h": ["// promise R2; protocol, sections 4 to 5 and 4.1; firmware/est",
-                     "// firmware/est/README.md, decision 1; decision 1 of `firmware/est`",
+                     "// decision est 1", "// the decision of est",
                      "// @param here, there are\nvoid fly(int here, int there);  // as in fly()"],
              "page2.md": ["[page](firmware/est/README.md) `unit.a.Suite.IsRight` `ctest -R 'Suite|unit.a'` `b.h` section\n"]}
     missed = [(name, line) for name, lines in planted.items() for line in lines

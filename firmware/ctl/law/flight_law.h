@@ -56,7 +56,7 @@ struct LawReport {
 ///     wind (d) nor trim and command gain (m) leaves a steady offset.
 /// Then both tilts are limited together, keeping their direction, with regard to the present tilt (slope_limit.h), and
 /// rotated by yaw into roll and pitch.
-/// The reference's window must begin lead() after now. Cost: firmware/README.md.
+/// The reference's window must begin lead() after now. Cost: firmware/RESULTS.md.
 template <typename T>
 class FlightLaw {
  public:

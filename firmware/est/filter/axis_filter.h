@@ -38,7 +38,7 @@ enum class FusionResult : std::uint8_t { kUsed, kRefused };
 ///
 /// S is double, float or core::Fixed; the same source, the same order of operations. Ranges, enforced: |p| <= 100 m,
 /// |v| <= 25 m/s, |tilt| <= 0.7 rad, |rate| <= 10 rad/s, |d| <= 8 m/s^2, |m| <= 0.3 rad.
-/// Cost per predict and three corrections: firmware/README.md.
+/// Cost per predict and three corrections: firmware/RESULTS.md.
 template <typename S>
 class AxisFilter {
  public:

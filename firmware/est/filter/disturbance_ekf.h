@@ -64,7 +64,7 @@ struct EkfCounters {
 /// (Measurement::disturbance_acceleration).
 /// Recovery: refused poses that agree with each other for long enough set position and velocity. HeadingReset says
 /// whether they set the yaw. Disturbance and input offset stay.
-/// S is double, float or core::Fixed; inputs and outputs are of type Real. Cost: firmware/README.md.
+/// S is double, float or core::Fixed; inputs and outputs are of type Real. Cost: firmware/RESULTS.md.
 template <typename S, typename Real>
 class DisturbanceEkf {
  public:

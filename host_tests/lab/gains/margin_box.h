@@ -50,7 +50,7 @@ struct MarginLimits {
 };
 /// Room between a limit on the sampled peak over the box and the bound that certify() proves, at most 1.02 times it.
 inline constexpr double kProvedOverSampled = 1.025;
-/// 3.3 is the least box_peak at which a hover at 8 m/s is at most 4 % worse (firmware/mpc/DECISIONS.md, decision 12).
+/// 3.3 is the least box_peak at which a hover at 8 m/s is at most 4 % worse (decision mpc 12).
 inline constexpr MarginLimits kFieldLimits{1.65, 0.15, 2.2, 0.1, 3.3 / kProvedOverSampled};
 inline constexpr MarginLimits kRobustLimits{1.6, 0.15, 1.6, 0.15, 1.6 / kProvedOverSampled};
 

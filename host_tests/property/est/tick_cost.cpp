@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Runs one part of a tick many times, so that callgrind can count it (command and numbers: firmware/README.md):
+// Runs one part of a tick many times, so that callgrind can count it (command and numbers: firmware/RESULTS.md):
 //   valgrind --tool=callgrind --toggle-collect='*one_tick*' tick_cost axis|ekf|law|window|sticks double|float|fixed
 #include <array>
 #include <cmath>

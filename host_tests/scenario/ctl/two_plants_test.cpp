@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The table of firmware/ctl/README.md: two plants, each flown with the model that lacks delay and second order (the
+// The table of firmware/RESULTS.md: two plants, each flown with the model that lacks delay and second order (the
 // paper's first-order time constants and weights) and with the model that has them. Prints every cell. The right-hand
 // columns must keep their limits, the left-hand ones must be worse.
 #include <gtest/gtest.h>

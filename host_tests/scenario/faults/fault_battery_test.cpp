@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Single faults of the whole flight controller against the emulated N1 (promise R12 and the failsafe of
-// firmware/safety/README.md). Each test states the reaction and its bound.
+// firmware/safety/PROMISES.md). Each test states the reaction and its bound.
 #include <gtest/gtest.h>
 
 #include "hal/mock/wrong_baud.h"
