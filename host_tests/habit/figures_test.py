@@ -126,7 +126,7 @@ class Command(unittest.TestCase):
     def test_finds_a_stale_page_mends_it_and_is_content(self):
         self.assertEqual(self.figures("--check"), 1)
         self.assertEqual(self.figures("--quick"), 0)
-        self.assertIn("- unit: `Parser.IsBounded`", self.page.read_text())
+        self.assertIn("- unit: `ALongSuiteName.WithItsTestOnTheNextLine`, `Bench.*`, `Bench.Flies`, `Parser.IsBounded`\n", self.page.read_text())
         self.assertIn("**open**", self.page.read_text())
         self.assertEqual(self.figures("--check"), 0)
 

@@ -66,9 +66,10 @@ def holders(root):
 
 
 def figures(root):
-    """-> {"promise.R4": the list of its tests, one a line, ...}"""
+    """-> {"promise.R4": the list of its tests, one line for each kind, ...}"""
     out = {}
     for promise, tests in holders(root).items():
-        lines = [f"- {kind}: `{name}`" for kind, name in sorted(tests)]
+        kinds = sorted({kind for kind, _ in tests})
+        lines = [f"- {kind}: " + ", ".join(f"`{name}`" for one, name in sorted(tests) if one == kind) for kind in kinds]
         out["promise." + promise] = Figure("\n".join(lines) if lines else "**open**: no test names this promise yet.")
     return out
