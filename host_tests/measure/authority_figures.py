@@ -11,6 +11,15 @@ VEHICLE = "firmware/mpc/generated/vehicle.toml"
 OPEN = "host_tests/scenario/authority/open.txt"
 
 
+def joined(lines):
+    """-> the table with one row for all faults that have the same cells"""
+    rows = {}
+    for line in lines[2:]:
+        fault, _, cells = line.removeprefix("| ").partition(" | ")
+        rows.setdefault(cells, []).append(fault)
+    return lines[:2] + [f"| {'; '.join(faults)} | {cells}" for cells, faults in rows.items()]
+
+
 def table_of(battery):
     def measured(workspace):
         def built(path):
@@ -18,7 +27,7 @@ def table_of(battery):
         printed = workspace.run(built(STICKS), "--battery", battery, "--m100", built(M100), "--lab", built(LAB),
                             "--vehicle", workspace.root / VEHICLE, "--gains", built(TABLE), "--open", workspace.root / OPEN,
                             may_fail=True)  # the table shows failures, too
-        return {f"sticks.{battery}": Figure("\n".join(line for line in printed.splitlines() if line.startswith("|")))}
+        return {f"sticks.{battery}": Figure("\n".join(joined([line for line in printed.splitlines() if line.startswith("|")])))}
     return measured
 
 
