@@ -59,6 +59,14 @@ def campaigns(workspace):
             "campaign.latency": Figure("; ".join(found))}
 
 
+def joined(rows):
+    """-> the table with one row for all changes that have the same counts"""
+    counts = {}
+    for change, *same, tilt in rows[1:]:
+        counts.setdefault(tuple(same), []).append(f"{change}: {tilt}")
+    return table([f"{rows[0][0]}: {rows[0][-1]}", *rows[0][1:-1]], *[["; ".join(changes), *same] for same, changes in counts.items()])
+
+
 def changed_aircraft(workspace):
     """Flights of aircraft that differ from the vehicle file."""
     # The answer "one swings" is a figure, too.
@@ -68,7 +76,7 @@ def changed_aircraft(workspace):
     _, flights, left, swing, noticed, _ = (cell.strip() for cell in everything.splitlines()[-1].split("|"))
     return {"changes.drawn": Figure(f"{swing} of {flights} flights swing, and {noticed} of these are noticed in flight; "
                                     f"{left} did not stay"),
-            **{name: table(*[[cell.strip() for cell in line.split("|")] for line in lines.splitlines() if "|" in line])
+            **{name: joined([[cell.strip() for cell in line.split("|")] for line in lines.splitlines() if "|" in line])
                for name, lines in (("changes.map", printed), ("changes.inside", inside))}}
 
 
