@@ -3,7 +3,7 @@
 """Checks the shape of the tree: one class in one file, small classes, small folders, and how much there is to read.
 
 Usage: structure.py ROOT [--table] | structure.py --self-test. Prints every number beside its bar and each offence; --table prints the
-numbers as the table of host_tests/habit/README.md. Needs universal-ctags. Exits with 1 if a number is past its bar.
+numbers as the table of host_tests/README.md. Needs universal-ctags. Exits with 1 if a number is past its bar.
 """
 import collections
 import json
