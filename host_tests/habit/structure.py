@@ -8,6 +8,7 @@ numbers as the table of host_tests/README.md. Needs universal-ctags. Exits with 
 import collections
 import json
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -18,9 +19,9 @@ MAX_MEMBERS, MAX_FOLDER = 20, 25
 # number -> (most that is let through today, goal, value when the goal was set). The first only ever shrinks.
 BARS = {"sources without a header of their name": (15, 15, 54), "classes with more than 20 data members": (0, 0, 8),
         "folders with more than 25 sources": (0, 0, 8), "words of README.md": (900, 900, 3596),
-        "words of all Markdown": (60000, 60000, 79403), "lines of C++ without generated code": (154800, 128000, 129815)}
-
-
+        "words of all Markdown": (42000, 35000, 79403), "words of Markdown outside generated figures": (31300, 24000, 48078),
+        "lines of C++ without generated code": (154800, 128000, 129815)}
+GENERATED = re.compile(r"<!-- figure: .*?<!-- end -->", re.DOTALL)
 PARTS = {"flight code": ("firmware/", "protocol/", "hal/"), "lab": "host_tests/lab/", "simulation": "host_tests/sim/"}
 
 
@@ -63,10 +64,12 @@ def measure(root, names):
     folders = collections.Counter(str(pathlib.PurePath(name).parent) for name in cpp)
     full = [f"{folder}: {number}" for folder, number in sorted(folders.items()) if number > MAX_FOLDER]
     pages = [name for name in names if name.endswith(".md")]
-    words = {name: len((root / name).read_text().split()) for name in pages}
+    texts = {name: (root / name).read_text() for name in pages}
+    words = {name: len(text.split()) for name, text in texts.items()}
+    by_hand = sum(len(GENERATED.sub(" ", text).split()) for text in texts.values())
     lines = sum(lines_of(root, name) for name in cpp)
     return dict(zip(BARS, [(len(bare), bare), (len(wide), wide), (len(full), full), (words.get("README.md", 0), []),
-                           (sum(words.values()), []), (lines, [])]))
+                           (sum(words.values()), []), (by_hand, []), (lines, [])]))
 
 
 def check(root, names):
