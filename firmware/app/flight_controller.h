@@ -47,11 +47,14 @@ class FlightController {
   void release() { orders_.add(log::kOrderRelease); }
 
   /// Reports that the autopilot flies its own take-off or landing. It is valid for the next tick only: call it before
-  /// each of these ticks. The failsafe is then in kLevel, whose command brakes and holds, or is neutral during a
-  /// take-off.
-  void task_flies(protocol::Task task) {
-    orders_.add(task == protocol::Task::kTakeOff ? log::kOrderTakesOff : log::kOrderLands);
-  }
+  /// each of these ticks. The failsafe is then in kLevel. @param in_air its command brakes and holds, so that it does
+  /// in the moment in which the autopilot uses it again; false: neutral, because the aircraft may stand on the ground.
+  void task_flies(bool in_air) { orders_.add(in_air ? log::kOrderLands : log::kOrderTakesOff); }
+  /// Ends a task: control goes back at once, because a command of kRelease would have no effect.
+  void end_task() { orders_.add(log::kOrderLands | log::kOrderRelease); }
+  /// Instead of a landing: the law hovers where the aircraft is (GoalPlanner::stay).
+  void hover_here() { orders_.add(log::kOrderLands | log::kOrderEngage); }
+  bool hovers_here() const { return orders_.hovers_here(); }  ///< ordered for the last tick
   /// Requests a task of the autopilot. The link repeats it twice if no answer comes. @returns as SerialLink::request.
   core::Status begin_task(protocol::Task task) { return orders_.begin_task(task, link_, timer_.last()); }
 

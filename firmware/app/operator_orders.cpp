@@ -30,8 +30,8 @@ void OperatorOrders::update(bool in_reach, safety::FailsafeState failsafe_state,
   }
   if ((acting_ & log::kOrderRelease) != 0) {
     until_ = now;
-    if (is_silent) {
-      link.release(now);  // nothing flies yet: requested or granted control goes back at once
+    if (is_silent || (acting_ & (log::kOrderTakesOff | log::kOrderLands)) != 0) {
+      link.release(now);  // nothing flies by our commands: requested or granted control goes back at once
     }
   }
   stands_ = now < until_;

@@ -5,6 +5,7 @@
 
 #include "firmware/core/time.h"
 #include "firmware/link/serial_link.h"
+#include "firmware/log/records.h"
 #include "firmware/safety/failsafe.h"
 #include "firmware/safety/order_status.h"
 
@@ -37,6 +38,10 @@ class OperatorOrders {
   /// @param in_reach of this tick; without it a valid engage order is not served.
   safety::OrderStatus status(bool in_reach, core::TimePoint now) const;
   bool takes_off() const;
+  bool hovers_here() const {
+    constexpr std::uint32_t kBoth = log::kOrderLands | log::kOrderEngage;
+    return (acting_ & kBoth) == kBoth;
+  }
 
  private:
   core::Duration timeout_;

@@ -53,9 +53,10 @@ static_assert(sizeof(TickRecord) == 8 + 8 * (3 + 3 + 3 + 2 + 2 + 2 + 1 + 3 + 3 +
 
 inline constexpr std::uint32_t kOrderEngage = 1;
 inline constexpr std::uint32_t kOrderRelease = 2;
-inline constexpr std::uint32_t kOrderTakesOff = 4;  ///< the autopilot takes off by its own task, or is about to
-inline constexpr std::uint32_t kOrderLands = 8;     ///< the autopilot lands by its own task, or is about to
-inline constexpr std::uint32_t kOrderTask = 16;     ///< that task was requested before this tick
+inline constexpr std::uint32_t kOrderTakesOff =
+    4;  ///< the autopilot flies a task of its own, or is about to, from the ground
+inline constexpr std::uint32_t kOrderLands = 8;  ///< the autopilot lands by its own task, or is about to
+inline constexpr std::uint32_t kOrderTask = 16;  ///< that task was requested before this tick
 
 inline constexpr std::string_view kTickFormat =
     "tick:uint64_t timestamp;double[3] position;double[3] velocity;double[3] attitude;double[2] tilt_rate;"

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/fly/autopilot_task.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace m100::companion {
 namespace {
 
@@ -47,11 +50,16 @@ AutopilotTask::State AutopilotTask::tick(core::TimePoint now, Controller& contro
       break;
     case State::kNone:
     case State::kDone:
+    case State::kWouldDrift:
     case State::kFailed:
       break;
   }
-  if (state_ == State::kWaiting || state_ == State::kRequested || state_ == State::kActive) {
-    controller.task_flies(task_);
+  const bool is_flown = state_ == State::kRequested || state_ == State::kActive;
+  if (is_flown && drifts(controller)) {
+    fail(Failure::kDrifted);
+    controller.end_task();
+  } else if (is_flown || state_ == State::kWaiting) {
+    controller.task_flies(in_air(controller));
   }
   return state_;
 }
@@ -64,8 +72,13 @@ bool AutopilotTask::may_request(core::TimePoint now, const Controller& controlle
 }
 
 void AutopilotTask::send_request(core::TimePoint now, Controller& controller) {
-  if (may_request(now, controller) && controller.begin_task(task_) == core::Status::kOk) {
+  if (may_request(now, controller) && task_ == Task::kLand && touch_down_m_s(controller) > kMaxTouchDown_m_s) {
+    state_ = State::kWouldDrift;
+  } else if (may_request(now, controller) && controller.begin_task(task_) == core::Status::kOk) {
+    const est::Estimate<double>& at = controller.estimate();
     requested_at_ = now;
+    requested_from_m_ = {at.x.position_m, at.y.position_m, at.height_m};
+    ground_m_ = task_ == Task::kTakeOff ? at.height_m : ground_m_;
     status_ = controller.link().telemetry().flight_status;
     same_since_ = now;
     state_ = State::kRequested;
@@ -110,6 +123,35 @@ void AutopilotTask::update_status(core::TimePoint now, const link::SerialLink& l
   }
 }
 
+bool AutopilotTask::in_air(const Controller& controller) const {
+  const bool is_flown = state_ == State::kRequested || state_ == State::kActive;
+  const bool rises =
+      is_flown && controller.estimate().healthy && controller.estimate().height_m - requested_from_m_.z() > kRisen_m;
+  return task_ == Task::kLand || rises;
+}
+
+/// False while no pose shows it, and after the task's end: then the command of kLevel brakes.
+bool AutopilotTask::drifts(const Controller& controller) const {
+  const safety::Observation& seen = controller.observed();
+  const core::Vector<double, 2> at_m{controller.estimate().x.position_m, controller.estimate().y.position_m};
+  const auto is_beside = [&](int axis) {
+    const core::Fence::Side& side = fence_.side[static_cast<std::size_t>(axis)];
+    return at_m[axis] < side.low_m || at_m[axis] > side.high_m;
+  };
+  const bool leaves = task_ == Task::kTakeOff ? in_air(controller) && (is_beside(0) || is_beside(1))
+                                              : (at_m - requested_from_m_.head<2>()).norm() > kMaxDrift_m ||
+                                                    seen.consistency.speed_m_s > kMaxTouchDown_m_s;
+  return leaves && !is_at_end(task_, status_) && seen.estimate.healthy && seen.consistency.refused_poses == 0;
+}
+
+/// How fast a level aircraft would be after sinking to the ground: the estimated disturbance accelerates it. Drag would
+/// take less than a tenth off. Zero where the estimate does not know.
+double AutopilotTask::touch_down_m_s(const Controller& controller) const {
+  const est::Estimate<double>& at = controller.estimate();
+  const double blows_m_s2 = std::hypot(at.x.disturbance_m_s2, at.y.disturbance_m_s2);
+  return at.healthy ? blows_m_s2 * std::max(0.0, at.height_m - ground_m_) / kSink_m_s : 0.0;
+}
+
 void AutopilotTask::fail(Failure failure) {
   state_ = State::kFailed;
   failure_ = failure;
@@ -138,6 +180,9 @@ void describe(TextLine& line, const AutopilotTask& task) {
       return;
     case AutopilotTask::Failure::kTimeout:
       line.add(": the autopilot did not finish it in time");
+      return;
+    case AutopilotTask::Failure::kDrifted:
+      line.add(": it drifts with the wind and was ended");
       return;
     case AutopilotTask::Failure::kNone:
       return;

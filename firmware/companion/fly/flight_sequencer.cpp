@@ -11,6 +11,8 @@ using Excitation = ctl::Excitation<double>;
 /// As long as an order to fly is valid in the flight controller: after a later grant nothing would fly.
 constexpr core::Duration kRequestTimeout = std::chrono::seconds(20);
 
+constexpr double kHoverBeforePilotLands_s = 10.0;
+
 constexpr std::string_view kNoLanding = "landing is not ordered: the program does not fly the aircraft";
 
 }  // namespace
@@ -23,7 +25,7 @@ bool FlightSequencer::tick(core::TimePoint now, const SequencerInput& input) {
   reporter_.update_return(home_, now);
   release_monitor_.update(now, view);
   landing_monitor_.update(link.telemetry().flight_status, link.received_at(protocol::TelemetryItem::kFlightStatus));
-  start_.update(now, phase_ == Phase::kWaiting, input.goal_led);
+  start_.update(now, phase_ == Phase::kWaiting, input.goal_led || lands_by_hand_);
   if (input.land && (phase_ == Phase::kWaiting || phase_ == Phase::kRequesting || phase_ == Phase::kReleasing)) {
     report(now, kNoLanding);
   }
@@ -113,6 +115,7 @@ void FlightSequencer::try_to_engage(core::TimePoint now, bool backed_up) {
   controller_.engage();
   release_monitor_.control_requested(controller_.link().health().outages);
   had_control_ = false;
+  lands_by_hand_ = false;
   outcome_.landed = false;
   phase_ = Phase::kRequesting;
   since_ = now;
@@ -136,7 +139,7 @@ bool FlightSequencer::request_control(core::TimePoint now, const View& view, con
     return true;
   }
   if (takes_off_) {
-    controller_.task_flies(protocol::Task::kTakeOff);  // if control is granted in the next tick, the law must not fly
+    controller_.task_flies(false);  // if control is granted in the next tick, the law must not fly
   }
   const bool takes_it_back = now > since_ && (input.stops > 0 || input.toggle_control);
   if (takes_it_back || elsewhere || !input.backed_up || now - since_ > kRequestTimeout) {
@@ -162,7 +165,8 @@ bool FlightSequencer::fly(core::TimePoint now, const View& view, const Sequencer
     begin_release(now, false, input);
     return true;
   }
-  if (!engaged_ && start_.is_out_of_bounds(false)) {  // control was granted while the position was unknown
+  if (!engaged_ && !takes_off_ &&
+      start_.is_out_of_bounds(false)) {  // control was granted while the position was unknown
     start_.report_position(now, false, ends_on_denial());
     give_back(now, false, input);
     return true;
@@ -182,11 +186,12 @@ bool FlightSequencer::fly(core::TimePoint now, const View& view, const Sequencer
 
 void FlightSequencer::end_or_continue(core::TimePoint now, const SequencerInput& input) {
   const bool at_home = home_.state() == ReturnToStart<double>::State::kArrived;
-  const bool is_held = request_.take_control && core::seconds<double>(now - since_) >= request_.hold_s;
+  const double hold_s = lands_by_hand_ ? kHoverBeforePilotLands_s : request_.hold_s;
+  const bool is_held = (request_.take_control || lands_by_hand_) && core::seconds<double>(now - since_) >= hold_s;
   const bool is_over = at_home || (is_held && !returns_to_start());
-  const bool ends = is_over && !(request_.land && may_land());
+  const bool ends = is_over && (lands_by_hand_ || !(request_.land && may_land()));
   if (input.stops > 0 || input.toggle_control || ends) {
-    give_back(now, !at_home, input);
+    give_back(now, !at_home && !(ends && lands_by_hand_), input);
   } else if (may_land() && (input.land || is_over)) {
     begin_task(now, protocol::Task::kLand);
   } else if (input.land) {
@@ -195,7 +200,8 @@ void FlightSequencer::end_or_continue(core::TimePoint now, const SequencerInput&
 }
 
 void FlightSequencer::report_end(core::TimePoint now, const View& view) {
-  const auto denial = engaged_ ? std::nullopt : std::optional(start_.denial(takes_off_));
+  const bool on_ground = takes_off_ && phase_ == Phase::kTask;
+  const auto denial = engaged_ ? std::nullopt : std::optional(start_.denial(on_ground));
   reporter_.report_end(now, view, denial, takes_off_, next_input(request_.once));
 }
 
@@ -242,7 +248,7 @@ bool FlightSequencer::release_control(core::TimePoint now, const View& view, con
 void FlightSequencer::begin_task(core::TimePoint now, protocol::Task task) {
   phase_ = Phase::kTask;
   task_.start(task, now);
-  controller_.task_flies(task);
+  controller_.task_flies(task == protocol::Task::kLand);
   TextLine line;
   line.add(name(task)).add(" ordered: the autopilot flies it as its own task; the pilot's switch ends it");
   report(now, line.text());
@@ -265,6 +271,9 @@ bool FlightSequencer::fly_task(core::TimePoint now, const View& view, const Sequ
     case AutopilotTask::State::kDone:
       end_task(now, input);
       break;
+    case AutopilotTask::State::kWouldDrift:
+      hover_instead_of_landing(now);
+      break;
     case AutopilotTask::State::kFailed: {
       TextLine line;
       describe(line, task_);
@@ -286,15 +295,24 @@ void FlightSequencer::end_task(core::TimePoint now, const SequencerInput& input)
     return;
   }
   outcome_.took_off = true;
-  if (start_.is_out_of_bounds(false)) {
-    start_.report_position(now, false, ends_on_denial());
-    give_back(now, false, input);
-    return;
+  if (start_.denial(false) == safety::FailsafeReason::kFenceLeft) {
+    report(now, "taken off, and carried beyond the fence by the wind: it brakes, then control goes back");
+  } else {
+    report(now, "taken off: by the autopilot's flight status, the aircraft is in the air; the law takes over");
+    controller_.engage();
   }
-  report(now, "taken off: by the autopilot's flight status, the aircraft is in the air; the law takes over");
-  controller_.engage();
   phase_ = Phase::kFlying;
   since_ = now;  // --hold counts from where the law takes over
+}
+
+void FlightSequencer::hover_instead_of_landing(core::TimePoint now) {
+  report(now,
+         "the wind would carry the autopilot's landing away: the law hovers here for 10 s, then control goes back; "
+         "land by hand");
+  lands_by_hand_ = true;
+  controller_.hover_here();
+  phase_ = Phase::kFlying;
+  since_ = now;
 }
 
 }  // namespace m100::companion

@@ -36,7 +36,9 @@ struct SequencerInput {
 /// is gone for good, or further signals insist. After a refusal, a release by the failsafe or a landing that the
 /// autopilot began by itself the program waits for the next command; with --once it ends. A take-off precedes the
 /// flight and a landing follows it, each only if it is ordered. A command, a signal and the pilot's switch end them as
-/// they end a flight; if the autopilot refuses a take-off or a landing, control goes back. No heap.
+/// they end a flight; if the autopilot refuses a take-off or a landing, control goes back. Instead of a landing that
+/// would drift with the wind the law hovers for ten seconds, in which the pilot is told to land by hand, then control
+/// goes back. No heap.
 class FlightSequencer {
  public:
   /// @param trajectory the controller's: a low battery changes it.
@@ -51,6 +53,7 @@ class FlightSequencer {
               request.home),
         reporter_(controller, config.limits, request.land, operator_log),
         start_(request, config.limits, controller, operator_log),
+        task_(config.fence),
         release_monitor_(operator_log) {}
 
   /// Call it after each tick. @returns false: the program ends.
@@ -102,6 +105,7 @@ class FlightSequencer {
   bool fly_task(core::TimePoint now, const View& view, const SequencerInput& input);
   void begin_task(core::TimePoint now, protocol::Task task);
   void end_task(core::TimePoint now, const SequencerInput& input);
+  void hover_instead_of_landing(core::TimePoint now);
   bool release_control(core::TimePoint now, const View& view, const SequencerInput& input);
   void try_to_engage(core::TimePoint now, bool backed_up);
   /// With --once, a refusal to carry out the program's own order to take control ends the program.
@@ -124,10 +128,11 @@ class FlightSequencer {
   core::TimePoint since_{};  ///< begin of the phase
   LandingMonitor landing_monitor_;
   ReleaseMonitor release_monitor_;
-  bool takes_off_ = false;    ///< the flight that was requested begins with a take-off
-  bool had_control_ = false;  ///< since the last request
-  bool order_given_ = false;  ///< take_control's one order to fly was given, or was withdrawn before
-  bool engaged_ = false;      ///< the law flew in this flight
+  bool takes_off_ = false;      ///< the flight that was requested begins with a take-off
+  bool had_control_ = false;    ///< since the last request
+  bool order_given_ = false;    ///< take_control's one order to fly was given, or was withdrawn before
+  bool lands_by_hand_ = false;  ///< the wind forbids the autopilot's landing: a hover, in which the pilot is told so
+  bool engaged_ = false;        ///< the law flew in this flight
   bool by_operator_ = false;
   bool ends_ = false;  ///< the program ends when the hand-back is over
   Outcome outcome_;

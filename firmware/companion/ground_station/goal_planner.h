@@ -58,6 +58,8 @@ class GoalPlanner {
   /// Flies to a place, or to the nearest inside the fence. Call it only while the law flies. @returns false: it cannot;
   /// the reference comes to rest.
   bool fly_to(const ref::Waypoint<T>& place, core::TimePoint now);
+  /// The next flight begins where the aircraft is, as after a flight to goals.
+  void stay() { goal_ = trajectory_.end(); }
   /// Brings the reference to rest on its way. @returns false: the law does not fly.
   bool hold(core::TimePoint now, bool flies);
 

@@ -28,7 +28,8 @@ std::optional<ReturnSettings> home_of_note(const std::string& note);
 /// other value means that the charge is unknown. A piece of an excitation that has begun is flown to its end first. The
 /// return does not end the excitation: a piece may still begin if the aircraft rests kNear_m or more from home but
 /// within the excitation's tolerance on each axis. Then it flies until kArrived, at most kArrivalTimeout later, when
-/// the caller ends it with the flight by the law. No heap. T is float or double.
+/// the caller ends it with the flight by the law. The law hovers where the aircraft is after a landing that was ordered
+/// and is not flown. No heap. T is float or double.
 template <typename T>
 class ReturnToStart {
  public:
@@ -69,6 +70,9 @@ template <typename S>
 typename ReturnToStart<T>::State ReturnToStart<T>::update(const app::FlightController<T, S>& controller,
                                                           core::TimePoint now) {
   const bool by_law = safety::passes_law(controller.supervisor().failsafe_state());
+  if (controller.hovers_here()) {
+    goals_.stay();
+  }
   goals_.update(now, by_law, controller.started(), controller.estimate());
   const std::uint8_t percent = controller.link().telemetry().battery_percent;
   charge_reported_ = charge_reported_ || percent > 0;

@@ -140,7 +140,7 @@ void order_task(Controller& controller, std::uint32_t orders) {
   const bool takes_off = (orders & log::kOrderTakesOff) != 0;
   const protocol::Task task = takes_off ? protocol::Task::kTakeOff : protocol::Task::kLand;
   if (takes_off || (orders & log::kOrderLands) != 0) {
-    controller.task_flies(task);
+    controller.task_flies(!takes_off);
   }
   if ((orders & log::kOrderTask) != 0) {
     (void)controller.begin_task(task);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Take-off and landing by the autopilot's own tasks, with both programs in simulated time: the requests, the reactions
 // of the autopilot, and who has control afterwards.
+#include <cmath>
 #include <cstdio>
 #include <limits>
 
@@ -184,15 +185,30 @@ TEST_F(Tasks, ATaskThatNobodyAnswersIsSaidAndControlGoesBack) {
   EXPECT_GT(range("z_m", 0.0, kNever_s).first, 1.0);
 }
 
+// On the ground nothing drifts, so that only the time ends the task.
 TEST_F(Tasks, ATaskThatDoesNotEndIsSaidAndControlGoesBack) {
   RecordProperty("promise", "R15");
-  EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, "0 tasks endless\n", false), 1) << all();
-  EXPECT_NE(all().find("landing: the autopilot did not finish it in time"), std::string::npos) << all();
-  const double asked_s = at("task_land", "received");
+  EXPECT_EQ(fly({"--take-control", "--take-off", "--hold", "2"}, "0 tasks endless\n"), 1) << all();
+  EXPECT_NE(all().find("take-off: the autopilot did not finish it in time"), std::string::npos) << all();
+  const double asked_s = at("task_takeoff", "received");
   const double handed_s = at("transmitter_has_control", "did", asked_s) - asked_s;
-  EXPECT_GT(handed_s, 90.0) << "limit: the longest landing from the height of a room";
-  EXPECT_LE(handed_s, 90.0 + 1.0);
-  EXPECT_EQ(times("task_land"), 1);
+  EXPECT_GT(handed_s, 20.0);
+  EXPECT_LE(handed_s, 20.0 + 1.0);
+  EXPECT_EQ(times("task_takeoff"), 1);
+}
+
+// A landing that does not sink flies level, until the air has carried it a metre away.
+TEST_F(Tasks, ALandingThatDriftsIsEndedAndThePilotHasTheSticksAtOnce) {
+  RecordProperty("promise", "R15");
+  EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, "0 tasks endless\n", false), 1) << all();
+  EXPECT_NE(all().find("landing: it drifts with the wind and was ended"), std::string::npos) << all();
+  const double asked_s = at("task_land", "received");
+  const double handed_s = at("transmitter_has_control", "did", asked_s);
+  EXPECT_LT(handed_s - asked_s, 90.0) << "limit: the longest landing from the height of a room";
+  const auto moved_m = [&](const char* axis) {
+    return range(axis, handed_s - 0.1, handed_s).second - range(axis, asked_s, asked_s + 0.1).first;
+  };
+  EXPECT_NEAR(std::hypot(moved_m("x_m"), moved_m("y_m")), 1.0, 0.2) << "a metre, and 0.3 s at 0.5 m/s";
 }
 
 TEST_F(Tasks, ALandingThatIsBrokenOffIsSaidAndControlGoesBack) {
@@ -238,6 +254,59 @@ TEST_F(Tasks, ATakeOffWhoseAnswersAreLostIsFlownAllTheSame) {
   EXPECT_EQ(times("task_takeoff"), 1);
   EXPECT_EQ(flown()["took_off"], true);
 }
+
+/// A wind of the flight file's class, which carries a level aircraft away.
+class TasksInWind : public Tasks, public testing::WithParamInterface<double> {
+ protected:
+  int fly_in_wind() {
+    const fs::path plant = folder / "wind.toml";
+    std::ofstream(plant) << "[air]\nwind_m_s = [" << -GetParam() << ", 0, 0]\nlinear_drag_per_s = 0.3\n";
+    std::ofstream(flight_file) << "[fence]\nx_m = [-3, 3]\ny_m = [-3, 3]\nz_m = [0.3, 4]\n[wind]\nclass_m_s = 5.0\n";
+    fs::remove(log);
+    const auto autopilot = start_world({"--on-ground", "--plant", plant.string()});
+    const int code =
+        Process("/bin/sh", {"-c", command({"--take-control", "--take-off", "--land", "--hold", "6"})}).wait();
+    (void)examined(*autopilot);
+    return code;
+  }
+  /// True speed when the transmitter got control [m/s].
+  double handed_over_m_s() const {
+    const double then_s = at("transmitter_has_control", "did", at("taken_off"));
+    const auto [low, high] = range("vx_m_s", then_s - 0.05, then_s + 0.05);
+    return std::max(-low, high);
+  }
+};
+
+// The autopilot's tasks hold the attitude, not the place. The take-off ends in the law's hands wherever it has drifted
+// inside the fence; the landing would drift on, and is not ordered.
+TEST_P(TasksInWind, TheLawTakesOverADriftedTakeOffAndHoversInsteadOfADriftingLanding) {
+  EXPECT_EQ(fly_in_wind(), 1) << all();
+  EXPECT_EQ(flown()["took_off"], true);
+  EXPECT_EQ(flown()["landed"], false);
+  EXPECT_EQ(times("task_land"), 0);
+  EXPECT_NE(all().find("land by hand"), std::string::npos) << all();
+  EXPECT_EQ(all().find("control is not taken"), std::string::npos) << all();
+  const double handed_s = at("transmitter_has_control", "did", at("taken_off"));
+  EXPECT_NEAR(handed_s - at("taken_off"), 17.0, 1.5) << "6 s of --hold, 10 s of hover";
+  EXPECT_GT(range("x_m", 0.0, handed_s).first, -3.0);
+  EXPECT_LT(handed_over_m_s(), 0.5);
+  const auto [near_m, far_m] = range("x_m", handed_s - 5.0, handed_s);
+  EXPECT_LT(far_m - near_m, 0.3) << "it hovers where the landing was ordered";
+  EXPECT_EQ(run({"replay", log.string()}), 0) << error();
+}
+INSTANTIATE_TEST_SUITE_P(Light, TasksInWind, testing::Values(2.0, 3.0));
+
+class TasksInStrongWind : public TasksInWind {};
+
+// At the end of the take-off nothing can stop the aircraft inside its fence: it brakes as soon as it may, and is handed
+// over slowly.
+TEST_P(TasksInStrongWind, ATakeOffThatTheWindCarriesAwayIsBrakedAndHandedOver) {
+  EXPECT_EQ(fly_in_wind(), 1) << all();
+  EXPECT_LT(handed_over_m_s(), 1.0) << all();
+  EXPECT_EQ(all().find("control is not taken"), std::string::npos) << all();
+  EXPECT_NE(all().find("carried beyond the fence by the wind"), std::string::npos) << all();
+}
+INSTANTIATE_TEST_SUITE_P(OfTheClass, TasksInStrongWind, testing::Values(5.0));
 
 TEST_F(Tasks, TheOperatorsWordLandsAFlightThatHasNoEnd) {
   const auto autopilot = start_world({"--on-ground"});
