@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/gains/flown_loop.h"
 
-#include <Eigen/LU>
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 namespace m100::lab::gains {
 namespace {
 
 constexpr double kTick_s = 0.01;
-using Dense = FlownLoop::Dense;
-using Column = FlownLoop::Column;
+using Column = Eigen::VectorXd;
 using Index = Eigen::Index;
 enum Filter : Index { kP, kV, kTilt, kRate, kD, kM };
 
@@ -49,14 +48,14 @@ FlownController::Six correct(FlownController::Square& p, const FlownController::
   return gain;
 }
 
-void steady_observer(FlownController& c, const model::EstimatorNoise& noise, const LoopTiming& timing) {
+void set_steady_observer(FlownController& c, const model::EstimatorNoise& noise) {
   const FlownController::Square phi = transition_of(c);
   FlownController::Six process;
   process << noise.position_process_m, noise.velocity_process_m_s, noise.tilt_process_rad,
       noise.tilt_rate_process_rad_s, noise.disturbance_process_m_s2, noise.input_offset_process_rad;
   const FlownController::Square q = (process.array().square() * kTick_s).matrix().asDiagonal();
-  const double pose_s = kTick_s * static_cast<double>(timing.pose_age_ticks);
-  const double attitude_s = kTick_s * static_cast<double>(timing.attitude_age_ticks);
+  const double pose_s = kTick_s * static_cast<double>(c.timing.pose_age_ticks);
+  const double attitude_s = kTick_s * static_cast<double>(c.timing.attitude_age_ticks);
   FlownController::Six tilt = FlownController::Six::Unit(kTilt);
   tilt(kRate) = -attitude_s;
   FlownController::Six pose = FlownController::Six::Unit(kP);
@@ -72,7 +71,7 @@ void steady_observer(FlownController& c, const model::EstimatorNoise& noise, con
   }
 }
 
-void take_law(FlownController& c, const mpc::GainTable<double>& table) {
+void set_law(FlownController& c, const mpc::GainTable<double>& table) {
   c.state_gain = Column::Zero(table.states);
   for (std::uint32_t i = 0; i < table.states; ++i) {
     c.state_gain(i) = table.state_gain.at(i * mpc::kHorizon);
@@ -117,8 +116,7 @@ FlownController::Six predicted(const FlownController& c, const FlownController::
   return to;
 }
 
-}  // namespace
-
+/// The state after one step of the predictor's model.
 Column step_state(const mpc::StepModel<double>& model, const Column& state, double input, double disturbance) {
   Column out(state.size());
   for (Index row = 0; row < state.size(); ++row) {
@@ -131,7 +129,10 @@ Column step_state(const mpc::StepModel<double>& model, const Column& state, doub
   return out;
 }
 
-FlownController::FlownController(const model::Vehicle& identified, Axis axis, const LoopTiming& timing) {
+}  // namespace
+
+FlownController::FlownController(const model::Vehicle& identified, Axis axis, const LoopTiming& assumed)
+    : timing(assumed) {
   const model::Vehicle believed = model::controller_model(identified);
   model::StickAxis attitude = attitude_of(believed, axis);
   if (attitude.is_first_order() && attitude.time_constant_s < kFastest_s) {
@@ -143,20 +144,26 @@ FlownController::FlownController(const model::Vehicle& identified, Axis axis, co
   drag_per_s = believed.translation.linear_drag_per_s;
   delay = table.delay;
   scale_per_count = attitude.scale_per_count;
-  take_law(*this, table);
-  steady_observer(*this, believed.estimator, timing);
+  set_law(*this, table);
+  set_steady_observer(*this, believed.estimator);
+  const Index own = 6 + static_cast<Index>(timing.pose_age_ticks) + static_cast<Index>(delay.ticks) + 4;
+  const auto ticks = static_cast<Index>(timing.command_ticks);
+  lifted.emplace(own, 3 * ticks, 1, [&](Column& state, const Column& in, Column& out) {
+    for (Index k = 0; k < ticks; ++k) {
+      const double commanded = tick(state, in.segment<3>(3 * k), k == 0);
+      out(0) = k == 0 ? commanded : out(0);
+    }
+  });
 }
 
-double FlownController::stick_gain(const model::StickAxis& truth, const LoopTiming& timing) const {
+double FlownController::stick_gain(const model::StickAxis& truth) const {
   const bool stated = scale_per_count > 0.0 && truth.scale_per_count > 0.0;
   return timing.by_sticks && stated ? truth.scale_per_count / scale_per_count : 1.0;
 }
 
-Index FlownController::own_states(const LoopTiming& timing) const {
-  return 6 + static_cast<Index>(timing.pose_age_ticks) + static_cast<Index>(delay.ticks) + 3 + 1;
-}
-
-double FlownController::tick(Eigen::Ref<Column> own, const Seen& seen, bool sends, const LoopTiming& timing) const {
+/// One tick of observer, prediction and law. @param own  the filter, its last accelerations, the last commands, the
+/// command that holds  @param seen  position, tilt and rate that arrive  @returns the command of the law
+double FlownController::tick(Column& own, const Eigen::Vector3d& seen, bool sends) const {
   const auto poses = static_cast<Index>(timing.pose_age_ticks);
   const Index held = own.size() - 1;  // index of the controller's held command
   auto filter = own.head(6);
@@ -169,14 +176,14 @@ double FlownController::tick(Eigen::Ref<Column> own, const Seen& seen, bool send
   const double turning = (estimate(kRate) - before(kRate)) / kTick_s;
   shift_in(accelerations, acceleration);
   const double old_s = kTick_s * static_cast<double>(timing.attitude_age_ticks);
-  estimate += tilt_gain * (seen.tilt_rad - estimate(kTilt) + old_s * estimate(kRate) - 0.5 * old_s * old_s * turning);
-  estimate += rate_gain * (seen.rate_rad_s - estimate(kRate) + old_s * turning);
+  estimate += tilt_gain * (seen(1) - estimate(kTilt) + old_s * estimate(kRate) - 0.5 * old_s * old_s * turning);
+  estimate += rate_gain * (seen(2) - estimate(kRate) + old_s * turning);
   const double age_s = kTick_s * static_cast<double>(poses);
   double expected = estimate(kP) - age_s * estimate(kV) + 0.5 * age_s * age_s * estimate(kD);
   for (Index j = 0; j < poses; ++j) {
     expected += kTick_s * kTick_s * (static_cast<double>(poses - j) - 0.5) * accelerations(j);
   }
-  estimate += pose_gain * (seen.position_m - expected);
+  estimate += pose_gain * (seen(0) - expected);
   filter = estimate;
   const double commanded = law(commands, estimate);
   if (sends) {
@@ -211,146 +218,126 @@ double FlownController::law(const Column& commands, const Six& estimate) const {
   return state_gain.dot(state) + disturbance_gain * disturbance + offset_gain * offset + previous_gain * commands(0);
 }
 
-LiftedController::LiftedController(const FlownController& controller, const LoopTiming& timing) {
-  const Index n = controller.own_states(timing);
-  const auto ticks = static_cast<Index>(timing.command_ticks);
-  a.resize(n, n);
-  b.resize(n, 3 * ticks);
-  c.resize(n);
-  d.resize(3 * ticks);
-  for (Index i = 0; i < n + 3 * ticks; ++i) {
-    Column own = i < n ? Column(Column::Unit(n, i)) : Column(Column::Zero(n));
-    double commanded = 0.0;
-    for (Index k = 0; k < ticks; ++k) {
-      const Index input = i - n - 3 * k;
-      const double out = controller.tick(own,
-                                         {.position_m = input == 0 ? 1.0 : 0.0,
-                                          .tilt_rad = input == 1 ? 1.0 : 0.0,
-                                          .rate_rad_s = input == 2 ? 1.0 : 0.0},
-                                         k == 0, timing);
-      commanded = k == 0 ? out : commanded;
-    }
-    (i < n ? a.col(i) : b.col(i - n)) = own;
-    (i < n ? c(i) : d(i - n)) = commanded;
+LiftedSystem::LiftedSystem(Index states, Index inputs, Index outputs, const Period& period)
+    : a(states, states), b(states, inputs), c(outputs, states), d(outputs, inputs) {
+  for (Index i = 0; i < states + inputs; ++i) {
+    Column state = i < states ? Column(Column::Unit(states, i)) : Column(Column::Zero(states));
+    Column out = Column::Zero(outputs);
+    period(state, i < states ? Column(Column::Zero(inputs)) : Column(Column::Unit(inputs, i - states)), out);
+    (i < states ? a.col(i) : b.col(i - states)) = state;
+    (i < states ? c.col(i) : d.col(i - states)) = out;
   }
+  const Eigen::ComplexSchur<Eigen::MatrixXd> schur(a);
+  schur_ = schur.matrixT();
+  into_ = schur.matrixU().adjoint() * b;
+  out_of_ = c * schur.matrixU();
 }
 
-Eigen::RowVectorXcd LiftedController::response(std::complex<double> z) const {
-  Eigen::MatrixXcd m = -a.transpose().cast<std::complex<double>>();
+Eigen::MatrixXcd LiftedSystem::response(std::complex<double> z) const {
+  Eigen::MatrixXcd m = -schur_;
   m.diagonal().array() += z;
-  const Eigen::VectorXcd left = m.partialPivLu().solve(c.cast<std::complex<double>>());
-  return left.transpose() * b.cast<std::complex<double>>() + d.transpose().cast<std::complex<double>>();
+  const auto triangle = m.triangularView<Eigen::Upper>();
+  if (c.rows() < b.cols()) {
+    return triangle.solve<Eigen::OnTheRight>(out_of_) * into_ + d;
+  }
+  return out_of_ * triangle.solve(into_) + d;
 }
 
-/// Offsets of the parts in the state vector.
-struct FlownLoop::Parts {
-  Index vehicle, line, seen, positions, held, own, size;
-  Parts(Index states, Index under_way, const LoopTiming& timing, Index own_states) {
-    vehicle = 0;
-    line = states;            // the vehicle's commands in its delay line, newest first
-    seen = line + under_way;  // tilt and rate of the last ticks, newest first
-    positions = seen + 2 * static_cast<Index>(timing.attitude_age_ticks);  // of the last ticks, newest first
-    held = positions + static_cast<Index>(timing.pose_age_ticks);          // the command that the vehicle holds
-    own = held + 1;                                                        // the controller's state
-    size = own + own_states;
-  }
+namespace {
+
+/// One horizontal axis from tick to tick: x(k+1) = a x + early u(k-n-1) + late u(k-n) with a delay of n ticks and a
+/// part of one; tilt and rate as its attitude sensor sees them.
+struct Aircraft {
+  Aircraft(const model::Vehicle& truth, Axis axis, double extra_delay_s);
+
+  Eigen::MatrixXd a;
+  Column early, late;
+  Eigen::RowVectorXd tilt, rate;
+  double tilt_per_input = 0.0, rate_per_input = 0.0;
+  Index line = 1;  ///< commands under way, n + 1
 };
 
-FlownLoop::FlownLoop(const FlownController& controller, const model::Vehicle& truth, Axis axis,
-                     const LoopTiming& timing)
-    : controller_(controller), timing_(timing), period_s_(kTick_s * static_cast<double>(timing.command_ticks)) {
+Aircraft::Aircraft(const model::Vehicle& truth, Axis axis, double extra_delay_s) {
   const model::StickAxis& attitude = attitude_of(truth, axis);
   const ContinuousAxis continuous = continuous_axis(truth, axis);
-  const double stick_gain = controller.stick_gain(attitude, timing);
-  const double delay_s = attitude.transport_delay_s + timing.extra_delay_s;
+  const double delay_s = attitude.transport_delay_s + extra_delay_s;
   const double ticks = std::floor(delay_s / kTick_s + 1e-6);
   const Real rest_s = std::max(Real(0), Real(delay_s) - Real(ticks) * Real(kTick_s));
   const DiscreteAxis first = discretise(continuous, rest_s);
   const DiscreteAxis second = discretise(continuous, Real(kTick_s) - rest_s);
-  a_ = (second.a * first.a).cast<double>();
-  early_ = stick_gain * (second.a * first.b).cast<double>();
-  late_ = stick_gain * second.b.cast<double>();
-  line_ = static_cast<Index>(ticks) + 1;
-  const Index n = a_.rows();
-  tilt_ = Eigen::RowVectorXd::Zero(n);
-  rate_ = Eigen::RowVectorXd::Zero(n);
-  if (n == 4) {
+  a = (second.a * first.a).cast<double>();
+  early = (second.a * first.b).cast<double>();
+  late = second.b.cast<double>();
+  line = static_cast<Index>(ticks) + 1;
+  tilt = rate = Eigen::RowVectorXd::Zero(a.rows());
+  const double zero = attitude.lead_zero_s;
+  if (!attitude.is_first_order()) {
     const double w = attitude.natural_frequency_rad_s;
-    const double zero = attitude.lead_zero_s;
-    tilt_(2) = 1.0;
-    tilt_(3) = zero;
-    rate_(2) = -zero * w * w;
-    rate_(3) = 1.0 - 2.0 * attitude.damping_ratio * w * zero;
-    rate_per_input_ = stick_gain * zero * w * w;
+    tilt(2) = 1.0;
+    tilt(3) = zero;
+    rate(2) = -zero * w * w;
+    rate(3) = 1.0 - 2.0 * attitude.damping_ratio * w * zero;
+    rate_per_input = zero * w * w;
   } else {
     const double tau = attitude.time_constant_s;
-    const double share = attitude.lead_zero_s / tau;
-    tilt_(2) = 1.0 - share;
-    tilt_per_input_ = stick_gain * share;
-    rate_(2) = -(1.0 - share) / tau;
-    rate_per_input_ = stick_gain * (1.0 - share) / tau;
+    tilt_per_input = zero / tau;
+    tilt(2) = 1.0 - tilt_per_input;
+    rate(2) = -tilt(2) / tau;
+    rate_per_input = tilt(2) / tau;
   }
-  const Parts parts(n, line_, timing, controller.own_states(timing));
-  const auto period = [&](Column& state, double vehicle_input) {
-    const double commanded = tick(state, parts, true, vehicle_input);
-    for (std::size_t i = 1; i < timing_.command_ticks; ++i) {
-      tick(state, parts, false, 0.0);
-    }
-    return commanded;
-  };
-  loop_.resize(parts.size, parts.size);
-  out_.resize(parts.size);
-  for (Index i = 0; i < parts.size; ++i) {
-    Column unit = Column::Unit(parts.size, i);
-    out_(i) = period(unit, 0.0);
-    loop_.col(i) = unit;
-  }
-  in_ = Column::Zero(parts.size);
-  period(in_, 1.0);
 }
 
-/// Simulates one tick. @returns the law's command in it
-double FlownLoop::tick(Column& state, const Parts& at, bool sends, double vehicle_input) const {
-  auto vehicle = state.segment(at.vehicle, at.line);
-  auto line = state.segment(at.line, at.seen - at.line);
-  auto seen = state.segment(at.seen, at.positions - at.seen);
-  auto positions = state.segment(at.positions, at.held - at.positions);
-
-  const double acting = line(line_ - 1);
-  const double tilt = tilt_.dot(vehicle) + tilt_per_input_ * acting;
-  const double rate = rate_.dot(vehicle) + rate_per_input_ * acting;
-  const Index attitudes = seen.size() / 2;
-  FlownController::Seen arrived{.position_m = vehicle(0), .tilt_rad = tilt, .rate_rad_s = rate};
-  if (attitudes > 0) {
-    arrived.tilt_rad = seen(2 * attitudes - 2);
-    arrived.rate_rad_s = seen(2 * attitudes - 1);
-  }
-  shift_in(seen, rate);
-  shift_in(seen, tilt);
-  if (positions.size() > 0) {
-    arrived.position_m = positions(positions.size() - 1);
-  }
-  shift_in(positions, vehicle(0));
-
-  const double commanded = controller_.tick(state.tail(at.size - at.own), arrived, sends, timing_);
-  if (sends) {
-    state(at.held) = vehicle_input;
-  }
-  const double now = state(at.held);
-  vehicle = (a_ * vehicle + early_ * line(line_ - 1) + late_ * (line_ > 1 ? line(line_ - 2) : now)).eval();
-  shift_in(line, now);
-  return commanded;
+/// A measurement as old as its sensor makes it. @param past  of the last ticks, newest first
+template <typename Segment>
+double delayed(Segment&& past, double newest) {
+  const double arrives = past.size() > 0 ? past(past.size() - 1) : newest;
+  shift_in(past, newest);
+  return arrives;
 }
+
+}  // namespace
+
+LiftedSystem lifted_aircraft(const model::Vehicle& truth, Axis axis, const LoopTiming& timing) {
+  const Aircraft of(truth, axis, timing.extra_delay_s);
+  const auto ticks = static_cast<Index>(timing.command_ticks);
+  const auto old = static_cast<Index>(timing.attitude_age_ticks), pose = static_cast<Index>(timing.pose_age_ticks);
+  const Index n = of.a.rows(), line_end = n + of.line, pose_end = line_end + 2 * old + pose;
+  // The state: the vehicle; its commands under way, newest first; the last tilts, rates and positions.
+  return {pose_end, 1, 3 * ticks, [&](Column& state, const Column& in, Column& out) {
+            for (Index k = 0; k < ticks; ++k) {
+              const Column vehicle = state.head(n);
+              auto line = state.segment(n, of.line);
+              const double acting = line(of.line - 1);
+              out(3 * k) = delayed(state.segment(line_end + 2 * old, pose), vehicle(0));
+              out(3 * k + 1) = delayed(state.segment(line_end, old), of.tilt.dot(vehicle) + of.tilt_per_input * acting);
+              out(3 * k + 2) =
+                  delayed(state.segment(line_end + old, old), of.rate.dot(vehicle) + of.rate_per_input * acting);
+              shift_in(line, in(0));
+              state.head(n) = of.a * vehicle + of.early * acting + of.late * line(of.line - 1);
+            }
+          }};
+}
+
+FlownLoop::FlownLoop(const FlownController& controller, const model::Vehicle& truth, Axis axis,
+                     const LoopTiming& timing)
+    : controller_(*controller.lifted),
+      aircraft_(lifted_aircraft(truth, axis, timing)),
+      stick_gain_(controller.stick_gain(attitude_of(truth, axis))),
+      period_s_(kTick_s * static_cast<double>(timing.command_ticks)) {}
 
 std::complex<double> FlownLoop::response(double frequency_rad_s) const {
   const std::complex<double> z = std::polar(1.0, frequency_rad_s * period_s_);
-  Eigen::MatrixXcd m = -loop_.cast<std::complex<double>>();
-  m.diagonal().array() += z;
-  return out_.cast<std::complex<double>>().dot(m.partialPivLu().solve(in_.cast<std::complex<double>>()));
+  return stick_gain_ * (controller_.response(z) * aircraft_.response(z)).value();
 }
 
 bool FlownLoop::closed_is_stable() const {
-  Dense closed = loop_ + in_ * out_.transpose();
+  const LiftedSystem &law = controller_, &air = aircraft_;
+  // The command leaves in the first tick, before any measurement that it changes: law.d * air.d is 0.
+  const Eigen::MatrixXd from_air = stick_gain_ * law.d * air.c, from_law = stick_gain_ * law.c;
+  const Index n = air.a.rows(), all = n + law.a.rows();
+  Eigen::MatrixXd closed(all, all);
+  closed << air.a + air.b * from_air, air.b * from_law, law.b * (air.c + air.d * from_air),
+      law.a + law.b * air.d * from_law;
   for (int i = 0; i < 22; ++i) {  // power 2^22: two days of flight at 25 Hz
     closed = (closed * closed).eval();
     if (!(closed.cwiseAbs().maxCoeff() < 1e100)) {

@@ -3,12 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <cstdio>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
-
-#include "host_tests/lab/gains/plant_response.h"
 
 namespace m100::lab::gains {
 namespace {
@@ -54,18 +53,11 @@ const char* word(Axis axis) { return axis == Axis::kX ? "x" : "y"; }
 class CaseLoop {
  public:
   /// @param stick FlownController::stick_gain() of the plant
-  CaseLoop(const std::vector<Eigen::RowVectorXcd>& law, double stick, std::size_t points)
-      : law_(law), stick_(stick), loop_(points) {}
+  CaseLoop(const Eigen::MatrixXcd& law, double stick)
+      : law_(law), stick_(stick), loop_(static_cast<std::size_t>(law.cols())) {}
 
-  void open(const std::vector<Complex>& plant_response) {
-    for (std::size_t k = 0; k < loop_.size(); ++k) {
-      const auto inputs = static_cast<std::size_t>(law_[k].size());
-      Complex sum = 0.0;
-      for (std::size_t i = 0; i < inputs; ++i) {
-        sum += law_[k](static_cast<Eigen::Index>(i)) * plant_response[k * inputs + i];
-      }
-      loop_[k] = -stick_ * sum;
-    }
+  void open(const Eigen::MatrixXcd& plant) {
+    Eigen::Map<Eigen::RowVectorXcd>(loop_.data(), law_.cols()) = -stick_ * law_.cwiseProduct(plant).colwise().sum();
   }
   /// Takes this loop, whose closed loop is stable, as reference: another loop is stable if it turns by the same phase.
   void set_stable() {
@@ -85,7 +77,7 @@ class CaseLoop {
   }
 
  private:
-  const std::vector<Eigen::RowVectorXcd>& law_;
+  const Eigen::MatrixXcd& law_;
   double stick_;
   std::vector<Complex> loop_;
   double turned_ = 0.0;
@@ -150,37 +142,35 @@ MarginBox::MarginBox(std::vector<OpenStructure> structures, int points) : struct
   }
 }
 
-MarginBox::Plant MarginBox::plant(const Case& one, double frequency, double damping, double delay_s, int pose_age,
-                                  double extra_s) const {
-  const model::Vehicle& vehicle = structures_[one.structure].vehicle;
-  const model::StickAxis& axis = attitude_of(vehicle, one.axis);
-  const double all_s = delay_s + extra_s;
-  const int ticks = static_cast<int>(std::floor(all_s / 0.01 + 1e-6));
-  const PlantParameters<double> parameters{
-      .frequency_rad_s = frequency * axis.natural_frequency_rad_s,
-      .damping = damping,
-      .rest_s = std::max(0.0, all_s - 0.01 * ticks),
-      .lead_s = axis.lead_zero_s,
-      .drag_per_s = vehicle.translation.linear_drag_per_s,
-      .pull_m_s2 = (one.axis == Axis::kX ? 1.0 : -1.0) * model::kGravity_m_s2 * vehicle.translation.tilt_gain,
-      .delay_ticks = ticks};
-  Plant out{.frequency = frequency,
-            .damping = damping,
-            .delay_s = delay_s,
-            .pose_age_ticks = pose_age,
-            .extra_delay_s = extra_s,
-            .response = {}};
-  std::vector<ComplexNumber<double>> response;
-  for (const double w : one.frequencies_rad_s) {
-    const Complex z = std::polar(1.0, w * 0.01 * static_cast<double>(one.timing.command_ticks));
-    const ComplexNumber<double> integrators =
-        plant_response<double>(parameters, {z.real(), z.imag()}, one.timing, pose_age, response);
-    for (std::size_t k = 0; k < response.size(); ++k) {
-      const Complex number(response[k].re, response[k].im);
-      out.response.push_back(k % 3 == 0 ? number / Complex(integrators.re, integrators.im) : number);
-    }
+/// The system's responses from or to its 3 times command_ticks measurements, by measurement and frequency.
+Eigen::MatrixXcd MarginBox::responses(const Case& one, const LiftedSystem& system) {
+  Eigen::MatrixXcd out(3 * static_cast<Eigen::Index>(one.timing.command_ticks),
+                       static_cast<Eigen::Index>(one.frequencies_rad_s.size()));
+  for (Eigen::Index k = 0; k < out.cols(); ++k) {
+    const double w = one.frequencies_rad_s[static_cast<std::size_t>(k)];
+    const double period_s = 0.01 * static_cast<double>(one.timing.command_ticks);
+    const Eigen::MatrixXcd at = system.response(std::polar(1.0, w * period_s));
+    out.col(k) = Eigen::Map<const Eigen::VectorXcd>(at.data(), at.size());
   }
   return out;
+}
+
+MarginBox::Plant MarginBox::plant(const Case& one, double frequency, double damping, double delay_s, int pose_age,
+                                  double extra_s) const {
+  model::Vehicle vehicle = structures_[one.structure].vehicle;
+  model::StickAxis& axis = one.axis == Axis::kX ? vehicle.pitch : vehicle.roll;
+  axis.natural_frequency_rad_s *= frequency;
+  axis.damping_ratio = damping;
+  axis.transport_delay_s = delay_s;
+  LoopTiming timing = one.timing;
+  timing.pose_age_ticks = static_cast<std::size_t>(pose_age);
+  timing.extra_delay_s = extra_s;
+  return {.frequency = frequency,
+          .damping = damping,
+          .delay_s = delay_s,
+          .pose_age_ticks = pose_age,
+          .extra_delay_s = extra_s,
+          .response = responses(one, lifted_aircraft(vehicle, one.axis, timing))};
 }
 
 void MarginBox::add_plants(Case& one) {
@@ -218,11 +208,7 @@ const MarginBox::Law& MarginBox::law_of(const Case& one, Laws& laws) {
   std::optional<Law>& law = laws.made[(one.axis == Axis::kX ? 0U : 1U) + (one.timing.by_sticks ? 2U : 0U)];
   if (!law) {
     law.emplace(Law{.controller = FlownController(laws.believed, one.axis, one.timing), .response = {}});
-    const LiftedController lifted(law->controller, one.timing);
-    for (const double w : one.frequencies_rad_s) {
-      const double angle = w * 0.01 * static_cast<double>(one.timing.command_ticks);
-      law->response.push_back(lifted.response(std::polar(1.0, angle)));
-    }
+    law->response = responses(one, *law->controller.lifted);
   }
   return *law;
 }
@@ -234,8 +220,7 @@ bool MarginBox::is_within(Extent extent, const Case& one, const Plant& plant) {
 
 void MarginBox::add_case(const Case& one, const Law& law, Extent extent, WorstMargins& out) const {
   const OpenStructure& structure = structures_[one.structure];
-  CaseLoop loop(law.response, law.controller.stick_gain(attitude_of(structure.vehicle, one.axis), one.timing),
-                one.frequencies_rad_s.size());
+  CaseLoop loop(law.response, law.controller.stick_gain(attitude_of(structure.vehicle, one.axis)));
   loop.open(one.corners.front().response);
   loop.set_stable();
   const bool is_box = extent == Extent::kBox || extent == Extent::kCertified;

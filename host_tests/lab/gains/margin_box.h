@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <complex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -74,7 +73,7 @@ struct BoxSelection {
 class MarginBox {
   struct Law {
     FlownController controller;
-    std::vector<Eigen::RowVectorXcd> response;  ///< by frequency
+    Eigen::MatrixXcd response;  ///< by input and frequency
   };
 
  public:
@@ -101,14 +100,13 @@ class MarginBox {
   const std::vector<OpenStructure>& structures() const { return structures_; }
 
  private:
-  using Complex = std::complex<double>;
   struct Plant {
     double frequency = 1.0;
     double damping = 0.0;
     double delay_s = 0.0;
     int pose_age_ticks = 2;
     double extra_delay_s = 0.0;
-    std::vector<Complex> response{};  ///< by frequency, then input of the controller
+    Eigen::MatrixXcd response{};  ///< by input of the controller and frequency
   };
   struct Case {  ///< one structure, axis and channel
     std::size_t structure = 0;
@@ -118,6 +116,7 @@ class MarginBox {
     std::vector<Plant> corners{}, box{};
   };
 
+  static Eigen::MatrixXcd responses(const Case& one, const LiftedSystem& system);
   void add_plants(Case& one);
   static bool is_within(Extent extent, const Case& one, const Plant& plant);
   static const Law& law_of(const Case& one, Laws& laws);

@@ -53,7 +53,7 @@ std::vector<OpenStructure> both_structures() {
 /// The closed form of the vehicle times the lifted controller, at z on the unit circle.
 /// @param stick the true effect of a count over the believed one.
 std::complex<double> loop_response(const model::Vehicle& truth, Axis axis, const LoopTiming& timing, double stick,
-                                   const LiftedController& lifted, std::complex<double> z) {
+                                   const LiftedSystem& lifted, std::complex<double> z) {
   const model::StickAxis& of = attitude_of(truth, axis);
   const int ticks = static_cast<int>(of.transport_delay_s / 0.01 + 1e-6);
   const PlantParameters<double> plant{.frequency_rad_s = of.natural_frequency_rad_s,
@@ -94,7 +94,7 @@ TEST(Design, ReplacesWhatTheControllerPredictsWith) {
 void expect_closed_form(const model::Vehicle& truth, Axis axis, const LoopTiming& timing) {
   const FlownController controller(robust_design(), axis, timing);
   const FlownLoop loop(controller, truth, axis, timing);
-  const LiftedController lifted(controller, timing);
+  const LiftedSystem& lifted = *controller.lifted;
   const double stick = timing.by_sticks ? attitude_of(truth, axis).scale_per_count / controller.scale_per_count : 1.0;
   for (const double w : {0.3, 2.0, 7.0, 20.0, 60.0}) {
     const std::complex<double> z = std::polar(1.0, w * loop.period_s());

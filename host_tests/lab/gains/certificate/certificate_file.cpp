@@ -47,11 +47,11 @@ nlohmann::json controllers(const model::Vehicle& vehicle) {
   for (const auto& [name, axis] : {std::pair{"x", Axis::kX}, {"y", Axis::kY}}) {
     for (const auto& [channel, timing] : {std::pair{" virtual_rc", kVirtualRcTiming}, {" movement", kMovementTiming}}) {
       const FlownController controller(vehicle, axis, timing);
-      const LiftedController lifted(controller, timing);
+      const LiftedSystem& lifted = *controller.lifted;
       out[std::string(name) + channel] = {{"a", rows(lifted.a)},
                                           {"b", rows(lifted.b)},
-                                          {"c", numbers(lifted.c)},
-                                          {"d", numbers(lifted.d)},
+                                          {"c", numbers(lifted.c.row(0))},
+                                          {"d", numbers(lifted.d.row(0))},
                                           {"command_ticks", timing.command_ticks},
                                           {"scale_rad_per_count", controller.scale_per_count}};
     }

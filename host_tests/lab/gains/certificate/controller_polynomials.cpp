@@ -158,7 +158,7 @@ std::vector<ComplexBall> error_of(const std::vector<ComplexBall>& numerator,
 
 }  // namespace
 
-ControllerPolynomials::ControllerPolynomials(const LiftedController& controller)
+ControllerPolynomials::ControllerPolynomials(const LiftedSystem& controller)
     : numerators_(static_cast<std::size_t>(controller.b.cols())) {
   const auto n = static_cast<std::size_t>(controller.a.rows());
   const int shift = std::max({integer_shift(controller.a), integer_shift(controller.b), integer_shift(controller.c),
@@ -166,8 +166,8 @@ ControllerPolynomials::ControllerPolynomials(const LiftedController& controller)
   Integers a = rows_of(controller.a, shift);
   add_to_diagonal(a, -as_integer(1.0, shift));
   const Integers b = rows_of(controller.b.transpose(), shift);
-  const std::vector<mpz_class> c = rows_of(controller.c.transpose(), shift)[0];
-  const std::vector<mpz_class> d = rows_of(controller.d.transpose(), shift)[0];
+  const std::vector<mpz_class> c = rows_of(controller.c, shift)[0];
+  const std::vector<mpz_class> d = rows_of(controller.d, shift)[0];
   // det(s - A) = sum of p_i s^i and its adjugate, sum of M_k s^(n - k), in integers; s = 2^shift (z - 1).
   std::vector<mpz_class> p(n + 1);
   p[n] = 1;

@@ -17,7 +17,7 @@ inline constexpr std::size_t kAngleVariable = 3;
 /// denominator. The coefficients are computed exactly in integers (Faddeev and LeVerrier), then rounded outwards once.
 class ControllerPolynomials {
  public:
-  explicit ControllerPolynomials(const LiftedController& controller);
+  explicit ControllerPolynomials(const LiftedSystem& controller);
 
   /// The controller over an arc of angles of z.
   struct OverArc {

@@ -31,9 +31,9 @@ std::pair<LoopCell, LoopCell> LoopCell::halves(std::size_t k) const {
 
 EnclosedLoop::EnclosedLoop(const model::Vehicle& believed, const OpenStructure& structure, Axis axis,
                            const LoopTiming& timing)
-    : timing_(timing), polynomials_(LiftedController(FlownController(believed, axis, timing), timing)) {
+    : timing_(timing), polynomials_(*FlownController(believed, axis, timing).lifted) {
   const model::StickAxis& of = attitude_of(structure.vehicle, axis);
-  stick_ = FlownController(believed, axis, timing).stick_gain(of, timing);
+  stick_ = FlownController(believed, axis, timing).stick_gain(of);
   lead_s_ = of.lead_zero_s;
   drag_per_s_ = structure.vehicle.translation.linear_drag_per_s;
   pull_m_s2_ = (axis == Axis::kX ? 1.0 : -1.0) * model::kGravity_m_s2 * structure.vehicle.translation.tilt_gain;
