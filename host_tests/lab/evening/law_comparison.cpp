@@ -74,7 +74,7 @@ void record_margins(Folder& folder, const std::string& name, const model::Vehicl
 std::string margins_text(const Folder& folder, const char* name, const char* words) {
   const double peak = folder.numbers().at(std::string("peak_sensitivity.") + name);
   const double delay_s = folder.numbers().at(std::string("delay_margin_s.") + name);
-  return std::string(words) + ", on the corrected model: " +
+  return std::string(words) + ", on the corrected model, " + gains::words(gains::kVirtualRcTiming) + ": " +
          (peak > 0.0 ? loop::two_numbers("peak sensitivity %.2f, delay margin %.0f ms", peak, 1e3 * delay_s)
                      : "UNSTABLE");
 }

@@ -9,6 +9,12 @@
 
 namespace m100::lab::gains {
 
+std::string words(const LoopTiming& timing) {
+  return std::string(timing.by_sticks ? "virtual_rc" : "movement") + " at " +
+         std::to_string(100 / timing.command_ticks) + " Hz, pose " + std::to_string(10 * timing.pose_age_ticks) +
+         " ms old";
+}
+
 Margins margins_from(const std::function<std::complex<double>(double)>& response, double period_s, int frequencies) {
   Margins out;
   out.gain_margin = std::numeric_limits<double>::infinity();

@@ -3,6 +3,7 @@
 
 #include <complex>
 #include <functional>
+#include <string>
 
 #include "host_tests/lab/gains/axis_model.h"
 
@@ -26,6 +27,8 @@ struct LoopTiming {
   bool by_sticks = true;       ///< commands have the scale of the vehicle's stick counts; false: they are angles
   double extra_delay_s = 0.0;  ///< unknown delay of the command, in addition to the vehicle's own
 };
+/// "virtual_rc at 25 Hz, pose 20 ms old"
+std::string words(const LoopTiming& timing);
 inline constexpr LoopTiming kVirtualRcTiming{};
 inline constexpr LoopTiming kMovementTiming{.command_ticks = 2, .by_sticks = false};
 inline constexpr int kFrequencies = 3000;       ///< points of a frequency response, starting at 0.02 rad/s

@@ -143,10 +143,10 @@ nlohmann::json to_json(const Margins& of) {
           {"kept", of.stable && of.gain_margin >= kMinGain && of.phase_margin_rad >= kMinPhase_rad}};
 }
 
-void print(const char* name, const char* channel, const char* where, const Margins& of) {
-  std::printf("%s, %s, %s: %speak sensitivity %.2f, gain margin %.1f dB, phase margin %.0f deg\n", name, channel, where,
-              of.stable ? "" : "UNSTABLE, ", of.peak_sensitivity, 20.0 * std::log10(of.gain_margin),
-              of.phase_margin_rad * 57.29577951);
+void print(const char* name, const LoopTiming& timing, const char* where, const Margins& of) {
+  std::printf("%s, %s, %s: %speak sensitivity %.2f, gain margin %.1f dB, phase margin %.0f deg\n", name,
+              words(timing).c_str(), where, of.stable ? "" : "UNSTABLE, ", of.peak_sensitivity,
+              20.0 * std::log10(of.gain_margin), of.phase_margin_rad * 57.29577951);
 }
 
 }  // namespace
@@ -159,8 +159,8 @@ nlohmann::json report_height_yaw(const model::Vehicle& vehicle) {
     const auto add = [&](const char* name, const model::StickAxis& axis, const MarginsAt& margins_at) {
       const Margins nominal = margins_at(axis, 1.0);
       const Margins worst = worst_corner(margins_at, axis);
-      print(name, channel, "as the vehicle file", nominal);
-      print(name, channel, "worst corner", worst);
+      print(name, *timing, "as the vehicle file", nominal);
+      print(name, *timing, "worst corner", worst);
       out[name][channel] = to_json(nominal);
       out[name][channel]["corners"] = to_json(worst);
     };

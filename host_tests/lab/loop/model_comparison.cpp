@@ -115,10 +115,10 @@ void print(std::ostream& out, const std::vector<ModelScore>& scores) {
     for (const std::string& cell : score.diverged) {
       out << "  " << cell << ": flew away, or never obtained control\n";
     }
-    std::array<char, 120> text{};
-    std::snprintf(text.data(), text.size(), "  margins    peak sensitivity %.2f, delay margin %.0f ms%s\n",
-                  score.margins.peak_sensitivity, 1e3 * score.margins.delay_margin_s,
-                  score.margins.stable ? "" : ", unstable");
+    std::array<char, 160> text{};
+    std::snprintf(text.data(), text.size(), "  margins    %s: peak sensitivity %.2f, delay margin %.0f ms%s\n",
+                  gains::words(gains::kVirtualRcTiming).c_str(), score.margins.peak_sensitivity,
+                  1e3 * score.margins.delay_margin_s, score.margins.stable ? "" : ", unstable");
     out << text.data();
   }
 }

@@ -84,7 +84,8 @@ std::vector<std::string> verdicts(const LoopResult& result) {
   }
   const auto margins = [&truth](const char* words, const model::Vehicle& law) {
     const gains::TunedMargins kept = gains::margins_over(law, {{"", truth}});
-    return std::string("margins on the corrected model, ") + words + ": " + (kept.stable ? "" : "UNSTABLE, ") +
+    return std::string("margins on the corrected model, ") + words + ", " + gains::words(gains::kVirtualRcTiming) +
+           ": " + (kept.stable ? "" : "UNSTABLE, ") +
            two_numbers("peak sensitivity %.2f, delay margin %.0f ms", kept.peak_sensitivity, 1e3 * kept.delay_margin_s);
   };
   out.push_back(margins("law before", result.before_vehicle));
