@@ -20,7 +20,6 @@
 #include "firmware/companion/fly/flight_model.h"
 #include "firmware/companion/fly/flight_result.h"
 #include "firmware/companion/fly/flight_sequencer.h"
-#include "firmware/companion/fly/margin_certificate.h"
 #include "firmware/companion/fly/monitor/link_health_log.h"
 #include "firmware/companion/fly/monitor/stall_monitor.h"
 #include "firmware/companion/ground_station/ground_station_commands.h"
@@ -38,13 +37,10 @@
 namespace m100::companion {
 namespace {
 
-/// Tells the operator if the vehicle file has no [design], and what its certificate proves, if there is one.
-void say_design(const FlyOptions& options, const model::Vehicle& vehicle) {
+/// Tells the operator if the vehicle file has no [design].
+void say_design(const model::Vehicle& vehicle) {
   if (!vehicle.design.exists()) {
     print_line("the vehicle file has no [design]: the identified axes and [mpc] fly; m100-lab gains --tune makes one");
-  }
-  if (const std::optional<MarginCertificate> certificate = certificate_beside(options.vehicle, options.gains)) {
-    print_line("certificate " + certificate->text());
   }
 }
 
@@ -227,7 +223,7 @@ auto mark_arrived(hal::SerialPort& port, PosePort& pose_port) {
 bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::SerialPort& port) {
   const FlightFiles files = files_of(options);
   const FlightModel model = sound_model(options, files.mode);
-  say_design(options, model.vehicle());
+  say_design(model.vehicle());
   const link::ChannelCommand neutral = neutral_of(options, model.vehicle());
   const protocol::Cipher* const cipher = link.encrypt_commands ? link.cipher : nullptr;
   BackupProcess backup(neutral, cipher, options.port);  // before the threads and the large objects

@@ -16,7 +16,6 @@
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/fly/flight_files.h"
 #include "firmware/companion/fly/flight_model.h"
-#include "firmware/companion/fly/margin_certificate.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/preflight/model_findings.h"
 
@@ -86,12 +85,6 @@ void run(const CheckOptions& options) {
     std::cout << (finding.holds ? "ok    " : "WRONG ") << finding.what;
     std::cout << (finding.holds ? "" : ": fly refuses it without --override " + std::string(finding.name)) << "\n";
     agrees = agrees && finding.holds;
-  }
-  if (const std::optional<MarginCertificate> certificate = certificate_beside(options.vehicle, options.gains)) {
-    const bool holds = certificate->void_because.empty();
-    std::cout << (holds ? "ok    " : "WRONG ") << certificate->text() << "\n";
-    all.push_back({"certificate", holds, certificate->text()});
-    agrees = agrees && holds;
   }
   if (!options.json.empty()) {
     write_json(options.json, to_json(all, mode, agrees));

@@ -33,7 +33,7 @@ template <typename T>
 class SetpointPlanner {
  public:
   static constexpr double kBrakingShare = 0.95;
-  static constexpr double kMinAuthority = 0.8;  ///< share of the identified gain: the least in the certificate's box
+  static constexpr double kMinAuthority = 0.8;  ///< share of the identified gain: the least in the box of the margins
   static constexpr double kMaxError_m = 0.3;    ///< twice the shipped vehicle's largest deviation in a motion of 6 m
   static constexpr double kMaxChange_m_s2 = 0.5;
   static constexpr unsigned kMaxReplans = 10;

@@ -17,7 +17,6 @@
 #include "firmware/companion/files/mode.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/mode_option.h"
-#include "host_tests/lab/gains/certificate/certificate_file.h"
 #include "host_tests/lab/gains/gain_tables.h"
 #include "host_tests/lab/gains/margins.h"
 #include "host_tests/lab/gains/report_flown.h"
@@ -44,7 +43,6 @@ struct GainsOptions {
   std::vector<double> box;
   std::vector<std::string> rivals;
   std::string mode = "field";
-  std::string certificate;
   bool corners = false;
   bool check = false;
 };
@@ -86,10 +84,9 @@ void report_setpoint_law(const char* axis, const gains::SetpointRows& rows) {
 /// Prints the margins and writes them as JSON if a file is given. Margins outside the limits cause only a warning.
 void report_margins(const model::Vehicle& vehicle, const std::vector<gains::OpenStructure>& structures,
                     const GainsOptions& options) {
-  nlohmann::json all;
   const gains::MarginLimits& limits =
       mode_of(options.mode) == companion::Mode::kRobust ? gains::kRobustLimits : gains::kFieldLimits;
-  all["flown"] = gains::report_flown(vehicle, structures, options.corners ? &limits : nullptr);
+  nlohmann::json all = gains::report_flown(vehicle, structures, options.corners ? &limits : nullptr);
   all.update(gains::report_height_yaw(vehicle));
   const model::MpcWeights weights = model::controller_model(vehicle).mpc;
   all["weights"] = {{"position", weights.position},
@@ -98,39 +95,6 @@ void report_margins(const model::Vehicle& vehicle, const std::vector<gains::Open
                     {"input", weights.input},
                     {"input_rate", weights.input_rate}};
   write_json(options.json, all);
-}
-
-/// Proves the bound on the peak sensitivity in the mode and writes the certificate. @returns false: there is no proof
-bool certify(const companion::VehicleFile& file, const std::vector<gains::OpenStructure>& structures,
-             const std::string& table, const GainsOptions& options) {
-  constexpr double kRatio = 1.02;  // of the proven bound to the largest sampled peak; certificate_test.py allows 1.15
-  bool holds = true;
-  const companion::Mode mode = mode_of(options.mode);
-  const std::vector<gains::CertifiedLoop> loops =
-      gains::certify(companion::in_mode(file.vehicle, mode), structures, kRatio, [&](const gains::CertifiedLoop& one) {
-        holds = holds && one.holds;
-        std::printf("%s, %s, %s: ", one.structure.c_str(), one.axis == gains::Axis::kX ? "x" : "y",
-                    one.by_sticks ? "virtual_rc" : "movement");
-        if (one.holds) {
-          std::printf(
-              "certified: stable, peak sensitivity at most %.3f, sampled %.3f; with the pose up to 20 ms earlier or "
-              "later at most %.3f, sampled %.3f; below %.1f rad/s at most %.4f; %zu cells\n",
-              one.peak.bound, one.peak.sampled, one.at_any_age.bound, one.at_any_age.sampled, one.low_rad_s,
-              one.low_bound, one.cells);
-        } else {
-          std::printf("NOT certified: %s (%zu cells)\n", one.why_not.c_str(), one.cells);
-        }
-        std::fflush(stdout);
-      });
-  if (holds) {
-    std::ofstream stream(options.certificate, std::ios::binary);
-    stream << gains::certificate_text(file, mode, table, loops, kRatio);
-    stream.flush();
-    if (!stream) {
-      throw InputError(options.certificate, 0, "", "cannot be written");
-    }
-  }
-  return holds;
 }
 
 /// Writes the bytes, or with `check` compares them with the existing file. @returns false: they differ.
@@ -162,7 +126,6 @@ void check_files(const GainsOptions& options) {
     use.reads("--out", options.header).reads("--table", options.table);
   } else {
     use.writes("--out", options.header).writes("--table", options.table).writes("--json", options.json);
-    use.writes("--certify", options.certificate);
   }
   use.check();
 }
@@ -210,14 +173,10 @@ std::string table_of_modes(const gains::TableSet& field, const companion::Vehicl
   return out;
 }
 
-/// @returns false: with --check, a file differs; or there is no proof for a certificate
-bool write_tables(const companion::VehicleFile& file, const std::vector<gains::OpenStructure>& structures,
-                  const gains::TableSet& set, const std::string& table, const GainsOptions& options) {
-  bool same = options.header.empty() || put(options.header, gains::to_header(set, file.vehicle), options.check);
-  if (!options.certificate.empty() && !certify(file, structures, table, options)) {
-    std::fprintf(stderr, "m100-lab: %s: no certificate was written\n", options.vehicle.c_str());
-    same = false;
-  }
+/// @returns false: with --check, a file differs
+bool write_tables(const companion::VehicleFile& file, const gains::TableSet& set, const std::string& table,
+                  const GainsOptions& options) {
+  const bool same = options.header.empty() || put(options.header, gains::to_header(set, file.vehicle), options.check);
   return (options.table.empty() || put(options.table, table, options.check)) && same;
 }
 
@@ -249,14 +208,14 @@ void run(const GainsOptions& options) {
       report_setpoint_law("x", set.x);
       report_setpoint_law("y", set.y);
     }
-    if (!options.table.empty() || !options.certificate.empty()) {
+    if (!options.table.empty()) {
       table = table_of_modes(set, file, box);
     }
   } catch (const std::domain_error& wrong) {
     throw InputError(options.vehicle, 0, "axis", wrong.what());
   }
   std::signal(SIGINT, SIG_IGN);  // from here on the files are written
-  if (!write_tables(file, structures, set, table, options)) {
+  if (!write_tables(file, set, table, options)) {
     throw CLI::RuntimeError(kAnswerIsNo);
   }
 }
@@ -289,20 +248,17 @@ void add_gains(CLI::App& lab) {
       ->expected(6)
       ->check(from_to(1e-6, 1e6));
   command
-      ->add_option("--certify", options->certificate,
-                   "prove a bound on the peak sensitivity over the whole box in --mode and write the certificate; m100 "
-                   "check and fly find it as VEHICLE.certificate.json, its default")
-      ->expected(0, 1)
-      ->default_str("");
-  command->add_flag("--corners", options->corners,
-                    "report the margins as flown over gain and frequency +-20 % of every structure");
+      ->add_flag_callback("--certify",
+                          [] {
+                            throw CLI::ValidationError("--certify",
+                                                       "is gone: --corners samples the box and states its worst point");
+                          })
+      ->group("");
+  command->add_flag(
+      "--corners", options->corners,
+      "report the margins as flown over gain and frequency +-20 % of every structure, and over the whole box");
   command->add_flag("--check", options->check, "compare with the existing files instead of writing them");
-  command->callback([options, command] {
-    if (command->count("--certify") > 0 && options->certificate.empty()) {
-      options->certificate = options->vehicle + ".certificate.json";
-    }
-    run(*options);
-  });
+  command->callback([options] { run(*options); });
 }
 
 }  // namespace m100::lab

@@ -14,8 +14,10 @@ nlohmann::json margins_json(const Margins& margins);
 /// Prints the margins of the loop as flown, on every structure and on both channels. With `limits` it also prints the
 /// worst margins of each structure over gain and frequency, and over the whole box. If those over gain and frequency do
 /// not keep the limits, it prints how a manoeuvre can distinguish the structures.
-/// @returns {"structure": {"x": {"virtual_rc": {...}, "movement": {...}, "corners": {"virtual_rc": {...}, ...},
-///          "box": {...}}, "y": {...}}}; corners and box only with `limits`
+/// @returns {"flown": {"structure": {"x": {"virtual_rc": {...}, "movement": {...}, "corners": {"virtual_rc": {...},
+/// ...},
+///          "box": {...}}, "y": {...}}}, "box": {the worst of all}, "controllers": {"x virtual_rc": {...}, ...}}; all
+///          but the margins of the structures themselves only with `limits`
 nlohmann::json report_flown(const model::Vehicle& believed, const std::vector<OpenStructure>& structures,
                             const MarginLimits* limits);
 

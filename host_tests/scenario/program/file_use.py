@@ -59,7 +59,7 @@ TABLE = {
     "m100-lab frames decode": dict(inputs=["file", "--key-file"], needed=["file"]),
     "m100-lab frames encode": dict(inputs=["file", "--key-file"], needed=["file"]),
     "m100-lab gains": dict(inputs=["--vehicle", "--rival", "--present"], needed=["--vehicle"],
-                           outputs=["--out", "--table", "--json", "--tune", "--certify"], other=["--setpoint-box", "--mode"]),
+                           outputs=["--out", "--table", "--json", "--tune"], other=["--setpoint-box", "--mode"]),
     "m100-lab identify": dict(words="--axis roll --declare first_order --split alternate:6",
                               inputs=["--log", "--columns", "--validate-log", "--validate-columns",
                                       "--vehicle-believed", "--forecast"],

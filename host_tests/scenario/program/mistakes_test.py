@@ -64,6 +64,7 @@ MISTAKES = [
     ("lab", ["convert", "data.csv", "--columns", "data.csv", "--out", "o"], 2, "this looks like a table (CSV), not TOML"),
     ("lab", ["convert", "data.csv", "--columns", "VEHICLE", "--out", "o"], 2, "this looks like a vehicle file"),
     ("lab", ["campaign", "binary.bin"], 2, "is no text: a log or another binary file"),
+    ("lab", ["gains", "--vehicle", "VEHICLE", "--certify"], 2, "--certify: is gone: --corners samples the box"),
     ("lab", ["gains", "--vehicle", "map.toml"], 2, "this looks like a column map (--columns)"),
     # Folders.
     ("lab", ["demo", "--logs", "FOLDER"], 2, "has neither pitch_roll.csv and height.csv nor"),

@@ -159,19 +159,26 @@ class Search {
     out.design = design;
     model::Vehicle believed = vehicle_;
     believed.design = design;
+    MarginBox::Laws laws{believed};
     try {
       static_cast<void>(companion::as_file(believed));
-      MarginBox::Laws laws{believed};
       out.corners = box_.worst(laws, MarginBox::Extent::kCorners);
       out.nominal = box_.worst(laws, MarginBox::Extent::kNominal);
-      out.box = box_.worst(laws, MarginBox::Extent::kBox);
     } catch (const std::exception&) {  // not allowed in a vehicle file, or no controller can be made from this model
       out.excess = std::numeric_limits<double>::infinity();
       return out;
     }
-    out.excess = margin_excess(out, *limits_);
-    if (out.excess > 0.0 && out.excess >= best_.excess) {
-      return out;  // flights cannot make it the best
+    // What already exceeds the limits by more than the best does needs no box and no flights.
+    const auto is_excluded = [&] {
+      out.excess = margin_excess(out, *limits_);
+      return out.excess > 0.0 && out.excess >= best_.excess;
+    };
+    if (is_excluded()) {
+      return out;
+    }
+    out.box = box_.worst(laws, MarginBox::Extent::kBoxPeak);
+    if (is_excluded()) {
+      return out;
     }
     out.flown = fly_(believed);
     out.was_flown = true;
@@ -200,7 +207,7 @@ class Search {
 }  // namespace
 
 double margin_excess(const DesignTrial& trial, const MarginLimits& limits) {
-  return (trial.corners.stable ? 0.0 : 100.0) + (trial.nominal.stable ? 0.0 : 1000.0) +
+  return (trial.corners.stable && trial.box.stable ? 0.0 : 100.0) + (trial.nominal.stable ? 0.0 : 1000.0) +
          over(std::min(trial.corners.peak_sensitivity, 1e3), limits.corner_peak) +
          under(trial.corners.delay_margin_s, limits.corner_delay_s) +
          over(std::min(trial.box.peak_sensitivity, 1e3), limits.box_peak) +
@@ -267,7 +274,7 @@ DesignSearchResult search_designs(const model::Vehicle& vehicle, const model::Ve
   pick(result.robust, search.run(plain, search.found(), kRobustLimits, {}, kFactors), 1.0);
   if (!result.field.best.corners.stable) {
     throw std::domain_error("no design is stable in every corner of what the identification leaves open; the worst: " +
-                            result.field.best.corners.where);
+                            result.field.best.corners.at_peak.text());
   }
   return result;
 }

@@ -27,7 +27,7 @@ using FlyDesign = std::function<FlownScore(const model::Vehicle& believed)>;
 /// One design that was tried.
 struct DesignTrial {
   model::Design design;
-  WorstMargins nominal, corners, box;
+  WorstMargins nominal, corners, box;  ///< the box only if the others do not exclude the trial
   FlownScore flown;
   bool was_flown = false;  ///< false: the margins alone excluded it
   double error = 0.0;      ///< mean of the five errors, each as a share of that of the vehicle file

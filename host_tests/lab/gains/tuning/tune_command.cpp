@@ -116,12 +116,17 @@ FlownScore fly_structures(const model::Vehicle& believed, const std::vector<sim:
   return out;
 }
 
+void print_margins(const DesignTrial& of) {
+  std::printf("  nominal: %s, %s\n  worst corner: %s, %s\n  whole box: %s\n", of.nominal.peak_text().c_str(),
+              of.nominal.delay_text().c_str(), of.corners.peak_text().c_str(), of.corners.delay_text().c_str(),
+              of.box.peak_text().c_str());
+}
+
 void print_design(const char* mode, const ModeDesign& design, const FlownScore& before) {
   const DesignTrial& best = design.best;
-  std::printf("%s: %s; nominal %.2f and %.0f ms, worst corner %.2f and %.0f ms, whole box %.3f (%s)\n", mode,
-              design.kept ? "the least flown error that keeps the limits" : "NO design keeps the limits; the nearest",
-              best.nominal.peak_sensitivity, best.nominal.delay_margin_s * 1e3, best.corners.peak_sensitivity,
-              best.corners.delay_margin_s * 1e3, best.box.peak_sensitivity, best.box.where.c_str());
+  std::printf("%s: %s\n", mode,
+              design.kept ? "the least flown error that keeps the limits" : "NO design keeps the limits; the nearest");
+  print_margins(best);
   std::printf(
       "  horizontal error, before and now: hover %.4f %.4f m, wind %.4f %.4f m, square %.4f %.4f m, step of 6 m %.2f "
       "%.2f m s, settled in %.2f %.2f s; command %.0f %.0f deg/s, worst tilt %.0f %.0f deg\n",
@@ -133,11 +138,8 @@ void print_design(const char* mode, const ModeDesign& design, const FlownScore& 
 /// What the limits cost against the law that flies now, or that the new one is no worse than it.
 void print_present(const DesignSearchResult& result) {
   const DesignTrial& now = result.present.best;
-  std::printf(
-      "the law that flies now, on this model: nominal %.2f and %.0f ms, worst corner %.2f and %.0f ms, whole box "
-      "%.3f\n",
-      now.nominal.peak_sensitivity, now.nominal.delay_margin_s * 1e3, now.corners.peak_sensitivity,
-      now.corners.delay_margin_s * 1e3, now.box.peak_sensitivity);
+  std::printf("the law that flies now, on this model:\n");
+  print_margins(now);
   if (result.present.kept) {
     std::printf("  it keeps the limits: the new design is no worse than it in hover, wind, square and step\n");
   } else {
@@ -149,8 +151,8 @@ void print_present(const DesignSearchResult& result) {
 void print_prices(const DesignSearchResult& result) {
   std::printf(
       "peak sensitivity over the whole box and the least flown error for it (1: the file before), of %zu flown "
-      "trials:\n",
-      result.trials.size());
+      "trials; the worst of %s and %s, in the box 0 to 40 ms:\n",
+      result.trials.size(), words(kVirtualRcTiming).c_str(), words(kMovementTiming).c_str());
   for (const double peak : {5.0, 4.0, 3.5, 3.0, 2.6, 2.2, 1.9, 1.6}) {
     if (const std::optional<DesignTrial> one = least_error(result.trials, {.box_peak = peak})) {
       std::printf("  %.1f  %.3f  (%.2f; corners %.2f, %.0f ms; hover %.4f, wind %.4f m, 6 m settled in %.2f s)\n", peak,
@@ -180,9 +182,9 @@ void print_manoeuvres(const model::Vehicle& vehicle, const std::vector<OpenStruc
   for (const OpenStructure& one : structures) {
     const MarginBox alone({one});
     std::printf(
-        "  if only \"%s\" were open (m100-lab excite --kind doublet with the gyro logged decides): worst corner "
-        "%.2f\n",
-        one.name.c_str(), alone.worst(vehicle, MarginBox::Extent::kCorners).peak_sensitivity);
+        "  if only \"%s\" were open (m100-lab excite --kind doublet with the gyro logged decides): worst corner: "
+        "%s\n",
+        one.name.c_str(), alone.worst(vehicle, MarginBox::Extent::kCorners).peak_text().c_str());
   }
 }
 
@@ -196,11 +198,12 @@ void tune_input_weight(companion::VehicleFile& file, const std::vector<OpenStruc
   });
   model::flown_weights(file.vehicle) = tuned.weights;
   std::printf(
-      "input weight %.3g: %s as flown: peak sensitivity %.2f, delay margin %.0f ms, command motion in hover "
+      "input weight %.3g: %s as flown on %s: peak sensitivity %.2f, delay margin %.0f ms, command motion in hover "
       "%.0f deg/s\n",
       tuned.weights.input,
       tuned.keeps_all ? "the fastest loop that keeps the limits" : "no input weight keeps the limits; the nearest one,",
-      tuned.kept.peak_sensitivity, tuned.kept.delay_margin_s * 1e3, tuned.motion_deg_s);
+      words(kVirtualRcTiming).c_str(), tuned.kept.peak_sensitivity, tuned.kept.delay_margin_s * 1e3,
+      tuned.motion_deg_s);
 }
 
 }  // namespace
