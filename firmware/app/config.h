@@ -5,7 +5,7 @@
 #include "firmware/core/fence.h"
 #include "firmware/ctl/excitation.h"
 #include "firmware/est/consistency/velocity_consistency.h"
-#include "firmware/link/pose/pose_senders.h"
+#include "firmware/link/pose/pose_link.h"
 #include "firmware/link/serial_link.h"
 #include "firmware/mpc/law.h"
 #include "firmware/safety/limits.h"
@@ -36,7 +36,8 @@ struct FlightConfig {
   core::Duration attitude_age = std::chrono::milliseconds(10);
   std::uint32_t pose_baud = 115200;  ///< of the poses' UART
   link::SenderChoice pose_from{};    ///< whose poses are used
-  double pose_sigma_m = 0.0;         ///< link::PoseAccuracy::sigma_m
+  link::LeverArm pose_offset_b_m{};
+  double pose_sigma_m = 0.0;  ///< link::PoseAccuracy::sigma_m
   /// How long an order to fly stays valid if it is not served: start-up and the requests for control take time.
   core::Duration order_timeout = std::chrono::seconds(20);
 };

@@ -32,7 +32,7 @@ template <typename T, typename S>
     : orders_(config.order_timeout),
       recorder_(log),
       link_(autopilot, config.link, recorder_.autopilot_tap()),
-      poses_(pose, config.pose_baud, recorder_.pose_tap(), config.pose_from,
+      poses_(pose, config.pose_baud, recorder_.pose_tap(), config.pose_from, config.pose_offset_b_m,
              link::PoseAccuracy::inside(config.fence, config.pose_sigma_m)),
       sensors_(config.sensor_limits),
       observer_(vehicle),

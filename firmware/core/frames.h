@@ -72,6 +72,16 @@ Quaternion<T> quaternion_of(const Euler<T>& e) {
           .z = cr * cp * sy - sr * sp * cy};
 }
 
+/// The rotation matrix of a unit quaternion.
+template <typename T>
+Matrix<T, 3, 3> rotation_of(const Quaternion<T>& q) {
+  Matrix<T, 3, 3> out;
+  out << T(1) - T(2) * (q.y * q.y + q.z * q.z), T(2) * (q.x * q.y - q.w * q.z), T(2) * (q.x * q.z + q.w * q.y),
+      T(2) * (q.x * q.y + q.w * q.z), T(1) - T(2) * (q.x * q.x + q.z * q.z), T(2) * (q.y * q.z - q.w * q.x),
+      T(2) * (q.x * q.z - q.w * q.y), T(2) * (q.y * q.z + q.w * q.x), T(1) - T(2) * (q.x * q.x + q.y * q.y);
+  return out;
+}
+
 /// Turns a horizontal vector by yaw: body-heading axes -> world axes. Use -yaw for the inverse.
 template <typename T>
 Vector<T, 2> rotate(const Vector<T, 2>& v, const SinCos<T>& yaw) {

@@ -19,6 +19,7 @@ namespace {
 constexpr double kFarthest_m = 1000.0;
 constexpr double kLegalHeight_m = 122.0;  ///< 400 ft (14 CFR 107.51); the European Union allows 120 m
 constexpr double kRoom_m = 0.5;           ///< least room on each side: half for a hover in wind, half for braking
+constexpr double kLongestLever_m = 1.0;  ///< no pose's origin lies farther from an aircraft of 0.65 m between the axles
 constexpr std::array kKeys{
     FlightKey{.section = "", .key = "mode", .mode = &FlightFile::mode},
     FlightKey{.section = "fence",
@@ -52,6 +53,11 @@ constexpr std::array kKeys{
     FlightKey{.section = "pose", .key = "level_s", .number = &FlightFile::pose_level_s, .low = 0.1, .high = 10.0},
     FlightKey{.section = "pose", .key = "from", .sender = &FlightFile::pose_from},
     FlightKey{.section = "pose", .key = "sigma_m", .number = &FlightFile::pose_sigma_m, .low = 1e-4, .high = 20.0},
+    FlightKey{.section = "pose",
+              .key = "offset_m",
+              .vector = &FlightFile::pose_offset_m,
+              .low = -kLongestLever_m,
+              .high = kLongestLever_m},
     FlightKey{
         .section = "limits", .key = "speed_m_s", .number = &FlightFile::course_speed_m_s, .low = 0.1, .high = 20.0},
     FlightKey{.section = "limits",
@@ -111,11 +117,31 @@ Range range(const toml::node& node, const FlightKey& key, const std::string& fil
   return value;
 }
 
+link::LeverArm vector(const toml::node& node, const FlightKey& key, const std::string& file) {
+  const toml::array* const numbers = node.as_array();
+  link::LeverArm value{};
+  if (numbers == nullptr || numbers->size() != value.size()) {
+    fail(file, &node, full_name(key.section, key.key), "must be three numbers: forward, left, up");
+  }
+  double squared = 0.0;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    const double one = number((*numbers)[i], key, file);
+    value[i] = static_cast<float>(one);
+    squared += one * one;
+  }
+  if (squared > key.high * key.high) {
+    fail(file, &node, full_name(key.section, key.key), "is longer than " + text_of(key.high) + " m");
+  }
+  return value;
+}
+
 void take(const toml::node& node, const FlightKey& key, const std::string& file, FlightFile& into) {
   if (key.number != nullptr) {
     into.*key.number = number(node, key, file);
   } else if (key.range != nullptr) {
     into.*key.range = range(node, key, file);
+  } else if (key.vector != nullptr) {
+    into.*key.vector = vector(node, key, file);
   } else if (key.sender != nullptr) {
     into.*key.sender = sender_of(node.value<std::string>().value_or(""), place(file, &node) + ": 'pose.from'");
   } else {
@@ -259,6 +285,16 @@ core::Fence fence_of(const FlightFile& flight, const ref::Waypoint<double>& star
   return {.side = {side(flight.fence_x_m, start.position_w_m.x()), side(flight.fence_y_m, start.position_w_m.y()),
                    side(flight.fence_z_m, 0.0)},
           .wind_m_s = flight.wind_m_s};
+}
+
+std::string describe_lever_arm(const FlightFile& flight) {
+  const auto& [forward_m, left_m, up_m] = flight.pose_offset_m;
+  std::ostringstream out;
+  if (flight.pose_offset_m != link::LeverArm{}) {
+    out << "the origin of the pose lies " << forward_m << " m ahead, " << left_m << " m left and " << up_m
+        << " m above the centre of gravity ([pose] offset_m): what flies is the centre of gravity";
+  }
+  return out.str();
 }
 
 safety::Limits limits_of(const FlightFile& flight) {

@@ -10,7 +10,7 @@
 #include "firmware/companion/files/course/course_validation.h"
 #include "firmware/companion/files/mode.h"
 #include "firmware/core/fence.h"
-#include "firmware/link/pose/pose_senders.h"
+#include "firmware/link/pose/pose_link.h"
 #include "firmware/safety/limits.h"
 
 namespace m100::companion {
@@ -45,7 +45,8 @@ struct FlightFile {
   double pose_level_s = 0.0;
   link::SenderChoice pose_from{};  ///< whose poses are used
   double pose_sigma_m = 0.0;       ///< link::PoseAccuracy::sigma_m
-  double course_speed_m_s = 0.0;   ///< this and the next three: limits of a course; 0: those of CourseLimits
+  link::LeverArm pose_offset_m{};
+  double course_speed_m_s = 0.0;  ///< this and the next three: limits of a course; 0: those of CourseLimits
   double course_acceleration_m_s2 = 0.0;
   double course_tilt_deg = 0.0;
   double course_yaw_rate_deg_s = 0.0;
@@ -64,6 +65,7 @@ struct FlightKey {
   Range FlightFile::*range = nullptr;
   Mode FlightFile::*mode = nullptr;
   link::SenderChoice FlightFile::*sender = nullptr;
+  link::LeverArm FlightFile::*vector = nullptr;
   double low = 0.0;
   double high = 0.0;
   bool required = false;
@@ -84,6 +86,9 @@ FlightFile parse_flight(std::string_view text, const std::string& name);
 
 /// The fence in the world of the pose. The flight's ranges of x and y count from `start`.
 core::Fence fence_of(const FlightFile& flight, const ref::Waypoint<double>& start);
+
+/// Says where the origin of the pose lies; empty: at the centre of gravity.
+std::string describe_lever_arm(const FlightFile& flight);
 
 /// The failsafe's limits: the times of the file, otherwise the defaults.
 safety::Limits limits_of(const FlightFile& flight);

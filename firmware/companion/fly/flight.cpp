@@ -137,7 +137,11 @@ void heartbeat(BackupProcess& backup, const hal::SerialPort& port, Controller& c
   }
 }
 
-void report_disabled_checks(const FlyOptions& options, OperatorChannels& channels, core::TimePoint now) {
+void report_settings(const FlyOptions& options, const FlightFiles& files, OperatorChannels& channels,
+                     core::TimePoint now) {
+  if (const std::string lever = describe_lever_arm(*files.flight); !lever.empty()) {
+    channels.write(now, lever);
+  }
   for (const std::string& check : options.disabled_checks) {
     channels.write(now, TextLine{}.add("--override: check ").add(check).add(" is switched off").text());
   }
@@ -229,7 +233,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   BackupProcess backup(neutral, cipher, options.port);  // before the threads and the large objects
   backup.set_port(port.descriptor(), port.openings());
   PosePort pose_port(options.pose, options.port);
-  const ref::Waypoint<double> place = find_start_position(pose_port, sender_choice(options, files));
+  const ref::Waypoint<double> place = find_start_position(pose_port, options, files);
   const ref::Waypoint<double> start = options.take_off ? takeoff_end(place) : place;
   const auto trajectory = std::make_unique<ref::Trajectory<double>>();
   parse_and_validate(files, start, *trajectory);
@@ -246,7 +250,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   const core::AssertionHandler former = release_on_assertion(last_words, port, controller->link().authority());
   TelemetryStream* const telemetry_stream = prepare_the_thread(pose_port, live);
   OperatorChannels channels(log, telemetry_stream);
-  report_disabled_checks(options, channels, clock.now());
+  report_settings(options, files, channels, clock.now());
   GroundStationCommands ground_station(goal_limits(options, files), config.fence, *trajectory, pose_line,
                                        telemetry_stream, channels);
   FlightSequencer sequencer(request_of(options, files, place, start), config, *controller, *trajectory, channels);

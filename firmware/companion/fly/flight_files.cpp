@@ -128,9 +128,13 @@ link::SenderChoice sender_choice(const FlyOptions& options, const FlightFiles& f
   return chosen.is_made() || !files.flight ? chosen : files.flight->pose_from;
 }
 
-ref::Waypoint<double> find_start_position(PosePort& port, link::SenderChoice choice) {
+link::LeverArm lever_arm_of(const FlightFiles& files) {
+  return files.flight ? files.flight->pose_offset_m : link::LeverArm{};
+}
+
+ref::Waypoint<double> find_start_position(PosePort& port, const FlyOptions& options, const FlightFiles& files) {
   ExchangedPorts exchanged;
-  link::PoseLink link(port.line(), port.baud(), &exchanged, choice);
+  link::PoseLink link(port.line(), port.baud(), &exchanged, sender_choice(options, files), lever_arm_of(files));
   std::optional<ref::Waypoint<double>> start;
   TickClock clock(port.clock_port(), [&] { port.mark_arrived(); });
   StartPosition place;
@@ -219,6 +223,7 @@ app::FlightConfig flight_config(const FlyOptions& options, const FlightFiles& fi
     config.fence = fence_of(*files.flight, start);
     config.pose_sigma_m = files.flight->pose_sigma_m;
   }
+  config.pose_offset_b_m = lever_arm_of(files);
   if (files.excitation) {
     config.excitation = files.excitation->plan();
   }

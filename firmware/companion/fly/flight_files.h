@@ -31,9 +31,12 @@ struct FlightFiles {
 /// Whose poses are used: by --pose-from if given, else by the flight file. Errors: FlightFileError.
 link::SenderChoice sender_choice(const FlyOptions& options, const FlightFiles& files);
 
+/// `[pose] offset_m` of the flight file; zero without one.
+link::LeverArm lever_arm_of(const FlightFiles& files);
+
 /// Where the aircraft stands, by the first poses that agree; waits for at most 5 s. Errors: UsageError, also if several
 /// senders send poses and none was chosen; CLI::RuntimeError after a signal.
-ref::Waypoint<double> find_start_position(PosePort& port, link::SenderChoice choice);
+ref::Waypoint<double> find_start_position(PosePort& port, const FlyOptions& options, const FlightFiles& files);
 
 /// Where a take-off from this place by the autopilot's own task ends (protocol, 6.3: "about 1.2 m").
 ref::Waypoint<double> takeoff_end(ref::Waypoint<double> place);

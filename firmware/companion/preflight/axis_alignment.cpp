@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "firmware/core/maths.h"
+#include "firmware/core/up_in_body.h"
 #include "firmware/model/vehicle.h"
 
 namespace m100::companion::preflight {
@@ -23,15 +24,6 @@ constexpr double kMinAcceleration_m_s2 = 0.25;
 constexpr double kSure = 0.6;
 constexpr double kNoiseShare = 0.01;  ///< of the least motion; below this share the pose shows noise or nothing
 
-/// Body to world.
-Eigen::Matrix3d rotation_of(const core::Quaternion<double>& q) {
-  Eigen::Matrix3d out;
-  out << 1.0 - 2.0 * (q.y * q.y + q.z * q.z), 2.0 * (q.x * q.y - q.w * q.z), 2.0 * (q.x * q.z + q.w * q.y),
-      2.0 * (q.x * q.y + q.w * q.z), 1.0 - 2.0 * (q.x * q.x + q.z * q.z), 2.0 * (q.y * q.z - q.w * q.x),
-      2.0 * (q.x * q.z - q.w * q.y), 2.0 * (q.y * q.z + q.w * q.x), 1.0 - 2.0 * (q.x * q.x + q.y * q.y);
-  return out;
-}
-Eigen::Vector3d up_in_body(const core::Quaternion<double>& wb) { return rotation_of(wb).row(2).transpose(); }
 double heading(const core::Quaternion<double>& wb) { return core::euler_of(wb).yaw_rad; }
 
 std::string percent(double correlation) {
@@ -103,7 +95,7 @@ void AxisAlignment::add(const Sample& sample) {
 }
 
 void AxisAlignment::add_tilt(const Sample& sample) {
-  const Eigen::Vector3d pose = up_in_body(sample.pose_wb), autopilot = up_in_body(sample.autopilot_wb);
+  const Eigen::Vector3d pose = core::up_in_body(sample.pose_wb), autopilot = core::up_in_body(sample.autopilot_wb);
   // Signs as of the angles: nose down is a positive pitch and lowers x; right side down is a positive roll.
   const Eigen::Vector2d p(-pose.x(), pose.y()), a(-autopilot.x(), autopilot.y());
   tilt_products_ += p * a.transpose();
@@ -132,7 +124,7 @@ void AxisAlignment::add_position() {
     const double weight = (1.0 - std::abs(static_cast<double>(i) - kSpan) / kSpan) / kSpan;
     const Sample& sample = window_[i];
     const double turn = heading(sample.pose_wb) - heading(sample.autopilot_wb);
-    const Eigen::Vector3d there = rotation_of(sample.autopilot_wb) * sample.force_b;
+    const Eigen::Vector3d there = core::rotation_of(sample.autopilot_wb) * sample.force_b;
     const double c = std::cos(turn), d = std::sin(turn);  // rotation about the vertical into the room's axes
     force += weight * Eigen::Vector3d(c * there.x() - d * there.y(), d * there.x() + c * there.y(), there.z());
   }

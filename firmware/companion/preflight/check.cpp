@@ -40,6 +40,9 @@ Mode check_orders(const CheckOptions& options, std::vector<ConsistencyFinding>& 
   const Range start_z_m = check_offsets(orders);
   if (orders.flight) {
     out.push_back({"", true, "the flight file has a fence around the start, and every key is in its range"});
+    if (const std::string lever = describe_lever_arm(*orders.flight); !lever.empty()) {
+      out.push_back({"", true, lever});
+    }
   }
   if (!options.course.empty()) {
     std::ostringstream text;

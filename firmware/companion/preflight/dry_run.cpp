@@ -62,7 +62,7 @@ ReceivedState listen_only(const FlyOptions& options, const link::LinkConfig& con
 ReceivedState fly_silently(const FlyOptions& options, const FlightFiles& orders, const FlightModel& model,
                            const link::LinkConfig& link, hal::Uart& port) {
   PosePort pose_port(options.pose, options.port);
-  const ref::Waypoint<double> place = find_start_position(pose_port, sender_choice(options, orders));
+  const ref::Waypoint<double> place = find_start_position(pose_port, options, orders);
   const ref::Waypoint<double> start = options.take_off ? takeoff_end(place) : place;
   const auto course = std::make_unique<ref::Trajectory<double>>();
   parse_and_validate(orders, start, *course);

@@ -52,6 +52,7 @@ app::FlightConfig config_of(const RecordedFlight& flight, const protocol::Cipher
     const FlightFile file = parse_flight(note_of(flight, kFlightNote), kFlightNote);
     config.limits = limits_of(file);
     config.fence = fence_of(file, start_of<double>(flight));
+    config.pose_offset_b_m = file.pose_offset_m;
   }
   if (encrypted && cipher == nullptr) {
     throw FlightLogError("the flight's commands were encrypted: its key is needed (--key-file)");

@@ -5,7 +5,6 @@
 #include <array>
 
 #include "firmware/core/frames.h"
-#include "firmware/core/up_in_body.h"
 #include "protocol/mavlink/pose_messages.h"
 
 namespace m100::link {
@@ -71,7 +70,7 @@ core::Expected<core::Pose<double>> pose_of(const Reading& reading, PoseAside& be
     return core::Status::kOutOfRange;
   }
   const core::Quaternion<float> attitude = core::flip_yz(reading.frd_in_ned);
-  beside.up_b = core::up_in_body(attitude);
+  beside.flu_in_nwu = attitude;
   core::Pose<double> pose;
   pose.is_new = true;
   pose.captured = core::SenderTime(core::SenderClock::duration(static_cast<std::int64_t>(reading.captured_us)));

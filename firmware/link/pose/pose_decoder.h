@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "firmware/core/expected.h"
+#include "firmware/core/frames.h"
 #include "firmware/core/pose.h"
 #include "firmware/link/pose/pose_fault.h"
 #include "protocol/mavlink/frame.h"
@@ -15,8 +16,7 @@ namespace m100::link {
 struct PoseAside {
   PoseFault fault = PoseFault::kNone;         ///< why the pose is refused
   std::optional<std::uint8_t> reset_counter;  ///< of the message, if its kind has one
-  /// The world's up in the body (FLU), by the pose's own attitude.
-  core::Vector<float, 3> up_b = core::Vector<float, 3>::UnitZ();
+  core::Quaternion<float> flu_in_nwu{};       ///< the pose's own attitude
 };
 
 /// The pose in a frame of ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY, in our frames: NED and FRD of the wire

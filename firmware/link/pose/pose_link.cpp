@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "firmware/core/up_in_body.h"
 #include "firmware/link/line_time.h"
 #include "firmware/link/pose/pose_decoder.h"
 #include "protocol/mavlink/pose_messages.h"
@@ -26,8 +27,14 @@ bool is_within(const core::Vector<double, 3>& variance_m2, const std::array<doub
 
 }  // namespace
 
-PoseLink::PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap, SenderChoice choice, const PoseAccuracy& accuracy)
-    : uart_(uart), baud_(baud), tap_(tap), choice_(choice), accuracy_(accuracy) {}
+PoseLink::PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap, SenderChoice choice, const LeverArm& offset_b_m,
+                   const PoseAccuracy& accuracy)
+    : uart_(uart),
+      baud_(baud),
+      tap_(tap),
+      choice_(choice),
+      offset_b_m_(offset_b_m[0], offset_b_m[1], offset_b_m[2]),
+      accuracy_(accuracy) {}
 
 void PoseLink::refuse(PoseFault fault, core::TimePoint now) {
   ++stats_.faults[static_cast<std::size_t>(fault)];
@@ -135,8 +142,9 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
   if (accept(*pose, frame.sequence, now)) {
     sender_ = frame.from;
     count_jump(beside.reset_counter, is_same_sender);
-    up_b_ += (beside.up_b - up_b_) * share_of_new(up_b_);
+    up_b_ += (core::up_in_body(beside.flu_in_nwu) - up_b_) * share_of_new(up_b_);
     newest.pose = *pose;
+    newest.pose.position_w_m -= (core::rotation_of(beside.flu_in_nwu) * offset_b_m_).cast<double>();
     newest.pose.position_variance_m2 = variance_m2;
     newest.pose_end = end;
   }

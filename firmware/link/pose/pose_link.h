@@ -53,10 +53,14 @@ struct PoseAccuracy {
   }
 };
 
+/// From the centre of gravity to the origin of the pose: forward, left, up of the body (FLU) [m].
+using LeverArm = std::array<float, 3>;
+
 /// The source of pose at the other end of a second UART, in MAVLink. (With a signing key the UART is a SignedLine.) One
 /// call per tick returns the newest pose only. A pose whose time stamp is not newer than the last is refused, unless
 /// StampOrder shows that the sender's clock was set. Only the chosen sender is accepted; without a choice, the first
-/// one until no pose of it was accepted for a second.
+/// one until no pose of it was accepted for a second. All that is handed on is the motion of the centre of gravity: the
+/// lever arm, turned by the attitude of the same pose, is subtracted.
 class PoseLink {
  public:
   static constexpr std::size_t kBytesPerTick = 2048;
@@ -64,7 +68,7 @@ class PoseLink {
   /// @param baud gives the time of a byte on the line; 0: none.
   /// @param tap sees all bytes of both directions; may be null.
   PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap = nullptr, SenderChoice choice = {},
-           const PoseAccuracy& accuracy = {});
+           const LeverArm& offset_b_m = {}, const PoseAccuracy& accuracy = {});
 
   /// @returns the newest pose that arrived since the last call; `captured` is the sender's time stamp, or the time of
   ///   arrival if the sender does not stamp. kNotReady: none.
@@ -108,6 +112,7 @@ class PoseLink {
   mavlink::Parser parser_;
   ClockComparison comparison_;
   SenderChoice choice_;
+  core::Vector<float, 3> offset_b_m_;
   PoseAccuracy accuracy_;
   PoseSenders senders_;
   bool has_last_ = false;

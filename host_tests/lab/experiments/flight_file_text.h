@@ -17,7 +17,8 @@ inline std::string to_text(const companion::FlightFile& file) {
   std::string_view section;
   for (const companion::FlightKey& key : companion::flight_keys()) {
     const bool is_number = key.number != nullptr && file.*key.number != defaults.*key.number;
-    if (!is_number && key.range == nullptr) {
+    const bool is_vector = key.vector != nullptr && file.*key.vector != defaults.*key.vector;
+    if (!is_number && !is_vector && key.range == nullptr) {
       continue;
     }
     if (key.section != section) {
@@ -27,6 +28,9 @@ inline std::string to_text(const companion::FlightFile& file) {
     out << key.key << " = ";
     if (is_number) {
       out << std::showpoint << file.*key.number << "\n";
+    } else if (is_vector) {
+      const auto& [forward_m, left_m, up_m] = file.*key.vector;
+      out << std::showpoint << "[" << forward_m << ", " << left_m << ", " << up_m << "]\n";
     } else {
       out << "[" << std::showpoint << (file.*key.range).low << ", " << (file.*key.range).high << "]\n";
     }

@@ -145,6 +145,8 @@ Table flight_table() {
       cells = {"text", "\"field\" or \"robust\"", "\"" + std::string(name(defaults.*key.mode)) + "\""};
     } else if (key.sender != nullptr) {
       cells = {"text", "\"SYSTEM\" or \"SYSTEM:COMPONENT\"", "-"};
+    } else if (key.vector != nullptr) {
+      cells = {unit_of(key.key), "three numbers, " + cells[1], "-"};
     } else if (key.range != nullptr) {
       cells = {unit_of(key.key), "two numbers, " + cells[1], "-"};
     } else if (defaults.*key.number != 0.0 || key.low <= 0.0) {

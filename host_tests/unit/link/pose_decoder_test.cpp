@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "firmware/core/frames.h"
+#include "firmware/core/up_in_body.h"
 #include "protocol/mavlink/parser.h"
 #include "protocol/mavlink/pose_messages.h"
 
@@ -194,14 +195,14 @@ TEST(PoseReading, EachWrongFormatHasAReasonOfItsOwn) {
 TEST(PoseReading, TheUpOfThePoseIsInOurBody) {
   for (const float heading_rad : {0.F, 1.F, -2.5F}) {
     const PoseAside right_down = aside_of(VisionPositionEstimate{.usec = 5, .roll = 0.3F, .yaw = heading_rad});
-    EXPECT_NEAR(right_down.up_b.y(), std::sin(0.3F), 1e-6F) << "the left side points up";
-    EXPECT_NEAR(right_down.up_b.z(), std::cos(0.3F), 1e-6F);
+    EXPECT_NEAR(core::up_in_body(right_down.flu_in_nwu).y(), std::sin(0.3F), 1e-6F) << "the left side points up";
+    EXPECT_NEAR(core::up_in_body(right_down.flu_in_nwu).z(), std::cos(0.3F), 1e-6F);
     const PoseAside nose_up = aside_of(VisionPositionEstimate{.usec = 5, .pitch = 0.2F, .yaw = heading_rad});
-    EXPECT_NEAR(nose_up.up_b.x(), std::sin(0.2F), 1e-6F) << "the nose points up";
+    EXPECT_NEAR(core::up_in_body(nose_up.flu_in_nwu).x(), std::sin(0.2F), 1e-6F) << "the nose points up";
   }
   const float half = 0.4F;  // x y z w in place of w x y z, at a heading of 0.8 rad
   const PoseAside order = aside_of(AttPosMocap{.time_usec = 5, .q = {0.F, 0.F, std::sin(half), std::cos(half)}});
-  EXPECT_NEAR(std::acos(order.up_b.z()), 0.8F, 1e-5F) << "tilted by the heading";
+  EXPECT_NEAR(std::acos(core::up_in_body(order.flu_in_nwu).z()), 0.8F, 1e-5F) << "tilted by the heading";
 }
 
 }  // namespace

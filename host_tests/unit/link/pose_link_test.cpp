@@ -60,6 +60,30 @@ TEST_F(PoseLinkTest, TheNewestOfATickCountsAndKeepsItsStamp) {
   EXPECT_EQ(link.receive(clock.now()).status(), core::Status::kNotReady);
 }
 
+// The aircraft turns and tilts about its centre of gravity, which stays: so must the position. Catches a lever that is
+// added, or turned by the inverse, by the heading alone, or in the axes of the wire.
+TEST_F(PoseLinkTest, ALeverArmTurnsWithTheAttitudeAndThePositionIsThatOfTheCentreOfGravity) {
+  const LeverArm lever_b_m{0.3F, -0.1F, 0.2F};
+  const core::Vector<float, 3> lever(lever_b_m[0], lever_b_m[1], lever_b_m[2]);
+  for (const core::Euler<float>& euler :
+       {core::Euler<float>{0.F, 0.F, 0.F}, {0.F, 0.F, 1.6F}, {0.4F, 0.F, -2.F}, {-0.1F, 0.5F, 3.F}}) {
+    PoseLink leaning(cable.a(), 115200, nullptr, {}, lever_b_m);
+    const core::Quaternion<float> q = core::quaternion_of(euler);
+    const core::Quaternion<float> wire = core::flip_yz(q);
+    const core::Vector<float, 3> origin = core::flip_yz(core::Vector<float, 3>(core::rotation_of(q) * lever));
+    write(AttPosMocap{.time_usec = 1000,
+                      .q = {wire.w, wire.x, wire.y, wire.z},
+                      .x = 1.F + origin.x(),
+                      .y = -2.F + origin.y(),
+                      .z = 0.5F + origin.z()});
+    clock.advance(milliseconds(10));
+    const core::Expected<core::Pose<double>> pose = leaning.receive(clock.now());
+    ASSERT_TRUE(pose);
+    EXPECT_LT((pose->position_w_m - core::Vector<double, 3>(1.0, 2.0, -0.5)).norm(), 1e-6) << euler.yaw_rad;
+    EXPECT_NEAR(pose->yaw_rad, static_cast<double>(euler.yaw_rad), 1e-6);
+  }
+}
+
 TEST_F(PoseLinkTest, DoubledAndOvertakenPosesAreRefused) {
   EXPECT_TRUE(send(50000000));
   EXPECT_FALSE(send(50000000));
@@ -107,7 +131,7 @@ TEST_F(PoseLinkTest, AnnouncedJumpsAreCountedByTheResetCounterOfOneSender) {
 TEST_F(PoseLinkTest, AVarianceThatTheFenceHasNoRoomForIsRefused) {
   const core::Fence fence{.side = {{{-3.0, 3.0}, {-6.0, 6.0}, {0.3, 4.2}}}};  // a sixth of the widths: 1, 2 and 0.65 m
   const auto accepts = [&](double stated_m, float x, float y, float z) {
-    PoseLink fresh(cable.a(), 115200, nullptr, {}, PoseAccuracy::inside(fence, stated_m));
+    PoseLink fresh(cable.a(), 115200, nullptr, {}, {}, PoseAccuracy::inside(fence, stated_m));
     AttPosMocap message = mocap(1000);
     message.covariance[0] = x, message.covariance[6] = y, message.covariance[11] = z;
     write(message);
