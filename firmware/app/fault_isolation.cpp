@@ -213,6 +213,7 @@ template <typename T>
 est::ConsistencyStatus FaultIsolation<T>::status(const est::Estimate<T>& estimate, safety::FailsafeState failsafe_state,
                                                  bool levels_limit_cycle, const safety::Limits& limits) const {
   const est::Contradiction<T> contradicted = contradiction();
+  const core::Vector<T, 2> lever_b_m = velocity_consistency_.lever_b_m();
   const bool predicts = !levels_limit_cycle && failsafe_state == safety::FailsafeState::kLevel;
   return {.refused_poses = estimate.refused_poses,
           .refused_for =
@@ -224,7 +225,8 @@ est::ConsistencyStatus FaultIsolation<T>::status(const est::Estimate<T>& estimat
           .speed_then_m_s = predicts ? speed_then_m_s(estimate, limits.neutral) : 0.0,
           .contradicted_by = static_cast<std::uint8_t>(contradicted.check),
           .contradicted_with = static_cast<double>(contradicted.measured),
-          .contradicted_allowed = static_cast<double>(contradicted.allowed)};
+          .contradicted_allowed = static_cast<double>(contradicted.allowed),
+          .lever_b_m = {static_cast<double>(lever_b_m.x()), static_cast<double>(lever_b_m.y()), 0.0}};
 }
 
 template class FaultIsolation<float>;

@@ -22,6 +22,16 @@ template <typename T>
   }
 }
 
+/// The lever arm that was found comes on top of the one that the flight file states; zero: none was found.
+std::array<double, 3> whole_lever(std::array<double, 3> found_b_m, const link::LeverArm& stated_b_m) {
+  if (found_b_m[0] != 0.0 || found_b_m[1] != 0.0) {
+    for (std::size_t axis = 0; axis < found_b_m.size(); ++axis) {
+      found_b_m[axis] += static_cast<double>(stated_b_m[axis]);
+    }
+  }
+  return found_b_m;
+}
+
 }  // namespace
 
 template <typename T, typename S>
@@ -196,6 +206,7 @@ safety::SupervisedCommand<T> FlightController<T, S>::supervise(const ctl::Comman
   seen.estimate = est::status_of(estimate_);
   seen.pose_latency = poses_.latency();
   seen.consistency = fault_isolation_.status(estimate_, before, levels_limit_cycle(), config_.limits);
+  seen.consistency.lever_b_m = whole_lever(seen.consistency.lever_b_m, config_.pose_offset_b_m);
   seen.link = link_.status();
   seen.orders = orders_.status(is_in_reach(), now);
   seen.fence = geofence_.status();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "firmware/core/time.h"
@@ -24,6 +25,7 @@ struct ConsistencyStatus {
   std::uint8_t contradicted_by = 0;
   double contradicted_with = 0.0;
   double contradicted_allowed = 0.0;
+  std::array<double, 3> lever_b_m{};  ///< that explains the difference, forward, left, up; zero: none does
 };
 
 }  // namespace m100::est

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/operator/operator_messages.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <string_view>
 
 #include "firmware/core/maths.h"
@@ -24,6 +26,25 @@ void add_age(TextLine& line, std::string_view what, core::Duration age, core::Du
   line.add(core::seconds<double>(allowed), 3).add(" s");
 }
 
+/// A residual and its limit, in as many digits as two that matter of the smaller one need: "0.012 m apart, allowed
+/// 0.0098 m".
+void add_compared(TextLine& line, double residual, std::string_view how, double allowed, std::string_view unit) {
+  const double smaller = std::min(std::abs(residual), std::abs(allowed));
+  const int digits = smaller >= 0.095 ? 2 : smaller >= 0.0095 ? 3 : 4;
+  line.add(residual, digits).add(" ").add(unit).add(how).add(", allowed ").add(allowed, digits).add(" ").add(unit);
+}
+
+/// Proposes the lever arm that explains the refusal, if one does.
+void add_lever_arm(TextLine& line, const std::array<double, 3>& lever_b_m) {
+  const auto& [forward_m, left_m, up_m] = lever_b_m;
+  if (forward_m == 0.0 && left_m == 0.0) {
+    return;
+  }
+  line.add("; the difference turns with the aircraft: a lever arm explains it. If the origin of the pose lies ");
+  line.add(forward_m, 2).add(" m ahead and ").add(left_m, 2).add(" m left of the centre of gravity, set offset_m = [");
+  line.add(forward_m, 2).add(", ").add(left_m, 2).add(", ").add(up_m, 2).add("] in [pose] of the flight file");
+}
+
 void add_refusal(TextLine& line, const safety::Observation& seen) {
   const auto check = static_cast<est::ConsistencyCheck>(seen.consistency.contradicted_by);
   const bool of_attitude = check == est::ConsistencyCheck::kRates || check == est::ConsistencyCheck::kAnswer;
@@ -34,8 +55,11 @@ void add_refusal(TextLine& line, const safety::Observation& seen) {
                                                       : "the autopilot contradicts it, check ")
         .add(est::name(check))
         .add(": ");
-    line.add(seen.consistency.contradicted_with, 2).add(" ").add(est::unit_of(check)).add(" apart, allowed ");
-    line.add(seen.consistency.contradicted_allowed, 2).add(" ").add(est::unit_of(check));
+    add_compared(line, seen.consistency.contradicted_with, " apart", seen.consistency.contradicted_allowed,
+                 est::unit_of(check));
+    if (!of_attitude) {
+      add_lever_arm(line, seen.consistency.lever_b_m);
+    }
     return;
   }
   if (seen.consistency.refused_turn_rad > kTurnShown_rad) {
@@ -43,10 +67,8 @@ void add_refusal(TextLine& line, const safety::Observation& seen) {
     line.add(kTurnShown_rad, 2).add(" rad");
     return;
   }
-  line.add(seen.consistency.refused_by_m, 2)
-      .add(" m from the prediction, allowed ")
-      .add(seen.consistency.refused_allowed_m, 2)
-      .add(" m");
+  add_compared(line, seen.consistency.refused_by_m, " from the prediction", seen.consistency.refused_allowed_m, "m");
+  add_lever_arm(line, seen.consistency.lever_b_m);
 }
 
 std::string_view failure_text(safety::FlightFailure failure) {

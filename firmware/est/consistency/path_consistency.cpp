@@ -22,6 +22,7 @@ template <typename T>
 constexpr std::array<Scale<T>, 3> kScaleNumbers{{{T(1.5), T(0.0017), T(0.044), T(0.0185), T(0.0024)},
                                                  {T(3.0), T(0.0010), T(0.021), T(0.0023), T(0.0006)},
                                                  {T(0.75), T(0.0052), T(0.10), T(0.148), T(0.0098)}}};
+static_assert(kScaleNumbers<double>[0].a_per_s == PathConsistency<double>::kApart_per_s);
 constexpr bool within_4_percent(double number, double rule) { return number > 0.96 * rule && number < 1.04 * rule; }
 constexpr bool follows_from_a(const Scale<double>& s) {
   const double per_a = 1.0 / s.a_per_s, per_a2 = per_a * per_a;
@@ -140,11 +141,13 @@ template <typename T, int kAxes>
 void PathConsistency<T, kAxes>::accumulate(std::size_t scale, const Vector& seen_m, T speed_m_s, T step_s) {
   const Scale<T>& s = kScaleNumbers<T>[scale];
   Path& path = paths_[scale];
-  const T apart2_m2 = correct_timing(scale, seen_m, step_s).squaredNorm();
+  const Vector apart_m = correct_timing(scale, seen_m, step_s);
+  const T apart2_m2 = apart_m.squaredNorm();
   if (!(apart2_m2 + path.moved_m2_s < static_cast<T>(kSane_m2))) {
     begun_ = false;  // a path that is not finite would never raise an alarm
     return;
   }
+  apart_m_ = scale == 0 ? apart_m : apart_m_;
   const T settled = core::clamp(since_gap_s_ * s.a_per_s * static_cast<T>(1.0 / kSettles), T(0), T(1));
   const T sigma_m = core::sqrt(s.sigma_m * s.sigma_m + static_cast<T>(kPositionNoiseGain2) * position_noise_m2_ +
                                s.per_noise_s3 * force_noise_m2_s3_);

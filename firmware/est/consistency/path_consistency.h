@@ -70,6 +70,9 @@ class PathConsistency {
   /// The difference of the paths and its allowed value, in the scale with the most evidence; m.
   T residual_m() const { return worst().residual_m; }
   T allowed_m() const { return worst().allowed_m; }
+  /// The difference of the paths in the middle scale, whose high-pass has the rate kApart_per_s.
+  const Vector& apart_m() const { return apart_m_; }
+  static constexpr double kApart_per_s = 1.5;
 
  private:
   static constexpr std::size_t kScales = kAxes == 2 ? 3 : 2;
@@ -92,6 +95,7 @@ class PathConsistency {
   Vector velocity_of(std::size_t scale) const;
 
   std::array<Path, kScales> paths_;
+  Vector apart_m_ = Vector::Zero();
   bool begun_ = false;
   T since_gap_s_{0};
   T bridges_s_{0};                     ///< how long a gap is still bridged

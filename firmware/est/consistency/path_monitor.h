@@ -4,6 +4,7 @@
 #include "firmware/core/eigen.h"
 #include "firmware/core/time.h"
 #include "firmware/est/consistency/force_consistency.h"
+#include "firmware/est/consistency/lever_arm.h"
 #include "firmware/est/consistency/motion_noise.h"
 #include "firmware/est/consistency/path_consistency.h"
 #include "firmware/est/consistency/specific_force.h"
@@ -33,6 +34,7 @@ class PathMonitor {
   bool update(const ImuSample<T>& imu, const Estimate<T>& estimate, const SpecificForce<T>& force,
               const ForceConsistency<T>& velocity, bool disabled, T step_s);
   void restart() {
+    lever_arm_.restart();
     horizontal_.restart();
     vertical_.restart();
   }
@@ -44,6 +46,8 @@ class PathMonitor {
   /// Bound of the observer's error of the climb speed in a climb: the vehicle file's gain is not exact (kClimbGain).
   T climb_error_m_s() const { return climb_error_m_s_; }
   T climb_noise_m2_s2() const { return noise_.climb_m2_s2(); }
+  /// See LeverArmFit.
+  core::Vector<T, 2> lever_b_m() const { return lever_arm_.lever_b_m(); }
   T magnitude() const {
     return noise_.magnitude() + jolt_m_s_ + climb_error_m_s_ + mean_tilt_acceleration_h_m_s2_.squaredNorm();
   }
@@ -60,6 +64,7 @@ class PathMonitor {
 
   PathConsistency<T> horizontal_;
   PathConsistency<T, 1> vertical_;
+  LeverArmFit<T> lever_arm_;
   MotionNoise<T> noise_;
   bool vertical_turn_ = false;                     ///< this tick compares the height, the next one the horizontal path
   Vector2 force_before_w_m_s2_ = Vector2::Zero();  ///< in the tick before

@@ -99,9 +99,13 @@ TEST(FlyWords, ARefusalTellsByHowMuchAndByWhom) {
   Observation seen = ready();
   seen.consistency.refused_by_m = 0.314;
   seen.consistency.refused_allowed_m = 0.021;
-  EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen), "pose refused: 0.31 m from the prediction, allowed 0.02 m");
+  EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen), "pose refused: 0.314 m from the prediction, allowed 0.021 m");
+  seen.consistency.lever_b_m = {0.21, -0.04, 0.0};
+  EXPECT_NE(said(FailsafeReason::kPoseRefused, seen).find("set offset_m = [0.21, -0.04, 0.00] in [pose]"),
+            std::string::npos);
+  seen.consistency.lever_b_m = {};
   seen.consistency.refused_turn_rad = 0.35;
-  EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen), "pose refused: 0.31 m from the prediction, allowed 0.02 m");
+  EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen), "pose refused: 0.314 m from the prediction, allowed 0.021 m");
   seen.consistency.refused_turn_rad = 0.5;
   EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen),
             "pose refused: turned by 0.50 rad from the prediction, allowed 0.35 rad");

@@ -8,6 +8,7 @@
 #include <functional>
 #include <random>
 
+#include "firmware/est/consistency/lever_arm.h"
 #include "firmware/est/consistency/motion_noise.h"
 
 namespace m100::est {
@@ -245,6 +246,36 @@ TEST_F(PathConsistencyTest, IsSilentOverWorseSensorsThatWereMeasured) {
       spoke_s = t_s;
     }
     EXPECT_EQ(spoke_s > 59.0, reported) << spoke_s;
+  }
+}
+
+// A hover, then a turn by a radian in a second with the origin of the pose beside the centre of gravity; or a pose that
+// drifts without a turn, or in one. Catches a lever of the wrong sign or axes, and one that any difference would name.
+TEST_F(PathConsistencyTest, ALeverArmIsFoundInATurnAndIsNotTheNameOfADrift) {
+  for (const auto& [lever_b_m, drift_m_s, turns] : {std::tuple{Vector2(0.1, 0.0), 0.0, true},
+                                                    {Vector2(-0.2, 0.15), 0.0, true},
+                                                    {Vector2(0.0, -0.3), 0.0, true},
+                                                    {Vector2(0.3, 0.0), 0.0, false},
+                                                    {Vector2(0.0, 0.0), 0.5, false},
+                                                    {Vector2(0.0, 0.0), 0.5, true}}) {
+    check_ = {};
+    place_m_ = speed_m_s_ = Vector2::Zero();
+    LeverArmFit<double> fit;
+    for (double t_s = 0.0; t_s < 11.0; t_s += kTick_s) {
+      place_m_ += speed_m_s_ * kTick_s + 0.5 * kTick_s * kTick_s * hovers(t_s);
+      speed_m_s_ += hovers(t_s) * kTick_s;
+      const double turned_s = t_s > 10.0 ? t_s - 10.0 : 0.0;
+      const core::SinCos<double> yaw = core::sin_cos_of(0.7 + (turns ? turned_s : 0.0));
+      check_.update({.force_m_s2 = hovers(t_s) + 0.1 * noise(),
+                     .position_m = place_m_ + core::rotate(lever_b_m, yaw) + Vector2(drift_m_s * turned_s, 0.0),
+                     .speed_m_s = speed_m_s_},
+                    true, kTick_s);
+      fit.update(yaw, check_.apart_m(), PathConsistency<double>::kApart_per_s, kTick_s);
+      EXPECT_TRUE(t_s > 10.0 || fit.lever_b_m().isZero()) << t_s;
+    }
+    const bool is_lever = turns && drift_m_s == 0.0;
+    EXPECT_LE((fit.lever_b_m() - (is_lever ? lever_b_m : Vector2(0.0, 0.0))).norm(), 0.3 * lever_b_m.norm())
+        << fit.lever_b_m().x() << " " << fit.lever_b_m().y();
   }
 }
 
