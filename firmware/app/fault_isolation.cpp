@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/app/fault_isolation.h"
 
+#include <limits>
+
 #include "firmware/core/maths.h"
 #include "firmware/model/vehicle.h"
 
@@ -210,6 +212,19 @@ double FaultIsolation<T>::speed_then_m_s(const est::Estimate<T>& estimate, core:
 }
 
 template <typename T>
+est::VibrationStatus FaultIsolation<T>::vibration() const {
+  const est::Vibration<T>& vibration = velocity_consistency_.vibration();
+  const auto& [horizontal_m2_s3, vertical_m2_s3] = vibration.density_m2_s3();
+  const T larger_m2_s3 = horizontal_m2_s3 > vertical_m2_s3 ? horizontal_m2_s3 : vertical_m2_s3;
+  return {.rms_m_s2 = vibration.is_too_slow() ? std::numeric_limits<double>::quiet_NaN()
+                                              : static_cast<double>(vibration.rms_m_s2()),
+          .peak_m_s2 = static_cast<double>(vibration.peak_m_s2()),
+          .clipped = static_cast<double>(vibration.clipped()),
+          .velocity_sigma_m_s = static_cast<double>(
+              core::sqrt(larger_m2_s3 * static_cast<T>(0.5 * est::ForceConsistency<T>::kVelocityMemory_s)))};
+}
+
+template <typename T>
 est::ConsistencyStatus FaultIsolation<T>::status(const est::Estimate<T>& estimate, safety::FailsafeState failsafe_state,
                                                  bool levels_limit_cycle, const safety::Limits& limits) const {
   const est::Contradiction<T> contradicted = contradiction();
@@ -226,6 +241,7 @@ est::ConsistencyStatus FaultIsolation<T>::status(const est::Estimate<T>& estimat
           .contradicted_by = static_cast<std::uint8_t>(contradicted.check),
           .contradicted_with = static_cast<double>(contradicted.measured),
           .contradicted_allowed = static_cast<double>(contradicted.allowed),
+          .vibration = vibration(),
           .lever_b_m = {static_cast<double>(lever_b_m.x()), static_cast<double>(lever_b_m.y()), 0.0}};
 }
 

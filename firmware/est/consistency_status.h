@@ -8,6 +8,15 @@
 
 namespace m100::est {
 
+/// The vibration in the specific force (est::Vibration).
+struct VibrationStatus {
+  double rms_m_s2 = 0.0;   ///< of one axis, above 15 Hz; not a number: telemetry is too slow to see 15 Hz
+  double peak_m_s2 = 0.0;  ///< of one axis, fading
+  double clipped = 0.0;    ///< share of the messages at the end of the sensor's range
+  /// One sigma of an axis of the velocity that the check of the force compares, by the vibration alone.
+  double velocity_sigma_m_s = 0.0;
+};
+
 /// Whether poses and autopilot contradict each other, and the horizontal speed by the channel that is trusted.
 struct ConsistencyStatus {
   std::uint32_t refused_poses = 0;  ///< by the innovation gate, in a row
@@ -25,6 +34,7 @@ struct ConsistencyStatus {
   std::uint8_t contradicted_by = 0;
   double contradicted_with = 0.0;
   double contradicted_allowed = 0.0;
+  VibrationStatus vibration{};
   std::array<double, 3> lever_b_m{};  ///< that explains the difference, forward, left, up; zero: none does
 };
 

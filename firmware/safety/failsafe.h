@@ -28,7 +28,7 @@ enum class FailsafeCondition : std::uint32_t {
   kOperatorReleases = 1U << 1U,  ///< the operator gives control back
   kTelemetryDead = 1U << 2U,     ///< no telemetry package for 500 ms
   kCommandInvalid = 1U << 3U,    ///< the law's command is not finite or far out of range
-  kEstimateLost = 1U << 4U,      ///< poses refused for 0.3 s or contradicted, or not Estimate::healthy
+  kEstimateLost = 1U << 4U,      ///< poses refused for 0.3 s or contradicted, not Estimate::healthy, or vibration
   kFresh = 1U << 5U,             ///< the pose is at most fresh_limit() old, and telemetry at most 100 ms
   kRecovered = 1U << 6U,         ///< kFresh without interruption for ten new poses
   kCoastOver = 1U << 7U,    ///< 700 ms in kCoast; restarts when fresh poses make the error as small as at its beginning
@@ -78,8 +78,9 @@ enum class FailsafeReason : std::uint8_t {
   kLimitCycle,         ///< a limit cycle persists even under the fallback law
   kOnGround,           ///< the autopilot's flight status is "on the ground"
   kFlightFailure,      ///< FailureDetector: the observation says which failure
+  kVibration,          ///< the specific force shakes so that it tells no false pose
 };
-inline constexpr std::size_t kFailsafeReasonCount = 21;
+inline constexpr std::size_t kFailsafeReasonCount = 22;
 
 std::string_view name(FailsafeState failsafe_state);
 std::string_view name(FailsafeReason cause);

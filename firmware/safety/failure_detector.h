@@ -18,6 +18,7 @@ struct FlightSample {
   T lean_rad{0};                               ///< angle between the tilt and the tilt that model and commands predict
   std::optional<T> force_g = std::nullopt;     ///< length of the specific force, in g
   std::optional<T> climb_m_s = std::nullopt;   ///< by the autopilot
+  T vibration_g{0};                            ///< root mean square of one axis, with a memory of 3 s
 };
 
 /// Detects flights that are out of control, as PX4's failure detector and ArduPilot's crash check do.
@@ -26,7 +27,8 @@ struct FlightSample {
 ///   tumbling   more than one revolution per second for 0.25 s
 ///   free fall  a specific force below 0.2 g for 0.3 s, and the aircraft sinks at 1.5 m/s or no climb speed has come
 ///   crash      tilted 30 degrees away from the predicted tilt for 2 s; or a force above 3 g, and in the 3 s after it
-///              one second with rates below 0.1 rad/s and a climb speed below 0.1 m/s
+///              one second with rates below 0.1 rad/s and a climb speed below 0.1 m/s. The force must exceed 1 g by ten
+///              times the vibration that the sensor shows then
 ///
 /// A tilt must show in the attitude and in the integral of the body rates; tumbling counts only while these two are
 /// within 45 degrees. An attitude that its own rates or our commands contradict is not used. T is float or
@@ -52,6 +54,7 @@ class FailureDetector {
   bool climb_known_ = false;
   T tilted_s_{0}, tumbling_s_{0}, falling_s_{0}, leaning_s_{0}, still_s_{0};
   T since_shock_s_{1e3};
+  T shock_g_{0};  ///< largest force of the newest shocks
 };
 
 extern template class FailureDetector<float>;

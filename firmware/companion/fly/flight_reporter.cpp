@@ -18,6 +18,9 @@ void raise(safety::Observation& worst, const safety::Observation& by) {
   worst.fence.outside_m = std::max(worst.fence.outside_m, by.fence.outside_m);
   worst.consistency.refused_by_m = std::max(worst.consistency.refused_by_m, by.consistency.refused_by_m);
   worst.wind.exceeded_for = std::max(worst.wind.exceeded_for, by.wind.exceeded_for);
+  if (by.consistency.lever_b_m != std::array<double, 3>{}) {  // the longer it turns, the better it is known
+    worst.consistency.lever_b_m = by.consistency.lever_b_m;
+  }
 }
 
 }  // namespace
@@ -29,6 +32,7 @@ void FlightReporter::update(core::TimePoint now, bool is_flying) {
   report_limit_cycle(now);
   report_heading(now);
   report_jump(now);
+  report_vibration(now, is_flying);
   note_flight(now, is_flying);
 }
 
@@ -119,6 +123,21 @@ void FlightReporter::report_heading(core::TimePoint now) {
                                  .text());
   }
   reported_.heading = turned_rad > 0.0;
+}
+
+/// Reported once, when it widens what the check of the force allows by three times as much as a calm flight shows.
+void FlightReporter::report_vibration(core::TimePoint now, bool is_flying) {
+  constexpr double kTold_m_s = 0.1;
+  const est::VibrationStatus& seen = controller_.observed().consistency.vibration;
+  if (seen.velocity_sigma_m_s >= kTold_m_s && !reported_.vibration) {
+    reported_.vibration = true;
+    TextLine line;
+    describe_vibration(line, seen);
+    operator_log_.write(now, line.text());
+  }
+  if (is_flying && seen.velocity_sigma_m_s > vibration_.velocity_sigma_m_s) {
+    vibration_ = seen;
+  }
 }
 
 void FlightReporter::report_landing(core::TimePoint now) {

@@ -15,7 +15,7 @@
 namespace m100::companion {
 
 /// Tells the operator each change of a flight once: authority, failsafe, excitation, limit cycle, a heading of the
-/// autopilot that turned alone, a jump that the pose source announced, return to the start.
+/// autopilot that turned alone, vibration, a jump that the pose source announced, return to the start.
 /// No heap.
 class FlightReporter {
  public:
@@ -35,6 +35,8 @@ class FlightReporter {
   const std::optional<safety::Observation>& limit_cycle() const { return limit_cycle_; }
   std::span<const safety::FailsafeStep> steps() const { return std::span(steps_).first(step_count_); }
   const TrackingError& tracking() const { return tracking_; }
+  /// The strongest vibration while the law flew.
+  const est::VibrationStatus& vibration() const { return vibration_; }
   /// Says that the autopilot lands although nobody ordered it.
   void report_landing(core::TimePoint now);
   /// Says why the flight has ended, and what may follow.
@@ -54,6 +56,7 @@ class FlightReporter {
   void report_limit_cycle(core::TimePoint now);
   void report_heading(core::TimePoint now);
   void report_jump(core::TimePoint now);
+  void report_vibration(core::TimePoint now, bool is_flying);
   void note_flight(core::TimePoint now, bool is_flying);
 
   const app::FlightController<double>& controller_;
@@ -68,15 +71,17 @@ class FlightReporter {
   std::size_t step_count_ = 0;
   ctl::Excitation<double>::State reported_excitation_ = ctl::Excitation<double>::State::kIdle;
   bool limit_cycle_reported_ = false;
-  /// What was reported of the headings and of the source's world.
+  /// What was reported of the headings, the vibration and the source's world.
   struct {
     bool heading = false;
+    bool vibration = false;
     std::uint32_t jumps = 0;
     std::array<core::TimePoint, 9> jumps_at{};  ///< the last nine, in a ring
   } reported_;
   std::optional<safety::Observation> limit_cycle_;
   ReturnToStart<double>::State reported_return_ = ReturnToStart<double>::State::kInactive;
   TrackingError tracking_;
+  est::VibrationStatus vibration_;
   bool tracking_reported_ = false;
   safety::Observation worst_;  ///< the largest ages and distances since the failsafe was last nominal
 };

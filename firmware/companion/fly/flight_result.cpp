@@ -31,6 +31,10 @@ nlohmann::json to_json(const TrackingError& error) {
           {"vertical_rms_m", error.vertical_rms_m()}};
 }
 
+nlohmann::json to_json(const est::VibrationStatus& vibration) {
+  return {{"rms_m_s2", vibration.rms_m_s2}, {"peak_m_s2", vibration.peak_m_s2}, {"clipped", vibration.clipped}};
+}
+
 }  // namespace
 
 nlohmann::json clock_steps_json(std::span<const ClockStep> steps) {
@@ -60,6 +64,7 @@ nlohmann::json flight_result(const FlyOptions& options, const FlightFiles& order
                      {"checks_off", options.disabled_checks},
                      {"stalls", stalls},
                      {"tracking", to_json(sequencer.tracking())},
+                     {"vibration", to_json(sequencer.vibration())},
                      {"position_m", {estimate.x.position_m, estimate.y.position_m, estimate.height_m}},
                      {"health", companion::to_json(controller.link().health())}};
   if (sequencer.limit_cycle()) {

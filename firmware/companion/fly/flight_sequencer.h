@@ -84,6 +84,7 @@ class FlightSequencer {
   const std::optional<safety::Observation>& limit_cycle() const { return reporter_.limit_cycle(); }
   std::span<const ClockStep> clock_steps() const { return start_.clock_steps(); }
   const TrackingError& tracking() const { return reporter_.tracking(); }
+  const est::VibrationStatus& vibration() const { return reporter_.vibration(); }
   std::span<const safety::FailsafeStep> steps() const { return reporter_.steps(); }
 
  private:

@@ -88,6 +88,7 @@ LiveState live_state(const app::FlightController<double>& controller, const ref:
           .telemetry_hz = health.telemetry_rate_hz,
           .telemetry_age_s = health.packages > 0 ? core::seconds<double>(health.telemetry_age)
                                                  : std::numeric_limits<double>::quiet_NaN(),
+          .vibration_m_s2 = controller.observed().consistency.vibration.rms_m_s2,
           .battery_percent = controller.link().telemetry().battery_percent};
 }
 
@@ -117,6 +118,7 @@ std::string json_of(const LiveState& state) {
                                   {"taken", state.poses},
                                   {"lost", state.poses_lost}}},
                                 {"link", {{"telemetry_hz", state.telemetry_hz}, {"age_s", state.telemetry_age_s}}},
+                                {"vibration_m_s2", state.vibration_m_s2},
                                 {"battery_percent", state.battery_percent}}
       .dump();
 }
@@ -138,10 +140,11 @@ std::string status_of(const LiveState& state, double lost_share) {
                   milliseconds(state.telemetry_age_s));
   }
   std::array<char, 256> line{};
-  std::snprintf(line.data(), line.size(), "%-8.*s%6.2f %6.2f %5.2f m, %s, pose %.0f+%.0f ms, lost %.1f %%, %s",
-                static_cast<int>(safety::name(state.failsafe_state).size()), safety::name(state.failsafe_state).data(),
-                state.position_m[0], state.position_m[1], state.position_m[2], off.data(),
-                milliseconds(state.pose_latency_s), milliseconds(state.pose_jitter_s), 100.0 * lost_share, link.data());
+  std::snprintf(
+      line.data(), line.size(), "%-8.*s%6.2f %6.2f %5.2f m, %s, pose %.0f+%.0f ms, lost %.1f %%, %s, vibration %.2f",
+      static_cast<int>(safety::name(state.failsafe_state).size()), safety::name(state.failsafe_state).data(),
+      state.position_m[0], state.position_m[1], state.position_m[2], off.data(), milliseconds(state.pose_latency_s),
+      milliseconds(state.pose_jitter_s), 100.0 * lost_share, link.data(), state.vibration_m_s2);
   return line.data();
 }
 

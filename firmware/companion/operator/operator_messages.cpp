@@ -132,6 +132,8 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
   switch (cause) {
     case FailsafeReason::kPoseRefused:
       return add_refusal(line, seen);
+    case FailsafeReason::kVibration:
+      return describe_vibration(line, seen.consistency.vibration);
     case FailsafeReason::kPoseOld:
       return add_age(line, "pose old", seen.estimate.pose_age, fresh_limit(limits, seen.pose_latency));
     case FailsafeReason::kTelemetryOld:
@@ -186,6 +188,18 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
       line.add(cause == FailsafeReason::kNone ? "nothing stands in the way" : "poses are good again");
       return;
   }
+}
+
+void describe_vibration(TextLine& line, const est::VibrationStatus& vibration) {
+  line.add("vibration of the specific force above 15 Hz: ")
+      .add(vibration.rms_m_s2, 1)
+      .add(" m/s^2 rms on an axis, peak ");
+  line.add(vibration.peak_m_s2, 1).add(" m/s^2");
+  if (vibration.clipped > 0.0) {
+    line.add(", ").add(100.0 * vibration.clipped, 0).add(" % of the readings at the end of the sensor's range");
+  }
+  line.add("; a healthy M100 shows 0.02 to 0.03. It hides motions up to ").add(3.0 * vibration.velocity_sigma_m_s, 1);
+  line.add(" m/s from the check of the poses. Check propellers, motors and what is loose");
 }
 
 void describe_limit_cycle(TextLine& line, const safety::Observation& seen) {

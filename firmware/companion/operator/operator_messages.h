@@ -19,6 +19,9 @@ void describe(TextLine& line, const link::AuthorityView& authority);
 void describe(TextLine& line, safety::FailsafeReason cause, const safety::Observation& seen,
               const safety::Limits& limits);
 
+/// The vibration, what it hides, and the remedy.
+void describe_vibration(TextLine& line, const est::VibrationStatus& vibration);
+
 /// A detected limit cycle, the program's reaction, and the remedy.
 void describe_limit_cycle(TextLine& line, const safety::Observation& seen);
 

@@ -7,11 +7,12 @@ namespace m100::est {
 namespace {
 
 constexpr double kMaxAllowed_m_s = 0.35;
-/// Memory of the sum. It bounds what an unknown error of the sensor adds to the sum.
-constexpr double kVelocityMemory_s = 2.0;
 constexpr double kFirstLook_m_s = 0.15;
 constexpr double kCalm_m_s = 0.1, kMoves_s = 0.08, kWind_s = 0.05, kSigmas = 3.0;
 constexpr double kLearns_s = 0.15;  // time in which the observer learns a disturbance from poses (fuse_pose.cpp)
+/// Density of the noise that kCalm_m_s includes: the rotors' 0.1 m/s^2 at 100 Hz, and half as much again, because it is
+/// measured from few messages.
+constexpr double kAssumed_m2_s3 = 1.5e-4;
 constexpr double kMaxStartSigma_m_s = 10.0;
 
 }  // namespace
@@ -62,7 +63,8 @@ void ForceConsistency<T>::update_learned_push(const SpecificForce<T>& force, T s
 }
 
 template <typename T>
-T ForceConsistency<T>::allowed_m_s(const SpecificForce<T>& force, const Vector2& wind_w_m_s2) const {
+T ForceConsistency<T>::allowed_m_s(const SpecificForce<T>& force, const Vibration<T>& vibration,
+                                   const Vector2& wind_w_m_s2) const {
   const T wind_m_s2 = core::sqrt(wind_w_m_s2.squaredNorm());
   const T allowed = static_cast<T>(kCalm_m_s) + static_cast<T>(kMoves_s) * force.moved_m_s2() +
                     static_cast<T>(kWind_s) * wind_m_s2 +
@@ -71,17 +73,19 @@ T ForceConsistency<T>::allowed_m_s(const SpecificForce<T>& force, const Vector2&
   const T unknown =
       core::clamp((static_cast<T>(kFirstLook_s) - force.learned_s()) * static_cast<T>(1.0 / (kFirstLook_s - kBegins_s)),
                   T(0), T(1));
-  return (allowed < most ? allowed : most) + unknown * static_cast<T>(kFirstLook_m_s) +
-         static_cast<T>(kSigmas) * start_sigma_m_s_;
+  const T variance_m2_s2 = (vibration.density_m2_s3().horizontal - static_cast<T>(kAssumed_m2_s3)) *
+                           static_cast<T>(kVelocityMemory_s);  // of both axes
+  return (allowed < most ? allowed : most) + static_cast<T>(kSigmas) * core::sqrt(variance_m2_s2) +
+         unknown * static_cast<T>(kFirstLook_m_s) + static_cast<T>(kSigmas) * start_sigma_m_s_;
 }
 
 template <typename T>
-void ForceConsistency<T>::update(const Estimate<T>& estimate, SpecificForce<T>& force, const Vector2& wind_w_m_s2,
-                                 bool suspect, T step_s) {
+void ForceConsistency<T>::update(const Estimate<T>& estimate, SpecificForce<T>& force, const Vibration<T>& vibration,
+                                 const Vector2& wind_w_m_s2, bool suspect, T step_s) {
   evidence_.residual = residual_m_s(estimate, force, suspect, step_s);
   update_start_sigma(estimate);
   update_learned_push(force, step_s);
-  evidence_.allowed = allowed_m_s(force, wind_w_m_s2);
+  evidence_.allowed = allowed_m_s(force, vibration, wind_w_m_s2);
 }
 
 template <typename T>

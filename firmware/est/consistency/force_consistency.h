@@ -5,6 +5,7 @@
 #include "firmware/core/maths.h"
 #include "firmware/est/consistency/cusum.h"
 #include "firmware/est/consistency/specific_force.h"
+#include "firmware/est/consistency/vibration.h"
 #include "firmware/est/estimate.h"
 
 namespace m100::est {
@@ -19,10 +20,10 @@ namespace m100::est {
 ///   moves  0.08 s times the largest acceleration of the last second, because the time of capture may be wrong by 80 ms
 ///   wind   0.05 s times the acceleration by wind
 ///   swing  0.15 s times the disturbance that the force shows and the observer has not learned yet
-/// but at most 0.35 m/s. Three times start_sigma_m_s() is added and, until kFirstLook_s, the unknown error of the
-/// sensor.
-/// False alarms: an alarm takes half a second at twice the allowed value, which is six sigmas in calm air.
-/// Smallest fault detected in 3 s of calm hover: a false acceleration of 0.13 m/s^2.
+/// but at most 0.35 m/s. Three sigmas of what the measured vibration adds to the sum are added. Three times
+/// start_sigma_m_s() is added and, until kFirstLook_s, the unknown error of the sensor. False alarms: an alarm takes
+/// half a second at twice the allowed value, which is six sigmas in calm air. Smallest fault detected in 3 s of calm
+/// hover: a false acceleration of 0.13 m/s^2.
 ///
 /// No heap. Cost: six square roots and about 60 products a tick, SpecificForce included. T is float or double.
 template <typename T>
@@ -33,7 +34,8 @@ class ForceConsistency {
   /// Once per tick, after the observer. Lets `force` learn its sensor's error.
   /// @param suspect force or path disagreed with the poses in the tick before
   /// @param wind_w_m_s2 acceleration by wind (world), from DeadReckoning
-  void update(const Estimate<T>& estimate, SpecificForce<T>& force, const Vector2& wind_w_m_s2, bool suspect, T step_s);
+  void update(const Estimate<T>& estimate, SpecificForce<T>& force, const Vibration<T>& vibration,
+              const Vector2& wind_w_m_s2, bool suspect, T step_s);
   /// Continues the sum from the next velocity. Call it when the motion was not observed.
   void restart() { velocity_known_ = false; }
   /// The observer has lost its estimate: start_sigma_m_s() returns to its largest value.
@@ -52,12 +54,15 @@ class ForceConsistency {
   static constexpr double kBegins_s = 1.0;
   /// Until learned_s() reaches this, the sensor's error is not well known: its uncertainty is allowed in addition.
   static constexpr double kFirstLook_s = 3.0;
+  /// Memory of the sum. It bounds what an unknown error of the sensor adds to the sum. White noise of the density S
+  /// adds the variance S kVelocityMemory_s / 2 to each axis.
+  static constexpr double kVelocityMemory_s = 2.0;
 
  private:
   T residual_m_s(const Estimate<T>& estimate, SpecificForce<T>& force, bool suspect, T step_s);
   void update_start_sigma(const Estimate<T>& estimate);
   void update_learned_push(const SpecificForce<T>& force, T step_s);
-  T allowed_m_s(const SpecificForce<T>& force, const Vector2& wind_w_m_s2) const;
+  T allowed_m_s(const SpecificForce<T>& force, const Vibration<T>& vibration, const Vector2& wind_w_m_s2) const;
 
   bool velocity_known_ = false;
   T start_sigma_m_s_{10};

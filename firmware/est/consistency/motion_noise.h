@@ -4,13 +4,15 @@
 #include "firmware/core/eigen.h"
 #include "firmware/core/maths.h"
 #include "firmware/est/consistency/specific_force.h"
+#include "firmware/est/consistency/vibration.h"
 #include "firmware/est/estimate.h"
 #include "firmware/est/imu_sample.h"
 
 namespace m100::est {
 
-/// Estimates the white noise of the specific force and of the poses from differences of neighbouring samples. Slow
-/// changes do not add to it. PathConsistency widens its bounds by the noise beyond its assumed values.
+/// Estimates the white noise of the specific force (Vibration) and of the poses, whose is estimated from differences of
+/// neighbouring samples. Slow changes do not add to it. PathConsistency widens its bounds by the noise beyond its
+/// assumed values.
 ///
 /// No heap. Cost: about 20 products a tick. T is float or double.
 template <typename T>
@@ -18,24 +20,21 @@ class MotionNoise {
  public:
   using Vector3 = core::Vector<T, 3>;
 
-  /// Mean squares of one horizontal axis and of the vertical axis.
-  struct Level {
-    T horizontal{0};
-    T vertical{0};
-  };
+  using Level = typename Vibration<T>::Level;  ///< mean squares
 
   /// Once per tick, after SpecificForce.
   /// @param pose_used a pose was used in this tick
   void update(const ImuSample<T>& imu, const SpecificForce<T>& force, const Estimate<T>& estimate, bool pose_used,
               T step_s);
-  const Level& force_m2_s3() const { return force_.level; }     ///< density
+  const Vibration<T>& vibration() const { return vibration_; }
   const Level& position_m2() const { return position_.level; }  ///< of the estimated path, by pose noise, per tick
   /// Variance of the observer's climb speed by the same noise.
   T climb_m2_s2() const { return T(2) * position_.level.vertical * climb_per_height_s_ * climb_per_height_s_; }
-  T magnitude() const {
-    return force_.level.horizontal + force_.level.vertical + position_.level.horizontal + position_.level.vertical;
+  T magnitude() const { return vibration_.magnitude() + position_.level.horizontal + position_.level.vertical; }
+  void reset() {
+    vibration_ = {};
+    position_ = {};
   }
-  void reset() { force_ = position_ = {}; }
 
  private:
   struct Differences {
@@ -44,7 +43,7 @@ class MotionNoise {
     void add(const Vector3& now, T weight, T vertical_weight, T share);
   };
 
-  Differences force_;
+  Vibration<T> vibration_;
   Differences position_;
   Vector3 position_w_m_ = Vector3::Zero();  ///< in the tick before
   T force_age_s_{0};

@@ -103,7 +103,7 @@ void PathMonitor<T>::update_horizontal(const Estimate<T>& estimate, const ForceC
                                                   static_cast<T>(kMaxSigma_m * kMaxSigma_m))) +
                            static_cast<T>(kPathOfVelocity_s) * velocity.start_sigma_m_s(),
        .position_noise_m2 = noise_.position_m2().horizontal,
-       .force_noise_m2_s3 = noise_.force_m2_s3().horizontal},
+       .force_noise_m2_s3 = vibration().density_m2_s3().horizontal},
       pose_used, step_s);
   lever_arm_.update(estimate.heading(), horizontal_.apart_m(), static_cast<T>(PathConsistency<T>::kApart_per_s),
                     step_s);
@@ -125,7 +125,7 @@ void PathMonitor<T>::update_vertical(const Estimate<T>& estimate, const Specific
        .position_sigma_m = static_cast<T>(kHeightSigma_m) + (sigma_m > T(0) ? sigma_m : T(0)) +
                            static_cast<T>(kJolt_s) * jolt_m_s_ + static_cast<T>(kHeightLag_s) * climb_error_m_s_,
        .position_noise_m2 = noise_.position_m2().vertical,
-       .force_noise_m2_s3 = noise_.force_m2_s3().vertical,
+       .force_noise_m2_s3 = vibration().density_m2_s3().vertical,
        .tilt_acceleration_m2_s4 = tilt_change_h_m_s2.squaredNorm()},
       pose_used, step_s);
   jolt_m_s_ = T(0);

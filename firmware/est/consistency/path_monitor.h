@@ -46,6 +46,7 @@ class PathMonitor {
   /// Bound of the observer's error of the climb speed in a climb: the vehicle file's gain is not exact (kClimbGain).
   T climb_error_m_s() const { return climb_error_m_s_; }
   T climb_noise_m2_s2() const { return noise_.climb_m2_s2(); }
+  const Vibration<T>& vibration() const { return noise_.vibration(); }
   /// See LeverArmFit.
   core::Vector<T, 2> lever_b_m() const { return lever_arm_.lever_b_m(); }
   T magnitude() const {

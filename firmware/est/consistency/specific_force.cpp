@@ -23,10 +23,11 @@ void SpecificForce<T>::update(const ImuSample<T>& imu) {
   if (!(f.squaredNorm() < static_cast<T>(kMaxForce * kMaxForce))) {
     return;
   }
-  const T size = core::sqrt(f.squaredNorm());
-  size_ += (size - size_) * (size_ > T(0) ? T(0.01) : T(1));
-  const auto about = [this](double unit) {
-    return size_ > static_cast<T>(kMin_g * unit) && size_ < static_cast<T>(kMax_g * unit);
+  mean_b_ += (f - mean_b_) * (is_received() ? T(0.01) : T(1));
+  const T size2 = mean_b_.squaredNorm();
+  const auto about = [size2](double unit) {
+    return size2 > static_cast<T>(kMin_g * unit * kMin_g * unit) &&
+           size2 < static_cast<T>(kMax_g * unit * kMax_g * unit);
   };
   const T scale = about(1.0) ? static_cast<T>(model::kGravity_m_s2) : about(model::kGravity_m_s2) ? T(1) : T(0);
   scale_m_s2_ = scale;
@@ -72,14 +73,15 @@ void SpecificForce<T>::average(const Vector2& acceleration_h_m_s2, T step_s) {
 template <typename T>
 T SpecificForce<T>::magnitude() const {
   return offset_h_m_s2_.squaredNorm() + mean_h_m_s2_.squaredNorm() + offset_up_m_s2_ * offset_up_m_s2_ + moved_m_s2_ +
-         size_;
+         mean_b_.squaredNorm();
 }
 
 template <typename T>
 [[gnu::cold]] void SpecificForce<T>::reset() {
   offset_h_m_s2_.setZero();
   mean_h_m_s2_.setZero();
-  offset_up_m_s2_ = moved_m_s2_ = size_ = learned_s_ = T(0);
+  mean_b_.setZero();
+  offset_up_m_s2_ = moved_m_s2_ = learned_s_ = T(0);
 }
 
 template class SpecificForce<float>;

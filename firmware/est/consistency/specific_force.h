@@ -12,7 +12,8 @@ namespace m100::est {
 /// The autopilot's specific force f in axes at the aircraft's heading (forward, left, up). Also the correction o of the
 /// sensor's constant error, which is learned over 20 s from the motion of the poses.
 ///
-/// The unit is found from the mean length: about 1 is g, about 9.8 is m/s^2. Otherwise the force is not used.
+/// The unit is found from the length of the mean force, which vibration leaves: about 1 is g, about 9.8 is m/s^2.
+/// Otherwise the force is not used.
 ///
 /// No heap. Cost: two square roots and about 50 products a tick. T is float or double.
 template <typename T>
@@ -53,7 +54,7 @@ class SpecificForce {
   /// Unit of the newest force in m/s^2; zero if it is not known or the force contains no gravity.
   T scale_m_s2() const { return scale_m_s2_; }
   /// Whether a finite force within a sensor's range has come since the start or the last reset(), in whatever unit.
-  bool is_received() const { return size_ != T(0); }
+  bool is_received() const { return !mean_b_.isZero(T(0)); }
   /// For how long the error has been learned; at most its memory, 20 s.
   T learned_s() const { return learned_s_; }
 
@@ -68,12 +69,12 @@ class SpecificForce {
 
   T scale_m_s2_{0};
   T learned_s_{0};
-  T size_{0};                                           ///< mean length, as sent
-  Vector2 force_h_m_s2_ = Vector2::Zero();              ///< newest
-  T lifted_m_s2_{0};                                    ///< newest upward, without gravity
-  Vector2 tilt_acceleration_h_m_s2_ = Vector2::Zero();  ///< at the same time
-  Vector2 offset_h_m_s2_ = Vector2::Zero();             ///< correction of the sensor: body x and y
-  T offset_up_m_s2_{0};                                 ///< correction of the sensor: body z
+  core::Vector<T, 3> mean_b_ = core::Vector<T, 3>::Zero();  ///< as sent
+  Vector2 force_h_m_s2_ = Vector2::Zero();                  ///< newest
+  T lifted_m_s2_{0};                                        ///< newest upward, without gravity
+  Vector2 tilt_acceleration_h_m_s2_ = Vector2::Zero();      ///< at the same time
+  Vector2 offset_h_m_s2_ = Vector2::Zero();                 ///< correction of the sensor: body x and y
+  T offset_up_m_s2_{0};                                     ///< correction of the sensor: body z
   Vector2 mean_h_m_s2_ = Vector2::Zero();
   T moved_m_s2_{0};
 };

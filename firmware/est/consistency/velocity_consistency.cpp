@@ -99,7 +99,7 @@ void VelocityConsistency<T>::update(const ImuSample<T>& imu, const Estimate<T>& 
   if (paths_.recovers_from_gap(estimate, step_s)) {
     force_.restart();  // the sum continues from the corrected velocity
   }
-  force_.update(estimate, specific_force_, disturbance_acceleration_w_m_s2, suspect_, step_s);
+  force_.update(estimate, specific_force_, paths_.vibration(), disturbance_acceleration_w_m_s2, suspect_, step_s);
   suspect_ = !force_disabled && force_.exceeds_allowed();
   if (paths_.update(imu, estimate, specific_force_, force_, force_disabled || is_disabled(ConsistencyCheck::kMotion),
                     step_s)) {

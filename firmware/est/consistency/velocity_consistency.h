@@ -50,6 +50,7 @@ class VelocityConsistency {
   }
   /// Unit of the newest specific force in m/s^2; zero if it is not known or the force contains no gravity.
   T force_scale_m_s2() const { return specific_force_.scale_m_s2(); }
+  const Vibration<T>& vibration() const { return paths_.vibration(); }
   /// See LeverArmFit.
   core::Vector<T, 2> lever_b_m() const { return paths_.lever_b_m(); }
   /// See HeadingConsistency.

@@ -29,6 +29,7 @@ LiveState flying() {
   state.poses = 1234;
   state.telemetry_hz = 100.0;
   state.telemetry_age_s = 0.003;
+  state.vibration_m_s2 = 0.03;
   return state;
 }
 
@@ -40,6 +41,7 @@ TEST(LiveDisplay, AStateIsOneObjectWithItsTime) {
   EXPECT_EQ(json["reference_m"]["z"], 1.54);
   EXPECT_EQ(json["pose"]["taken"], 1234);
   EXPECT_EQ(json["link"]["telemetry_hz"], 100.0);
+  EXPECT_EQ(json["vibration_m_s2"], 0.03);
   EXPECT_LT(json_of(flying()).size(), 1200U) << "one packet of a common network";
 }
 
@@ -52,7 +54,7 @@ TEST(LiveDisplay, WhatIsNoNumberIsNull) {
 
 TEST(LiveDisplay, TheLineSaysStatePlaceErrorPoseAndLink) {
   EXPECT_EQ(status_of(flying(), 0.0125),
-            "nominal   1.00  -2.00  1.50 m, off 0.05 m, pose 21+4 ms, lost 1.2 %, link 100 Hz 3 ms");
+            "nominal   1.00  -2.00  1.50 m, off 0.05 m, pose 21+4 ms, lost 1.2 %, link 100 Hz 3 ms, vibration 0.03");
   LiveState waiting = flying();
   waiting.failsafe_state = safety::FailsafeState::kSilent;
   EXPECT_NE(status_of(waiting, 0.0).find("not flown"), std::string::npos);

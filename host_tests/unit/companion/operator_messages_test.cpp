@@ -149,6 +149,12 @@ TEST(FlyWords, WhatTookControlAwayIsSaid) {
   EXPECT_EQ(said(FailsafeReason::kLimitCycle, seen)
                 .find("the aircraft swings by itself, by 10 degrees peak to peak, 0.8 times"),
             0U);
+  seen.consistency.vibration = {.rms_m_s2 = 12.04, .peak_m_s2 = 41.0, .clipped = 0.03, .velocity_sigma_m_s = 1.2};
+  EXPECT_EQ(
+      said(FailsafeReason::kVibration, seen)
+          .find("vibration of the specific force above 15 Hz: 12.0 m/s^2 rms on an axis, peak 41.0 m/s^2, 3 % of"),
+      0U);
+  EXPECT_NE(said(FailsafeReason::kVibration, seen).find("It hides motions up to 3.6 m/s"), std::string::npos);
   seen.flight.on_ground_for = milliseconds(520);
   EXPECT_EQ(said(FailsafeReason::kOnGround, seen), "the autopilot's flight status says \"on the ground\" for 0.5 s");
   for (const auto& [failure, text] : {std::pair{safety::FlightFailure::kTilt, "the aircraft is tilted by more than 45"},

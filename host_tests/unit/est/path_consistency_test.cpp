@@ -305,14 +305,49 @@ TEST(MotionNoise, IsTheMeanSquareOfSuccessiveDifferences) {
   };
   EXPECT_EQ(noise.magnitude(), 0.0);
   fly(8000, 1.0);
-  const double force_m2_s3 = 0.25 * (0.2 * 0.2 + 0.1 * 0.1) * kTick_s;
-  EXPECT_NEAR(noise.force_m2_s3().horizontal, force_m2_s3, 1e-9);
-  EXPECT_NEAR(noise.force_m2_s3().vertical, 0.5 * 0.08 * 0.08 * kTick_s, 1e-9);
+  const double white_gain = 1.0 / (1.0 + std::tan(core::kPi * 15.0 * kTick_s));  // half the rate passes whole
+  const double force_m2_s3 = 0.5 * (0.1 * 0.1 + 0.05 * 0.05) * kTick_s / white_gain;
+  EXPECT_NEAR(noise.vibration().density_m2_s3().horizontal, force_m2_s3, 1e-9);
+  EXPECT_NEAR(noise.vibration().density_m2_s3().vertical, 0.04 * 0.04 * kTick_s / white_gain, 1e-9);
   EXPECT_NEAR(noise.position_m2().horizontal, 0.25 * (0.004 * 0.004 + 0.008 * 0.008), 1e-10);
   EXPECT_NEAR(noise.position_m2().vertical, 0.5 * 0.012 * 0.012 * 0.25 / estimate.height_gain, 1e-10);
   EXPECT_NEAR(noise.climb_m2_s2(), 2.0 * noise.position_m2().vertical * 10.0 * 10.0, 1e-10);
   fly(300, 0.0);
-  EXPECT_NEAR(noise.force_m2_s3().horizontal, force_m2_s3 * std::exp(-1.0), 0.01 * force_m2_s3);
+  EXPECT_NEAR(noise.vibration().density_m2_s3().horizontal, force_m2_s3 * std::exp(-1.0), 0.01 * force_m2_s3);
+}
+
+// White noise, a tone of the motion and one of a rotor. Catches a level that depends on the rate of the messages, and a
+// motion that is taken for vibration.
+TEST(Vibration, IsWhatLiesAboveFifteenHertzAtAnyRate) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  using Vector3 = core::Vector<double, 3>;
+  const auto after = [](double interval_s, const std::function<Vector3(double t_s)>& force_m_s2) {
+    Vibration<double> vibration;
+    for (double t_s = 0.0; t_s < 60.0; t_s += interval_s) {
+      vibration.update(force_m_s2(t_s), interval_s, 3.0);
+    }
+    return vibration;
+  };
+  for (const double interval_s : {0.005, 0.01, 0.02}) {
+    const Vibration<double> white =
+        after(interval_s, [&](double) { return Vector3(normal(random), normal(random), normal(random)); });
+    EXPECT_NEAR(white.density_m2_s3().horizontal, interval_s, 0.3 * interval_s);
+    EXPECT_NEAR(white.density_m2_s3().vertical, interval_s, 0.4 * interval_s);
+    EXPECT_GT(white.peak_m_s2(), 2.0 * white.rms_m_s2());
+    EXPECT_FALSE(white.is_too_slow());
+    EXPECT_EQ(white.clipped(), 0.0);
+  }
+  const auto tone = [&](double frequency_hz) {
+    return after(0.01, [=](double t_s) {
+      return Vector3(0.0, 0.0, 3.0 * std::sqrt(2.0) * std::sin(2.0 * core::kPi * frequency_hz * t_s));
+    });
+  };
+  EXPECT_LT(tone(2.0).rms_m_s2(), 0.15 * 3.0 / std::sqrt(3.0));
+  EXPECT_NEAR(tone(15.0).rms_m_s2(), 3.0 / std::sqrt(2.0) / std::sqrt(3.0), 0.05);
+  EXPECT_GT(tone(40.0).rms_m_s2(), 0.95 * 3.0 / std::sqrt(3.0));
+  EXPECT_TRUE(after(1.0 / 25.0, [](double) { return Vector3(0.0, 0.0, 0.0); }).is_too_slow());
+  EXPECT_NEAR(after(0.01, [](double) { return Vector3(78.5, 0.0, 0.0); }).clipped(), 1.0, 1e-6) << "8 g";
 }
 
 }  // namespace

@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "firmware/core/maths.h"
 #include "firmware/safety/ground_contact.h"
@@ -172,6 +174,30 @@ TEST_F(FailureDetectorTest, AShockAndThenNoMotion) {
     }
     EXPECT_NEAR(ticks, one.ticks, 1) << one.shock_g << " " << one.moving_s;
     EXPECT_EQ(first_, ticks < 999 ? FlightFailure::kCrash : FlightFailure::kNone);
+  }
+}
+
+// A vibration that begins in a still hover, as the sensor's rms with its memory of 3 s shows it, is no crash, however
+// often it exceeds 3 g; a blow beyond it is one.
+TEST_F(FailureDetectorTest, AVibrationIsNoCrashAndABlowBeyondItIsOne) {
+  RecordProperty("promise", "R17, R18");
+  for (const double sigma_g : {0.1, 0.3, 0.5, 0.8, 1.2}) {
+    detector_ = {};
+    first_ = FlightFailure::kNone;
+    std::mt19937 random(7);
+    std::normal_distribution<double> noise(0.0, sigma_g);
+    double largest_g = 0.0;
+    for (double t_s = 0.0; t_s < 120.0; t_s += kStep_s) {
+      sample_.vibration_g = 0.81 * sigma_g * std::sqrt(1.0 - std::exp(-t_s / 3.0));
+      sample_.force_g = Vector3(noise(random), noise(random), 1.0 + noise(random)).norm();
+      largest_g = std::max(largest_g, *sample_.force_g);
+      fly(0.0, 0.0);
+    }
+    EXPECT_EQ(first_, FlightFailure::kNone) << sigma_g;
+    sample_.force_g = std::max(4.0, 2.5 * largest_g);
+    fly(0.0, 0.0);
+    sample_.force_g = 1.0;
+    EXPECT_EQ(hold(0.0, 1.5), FlightFailure::kCrash) << sigma_g;
   }
 }
 

@@ -31,6 +31,11 @@ const Edge kEdges[] = {
      FailsafeState::kCoast, FailsafeReason::kTelemetryOld},
     {"GateShutFor300Ms", [](Observation& o, Duration d) { o.consistency.refused_for = milliseconds(300) + d - kMin; },
      FailsafeState::kLevel, FailsafeReason::kPoseRefused},
+    {"VibrationThatHidesTheSpeedOfAHandOver",
+     [](Observation& o, Duration d) {
+       o.consistency.vibration.velocity_sigma_m_s = 0.9 + 1e-9 * static_cast<double>((d - kMin).count());
+     },
+     FailsafeState::kLevel, FailsafeReason::kVibration},
     {"PlaceLostFor3S", [](Observation& o, Duration d) { o.wind.exceeded_for = milliseconds(3000) + d - kMin; },
      FailsafeState::kLevel, FailsafeReason::kAuthorityExceeded},
     {"OnTheFence", [](Observation& o, Duration d) { o.fence.outside_m = 1e-9 * static_cast<double>(d.count()); },

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/eigen.h"
+#include "firmware/core/maths.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::est {
+
+/// The specific force above 15 Hz, where no motion of the aircraft lies: vibration, and the noise of the sensor. A
+/// high-pass of first order at the rate of the messages, by the bilinear transform, so that half that rate passes
+/// whole.
+///
+/// No heap. Cost: a tangent and about 25 products a message. T is float or double.
+template <typename T>
+class Vibration {
+ public:
+  using Vector3 = core::Vector<T, 3>;
+
+  /// Once per message. @param force_m_s2 forward, left, and upward without gravity. @param interval_s since the message
+  /// before. @param memory_s of the means
+  void update(const Vector3& force_m_s2, T interval_s, T memory_s) {
+    const T share = core::clamp(interval_s / memory_s, T(0), T(1));
+    interval_s_ += (interval_s - interval_s_) * share;
+    const T half_angle_rad = core::clamp(static_cast<T>(core::kPi * kCorner_hz) * interval_s, T(0.1), T(1.4));
+    const T corner = core::tan(half_angle_rad);
+    const T gain = T(1) / (T(1) + corner), pole = T(2) * gain - T(1);
+    high_m_s2_ = gain * (force_m_s2 - before_m_s2_) + pole * high_m_s2_;
+    before_m_s2_ = force_m_s2;
+    const T x2 = T(0.5) * high_m_s2_.template head<2>().squaredNorm(), z2 = high_m_s2_.z() * high_m_s2_.z();
+    variance_.horizontal += (x2 - variance_.horizontal) * share;
+    variance_.vertical += (z2 - variance_.vertical) * share;
+    const T to_density = interval_s / gain;  // white noise of variance 1 leaves the variance `gain` above the corner
+    density_.horizontal += (x2 * to_density - density_.horizontal) * share;
+    density_.vertical += (z2 * to_density - density_.vertical) * share;
+    peak_m_s2_ -= peak_m_s2_ * share;
+    const T now_m_s2 = high_m_s2_.cwiseAbs().maxCoeff();
+    peak_m_s2_ = now_m_s2 > peak_m_s2_ ? now_m_s2 : peak_m_s2_;
+    const Vector3 felt_m_s2 = force_m_s2 + Vector3::UnitZ() * static_cast<T>(model::kGravity_m_s2);
+    const bool clips = felt_m_s2.cwiseAbs().maxCoeff() >= static_cast<T>(kRange_g * model::kGravity_m_s2);
+    clipped_ += ((clips ? T(1) : T(0)) - clipped_) * share;
+  }
+
+  /// Of one horizontal axis, and of the vertical one.
+  struct Level {
+    T horizontal{0};
+    T vertical{0};
+  };
+  /// Density of white noise that leaves as much above 15 Hz; m^2/s^3.
+  const Level& density_m2_s3() const { return density_; }
+  /// Root mean square of one axis.
+  T rms_m_s2() const {
+    return core::sqrt((T(2) * variance_.horizontal + variance_.vertical) * static_cast<T>(1.0 / 3.0));
+  }
+  T peak_m_s2() const { return peak_m_s2_; }  ///< of one axis; fades
+  /// Share of the messages in which an axis reads 8 g or more: sensors of autopilots are set to 8 or 16 g.
+  T clipped() const { return clipped_; }
+  /// Messages come at 30 Hz or less: 15 Hz cannot be seen in them.
+  bool is_too_slow() const { return interval_s_ * T(2.0 * kCorner_hz) >= T(1); }
+  T magnitude() const { return density_.horizontal + density_.vertical + high_m_s2_.squaredNorm(); }
+
+ private:
+  static constexpr double kCorner_hz = 15.0;
+  static constexpr double kRange_g = 8.0;
+
+  Vector3 before_m_s2_ = Vector3::Zero();
+  Vector3 high_m_s2_ = Vector3::Zero();
+  Level variance_, density_;
+  T peak_m_s2_{0}, clipped_{0};
+  T interval_s_{0};  ///< mean
+};
+
+}  // namespace m100::est
