@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "firmware/core/frames.h"
+#include "firmware/core/up_in_body.h"
 #include "firmware/link/telemetry/telemetry_clock.h"
 
 namespace m100::app {
@@ -140,7 +141,6 @@ est::ImuSample<T> SensorAdapter::imu_sample(const protocol::Telemetry& telemetry
   return imu_sample;
 }
 
-/// The third row of the rotation matrix.
 template <typename T>
 std::optional<core::Vector<T, 3>> SensorAdapter::vertical_b(const protocol::Telemetry& telemetry) {
   const core::Quaternion<T> q = attitude_of<T>(telemetry);
@@ -149,8 +149,7 @@ std::optional<core::Vector<T, 3>> SensorAdapter::vertical_b(const protocol::Tele
       !within(norm2 - T(1), static_cast<T>(2.F * SensorLimits{}.norm_error))) {
     return std::nullopt;
   }
-  return core::Vector<T, 3>(T(2) * (q.x * q.z - q.w * q.y), T(2) * (q.y * q.z + q.w * q.x),
-                            T(1) - T(2) * (q.x * q.x + q.y * q.y));
+  return core::up_in_body(q);
 }
 
 template std::optional<core::Vector<float, 3>> SensorAdapter::vertical_b(const protocol::Telemetry&);
