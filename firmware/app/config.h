@@ -37,7 +37,7 @@ struct FlightConfig {
   std::uint32_t pose_baud = 115200;  ///< of the poses' UART
   link::SenderChoice pose_from{};    ///< whose poses are used
   link::LeverArm pose_offset_b_m{};
-  double pose_sigma_m = 0.0;  ///< link::PoseAccuracy::sigma_m
+  double pose_sigma_m = 0.0;  ///< link::PoseProperties::sigma_m
   /// How long an order to fly stays valid if it is not served: start-up and the requests for control take time.
   core::Duration order_timeout = std::chrono::seconds(20);
 };

@@ -18,8 +18,8 @@ class PoseInput {
   /// @param tap may be null.
   /// @param from whose poses are used.
   PoseInput(hal::Uart& uart, std::uint32_t baud, link::ByteTap* tap, link::SenderChoice from,
-            const link::LeverArm& offset_b_m, const link::PoseAccuracy& accuracy)
-      : link_(uart, baud, tap, from, offset_b_m, accuracy) {}
+            const link::PoseProperties& properties)
+      : link_(uart, baud, tap, from, properties) {}
 
   /// @param stalled the tick comes after a stall: then waiting poses are dropped, because they are older than they seem
   ///   by an unknown time. @returns the newest pose; is_new is false if none came or was used.

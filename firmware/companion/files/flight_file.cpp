@@ -215,7 +215,7 @@ void check_together(const toml::table& root, const std::string& file, const Flig
   if (limits.coast <= limits.pose_fresh) {
     fail(file, root.get("pose"), "pose.coast_s", "must be longer than pose.fresh_s");
   }
-  const auto most_m2 = link::PoseAccuracy::inside(fence_of(flight, {}), 0.0).max_variance_m2;
+  const auto most_m2 = link::PoseProperties::inside(fence_of(flight, {}), 0.0).max_variance_m2;
   const double largest_m = std::sqrt(*std::min_element(most_m2.begin(), most_m2.end()));
   if (flight.pose_sigma_m > largest_m) {
     fail(file, root["pose"]["sigma_m"].node(), "pose.sigma_m",

@@ -44,7 +44,7 @@ struct FlightFile {
   double pose_coast_s = 0.0;
   double pose_level_s = 0.0;
   link::SenderChoice pose_from{};  ///< whose poses are used
-  double pose_sigma_m = 0.0;       ///< link::PoseAccuracy::sigma_m
+  double pose_sigma_m = 0.0;       ///< link::PoseProperties::sigma_m
   link::LeverArm pose_offset_m{};
   double course_speed_m_s = 0.0;  ///< this and the next three: limits of a course; 0: those of CourseLimits
   double course_acceleration_m_s2 = 0.0;

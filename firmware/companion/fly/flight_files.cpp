@@ -134,7 +134,8 @@ link::LeverArm lever_arm_of(const FlightFiles& files) {
 
 ref::Waypoint<double> find_start_position(PosePort& port, const FlyOptions& options, const FlightFiles& files) {
   ExchangedPorts exchanged;
-  link::PoseLink link(port.line(), port.baud(), &exchanged, sender_choice(options, files), lever_arm_of(files));
+  link::PoseLink link(port.line(), port.baud(), &exchanged, sender_choice(options, files),
+                      {.offset_b_m = lever_arm_of(files)});
   std::optional<ref::Waypoint<double>> start;
   TickClock clock(port.clock_port(), [&] { port.mark_arrived(); });
   StartPosition place;

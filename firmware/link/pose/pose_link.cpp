@@ -27,14 +27,9 @@ bool is_within(const core::Vector<double, 3>& variance_m2, const std::array<doub
 
 }  // namespace
 
-PoseLink::PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap, SenderChoice choice, const LeverArm& offset_b_m,
-                   const PoseAccuracy& accuracy)
-    : uart_(uart),
-      baud_(baud),
-      tap_(tap),
-      choice_(choice),
-      offset_b_m_(offset_b_m[0], offset_b_m[1], offset_b_m[2]),
-      accuracy_(accuracy) {}
+PoseLink::PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap, SenderChoice choice,
+                   const PoseProperties& properties)
+    : uart_(uart), baud_(baud), tap_(tap), choice_(choice), properties_(properties) {}
 
 void PoseLink::refuse(PoseFault fault, core::TimePoint now) {
   ++stats_.faults[static_cast<std::size_t>(fault)];
@@ -66,8 +61,8 @@ bool PoseLink::is_from_sender(const mavlink::FrameView& frame, core::TimePoint n
 /// The variance along each axis: the operator's, if he states one, or the sender's.
 core::Vector<double, 3> PoseLink::stated_variance_m2(const core::Pose<double>& pose) {
   core::Vector<double, 3> variance_m2 = pose.position_variance_m2;
-  if (accuracy_.sigma_m > 0.0) {
-    variance_m2.setConstant(accuracy_.sigma_m * accuracy_.sigma_m);
+  if (properties_.sigma_m > 0.0) {
+    variance_m2.setConstant(properties_.sigma_m * properties_.sigma_m);
   }
   stats_.last_variance_m2 = variance_m2.maxCoeff();
   return variance_m2;
@@ -129,7 +124,7 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
     return refuse(beside.fault, now);
   }
   const core::Vector<double, 3> variance_m2 = stated_variance_m2(*pose);
-  if (!is_within(variance_m2, accuracy_.max_variance_m2)) {
+  if (!is_within(variance_m2, properties_.max_variance_m2)) {
     return refuse(PoseFault::kVariance, now);
   }
   if (has_last_ && !is_same_sender) {
@@ -144,7 +139,10 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
     count_jump(beside.reset_counter, is_same_sender);
     up_b_ += (core::up_in_body(beside.flu_in_nwu) - up_b_) * share_of_new(up_b_);
     newest.pose = *pose;
-    newest.pose.position_w_m -= (core::rotation_of(beside.flu_in_nwu) * offset_b_m_).cast<double>();
+    const auto& [forward_m, left_m, up_m] = properties_.offset_b_m;
+    const core::Vector<float, 3> origin_m =
+        core::rotation_of(beside.flu_in_nwu) * core::Vector<float, 3>(forward_m, left_m, up_m);
+    newest.pose.position_w_m -= origin_m.cast<double>();
     newest.pose.position_variance_m2 = variance_m2;
     newest.pose_end = end;
   }

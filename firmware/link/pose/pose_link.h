@@ -34,8 +34,12 @@ struct PoseLinkStats {
   double last_variance_m2 = 0.0;  ///< the largest that the newest pose states
 };
 
-/// How exact the poses are, and how exact they must be.
-struct PoseAccuracy {
+/// From the centre of gravity to the origin of the pose: forward, left, up of the body (FLU) [m].
+using LeverArm = std::array<float, 3>;
+
+/// What the operator states of the poses, and how exact they must be.
+struct PoseProperties {
+  LeverArm offset_b_m{};
   /// Of each axis, stated by the operator for a source whose covariance means nothing; 0: the sender's variance counts.
   double sigma_m = 0.0;
   /// Along each axis of the world: a pose that states more is refused.
@@ -43,18 +47,15 @@ struct PoseAccuracy {
 
   /// The largest variance that can be flown inside a fence: from its middle, three sigmas
   /// (est::EstimateStatus::error_m) reach neither side.
-  static constexpr PoseAccuracy inside(const core::Fence& fence, double sigma_m) {
-    PoseAccuracy accuracy{.sigma_m = sigma_m};
+  static constexpr PoseProperties inside(const core::Fence& fence, double sigma_m, const LeverArm& offset_b_m = {}) {
+    PoseProperties properties{.offset_b_m = offset_b_m, .sigma_m = sigma_m};
     for (std::size_t axis = 0; axis < fence.side.size(); ++axis) {
       const double largest_sigma_m = (fence.side[axis].high_m - fence.side[axis].low_m) / (2.0 * 3.0);
-      accuracy.max_variance_m2[axis] = largest_sigma_m * largest_sigma_m;
+      properties.max_variance_m2[axis] = largest_sigma_m * largest_sigma_m;
     }
-    return accuracy;
+    return properties;
   }
 };
-
-/// From the centre of gravity to the origin of the pose: forward, left, up of the body (FLU) [m].
-using LeverArm = std::array<float, 3>;
 
 /// The source of pose at the other end of a second UART, in MAVLink. (With a signing key the UART is a SignedLine.) One
 /// call per tick returns the newest pose only. A pose whose time stamp is not newer than the last is refused, unless
@@ -68,7 +69,7 @@ class PoseLink {
   /// @param baud gives the time of a byte on the line; 0: none.
   /// @param tap sees all bytes of both directions; may be null.
   PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap = nullptr, SenderChoice choice = {},
-           const LeverArm& offset_b_m = {}, const PoseAccuracy& accuracy = {});
+           const PoseProperties& properties = {});
 
   /// @returns the newest pose that arrived since the last call; `captured` is the sender's time stamp, or the time of
   ///   arrival if the sender does not stamp. kNotReady: none.
@@ -112,8 +113,7 @@ class PoseLink {
   mavlink::Parser parser_;
   ClockComparison comparison_;
   SenderChoice choice_;
-  core::Vector<float, 3> offset_b_m_;
-  PoseAccuracy accuracy_;
+  PoseProperties properties_;
   PoseSenders senders_;
   bool has_last_ = false;
   mavlink::Address sender_;

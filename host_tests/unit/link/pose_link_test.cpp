@@ -67,7 +67,7 @@ TEST_F(PoseLinkTest, ALeverArmTurnsWithTheAttitudeAndThePositionIsThatOfTheCentr
   const core::Vector<float, 3> lever(lever_b_m[0], lever_b_m[1], lever_b_m[2]);
   for (const core::Euler<float>& euler :
        {core::Euler<float>{0.F, 0.F, 0.F}, {0.F, 0.F, 1.6F}, {0.4F, 0.F, -2.F}, {-0.1F, 0.5F, 3.F}}) {
-    PoseLink leaning(cable.a(), 115200, nullptr, {}, lever_b_m);
+    PoseLink leaning(cable.a(), 115200, nullptr, {}, {.offset_b_m = lever_b_m});
     const core::Quaternion<float> q = core::quaternion_of(euler);
     const core::Quaternion<float> wire = core::flip_yz(q);
     const core::Vector<float, 3> origin = core::flip_yz(core::Vector<float, 3>(core::rotation_of(q) * lever));
@@ -131,7 +131,7 @@ TEST_F(PoseLinkTest, AnnouncedJumpsAreCountedByTheResetCounterOfOneSender) {
 TEST_F(PoseLinkTest, AVarianceThatTheFenceHasNoRoomForIsRefused) {
   const core::Fence fence{.side = {{{-3.0, 3.0}, {-6.0, 6.0}, {0.3, 4.2}}}};  // a sixth of the widths: 1, 2 and 0.65 m
   const auto accepts = [&](double stated_m, float x, float y, float z) {
-    PoseLink fresh(cable.a(), 115200, nullptr, {}, {}, PoseAccuracy::inside(fence, stated_m));
+    PoseLink fresh(cable.a(), 115200, nullptr, {}, PoseProperties::inside(fence, stated_m));
     AttPosMocap message = mocap(1000);
     message.covariance[0] = x, message.covariance[6] = y, message.covariance[11] = z;
     write(message);
