@@ -214,14 +214,13 @@ double FaultIsolation<T>::speed_then_m_s(const est::Estimate<T>& estimate, core:
 template <typename T>
 est::VibrationStatus FaultIsolation<T>::vibration() const {
   const est::Vibration<T>& vibration = velocity_consistency_.vibration();
-  const auto& [horizontal_m2_s3, vertical_m2_s3] = vibration.density_m2_s3();
-  const T larger_m2_s3 = horizontal_m2_s3 > vertical_m2_s3 ? horizontal_m2_s3 : vertical_m2_s3;
   return {.rms_m_s2 = vibration.is_too_slow() ? std::numeric_limits<double>::quiet_NaN()
                                               : static_cast<double>(vibration.rms_m_s2()),
           .peak_m_s2 = static_cast<double>(vibration.peak_m_s2()),
           .clipped = static_cast<double>(vibration.clipped()),
-          .velocity_sigma_m_s = static_cast<double>(
-              core::sqrt(larger_m2_s3 * static_cast<T>(0.5 * est::ForceConsistency<T>::kVelocityMemory_s)))};
+          .velocity_sigma_m_s =
+              static_cast<double>(core::sqrt(vibration.density_m2_s3().horizontal *
+                                             static_cast<T>(0.5 * est::ForceConsistency<T>::kVelocityMemory_s)))};
 }
 
 template <typename T>

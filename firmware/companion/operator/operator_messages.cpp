@@ -106,11 +106,11 @@ void add_fence(TextLine& line, FailsafeReason reason, const safety::Observation&
 }
 
 /// The oscillation in degrees peak to peak, as an onlooker sees it.
-void add_limit_cycle(TextLine& line, const safety::Observation& seen) {
+TextLine& add_limit_cycle(TextLine& line, const safety::Observation& seen) {
   line.add("the aircraft swings by itself, by ")
       .add(seen.limit_cycle.height_rad * 180.0 / core::kPi, 0)
       .add(" degrees peak to peak, ");
-  line.add(seen.limit_cycle.frequency_hz, 1).add(" times a second");
+  return line.add(seen.limit_cycle.frequency_hz, 1).add(" times a second");
 }
 
 }  // namespace
@@ -163,8 +163,7 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
       line.add(core::seconds<double>(seen.wind.exceeded_for), 1).add(" s");
       return;
     case FailsafeReason::kLimitCycle:
-      add_limit_cycle(line, seen);
-      line.add(", under the fallback law too: the law alone is not the cause");
+      add_limit_cycle(line, seen).add(", under the fallback law too: the law alone is not the cause");
       return;
     case FailsafeReason::kOnGround:
     case FailsafeReason::kFlightFailure:

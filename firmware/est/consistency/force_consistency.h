@@ -5,8 +5,8 @@
 #include "firmware/core/maths.h"
 #include "firmware/est/consistency/cusum.h"
 #include "firmware/est/consistency/specific_force.h"
-#include "firmware/est/consistency/vibration.h"
 #include "firmware/est/estimate.h"
+#include "firmware/est/vibration.h"
 
 namespace m100::est {
 

@@ -4,9 +4,9 @@
 #include "firmware/core/eigen.h"
 #include "firmware/core/maths.h"
 #include "firmware/est/consistency/specific_force.h"
-#include "firmware/est/consistency/vibration.h"
 #include "firmware/est/estimate.h"
 #include "firmware/est/imu_sample.h"
+#include "firmware/est/vibration.h"
 
 namespace m100::est {
 

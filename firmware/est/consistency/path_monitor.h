@@ -4,12 +4,12 @@
 #include "firmware/core/eigen.h"
 #include "firmware/core/time.h"
 #include "firmware/est/consistency/force_consistency.h"
-#include "firmware/est/consistency/lever_arm.h"
 #include "firmware/est/consistency/motion_noise.h"
 #include "firmware/est/consistency/path_consistency.h"
 #include "firmware/est/consistency/specific_force.h"
 #include "firmware/est/estimate.h"
 #include "firmware/est/imu_sample.h"
+#include "firmware/est/lever_arm_fit.h"
 
 namespace m100::est {
 

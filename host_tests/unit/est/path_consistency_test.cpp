@@ -8,8 +8,8 @@
 #include <functional>
 #include <random>
 
-#include "firmware/est/consistency/lever_arm.h"
 #include "firmware/est/consistency/motion_noise.h"
+#include "firmware/est/lever_arm_fit.h"
 
 namespace m100::est {
 namespace {
@@ -314,40 +314,6 @@ TEST(MotionNoise, IsTheMeanSquareOfSuccessiveDifferences) {
   EXPECT_NEAR(noise.climb_m2_s2(), 2.0 * noise.position_m2().vertical * 10.0 * 10.0, 1e-10);
   fly(300, 0.0);
   EXPECT_NEAR(noise.vibration().density_m2_s3().horizontal, force_m2_s3 * std::exp(-1.0), 0.01 * force_m2_s3);
-}
-
-// White noise, a tone of the motion and one of a rotor. Catches a level that depends on the rate of the messages, and a
-// motion that is taken for vibration.
-TEST(Vibration, IsWhatLiesAboveFifteenHertzAtAnyRate) {
-  std::mt19937 random(3);
-  std::normal_distribution<double> normal;
-  using Vector3 = core::Vector<double, 3>;
-  const auto after = [](double interval_s, const std::function<Vector3(double t_s)>& force_m_s2) {
-    Vibration<double> vibration;
-    for (double t_s = 0.0; t_s < 60.0; t_s += interval_s) {
-      vibration.update(force_m_s2(t_s), interval_s, 3.0);
-    }
-    return vibration;
-  };
-  for (const double interval_s : {0.005, 0.01, 0.02}) {
-    const Vibration<double> white =
-        after(interval_s, [&](double) { return Vector3(normal(random), normal(random), normal(random)); });
-    EXPECT_NEAR(white.density_m2_s3().horizontal, interval_s, 0.3 * interval_s);
-    EXPECT_NEAR(white.density_m2_s3().vertical, interval_s, 0.4 * interval_s);
-    EXPECT_GT(white.peak_m_s2(), 2.0 * white.rms_m_s2());
-    EXPECT_FALSE(white.is_too_slow());
-    EXPECT_EQ(white.clipped(), 0.0);
-  }
-  const auto tone = [&](double frequency_hz) {
-    return after(0.01, [=](double t_s) {
-      return Vector3(0.0, 0.0, 3.0 * std::sqrt(2.0) * std::sin(2.0 * core::kPi * frequency_hz * t_s));
-    });
-  };
-  EXPECT_LT(tone(2.0).rms_m_s2(), 0.15 * 3.0 / std::sqrt(3.0));
-  EXPECT_NEAR(tone(15.0).rms_m_s2(), 3.0 / std::sqrt(2.0) / std::sqrt(3.0), 0.05);
-  EXPECT_GT(tone(40.0).rms_m_s2(), 0.95 * 3.0 / std::sqrt(3.0));
-  EXPECT_TRUE(after(1.0 / 25.0, [](double) { return Vector3(0.0, 0.0, 0.0); }).is_too_slow());
-  EXPECT_NEAR(after(0.01, [](double) { return Vector3(78.5, 0.0, 0.0); }).clipped(), 1.0, 1e-6) << "8 g";
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "firmware/core/tilt.h"
 
@@ -57,28 +56,6 @@ TEST_F(VelocityConsistencyTest, NamesAPoseThatStandsWhileTheForcePushes) {
   fly(3.0);
   EXPECT_EQ(reported(), ConsistencyCheck::kForce);
   EXPECT_GT(check_.report().measured, check_.report().allowed);
-}
-
-// The force of a hover shakes: no pose is contradicted, and the unit of the force stays known. A pose that stands while
-// the force pushes beyond the shaking is still named.
-TEST_F(VelocityConsistencyTest, AVibrationContradictsNoPoseAndHidesNoLargerFault) {
-  RecordProperty("promise", "R14, R17");
-  for (const double vibration_m_s2 : {0.5, 2.0, 5.0, 8.0}) {
-    check_ = VelocityConsistency<double>(set_of(ConsistencyCheck::kMotion));
-    std::mt19937 random(5);
-    std::normal_distribution<double> noise(0.0, vibration_m_s2);
-    const auto shake = [&](double seconds, double push_m_s2) {
-      for (double t_s = 0.0; t_s < seconds; t_s += kTick_s) {
-        imu_.force_b = {push_m_s2 + noise(random), noise(random), kGravity_m_s2 + noise(random)};
-        fly(kTick_s);
-        EXPECT_TRUE(push_m_s2 > 0.0 || reported() == ConsistencyCheck::kNone) << vibration_m_s2 << " at " << t_s;
-      }
-    };
-    shake(120.0, 0.0);
-    EXPECT_EQ(check_.force_scale_m_s2(), 1.0) << vibration_m_s2;
-    shake(3.0, 0.8 + vibration_m_s2);
-    EXPECT_EQ(reported(), ConsistencyCheck::kForce) << vibration_m_s2;
-  }
 }
 
 // Telemetry that is missing for 0.2 to 0.34 s while a step reverses ended every flight as "check force".

@@ -36,8 +36,8 @@ class Vibration {
     peak_m_s2_ -= peak_m_s2_ * share;
     const T now_m_s2 = high_m_s2_.cwiseAbs().maxCoeff();
     peak_m_s2_ = now_m_s2 > peak_m_s2_ ? now_m_s2 : peak_m_s2_;
-    const Vector3 felt_m_s2 = force_m_s2 + Vector3::UnitZ() * static_cast<T>(model::kGravity_m_s2);
-    const bool clips = felt_m_s2.cwiseAbs().maxCoeff() >= static_cast<T>(kRange_g * model::kGravity_m_s2);
+    const Vector3 read_m_s2 = force_m_s2 + Vector3::UnitZ() * static_cast<T>(model::kGravity_m_s2);
+    const bool clips = read_m_s2.cwiseAbs().maxCoeff() >= static_cast<T>(kRange_g * model::kGravity_m_s2);
     clipped_ += ((clips ? T(1) : T(0)) - clipped_) * share;
   }
 
