@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <functional>
+#include <utility>
 
 #include "firmware/core/eigen.h"
+#include "firmware/core/frames.h"
 #include "hal/uart.h"
 #include "protocol/mavlink/parser.h"
 #include "protocol/mavlink/pose_messages.h"
@@ -28,6 +31,13 @@ class AnnouncingUart final : public hal::Uart {
     counter_ = static_cast<std::uint8_t>(counter_ + (announced ? 1 : 0));
   }
 
+  /// From now on the origin of the poses lies beside the aircraft's place, and the poses have its tilt. @param attitude
+  /// of the aircraft
+  void set_lever_arm(const core::Vector<double, 3>& lever_b_m, std::function<core::Euler<double>()> attitude) {
+    lever_b_m_ = lever_b_m;
+    attitude_ = std::move(attitude);
+  }
+
   core::Expected<std::size_t> read(std::span<std::byte> destination) override {
     std::array<std::byte, 256> chunk;
     const std::size_t count = inner_.read(chunk).value_or(0);
@@ -48,11 +58,17 @@ class AnnouncingUart final : public hal::Uart {
     const auto pose = mavlink::decode<mavlink::AttPosMocap>(frame);
     const double c = std::cos(turn_rad_), s = std::sin(turn_rad_), x = pose.x, y = -static_cast<double>(pose.y);
     const double yaw_rad = -2.0 * static_cast<double>(std::atan2(pose.q[3], pose.q[0])) + turn_rad_;
+    core::Euler<double> tilt = attitude_ ? attitude_() : core::Euler<double>{};
+    tilt.yaw_rad = yaw_rad;
+    const core::Vector<double, 3> origin_m =
+        core::rotation_of(core::quaternion_of(tilt)) * lever_b_m_ + shift_m_;  // from the place in the turned world
     const mavlink::Frame moved = mavlink::encode(
         mavlink::VisionPositionEstimate{.usec = pose.time_usec,
-                                        .x = static_cast<float>(c * x - s * y + shift_m_.x()),
-                                        .y = static_cast<float>(-(s * x + c * y + shift_m_.y())),
-                                        .z = static_cast<float>(static_cast<double>(pose.z) - shift_m_.z()),
+                                        .x = static_cast<float>(c * x - s * y + origin_m.x()),
+                                        .y = static_cast<float>(-(s * x + c * y + origin_m.y())),
+                                        .z = static_cast<float>(static_cast<double>(pose.z) - origin_m.z()),
+                                        .roll = static_cast<float>(tilt.roll_rad),
+                                        .pitch = static_cast<float>(-tilt.pitch_rad),
                                         .yaw = static_cast<float>(-std::remainder(yaw_rad, 2.0 * core::kPi)),
                                         .reset_counter = counter_},
         frame.from, frame.sequence);
@@ -64,6 +80,8 @@ class AnnouncingUart final : public hal::Uart {
   std::deque<std::byte> waiting_;
   core::Vector<double, 3> shift_m_ = core::Vector<double, 3>::Zero();
   double turn_rad_ = 0.0;
+  core::Vector<double, 3> lever_b_m_ = core::Vector<double, 3>::Zero();
+  std::function<core::Euler<double>()> attitude_;
   std::uint8_t counter_ = 0;
 };
 

@@ -23,14 +23,16 @@ using std::chrono::seconds;
 class FaultBench {
  public:
   explicit FaultBench(link::Channel channel = link::Channel::kVirtualRc, std::size_t log_bytes = 0,
-                      const core::Fence& fence = {})
-      : world_(sim::measured_plant(), {.seed = 5}), log_storage_(std::max<std::size_t>(log_bytes, 1)) {
+                      const core::Fence& fence = {}, const sim::Plant& plant = sim::measured_plant(),
+                      const link::LeverArm& stated_b_m = {})
+      : world_(plant, {.seed = 5}), log_storage_(std::max<std::size_t>(log_bytes, 1)) {
     start_.position_w_m = world_.vehicle().state().position_w_m;
     course_.hold(start_);
     app::FlightConfig config = app::kDefaultFlight;
     config.link.channel.channel = channel;
     config.link.app_id = 1;
     config.fence = fence;
+    config.pose_offset_b_m = stated_b_m;
     controller_.emplace(mpc::generated::kVehicle, tables(), config, world_.autopilot_uart(), pose_, course_,
                         log_bytes == 0 ? nullptr : &log_);
   }
