@@ -16,8 +16,8 @@ constexpr double kMaxLean_rad = core::kPi / 6.0, kLeaning_s = 2.0;
 /// A crash is a force above kShock_g, and then kStill_s without motion within kShockMemory_s. A flying aircraft that
 /// removes the speed by such a blow turns faster than kStill_rad_s.
 constexpr double kShock_g = 3.0, kStill_rad_s = 0.1, kStill_m_s = 0.1, kStill_s = 1.0, kShockMemory_s = 3.0;
-/// Of a vibration that began a second ago, when a crash is reported first, the rms with its memory of 3 s shows 53 %: a
-/// crash is a force of more than five sigmas. A blow itself raises the rms by a thirtieth of it.
+/// Of white vibration that began a second ago, when a crash is reported first, the rms above 15 Hz with its memory of
+/// 3 s shows 0.53 times 0.74: a crash is a force of four sigmas or more. A blow raises the rms by a thirtieth of it.
 constexpr double kVibrations = 10.0;
 constexpr double kLongest_s = 100.0;
 constexpr double kMaxRate_rad_s = 100.0;  ///< larger than any gyro's range

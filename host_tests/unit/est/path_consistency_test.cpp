@@ -305,7 +305,8 @@ TEST(MotionNoise, IsTheMeanSquareOfSuccessiveDifferences) {
   };
   EXPECT_EQ(noise.magnitude(), 0.0);
   fly(8000, 1.0);
-  const double white_gain = 1.0 / (1.0 + std::tan(core::kPi * 15.0 * kTick_s));  // half the rate passes whole
+  const double corner = std::tan(core::kPi * 15.0 * kTick_s);  // half the rate passes whole, of white noise this share
+  const double white_gain = (1.0 + 0.5 * corner) / ((1.0 + corner) * (1.0 + corner));
   const double force_m2_s3 = 0.5 * (0.1 * 0.1 + 0.05 * 0.05) * kTick_s / white_gain;
   EXPECT_NEAR(noise.vibration().density_m2_s3().horizontal, force_m2_s3, 1e-9);
   EXPECT_NEAR(noise.vibration().density_m2_s3().vertical, 0.04 * 0.04 * kTick_s / white_gain, 1e-9);

@@ -188,7 +188,7 @@ TEST_F(FailureDetectorTest, AVibrationIsNoCrashAndABlowBeyondItIsOne) {
     std::normal_distribution<double> noise(0.0, sigma_g);
     double largest_g = 0.0;
     for (double t_s = 0.0; t_s < 120.0; t_s += kStep_s) {
-      sample_.vibration_g = 0.81 * sigma_g * std::sqrt(1.0 - std::exp(-t_s / 3.0));
+      sample_.vibration_g = 0.74 * sigma_g * std::sqrt(1.0 - std::exp(-t_s / 3.0));
       sample_.force_g = Vector3(noise(random), noise(random), 1.0 + noise(random)).norm();
       largest_g = std::max(largest_g, *sample_.force_g);
       fly(0.0, 0.0);
