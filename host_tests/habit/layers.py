@@ -169,7 +169,7 @@ def self_test():
         ("firmware/est/x.cpp", "  auto* p = new int;"),
     ]
     sound = [
-        ("firmware/est/x.h", '#include "firmware/est/filter/units.h"'),
+        ("firmware/est/x.h", '#include "firmware/est/filter/kalman.h"'),
         ("firmware/est/x.h", "#include <array>"),
         ("firmware/est/x.h", "// an import of goods"),
         ("host_tests/target/x.cpp", "#include M100_A_HEADER  // Deviation: the board decides"),

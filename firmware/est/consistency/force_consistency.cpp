@@ -9,7 +9,7 @@ namespace {
 constexpr double kMaxAllowed_m_s = 0.35;
 constexpr double kFirstLook_m_s = 0.15;
 constexpr double kCalm_m_s = 0.1, kMoves_s = 0.08, kWind_s = 0.05, kSigmas = 3.0;
-constexpr double kLearns_s = 0.15;  // time in which the observer learns a disturbance from poses (fuse_pose.cpp)
+constexpr double kLearns_s = 0.15;  // time in which the observer learns a disturbance from poses (disturbance_ekf.cpp)
 /// Density of the noise that kCalm_m_s includes: the rotors' 0.1 m/s^2 at 100 Hz, and half as much again, because it is
 /// measured from few messages.
 constexpr double kAssumed_m2_s3 = 1.5e-4;

@@ -4,8 +4,7 @@
 #include <array>
 #include <cstddef>
 
-#include "firmware/core/fixed_point.h"
-#include "firmware/est/filter/units.h"
+#include "firmware/est/filter/response_step.h"
 
 namespace m100::est {
 
@@ -14,25 +13,6 @@ inline constexpr double kMaxPoseAge_s = 0.25;
 inline constexpr std::size_t kHistoryTicks = 32;
 static_assert(kMaxPoseAge_s <= static_cast<double>(kHistoryTicks) * kTick_s,
               "the history reaches back to the oldest pose");
-
-/// Age of a measurement in the filter's units, clamped to [0, kMaxPoseAge_s].
-template <typename S>
-struct MeasurementAge {
-  S ticks{};        ///< age / 10 ms
-  S units{};        ///< age / 0.64 s: a
-  S half_square{};  ///< a^2 / 2
-
-  template <typename Real>
-  static MeasurementAge of(Real age_s) {
-    using Number = core::Arithmetic<S>;
-    constexpr Real kMax_s = static_cast<Real>(kMaxPoseAge_s);
-    const Real limited_s = age_s > Real(0) ? (age_s < kMax_s ? age_s : kMax_s) : Real(0);
-    const Real units = limited_s / static_cast<Real>(kTimeUnit_s);
-    return {.ticks = Number::template number<Real>(limited_s / static_cast<Real>(kTick_s)),
-            .units = Number::template number<Real>(units),
-            .half_square = Number::template number<Real>(Real(0.5) * units * units)};
-  }
-};
 
 /// Accelerations of the last ticks, each constant over its tick. They relate the position a time a ago to the present
 /// state, as the model integrates:
@@ -48,22 +28,16 @@ class AccelerationHistory {
     acceleration_[newest_] = acceleration;
   }
 
-  /// sum_j T^2 w_j acc_j for an age of a = age_ticks T; m.
-  S displacement(core::Arithmetic<S>& arithmetic, S age_ticks) const {
-    using Number = core::Arithmetic<S>;
-    const S one = Number::template number<double>(1.0);
-    const S half = Number::template number<double>(0.5);
-    typename Number::Wide sum{};
-    S left = age_ticks;  // in ticks; part of the age that lies in tick j and before
-    for (std::size_t j = 0; j < kHistoryTicks && left > S{}; ++j) {
-      const S acceleration = acceleration_[(newest_ + kHistoryTicks - j) % kHistoryTicks];
-      const bool whole = left >= one;
-      const S weight = whole ? arithmetic.narrow(arithmetic.widen(left) - arithmetic.widen(half))
-                             : arithmetic.narrow(arithmetic.scaled(arithmetic.product(left, left), -1));
-      sum += arithmetic.scaled(arithmetic.product(acceleration, weight), 2 * kTickExponent);
-      left = whole ? arithmetic.narrow(arithmetic.widen(left) - arithmetic.widen(one)) : S{};
+  /// sum_j T^2 w_j acc_j for an age of at most kMaxPoseAge_s; m.
+  S displacement(S age_s) const {
+    S sum{0};
+    S left = age_s * S(1.0 / kTick_s);  // in ticks; part of the age that lies in tick j and before
+    for (std::size_t j = 0; j < kHistoryTicks && left > S(0); ++j) {
+      const S weight = left >= S(1) ? left - S(0.5) : S(0.5) * left * left;
+      sum += weight * acceleration_[(newest_ + kHistoryTicks - j) % kHistoryTicks];
+      left -= S(1);
     }
-    return arithmetic.narrow(sum);
+    return sum * S(kTick_s * kTick_s);
   }
 
  private:

@@ -1,200 +1,168 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/est/filter/axis_filter.h"
 
-#include <string_view>
+#include <array>
 
-#include "firmware/core/maths.h"
 #include "firmware/est/estimate.h"
-#include "firmware/est/filter/units.h"
 
 namespace m100::est {
 namespace {
 
-constexpr double kDisturbanceLimit = 8.0 * kTimeUnit_s * kTimeUnit_s;
-// Largest magnitude of each state, in filter units. Up to the limit of the tilt, tangent_of() is exact to 4e-9.
-constexpr std::array kLimits{100.0, 25.0 * kTimeUnit_s, 0.7, 10.0 * kTimeUnit_s, kDisturbanceLimit, 0.3};
-constexpr double kInitialSigmas = 8.0;  // in units of the scale: scaled variance 64
-
-// Transition matrix over p, v, tilt, rate, d, m.
-struct Transition {
-  static constexpr std::array<std::string_view, 6> kRows{"1xxxxx", "0xxxxx", "00xx0x", "00xx0x", "000010", "000001"};
-};
-struct MeasuresPose {
-  static constexpr std::string_view kRow = "1x00x0";
-};
-struct MeasuresTilt {
-  static constexpr std::string_view kRow = "001x00";
-};
-struct MeasuresRate {
-  static constexpr std::string_view kRow = "000100";
-};
+/// Largest magnitude of each state. Up to the limit of the tilt, tangent_of() is exact to 4e-9.
+template <typename S>
+constexpr typename Kalman<S, 6>::Limits kLimits{S(100.0), S(25.0), S(0.7), S(10.0), S(8.0), S(0.3)};
+/// Sigmas at the start: what a healthy aircraft may have then. Some thirty times those in steady flight.
+constexpr std::array kInitialSigma{0.03, 0.4, 0.06, 0.8, 2.5, 0.06};
 
 /// tan(t) = t (1 - t^2/9 + t^4/945) / (1 - 4 t^2/9 + t^4/63), the [5/4] Pade approximant.
 template <typename S>
-S tangent_of(core::Arithmetic<S>& a, S t) {
-  const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
-  const S t2 = a.narrow(a.product(t, t));
-  const S t4 = a.narrow(a.product(t2, t2));
-  const auto one = a.widen(number(1.0));
-  const S top = a.narrow(one - a.product(t2, number(1.0 / 9.0)) + a.product(t4, number(1.0 / 945.0)));
-  const S bottom = a.narrow(one - a.product(t2, number(4.0 / 9.0)) + a.product(t4, number(1.0 / 63.0)));
-  return a.quotient(a.narrow(a.product(t, top)), bottom);
+S tangent_of(S t) {
+  const S t2 = t * t;
+  const S t4 = t2 * t2;
+  const S bottom = S(1) - t2 * S(4.0 / 9.0) + t4 * S(1.0 / 63.0);
+  return t * (S(1) - t2 * S(1.0 / 9.0) + t4 * S(1.0 / 945.0)) / bottom;
+}
+
+/// H v of a position of a time ago.
+template <typename S>
+auto position_of(S age_s) {
+  using Filter = AxisFilter<S>;
+  return [age_s, half_square = S(0.5) * age_s * age_s](const auto& v) -> S {
+    return v(Filter::kP) - v(Filter::kV) * age_s + v(Filter::kD) * half_square;
+  };
 }
 
 }  // namespace
 
 template <typename S>
-[[gnu::cold]] void AxisFilter<S>::start(S tilt) {
-  x_ = {};
-  x_[kTilt] = tilt;
-  std::array<double, kStates> variance;
-  variance.fill(kInitialSigmas * kInitialSigmas);
-  covariance_.set_diagonal(variance);
+[[gnu::cold]] AxisFilter<S>::AxisFilter(const AxisModel& model)
+    : response_(ResponseStep<S>::of(tick_of(model.attitude))),
+      rate_per_offset_{response_.r_u + response_.r_next},
+      gravity_{S(model.tilt_sign * model.tilt_gain * model::kGravity_m_s2)},
+      linear_drag_{S(model.linear_drag_per_s)},
+      quadratic_drag_{S(model.quadratic_drag_per_m)} {
+  const model::EstimatorNoise& noise = model.noise;
+  const core::Vector<double, kStates> process{noise.position_process_m,       noise.velocity_process_m_s,
+                                              noise.tilt_process_rad,         noise.tilt_rate_process_rad_s,
+                                              noise.disturbance_process_m_s2, noise.input_offset_process_rad};
+  q_ = (process.cwiseAbs2() * kTick_s).template cast<S>();
+  const auto square = [](double sigma) { return S(sigma * sigma); };
+  pose_variance_ = square(noise.pose_position_sigma_m);
+  tilt_variance_ = square(noise.attitude_sigma_rad);
+  rate_variance_ = square(noise.rate_sigma_rad_s);
+  start(S(0));
+}
+
+template <typename S>
+[[gnu::cold]] void AxisFilter<S>::start(S tilt_rad) {
+  filter_.start(core::Vector<double, kStates>(kInitialSigma.data()));
+  filter_.x(kTilt) = tilt_rad;
+  filter_.clamp(kLimits<S>);
   history_ = {};
-  angular_acceleration_ = S{};
-  clamp_states();
+  angular_acceleration_ = S(0);
 }
 
 template <typename S>
-void AxisFilter<S>::clamp_states() {
-  unroll<kStates>([this](auto state) {
-    constexpr std::size_t i = decltype(state)::value;
-    x_[i] = limited(x_[i], kLimits[i]);
-  });
+S AxisFilter<S>::drag(S velocity_m_s) const {
+  const S speed = velocity_m_s < S(0) ? -velocity_m_s : velocity_m_s;
+  return (linear_drag_ + quadratic_drag_ * speed) * velocity_m_s;
 }
 
 template <typename S>
-void AxisFilter<S>::predict(const ActingInputs<S>& input) {
-  auto& a = covariance_.arithmetic();
-  const S tangent = tangent_of(a, x_[kTilt]);
-  const S secant_squared =
-      a.narrow(a.widen(core::Arithmetic<S>::template number<double>(1.0)) + a.product(tangent, tangent));
-  const auto [tilt, rate] = response_.advance(a, {.output = x_[kTilt], .rate = x_[kRate]}, input, x_[kM]);
-  model_response_ = response_.advance(a, model_response_, input, S{});
-  angular_acceleration_ = a.narrow(a.scaled(a.widen(rate) - a.widen(x_[kRate]), -kTickExponent));
-
-  const S turned = a.narrow(a.widen(tilt) - a.widen(x_[kTilt]));
-  const S slope = a.narrow(a.product(c_.half_gravity, secant_squared));
-  const S v = x_[kV];
-  const S speed = v < S{} ? a.narrow(-a.widen(v)) : v;
-  const S quadratic = a.narrow(a.product(c_.square_drag, speed));
-  const S acceleration = a.narrow(a.product(c_.gravity, tangent) + a.product(slope, turned) - a.product(c_.drag, v) -
-                                  a.product(quadratic, v));
-  const auto pushed = a.widen(acceleration) + a.widen(x_[kD]);
-  x_[kP] = a.narrow(a.widen(x_[kP]) + a.scaled(a.widen(v), kTickExponent) + a.scaled(pushed, 2 * kTickExponent - 1));
-  x_[kV] = a.narrow(a.widen(v) + a.scaled(pushed, kTickExponent));
+void AxisFilter<S>::predict(const ActingInputs<S>& command_rad) {
+  constexpr double kHalf_s = 0.5 * kTick_s;
+  auto& x = filter_.x;
+  const S speed = x(kV), tangent = tangent_of(x(kTilt));
+  const S slope = S(0.5) * gravity_ * (S(1) + tangent * tangent);  // g / (2 cos^2)
+  const auto next = response_.advance({.output = x(kTilt), .rate = x(kRate)}, command_rad, x(kM));
+  model_response_ = response_.advance(model_response_, command_rad, S(0));
+  angular_acceleration_ = (next.rate - x(kRate)) * S(1.0 / kTick_s);
+  const S acceleration = gravity_ * tangent + slope * (next.output - x(kTilt)) - drag(speed);
   history_.add(acceleration);
 
-  phi_[kV][kV] = a.narrow(a.widen(c_.tick_drag) - a.product(c_.tick_square_drag, speed));
-  phi_[kV][kTilt] = a.narrow(a.product(c_.v_tilt, secant_squared));
-  phi_[kV][kRate] = a.narrow(a.product(c_.v_rate, secant_squared));
-  phi_[kV][kM] = a.narrow(a.product(c_.v_m, secant_squared));
-  const int halfway = kTickExponent - 1 + scales_[kV] - scales_[kP];  // position moves by T/2 times what velocity does
-  for (const int i : {kTilt, kRate, kM}) {
-    const auto j = static_cast<std::size_t>(i);
-    phi_[kP][j] = a.narrow(a.scaled(a.widen(phi_[kV][j]), halfway));
-  }
-  covariance_.template predict<Transition>(phi_, q_);
-  x_[kTilt] = tilt;
-  x_[kRate] = rate;
-  clamp_states();
+  const S drag_slope = linear_drag_ + S(2) * quadratic_drag_ * (speed < S(0) ? -speed : speed);
+  filter_.predict(
+      [&](const auto& v) {  // F v
+        const S tilt = response_.oo * v(kTilt) + response_.o_r * v(kRate) + response_.o_u * v(kM);
+        const S rate = response_.ro * v(kTilt) + response_.rr * v(kRate) + rate_per_offset_ * v(kM);
+        const S faster = v(kV) + (slope * (v(kTilt) + tilt) - drag_slope * v(kV) + v(kD)) * S(kTick_s);
+        return core::Vector<S, kStates>{v(kP) + (v(kV) + faster) * S(kHalf_s), faster, tilt, rate, v(kD), v(kM)};
+      },
+      q_);
+
+  const S faster = speed + (acceleration + x(kD)) * S(kTick_s);
+  x(kP) += (speed + faster) * S(kHalf_s);
+  x(kV) = faster;
+  x(kTilt) = next.output;
+  x(kRate) = next.rate;
+  filter_.clamp(kLimits<S>);
 }
 
 template <typename S>
-void AxisFilter<S>::fuse_specific_force(S disturbance, DisturbanceUse use) {
+void AxisFilter<S>::fuse_specific_force(S disturbance_m_s2, DisturbanceUse use) {
   if (use == DisturbanceUse::kHeld) {
     return;
   }
-  auto& a = covariance_.arithmetic();
-  const S v = x_[kV];
-  const S speed = v < S{} ? a.narrow(-a.widen(v)) : v;
-  const S quadratic = a.narrow(a.product(c_.square_drag, speed));
-  const S now = a.narrow(a.widen(disturbance) + a.product(c_.drag, v) + a.product(quadratic, v));
+  const S now = disturbance_m_s2 + drag(filter_.x(kV));
   if (use == DisturbanceUse::kTracked) {
-    const S offset = core::Arithmetic<S>::template number<double>(kForceOffset_m_s2 / kAccelerationUnit_m_s2);
-    const S least = a.narrow(a.widen(now) - a.widen(offset));
-    const S most = a.narrow(a.widen(now) + a.widen(offset));
-    const S moved = a.narrow(a.widen(x_[kD]) + a.widen(now) - a.widen(stored_disturbance_));
-    x_[kD] = limited(moved < least ? least : moved > most ? most : moved, kDisturbanceLimit);
+    const S moved = filter_.x(kD) + now - stored_disturbance_;
+    filter_.x(kD) = core::clamp(moved, now - S(kForceOffset_m_s2), now + S(kForceOffset_m_s2));
+    filter_.clamp(kLimits<S>);
   }
   stored_disturbance_ = now;
 }
 
 template <typename S>
-void AxisFilter<S>::apply(const typename ScaledCovariance<S, kStates>::Column& gain, S innovation, int measured) {
-  add_correction(covariance_.arithmetic(), x_, gain, innovation, scales_, measured);
-}
-
-template <typename S>
-FusionResult AxisFilter<S>::fuse_attitude(S tilt, S rate, const MeasurementAge<S>& age) {
-  auto& a = covariance_.arithmetic();
-  typename ScaledCovariance<S, kStates>::Column h{};
+FusionResult AxisFilter<S>::fuse_attitude(S tilt_rad, S rate_rad_s, S age_s) {
+  const auto& x = filter_.x;
   // Expected at the age a: tilt - a rate + a^2/2 rate', and rate - a rate'.
-  const S turned = a.narrow(a.product(age.units, x_[kRate]) - a.product(age.half_square, angular_acceleration_));
-  const S spun = a.narrow(a.product(age.units, angular_acceleration_));
-  const S tilt_error = a.narrow(a.widen(tilt) - a.widen(x_[kTilt]) + a.widen(turned));
-  const S rate_error = a.narrow(a.widen(rate) - a.widen(x_[kRate]) + a.widen(spun));
-  constexpr double kTiltGate_rad = 0.35;
-  constexpr double kRateGate = 5.0 * kTimeUnit_s;
-  if (!(limited(tilt_error, kTiltGate_rad) == tilt_error) || !(limited(rate_error, kRateGate) == rate_error)) {
+  const S spun = age_s * angular_acceleration_;
+  const S tilt_error = tilt_rad - x(kTilt) + age_s * (x(kRate) - spun * S(0.5));
+  const auto rate_error = [&] { return rate_rad_s - x(kRate) + spun; };
+  const auto inside = [](S error, double gate) { return error <= S(gate) && error >= S(-gate); };
+  constexpr double kTiltGate_rad = 0.35, kRateGate_rad_s = 5.0;
+  if (!inside(tilt_error, kTiltGate_rad) || !inside(rate_error(), kRateGate_rad_s)) {
     return FusionResult::kRefused;
   }
-  h[kRate] = a.narrow(-a.product(age.units, c_.tilt_rate));
-  apply(covariance_.update(covariance_.template project<MeasuresTilt>(h, c_.tilt_variance)), tilt_error, kTilt);
+  filter_.correct([=](const auto& v) -> S { return v(kTilt) - v(kRate) * age_s; }, tilt_error, tilt_variance_);
   // The rate's innovation, from the state after the correction by the tilt.
-  const S rate_left = a.narrow(a.widen(rate) - a.widen(x_[kRate]) + a.widen(spun));
-  apply(covariance_.update(covariance_.template project<MeasuresRate>(h, c_.rate_variance)), rate_left, kRate);
-  clamp_states();
+  filter_.correct([](const auto& v) -> S { return v(kRate); }, rate_error(), rate_variance_);
+  filter_.clamp(kLimits<S>);
   return FusionResult::kUsed;
 }
 
 template <typename S>
-typename AxisFilter<S>::PoseInnovation AxisFilter<S>::test_pose(S position, const MeasurementAge<S>& age, S unseen_m,
-                                                                float sender_variance_m2) {
-  auto& a = covariance_.arithmetic();
-  PoseInnovation test;
-  typename ScaledCovariance<S, kStates>::Column h{};
-  h[kV] = a.narrow(-a.product(age.units, c_.pose_rate));
-  h[kD] = a.narrow(a.product(age.half_square, c_.pose_d));
-  test.noise = larger_variance(c_.pose_variance, sender_variance_m2, scales_[kP], kMaxFixedPose);
-  test.projection = covariance_.template project<MeasuresPose>(h, test.noise);
-  const auto expected = a.widen(x_[kP]) - a.product(age.units, x_[kV]) + a.product(age.half_square, x_[kD]) +
-                        a.widen(history_.displacement(a, age.ticks));
-  test.innovation = a.narrow(a.widen(position) - expected);
-  test.scale = scales_[kP];
-  test.inside = inside_gate(a, test.innovation, test.projection.s, test.noise, test.scale, unseen_m);
+PoseInnovation<S> AxisFilter<S>::test_pose(S position_m, S age_s, S unseen_m, S sender_variance_m2) const {
+  const auto h = position_of(age_s);
+  PoseInnovation<S> test;
+  test.age_s = age_s;
+  test.innovation_m = position_m - h(filter_.x) - history_.displacement(age_s);
+  test.noise_m2 = sender_variance_m2 > pose_variance_ ? sender_variance_m2 : pose_variance_;
+  test.variance_m2 = filter_.variance_of(h) + test.noise_m2;
+  test.inside = inside_gate(test.innovation_m, test.variance_m2, test.noise_m2, unseen_m);
   return test;
 }
 
 template <typename S>
-void AxisFilter<S>::fuse_pose(const PoseInnovation& test) {
-  apply(covariance_.update(test.projection), test.innovation, kP);
-  clamp_states();
+void AxisFilter<S>::fuse_pose(const PoseInnovation<S>& test) {
+  filter_.correct_joseph(position_of(test.age_s), test.innovation_m, test.noise_m2);
+  filter_.clamp(kLimits<S>);
 }
 
 template <typename S>
-[[gnu::cold]] void AxisFilter<S>::reset_position(S position, S velocity, const MeasurementAge<S>& age,
+[[gnu::cold]] void AxisFilter<S>::reset_position(S position_m, S velocity_m_s, S age_s,
                                                  const MotionVariance& variance) {
-  auto& a = covariance_.arithmetic();
-  x_[kV] = velocity;
-  x_[kP] = a.narrow(a.widen(position) + a.product(age.units, x_[kV]) - a.product(age.half_square, x_[kD]) -
-                    a.widen(history_.displacement(a, age.ticks)));
-  const S initial = core::Arithmetic<S>::template number<double>(kInitialSigmas * kInitialSigmas);
-  covariance_.decouple(kP, larger_variance(initial, variance.position_m2, scales_[kP], kMaxFixedReset));
-  covariance_.decouple(kV, larger_variance(initial, variance.velocity_m2, scales_[kV], kMaxFixedReset));
-  clamp_states();
+  auto& x = filter_.x;
+  x(kV) = velocity_m_s;
+  x(kP) = position_m + age_s * (x(kV) - age_s * x(kD) * S(0.5)) - history_.displacement(age_s);
+  filter_.decouple(kP, variance.position_m2, kInitialSigma[kP], kLimits<S>[kP]);
+  filter_.decouple(kV, variance.velocity_m2_s2, kInitialSigma[kV], kLimits<S>[kV]);
+  filter_.clamp(kLimits<S>);
 }
 
 template <typename S>
 bool AxisFilter<S>::is_sane() const {
-  bool sane = true;
-  unroll<kStates>([&](auto state) {
-    constexpr std::size_t i = decltype(state)::value;
-    const S variance = covariance_(state, state);
-    sane = sane && inside(x_[i], kLimits[i]) && variance > S{} &&
-           variance < core::Arithmetic<S>::template number<double>(1.2 * decltype(covariance_)::kCeiling);
-  });
-  return sane;
+  return filter_.is_valid(kLimits<S>);
 }
 
 template class AxisFilter<double>;

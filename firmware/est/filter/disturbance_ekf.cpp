@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/est/filter/disturbance_ekf.h"
 
+#include <array>
+
 #include "firmware/core/assert.h"
 #include "firmware/core/maths.h"
 #include "firmware/core/tilt.h"
-#include "firmware/est/filter/reset_pose.h"
-#include "firmware/est/filter/units.h"
 
 namespace m100::est {
 namespace {
@@ -20,46 +20,49 @@ constexpr core::Duration kAttitudeDoubted = milliseconds(100);
 // shorter than Limits::telemetry_dead.
 constexpr core::Duration kAttitudeSilent = milliseconds(450);
 constexpr core::Duration kLongest = std::chrono::hours(1);
+constexpr core::Duration kDropout = milliseconds(500);
+constexpr core::Duration kPoseLost = milliseconds(1000);  // then the prediction is abandoned
+
+constexpr double kYawGate_rad = 0.35;
+/// A turn is confirmed if the autopilot's heading and the pose's differ by less: 0.1 s of a wrong time of capture at
+/// the largest yaw rate, 100 deg/s. It is half the gate, so a heading that turned alone is never confirmed.
+constexpr double kYawConfirmed_rad = 0.5 * kYawGate_rad;
+constexpr core::Duration kConfirmedFor = milliseconds(300);
+constexpr double kUnseenAcceleration_m_s2 = 3.0;  // largest change of the acceleration by wind while no pose comes
+constexpr double kDisturbanceLag_s = 0.15;  // time constant with which the observer learns a disturbance from poses
+constexpr core::Duration kResetSpacing = milliseconds(2000);
 
 core::Duration older(core::Duration age, core::Duration by) { return age > kLongest ? age : age + by; }
 
-CovarianceHealth operator+(const CovarianceHealth& a, const CovarianceHealth& b) {
-  return {a.floors + b.floors, a.ceilings + b.ceilings, a.repairs + b.repairs, a.saturations + b.saturations};
+/// Whether |value| <= limit; false for NaN.
+template <typename Real>
+bool inside(Real value, double limit) {
+  return value <= static_cast<Real>(limit) && value >= static_cast<Real>(-limit);
+}
+
+template <typename S, typename Real>
+S age_of(core::Duration age) {
+  return S(core::clamp(core::seconds<Real>(age), Real(0), static_cast<Real>(kMaxPoseAge_s)));
+}
+
+template <typename Real>
+Real wrapped_yaw(const core::Pose<Real>& pose) {
+  return core::wrap_pi(core::clamp(pose.yaw_rad, Real(-100), Real(100)));
 }
 
 }  // namespace
 
 std::string_view name(ResetReason recovery) {
-  switch (recovery) {
-    case ResetReason::kNone:
-      return "none";
-    case ResetReason::kPoseMoved:
-      return "the pose source moved the vehicle";
-    case ResetReason::kLongDropout:
-      return "no pose for more than 0.5 s";
-    case ResetReason::kAttitude:
-      return "attitudes refused for 0.5 s";
-    case ResetReason::kNotFinite:
-      return "a state was not a number";
-  }
-  return "unknown";
-}
-
-template <typename S, typename Real>
-AxisModel DisturbanceEkf<S, Real>::axis_model(const model::Vehicle& vehicle, const model::StickAxis& axis,
-                                              double sign) {
-  return {.attitude = axis,
-          .tilt_sign = sign,
-          .tilt_gain = vehicle.translation.tilt_gain,
-          .linear_drag_per_s = vehicle.translation.linear_drag_per_s,
-          .quadratic_drag_per_m = vehicle.translation.quadratic_drag_per_m,
-          .noise = model::flown_noise(vehicle)};
+  constexpr std::array<std::string_view, 5> kNames{"none", "the pose source moved the vehicle",
+                                                   "no pose for more than 0.5 s", "attitudes refused for 0.5 s",
+                                                   "a state was not a number"};
+  return kNames[static_cast<std::size_t>(recovery)];
 }
 
 template <typename S, typename Real>
 [[gnu::cold]] DisturbanceEkf<S, Real>::DisturbanceEkf(const model::Vehicle& vehicle)
-    : x_(axis_model(vehicle, model::flown_pitch(vehicle), 1.0)),
-      y_(axis_model(vehicle, model::flown_roll(vehicle), -1.0)),
+    : x_(AxisModel::of(vehicle, model::flown_pitch(vehicle), 1.0)),
+      y_(AxisModel::of(vehicle, model::flown_roll(vehicle), -1.0)),
       height_(vehicle.climb, model::flown_noise(vehicle).pose_position_sigma_m),
       yaw_(model::flown_noise(vehicle).attitude_sigma_rad),
       commands_(vehicle),
@@ -74,8 +77,7 @@ const Estimate<Real>& DisturbanceEkf<S, Real>::update(const Measurement<Real>& m
   now_ = measured.now;
   pose_.heading_reset = heading_reset;
   for (int ticks = time_.take(elapsed, kMaxTicks); ticks > 0; --ticks) {
-    counters_.not_finite +=
-        commands_.store(applied_command, heading_.of(core::Arithmetic<S>::template real<Real>(yaw_.yaw()))) ? 0U : 1U;
+    counters_.not_finite += commands_.store(applied_command, heading_.of(static_cast<Real>(yaw_.yaw()))) ? 0U : 1U;
     predict_tick();
   }
   for (core::Duration* age : {&since_start_, &attitude_.age, &pose_.since_use, &pose_.age, &since_recovery_,
@@ -83,63 +85,54 @@ const Estimate<Real>& DisturbanceEkf<S, Real>::update(const Measurement<Real>& m
     *age = older(*age, elapsed);
   }
   if (attitude_.age > kAttitudeDoubted) {
-    attitude_.yaw_rate = S{};  // without attitudes a turn is not assumed to go on
+    attitude_.yaw_rate_rad_s = Real(0);  // without attitudes a turn is not assumed to go on
   }
   if (measured.attitude.is_new) {
-    attitude_.is_refused = true;
     fuse_attitude(measured.attitude);
   }
   if (measured.pose.is_new && time_.behind() <= core::kTickPeriod) {
     fuse_pose(measured.pose);
-  }
-  if (measured.attitude.is_new || measured.pose.is_new) {
-    x_.check();
-    y_.check();
   }
   fuse_specific_force(measured.disturbance_acceleration);
   if (started_ && !(x_.is_sane() && y_.is_sane() && height_.is_sane() && yaw_.is_sane())) {
     recover(ResetReason::kNotFinite);
     restart();
   }
-  (void)heading_.of(core::Arithmetic<S>::template real<Real>(yaw_.yaw()));  // once for all users of the estimate
+  (void)heading_.of(static_cast<Real>(yaw_.yaw()));  // once for all users of the estimate
   update_estimate();
   return estimate_;
 }
 
 template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::predict_tick() {
-  yaw_.predict(attitude_.yaw_rate);
+  yaw_.predict(S(attitude_.yaw_rate_rad_s));
   if (!started_) {
     return;
   }
-  x_.predict(commands_.x());
-  y_.predict(commands_.y());
-  height_.predict(commands_.climb());
+  x_.predict(commands_.x().template as<S>());
+  y_.predict(commands_.y().template as<S>());
+  height_.predict(commands_.climb().template as<S>());
 }
 
 template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::fuse_attitude(const typename Measurement<Real>::Attitude& attitude) {
-  using Number = core::Arithmetic<S>;
   const core::Vector<Real, 3>& rate = attitude.rate_b_rad_s;
-  if (!finite(attitude.roll_rad) || !finite(attitude.pitch_rad) || !finite(rate.x()) || !finite(rate.y()) ||
-      !finite(rate.z())) {
+  attitude_.is_refused = true;
+  if (!core::Vector<Real, 2>(attitude.roll_rad, attitude.pitch_rad).allFinite() || !rate.allFinite()) {
     ++counters_.not_finite;
     return;
   }
-  const auto beyond = [](Real value, double limit) { return value > Real(limit) || value < Real(-limit); };
-  if (beyond(attitude.roll_rad, kLargestAttitude_rad) || beyond(attitude.pitch_rad, kLargestAttitude_rad) ||
-      beyond(rate.x(), 20.0) || beyond(rate.y(), 20.0) || beyond(rate.z(), 20.0)) {
+  if (!inside(attitude.roll_rad, kLargestAttitude_rad) || !inside(attitude.pitch_rad, kLargestAttitude_rad) ||
+      !inside(rate.cwiseAbs().maxCoeff(), 20.0)) {
     ++counters_.attitudes_refused;
     return;
   }
-  attitude_.angles = {.roll_rad = attitude.roll_rad,
-                      .pitch_rad = attitude.pitch_rad,
-                      .yaw_rad = Number::template real<Real>(yaw_.yaw())};
+  attitude_.angles = {
+      .roll_rad = attitude.roll_rad, .pitch_rad = attitude.pitch_rad, .yaw_rad = static_cast<Real>(yaw_.yaw())};
   attitude_.reported_yaw_rad = attitude.yaw_rad;
-  constexpr Real kUnit = static_cast<Real>(kTimeUnit_s);
   const core::AttitudeSinCos<Real> turns{
       .roll = attitude.roll(), .pitch = attitude.pitch(), .yaw = heading_.of(attitude_.angles.yaw_rad)};
-  attitude_.yaw_rate = Number::template number<Real>(core::yaw_rate_of(turns, rate) * kUnit);
+  attitude_.yaw_rate_rad_s = core::yaw_rate_of(turns, rate);
   attitude_.is_known = true;
   if (!started_) {
     attitude_.is_refused = false;
@@ -148,11 +141,9 @@ void DisturbanceEkf<S, Real>::fuse_attitude(const typename Measurement<Real>::At
   }
   const core::Tilt<Real> tilt = core::tilt_of(core::slope_of(turns));
   const core::Tilt<Real> tilt_rate = core::tilt_rate_of(turns, rate);
-  const MeasurementAge<S> age = MeasurementAge<S>::of(core::seconds<Real>(attitude.age));
-  const FusionResult x = x_.fuse_attitude(Number::template number<Real>(tilt.x_rad),
-                                          Number::template number<Real>(tilt_rate.x_rad * kUnit), age);
-  const FusionResult y = y_.fuse_attitude(Number::template number<Real>(tilt.y_rad),
-                                          Number::template number<Real>(tilt_rate.y_rad * kUnit), age);
+  const S age_s = age_of<S, Real>(attitude.age);
+  const FusionResult x = x_.fuse_attitude(S(tilt.x_rad), S(tilt_rate.x_rad), age_s);
+  const FusionResult y = y_.fuse_attitude(S(tilt.y_rad), S(tilt_rate.y_rad), age_s);
   if (x == FusionResult::kUsed && y == FusionResult::kUsed) {
     attitude_.refused_in_a_row = 0;
     attitude_.is_refused = false;
@@ -178,33 +169,216 @@ void DisturbanceEkf<S, Real>::fuse_specific_force(const DisturbanceAcceleration<
   const DisturbanceUse use = notes    ? DisturbanceUse::kStored
                              : missed ? DisturbanceUse::kTracked
                                       : DisturbanceUse::kHeld;
-  constexpr Real kUnits = static_cast<Real>(kTimeUnit_s * kTimeUnit_s);
-  const auto limit = static_cast<Real>(20.0) * kUnits;
-  const auto number = [=](Real m_s2) {
-    return core::Arithmetic<S>::template number<Real>(core::clamp(m_s2 * kUnits, -limit, limit));
-  };
-  x_.fuse_specific_force(number(disturbance_acceleration.mean_w_m_s2.x()), use);
-  y_.fuse_specific_force(number(disturbance_acceleration.mean_w_m_s2.y()), use);
+  const auto limited = [](Real m_s2) { return S(core::clamp(m_s2, Real(-20), Real(20))); };
+  x_.fuse_specific_force(limited(disturbance_acceleration.mean_w_m_s2.x()), use);
+  y_.fuse_specific_force(limited(disturbance_acceleration.mean_w_m_s2.y()), use);
   pose_.acceleration_stored = true;
 }
 
 template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::record_used(const core::Pose<Real>& pose, bool heading_used) {
+  pose_.refused_in_a_row = 0;
+  pose_.heading_offset_rad = heading_used ? heading_offset_rad() : pose_.heading_offset_rad;
+  agreement_.end_row();
+  pose_.since_use = core::Duration(0);
+  pose_.age = pose.age(now_);
+  pose_.time_sigma_s = pose.time_sigma_s;
+}
+
+template <typename S, typename Real>
+Real DisturbanceEkf<S, Real>::heading_offset_rad() const {
+  return core::wrap_pi(static_cast<Real>(yaw_.yaw()) - attitude_.reported_yaw_rad);
+}
+
+template <typename S, typename Real>
+bool DisturbanceEkf<S, Real>::accepts_heading(Real turned_rad, bool follows) {
+  if (!follows || pose_.refused_in_a_row == 0) {
+    pose_.turned_since = now_;
+  }
+  if (!follows || inside(turned_rad, kYawGate_rad)) {
+    return follows;
+  }
+  const Real unseen_rad =
+      pose_.heading_offset_rad - heading_offset_rad();  // the autopilot turned, the estimate did not
+  const Real apart_rad = core::wrap_pi(core::wrap_pi(unseen_rad) - turned_rad);
+  return pose_.heading_reset == HeadingReset::kConfirmed && now_ - pose_.turned_since >= kConfirmedFor &&
+         inside(apart_rad, kYawConfirmed_rad);
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::correct(AxisFilter<S>& filter, CovarianceInflation<Real>& lag,
+                                      const PoseInnovation<S>& test) {
+  using Filter = AxisFilter<S>;
+  const Real position_m = static_cast<Real>(filter.state(Filter::kP));
+  const Real velocity_m_s = static_cast<Real>(filter.state(Filter::kV));
+  filter.fuse_pose(test);
+  lag.update(static_cast<Real>(test.innovation_m), static_cast<Real>(filter.state(Filter::kP)) - position_m,
+             static_cast<Real>(filter.state(Filter::kV)) - velocity_m_s, test.template normalised_square<Real>(),
+             core::seconds<Real>(pose_.since_use));
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
+  if (!pose.position_w_m.allFinite() || !(pose.yaw_rad - pose.yaw_rad == Real(0))) {
+    ++counters_.not_finite;
+    return;
+  }
+  const Real capture_age_s = core::seconds<Real>(pose.age(now_));
+  if (capture_age_s > static_cast<Real>(kMaxPoseAge_s) || capture_age_s < Real(0)) {
+    ++counters_.poses_stale;
+    return;
+  }
+  if (!started_) {
+    return begin(pose);
+  }
+  // Once the prediction is abandoned, every pose goes to check_reset(): weighted with the sigmas of a second without
+  // poses, one pose would set the velocity.
+  if (pose_.since_use > kPoseLost) {
+    return check_reset(pose);
+  }
+  const Real dropout_s = core::seconds<Real>(pose_.since_use);
+  constexpr Real kHalf_m_s2 = static_cast<Real>(0.5 * kUnseenAcceleration_m_s2);
+  const bool long_dropout = pose_.since_use > kDropout;  // then the gate is the sigmas alone
+  const Real unseen_m =
+      long_dropout ? Real(0)
+                   : kHalf_m_s2 * (dropout_s * dropout_s + static_cast<Real>(kDisturbanceLag_s * kDisturbanceLag_s));
+  Real widest_m = unseen_m;
+  const S age_s = age_of<S, Real>(pose.age(now_));
+  const auto test = [&](const auto& filter, Eigen::Index axis, S speed_m_s, Real lag_m) {
+    const Real sender_m2 = pose.position_variance_m2[axis];
+    const PoseWeight<Real> by =
+        weight_of(sender_m2 > pose_variance_m2_ ? sender_m2 : pose_variance_m2_,
+                  static_cast<Real>(speed_m_s) * pose.time_sigma_s, unseen_m + (long_dropout ? Real(0) : lag_m));
+    widest_m = by.unseen_m > widest_m ? by.unseen_m : widest_m;
+    return filter.test_pose(S(pose.position_w_m[axis]), age_s, S(by.unseen_m), S(by.variance_m2));
+  };
+  const PoseInnovation<S> x = test(x_, 0, x_.state(AxisFilter<S>::kV), lag_m(inflation_x_, dropout_s));
+  const PoseInnovation<S> y = test(y_, 1, y_.state(AxisFilter<S>::kV), lag_m(inflation_y_, dropout_s));
+  const PoseInnovation<S> z = test(height_, 2, height_.state(HeightFilter<S>::kClimb), Real(0));
+  const S turned_rad = yaw_.innovation(S(wrapped_yaw(pose)), age_s);
+  if (!accepts_heading(static_cast<Real>(turned_rad), x.inside && y.inside && z.inside)) {
+    ++counters_.poses_refused;
+    ++pose_.refused_in_a_row;
+    pose_.refusal = refusal_of(static_cast<Real>(turned_rad), widest_m, {x, y, z});
+    return check_reset(pose);
+  }
+  counters_.nis_sum += x.template normalised_square<float>() + y.template normalised_square<float>();
+  correct(x_, inflation_x_, x);
+  correct(y_, inflation_y_, y);
+  height_.fuse_pose(z);
+  inside(static_cast<Real>(turned_rad), kYawGate_rad) ? yaw_.correct(turned_rad, age_s)
+                                                      : yaw_.reset_position(S(wrapped_yaw(pose)));
+  ++counters_.poses_used;
+  record_used(pose, true);
+}
+
+template <typename S, typename Real>
+[[gnu::cold]] void DisturbanceEkf<S, Real>::set_motion(const core::Pose<Real>& pose, bool with_heading) {
+  using Filter = AxisFilter<S>;
+  const core::Vector<Real, 3> velocity_m_s = agreement_.velocity(pose, now_, static_cast<Real>(x_.state(Filter::kTilt)),
+                                                                 static_cast<Real>(y_.state(Filter::kTilt)));
+  const auto set = [&](auto& filter, Eigen::Index axis) {
+    filter.reset_position(S(pose.position_w_m[axis]), S(velocity_m_s[axis]), age_of<S, Real>(pose.age(now_)),
+                          agreement_.variance(pose, now_, axis));
+  };
+  set(x_, 0);
+  set(y_, 1);
+  set(height_, 2);
+  if (with_heading) {
+    yaw_.reset_position(S(wrapped_yaw(pose)));
+  }
+  record_used(pose, with_heading);
+}
+
+template <typename S, typename Real>
+[[gnu::cold]] void DisturbanceEkf<S, Real>::begin(const core::Pose<Real>& pose) {
+  if (!attitude_.is_known || !agreement_.add(pose, now_) || !agreement_.gives_velocity(pose, now_)) {
+    return;
+  }
+  yaw_.start(S(wrapped_yaw(pose)));
+  attitude_.angles.yaw_rad = static_cast<Real>(yaw_.yaw());
+  const core::Tilt<Real> tilt = core::tilt_of(attitude_.angles);
+  x_.start(S(tilt.x_rad));
+  y_.start(S(tilt.y_rad));
+  height_.start();
+  set_motion(pose, true);
+  started_ = true;
+  since_start_ = core::Duration(0);
+  ++counters_.poses_used;
+}
+
+template <typename S, typename Real>
+[[gnu::cold]] void DisturbanceEkf<S, Real>::check_reset(const core::Pose<Real>& pose) {
+  const bool follows = agreement_.add(pose, now_);
+  const bool dropped_out = pose_.since_use > kDropout + agreement_.span(pose, now_);
+  if (!follows || !agreement_.is_confirmed(pose, now_, dropped_out) ||
+      (!dropped_out && since_recovery_ < kResetSpacing)) {
+    return;
+  }
+  recover(dropped_out ? ResetReason::kLongDropout : ResetReason::kPoseMoved);
+  set_motion(pose, pose_.heading_reset == HeadingReset::kFree);
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::recover(ResetReason reason) {
+  ++counters_.recoveries;
+  counters_.last_recovery = reason;
+  since_recovery_ = core::Duration(0);
+}
+
+template <typename S, typename Real>
+[[gnu::cold]] void DisturbanceEkf<S, Real>::restart() {
+  started_ = false;
+  attitude_.is_known = false;
+  attitude_.refused_in_a_row = 0;
+  pose_.refused_in_a_row = 0;
+  agreement_.end_row();
+  x_.start(S(0));
+  y_.start(S(0));
+  height_.start();
+  yaw_.start(S(0));
+  attitude_.yaw_rate_rad_s = Real(0);
+}
+
+template <typename S, typename Real>
+AxisEstimate<Real> DisturbanceEkf<S, Real>::estimate_of(const AxisFilter<S>& f,
+                                                        const CovarianceInflation<Real>& lag) const {
+  using Filter = AxisFilter<S>;
+  const auto state = [&f](typename Filter::StateIndex i) { return static_cast<Real>(f.state(i)); };
+  const auto covariance = [&f](int row, int col) { return static_cast<Real>(f.covariance(row, col)); };
+  // A time of capture that is wrong by dt makes the position wrong by velocity dt, the velocity by acceleration dt.
+  const Real way_m = state(Filter::kV) * pose_.time_sigma_s;
+  const Real speed_change_m_s = static_cast<Real>(model::kGravity_m_s2) * state(Filter::kTilt) * pose_.time_sigma_s;
+  const Real own_m2 = covariance(Filter::kP, Filter::kP);
+  const typename CovarianceInflation<Real>::Covariance inflated = lag.inflated(
+      {.pp_m2 = own_m2, .pv_m2_s = covariance(Filter::kV, Filter::kP), .vv_m2_s2 = covariance(Filter::kV, Filter::kV)},
+      core::seconds<Real>(pose_.age), core::seconds<Real>(pose_.since_use), pose_.acceleration_stored);
+  return {.position_m = state(Filter::kP),
+          .velocity_m_s = state(Filter::kV),
+          .tilt_rad = state(Filter::kTilt),
+          .tilt_rate_rad_s = state(Filter::kRate),
+          .disturbance_m_s2 = state(Filter::kD),
+          .input_offset_rad = state(Filter::kM),
+          .position_variance_m2 = inflated.pp_m2 + way_m * way_m,
+          .filter_variance_m2 = own_m2 + way_m * way_m,
+          .position_velocity_m2_s = inflated.pv_m2_s,
+          .velocity_variance_m2_s2 = inflated.vv_m2_s2 + speed_change_m_s * speed_change_m_s};
+}
+
+template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::update_estimate() {
-  constexpr Real kPerUnit = static_cast<Real>(1.0 / kTimeUnit_s);
-  const auto real = [](S value) { return core::Arithmetic<S>::template real<Real>(value); };
   Estimate<Real>& e = estimate_;
   e.x = estimate_of(x_, inflation_x_);
   e.y = estimate_of(y_, inflation_y_);
-  e.height_m = real(height_.state(HeightFilter<S>::kZ));
-  e.climb_m_s = real(height_.state(HeightFilter<S>::kClimb)) * kPerUnit;
-  e.climb_offset_m_s = real(height_.state(HeightFilter<S>::kOffset)) * kPerUnit;
-  e.pose_height_variance_m2 =
-      real(height_.scaled_pose_height_variance()) * power_of_two<Real>(2 * HeightFilter<S>::kHeightScale);
-  e.height_gain = real(height_.gain());
-  e.climb_gain_per_s = real(height_.climb_gain()) * kPerUnit;
-  e.yaw_rad = real(yaw_.yaw());
+  e.height_m = static_cast<Real>(height_.state(HeightFilter<S>::kZ));
+  e.climb_m_s = static_cast<Real>(height_.state(HeightFilter<S>::kClimb));
+  e.climb_offset_m_s = static_cast<Real>(height_.state(HeightFilter<S>::kOffset));
+  e.pose_height_variance_m2 = static_cast<Real>(height_.pose_height_variance());
+  e.height_gain = static_cast<Real>(height_.gain());
+  e.climb_gain_per_s = static_cast<Real>(height_.climb_gain());
+  e.yaw_rad = static_cast<Real>(yaw_.yaw());
   e.heading_sin_cos = heading_;
-  e.yaw_rate_rad_s = real(yaw_.yaw_rate()) * kPerUnit;
+  e.yaw_rate_rad_s = static_cast<Real>(yaw_.yaw_rate());
   e.pose_age = pose_.age;
   e.refused_poses = pose_.refused_in_a_row;
   e.refused_for = pose_.refused_in_a_row > 0 ? agreement_.lasted() : core::Duration{0};
@@ -212,14 +386,6 @@ void DisturbanceEkf<S, Real>::update_estimate() {
   e.attitude_is_known = attitude_.age <= (attitude_.is_refused ? kAttitudeDoubted : kAttitudeSilent);
   e.prediction_valid = started_ && since_start_ >= kSettling && e.attitude_is_known;
   e.healthy = e.prediction_valid && pose_.since_use <= kPoseLost;
-}
-
-template <typename S, typename Real>
-EkfCounters DisturbanceEkf<S, Real>::counters() const {
-  EkfCounters counters = counters_;
-  counters.covariance = x_.health() + y_.health() + height_.health() + yaw_.health();
-  counters.covariance.saturations += commands_.saturations();
-  return counters;
 }
 
 template class DisturbanceEkf<double, double>;

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <string_view>
 
-#include "firmware/core/fixed_point.h"
 #include "firmware/core/tick_count.h"
 #include "firmware/core/tilt.h"
 #include "firmware/core/time.h"
@@ -49,7 +48,6 @@ struct EkfCounters {
   ResetReason last_recovery = ResetReason::kNone;
   /// Sum of the normalised squared innovations (NIS) of all used poses, both horizontal axes; expected: 2 per pose.
   float nis_sum = 0.F;
-  CovarianceHealth covariance;  ///< of all filters together
 };
 
 /// Estimates state and disturbance from telemetry and commands: two horizontal axes (AxisFilter), height, yaw.
@@ -81,57 +79,49 @@ class DisturbanceEkf {
   /// The result of the last update().
   const Estimate<Real>& estimate() const { return estimate_; }
 
-  EkfCounters counters() const;
+  const EkfCounters& counters() const { return counters_; }
   /// Subtracts the share of the input offset that the sticks' neutrals took over. Until the next stick acts, the tilt
   /// is wrong by the share of one delay, 0.1 s, in kLearned_s of TrimMonitor: 5 % of the offset.
   void reduce_input_offset(Real share) {
-    x_.reduce_input_offset(core::Arithmetic<S>::template number<Real>(share));
-    y_.reduce_input_offset(core::Arithmetic<S>::template number<Real>(share));
+    x_.reduce_input_offset(S(share));
+    y_.reduce_input_offset(S(share));
   }
   /// The tilt about both axes of the yaw-free frame that the model predicts from the commands alone; rad.
   core::Vector<Real, 2> model_tilt_rad() const {
-    return {core::Arithmetic<S>::template real<Real>(x_.model_tilt()),
-            core::Arithmetic<S>::template real<Real>(y_.model_tilt())};
+    return {static_cast<Real>(x_.model_tilt()), static_cast<Real>(y_.model_tilt())};
   }
 
  private:
-  static AxisModel axis_model(const model::Vehicle& vehicle, const model::StickAxis& axis, double sign);
   void predict_tick();
   void fuse_attitude(const typename Measurement<Real>::Attitude& attitude);
   void fuse_pose(const core::Pose<Real>& pose);
   void fuse_specific_force(const DisturbanceAcceleration<Real>& disturbance_acceleration);
-  /// Measurement variance of a pose on one axis, and the distance that passes the gate whatever the sigmas are.
-  struct Weight {
-    float variance_m2 = 0.F;
-    S unseen_m{};
-  };
-  /// The variance is the larger of the vehicle file's and the sender's, plus the square of the distance flown in the
-  /// uncertainty of the time of capture. The gate uses all of this distance, the variance at most kMaxTimingError_m.
-  Weight weight(Real sender_variance_m2, Real time_sigma_s, S speed, Real unseen_m) const;
-  void begin(const core::Pose<Real>& pose, const MeasurementAge<S>& age);
-  void set_motion(const core::Pose<Real>& pose, const MeasurementAge<S>& age, bool with_heading);
+  /// Starts the filter when an attitude is known and a row of agreeing poses spans kBaseline. These poses also give the
+  /// initial velocity.
+  void begin(const core::Pose<Real>& pose);
+  /// Sets position, velocity and, if `with_heading`, yaw from the newest of a row of agreeing poses.
+  void set_motion(const core::Pose<Real>& pose, bool with_heading);
   /// Records that this pose has corrected, started or reset the state.
   void record_used(const core::Pose<Real>& pose, bool heading_used);
-  void check_reset(const core::Pose<Real>& pose, const MeasurementAge<S>& age);
+  void check_reset(const core::Pose<Real>& pose);
   /// The heading of the estimate less that of the autopilot.
   Real heading_offset_rad() const;
   /// Whether a pose that turned by so much may correct the state: it follows the predicted motion, and its heading lies
   /// inside the gate or is confirmed (HeadingReset::kConfirmed). A source that announces its reset would count here.
-  bool accepts_heading(S turned, bool follows);
+  bool accepts_heading(Real turned_rad, bool follows);
   void recover(ResetReason reason);
   void restart();
   void update_estimate();
   AxisEstimate<Real> estimate_of(const AxisFilter<S>& filter, const CovarianceInflation<Real>& lag) const;
   /// Corrects one axis by a pose that passed the gate.
-  void correct(AxisFilter<S>& filter, CovarianceInflation<Real>& lag,
-               const typename AxisFilter<S>::PoseInnovation& test);
+  void correct(AxisFilter<S>& filter, CovarianceInflation<Real>& lag, const PoseInnovation<S>& test);
 
   AxisFilter<S> x_;
   AxisFilter<S> y_;
   CovarianceInflation<Real> inflation_x_, inflation_y_;
   HeightFilter<S> height_;
   YawFilter<S> yaw_;
-  CommandHistory<S, Real> commands_;
+  CommandHistory<Real> commands_;
   core::CachedSinCos<Real> heading_;
   Real pose_variance_m2_;  ///< the vehicle file's
   bool started_ = false;
@@ -147,7 +137,7 @@ class DisturbanceEkf {
     core::Duration age{0};  ///< of the newest that was used
     core::Euler<Real> angles{};
     Real reported_yaw_rad{0};  ///< by the autopilot
-    S yaw_rate{};              ///< by the gyroscopes
+    Real yaw_rate_rad_s{0};    ///< by the gyroscopes
   } attitude_;
   /// The newest pose that was used, and the refused ones after it.
   struct {

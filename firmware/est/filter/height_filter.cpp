@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/est/filter/height_filter.h"
 
-#include <string_view>
-
-#include "firmware/est/filter/units.h"
+#include <array>
 
 namespace m100::est {
 namespace {
@@ -11,135 +9,85 @@ namespace {
 // Process noise per sqrt(s), found together with the gains of ctl/law/altitude_pid.cpp: of all with which every
 // corner keeps 6 dB and 45 degrees, those with the least error in hover.
 // The autopilot's climb loop has an error of about 0.07 m/s in still air.
-constexpr double kHeightProcess_m = 1e-3, kClimbProcess_m_s = 0.47, kRateProcess_m_s2 = 0.51;
-constexpr double kOffsetProcess_m_s = 0.025;
-/// Of the states: 100 m, 10 m/s, 50 m/s^2 and 1 m/s.
-constexpr std::array kLimits{100.0, 10.0 * kTimeUnit_s, 50.0 * kTimeUnit_s* kTimeUnit_s, 1.0 * kTimeUnit_s};
+constexpr std::array kProcess{1e-3, 0.47, 0.51, 0.025};
+template <typename S>
+constexpr typename Kalman<S, 4>::Limits kLimits{S(100.0), S(10.0), S(50.0), S(1.0)};
+constexpr std::array kInitialSigma{0.13, 0.8, 4.9, 0.8};
 
-// Scales: a state's unit in the covariance is 2^scale. The first poses stay below the ceiling when they are 250 ms old,
-// and with a climb time constant of 10 ms. At the start the sigmas are 0.13 m, 0.8 m/s, 4.9 m/s^2 and 0.8 m/s.
-constexpr std::array<int, 4> kScale{HeightFilter<float>::kHeightScale, -4, 1, -4};
-constexpr std::array kInitialVariance{16.0, 64.0, 1.0, 64.0};
-
-struct Transition {
-  static constexpr std::array<std::string_view, 4> kRows{"1xxx", "0xxx", "0xxx", "0001"};
-};
-struct MeasuresHeight {
-  static constexpr std::string_view kRow = "1x00";
-};
+/// H v of a height of a time ago.
+template <typename S>
+auto height_of(S age_s) {
+  using Filter = HeightFilter<S>;
+  return [age_s](const auto& v) -> S { return v(Filter::kZ) - v(Filter::kClimb) * age_s; };
+}
 
 }  // namespace
 
 template <typename S>
-[[gnu::cold]] HeightFilter<S>::HeightFilter(const model::StickAxis& climb, double pose_sigma_m) {
-  const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
-  const model::AxisStep step = tick_of(climb);
-  const double o_r = step.o_r / kTimeUnit_s, ro = step.ro * kTimeUnit_s;
-  response_ = ResponseStep<S>::of(step);
-  const auto ratio = [](std::size_t from, std::size_t to) { return power_of_two(kScale[from] - kScale[to]); };
-  const double half_tick = 0.5 * kTick_s / kTimeUnit_s;
-  // z+ = z + T (w + w+) / 2
-  phi_[kZ][kClimb] = number(half_tick * (1.0 + step.oo) * ratio(kClimb, kZ));
-  phi_[kZ][kRate] = number(half_tick * o_r * ratio(kRate, kZ));
-  phi_[kZ][kOffset] = number(half_tick * step.o_u * ratio(kOffset, kZ));
-  phi_[kClimb][kClimb] = response_.oo;
-  phi_[kClimb][kRate] = number(o_r * ratio(kRate, kClimb));
-  phi_[kClimb][kOffset] = number(step.o_u * ratio(kOffset, kClimb));
-  phi_[kRate][kClimb] = number(ro * ratio(kClimb, kRate));
-  phi_[kRate][kRate] = response_.rr;
-  phi_[kRate][kOffset] = number((step.r_u + step.r_next) * kTimeUnit_s * ratio(kOffset, kRate));
-  const double sigma[] = {kHeightProcess_m, kClimbProcess_m_s * kTimeUnit_s,
-                          kRateProcess_m_s2 * kTimeUnit_s * kTimeUnit_s, kOffsetProcess_m_s * kTimeUnit_s};
-  for (std::size_t i = 0; i < q_.size(); ++i) {
-    const double scaled = sigma[i] * power_of_two(-kScale[i]);
-    q_[i] = number(scaled * scaled * kTick_s);
-  }
-  const double pose = pose_sigma_m * power_of_two(-kScale[kZ]);
-  pose_variance_ = number(pose * pose);
-  pose_rate_ = number(ratio(kClimb, kZ));
+[[gnu::cold]] HeightFilter<S>::HeightFilter(const model::StickAxis& climb, double pose_sigma_m)
+    : response_(ResponseStep<S>::of(tick_of(climb))), pose_variance_{S(pose_sigma_m * pose_sigma_m)} {
+  q_ = (core::Vector<double, kStates>(kProcess.data()).cwiseAbs2() * kTick_s).template cast<S>();
   start();
 }
 
 template <typename S>
 [[gnu::cold]] void HeightFilter<S>::start() {
-  x_ = {};
-  covariance_.set_diagonal(kInitialVariance);
+  filter_.start(core::Vector<double, kStates>(kInitialSigma.data()));
   history_ = {};
 }
 
 template <typename S>
-void HeightFilter<S>::clamp_states() {
-  for (std::size_t i = 0; i < x_.size(); ++i) {
-    x_[i] = limited(x_[i], kLimits[i]);
-  }
-}
-
-template <typename S>
 void HeightFilter<S>::predict(const ActingInputs<S>& input) {
-  auto& a = covariance_.arithmetic();
-  const auto next = response_.advance(a, {.output = x_[kClimb], .rate = x_[kRate]}, input, x_[kOffset]);
-  const auto change = a.widen(next.output) - a.widen(x_[kClimb]);
-  history_.add(a.narrow(a.scaled(change, -kTickExponent)));
-  x_[kZ] = a.narrow(a.widen(x_[kZ]) + a.scaled(a.widen(x_[kClimb]) + a.widen(next.output), kTickExponent - 1));
-  x_[kClimb] = next.output;
-  x_[kRate] = next.rate;
-  covariance_.template predict<Transition>(phi_, q_);
-  clamp_states();
+  auto& x = filter_.x;
+  const auto next = response_.advance({.output = x(kClimb), .rate = x(kRate)}, input, x(kOffset));
+  history_.add((next.output - x(kClimb)) * S(1.0 / kTick_s));
+  x(kZ) += (x(kClimb) + next.output) * S(0.5 * kTick_s);
+  x(kClimb) = next.output;
+  x(kRate) = next.rate;
+  const S rate_per_offset = response_.r_u + response_.r_next;
+  filter_.predict(
+      [&](const auto& v) {  // F v
+        const S climb = response_.oo * v(kClimb) + response_.o_r * v(kRate) + response_.o_u * v(kOffset);
+        const S rate = response_.ro * v(kClimb) + response_.rr * v(kRate) + rate_per_offset * v(kOffset);
+        return core::Vector<S, kStates>{v(kZ) + (v(kClimb) + climb) * S(0.5 * kTick_s), climb, rate, v(kOffset)};
+      },
+      q_);
+  filter_.clamp(kLimits<S>);
 }
 
 template <typename S>
-typename HeightFilter<S>::PoseInnovation HeightFilter<S>::test_pose(S height, const MeasurementAge<S>& age, S unseen_m,
-                                                                    float sender_variance_m2) {
-  auto& a = covariance_.arithmetic();
-  PoseInnovation test;
-  const typename Covariance::Column h{S{}, a.narrow(-a.product(age.units, pose_rate_))};
-  test.noise = larger_variance(pose_variance_, sender_variance_m2, kScale[kZ], kMaxFixedPose);
-  test.projection = covariance_.template project<MeasuresHeight>(h, test.noise);
-  const auto expected =
-      a.widen(x_[kZ]) - a.product(age.units, x_[kClimb]) + a.widen(history_.displacement(a, age.ticks));
-  test.innovation = a.narrow(a.widen(height) - expected);
-  test.scale = kScale[kZ];
-  test.inside = inside_gate(a, test.innovation, test.projection.s, test.noise, test.scale, unseen_m);
+PoseInnovation<S> HeightFilter<S>::test_pose(S height_m, S age_s, S unseen_m, S sender_variance_m2) const {
+  const auto h = height_of(age_s);
+  PoseInnovation<S> test;
+  test.age_s = age_s;
+  test.innovation_m = height_m - h(filter_.x) - history_.displacement(age_s);
+  test.noise_m2 = sender_variance_m2 > pose_variance_ ? sender_variance_m2 : pose_variance_;
+  test.variance_m2 = filter_.variance_of(h) + test.noise_m2;
+  test.inside = inside_gate(test.innovation_m, test.variance_m2, test.noise_m2, unseen_m);
   return test;
 }
 
 template <typename S>
-void HeightFilter<S>::fuse_pose(const PoseInnovation& test) {
-  auto& a = covariance_.arithmetic();
-  const auto gain = covariance_.update(test.projection);
-  gain_ = gain[kZ];
-  pose_height_variance_ = a.narrow(a.product(gain[kZ], test.noise));
-  climb_gain_ = a.narrow(a.product(gain[kClimb], pose_rate_));
-  add_correction(a, x_, gain, test.innovation, kScale, kZ);
-  clamp_states();
-  covariance_.check();
+void HeightFilter<S>::fuse_pose(const PoseInnovation<S>& test) {
+  const core::Vector<S, kStates> gain = filter_.correct_joseph(height_of(test.age_s), test.innovation_m, test.noise_m2);
+  gain_ = gain(kZ);
+  climb_gain_ = gain(kClimb);
+  pose_height_variance_ = gain(kZ) * test.noise_m2;
+  filter_.clamp(kLimits<S>);
 }
 
 template <typename S>
-[[gnu::cold]] void HeightFilter<S>::reset_position(S height, S climb, const MeasurementAge<S>& age,
-                                                   const MotionVariance& variance) {
-  auto& a = covariance_.arithmetic();
-  x_[kClimb] = climb;
-  x_[kZ] = a.narrow(a.widen(height) + a.product(age.units, x_[kClimb]) - a.widen(history_.displacement(a, age.ticks)));
-  const auto initial = [](int state, float wanted) {
-    const auto i = static_cast<std::size_t>(state);
-    const S least = core::Arithmetic<S>::template number<double>(kInitialVariance[i]);
-    return larger_variance(least, wanted, kScale[i], kMaxFixedReset);
-  };
-  covariance_.decouple(kZ, initial(kZ, variance.position_m2));
-  covariance_.decouple(kClimb, initial(kClimb, variance.velocity_m2));
-  clamp_states();
+[[gnu::cold]] void HeightFilter<S>::reset_position(S height_m, S climb_m_s, S age_s, const MotionVariance& variance) {
+  filter_.x(kClimb) = climb_m_s;
+  filter_.x(kZ) = height_m + age_s * climb_m_s - history_.displacement(age_s);
+  filter_.decouple(kZ, variance.position_m2, kInitialSigma[kZ], kLimits<S>[kZ]);
+  filter_.decouple(kClimb, variance.velocity_m2_s2, kInitialSigma[kClimb], kLimits<S>[kClimb]);
+  filter_.clamp(kLimits<S>);
 }
 
 template <typename S>
 bool HeightFilter<S>::is_sane() const {
-  bool sane = true;
-  for (std::size_t i = 0; i < x_.size(); ++i) {
-    const S variance = covariance_(static_cast<int>(i), static_cast<int>(i));
-    sane = sane && inside(x_[i], kLimits[i]) && variance > S{} &&
-           variance < core::Arithmetic<S>::template number<double>(1.2 * Covariance::kCeiling);
-  }
-  return sane;
+  return filter_.is_valid(kLimits<S>);
 }
 
 template class HeightFilter<double>;

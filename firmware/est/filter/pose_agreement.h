@@ -7,10 +7,15 @@
 #include "firmware/core/maths.h"
 #include "firmware/core/pose.h"
 #include "firmware/core/time.h"
-#include "firmware/est/filter/units.h"
 #include "firmware/model/vehicle.h"
 
 namespace m100::est {
+
+/// Variances of a position and a velocity as poses give them at a start or a reset.
+struct MotionVariance {
+  double position_m2 = 0.0;
+  double velocity_m2_s2 = 0.0;
+};
 
 /// A sequence of poses in which each pose agrees with the one before: their distance is at most 30 mm, plus 6 m/s times
 /// the time between their captures, plus three sigmas of the noise that the sender states for both poses. The
@@ -39,17 +44,35 @@ class PoseAgreement {
     return follows;
   }
   /// The present velocity: the mean velocity from the first pose of the row to this one, plus what the tilt has added
-  /// since the middle of that time. Metres per unit of time.
+  /// since the middle of that time; m/s.
   Vector3 velocity(const core::Pose<Real>& pose, core::TimePoint now, Real tilt_x_rad, Real tilt_y_rad) const {
     const Real span_s = core::seconds<Real>(since_first_ - pose.age(now));
     constexpr Real kGravity = static_cast<Real>(model::kGravity_m_s2);
     const Vector3 acceleration{kGravity * core::tan(tilt_x_rad), -kGravity * core::tan(tilt_y_rad), Real(0)};
     const Real later_s = Real(0.5) * span_s + core::seconds<Real>(pose.age(now));  // from the middle of the span to now
-    const Vector3 velocity = (pose.position_w_m - first_.position_w_m) / span_s + acceleration * later_s;
-    return velocity * static_cast<Real>(kTimeUnit_s);
+    return (pose.position_w_m - first_.position_w_m) / span_s + acceleration * later_s;
+  }
+  /// Variances of the newest position, predicted to now, and of velocity(), on one axis. With poses of variance r, the
+  /// velocity (newest - first) / span has the variance 2 r / span^2, and the position, newest + age velocity, has
+  /// r ((1 + age/span)^2 + (age/span)^2). Their covariance is left out; twice the variances bound what it adds.
+  MotionVariance variance(const core::Pose<Real>& pose, core::TimePoint now, Eigen::Index axis) const {
+    const double span_s = core::seconds<double>(span(pose, now));
+    const double share = core::seconds<double>(pose.age(now)) / span_s;
+    const double twice_m2 = 2.0 * static_cast<double>(pose.position_variance_m2[axis]);
+    return {.position_m2 = twice_m2 * (1.0 + 2.0 * share * (1.0 + share)),
+            .velocity_m2_s2 = 2.0 * twice_m2 / (span_s * span_s)};
+  }
+  /// Whether the row spans 0.1 s, the least for a velocity.
+  bool gives_velocity(const core::Pose<Real>& pose, core::TimePoint now) const {
+    return span(pose, now) >= std::chrono::milliseconds(100);
+  }
+  /// Whether the row may set the state: ten poses over 0.5 s (longer than Limits::gate_shut: the failsafe reacts
+  /// first), after a dropout three that give a velocity.
+  bool is_confirmed(const core::Pose<Real>& pose, core::TimePoint now, bool dropped_out) const {
+    return dropped_out ? count_ >= 3 && gives_velocity(pose, now)
+                       : count_ >= 10 && span(pose, now) >= std::chrono::milliseconds(500);
   }
   void end_row() { count_ = 0; }
-  std::uint32_t count() const { return count_; }
   /// From the capture of the row's first pose to that of this one.
   core::Duration span(const core::Pose<Real>& pose, core::TimePoint now) const { return since_first_ - pose.age(now); }
   /// Time from the arrival of the row's first pose to that of its last.

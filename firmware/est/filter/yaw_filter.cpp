@@ -2,104 +2,69 @@
 #include "firmware/est/filter/yaw_filter.h"
 
 #include <array>
-#include <string_view>
 
-#include "firmware/core/maths.h"
-#include "firmware/est/filter/filter_math.h"
-#include "firmware/est/filter/units.h"
+#include "firmware/est/filter/response_step.h"
 
 namespace m100::est {
 namespace {
 
-constexpr double kYawScale = 1.0 / 256.0;   // 2^-8 rad
-constexpr double kBiasScale = 1.0 / 512.0;  // 2^-9 rad per unit
-constexpr int kBiasShift = -1;
-constexpr double kYawProcess_rad = 3e-3;     // per sqrt(s)
-constexpr double kBiasProcess_rad_s = 1e-3;  // per sqrt(s)
-constexpr double kBiasLimit = 0.2 * kTimeUnit_s;
-constexpr double kRateLimit = 10.0 * kTimeUnit_s;
-constexpr double kInitialVariance = 64.0;
+constexpr std::array kProcess{3e-3, 1e-3};  // rad and rad/s, per sqrt(s)
+constexpr std::array kInitialSigma{0.03, 0.025};
+template <typename S>
+constexpr typename Kalman<S, 2>::Limits kLimits{S(3.15), S(0.2)};
+constexpr double kRateLimit_rad_s = 10.0;
 
-struct Transition {
-  static constexpr std::array<std::string_view, 2> kRows{"1x", "01"};
-};
-struct MeasuresYaw {
-  static constexpr std::string_view kRow = "1x";
-};
+/// The angle, which is less than one turn outside, in (-pi, pi].
+template <typename S>
+S wrapped(S angle_rad) {
+  const S pi = S(core::kPi), turn = S(2.0 * core::kPi);
+  return angle_rad > pi ? angle_rad - turn : angle_rad > S(-core::kPi) ? angle_rad : angle_rad + turn;
+}
 
 }  // namespace
 
 template <typename S>
-YawFilter<S>::YawFilter(double yaw_sigma_rad) {
-  const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
-  phi_[0][1] = number(-kTick_s / kTimeUnit_s * kBiasScale / kYawScale);
-  const double yaw = kYawProcess_rad / kYawScale;
-  const double bias = kBiasProcess_rad_s * kTimeUnit_s / kBiasScale;
-  q_ = {number(yaw * yaw * kTick_s), number(bias * bias * kTick_s)};
-  const double sigma = yaw_sigma_rad / kYawScale;
-  variance_ = number(sigma * sigma);
-  start(S{});
+YawFilter<S>::YawFilter(double yaw_sigma_rad) : variance_{S(yaw_sigma_rad * yaw_sigma_rad)} {
+  start(S(0));
 }
 
 template <typename S>
-void YawFilter<S>::start(S yaw) {
-  yaw_ = wrapped(yaw);
-  bias_ = S{};
-  rate_ = S{};
-  covariance_.set_diagonal({kInitialVariance, kInitialVariance});
+void YawFilter<S>::start(S yaw_rad) {
+  filter_.start(core::Vector<double, 2>(kInitialSigma.data()));
+  filter_.x(kYaw) = wrapped(yaw_rad);
+  rate_ = S(0);
 }
 
 template <typename S>
-S YawFilter<S>::wrapped(S angle) {
-  auto& a = covariance_.arithmetic();
-  const S pi = core::Arithmetic<S>::template number<double>(core::kPi);
-  const S turn = core::Arithmetic<S>::template number<double>(2.0 * core::kPi);
-  const S minus_pi = core::Arithmetic<S>::template number<double>(-core::kPi);
-  if (angle > pi) {
-    return a.narrow(a.widen(angle) - a.widen(turn));
-  }
-  return angle > minus_pi ? angle : a.narrow(a.widen(angle) + a.widen(turn));
+void YawFilter<S>::predict(S yaw_rate_rad_s) {
+  const core::Vector<S, 2> q{S(kProcess[kYaw] * kProcess[kYaw] * kTick_s),
+                             S(kProcess[kBias] * kProcess[kBias] * kTick_s)};
+  rate_ = core::clamp(yaw_rate_rad_s, S(-kRateLimit_rad_s), S(kRateLimit_rad_s)) - filter_.x(kBias);
+  filter_.x(kYaw) = wrapped(filter_.x(kYaw) + rate_ * S(kTick_s));
+  filter_.predict([](const auto& v) { return core::Vector<S, 2>{v(kYaw) - v(kBias) * S(kTick_s), v(kBias)}; }, q);
 }
 
 template <typename S>
-void YawFilter<S>::predict(S yaw_rate) {
-  auto& a = covariance_.arithmetic();
-  rate_ = a.narrow(a.widen(limited(yaw_rate, kRateLimit)) - a.widen(bias_));
-  yaw_ = wrapped(a.narrow(a.widen(yaw_) + a.scaled(a.widen(rate_), kTickExponent)));
-  covariance_.template predict<Transition>(phi_, q_);
+S YawFilter<S>::innovation(S yaw_rad, S age_s) const {
+  return wrapped(wrapped(yaw_rad - filter_.x(kYaw)) + age_s * rate_);
 }
 
 template <typename S>
-S YawFilter<S>::innovation(S yaw, const MeasurementAge<S>& age) {
-  auto& a = covariance_.arithmetic();
-  const S seen = wrapped(a.narrow(a.widen(yaw) - a.widen(yaw_)));
-  return wrapped(a.narrow(a.widen(seen) + a.product(age.units, rate_)));
+void YawFilter<S>::correct(S innovation_rad, S age_s) {
+  filter_.correct([age_s](const auto& v) -> S { return v(kYaw) + v(kBias) * age_s; }, innovation_rad, variance_);
+  filter_.x(kYaw) = wrapped(filter_.x(kYaw));
+  filter_.clamp(kLimits<S>);
 }
 
 template <typename S>
-void YawFilter<S>::correct(S innovation, const MeasurementAge<S>& age) {
-  auto& a = covariance_.arithmetic();
-  typename Covariance::Column h{};
-  h[1] = a.narrow(a.scaled(a.widen(age.units), kBiasShift));  // the bias has acted on the prediction during the age
-  const auto gain = covariance_.update(covariance_.template project<MeasuresYaw>(h, variance_));
-  yaw_ = wrapped(a.narrow(a.widen(yaw_) + a.product(gain[0], innovation)));
-  const auto correction = a.scaled(a.product(gain[1], innovation), kBiasShift);
-  bias_ = limited(a.narrow(a.widen(bias_) + correction), kBiasLimit);
-  covariance_.check();
-}
-
-template <typename S>
-void YawFilter<S>::reset_position(S yaw) {
-  yaw_ = wrapped(yaw);
-  covariance_.decouple(0, core::Arithmetic<S>::template number<double>(kInitialVariance));
+void YawFilter<S>::reset_position(S yaw_rad) {
+  filter_.x(kYaw) = wrapped(yaw_rad);
+  filter_.decouple(kYaw, 0.0, kInitialSigma[kYaw], kLimits<S>[kYaw]);
 }
 
 template <typename S>
 bool YawFilter<S>::is_sane() const {
-  const S pi = core::Arithmetic<S>::template number<double>(3.15);
-  const S minus_pi = core::Arithmetic<S>::template number<double>(-3.15);
-  return yaw_ <= pi && yaw_ >= minus_pi && bias_ == bias_ && rate_ == rate_ && covariance_(0, 0) > S{} &&
-         covariance_(1, 1) > S{};
+  return filter_.is_valid(kLimits<S>) && rate_ == rate_;
 }
 
 template class YawFilter<double>;

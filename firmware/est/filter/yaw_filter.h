@@ -1,39 +1,35 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "firmware/est/filter/acceleration_history.h"
-#include "firmware/est/filter/scaled_covariance.h"
+#include "firmware/est/filter/kalman.h"
 
 namespace m100::est {
 
 /// Kalman filter of the heading in the world of the pose source, predicted by the gyro: yaw' = gyro - bias, bias' = 0.
-/// The internal time unit is 0.64 s. Measurement: yaw of `age` ago. yaw is in (-pi, pi], |bias| <= 0.2 rad/s.
+/// Measurement: yaw of a time a ago, H = (1, a), because the bias has acted on the prediction during the age. yaw is in
+/// (-pi, pi], |bias| <= 0.2 rad/s.
 template <typename S>
 class YawFilter {
  public:
-  using Covariance = ScaledCovariance<S, 2>;
   explicit YawFilter(double yaw_sigma_rad);
-  void start(S yaw);
-  /// Advances one tick at a measured yaw rate, rad per unit.
-  void predict(S yaw_rate);
-  /// Innovation of a yaw of `age` ago, in (-pi, pi].
-  S innovation(S yaw, const MeasurementAge<S>& age);
-  void correct(S innovation, const MeasurementAge<S>& age);
-  void reset_position(S yaw);
-  S yaw() const { return yaw_; }
-  /// Gyro rate less its bias, rad per unit.
+  void start(S yaw_rad);
+  /// Advances one tick at a measured yaw rate.
+  void predict(S yaw_rate_rad_s);
+  /// Innovation of a yaw of `age_s` ago, in (-pi, pi].
+  S innovation(S yaw_rad, S age_s) const;
+  void correct(S innovation_rad, S age_s);
+  void reset_position(S yaw_rad);
+  S yaw() const { return filter_.x(kYaw); }
+  /// Gyro rate less its bias, rad/s.
   S yaw_rate() const { return rate_; }
   bool is_sane() const;
-  CovarianceHealth health() const { return covariance_.health(); }
 
  private:
-  S wrapped(S angle);
+  enum StateIndex : int { kYaw, kBias };
 
-  S yaw_{}, bias_{}, rate_{};
-  S variance_{};
-  typename Covariance::Matrix phi_{};
-  typename Covariance::Column q_{};
-  Covariance covariance_;
+  Kalman<S, 2> filter_;
+  S rate_{0};
+  S variance_;
 };
 
 }  // namespace m100::est

@@ -12,7 +12,7 @@ using Column = Eigen::VectorXd;
 using Index = Eigen::Index;
 enum Filter : Index { kP, kV, kTilt, kRate, kD, kM };
 
-/// The observer uses at least this time constant for an axis of first order (est/filter/filter_math.h).
+/// The observer uses at least this time constant for an axis of first order (est/filter/response_step.h).
 constexpr double kFastest_s = 0.01;
 /// Ticks of a minute of flight, in which the slowest mode of the observer, the offset, has settled.
 constexpr int kObserverIterations = 6000;

@@ -57,7 +57,7 @@ struct HeightLoop {
         timing(loop_timing),
         steady(vehicle.climb, model::flown_noise(vehicle).pose_position_sigma_m) {
     for (std::size_t tick = 0; tick < kSettles_ticks; ++tick) {
-      steady.fuse_pose(steady.test_pose(0.0, age, 0.0, 0.F));
+      steady.fuse_pose(steady.test_pose(0.0, age_s, 0.0, 0.0));
       steady.predict({});
     }
   }
@@ -68,15 +68,14 @@ struct HeightLoop {
     model::Vehicle truth = believed;
     truth.climb = climb;
     est::HeightFilter<double> filter = steady, vehicle(climb, 1.0);  // the vehicle only predicts
-    est::CommandHistory<double, double> told(believed), given(truth);
+    est::CommandHistory<double> told(believed), given(truth);
     ctl::AltitudePid<double> law(believed.altitude.design ? ctl::design_altitude(believed.climb, believed.altitude)
                                                           : believed.altitude);
     std::vector<double> heights(timing.pose_age_ticks, 0.0), response;
     for (std::size_t tick = 0; tick < kSettles_ticks; ++tick) {
       heights.push_back(vehicle.state(vehicle.kZ));
-      filter.fuse_pose(filter.test_pose(heights[tick], age, 0.0, 0.F));
-      const double commanded =
-          law.update({}, filter.state(filter.kZ), filter.state(filter.kClimb) / est::kTimeUnit_s, est::kTick_s);
+      filter.fuse_pose(filter.test_pose(heights[tick], age_s, 0.0, 0.0));
+      const double commanded = law.update({}, filter.state(filter.kZ), filter.state(filter.kClimb), est::kTick_s);
       if (tick % timing.command_ticks == 0) {
         response.push_back(commanded);
       }
@@ -106,8 +105,7 @@ struct HeightLoop {
 
   model::Vehicle believed;
   LoopTiming timing;
-  est::MeasurementAge<double> age =
-      est::MeasurementAge<double>::of(static_cast<double>(timing.pose_age_ticks) * est::kTick_s);
+  double age_s = std::min(static_cast<double>(timing.pose_age_ticks) * est::kTick_s, est::kMaxPoseAge_s);
   est::HeightFilter<double> steady;
 };
 

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "firmware/est/filter/axis_filter.h"
-#include "firmware/est/filter/units.h"
 #include "firmware/model/axis_step.h"
 #include "firmware/model/vehicle.h"
 #include "host_tests/lab/gains/axis_model.h"
@@ -83,49 +82,42 @@ Json predictor_of(const Case& one, double step_s) {
   return out;
 }
 
-/// One prediction from the filter's start, whose covariance is diagonal: its state and covariance in SI units, and the
-/// innovation variance of a pose. The tilt is small: the filter's tangent is then exact to double precision.
+/// One prediction from the filter's start, whose covariance is diagonal: its state and covariance, and the innovation
+/// variance of a pose. The tilt is small: the filter's tangent is then exact to double precision.
 Json observer_of(const Case& one) {
-  constexpr double kSpeed_m_s = 1.5, kTilt_rad = 0.03125, kCommand_rad = 0.125, kAge_s = 0.03125, kInitial = 64.0;
+  constexpr double kSpeed_m_s = 1.5, kTilt_rad = 0.03125, kCommand_rad = 0.125, kAge_s = 0.03125;
   est::AxisModel model{.attitude = one.axis,
                        .tilt_gain = one.tilt_gain,
                        .linear_drag_per_s = one.linear_drag_per_s,
                        .quadratic_drag_per_m = one.quadratic_drag_per_m,
                        .noise = {}};
-  Filter filter(model, {-8, -5, -6, -2, -2, -5});
+  Filter filter(model);
   filter.start(kTilt_rad);
-  filter.reset_position(0.5, kSpeed_m_s * est::kTimeUnit_s, {}, {});
-  const std::array<double, Filter::kStates> unit{
-      1.0, est::kVelocityUnit_m_s, 1.0, est::kRateUnit_rad_s, est::kAccelerationUnit_m_s2, 1.0};
+  filter.reset_position(0.5, kSpeed_m_s, 0.0, {});
   const model::EstimatorNoise& noise = model.noise;
-  const std::array<double, Filter::kStates> per_root_s{noise.position_process_m,       noise.velocity_process_m_s,
-                                                       noise.tilt_process_rad,         noise.tilt_rate_process_rad_s,
-                                                       noise.disturbance_process_m_s2, noise.input_offset_process_rad};
-  const auto si = [&](int i) {
-    const auto j = static_cast<std::size_t>(i);
-    return unit[j] * est::power_of_two(filter.scales()[j]);
-  };
   Json out = parameters_of(one, est::kTick_s);
   out.update({{"state", {0.5, kSpeed_m_s, kTilt_rad, 0.0, 0.0, 0.0}},
               {"command", kCommand_rad},
               {"age_s", kAge_s},
               {"pose_variance", noise.pose_position_sigma_m * noise.pose_position_sigma_m}});
   for (int i = 0; i < Filter::kStates; ++i) {
-    out["covariance"].push_back(kInitial * si(i) * si(i));
-    const double sigma = per_root_s[static_cast<std::size_t>(i)];
+    out["covariance"].push_back(filter.covariance(i, i));
+  }
+  for (const double sigma :
+       {noise.position_process_m, noise.velocity_process_m_s, noise.tilt_process_rad, noise.tilt_rate_process_rad_s,
+        noise.disturbance_process_m_s2, noise.input_offset_process_rad}) {
     out["process"].push_back(sigma * sigma * est::kTick_s);
   }
   filter.predict({.now = kCommand_rad, .before = kCommand_rad, .after = kCommand_rad});
   for (int i = 0; i < Filter::kStates; ++i) {
-    out["predicted"].push_back(filter.state(static_cast<Filter::StateIndex>(i)) * unit[static_cast<std::size_t>(i)]);
+    out["predicted"].push_back(filter.state(static_cast<Filter::StateIndex>(i)));
     Json line = Json::array();
     for (int j = 0; j < Filter::kStates; ++j) {
-      line.push_back(filter.scaled_covariance(i, j) * si(i) * si(j));
+      line.push_back(filter.covariance(i, j));
     }
     out["predicted_covariance"].push_back(line);
   }
-  const Filter::PoseInnovation test = filter.test_pose(0.5, est::MeasurementAge<double>::of(kAge_s), 0.0, 0.F);
-  out["innovation_variance"] = test.projection.s * si(0) * si(0);
+  out["innovation_variance"] = filter.test_pose(0.5, kAge_s, 0.0, 0.0).variance_m2;
   return out;
 }
 

@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "firmware/est/filter/filter_math.h"
 #include "firmware/est/filter/height_filter.h"
 #include "firmware/model/default_vehicle.h"
 
@@ -42,19 +41,44 @@ TEST(Ranges, EachStateEndsAtTheEndOfItsOwn) {
   for (const double sign : {-1.0, 1.0}) {
     Filter axis(model);
     axis.start(sign * 1e3);
-    axis.reset_position(sign * 1e3, sign * 1e3, {}, {});
+    axis.reset_position(sign * 1e3, sign * 1e3, 0.0, {});
     EXPECT_EQ(axis.state(Filter::kP), sign * 100.0);
-    EXPECT_EQ(axis.state(Filter::kV), sign * 25.0 * kTimeUnit_s);
+    EXPECT_EQ(axis.state(Filter::kV), sign * 25.0);
     EXPECT_EQ(axis.state(Filter::kTilt), sign * 0.7);
     axis.predict({.now = sign * 1e3, .before = -sign * 1e3, .after = sign * 1e3});
-    EXPECT_EQ(axis.state(Filter::kRate), sign * 10.0 * kTimeUnit_s);
+    EXPECT_EQ(axis.state(Filter::kRate), sign * 10.0);
     axis.fuse_specific_force(0.0, Filter::DisturbanceUse::kStored);
     axis.fuse_specific_force(sign * 1e3, Filter::DisturbanceUse::kTracked);
-    EXPECT_EQ(axis.state(Filter::kD), sign * 8.0 * kTimeUnit_s * kTimeUnit_s);
+    EXPECT_EQ(axis.state(Filter::kD), sign * 8.0);
     HeightFilter<double> height(model.attitude, 0.002);
-    height.reset_position(sign * 1e3, sign * 1e3, {}, {});
+    height.reset_position(sign * 1e3, sign * 1e3, 0.0, {});
     EXPECT_EQ(height.state(HeightFilter<double>::kZ), sign * 100.0);
-    EXPECT_EQ(height.state(HeightFilter<double>::kClimb), sign * 10.0 * kTimeUnit_s);
+    EXPECT_EQ(height.state(HeightFilter<double>::kClimb), sign * 10.0);
+  }
+}
+
+/// The variance of the position after a start from poses of 1 km and `ticks` poses of 2 mm.
+template <typename S>
+double settled_variance_m2(int ticks) {
+  AxisModel model;
+  model.attitude = model::paper_vehicle().pitch;
+  AxisFilter<S> filter(model);
+  filter.reset_position(S(0), S(0), S(0), {.position_m2 = 1e6, .velocity_m2_s2 = 1e8});
+  for (int tick = 0; tick < ticks; ++tick) {
+    filter.predict({});
+    filter.fuse_attitude(S(0), S(0), S(0));
+    filter.fuse_pose(filter.test_pose(S(0), S(0.02), S(0), S(0)));
+    EXPECT_TRUE(filter.is_sane()) << tick;
+  }
+  return static_cast<double>(filter.covariance(AxisFilter<S>::kP, AxisFilter<S>::kP));
+}
+
+// Catches a covariance that is lost in the rounding of the one before: that of 1e4 m^2 is 6e-4 m^2 in float, and a pose
+// of 2 mm has 4e-6 m^2. The plain P - K H P left negative variances.
+TEST(AxisFilter, IsAsSureInFloatAsInDoubleWhenPosesOfAKilometreBecomeGood) {
+  for (const int ticks : {1, 2, 5, 20, 100}) {
+    const double in_double = settled_variance_m2<double>(ticks);
+    EXPECT_NEAR(settled_variance_m2<float>(ticks) / in_double, 1.0, 0.1) << ticks;
   }
 }
 
@@ -63,13 +87,13 @@ TEST(HeightFilter, StartsOnFastClimbAxesAndWithOldPoses) {
   for (const double time_constant_s : {0.01, 0.05, 1.5}) {
     for (const double age_s : {0.0, kMaxPoseAge_s}) {
       HeightFilter<core::Fixed> filter({.time_constant_s = time_constant_s}, 0.0018);
-      filter.reset_position({}, {}, {}, {});
+      const core::Fixed zero(0);
+      filter.reset_position(zero, zero, zero, {});
       for (int tick = 0; tick < 100; ++tick) {
-        filter.fuse_pose(filter.test_pose({}, MeasurementAge<core::Fixed>::of(age_s), {}, 0.F));
+        filter.fuse_pose(filter.test_pose(zero, core::Fixed(age_s), zero, zero));
         filter.predict({});
+        ASSERT_TRUE(filter.is_sane()) << time_constant_s << " s, age " << age_s << ", tick " << tick;
       }
-      const CovarianceHealth health = filter.health();
-      EXPECT_EQ(health.ceilings + health.floors + health.saturations, 0U) << time_constant_s << " s, age " << age_s;
     }
   }
 }
@@ -79,17 +103,16 @@ TEST(HeightFilter, StartsOnFastClimbAxesAndWithOldPoses) {
 TEST(InsideGate, EachBoundIsInsideAndTheNextNumberIsNot) {
   constexpr double kSixSigmas_m = 0.75, kScaled = kSixSigmas_m * kSixSigmas_m / 36.0, kLarge = 100.0;
   constexpr double kSixOfNoise_m = 1.5, kNoise = kSixOfNoise_m * kSixOfNoise_m / 36.0;
-  core::Arithmetic<double> a;
   const auto next = [](double value) { return std::nextafter(value, 2.0 * value); };
   for (const double sign : {-1.0, 1.0}) {
-    EXPECT_TRUE(inside_gate(a, sign * kSixSigmas_m, kScaled, 0.0, 0, 0.0));
-    EXPECT_FALSE(inside_gate(a, sign * next(kSixSigmas_m), kScaled, 0.0, 0, 0.0));
-    EXPECT_TRUE(inside_gate(a, sign * 0.875, kScaled, 0.0, 0, 0.875)) << "what may have happened unseen";
-    EXPECT_FALSE(inside_gate(a, sign * next(0.875), kScaled, 0.0, 0, 0.875));
-    EXPECT_TRUE(inside_gate(a, sign * kLargestInnovation_m, kLarge, 0.0, 0, 0.0));
-    EXPECT_FALSE(inside_gate(a, sign * next(kLargestInnovation_m), kLarge, 0.0, 0, 2.0)) << "whatever else is true";
-    EXPECT_TRUE(inside_gate(a, sign * kSixOfNoise_m, kLarge, kNoise, 0, 0.0)) << "the noise that the sender states";
-    EXPECT_FALSE(inside_gate(a, sign * next(kSixOfNoise_m), kLarge, kNoise, 0, 2.0));
+    EXPECT_TRUE(inside_gate(sign * kSixSigmas_m, kScaled, 0.0, 0.0));
+    EXPECT_FALSE(inside_gate(sign * next(kSixSigmas_m), kScaled, 0.0, 0.0));
+    EXPECT_TRUE(inside_gate(sign * 0.875, kScaled, 0.0, 0.875)) << "what may have happened unseen";
+    EXPECT_FALSE(inside_gate(sign * next(0.875), kScaled, 0.0, 0.875));
+    EXPECT_TRUE(inside_gate(sign * kLargestInnovation_m, kLarge, 0.0, 0.0));
+    EXPECT_FALSE(inside_gate(sign * next(kLargestInnovation_m), kLarge, 0.0, 2.0)) << "whatever else is true";
+    EXPECT_TRUE(inside_gate(sign * kSixOfNoise_m, kLarge, kNoise, 0.0)) << "the noise that the sender states";
+    EXPECT_FALSE(inside_gate(sign * next(kSixOfNoise_m), kLarge, kNoise, 2.0));
   }
 }
 

@@ -179,11 +179,11 @@ bool height_dies_out(const model::Vehicle& vehicle, double gain, double late_s) 
   std::vector<double> acts(static_cast<std::size_t>(std::lround(1e4 * late_s)), 0.0), heights(3, 1e-3);
   double climb = 0.0, rate = 0.0, integral = 0.0, held = 0.0, first = 0.0, last = 0.0;
   for (std::size_t tick = 0; tick < 12000; ++tick) {
-    filter.fuse_pose(filter.test_pose(heights[tick], est::MeasurementAge<double>::of(0.02), 0.0, 0.F));
-    const double height = filter.state(filter.kZ), speed = filter.state(filter.kClimb) / 0.64;
+    filter.fuse_pose(filter.test_pose(heights[tick], 0.02, 0.0, 0.0));
+    const double height = filter.state(filter.kZ), speed = filter.state(filter.kClimb);
     integral -= 0.01 * law.integral_per_s2 * height;
     held = tick % 4 == 0 ? integral - law.proportional_per_s * height - law.derivative * speed : held;
-    filter.predict({.now = 0.64 * held});
+    filter.predict({.now = held});
     heights.push_back(heights.back());
     for (std::size_t i = 100 * tick; i < 100 * tick + 100; ++i) {
       acts.push_back(gain * held);
