@@ -162,7 +162,7 @@ template <typename S>
 
 template <typename S>
 bool AxisFilter<S>::is_sane() const {
-  return filter_.is_valid(kLimits<S>);
+  return filter_.is_valid();
 }
 
 template class AxisFilter<double>;

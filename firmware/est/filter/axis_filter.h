@@ -99,7 +99,7 @@ class AxisFilter {
   void reduce_input_offset(S share) { filter_.x(kM) -= share * filter_.x(kM); }
   S state(StateIndex i) const { return filter_.x(i); }
   S covariance(int row, int col) const { return filter_.p(row, col); }
-  /// Whether all states are inside their ranges and all variances are valid.
+  /// Whether all states are numbers and all variances are positive.
   bool is_sane() const;
 
  private:

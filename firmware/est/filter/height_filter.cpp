@@ -87,7 +87,7 @@ template <typename S>
 
 template <typename S>
 bool HeightFilter<S>::is_sane() const {
-  return filter_.is_valid(kLimits<S>);
+  return filter_.is_valid();
 }
 
 template class HeightFilter<double>;

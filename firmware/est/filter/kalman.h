@@ -82,12 +82,11 @@ struct Kalman {
       x(i) = core::clamp(x(i), -limit, limit);
     }
   }
-  /// Whether all states are inside their limits and all variances are positive; false if one is not a number.
-  bool is_valid(const Limits& limits) const {
+  /// Whether all states are numbers and all variances are positive.
+  bool is_valid() const {
     bool valid = true;
     for (int i = 0; i < kN; ++i) {
-      const S limit = limits[static_cast<std::size_t>(i)];
-      valid = valid && x(i) <= limit && x(i) >= -limit && p(i, i) > S(0) && p(i, i) < S(kMaxVariance);
+      valid = valid && x(i) == x(i) && p(i, i) > S(0) && p(i, i) < S(kMaxVariance);
     }
     return valid;
   }

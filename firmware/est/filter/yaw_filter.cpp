@@ -64,7 +64,7 @@ void YawFilter<S>::reset_position(S yaw_rad) {
 
 template <typename S>
 bool YawFilter<S>::is_sane() const {
-  return filter_.is_valid(kLimits<S>) && rate_ == rate_;
+  return filter_.is_valid() && rate_ == rate_;
 }
 
 template class YawFilter<double>;
