@@ -6,8 +6,6 @@
 #include <limits>
 #include <type_traits>
 
-#include "firmware/core/eigen.h"
-
 namespace m100::core {
 
 /// A number in 64 bits: 20 before the binary point (sign included), 44 after it. Range +-524288, step 6e-14: positions,
@@ -92,8 +90,3 @@ class Fixed {
 };
 
 }  // namespace m100::core
-
-template <>
-struct Eigen::NumTraits<m100::core::Fixed> : Eigen::GenericNumTraits<m100::core::Fixed> {
-  enum : std::uint8_t { IsInteger = 0, IsSigned = 1, IsComplex = 0, RequireInitialization = 1 };
-};

@@ -239,16 +239,14 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
   const Real dropout_s = core::seconds<Real>(pose_.since_use);
   constexpr Real kHalf_m_s2 = static_cast<Real>(0.5 * kUnseenAcceleration_m_s2);
   const bool long_dropout = pose_.since_use > kDropout;  // then the gate is the sigmas alone
-  const Real unseen_m =
-      long_dropout ? Real(0)
-                   : kHalf_m_s2 * (dropout_s * dropout_s + static_cast<Real>(kDisturbanceLag_s * kDisturbanceLag_s));
-  Real widest_m = unseen_m;
+  const Real unseen_m = kHalf_m_s2 * (dropout_s * dropout_s + static_cast<Real>(kDisturbanceLag_s * kDisturbanceLag_s));
+  Real widest_m(0);
   const S age_s = age_of<S, Real>(pose.age(now_));
   const auto test = [&](const auto& filter, Eigen::Index axis, S speed_m_s, Real lag_m) {
     const Real sender_m2 = pose.position_variance_m2[axis];
     const PoseWeight<Real> by =
         weight_of(sender_m2 > pose_variance_m2_ ? sender_m2 : pose_variance_m2_,
-                  static_cast<Real>(speed_m_s) * pose.time_sigma_s, unseen_m + (long_dropout ? Real(0) : lag_m));
+                  static_cast<Real>(speed_m_s) * pose.time_sigma_s, long_dropout ? Real(0) : unseen_m + lag_m);
     widest_m = by.unseen_m > widest_m ? by.unseen_m : widest_m;
     return filter.test_pose(S(pose.position_w_m[axis]), age_s, S(by.unseen_m), S(by.variance_m2));
   };

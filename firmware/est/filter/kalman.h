@@ -49,7 +49,7 @@ struct Kalman {
   template <typename Measured>
   Vector correct(const Measured& h, S innovation, S r) {
     const Vector ph = times(h);
-    const Vector gain = ph / (h(ph) + r);
+    Vector gain = ph / (h(ph) + r);
     subtract(gain, ph);
     x += gain * innovation;
     return gain;
@@ -58,7 +58,7 @@ struct Kalman {
   /// rounding of P: 1 m of position against a pose of 0.2 mm in float.
   template <typename Measured>
   Vector correct_joseph(const Measured& h, S innovation, S r) {
-    const Vector gain = correct(h, innovation, r);
+    Vector gain = correct(h, innovation, r);
     subtract(times(h) - gain * r, gain);
     return gain;
   }

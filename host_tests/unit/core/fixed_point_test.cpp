@@ -9,6 +9,8 @@
 #include <limits>
 #include <random>
 
+#include "firmware/core/eigen.h"
+
 namespace m100::core {
 namespace {
 
