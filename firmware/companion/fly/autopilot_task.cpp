@@ -10,6 +10,18 @@ namespace {
 using protocol::FlightStatus;
 using protocol::Task;
 
+constexpr core::Duration kAckTimeout = std::chrono::seconds(1);
+constexpr core::Duration kStartTimeout = std::chrono::seconds(5);
+constexpr core::Duration kAirborneTime = std::chrono::milliseconds(500);  ///< in the air for so long: taken off
+constexpr core::Duration kAbortTime = std::chrono::seconds(1);
+constexpr core::Duration kTakeOffTimeout = std::chrono::seconds(20);
+constexpr core::Duration kLandingTimeout = std::chrono::seconds(90);
+constexpr double kRisen_m = 0.3;  ///< higher than noise of the height: the aircraft is in the air
+/// In a landing, from where it was requested. A wind that the estimate did not show has carried it away.
+constexpr double kMaxDrift_m = 1.0;
+/// Sideways, in a landing: an aircraft that touches down faster may fall over.
+constexpr double kMaxTouchDown_m_s = 0.5;
+constexpr double kSink_m_s = 0.4;                                   ///< of the autopilot's landing, at least [inferred]
 constexpr core::Duration kStatusTimeout = std::chrono::seconds(2);  ///< the item comes ten times a second
 
 /// A take-off begins on the ground and ends in the air, a landing the other way round.

@@ -42,20 +42,6 @@ class AutopilotTask {
   static constexpr core::Duration kRequestInterval = std::chrono::seconds(2);  ///< least, between two requests
   static constexpr core::Duration kSlowDownTimeout = std::chrono::milliseconds(2500);
   static constexpr double kMaxLandingSpeed_m_s = 0.3;
-  static constexpr core::Duration kAckTimeout = std::chrono::seconds(1);
-  static constexpr core::Duration kStartTimeout = std::chrono::seconds(5);
-  static constexpr core::Duration kAirborneTime =
-      std::chrono::milliseconds(500);  ///< in the air for so long: taken off
-  static constexpr core::Duration kAbortTime = std::chrono::seconds(1);
-  static constexpr core::Duration kTakeOffTimeout = std::chrono::seconds(20);
-  static constexpr core::Duration kLandingTimeout = std::chrono::seconds(90);
-
-  static constexpr double kRisen_m = 0.3;  ///< higher than noise of the height: the aircraft is in the air
-  /// In a landing, from where it was requested. A wind that the estimate did not show has carried it away.
-  static constexpr double kMaxDrift_m = 1.0;
-  /// Sideways, in a landing: an aircraft that touches down faster may fall over.
-  static constexpr double kMaxTouchDown_m_s = 0.5;
-  static constexpr double kSink_m_s = 0.4;  ///< of the autopilot's landing, at least [inferred]
 
   /// @param fence whose sides end a take-off that drifts; its floor and ceiling do not count.
   explicit AutopilotTask(const core::Fence& fence) : fence_(fence) {}

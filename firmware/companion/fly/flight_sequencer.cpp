@@ -25,7 +25,7 @@ bool FlightSequencer::tick(core::TimePoint now, const SequencerInput& input) {
   reporter_.update_return(home_, now);
   release_monitor_.update(now, view);
   landing_monitor_.update(link.telemetry().flight_status, link.received_at(protocol::TelemetryItem::kFlightStatus));
-  start_.update(now, phase_ == Phase::kWaiting, input.goal_led || lands_by_hand_);
+  start_.update(now, phase_ == Phase::kWaiting, input.goal_led || outcome_.lands_by_hand);
   if (input.land && (phase_ == Phase::kWaiting || phase_ == Phase::kRequesting || phase_ == Phase::kReleasing)) {
     report(now, kNoLanding);
   }
@@ -115,7 +115,7 @@ void FlightSequencer::try_to_engage(core::TimePoint now, bool backed_up) {
   controller_.engage();
   release_monitor_.control_requested(controller_.link().health().outages);
   had_control_ = false;
-  lands_by_hand_ = false;
+  outcome_.lands_by_hand = false;
   outcome_.landed = false;
   phase_ = Phase::kRequesting;
   since_ = now;
@@ -186,12 +186,13 @@ bool FlightSequencer::fly(core::TimePoint now, const View& view, const Sequencer
 
 void FlightSequencer::end_or_continue(core::TimePoint now, const SequencerInput& input) {
   const bool at_home = home_.state() == ReturnToStart<double>::State::kArrived;
-  const double hold_s = lands_by_hand_ ? kHoverBeforePilotLands_s : request_.hold_s;
-  const bool is_held = (request_.take_control || lands_by_hand_) && core::seconds<double>(now - since_) >= hold_s;
+  const double hold_s = outcome_.lands_by_hand ? kHoverBeforePilotLands_s : request_.hold_s;
+  const bool is_held =
+      (request_.take_control || outcome_.lands_by_hand) && core::seconds<double>(now - since_) >= hold_s;
   const bool is_over = at_home || (is_held && !returns_to_start());
-  const bool ends = is_over && (lands_by_hand_ || !(request_.land && may_land()));
+  const bool ends = is_over && (outcome_.lands_by_hand || !(request_.land && may_land()));
   if (input.stops > 0 || input.toggle_control || ends) {
-    give_back(now, !at_home && !(ends && lands_by_hand_), input);
+    give_back(now, !at_home && !(ends && outcome_.lands_by_hand), input);
   } else if (may_land() && (input.land || is_over)) {
     begin_task(now, protocol::Task::kLand);
   } else if (input.land) {
@@ -309,7 +310,7 @@ void FlightSequencer::hover_instead_of_landing(core::TimePoint now) {
   report(now,
          "the wind would carry the autopilot's landing away: the law hovers here for 10 s, then control goes back; "
          "land by hand");
-  lands_by_hand_ = true;
+  outcome_.lands_by_hand = true;
   controller_.hover_here();
   phase_ = Phase::kFlying;
   since_ = now;

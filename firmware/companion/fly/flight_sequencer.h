@@ -96,6 +96,7 @@ class FlightSequencer {
     bool took_off = false;
     bool landed = false;
     bool given_back = false;
+    bool lands_by_hand = false;  ///< the wind forbids the autopilot's landing: a hover, in which the pilot is told so
   };
 
   bool wait(core::TimePoint now, const View& view, const SequencerInput& input);
@@ -129,11 +130,10 @@ class FlightSequencer {
   core::TimePoint since_{};  ///< begin of the phase
   LandingMonitor landing_monitor_;
   ReleaseMonitor release_monitor_;
-  bool takes_off_ = false;      ///< the flight that was requested begins with a take-off
-  bool had_control_ = false;    ///< since the last request
-  bool order_given_ = false;    ///< take_control's one order to fly was given, or was withdrawn before
-  bool lands_by_hand_ = false;  ///< the wind forbids the autopilot's landing: a hover, in which the pilot is told so
-  bool engaged_ = false;        ///< the law flew in this flight
+  bool takes_off_ = false;    ///< the flight that was requested begins with a take-off
+  bool had_control_ = false;  ///< since the last request
+  bool order_given_ = false;  ///< take_control's one order to fly was given, or was withdrawn before
+  bool engaged_ = false;      ///< the law flew in this flight
   bool by_operator_ = false;
   bool ends_ = false;  ///< the program ends when the hand-back is over
   Outcome outcome_;
