@@ -76,8 +76,8 @@ struct PoseWeight {
 template <typename Real>
 PoseWeight<Real> weight_of(Real claimed_m2, Real way_m, Real unseen_m) {
   constexpr Real kMaxTimingError_m2 = static_cast<Real>(0.03 * 0.03);
-  constexpr Real kMost_m2 = static_cast<Real>(kMaxPoseVariance_m2);
-  const Real pose_m2 = claimed_m2 < kMost_m2 ? claimed_m2 : kMost_m2;
+  constexpr Real kMax_m2 = static_cast<Real>(kMaxPoseVariance_m2);
+  const Real pose_m2 = claimed_m2 < kMax_m2 ? claimed_m2 : kMax_m2;
   const Real way_m2 = way_m * way_m;
   if (way_m2 <= kMaxTimingError_m2) {
     return {.variance_m2 = pose_m2 + way_m2, .unseen_m = unseen_m};
