@@ -56,7 +56,8 @@ std::string_view name(ResetReason recovery) {
   constexpr std::array<std::string_view, 5> kNames{"none", "the pose source moved the vehicle",
                                                    "no pose for more than 0.5 s", "attitudes refused for 0.5 s",
                                                    "a state was not a number"};
-  return kNames[static_cast<std::size_t>(recovery)];
+  const auto number = static_cast<std::size_t>(recovery);
+  return number < kNames.size() ? kNames[number] : "unknown";
 }
 
 template <typename S, typename Real>
