@@ -156,8 +156,8 @@ bool AutopilotTask::drifts(const Controller& controller) const {
   return leaves && !is_at_end(task_, status_) && seen.estimate.healthy && seen.consistency.refused_poses == 0;
 }
 
-/// How fast a level aircraft would be after sinking to the ground: the estimated disturbance accelerates it. Drag would
-/// take less than a tenth off. Zero where the estimate does not know.
+/// How fast a level aircraft would be after sinking to the ground: the estimated disturbance accelerates it. The drag
+/// of its own motion is left out; at 0.3 1/s it would take a third off in 3 s. Zero where the estimate does not know.
 double AutopilotTask::touch_down_m_s(const Controller& controller) const {
   const est::Estimate<double>& at = controller.estimate();
   const double blows_m_s2 = std::hypot(at.x.disturbance_m_s2, at.y.disturbance_m_s2);
