@@ -64,7 +64,7 @@ PoseFault fault_of(const Reading& reading) {
   return reading.captured_us > kLatestStamp_us ? PoseFault::kFastStamp : PoseFault::kNone;
 }
 
-core::Expected<core::Pose<double>> pose_of(const Reading& reading, PoseAside& beside) {
+[[gnu::noinline]] core::Expected<core::Pose<double>> pose_of(const Reading& reading, PoseAside& beside) {
   beside.fault = fault_of(reading);
   if (beside.fault != PoseFault::kNone) {
     return core::Status::kOutOfRange;
@@ -86,65 +86,67 @@ core::Expected<core::Pose<double>> pose_of(const Reading& reading, PoseAside& be
 
 core::Quaternion<float> quaternion(const std::array<float, 4>& q) { return {q[0], q[1], q[2], q[3]}; }
 
-// Each message is decoded in its own function, which is not inlined, so that only one of them is on the stack.
+// Each message is decoded in its own function, which is not inlined, so that only one of them is on the stack, and none
+// while the pose is computed. The result is nullopt, and `beside` has the fault, if the message has one of its own.
 
-[[gnu::noinline]] core::Expected<core::Pose<double>> read_mocap(const mavlink::FrameView& frame, PoseAside& beside) {
+[[gnu::noinline]] std::optional<Reading> read_mocap(const mavlink::FrameView& frame) {
   const auto message = mavlink::decode<mavlink::AttPosMocap>(frame);
-  return pose_of({.captured_us = message.time_usec,
-                  .position_ned_m = {message.x, message.y, message.z},
-                  .frd_in_ned = quaternion(message.q),
-                  .variance_m2 = variances(message.covariance)},
-                 beside);
+  return Reading{.captured_us = message.time_usec,
+                 .position_ned_m = {message.x, message.y, message.z},
+                 .frd_in_ned = quaternion(message.q),
+                 .variance_m2 = variances(message.covariance)};
 }
 
-[[gnu::noinline]] core::Expected<core::Pose<double>> read_vision(const mavlink::FrameView& frame, PoseAside& beside) {
+[[gnu::noinline]] std::optional<Reading> read_vision(const mavlink::FrameView& frame, PoseAside& beside) {
   const auto message = mavlink::decode<mavlink::VisionPositionEstimate>(frame);
   const core::Euler<float> euler{message.roll, message.pitch, message.yaw};
   if (!core::is_within_turn(euler.roll_rad) || !core::is_within_turn(euler.pitch_rad) ||
       !core::is_within_turn(euler.yaw_rad)) {
     const float sum = euler.roll_rad + euler.pitch_rad + euler.yaw_rad;
     beside.fault = sum - sum == 0.F ? PoseFault::kDegrees : PoseFault::kNotFinite;
-    return core::Status::kOutOfRange;
+    return std::nullopt;
   }
   beside.reset_counter = message.reset_counter;
-  return pose_of({.captured_us = message.usec,
-                  .position_ned_m = {message.x, message.y, message.z},
-                  .frd_in_ned = core::quaternion_of(euler),
-                  .variance_m2 = variances(message.covariance)},
-                 beside);
+  return Reading{.captured_us = message.usec,
+                 .position_ned_m = {message.x, message.y, message.z},
+                 .frd_in_ned = core::quaternion_of(euler),
+                 .variance_m2 = variances(message.covariance)};
 }
 
-[[gnu::noinline]] core::Expected<core::Pose<double>> read_odometry(const mavlink::FrameView& frame, PoseAside& beside) {
+[[gnu::noinline]] std::optional<Reading> read_odometry(const mavlink::FrameView& frame, PoseAside& beside) {
   const auto message = mavlink::decode<mavlink::Odometry>(frame);
   if (std::find(kNedFrames.begin(), kNedFrames.end(), message.frame_id) == kNedFrames.end()) {
     beside.fault = PoseFault::kFrame;
-    return core::Status::kOutOfRange;
+    return std::nullopt;
   }
   if (message.quality < 0) {  // -1: failed; 0: unknown
     beside.fault = PoseFault::kQuality;
-    return core::Status::kOutOfRange;
+    return std::nullopt;
   }
   beside.reset_counter = message.reset_counter;
-  return pose_of({.captured_us = message.time_usec,
-                  .position_ned_m = {message.x, message.y, message.z},
-                  .frd_in_ned = quaternion(message.q),
-                  .variance_m2 = variances(message.pose_covariance)},
-                 beside);
+  return Reading{.captured_us = message.time_usec,
+                 .position_ned_m = {message.x, message.y, message.z},
+                 .frd_in_ned = quaternion(message.q),
+                 .variance_m2 = variances(message.pose_covariance)};
 }
 
 }  // namespace
 
 core::Expected<core::Pose<double>> decode_pose(const mavlink::FrameView& frame, PoseAside& beside) {
+  std::optional<Reading> reading;
   if (mavlink::is<mavlink::AttPosMocap>(frame)) {
-    return read_mocap(frame, beside);
+    reading = read_mocap(frame);
+  } else if (mavlink::is<mavlink::VisionPositionEstimate>(frame)) {
+    reading = read_vision(frame, beside);
+  } else if (mavlink::is<mavlink::Odometry>(frame)) {
+    reading = read_odometry(frame, beside);
+  } else {
+    return core::Status::kNotReady;
   }
-  if (mavlink::is<mavlink::VisionPositionEstimate>(frame)) {
-    return read_vision(frame, beside);
+  if (!reading) {
+    return core::Status::kOutOfRange;
   }
-  if (mavlink::is<mavlink::Odometry>(frame)) {
-    return read_odometry(frame, beside);
-  }
-  return core::Status::kNotReady;
+  return pose_of(*reading, beside);
 }
 
 }  // namespace m100::link
