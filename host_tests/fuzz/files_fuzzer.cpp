@@ -22,6 +22,7 @@
 #include "firmware/companion/files/course/course_validation.h"
 #include "firmware/companion/files/excitation_file.h"
 #include "firmware/companion/files/flight_file.h"
+#include "firmware/companion/files/flight_limits.h"
 #include "firmware/companion/files/recorded_flight.h"
 #include "firmware/companion/files/signature_times_file.h"
 #include "firmware/companion/files/text/key_file.h"

@@ -84,19 +84,7 @@ std::string text_of(const Range& range);
 /// @param name of the file, for messages.
 FlightFile parse_flight(std::string_view text, const std::string& name);
 
-/// The fence in the world of the pose. The flight's ranges of x and y count from `start`.
-core::Fence fence_of(const FlightFile& flight, const ref::Waypoint<double>& start);
-
 /// Says where the origin of the pose lies; empty: at the centre of gravity.
 std::string describe_lever_arm(const FlightFile& flight);
-
-/// The failsafe's limits: the times of the file, otherwise the defaults.
-safety::Limits limits_of(const FlightFile& flight);
-
-/// The limits of a course.
-CourseLimits course_limits_of(const FlightFile& flight);
-/// The speed limits on the way to a goal: the smaller of the defaults for goals and the limits of a course. An
-/// acceleration a in any direction, including down, needs a tilt of at most asin(a / g).
-ref::SpeedLimits goal_limits_of(const FlightFile& flight);
 
 }  // namespace m100::companion

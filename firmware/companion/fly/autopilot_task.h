@@ -53,6 +53,7 @@ class AutopilotTask {
   State tick(core::TimePoint now, Controller& controller);
 
   protocol::Task task() const { return task_; }
+  State state() const { return state_; }
   Failure failure() const { return failure_; }
   /// The autopilot's answer, if it refused.
   const protocol::AckMeaning& answer() const { return answer_; }

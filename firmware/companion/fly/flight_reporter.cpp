@@ -140,6 +140,28 @@ void FlightReporter::report_vibration(core::TimePoint now, bool is_flying) {
   }
 }
 
+void FlightReporter::report_task(core::TimePoint now, const AutopilotTask& task, bool outside) {
+  using State = AutopilotTask::State;
+  TextLine line;
+  if (task.state() == State::kFailed) {
+    describe(line, task);
+    line.add("; control goes back to the transmitter");
+  } else if (task.state() == State::kWouldDrift) {
+    line.add(
+        "the wind would carry the autopilot's landing away: the law hovers here for 10 s, then control goes back; ");
+    line.add("land by hand");
+  } else if (task.state() != State::kDone) {
+    line.add(name(task.task())).add(" ordered: the autopilot flies it as its own task; the pilot's switch ends it");
+  } else if (task.task() == protocol::Task::kLand) {
+    line.add("landed: by the autopilot's flight status, the aircraft is on the ground");
+  } else if (outside) {
+    line.add("taken off, and carried beyond the fence by the wind: it brakes, then control goes back");
+  } else {
+    line.add("taken off: by the autopilot's flight status, the aircraft is in the air; the law takes over");
+  }
+  operator_log_.write(now, line.text());
+}
+
 void FlightReporter::report_landing(core::TimePoint now) {
   TextLine line;
   line.add("the autopilot lands by itself: its flight status says \"landing\" for 0.5 s and nobody ordered it; ");

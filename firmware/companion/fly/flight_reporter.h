@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "firmware/app/flight_controller.h"
+#include "firmware/companion/fly/autopilot_task.h"
 #include "firmware/companion/fly/monitor/tracking_error.h"
 #include "firmware/companion/ground_station/return_to_start.h"
 #include "firmware/companion/operator/operator_log.h"
@@ -37,6 +38,8 @@ class FlightReporter {
   const TrackingError& tracking() const { return tracking_; }
   /// The strongest vibration while the law flew.
   const est::VibrationStatus& vibration() const { return vibration_; }
+  /// Says that a take-off or a landing was ordered, or how it ended. @param outside a take-off ended beyond the fence
+  void report_task(core::TimePoint now, const AutopilotTask& task, bool outside = false);
   /// Says that the autopilot lands although nobody ordered it.
   void report_landing(core::TimePoint now);
   /// Says why the flight has ended, and what may follow.

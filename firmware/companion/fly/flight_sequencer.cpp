@@ -85,15 +85,7 @@ bool FlightSequencer::ends_without_flight(core::TimePoint now, const View& view)
 }
 
 void FlightSequencer::try_to_engage(core::TimePoint now, bool backed_up) {
-  if (!backed_up) {
-    report(now,
-           "control is not asked for: nobody would give it back if this program died; end m100 and start it again");
-    return;
-  }
-  if (request_.take_off && !LandedState(controller_.link(), now).known) {
-    TextLine line;
-    line.add("control was not asked for: without the autopilot's flight status it is not known whether the aircraft ");
-    report(now, line.add("is on the ground; ").add(next_input(ends_on_denial())).text());
+  if (start_.report_impossible(now, backed_up, ends_on_denial())) {
     return;
   }
   if (start_.pose_blocks(now)) {
@@ -117,8 +109,7 @@ void FlightSequencer::try_to_engage(core::TimePoint now, bool backed_up) {
   had_control_ = false;
   outcome_.lands_by_hand = false;
   outcome_.landed = false;
-  phase_ = Phase::kRequesting;
-  since_ = now;
+  enter(Phase::kRequesting, now);
 }
 
 bool FlightSequencer::is_refused(core::TimePoint now, const View& view) const {
@@ -128,11 +119,10 @@ bool FlightSequencer::is_refused(core::TimePoint now, const View& view) const {
 bool FlightSequencer::request_control(core::TimePoint now, const View& view, const SequencerInput& input) {
   const bool elsewhere = start_.is_out_of_bounds(takes_off_);
   if (view.in_control && !elsewhere) {
-    phase_ = Phase::kFlying;
+    enter(Phase::kFlying, now);
     outcome_.flew = true;
     had_control_ = true;
     engaged_ = false;
-    since_ = now;
     if (takes_off_) {
       begin_task(now, protocol::Task::kTakeOff);
     }
@@ -214,8 +204,7 @@ bool FlightSequencer::may_land() const {
 
 void FlightSequencer::begin_release(core::TimePoint now, bool by_operator, const SequencerInput& input) {
   reporter_.report_tracking(now);
-  phase_ = Phase::kReleasing;
-  since_ = now;
+  enter(Phase::kReleasing, now);
   release_monitor_.begin(now, input.stops);
   by_operator_ = by_operator;
   outcome_.given_back = false;
@@ -250,9 +239,7 @@ void FlightSequencer::begin_task(core::TimePoint now, protocol::Task task) {
   phase_ = Phase::kTask;
   task_.start(task, now);
   controller_.task_flies(task == protocol::Task::kLand);
-  TextLine line;
-  line.add(name(task)).add(" ordered: the autopilot flies it as its own task; the pilot's switch ends it");
-  report(now, line.text());
+  reporter_.report_task(now, task_);
 }
 
 bool FlightSequencer::fly_task(core::TimePoint now, const View& view, const SequencerInput& input) {
@@ -275,13 +262,10 @@ bool FlightSequencer::fly_task(core::TimePoint now, const View& view, const Sequ
     case AutopilotTask::State::kWouldDrift:
       hover_instead_of_landing(now);
       break;
-    case AutopilotTask::State::kFailed: {
-      TextLine line;
-      describe(line, task_);
-      report(now, line.add("; control goes back to the transmitter").text());
+    case AutopilotTask::State::kFailed:
+      reporter_.report_task(now, task_);
       give_back(now, false, input);
       break;
-    }
     default:
       break;
   }
@@ -289,31 +273,25 @@ bool FlightSequencer::fly_task(core::TimePoint now, const View& view, const Sequ
 }
 
 void FlightSequencer::end_task(core::TimePoint now, const SequencerInput& input) {
+  const bool outside = start_.denial(false) == safety::FailsafeReason::kFenceLeft;
+  reporter_.report_task(now, task_, outside);
   if (task_.task() == protocol::Task::kLand) {
     outcome_.landed = true;
-    report(now, "landed: by the autopilot's flight status, the aircraft is on the ground");
     give_back(now, true, input);
     return;
   }
   outcome_.took_off = true;
-  if (start_.denial(false) == safety::FailsafeReason::kFenceLeft) {
-    report(now, "taken off, and carried beyond the fence by the wind: it brakes, then control goes back");
-  } else {
-    report(now, "taken off: by the autopilot's flight status, the aircraft is in the air; the law takes over");
+  if (!outside) {  // otherwise the failsafe brakes and gives control back
     controller_.engage();
   }
-  phase_ = Phase::kFlying;
-  since_ = now;  // --hold counts from where the law takes over
+  enter(Phase::kFlying, now);  // --hold counts from where the law takes over
 }
 
 void FlightSequencer::hover_instead_of_landing(core::TimePoint now) {
-  report(now,
-         "the wind would carry the autopilot's landing away: the law hovers here for 10 s, then control goes back; "
-         "land by hand");
+  reporter_.report_task(now, task_);
   outcome_.lands_by_hand = true;
   controller_.hover_here();
-  phase_ = Phase::kFlying;
-  since_ = now;
+  enter(Phase::kFlying, now);
 }
 
 }  // namespace m100::companion

@@ -99,6 +99,10 @@ class FlightSequencer {
     bool lands_by_hand = false;  ///< the wind forbids the autopilot's landing: a hover, in which the pilot is told so
   };
 
+  void enter(Phase phase, core::TimePoint now) {
+    phase_ = phase;
+    since_ = now;
+  }
   bool wait(core::TimePoint now, const View& view, const SequencerInput& input);
   /// @returns true: with --once, because control was refused or was not possible within 20 s. Reports the latter.
   bool ends_without_flight(core::TimePoint now, const View& view);

@@ -2,6 +2,7 @@
 #include "firmware/companion/fly/start_conditions.h"
 
 #include "firmware/companion/fly/autopilot_task.h"
+#include "firmware/companion/operator/denial.h"
 #include "firmware/companion/operator/operator_messages.h"
 
 namespace m100::companion {
@@ -47,6 +48,20 @@ safety::FailsafeReason StartConditions::denial(bool takes_off) const {
   const safety::FailsafeReason cause = denial_reason(controller_.observed(), limits_);
   const bool of_ground = cause == safety::FailsafeReason::kFenceLeft || cause == safety::FailsafeReason::kOnGround;
   return takes_off && of_ground ? safety::FailsafeReason::kNone : cause;
+}
+
+bool StartConditions::report_impossible(core::TimePoint now, bool backed_up, bool program_ends) const {
+  TextLine line;
+  if (!backed_up) {
+    line.add("control is not asked for: nobody would give it back if this program died; end m100 and start it again");
+  } else if (request_.take_off && !LandedState(controller_.link(), now).known) {
+    line.add("control was not asked for: without the autopilot's flight status it is not known whether the aircraft ");
+    line.add("is on the ground; ").add(next_input(program_ends));
+  }
+  if (!line.text().empty()) {
+    operator_log_.write(now, line.text());
+  }
+  return !line.text().empty();
 }
 
 void StartConditions::report_awaited(core::TimePoint now, bool waits) {

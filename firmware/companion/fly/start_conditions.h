@@ -43,6 +43,9 @@ class StartConditions {
   bool has_rival() const { return pose_.has_rival(); }
   std::span<const ClockStep> clock_steps() const { return pose_.clock_steps(); }
 
+  /// Reports, and returns, whether control cannot be asked for at all. @param backed_up the second process gives
+  /// control back if this program dies. @param program_ends the program ends after this line.
+  bool report_impossible(core::TimePoint now, bool backed_up, bool program_ends) const;
   /// Reports why the source of pose prevents control; only once unless `again`. @returns whether this report withdraws
   /// the operator's order: it does for a second sender or a wrong attitude, not for a check that only needs more time.
   bool report_pose(core::TimePoint now, bool again);

@@ -261,42 +261,4 @@ void describe(TextLine& line, const ctl::Excitation<double>& excitation) {
   line.add(" m/s. The law has all sticks");
 }
 
-FailsafeReason denial_reason(const safety::Observation& seen, const safety::Limits& limits) {
-  if (seen.link.telemetry_age > limits.telemetry_stale) {
-    return FailsafeReason::kTelemetryOld;
-  }
-  if (seen.flight.failure != safety::FlightFailure::kNone) {
-    return FailsafeReason::kFlightFailure;
-  }
-  if (seen.estimate.healthy && seen.consistency.refused_for >= limits.gate_shut) {
-    return FailsafeReason::kPoseRefused;
-  }
-  if (seen.estimate.pose_age > fresh_limit(limits, seen.pose_latency)) {
-    return FailsafeReason::kPoseOld;
-  }
-  if (!seen.estimate.healthy) {
-    return FailsafeReason::kEstimateLost;
-  }
-  if (seen.fence.outside_m > 0.0) {
-    return FailsafeReason::kFenceLeft;
-  }
-  return seen.flight.on_ground_for >= limits.on_ground ? FailsafeReason::kOnGround : FailsafeReason::kNone;
-}
-
-std::string_view remedy_for(FailsafeReason denial_reason) {
-  switch (denial_reason) {
-    case FailsafeReason::kFenceLeft:
-      return "bring the aircraft inside, or take a larger fence";
-    case FailsafeReason::kOnGround:
-      return "take off first";
-    case FailsafeReason::kFlightFailure:
-      return "check the aircraft";
-    case FailsafeReason::kTelemetryOld:
-    case FailsafeReason::kTelemetrySilent:
-      return "check the cable and the autopilot's telemetry";
-    default:
-      return "check the source of pose";
-  }
-}
-
 }  // namespace m100::companion

@@ -28,9 +28,4 @@ void describe_limit_cycle(TextLine& line, const safety::Observation& seen);
 /// The state of an excitation; if aborted, why, with numbers. Nothing if there is none, or while the law returns.
 void describe(TextLine& line, const ctl::Excitation<double>& excitation);
 
-/// What prevents flying now, apart from authority and orders; kNone: nothing.
-safety::FailsafeReason denial_reason(const safety::Observation& seen, const safety::Limits& limits);
-/// The remedy for an obstacle.
-std::string_view remedy_for(safety::FailsafeReason denial_reason);
-
 }  // namespace m100::companion

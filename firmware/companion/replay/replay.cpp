@@ -14,6 +14,7 @@
 #include "firmware/companion/files/course/course.h"
 #include "firmware/companion/files/excitation_file.h"
 #include "firmware/companion/files/flight_file.h"
+#include "firmware/companion/files/flight_limits.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/ground_station/guided_mode.h"
 #include "firmware/companion/ground_station/return_to_start.h"

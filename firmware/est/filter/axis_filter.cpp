@@ -133,14 +133,9 @@ FusionResult AxisFilter<S>::fuse_attitude(S tilt_rad, S rate_rad_s, S age_s) {
 
 template <typename S>
 PoseInnovation<S> AxisFilter<S>::test_pose(S position_m, S age_s, S unseen_m, S sender_variance_m2) const {
-  const auto h = position_of(age_s);
-  PoseInnovation<S> test;
-  test.age_s = age_s;
-  test.innovation_m = position_m - h(filter_.x) - history_.displacement(age_s);
-  test.noise_m2 = sender_variance_m2 > pose_variance_ ? sender_variance_m2 : pose_variance_;
-  test.variance_m2 = filter_.variance_of(h) + test.noise_m2;
-  test.inside = inside_gate(test.innovation_m, test.variance_m2, test.noise_m2, unseen_m);
-  return test;
+  const S noise_m2 = sender_variance_m2 > pose_variance_ ? sender_variance_m2 : pose_variance_;
+  return est::test_pose(filter_, position_of(age_s), position_m, age_s, history_.displacement(age_s), noise_m2,
+                        unseen_m);
 }
 
 template <typename S>

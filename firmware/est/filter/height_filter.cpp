@@ -57,14 +57,8 @@ void HeightFilter<S>::predict(const ActingInputs<S>& input) {
 
 template <typename S>
 PoseInnovation<S> HeightFilter<S>::test_pose(S height_m, S age_s, S unseen_m, S sender_variance_m2) const {
-  const auto h = height_of(age_s);
-  PoseInnovation<S> test;
-  test.age_s = age_s;
-  test.innovation_m = height_m - h(filter_.x) - history_.displacement(age_s);
-  test.noise_m2 = sender_variance_m2 > pose_variance_ ? sender_variance_m2 : pose_variance_;
-  test.variance_m2 = filter_.variance_of(h) + test.noise_m2;
-  test.inside = inside_gate(test.innovation_m, test.variance_m2, test.noise_m2, unseen_m);
-  return test;
+  const S noise_m2 = sender_variance_m2 > pose_variance_ ? sender_variance_m2 : pose_variance_;
+  return est::test_pose(filter_, height_of(age_s), height_m, age_s, history_.displacement(age_s), noise_m2, unseen_m);
 }
 
 template <typename S>

@@ -44,6 +44,18 @@ bool inside_gate(S innovation_m, S variance_m2, S noise_m2, S unseen_m) {
          (is_near && size_m <= unseen_m);
 }
 
+/// The innovation of a pose on one axis, and whether it is inside the gate.
+/// @param h makes the number H v from a vector v
+/// @param moved_m AccelerationHistory::displacement() since the capture, which H x leaves out
+template <typename Filter, typename Measured, typename S>
+PoseInnovation<S> test_pose(const Filter& filter, const Measured& h, S position_m, S age_s, S moved_m, S noise_m2,
+                            S unseen_m) {
+  PoseInnovation<S> test{.age_s = age_s, .innovation_m = position_m - h(filter.x) - moved_m, .noise_m2 = noise_m2};
+  test.variance_m2 = filter.variance_of(h) + noise_m2;
+  test.inside = inside_gate(test.innovation_m, test.variance_m2, noise_m2, unseen_m);
+  return test;
+}
+
 /// The largest innovation that inside_gate() accepts, for messages and the log; m.
 template <typename Real>
 Real gate_m(Real variance_m2, Real noise_m2, Real unseen_m) {

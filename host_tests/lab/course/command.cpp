@@ -16,6 +16,7 @@
 #include "firmware/companion/files/course/course_inside_fence.h"
 #include "firmware/companion/files/course/course_words.h"
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/flight_limits.h"
 #include "host_tests/lab/course/picture.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "firmware/companion/files/course/course.h"
+#include "firmware/companion/files/flight_limits.h"
 #include "firmware/companion/replay/replay.h"
 #include "firmware/model/default_vehicle.h"
 #include "host_tests/lab/experiments/flight_file_text.h"

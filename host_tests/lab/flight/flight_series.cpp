@@ -8,6 +8,7 @@
 
 #include "firmware/app/flight_controller.h"
 #include "firmware/companion/files/flight_file.h"
+#include "firmware/companion/files/flight_limits.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/replay/replay.h"
 #include "host_tests/lab/flight/recording_series.h"

@@ -149,8 +149,8 @@ TEST_F(Tasks, ARefusedTakeOffIsSaidWithItsCodeAndControlGoesBack) {
   EXPECT_EQ(fly({"--take-control", "--take-off", "--hold", "6"}, "0 tasks off\n"), 1) << all();
   EXPECT_NE(all().find("take-off refused by the autopilot: refused, code 1"), std::string::npos) << all();
   EXPECT_EQ(times("task_takeoff"), 1);
-  const double asked_s = at("task_takeoff", "received");
-  EXPECT_LE(at("transmitter_has_control", "did", asked_s) - asked_s, 1.0);
+  const double requested_s = at("task_takeoff", "received");
+  EXPECT_LE(at("transmitter_has_control", "did", requested_s) - requested_s, 1.0);
   EXPECT_EQ(range("z_m", 0.0, kNever_s).second, 0.0);
 }
 
@@ -158,8 +158,8 @@ TEST_F(Tasks, ARefusedLandingIsSaidAndThePilotHasTheSticksInTheAir) {
   RecordProperty("promise", "R15");
   EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, "0 tasks off\n", false), 1) << all();
   EXPECT_NE(all().find("landing refused by the autopilot: refused, code 1"), std::string::npos) << all();
-  const double asked_s = at("task_land", "received");
-  EXPECT_LE(at("transmitter_has_control", "did", asked_s) - asked_s, 1.0);
+  const double requested_s = at("task_land", "received");
+  EXPECT_LE(at("transmitter_has_control", "did", requested_s) - requested_s, 1.0);
   EXPECT_GT(range("z_m", 0.0, kNever_s).first, 1.0);
 }
 
@@ -167,8 +167,8 @@ TEST_F(Tasks, ATaskThatDoesNotBeginIsSaidAndControlGoesBack) {
   RecordProperty("promise", "R15");
   EXPECT_EQ(fly({"--take-control", "--take-off", "--hold", "6"}, "0 tasks stuck\n"), 1) << all();
   EXPECT_NE(all().find("take-off: the autopilot accepted it but did not begin"), std::string::npos) << all();
-  const double asked_s = at("task_takeoff", "received");
-  EXPECT_LE(at("transmitter_has_control", "did", asked_s) - asked_s, 5.0 + 1.0);
+  const double requested_s = at("task_takeoff", "received");
+  EXPECT_LE(at("transmitter_has_control", "did", requested_s) - requested_s, 5.0 + 1.0);
   EXPECT_EQ(times("task_takeoff"), 1);
 }
 
@@ -180,8 +180,8 @@ TEST_F(Tasks, ATaskThatNobodyAnswersIsSaidAndControlGoesBack) {
   EXPECT_NE(all().find("landing: the autopilot does not answer, and its flight status does not show it"),
             std::string::npos)
       << all();
-  const double asked_s = at("task_land", "received");
-  EXPECT_LE(at("transmitter_has_control", "did", asked_s) - asked_s, 1.0 + 1.0);
+  const double requested_s = at("task_land", "received");
+  EXPECT_LE(at("transmitter_has_control", "did", requested_s) - requested_s, 1.0 + 1.0);
   EXPECT_GT(range("z_m", 0.0, kNever_s).first, 1.0);
 }
 
@@ -190,8 +190,8 @@ TEST_F(Tasks, ATaskThatDoesNotEndIsSaidAndControlGoesBack) {
   RecordProperty("promise", "R15");
   EXPECT_EQ(fly({"--take-control", "--take-off", "--hold", "2"}, "0 tasks endless\n"), 1) << all();
   EXPECT_NE(all().find("take-off: the autopilot did not finish it in time"), std::string::npos) << all();
-  const double asked_s = at("task_takeoff", "received");
-  const double handed_s = at("transmitter_has_control", "did", asked_s) - asked_s;
+  const double requested_s = at("task_takeoff", "received");
+  const double handed_s = at("transmitter_has_control", "did", requested_s) - requested_s;
   EXPECT_GT(handed_s, 20.0);
   EXPECT_LE(handed_s, 20.0 + 1.0);
   EXPECT_EQ(times("task_takeoff"), 1);
@@ -202,11 +202,11 @@ TEST_F(Tasks, ALandingThatDriftsIsEndedAndThePilotHasTheSticksAtOnce) {
   RecordProperty("promise", "R15");
   EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, "0 tasks endless\n", false), 1) << all();
   EXPECT_NE(all().find("landing: it drifts with the wind and was ended"), std::string::npos) << all();
-  const double asked_s = at("task_land", "received");
-  const double handed_s = at("transmitter_has_control", "did", asked_s);
-  EXPECT_LT(handed_s - asked_s, 90.0) << "limit: the longest landing from the height of a room";
+  const double requested_s = at("task_land", "received");
+  const double handed_s = at("transmitter_has_control", "did", requested_s);
+  EXPECT_LT(handed_s - requested_s, 90.0) << "limit: the longest landing from the height of a room";
   const auto moved_m = [&](const char* axis) {
-    return range(axis, handed_s - 0.1, handed_s).second - range(axis, asked_s, asked_s + 0.1).first;
+    return range(axis, handed_s - 0.1, handed_s).second - range(axis, requested_s, requested_s + 0.1).first;
   };
   EXPECT_NEAR(std::hypot(moved_m("x_m"), moved_m("y_m")), 1.0, 0.2) << "a metre, and 0.3 s at 0.5 m/s";
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/files/flight_file.h"
+#include "firmware/companion/files/flight_limits.h"
 
 #include <gtest/gtest.h>
 

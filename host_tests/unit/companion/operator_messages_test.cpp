@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Texts for the operator: which obstacle is named first, and that a text states the numbers behind it.
 #include "firmware/companion/operator/operator_messages.h"
+#include "firmware/companion/operator/denial.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/companion/files/flight_file.h"
+
+// What a flight file says, in the types of the rooms that use it.
+namespace m100::companion {
+
+/// The fence in the world of the pose. The flight's ranges of x and y count from `start`.
+core::Fence fence_of(const FlightFile& flight, const ref::Waypoint<double>& start);
+
+/// The failsafe's limits: the times of the file, otherwise the defaults.
+safety::Limits limits_of(const FlightFile& flight);
+
+/// The limits of a course.
+CourseLimits course_limits_of(const FlightFile& flight);
+/// The speed limits on the way to a goal: the smaller of the defaults for goals and the limits of a course. An
+/// acceleration a in any direction, including down, needs a tilt of at most asin(a / g).
+ref::SpeedLimits goal_limits_of(const FlightFile& flight);
+
+}  // namespace m100::companion
