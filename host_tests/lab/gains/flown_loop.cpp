@@ -363,14 +363,14 @@ Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& t
     return out;
   }
   // The delay margin is searched, because a delay shorter than a command period is not a pure phase shift.
-  constexpr double kStep_s = 0.01;
-  double low = 0.0;
-  double high = kStep_s;
-  while (high < kLargestDelay_s && stable(high)) {
-    low = high;
-    high += kStep_s;
+  constexpr int kSteps = 40;
+  int steps = 0;
+  while (steps < kSteps && stable(kLargestDelay_s * (steps + 1) / kSteps)) {
+    ++steps;
   }
-  while (high < kLargestDelay_s && high - low > 2e-4) {
+  double low = kLargestDelay_s * steps / kSteps;
+  double high = kLargestDelay_s * (steps + 1) / kSteps;
+  while (steps < kSteps && high - low > 2e-4) {
     const double middle = 0.5 * (low + high);
     (stable(middle) ? low : high) = middle;
   }

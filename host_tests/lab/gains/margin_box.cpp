@@ -329,7 +329,7 @@ void MarginBox::refine(const Case& one, const Law& law, WorstMargins& out) const
   CaseLoop loop = loop_of(one, law);
   const auto evaluate = [&](const BoxPoint& at) {
     loop.open(responses(one, at));
-    add_peak(at, loop.peak(box.gain, one.frequencies_rad_s), true, out);
+    add_peak(at, loop.peak(box.gain, one.frequencies_rad_s), !loop.unstable_gain(box.gain), out);
     out.points += one.frequencies_rad_s.size();
   };
   for (double share = 0.25; share > 0.01; share *= 0.5) {

@@ -100,17 +100,18 @@ nlohmann::json report_boxes(const model::Vehicle& believed, const std::vector<Op
         nlohmann::json& whole = cell["box"][channel] =
             report_worst(box.worst(laws, MarginBox::Extent::kBox, only), "the whole box", limits.box_peak, 0.0);
         whole["ranges"] = to_json(structures[k].box[axis == Axis::kX ? 0 : 1]);
-        kept = kept && corners["kept"].get<bool>();
+        kept = kept && corners["kept"].get<bool>() && whole["kept"].get<bool>();
         add_worst(whole, out);
       }
     }
   }
   if (!kept) {
     std::printf(
-        "warning: as flown, not every corner keeps a peak sensitivity of %.1f and %.0f ms of delay\n"
+        "warning: as flown, not every corner keeps a peak sensitivity of %.1f and %.0f ms of delay, or the whole box "
+        "one of %.1f\n"
         "To distinguish the structures, fly stick steps (m100-lab excite --kind doublet) with the gyro logged: with a "
         "lead zero the aircraft rotates in the sample of the step, with a pure delay it does not.\n",
-        limits.corner_peak, limits.corner_delay_s * 1e3);
+        limits.corner_peak, limits.corner_delay_s * 1e3, limits.box_peak);
   }
   return out;
 }
