@@ -26,10 +26,8 @@ void FlightStateMonitor<T>::update(const link::SerialLink& link, const est::Esti
   ground_contact_.update(protocol::is_on_ground(telemetry.flight_status), isolation.poses_read_high(),
                          link.received_at(TelemetryItem::kFlightStatus));
   const core::Vector<T, 2> lean_rad(estimate.x.tilt_rad - model_tilt_rad.x(), estimate.y.tilt_rad - model_tilt_rad.y());
-  safety::FlightSample<T> sample{
-      .attitude_is_trusted = !isolation.attitude_is_contradicted(),
-      .lean_rad = core::sqrt(lean_rad.squaredNorm()),
-      .vibration_g = isolation.vibration_rms_m_s2() * static_cast<T>(1.0 / model::kGravity_m_s2)};
+  safety::FlightSample<T> sample{.attitude_is_trusted = !isolation.attitude_is_contradicted(),
+                                 .lean_rad = core::sqrt(lean_rad.squaredNorm())};
   if (telemetry.has(TelemetryItem::kAngularVelocity)) {
     sample.up_b = SensorAdapter::vertical_b<T>(telemetry);
     sample.rate_b_rad_s = flu<T>(telemetry.angular_velocity_frd_rad_s);

@@ -16,9 +16,8 @@ constexpr double kMaxLean_rad = core::kPi / 6.0, kLeaning_s = 2.0;
 /// A crash is a force above kShock_g, and then kStill_s without motion within kShockMemory_s. A flying aircraft that
 /// removes the speed by such a blow turns faster than kStill_rad_s.
 constexpr double kShock_g = 3.0, kStill_rad_s = 0.1, kStill_m_s = 0.1, kStill_s = 1.0, kShockMemory_s = 3.0;
-/// Of white vibration that began a second ago, when a crash is reported first, the rms above 15 Hz with its memory of
-/// 3 s shows 0.53 times 0.74: a crash is a force of four sigmas or more. A blow raises the rms by a thirtieth of it.
-constexpr double kVibrations = 10.0;
+/// White noise does not reach so many of its sigmas in a flight.
+constexpr double kVibrationSigmas = 6.0;
 constexpr double kLongest_s = 100.0;
 constexpr double kMaxRate_rad_s = 100.0;  ///< larger than any gyro's range
 
@@ -72,6 +71,12 @@ void FailureDetector<T>::update_shock(const FlightSample<T>& sample, T step_s) {
     shock_g_ = force_g_ > earlier_g ? force_g_ : earlier_g;
     since_shock_s_ = still_s_ = T(0);
   }
+  if (still_s_ == T(0)) {
+    still_square_ = still_forces_ = T(0);
+  } else if (sample.force_g) {
+    still_square_ += (force_g_ - T(1)) * (force_g_ - T(1));
+    still_forces_ += T(1);
+  }
 }
 
 template <typename T>
@@ -96,8 +101,10 @@ FlightFailure FailureDetector<T>::update(const FlightSample<T>& sample, T step_s
   if (falling_s_ >= static_cast<T>(kFreeFall_s) && (!climb_known_ || climb_m_s_ < static_cast<T>(-kFalling_m_s))) {
     return FlightFailure::kFreeFall;
   }
-  const bool shocked = since_shock_s_ < static_cast<T>(kShockMemory_s) && still_s_ >= static_cast<T>(kStill_s) &&
-                       shock_g_ > T(1) + static_cast<T>(kVibrations) * sample.vibration_g;
+  const T blow_g = shock_g_ - T(1);
+  const bool shocked =
+      since_shock_s_ < static_cast<T>(kShockMemory_s) && still_s_ >= static_cast<T>(kStill_s) &&
+      blow_g * blow_g * still_forces_ >= static_cast<T>(kVibrationSigmas * kVibrationSigmas) * still_square_;
   return leaning_s_ >= static_cast<T>(kLeaning_s) || shocked ? FlightFailure::kCrash : FlightFailure::kNone;
 }
 

@@ -18,7 +18,6 @@ struct FlightSample {
   T lean_rad{0};                               ///< angle between the tilt and the tilt that model and commands predict
   std::optional<T> force_g = std::nullopt;     ///< length of the specific force, in g
   std::optional<T> climb_m_s = std::nullopt;   ///< by the autopilot
-  T vibration_g{0};                            ///< root mean square of one axis, with a memory of 3 s
 };
 
 /// Detects flights that are out of control, as PX4's failure detector and ArduPilot's crash check do.
@@ -27,8 +26,9 @@ struct FlightSample {
 ///   tumbling   more than one revolution per second for 0.25 s
 ///   free fall  a specific force below 0.2 g for 0.3 s, and the aircraft sinks at 1.5 m/s or no climb speed has come
 ///   crash      tilted 30 degrees away from the predicted tilt for 2 s; or a force above 3 g, and in the 3 s after it
-///              one second with rates below 0.1 rad/s and a climb speed below 0.1 m/s. The force must exceed 1 g by ten
-///              times the vibration that the sensor shows then
+///              one second with rates below 0.1 rad/s and a climb speed below 0.1 m/s. The force must exceed 1 g by six
+///              times the root mean square of what it differs from 1 g in that second: a vibrating hover has shocks,
+///              too, but it goes on vibrating
 ///
 /// A tilt must show in the attitude and in the integral of the body rates; tumbling counts only while these two are
 /// within 45 degrees. An attitude that its own rates or our commands contradict is not used. T is float or
@@ -54,7 +54,9 @@ class FailureDetector {
   bool climb_known_ = false;
   T tilted_s_{0}, tumbling_s_{0}, falling_s_{0}, leaning_s_{0}, still_s_{0};
   T since_shock_s_{1e3};
-  T shock_g_{0};  ///< largest force of the newest shocks
+  T shock_g_{0};       ///< largest force of the newest shocks
+  T still_square_{0};  ///< sum of (force - 1 g)^2 while it is still, over still_forces_ messages
+  T still_forces_{0};
 };
 
 extern template class FailureDetector<float>;
