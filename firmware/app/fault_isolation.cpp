@@ -214,8 +214,10 @@ double FaultIsolation<T>::speed_then_m_s(const est::Estimate<T>& estimate, core:
 template <typename T>
 est::VibrationStatus FaultIsolation<T>::vibration() const {
   const est::Vibration<T>& vibration = velocity_consistency_.vibration();
-  return {.rms_m_s2 = vibration.is_too_slow() ? std::numeric_limits<double>::quiet_NaN()
-                                              : static_cast<double>(vibration.rms_m_s2()),
+  if (vibration.is_too_slow()) {  // what is seen is no vibration above 15 Hz: nothing is said of it, and nothing ends
+    return {.rms_m_s2 = std::numeric_limits<double>::quiet_NaN()};
+  }
+  return {.rms_m_s2 = static_cast<double>(vibration.rms_m_s2()),
           .peak_m_s2 = static_cast<double>(vibration.peak_m_s2()),
           .clipped = static_cast<double>(vibration.clipped()),
           .velocity_sigma_m_s =

@@ -78,7 +78,7 @@ enum class FailsafeReason : std::uint8_t {
   kLimitCycle,         ///< a limit cycle persists even under the fallback law
   kOnGround,           ///< the autopilot's flight status is "on the ground"
   kFlightFailure,      ///< FailureDetector: the observation says which failure
-  kVibration,          ///< the specific force shakes so that it tells no false pose
+  kVibration,          ///< vibration hides a false pose from the check of the force
 };
 inline constexpr std::size_t kFailsafeReasonCount = 22;
 

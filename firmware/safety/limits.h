@@ -48,6 +48,13 @@ constexpr core::Duration fresh_limit(const Limits& limits, const MeasuredLatency
   return needed < kMaxFresh ? needed : kMaxFresh;
 }
 
+/// Whether vibration is so strong that nothing tells a false pose. The check of the force allows three sigmas of what
+/// vibration leaves in its sum: at this limit a false motion of 2.7 m/s is hidden. A lower limit would end hovers with
+/// a broken propeller, 8 m/s^2 at 100 Hz, that fly well. @param velocity_sigma_m_s est::VibrationStatus
+constexpr bool hides_false_poses(const Limits& limits, double velocity_sigma_m_s) {
+  return velocity_sigma_m_s >= limits.hand_over_m_s;
+}
+
 /// Range and slew limit of each command.
 template <typename T>
 struct EnvelopeIn {

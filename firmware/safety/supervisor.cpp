@@ -74,12 +74,11 @@ void Supervisor<T>::update_reserve(const Observation& seen) {
   }
 }
 
-/// Whether the vibration hides a motion as fast as that at which an aircraft is handed over: nothing tells false poses
-/// then. On the ground it does not count: there the legs and the idling rotors shake.
+/// Does not count in kSilent, where the pilot flies, or the legs and the idling rotors shake.
 template <typename T>
-bool Supervisor<T>::is_blinded(const Observation& seen) const {
+bool Supervisor<T>::vibration_hides_faults(const Observation& seen) const {
   return failsafe_state_ != FailsafeState::kSilent &&
-         seen.consistency.vibration.velocity_sigma_m_s >= limits_.hand_over_m_s;
+         hides_false_poses(limits_, seen.consistency.vibration.velocity_sigma_m_s);
 }
 
 template <typename T>
@@ -109,7 +108,7 @@ FailsafeCondition Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Obse
   add(seen.link.telemetry_age > limits_.telemetry_dead, FailsafeCondition::kTelemetryDead);
   add(!is_valid(wanted), FailsafeCondition::kCommandInvalid);
   const bool lost = !seen.estimate.healthy || seen.consistency.refused_for >= limits_.gate_shut;
-  add(lost || is_blinded(seen), FailsafeCondition::kEstimateLost);
+  add(lost || vibration_hides_faults(seen), FailsafeCondition::kEstimateLost);
   add(fresh, FailsafeCondition::kFresh);
   add(good_poses_ >= limits_.good_poses_to_recover, FailsafeCondition::kRecovered);
   add(failsafe_state_ == FailsafeState::kCoast && seen.now - known_ >= limits_.coast, FailsafeCondition::kCoastOver);
@@ -137,7 +136,7 @@ FailsafeCondition Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Obse
 template <typename T>
 FailsafeReason Supervisor<T>::reason_of(const FailsafeTransition& row, const Observation& seen) const {
   if (row.why == FailsafeReason::kEstimateLost && seen.estimate.healthy) {
-    return is_blinded(seen) ? FailsafeReason::kVibration : FailsafeReason::kPoseRefused;
+    return vibration_hides_faults(seen) ? FailsafeReason::kVibration : FailsafeReason::kPoseRefused;
   }
   if (row.why == FailsafeReason::kPoseOld && seen.estimate.pose_age <= fresh_limit(limits_, seen.pose_latency)) {
     return FailsafeReason::kTelemetryOld;

@@ -113,7 +113,7 @@ class Supervisor {
   void update_known(const Observation& seen, bool fresh);
   void enter(const FailsafeTransition& row, const Observation& seen);
   FailsafeReason reason_of(const FailsafeTransition& row, const Observation& seen) const;
-  bool is_blinded(const Observation& seen) const;
+  bool vibration_hides_faults(const Observation& seen) const;
   ctl::Command<T> limit_tilt(const ctl::Command<T>& wanted);
   ctl::Command<T> limited(const ctl::Command<T>& wanted, T step_s);
   T limited(T wanted, T last, T range, T slew, T step_s);

@@ -21,6 +21,10 @@ FailsafeReason denial_reason(const safety::Observation& seen, const safety::Limi
   if (!seen.estimate.healthy) {
     return FailsafeReason::kEstimateLost;
   }
+  const bool flies = seen.flight.on_ground_for == core::Duration{0};  // on the ground the idling rotors shake
+  if (flies && hides_false_poses(limits, seen.consistency.vibration.velocity_sigma_m_s)) {
+    return FailsafeReason::kVibration;
+  }
   if (seen.fence.outside_m > 0.0) {
     return FailsafeReason::kFenceLeft;
   }
@@ -34,6 +38,7 @@ std::string_view remedy_for(FailsafeReason denial_reason) {
     case FailsafeReason::kOnGround:
       return "take off first";
     case FailsafeReason::kFlightFailure:
+    case FailsafeReason::kVibration:
       return "check the aircraft";
     case FailsafeReason::kTelemetryOld:
     case FailsafeReason::kTelemetrySilent:
