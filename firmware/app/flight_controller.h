@@ -47,8 +47,9 @@ class FlightController {
   void release() { orders_.add(log::kOrderRelease); }
 
   /// Reports that the autopilot flies its own take-off or landing. It is valid for the next tick only: call it before
-  /// each of these ticks. The failsafe is then in kLevel. @param in_air its command brakes and holds, so that it does
-  /// in the moment in which the autopilot uses it again; false: neutral, because the aircraft may stand on the ground.
+  /// each of these ticks. The failsafe is then in kLevel. @param in_air its command brakes and holds, so that the
+  /// aircraft brakes as soon as the autopilot obeys our commands again; false: neutral, because the aircraft may stand
+  /// on the ground.
   void task_flies(bool in_air) { orders_.add(in_air ? log::kOrderLands : log::kOrderTakesOff); }
   /// Ends a task: control goes back at once, because a command of kRelease would have no effect.
   void end_task() { orders_.add(log::kOrderLands | log::kOrderRelease); }

@@ -55,7 +55,8 @@ inline constexpr std::uint32_t kOrderEngage = 1;
 inline constexpr std::uint32_t kOrderRelease = 2;
 inline constexpr std::uint32_t kOrderTakesOff =
     4;  ///< the autopilot flies a task of its own, or is about to, from the ground
-inline constexpr std::uint32_t kOrderLands = 8;  ///< the autopilot lands by its own task, or is about to
+inline constexpr std::uint32_t kOrderLands =
+    8;  ///< likewise, in the air; with kOrderRelease: end it; with kOrderEngage: hover instead
 inline constexpr std::uint32_t kOrderTask = 16;  ///< that task was requested before this tick
 
 inline constexpr std::string_view kTickFormat =

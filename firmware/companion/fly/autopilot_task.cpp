@@ -21,6 +21,8 @@ constexpr double kRisen_m = 0.3;  ///< higher than noise of the height: the airc
 constexpr double kMaxDrift_m = 1.0;
 /// Sideways, in a landing: an aircraft that touches down faster may fall over.
 constexpr double kMaxTouchDown_m_s = 0.5;
+/// A touch-down shakes the estimate for less, and a wind needs as long for 0.1 m/s more.
+constexpr core::Duration kFastFor = std::chrono::milliseconds(200);
 constexpr double kSink_m_s = 0.4;                                   ///< of the autopilot's landing, at least [inferred]
 constexpr core::Duration kStatusTimeout = std::chrono::seconds(2);  ///< the item comes ten times a second
 
@@ -50,6 +52,9 @@ void AutopilotTask::start(Task task, core::TimePoint now) {
 }
 
 AutopilotTask::State AutopilotTask::tick(core::TimePoint now, Controller& controller) {
+  if (is_flown() && drifts(now, controller)) {
+    fail(Failure::kDrifted);
+  }
   switch (state_) {
     case State::kWaiting:
       send_request(now, controller);
@@ -66,12 +71,10 @@ AutopilotTask::State AutopilotTask::tick(core::TimePoint now, Controller& contro
     case State::kFailed:
       break;
   }
-  const bool is_flown = state_ == State::kRequested || state_ == State::kActive;
-  if (is_flown && drifts(controller)) {
-    fail(Failure::kDrifted);
-    controller.end_task();
-  } else if (is_flown || state_ == State::kWaiting) {
+  if (is_flown() || state_ == State::kWaiting) {
     controller.task_flies(in_air(controller));
+  } else if (failure_ == Failure::kDrifted || failure_ == Failure::kTimeout) {
+    controller.end_task();
   }
   return state_;
 }
@@ -87,10 +90,8 @@ void AutopilotTask::send_request(core::TimePoint now, Controller& controller) {
   if (may_request(now, controller) && task_ == Task::kLand && touch_down_m_s(controller) > kMaxTouchDown_m_s) {
     state_ = State::kWouldDrift;
   } else if (may_request(now, controller) && controller.begin_task(task_) == core::Status::kOk) {
-    const est::Estimate<double>& at = controller.estimate();
-    requested_at_ = now;
-    requested_from_m_ = {at.x.position_m, at.y.position_m, at.height_m};
-    ground_m_ = task_ == Task::kTakeOff ? at.height_m : ground_m_;
+    requested_at_ = slow_since_ = now;
+    from_w_m_.reset();
     status_ = controller.link().telemetry().flight_status;
     same_since_ = now;
     state_ = State::kRequested;
@@ -136,32 +137,46 @@ void AutopilotTask::update_status(core::TimePoint now, const link::SerialLink& l
 }
 
 bool AutopilotTask::in_air(const Controller& controller) const {
-  const bool is_flown = state_ == State::kRequested || state_ == State::kActive;
-  const bool rises =
-      is_flown && controller.estimate().healthy && controller.estimate().height_m - requested_from_m_.z() > kRisen_m;
+  const bool rises = is_flown() && controller.estimate().healthy && from_w_m_ &&
+                     controller.estimate().height_m - from_w_m_->z() > kRisen_m;
   return task_ == Task::kLand || rises;
 }
 
-/// False while no pose shows it, and after the task's end: then the command of kLevel brakes.
-bool AutopilotTask::drifts(const Controller& controller) const {
+/// False while no pose shows it, when the estimate began anew at another place, and after the task's end: then the
+/// command of kLevel brakes.
+bool AutopilotTask::drifts(core::TimePoint now, const Controller& controller) {
   const safety::Observation& seen = controller.observed();
-  const core::Vector<double, 2> at_m{controller.estimate().x.position_m, controller.estimate().y.position_m};
-  const auto is_beside = [&](int axis) {
+  const est::Estimate<double>& at = controller.estimate();
+  const core::Vector<double, 3> at_w_m{at.x.position_m, at.y.position_m, at.height_m};
+  const bool is_known = seen.estimate.healthy && seen.consistency.refused_poses == 0;
+  const bool is_slow = !is_known || seen.consistency.speed_m_s <= kMaxTouchDown_m_s;
+  slow_since_ = is_slow ? now : slow_since_;
+  if (!is_known || is_at_end(task_, status_)) {
+    return false;
+  }
+  const std::uint32_t resets = controller.observer_counters().recoveries;
+  if (!from_w_m_ || resets != resets_) {
+    from_w_m_ = at_w_m;
+    resets_ = resets;
+    ground_z_m_ = task_ == Task::kTakeOff && state_ == State::kRequested ? at_w_m.z() : ground_z_m_;
+  }
+  if (task_ == Task::kLand) {
+    return (at_w_m - *from_w_m_).head<2>().norm() > kMaxDrift_m || now - slow_since_ >= kFastFor;
+  }
+  const auto is_beside = [&](Eigen::Index axis) {
     const core::Fence::Side& side = fence_.side[static_cast<std::size_t>(axis)];
-    return at_m[axis] < side.low_m || at_m[axis] > side.high_m;
+    return at_w_m[axis] < side.low_m || at_w_m[axis] > side.high_m;
   };
-  const bool leaves = task_ == Task::kTakeOff ? in_air(controller) && (is_beside(0) || is_beside(1))
-                                              : (at_m - requested_from_m_.head<2>()).norm() > kMaxDrift_m ||
-                                                    seen.consistency.speed_m_s > kMaxTouchDown_m_s;
-  return leaves && !is_at_end(task_, status_) && seen.estimate.healthy && seen.consistency.refused_poses == 0;
+  return in_air(controller) && (is_beside(0) || is_beside(1));
 }
 
 /// How fast a level aircraft would be after sinking to the ground: the estimated disturbance accelerates it. The drag
 /// of its own motion is left out; at 0.3 1/s it would take a third off in 3 s. Zero where the estimate does not know.
 double AutopilotTask::touch_down_m_s(const Controller& controller) const {
   const est::Estimate<double>& at = controller.estimate();
-  const double blows_m_s2 = std::hypot(at.x.disturbance_m_s2, at.y.disturbance_m_s2);
-  return at.healthy ? blows_m_s2 * std::max(0.0, at.height_m - ground_m_) / kSink_m_s : 0.0;
+  const double wind_m_s2 = std::hypot(at.x.disturbance_m_s2, at.y.disturbance_m_s2);
+  const double sinks_for_s = std::max(0.0, at.height_m - ground_z_m_) / kSink_m_s;
+  return at.healthy ? controller.observed().consistency.speed_m_s + wind_m_s2 * sinks_for_s : 0.0;
 }
 
 void AutopilotTask::fail(Failure failure) {

@@ -94,6 +94,7 @@ FlightRequest request_of(const FlyOptions& options, const FlightFiles& files, co
           .land = options.land,
           .course_start_w_m = start.position_w_m,
           .takeoff_position_w_m = place.position_w_m,
+          .ground_z_m = files.flight ? files.flight->ground_z_m : 0.0,
           .max_start_distance_m = kReach_m,
           .home = home_settings(files),
           .home_yaw_rad = start.yaw_rad};

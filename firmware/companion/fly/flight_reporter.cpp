@@ -125,11 +125,11 @@ void FlightReporter::report_heading(core::TimePoint now) {
   reported_.heading = turned_rad > 0.0;
 }
 
-/// Reported once, when it widens what the check of the force allows by three times as much as a calm flight shows.
+/// Reported once, at ten times the sigma that the rotors of a healthy aircraft leave: 0.1 m/s^2 at 100 Hz.
 void FlightReporter::report_vibration(core::TimePoint now, bool is_flying) {
-  constexpr double kTold_m_s = 0.1;
+  constexpr double kReportedSigma_m_s = 0.1;
   const est::VibrationStatus& seen = controller_.observed().consistency.vibration;
-  if (seen.velocity_sigma_m_s >= kTold_m_s && !reported_.vibration) {
+  if (seen.velocity_sigma_m_s >= kReportedSigma_m_s && !reported_.vibration) {
     reported_.vibration = true;
     TextLine line;
     describe_vibration(line, seen);
@@ -155,11 +155,18 @@ void FlightReporter::report_task(core::TimePoint now, const AutopilotTask& task,
   } else if (task.task() == protocol::Task::kLand) {
     line.add("landed: by the autopilot's flight status, the aircraft is on the ground");
   } else if (outside) {
-    line.add("taken off, and carried beyond the fence by the wind: it brakes, then control goes back");
+    line.add("taken off, and the aircraft is outside its fence: it brakes, then control goes back");
   } else {
     line.add("taken off: by the autopilot's flight status, the aircraft is in the air; the law takes over");
   }
   operator_log_.write(now, line.text());
+}
+
+void FlightReporter::report_refusal(core::TimePoint now, std::string_view how, const link::AuthorityView& authority,
+                                    std::string_view next) {
+  TextLine line;
+  describe(line.add(how), authority);
+  operator_log_.write(now, line.add(next.empty() ? "" : "; ").add(next).text());
 }
 
 void FlightReporter::report_landing(core::TimePoint now) {

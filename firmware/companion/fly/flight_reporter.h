@@ -40,6 +40,9 @@ class FlightReporter {
   const est::VibrationStatus& vibration() const { return vibration_; }
   /// Says that a take-off or a landing was ordered, or how it ended. @param outside a take-off ended beyond the fence
   void report_task(core::TimePoint now, const AutopilotTask& task, bool outside = false);
+  /// Says why control is not granted, after `how`. @param next what the operator may do; empty: nothing
+  void report_refusal(core::TimePoint now, std::string_view how, const link::AuthorityView& authority,
+                      std::string_view next = {});
   /// Says that the autopilot lands although nobody ordered it.
   void report_landing(core::TimePoint now);
   /// Says why the flight has ended, and what may follow.

@@ -19,6 +19,7 @@ struct FlightRequest {
       core::Vector<double, 3>::Zero();  ///< where the course begins, in the world
   /// Where the aircraft stands before a take-off.
   core::Vector<double, 3> takeoff_position_w_m = core::Vector<double, 3>::Zero();
+  double ground_z_m = 0.0;            ///< height of the ground in the world, for a landing without a take-off before it
   double max_start_distance_m = 1e9;  ///< farther from the beginning of course or take-off, control is not taken
   ReturnSettings home{};              ///< a low battery ends the flight where its course begins
   double home_yaw_rad = 0.0;

@@ -11,7 +11,7 @@ using Excitation = ctl::Excitation<double>;
 /// As long as an order to fly is valid in the flight controller: after a later grant nothing would fly.
 constexpr core::Duration kRequestTimeout = std::chrono::seconds(20);
 
-constexpr double kHoverBeforePilotLands_s = 10.0;
+constexpr core::Duration kHover = std::chrono::seconds(10);  ///< in place of a landing
 
 constexpr std::string_view kNoLanding = "landing is not ordered: the program does not fly the aircraft";
 
@@ -25,7 +25,7 @@ bool FlightSequencer::tick(core::TimePoint now, const SequencerInput& input) {
   reporter_.update_return(home_, now);
   release_monitor_.update(now, view);
   landing_monitor_.update(link.telemetry().flight_status, link.received_at(protocol::TelemetryItem::kFlightStatus));
-  start_.update(now, phase_ == Phase::kWaiting, input.goal_led || outcome_.lands_by_hand);
+  start_.update(now, phase_ == Phase::kWaiting, input.goal_led);
   if (input.land && (phase_ == Phase::kWaiting || phase_ == Phase::kRequesting || phase_ == Phase::kReleasing)) {
     report(now, kNoLanding);
   }
@@ -38,6 +38,8 @@ bool FlightSequencer::tick(core::TimePoint now, const SequencerInput& input) {
       return fly_task(now, view, input);
     case Phase::kFlying:
       return fly(now, view, input);
+    case Phase::kHovering:
+      return hover(now, view, input);
     case Phase::kReleasing:
       return release_control(now, view, input);
   }
@@ -77,9 +79,7 @@ bool FlightSequencer::ends_without_flight(core::TimePoint now, const View& view)
   const bool ends =
       request_.once && phase_ == Phase::kWaiting && stuck && !view.control_requested && !view.release_pending;
   if (ends && view.stage != safety::AuthorityStage::kReady && has_waited) {
-    TextLine line;
-    describe(line.add("control could not be asked for within 20 s: "), view);
-    report(now, line.text());
+    reporter_.report_refusal(now, "control could not be asked for within 20 s: ", view);
   }
   return ends;
 }
@@ -96,7 +96,8 @@ void FlightSequencer::try_to_engage(core::TimePoint now, bool backed_up) {
   takes_off_ = start_.on_ground(now);
   const safety::FailsafeReason cause = start_.denial(takes_off_);
   // Other reasons do not refuse the order: before the first telemetry, for example, it waits for start-up.
-  if (cause == safety::FailsafeReason::kPoseRefused || cause == safety::FailsafeReason::kPoseOld) {
+  if (cause == safety::FailsafeReason::kPoseRefused || cause == safety::FailsafeReason::kPoseOld ||
+      cause == safety::FailsafeReason::kVibration) {
     start_.report_denial(now, cause, ends_on_denial());
     return;
   }
@@ -107,13 +108,8 @@ void FlightSequencer::try_to_engage(core::TimePoint now, bool backed_up) {
   controller_.engage();
   release_monitor_.control_requested(controller_.link().health().outages);
   had_control_ = false;
-  outcome_.lands_by_hand = false;
   outcome_.landed = false;
   enter(Phase::kRequesting, now);
-}
-
-bool FlightSequencer::is_refused(core::TimePoint now, const View& view) const {
-  return now > since_ && !view.control_requested && StartConditions::waits_for_operator(view.stage);
 }
 
 bool FlightSequencer::request_control(core::TimePoint now, const View& view, const SequencerInput& input) {
@@ -140,9 +136,7 @@ bool FlightSequencer::request_control(core::TimePoint now, const View& view, con
     }
     give_back(now, takes_it_back, input);  // a request may already be granted
   } else if (is_refused(now, view)) {
-    TextLine line;
-    describe(line.add("refused: "), view);
-    report(now, line.add("; ").add(next_input(request_.once)).text());
+    reporter_.report_refusal(now, "refused: ", view, next_input(request_.once));
     begin_release(now, false, input);
   }
   return true;
@@ -151,9 +145,7 @@ bool FlightSequencer::request_control(core::TimePoint now, const View& view, con
 bool FlightSequencer::fly(core::TimePoint now, const View& view, const SequencerInput& input) {
   engaged_ = engaged_ || safety::passes_law(controller_.supervisor().failsafe_state());
   if (!view.in_control) {
-    report_end(now, view);
-    begin_release(now, false, input);
-    return true;
+    return end_by_loss(now, view, input);
   }
   if (!engaged_ && !takes_off_ &&
       start_.is_out_of_bounds(false)) {  // control was granted while the position was unknown
@@ -176,13 +168,11 @@ bool FlightSequencer::fly(core::TimePoint now, const View& view, const Sequencer
 
 void FlightSequencer::end_or_continue(core::TimePoint now, const SequencerInput& input) {
   const bool at_home = home_.state() == ReturnToStart<double>::State::kArrived;
-  const double hold_s = outcome_.lands_by_hand ? kHoverBeforePilotLands_s : request_.hold_s;
-  const bool is_held =
-      (request_.take_control || outcome_.lands_by_hand) && core::seconds<double>(now - since_) >= hold_s;
+  const bool is_held = request_.take_control && core::seconds<double>(now - since_) >= request_.hold_s;
   const bool is_over = at_home || (is_held && !returns_to_start());
-  const bool ends = is_over && (outcome_.lands_by_hand || !(request_.land && may_land()));
+  const bool ends = is_over && !(request_.land && may_land());
   if (input.stops > 0 || input.toggle_control || ends) {
-    give_back(now, !at_home && !(ends && outcome_.lands_by_hand), input);
+    give_back(now, !at_home, input);
   } else if (may_land() && (input.land || is_over)) {
     begin_task(now, protocol::Task::kLand);
   } else if (input.land) {
@@ -190,15 +180,17 @@ void FlightSequencer::end_or_continue(core::TimePoint now, const SequencerInput&
   }
 }
 
-void FlightSequencer::report_end(core::TimePoint now, const View& view) {
+bool FlightSequencer::end_by_loss(core::TimePoint now, const View& view, const SequencerInput& input) {
   const bool on_ground = takes_off_ && phase_ == Phase::kTask;
   const auto denial = engaged_ ? std::nullopt : std::optional(start_.denial(on_ground));
   reporter_.report_end(now, view, denial, takes_off_, next_input(request_.once));
+  begin_release(now, false, input);
+  return true;
 }
 
 bool FlightSequencer::may_land() const {
   const safety::FailsafeState state = controller_.supervisor().failsafe_state();
-  const bool is_ours = phase_ == Phase::kFlying || phase_ == Phase::kTask;
+  const bool is_ours = phase_ == Phase::kFlying || phase_ == Phase::kTask || phase_ == Phase::kHovering;
   return is_ours && state != safety::FailsafeState::kRelease && state != safety::FailsafeState::kSilent;
 }
 
@@ -244,11 +236,12 @@ void FlightSequencer::begin_task(core::TimePoint now, protocol::Task task) {
 
 bool FlightSequencer::fly_task(core::TimePoint now, const View& view, const SequencerInput& input) {
   if (!view.in_control) {
-    report_end(now, view);
-    begin_release(now, false, input);
-    return true;
+    return end_by_loss(now, view, input);
   }
   if (input.stops > 0 || input.toggle_control) {
+    if (task_.is_flown()) {
+      controller_.end_task();
+    }
     give_back(now, true, input);
     return true;
   }
@@ -260,7 +253,10 @@ bool FlightSequencer::fly_task(core::TimePoint now, const View& view, const Sequ
       end_task(now, input);
       break;
     case AutopilotTask::State::kWouldDrift:
-      hover_instead_of_landing(now);
+      reporter_.report_task(now, task_);
+      controller_.hover_here();
+      engaged_ = false;
+      enter(Phase::kHovering, now);
       break;
     case AutopilotTask::State::kFailed:
       reporter_.report_task(now, task_);
@@ -287,11 +283,18 @@ void FlightSequencer::end_task(core::TimePoint now, const SequencerInput& input)
   enter(Phase::kFlying, now);  // --hold counts from where the law takes over
 }
 
-void FlightSequencer::hover_instead_of_landing(core::TimePoint now) {
-  reporter_.report_task(now, task_);
-  outcome_.lands_by_hand = true;
-  controller_.hover_here();
-  enter(Phase::kFlying, now);
+bool FlightSequencer::hover(core::TimePoint now, const View& view, const SequencerInput& input) {
+  engaged_ = engaged_ || safety::passes_law(controller_.supervisor().failsafe_state());
+  const bool takes_it_back = input.stops > 0 || input.toggle_control;
+  if (!view.in_control) {
+    return end_by_loss(now, view, input);
+  }
+  if (takes_it_back || now - since_ >= kHover) {
+    give_back(now, takes_it_back, input);
+  } else if (input.land) {
+    begin_task(now, protocol::Task::kLand);
+  }
+  return true;
 }
 
 }  // namespace m100::companion

@@ -53,7 +53,7 @@ class FlightSequencer {
               request.home),
         reporter_(controller, config.limits, request.land, operator_log),
         start_(request, config.limits, controller, operator_log),
-        task_(config.fence),
+        task_(config.fence, request.ground_z_m),
         release_monitor_(operator_log) {}
 
   /// Call it after each tick. @returns false: the program ends.
@@ -88,7 +88,8 @@ class FlightSequencer {
   std::span<const safety::FailsafeStep> steps() const { return reporter_.steps(); }
 
  private:
-  enum class Phase { kWaiting, kRequesting, kTask, kFlying, kReleasing };
+  /// kHovering: in place of a landing that the wind would carry away, until the pilot lands.
+  enum class Phase { kWaiting, kRequesting, kTask, kFlying, kHovering, kReleasing };
   using View = link::AuthorityView;
   /// What a flight was, for its result.
   struct Outcome {
@@ -96,7 +97,6 @@ class FlightSequencer {
     bool took_off = false;
     bool landed = false;
     bool given_back = false;
-    bool lands_by_hand = false;  ///< the wind forbids the autopilot's landing: a hover, in which the pilot is told so
   };
 
   void enter(Phase phase, core::TimePoint now) {
@@ -111,15 +111,18 @@ class FlightSequencer {
   bool fly_task(core::TimePoint now, const View& view, const SequencerInput& input);
   void begin_task(core::TimePoint now, protocol::Task task);
   void end_task(core::TimePoint now, const SequencerInput& input);
-  void hover_instead_of_landing(core::TimePoint now);
+  bool hover(core::TimePoint now, const View& view, const SequencerInput& input);
   bool release_control(core::TimePoint now, const View& view, const SequencerInput& input);
   void try_to_engage(core::TimePoint now, bool backed_up);
   /// With --once, a refusal to carry out the program's own order to take control ends the program.
   bool ends_on_denial() const { return order_given_ && request_.once; }
   void begin_release(core::TimePoint now, bool by_operator, const SequencerInput& input);
   void give_back(core::TimePoint now, bool by_operator, const SequencerInput& input);
-  bool is_refused(core::TimePoint now, const View& view) const;
-  void report_end(core::TimePoint now, const View& view);
+  bool is_refused(core::TimePoint now, const View& view) const {
+    return now > since_ && !view.control_requested && StartConditions::waits_for_operator(view.stage);
+  }
+  /// Control is not ours any more. @returns true
+  bool end_by_loss(core::TimePoint now, const View& view, const SequencerInput& input);
   void report(core::TimePoint now, std::string_view what) { operator_log_.write(now, what); }
 
   FlightRequest request_;

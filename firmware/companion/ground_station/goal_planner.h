@@ -60,6 +60,8 @@ class GoalPlanner {
   bool fly_to(const ref::Waypoint<T>& place, core::TimePoint now);
   /// The next flight begins where the aircraft is, as after a flight to goals.
   void stay() { goal_ = trajectory_.end(); }
+  /// The next flight begins at its course again.
+  void forget() { goal_.reset(); }
   /// Brings the reference to rest on its way. @returns false: the law does not fly.
   bool hold(core::TimePoint now, bool flies);
 

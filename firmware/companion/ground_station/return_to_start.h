@@ -60,6 +60,7 @@ class ReturnToStart {
   ref::Waypoint<T> home_;
   double low_percent_;
   bool charge_reported_ = false;
+  bool hovers_ = false;  ///< in place of a landing, until control goes back
   State state_ = State::kInactive;
   std::optional<core::TimePoint> low_since_;
   std::optional<core::TimePoint> rests_since_;
@@ -70,15 +71,20 @@ template <typename S>
 typename ReturnToStart<T>::State ReturnToStart<T>::update(const app::FlightController<T, S>& controller,
                                                           core::TimePoint now) {
   const bool by_law = safety::passes_law(controller.supervisor().failsafe_state());
+  const bool is_ours = controller.link().authority().in_control;
   if (controller.hovers_here()) {
+    hovers_ = true;
     goals_.stay();
+  } else if (hovers_ && !is_ours) {
+    hovers_ = false;
+    goals_.forget();
   }
   goals_.update(now, by_law, controller.started(), controller.estimate());
   const std::uint8_t percent = controller.link().telemetry().battery_percent;
   charge_reported_ = charge_reported_ || percent > 0;
   const bool is_low = charge_reported_ && low_percent_ > 0.0 && percent <= low_percent_;
   low_since_ = is_low ? low_since_.value_or(now) : std::optional<core::TimePoint>();
-  if (!by_law || !controller.link().authority().in_control) {
+  if (!by_law || !is_ours || hovers_) {
     state_ = State::kInactive;
     return state_;
   }

@@ -285,7 +285,7 @@ TEST_P(FlightSequencerTest, AJumpThatIsNotAnnouncedIsRefused) {
 TEST_P(FlightSequencerTest, ATaskWithoutControlIsNotAskedForAndFails) {
   begin({});
   ASSERT_TRUE(bench_->reach(FailsafeState::kSilent));
-  companion::AutopilotTask task{core::Fence{}};
+  companion::AutopilotTask task{core::Fence{}, 0.0};
   task.start(protocol::Task::kLand, bench_->world().now());
   const core::TimePoint from = bench_->world().now();
   while (task.failure() == companion::AutopilotTask::Failure::kNone && bench_->world().now() - from < seconds(10)) {
