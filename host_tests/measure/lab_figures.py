@@ -163,16 +163,15 @@ def papers_tasks(workspace):
             "flight.cells_above_paper": Figure(f"{above} cells" if above != 1 else "1 cell")}
 
 
+def studied(workspace, study, seeds):
+    """-> the table of a study of experiments/studies.py, with the default vehicle."""
+    printed = workspace.run("host_tests/lab/experiments/studies.py", study, workspace.program(LAB), VEHICLE, "--seeds", seeds)
+    return table(*([cell.strip() for cell in line.strip("| ").split("|")] for line in printed.splitlines()))
+
+
 def command_rates(workspace):
     """Tracking error at each command rate, over three seeds."""
-    _, answer = asked(workspace, "experiments", "--rates", "--seeds", "3")
-    tasks = [(task, air) for task, airs in answer[0]["tasks"].items() if isinstance(airs, dict) for air in airs]
-    rows = [["channel and rate"] + [f"{task}, {air}" for task, air in tasks]]
-    for cost in answer:
-        channel = {"virtual_rc": "Virtual RC"}.get(cost["channel"], cost["channel"])
-        name = f"{channel}, {cost['rate_hz']:g} Hz" + (" by name" if cost["by_name"] else "")
-        rows.append([name] + [thousandths(cost["tasks"][task][air]["pose_m"], 4) for task, air in tasks])
-    return {"flight.rates": table(*rows)}
+    return {"flight.rates": studied(workspace, "rates", 3)}
 
 
 def far_tasks(workspace):
@@ -205,12 +204,7 @@ def both_modes(workspace):
 
 def motion_curve(workspace):
     """Tracking error against the motion of the commands, over five seeds."""
-    _, answer = asked(workspace, "experiments", "--motion", "--seeds", "5")
-    rows = [["input weight", "hover: command [deg/s]", "pose [m]", "square: command [deg/s]", "pose [m]"]]
-    for point in answer:
-        rows.append([f"{point['input_weight']:.3g}"] + [text for task in ("hover", "square") for text in (
-            f"{point[task]['command_deg_s']:.0f}", thousandths(point[task]["pose_m"], 4))])
-    return {"flight.motion": table(*rows)}
+    return {"flight.motion": studied(workspace, "motion", 5)}
 
 
 def hidden_effects(workspace):

@@ -17,8 +17,6 @@
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/body_options.h"
 #include "host_tests/lab/experiments/far.h"
-#include "host_tests/lab/experiments/motion.h"
-#include "host_tests/lab/experiments/rates.h"
 #include "host_tests/lab/experiments/report.h"
 #include "host_tests/lab/flight/page.h"
 #include "host_tests/lab/input_error.h"
@@ -42,8 +40,6 @@ struct ExperimentsOptions {
   std::string channel = "virtual_rc";
   double rate_hz = 0.0;
   bool paper_100_hz = false;
-  bool rates = false;
-  bool motion = false;
   std::string tasks = "paper";
   std::string law = "mpc";
   std::string mode = "field";
@@ -86,11 +82,7 @@ void check_files(const ExperimentsOptions& options) {
       .reads("--plant-from", options.plant_from)
       .reads("--vehicle", options.vehicle)
       .writes("--json", options.json)
-      .fills("--report", options.report,
-             options.rates    ? "rates.html"
-             : options.motion ? "motion.html"
-                              : "experiments.html")
-      .fills("--report", options.motion ? options.report : "", "motion.svg")
+      .fills("--report", options.report, "experiments.html")
       .check();
 }
 
@@ -99,14 +91,14 @@ std::string about(const ExperimentsOptions& options) {
          (options.plant.empty() ? std::string("the measured one") : options.plant) +
          (options.plant_from.empty() ? "" : ", on the axes of " + options.plant_from) +
          ", vehicle: " + (options.vehicle.empty() ? std::string("the project's default") : options.vehicle) +
-         (options.rates ? "" : ", channel: " + options.channel) + ", law: " + options.law + ", mode: " + options.mode +
+         ", channel: " + options.channel + ", law: " + options.law + ", mode: " + options.mode +
          ", seeds: " + std::to_string(options.seeds) + "." +
          (options.body.is_identified()
               ? ""
               : " The physics is another program's, and so is the air: no fan, the plant's wind in the tasks in wind.");
 }
 
-/// The kind of run that the options select, one of four.
+/// The kind of run that the options select, one of two.
 struct Kind {
   const char* words;                  ///< as typed on the command line
   std::vector<const char*> not_its;   ///< options that this kind would ignore
@@ -114,14 +106,6 @@ struct Kind {
 };
 
 Kind kind_of(const ExperimentsOptions& options) {
-  if (options.rates) {
-    return {"--rates",
-            {"--motion", "--channel", "--rate", "--paper-100-hz", "--body", "--body-command"},
-            {"hover", "step", "trajectory"}};
-  }
-  if (options.motion) {
-    return {"--motion", {"--only", "--baseline", "--body", "--body-command"}, {}};
-  }
   if (options.tasks == "far") {
     Kind far{"--tasks far", {"--law", "--report", "--baseline", "--paper-100-hz", "--body", "--body-command"}, {}};
     for (const experiments::FarTask& task : experiments::far_tasks()) {
@@ -145,9 +129,6 @@ void check_together(const CLI::App& command, const ExperimentsOptions& options) 
     if (command.count(option) > 0) {
       throw InputError(option, 0, "", std::string("cannot be combined with ") + kind.words);
     }
-  }
-  if ((options.rates || options.motion) && command.count("--tasks") > 0) {
-    throw InputError("--tasks", 0, "", std::string("cannot be combined with ") + kind.words);
   }
   if (!options.only.empty() &&
       std::find(kind.has_only.begin(), kind.has_only.end(), options.only) == kind.has_only.end()) {
@@ -175,28 +156,6 @@ void exit_unless(bool all_flown) {
 bool all_flew(const std::vector<experiments::TaskResult>& results) {
   return std::all_of(results.begin(), results.end(),
                      [](const auto& result) { return result.refused + result.baselines_refused == 0; });
-}
-
-void run_rates(const ExperimentsOptions& options) {
-  const std::vector<experiments::RateCost> costs = experiments::fly_rates(suite_of(options));
-  experiments::print_rates(std::cout, costs);
-  write_json(options.json, experiments::rates_to_json(costs), 2);
-  if (!options.report.empty()) {
-    experiments::write_rates_report(options.report, costs, about(options));
-    std::cout << "wrote " << printable(options.report) << "/rates.html\n";
-  }
-  exit_unless(std::all_of(costs.begin(), costs.end(), [](const auto& cost) { return all_flew(cost.tasks); }));
-}
-
-void run_motion(const ExperimentsOptions& options) {
-  const std::vector<experiments::MotionPoint> points = experiments::fly_motion(suite_of(options));
-  experiments::print_motion(std::cout, points);
-  write_json(options.json, experiments::motion_to_json(points), 2);
-  if (!options.report.empty()) {
-    experiments::write_motion_report(options.report, points, about(options));
-    std::cout << "wrote " << printable(options.report) << "/motion.html\n";
-  }
-  exit_unless(std::all_of(points.begin(), points.end(), [](const auto& point) { return point.refused == 0; }));
 }
 
 void run_far(const ExperimentsOptions& options) {
@@ -290,10 +249,6 @@ void add_experiments(CLI::App& lab) {
   command->add_option("--channel", options->channel, "how commands reach the autopilot")
       ->check(CLI::IsMember({"virtual_rc", "movement"}));
   command->add_option("--rate", options->rate_hz, "commands per second [Hz]; default: the channel's highest");
-  command->add_flag("--rates", options->rates,
-                    "measure the tracking error at each command rate of both channels: hover, step, trajectory");
-  command->add_flag("--motion", options->motion,
-                    "measure command motion and pose error over a range of input weights: hover and square");
   command->add_flag("--paper-100-hz", options->paper_100_hz,
                     "use the paper's command rate, which is higher than DJI allows");
   command
@@ -311,10 +266,7 @@ void add_experiments(CLI::App& lab) {
     check_together(*command, *options);
     check_files(*options);
     options->body.check();
-    options->rates            ? run_rates(*options)
-    : options->motion         ? run_motion(*options)
-    : options->tasks == "far" ? run_far(*options)
-                              : run(*options);
+    options->tasks == "far" ? run_far(*options) : run(*options);
   });
 }
 

@@ -37,8 +37,7 @@ struct TaskResult {
 struct SuiteOptions {
   sim::Plant plant;
   companion::VehicleFile vehicle;
-  std::string only;       ///< a task's name; empty: all
-  std::string condition;  ///< "calm" or "wind"; empty: both
+  std::string only;  ///< a task's name; empty: all
   std::uint64_t seed = 1;
   int seeds = 1;
   link::Channel channel = link::Channel::kVirtualRc;

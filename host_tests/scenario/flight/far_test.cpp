@@ -2,13 +2,11 @@
 // Where limits are active, the law that knows them is better: one seed of the table of experiments/README.md.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/experiments/far.h"
-#include "host_tests/lab/experiments/motion.h"
 
 namespace m100::lab::experiments {
 namespace {
@@ -97,29 +95,6 @@ TEST(FarTasks, WhatNeverFlewHasNoErrorInsteadOfNone) {
   print_far(said, results);
   EXPECT_NE(said.str().find("step_6m: not flown!"), std::string::npos) << said.str();
   EXPECT_EQ(said.str().find("better by"), std::string::npos) << said.str();
-}
-
-TEST(Motion, OfWhatNeverFlewIsNotZero) {
-  const std::vector<MotionPoint> points = fly_motion(measured(kBlind));
-  ASSERT_FALSE(points.empty());
-  EXPECT_EQ(points.front().refused, 2);
-  EXPECT_TRUE(motion_to_json(points).at(0).at("hover").is_null()) << motion_to_json(points);
-  std::ostringstream said;
-  print_motion(said, points);
-  EXPECT_NE(said.str().find("not flown"), std::string::npos) << said.str();
-}
-
-// Catches a row whose weights never reach the gain table, and calm commands without any cost in tracking error.
-TEST(Motion, OfTheCommandFallsWithTheInputWeightAndCostsTrackingError) {
-  const std::vector<MotionPoint> points = fly_motion(measured());
-  ASSERT_GT(points.size(), 3U);
-  ASSERT_TRUE(std::all_of(points.begin(), points.end(), [](const MotionPoint& point) { return point.refused == 0; }));
-  for (std::size_t i = 1; i < points.size(); ++i) {
-    EXPECT_GT(points[i].input_weight, points[i - 1].input_weight);
-    EXPECT_LT(points[i].hover->input_variation_deg_s, points[i - 1].hover->input_variation_deg_s);
-    EXPECT_LT(points[i].square->input_variation_deg_s, points[i - 1].square->input_variation_deg_s);
-  }
-  EXPECT_GT(points.back().hover->pose_m, points.front().hover->pose_m);
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ std::string refused(std::vector<const char*> words) {
 // Catches a rate that fails an assertion, unknown tasks, and options that have no effect.
 TEST(ExperimentsOptions, ThatDoNotGoTogetherAreRefused) {
   for (const char* const rate : {"30", "1000", "nan", "-1"}) {
-    for (const std::vector<const char*>& kind : {std::vector{"--tasks", "far"}, {"--motion"}, {"--tasks", "paper"}}) {
+    for (const std::vector<const char*>& kind : {std::vector{"--tasks", "far"}, {"--tasks", "paper"}}) {
       std::vector<const char*> words = kind;
       words.insert(words.end(), {"--rate", rate});
       EXPECT_NE(refused(words).find("--rate: outside the window"), std::string::npos) << kind.front() << " " << rate;
@@ -36,14 +36,11 @@ TEST(ExperimentsOptions, ThatDoNotGoTogetherAreRefused) {
   }
   EXPECT_NE(refused({"--only", "hover", "--tasks", "far"}).find("hover"), std::string::npos);
   EXPECT_NE(refused({"--only", "step_30m"}).find("step_30m"), std::string::npos);
-  EXPECT_NE(refused({"--only", "hover", "--motion"}).find("--only"), std::string::npos);
   EXPECT_NE(refused({"--tasks", "far", "--report", "."}).find("--report"), std::string::npos);
   EXPECT_NE(refused({"--tasks", "far", "--paper-100-hz"}).find("--paper-100-hz"), std::string::npos);
   EXPECT_NE(refused({"--tasks", "far", "--law", "lqr"}).find("--law"), std::string::npos);
-  EXPECT_NE(refused({"--rates", "--channel", "movement"}).find("--channel"), std::string::npos);
   EXPECT_NE(refused({"--law", "paper", "--mode", "robust"}).find("--mode"), std::string::npos);
   EXPECT_NE(refused({"--law", "paper", "--baseline"}).find("--baseline"), std::string::npos);
-  EXPECT_NE(refused({"--rates", "--motion"}).find("--motion"), std::string::npos);
 }
 
 }  // namespace
