@@ -56,6 +56,14 @@ class ReturnToStart {
     return away.squaredNorm() < static_cast<T>(kNear_m * kNear_m);
   }
 
+  /// The charge has been low for kLowConfirmTime. A charge of zero before any other is none that was reported.
+  bool stays_low(std::uint8_t percent, core::TimePoint now) {
+    charge_reported_ = charge_reported_ || percent > 0;
+    const bool is_low = charge_reported_ && low_percent_ > 0.0 && percent <= low_percent_;
+    low_since_ = is_low ? low_since_.value_or(now) : std::optional<core::TimePoint>();
+    return is_low && now - *low_since_ >= kLowConfirmTime;
+  }
+
   GoalPlanner<T> goals_;
   ref::Waypoint<T> home_;
   double low_percent_;
@@ -80,16 +88,12 @@ typename ReturnToStart<T>::State ReturnToStart<T>::update(const app::FlightContr
     goals_.forget();
   }
   goals_.update(now, by_law, controller.started(), controller.estimate());
-  const std::uint8_t percent = controller.link().telemetry().battery_percent;
-  charge_reported_ = charge_reported_ || percent > 0;
-  const bool is_low = charge_reported_ && low_percent_ > 0.0 && percent <= low_percent_;
-  low_since_ = is_low ? low_since_.value_or(now) : std::optional<core::TimePoint>();
+  const bool is_low = stays_low(controller.link().telemetry().battery_percent, now);
   if (!by_law || !is_ours || hovers_) {
     state_ = State::kInactive;
     return state_;
   }
-  if (state_ == State::kInactive && is_low && now - *low_since_ >= kLowConfirmTime &&
-      !controller.excitation().moves()) {
+  if (state_ == State::kInactive && is_low && !controller.excitation().moves()) {
     state_ = goals_.fly_to(home_, now) ? State::kReturning : State::kArrived;
     rests_since_.reset();
   } else if (state_ == State::kReturning && goals_.at_rest(now)) {
