@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tracking error at each command rate, and over the input weight, as in the tables of experiments/README.md.
 
-Usage: studies_test.py M100_LAB VEHICLE.toml STUDIES.py
+Usage: studies_test.py M100_LAB VEHICLE.toml, and the path of lab/experiments/studies.py
 """
 import importlib.util
 import pathlib
