@@ -59,17 +59,33 @@ template <typename T, typename S>
 
 template <typename T, typename S>
 core::Status FlightController<T, S>::tick(core::TimePoint now) {
+  const Sensed sensed = sense(now);
+  observe(sensed);
+  const Wanted wanted = command(sensed.acting, now);
+  return act(wanted, sensed.measured, now);
+}
+
+template <typename T, typename S>
+typename FlightController<T, S>::Sensed FlightController<T, S>::sense(core::TimePoint now) {
   timer_.update(now);
-  const core::Duration elapsed = timer_.elapsed();
   orders_.update(is_in_reach(), supervisor_.failsafe_state(), link_, now);  // -> requests for control
   const protocol::Telemetry& telemetry = link_.receive(now);                // bytes -> frames -> telemetry
-  const ctl::Command<T>& applied = sender_.update(link_.authority().in_control, telemetry);
-  const ctl::Command<T> acting = design_.expected(applied);
-  const est::Measurement<T> measured = adapt(telemetry, now);    // -> our units and frames, once
-  observer_.update(measured, acting, elapsed, heading_reset());  // -> state estimate
-  fault_isolation_.update(SensorAdapter::imu_sample<T>(telemetry, measured), measured, estimate_,
+  const ctl::Command<T> acting = design_.expected(sender_.update(link_.authority().in_control, telemetry));
+  return {telemetry, acting, adapt(telemetry, now)};  // -> our units and frames, once
+}
+
+template <typename T, typename S>
+void FlightController<T, S>::observe(const Sensed& sensed) {
+  const core::Duration elapsed = timer_.elapsed();
+  observer_.update(sensed.measured, sensed.acting, elapsed, heading_reset());  // -> state estimate
+  fault_isolation_.update(SensorAdapter::imu_sample<T>(sensed.telemetry, sensed.measured), sensed.measured, estimate_,
                           observer_.model_tilt_rad(), supervisor_.failsafe_state(), elapsed);  // sensors agree?
   monitors_.update_flight_state(link_, estimate_, observer_.model_tilt_rad(), fault_isolation_, elapsed);
+}
+
+template <typename T, typename S>
+typename FlightController<T, S>::Wanted FlightController<T, S>::command(const ctl::Command<T>& acting,
+                                                                        core::TimePoint now) {
   prepare_start(now);  // course and law begin anew until the law flies
   const bool leaves = may_leave(now);
   const bool solves = leaves || !config_.solves_when_due;
@@ -77,17 +93,22 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   trajectory_.fill(reference_, now, law_.lead(), points);  // -> reference
   plan(now, points);
   hold_fence(now, points);  // inside, and where one can stop
-  const ctl::Command<T> commanded =
-      excite(design_.to_send(law_.update(estimate_, reference_, acting, elapsed, solves)), now);  // -> control
+  return {excite(design_.to_send(law_.update(estimate_, reference_, acting, timer_.elapsed(), solves)), now), leaves};
+}
+
+template <typename T, typename S>
+core::Status FlightController<T, S>::act(const Wanted& wanted, const est::Measurement<T>& measured,
+                                         core::TimePoint now) {
+  const core::Duration elapsed = timer_.elapsed();
   monitors_.update(estimate_, reference_, flies(), excitation_.moves(), elapsed, law_);
-  supervised_ = supervise(commanded, leaves, now);                                          // it may only restrict
-  const core::Status sent = sender_.send(supervised_, commanded, excitation_, link_, now);  // -> Virtual RC -> bytes
+  supervised_ = supervise(wanted, now);                                                          // it may only restrict
+  const core::Status sent = sender_.send(supervised_, wanted.command, excitation_, link_, now);  // -> sticks -> bytes
   monitors_.update_model(measured, estimate_, sender_.sticks(), sender_.uses_sticks() && link_.authority().in_control,
                          holds(), elapsed);
   apply_learned_trims();
-  recorder_.append(
-      {now, elapsed, orders_.acting(), measured, estimate_, reference_, commanded, supervised_, sender_.sticks(), sent},
-      link_, supervisor_, law_, monitors_.residual(), excitation_);
+  recorder_.append({now, elapsed, orders_.acting(), measured, estimate_, reference_, wanted.command, supervised_,
+                    sender_.sticks(), sent},
+                   link_, supervisor_, law_, monitors_.residual(), excitation_);
   return sent;
 }
 
@@ -198,8 +219,7 @@ void FlightController<T, S>::prepare_start(core::TimePoint now) {
 
 /// Lets the supervisor choose and limit the command. The slew limit counts between commands that can leave.
 template <typename T, typename S>
-safety::SupervisedCommand<T> FlightController<T, S>::supervise(const ctl::Command<T>& commanded, bool leaves,
-                                                               core::TimePoint now) {
+safety::SupervisedCommand<T> FlightController<T, S>::supervise(const Wanted& wanted, core::TimePoint now) {
   const safety::FailsafeState before = supervisor_.failsafe_state();
   safety::Observation& seen = supervisor_.observation();
   seen.now = now;
@@ -214,15 +234,15 @@ safety::SupervisedCommand<T> FlightController<T, S>::supervise(const ctl::Comman
   seen.limit_cycle = monitors_.limit_cycle();
   seen.flight = monitors_.flight_state();
   seen.model = monitors_.model();
-  const safety::CommandSource source = supervisor_.update_failsafe(commanded, seen);
+  const safety::CommandSource source = supervisor_.update_failsafe(wanted.command, seen);
   const bool brakes = source == safety::CommandSource::kBrakeAndHold;
   safety::SupervisedCommand<T> supervised;
-  if (leaves || source != safety::CommandSource::kLaw) {
-    supervised = supervisor_.limit_command(source, brakes ? brake_and_hold() : commanded, timer_.elapsed());
+  if (wanted.may_leave || source != safety::CommandSource::kLaw) {
+    supervised = supervisor_.limit_command(source, brakes ? brake_and_hold() : wanted.command, timer_.elapsed());
   } else if (config_.solves_when_due) {
     supervised = supervisor_.hold_command(source, timer_.elapsed());
   } else {
-    supervised = supervisor_.preview_command(source, commanded, timer_.elapsed());
+    supervised = supervisor_.preview_command(source, wanted.command, timer_.elapsed());
   }
   start_when_nominal(before, now);
   orders_.release_unused(supervised.failsafe_state, link_, now);

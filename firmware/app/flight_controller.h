@@ -26,7 +26,7 @@
 
 namespace m100::app {
 
-/// The flight program: one tick is one function, and each step of the data flow is one of its lines.
+/// The flight program: one tick is four calls, and each step of the data flow is a line of one of them.
 ///
 /// T is the scalar of control and estimate (float or double), S that of the observer (T, or core::Fixed). Nothing is
 /// allocated, nothing waits, nothing reads a clock. Cost: firmware/RESULTS.md.
@@ -90,6 +90,24 @@ class FlightController {
   core::TimePoint started() const { return orders_.served(); }
 
  private:
+  /// What a tick begins with.
+  struct Sensed {
+    const protocol::Telemetry& telemetry;
+    ctl::Command<T> acting;  ///< the command that the autopilot obeys now
+    est::Measurement<T> measured;
+  };
+  /// What the law and the excitation want.
+  struct Wanted {
+    ctl::Command<T> command;
+    bool may_leave = false;
+  };
+
+  Sensed sense(core::TimePoint now);   ///< bytes -> telemetry and pose -> measurement
+  void observe(const Sensed& sensed);  ///< observer; then: does each sensor agree with the others?
+  Wanted command(const ctl::Command<T>& acting, core::TimePoint now);  ///< reference, plan, fence, law, excitation
+  /// The supervisor may only restrict what is wanted; then sticks, bytes and the record. @returns as tick.
+  core::Status act(const Wanted& wanted, const est::Measurement<T>& measured, core::TimePoint now);
+
   bool flies() const { return safety::passes_law(supervisor_.failsafe_state()); }
   est::HeadingReset heading_reset() const;
   bool is_in_reach() const;
@@ -115,7 +133,7 @@ class FlightController {
   bool levels_limit_cycle() const;
   /// The command of the level state: it brakes, then holds. It is neutral during a take-off by the autopilot's task.
   ctl::Command<T> brake_and_hold() const;
-  safety::SupervisedCommand<T> supervise(const ctl::Command<T>& commanded, bool leaves, core::TimePoint now);
+  safety::SupervisedCommand<T> supervise(const Wanted& wanted, core::TimePoint now);
   void start_when_nominal(safety::FailsafeState before, core::TimePoint now);
 
   TickTimer timer_;
