@@ -3,6 +3,7 @@
 
 #include "firmware/app/sensor_adapter.h"
 #include "firmware/core/fence.h"
+#include "firmware/core/maths.h"
 #include "firmware/ctl/excitation.h"
 #include "firmware/est/consistency/velocity_consistency.h"
 #include "firmware/link/pose/pose_link.h"
@@ -46,7 +47,7 @@ inline constexpr FlightConfig kDefaultFlight{};
 static_assert(kDefaultFlight.limits.pose_fresh == std::chrono::milliseconds(60), "promise R3");
 static_assert(kDefaultFlight.limits.pose_fresh < kDefaultFlight.limits.coast);
 static_assert(kDefaultFlight.limits.telemetry_stale < kDefaultFlight.limits.telemetry_dead);
-static_assert(kDefaultFlight.envelope.tilt_rad < 35.0 * core::kPi / 180.0, "promise R12: never above 35 degrees");
+static_assert(kDefaultFlight.envelope.tilt_rad < 35.0 * core::kDegree_rad, "promise R12: never above 35 degrees");
 static_assert(kDefaultFlight.attitude_age < 2 * core::kTickPeriod);
 
 }  // namespace m100::app

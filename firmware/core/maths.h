@@ -12,6 +12,8 @@ namespace m100::core {
 // Accuracy, measured: firmware/RESULTS.md. Cost: no loops, 30 to 100 instructions.
 
 inline constexpr double kPi = 3.14159265358979323846;
+inline constexpr double kDegree_rad = kPi / 180.0;
+inline constexpr double kRadian_deg = 180.0 / kPi;
 
 /// Largest angle, in rad, that the functions of an angle accept.
 inline constexpr double kLargestAngle_rad = 1e5;

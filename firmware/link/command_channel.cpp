@@ -6,8 +6,6 @@
 namespace m100::link {
 namespace {
 
-constexpr double kDegrees = 180.0 / core::kPi;
-
 struct RateWindow {
   double low_hz;
   double high_hz;
@@ -53,10 +51,10 @@ protocol::Movement to_movement(const ctl::Command<double>& command) {
                                          .stable = false};
   static_assert(protocol::movement_flag(kMode) == 0x0A);
   return {.flag = protocol::movement_flag(kMode),
-          .x = static_cast<float>(core::clamp(command.roll_rad * kDegrees, -30.0, 30.0)),
-          .y = static_cast<float>(core::clamp(-command.pitch_rad * kDegrees, -30.0, 30.0)),
+          .x = static_cast<float>(core::clamp(command.roll_rad * core::kRadian_deg, -30.0, 30.0)),
+          .y = static_cast<float>(core::clamp(-command.pitch_rad * core::kRadian_deg, -30.0, 30.0)),
           .z = static_cast<float>(core::clamp(command.climb_m_s, -4.0, 4.0)),
-          .yaw = static_cast<float>(core::clamp(-command.yaw_rate_rad_s * kDegrees, -100.0, 100.0))};
+          .yaw = static_cast<float>(core::clamp(-command.yaw_rate_rad_s * core::kRadian_deg, -100.0, 100.0))};
 }
 
 }  // namespace m100::link

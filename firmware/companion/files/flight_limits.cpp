@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "firmware/core/maths.h"
 #include "firmware/model/vehicle.h"
 
 namespace m100::companion {
@@ -35,13 +35,12 @@ safety::Limits limits_of(const FlightFile& flight) {
 }
 
 CourseLimits course_limits_of(const FlightFile& flight) {
-  constexpr double kDegree_rad = std::numbers::pi / 180.0;
   CourseLimits limits;
   const auto take = [](double said, double unit, double& limit) { limit = said > 0.0 ? said * unit : limit; };
   take(flight.course_speed_m_s, 1.0, limits.speed_m_s);
   take(flight.course_acceleration_m_s2, 1.0, limits.acceleration_m_s2);
-  take(flight.course_tilt_deg, kDegree_rad, limits.tilt_rad);
-  take(flight.course_yaw_rate_deg_s, kDegree_rad, limits.yaw_rate_rad_s);
+  take(flight.course_tilt_deg, core::kDegree_rad, limits.tilt_rad);
+  take(flight.course_yaw_rate_deg_s, core::kDegree_rad, limits.yaw_rate_rad_s);
   return limits;
 }
 

@@ -117,7 +117,7 @@ void FlightReporter::report_heading(core::TimePoint now) {
   const double turned_rad = controller_.heading_turned_alone_rad();
   if (turned_rad > 0.0 && !reported_.heading) {
     TextLine line;
-    line.add("the autopilot's heading jumped by ").add(turned_rad * 180.0 / core::kPi, 0);
+    line.add("the autopilot's heading jumped by ").add(turned_rad * core::kRadian_deg, 0);
     operator_log_.write(now, line.add(" degrees; its gyroscopes and the poses show no such turn: its compass is "
                                       "disturbed, or its estimate was reset. The flight uses the heading of the poses")
                                  .text());
@@ -187,7 +187,7 @@ void FlightReporter::report_jump(core::TimePoint now) {
   line.add("the pose source announced a jump of its world (reset_counter) by ");
   line.add(x, 2).add(", ").add(y, 2).add(", ").add(z, 2).add(" m");
   if (jump.turned_rad != 0.0) {
-    line.add(" and ").add(jump.turned_rad * 180.0 / core::kPi, 0).add(" degrees");
+    line.add(" and ").add(jump.turned_rad * core::kRadian_deg, 0).add(" degrees");
   }
   line.add("; the course goes with it, and the fence is what the old and the moved box share");
   operator_log_.write(now, line.text());

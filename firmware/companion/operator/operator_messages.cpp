@@ -108,7 +108,7 @@ void add_fence(TextLine& line, FailsafeReason reason, const safety::Observation&
 /// The oscillation in degrees peak to peak, as an onlooker sees it.
 TextLine& add_limit_cycle(TextLine& line, const safety::Observation& seen) {
   line.add("the aircraft swings by itself, by ")
-      .add(seen.limit_cycle.height_rad * 180.0 / core::kPi, 0)
+      .add(seen.limit_cycle.height_rad * core::kRadian_deg, 0)
       .add(" degrees peak to peak, ");
   return line.add(seen.limit_cycle.frequency_hz, 1).add(" times a second");
 }

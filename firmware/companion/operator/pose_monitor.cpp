@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware/core/maths.h"
 #include "firmware/core/up_in_body.h"
 
 namespace m100::companion {
@@ -11,7 +12,6 @@ namespace {
 
 constexpr double kUpMean = 1.0 / 16.0;       // per tick, as in link::PoseLink
 constexpr double kKnowsNoTilt = 1.0 - 1e-6;  // of a source that sends its heading only
-constexpr double kDegree_rad = core::kPi / 180.0;
 
 double tilt_of(const core::Vector<double, 3>& up_b) { return std::acos(std::clamp(up_b.normalized().z(), -1.0, 1.0)); }
 
@@ -99,9 +99,9 @@ void PoseMonitor::describe(TextLine& line, const app::FlightController<double>& 
     }
     line.add(": choose one with --pose-from SYS:COMP, or with 'from' in the flight file's [pose]");
   } else if (is_tilted(now)) {
-    line.add("the pose says tilted by ").add(pose_tilt_rad_ / kDegree_rad, 0).add(" deg, the autopilot ");
-    line.add(autopilot_tilt_rad_ / kDegree_rad, 0).add(" deg: quaternion order (w x y z) or body axes (");
-    line.add(tilt_apart_rad_ / kDegree_rad, 0).add(" deg apart)");
+    line.add("the pose says tilted by ").add(pose_tilt_rad_ / core::kDegree_rad, 0).add(" deg, the autopilot ");
+    line.add(autopilot_tilt_rad_ / core::kDegree_rad, 0).add(" deg: quaternion order (w x y z) or body axes (");
+    line.add(tilt_apart_rad_ / core::kDegree_rad, 0).add(" deg apart)");
   } else {
     line.add("a check of the pose against the autopilot failed; it must hold for ");
     line.add(core::seconds<double>(hold_), 0).add(" s, and has for ");

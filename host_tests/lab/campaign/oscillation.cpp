@@ -4,14 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <span>
 #include <vector>
 
 namespace m100::lab::campaign {
 namespace {
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 // The trace has 100 points per second, of which every fifth is used. A period at 3 Hz is then 6.7 samples.
 constexpr std::size_t kThin = 5;
 constexpr double kSample_s = 0.01 * static_cast<double>(kThin);
@@ -29,7 +27,7 @@ std::vector<double> thinned_deg(const experiments::Trace& trace, const experimen
                                 double experiments::TracePoint::*tilt_rad) {
   std::vector<double> out;
   for (std::size_t i = 0; i < trace.size(); i += kThin) {
-    out.push_back((trace[i].*tilt_rad - (i < less.size() ? less[i].*tilt_rad : 0.0)) * kDegrees);
+    out.push_back((trace[i].*tilt_rad - (i < less.size() ? less[i].*tilt_rad : 0.0)) * core::kRadian_deg);
   }
   return out;
 }

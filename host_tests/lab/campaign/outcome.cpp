@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <sstream>
 
+#include "firmware/core/maths.h"
 #include "firmware/safety/failsafe.h"
 #include "host_tests/lab/campaign/oscillation.h"
 #include "host_tests/lab/experiments/score.h"
@@ -54,7 +54,7 @@ std::string breached_limit(const TracePoint& point, const FlightResult& flight, 
 }
 
 double tilt_deg(const TracePoint& point) {
-  return std::acos(std::cos(point.roll_rad) * std::cos(point.pitch_rad)) * 180.0 / std::numbers::pi;
+  return std::acos(std::cos(point.roll_rad) * std::cos(point.pitch_rad)) * core::kRadian_deg;
 }
 
 bool below_coast(const TracePoint& point) {

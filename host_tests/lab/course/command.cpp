@@ -7,7 +7,6 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
 #include <set>
 #include <string>
@@ -17,6 +16,7 @@
 #include "firmware/companion/files/course/course_words.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/flight_limits.h"
+#include "firmware/core/maths.h"
 #include "host_tests/lab/course/picture.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
@@ -26,8 +26,6 @@
 
 namespace m100::lab {
 namespace {
-
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 struct Options {
   std::vector<std::string> courses;
@@ -98,9 +96,9 @@ nlohmann::ordered_json to_json(const Drawn& drawn) {
           {"length_m", s.length_m},
           {"speed_m_s", s.most.speed_m_s},
           {"acceleration_m_s2", s.most.acceleration_m_s2},
-          {"tilt_deg", kDegrees * s.most.tilt_rad},
+          {"tilt_deg", core::kRadian_deg * s.most.tilt_rad},
           {"climb_m_s", s.most.climb_m_s},
-          {"yaw_rate_deg_s", kDegrees * s.most.yaw_rate_rad_s},
+          {"yaw_rate_deg_s", core::kRadian_deg * s.most.yaw_rate_rad_s},
           {"x_m", range(s.x_m)},
           {"y_m", range(s.y_m)},
           {"z_m", range(s.z_m)}};
@@ -110,8 +108,8 @@ void say(const Drawn& drawn) {
   const course::Summary& s = drawn.summary;
   char line[200];
   std::snprintf(line, sizeof line, "%.1f s, %.1f m, at most %.2f m/s, %.2f m/s^2, %.1f deg of tilt, %.0f deg/s of yaw",
-                s.duration_s, s.length_m, s.most.speed_m_s, s.most.acceleration_m_s2, kDegrees * s.most.tilt_rad,
-                kDegrees * s.most.yaw_rate_rad_s);
+                s.duration_s, s.length_m, s.most.speed_m_s, s.most.acceleration_m_s2,
+                core::kRadian_deg * s.most.tilt_rad, core::kRadian_deg * s.most.yaw_rate_rad_s);
   std::cout << printable(drawn.file) << ": " << line << "\n";
   if (!drawn.why_not.empty()) {
     std::cout << "  cannot be flown: " << printable(drawn.why_not) << "\n";

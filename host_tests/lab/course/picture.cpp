@@ -4,16 +4,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <sstream>
 #include <utility>
 
+#include "firmware/core/maths.h"
 #include "host_tests/lab/plot/svg.h"
 
 namespace m100::lab::course {
 namespace {
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr core::Duration::rep kPoints = 600;  ///< intervals between the points of a curve
 constexpr double kSide = 430.0;               ///< width of each of the two columns, in pixels
 constexpr double kCross = 0.015;              ///< half width of a cross, as a share of the visible range
@@ -37,7 +36,7 @@ Samples samples_of(const ref::Trajectory<double>& course, const ref::Waypoint<do
     out.y_m.push_back(motion[1][0] - start.position_w_m.y());
     out.z_m.push_back(motion[2][0] - start.position_w_m.z());
     out.speed_m_s.push_back(effort.speed_m_s);
-    out.tilt_deg.push_back(kDegrees * effort.tilt_rad);
+    out.tilt_deg.push_back(core::kRadian_deg * effort.tilt_rad);
   }
   return out;
 }
@@ -154,7 +153,7 @@ std::string picture(const std::string& title, const ref::Trajectory<double>& cou
   out << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " << width << ' ' << height << "\" width=\"" << width
       << "\" height=\"" << height << "\">\n";
   place(out, 0.0, 0.0, plot::svg(above));
-  const double limit_deg = kDegrees * limits.tilt_rad;
+  const double limit_deg = core::kRadian_deg * limits.tilt_rad;
   place(out, kSide, 0.0,
         over_time(samples, samples.speed_m_s, "speed [m/s]", shown_of(samples.speed_m_s, 0.0, 0.5), {}));
   place(out, kSide, kSide / 2.0,

@@ -10,6 +10,7 @@
 
 #include "firmware/companion/files/recorded_flight.h"
 #include "firmware/companion/replay/replay.h"
+#include "firmware/core/maths.h"
 #include "host_tests/lab/aliases.h"
 #include "host_tests/lab/flight/flight_series.h"
 #include "host_tests/lab/flight/tracking.h"
@@ -92,7 +93,7 @@ double heading_error_deg(const Folder& folder, const std::string& name) {
     sum_rad2 += std::pow(std::remainder(heading_rad, 2.0 * std::numbers::pi), 2);
     count += 1.0;
   }
-  return count > 0.0 ? std::sqrt(sum_rad2 / count) * 180.0 / std::numbers::pi : 0.0;
+  return count > 0.0 ? std::sqrt(sum_rad2 / count) * core::kRadian_deg : 0.0;
 }
 
 }  // namespace

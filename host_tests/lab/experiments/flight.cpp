@@ -6,13 +6,13 @@
 #include <cmath>
 #include <iomanip>
 #include <memory>
-#include <numbers>
 #include <sstream>
 #include <vector>
 
 #include "firmware/companion/files/course/course.h"
 #include "firmware/companion/files/flight_limits.h"
 #include "firmware/companion/replay/replay.h"
+#include "firmware/core/maths.h"
 #include "firmware/model/default_vehicle.h"
 #include "host_tests/lab/experiments/flight_file_text.h"
 #include "host_tests/lab/gains/write_tables.h"
@@ -172,8 +172,7 @@ class Flight {
     static_cast<void>(controller_->tick(world_.now()));
     sink_.drain(result_.log);
     const core::Euler<double> attitude = world_.aircraft().attitude();
-    const double tilt_deg =
-        std::acos(std::cos(attitude.roll_rad) * std::cos(attitude.pitch_rad)) * 180.0 / std::numbers::pi;
+    const double tilt_deg = std::acos(std::cos(attitude.roll_rad) * std::cos(attitude.pitch_rad)) * core::kRadian_deg;
     result_.largest_tilt_deg = std::max(result_.largest_tilt_deg, tilt_deg);
   }
 

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "firmware/core/maths.h"
 #include "firmware/model/tilt_limit.h"
 #include "firmware/safety/failsafe.h"
 
 namespace m100::lab::experiments {
 namespace {
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 double square(double value) { return value * value; }
 
 }  // namespace
@@ -41,15 +41,16 @@ Cell score(const Trace& trace, double from_s, double to_s) {
     sum.z_m += z;
     sum.pose_m += x + y + z;
     worst2 = std::max(worst2, x + y + z);
-    sum.roll_deg += square(point.roll_rad * kDegrees);
-    sum.pitch_deg += square(point.pitch_rad * kDegrees);
-    sum.yaw_deg += square(std::remainder(point.yaw_rad - point.reference_yaw_rad, 2.0 * std::numbers::pi) * kDegrees);
-    sum.tilt_deg += square(std::acos(std::cos(point.roll_rad) * std::cos(point.pitch_rad)) * kDegrees);
+    sum.roll_deg += square(point.roll_rad * core::kRadian_deg);
+    sum.pitch_deg += square(point.pitch_rad * core::kRadian_deg);
+    sum.yaw_deg +=
+        square(std::remainder(point.yaw_rad - point.reference_yaw_rad, 2.0 * std::numbers::pi) * core::kRadian_deg);
+    sum.tilt_deg += square(std::acos(std::cos(point.roll_rad) * std::cos(point.pitch_rad)) * core::kRadian_deg);
     sum.off_nominal_share += point.failsafe_state != 1 ? 1.0 : 0.0;
     if (before != nullptr) {
       sum.input_variation_deg_s += (std::abs(point.applied_command[0] - before->applied_command[0]) +
                                     std::abs(point.applied_command[1] - before->applied_command[1])) *
-                                   kDegrees;
+                                   core::kRadian_deg;
     }
     before = &point;
     count += 1.0;

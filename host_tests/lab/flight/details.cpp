@@ -57,10 +57,10 @@ void attitude(const Flights& flights, plot::Page& page) {
     plot::Figure figure = over_time(flights, kNames[axis], "[deg]");
     for (std::size_t f = 0; f < flights.size(); ++f) {
       figure.lines.push_back(curve(flights, f, "measured", flights[f].attitude_t_s, flights[f].attitude_rad[axis],
-                                   colors_of(flights, f)[0], kDegrees));
+                                   colors_of(flights, f)[0], core::kRadian_deg));
       if (!flights[f].is_recording) {
         figure.lines.push_back(
-            tick_curve(flights, f, "command", flights[f].granted[axis], kDegrees, colors_of(flights, f)[1]));
+            tick_curve(flights, f, "command", flights[f].granted[axis], core::kRadian_deg, colors_of(flights, f)[1]));
       }
     }
     page.figure(figure, "");

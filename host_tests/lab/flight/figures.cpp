@@ -239,10 +239,10 @@ plot::Figure command_figure(const Flights& flights) {
       {{plot::kBlue, plot::kGreen}, {plot::kOrange, plot::kPurple}}};
   for (std::size_t f = 0; f < flights.size(); ++f) {
     const auto& colors = kCommandColors[flights.size() > 1 && f == 0 ? 1 : 0];
-    figure.lines.push_back(tick_curve(flights, f, "roll", flights[f].granted[0], kDegrees, colors[0]));
-    figure.lines.push_back(tick_curve(flights, f, "pitch", flights[f].granted[1], kDegrees, colors[1]));
+    figure.lines.push_back(tick_curve(flights, f, "roll", flights[f].granted[0], core::kRadian_deg, colors[0]));
+    figure.lines.push_back(tick_curve(flights, f, "pitch", flights[f].granted[1], core::kRadian_deg, colors[1]));
   }
-  const double limit_deg = kDegrees * flights.front().tilt_limit_rad;
+  const double limit_deg = core::kRadian_deg * flights.front().tilt_limit_rad;
   figure.levels = {{limit_deg, "limit"}, {-limit_deg, ""}};
   return figure;
 }

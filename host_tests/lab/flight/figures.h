@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <numbers>
 #include <string>
 #include <vector>
 
+#include "firmware/core/maths.h"
 #include "host_tests/lab/flight/flight_series.h"
 #include "host_tests/lab/plot/svg.h"
 
 namespace m100::lab::flight {
-
-inline constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 // Each function draws one flight, or two on the same axes. The time of one flight counts from the begin of its log, as
 // in the lines that m100 prints; the time of two flights counts from where the law first flew in each.

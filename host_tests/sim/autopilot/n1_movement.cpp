@@ -3,12 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace m100::sim {
 namespace {
 
-constexpr double kRadians = std::numbers::pi / 180.0;
 constexpr double kGravity_m_s2 = 9.8066;
 constexpr double kVelocityGain_per_s = 1.0;
 constexpr double kPositionGain_per_s = 0.8;
@@ -16,8 +14,8 @@ constexpr double kPositionSpeed_m_s = 5.0;
 constexpr double kHeightGain_per_s = 1.0;
 constexpr double kClimbLimit_m_s = 4.0;
 constexpr double kYawGain_per_s = 1.5;
-constexpr double kYawRateLimit_rad_s = 100.0 * kRadians;
-constexpr double kTiltLimit_rad = 30.0 * kRadians;
+constexpr double kYawRateLimit_rad_s = 100.0 * core::kDegree_rad;
+constexpr double kTiltLimit_rad = 30.0 * core::kDegree_rad;
 constexpr double kHoverThrust_percent = 33.0;  ///< 0.7389 * (3.3 kg g) + 8.945 (protocol, 6.4)
 constexpr double kThrustGain_m_s_per_percent = 0.1;
 
@@ -54,7 +52,8 @@ MovementInput N1Movement::input(const VehicleState& state) const {
   const double yaw_rad = yaw_of(state);
   if (mode_.horizontal == protocol::HorizontalMode::kAngle) {
     // The tilt is one rotation about a horizontal axis: (roll, pitch) turn like a vector.
-    Vector2 tilt_rad(static_cast<double>(movement_.x) * kRadians, -static_cast<double>(movement_.y) * kRadians);
+    Vector2 tilt_rad(static_cast<double>(movement_.x) * core::kDegree_rad,
+                     -static_cast<double>(movement_.y) * core::kDegree_rad);
     if (mode_.frame == protocol::HorizontalFrame::kGround) {
       tilt_rad = core::rotate_by_yaw(tilt_rad, -yaw_rad);
     }
@@ -86,7 +85,7 @@ MovementInput N1Movement::input(const VehicleState& state) const {
       break;
   }
   input.climb_m_s = std::clamp(input.climb_m_s, -kClimbLimit_m_s, kClimbLimit_m_s);
-  const double clockwise_rad = static_cast<double>(movement_.yaw) * kRadians;
+  const double clockwise_rad = static_cast<double>(movement_.yaw) * core::kDegree_rad;
   input.yaw_rate_rad_s = mode_.yaw == protocol::YawMode::kRate
                              ? -clockwise_rad
                              : std::clamp(kYawGain_per_s * core::wrap_pi(-clockwise_rad - yaw_rad),

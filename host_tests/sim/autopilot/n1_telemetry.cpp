@@ -3,14 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace m100::sim {
 namespace {
 
 constexpr double kEarthRadius_m = 6371000.0;
-constexpr double kHomeLatitude_rad = 47.3769 * std::numbers::pi / 180.0;
-constexpr double kHomeLongitude_rad = 8.5417 * std::numbers::pi / 180.0;
+constexpr double kHomeLatitude_rad = 47.3769 * core::kDegree_rad;
+constexpr double kHomeLongitude_rad = 8.5417 * core::kDegree_rad;
 constexpr double kHomeAltitude_m = 408.0;
 constexpr double kGravity_m_s2 = 9.8066;
 constexpr std::uint8_t kGoodGps = 5;

@@ -16,7 +16,6 @@ using Poses = SensorFaultState<PoseSample>;
 using protocol::Telemetry;
 using Packages = SensorFaultState<Telemetry>;
 
-constexpr double kDegree = core::kPi / 180.0;
 constexpr double kTickHz = 400.0;
 
 // The pose.
@@ -45,7 +44,7 @@ void drifts(PoseSample& sample, Poses& memory, double size) { sample.position_w_
 void rises(PoseSample& sample, Poses& memory, double size) { sample.position_w_m.z() += size * memory.t_s; }
 void jumps(PoseSample& sample, Poses&, double size) { sample.position_w_m.x() += size; }
 void turns(PoseSample& sample, Poses& memory, double size) {
-  const double c = std::cos(size * kDegree), s = std::sin(size * kDegree);
+  const double c = std::cos(size * core::kDegree_rad), s = std::sin(size * core::kDegree_rad);
   about(sample, memory, c, -s, s, c);
 }
 void mirrors(PoseSample& sample, Poses& memory, double) { about(sample, memory, 1.0, 0.0, 0.0, -1.0); }
@@ -56,7 +55,7 @@ void scales(PoseSample& sample, Poses& memory, double size) {
 void sinks(PoseSample& sample, Poses& memory, double) {
   sample.position_w_m.z() = 2.0 * memory.first->position_w_m.z() - sample.position_w_m.z();
 }
-void turns_heading(PoseSample& sample, Poses&, double size) { sample.yaw_rad += size * kDegree; }
+void turns_heading(PoseSample& sample, Poses&, double size) { sample.yaw_rad += size * core::kDegree_rad; }
 /// The stamp is later than the capture, so the pose seems younger than it is; negative: older.
 void tells_younger(PoseSample& sample, Poses&, double size) {
   sample.stamp += core::Duration{std::llround(size * 1e3)};
@@ -165,7 +164,7 @@ void inverts_roll_and_rate(Telemetry& telemetry, Packages& memory, double size) 
 }
 /// As from a sensor that is mounted turned about the body's z axis; the heading stays right.
 void turns_tilt_and_rates(Telemetry& telemetry, Packages&, double size) {
-  const double c = std::cos(size * kDegree), s = std::sin(size * kDegree);
+  const double c = std::cos(size * core::kDegree_rad), s = std::sin(size * core::kDegree_rad);
   tilts(telemetry, [c, s](double& roll, double& pitch) {
     const double was_roll = roll;
     roll = c * was_roll - s * pitch;
@@ -181,7 +180,7 @@ void multiplies_tilt_and_rates(Telemetry& telemetry, Packages& memory, double si
   multiplies_rates(telemetry, memory, size);
 }
 void offsets_tilt(Telemetry& telemetry, Packages&, double size) {
-  tilts(telemetry, [size](double& roll, double&) { roll += size * kDegree; });
+  tilts(telemetry, [size](double& roll, double&) { roll += size * core::kDegree_rad; });
 }
 /// Returns the package of `size` milliseconds ago.
 Telemetry earlier(const Telemetry& telemetry, Packages& memory, double size) {
@@ -211,7 +210,7 @@ void ramps_tilt(Telemetry& telemetry, Packages& memory, double size) {
 }
 void turns_yaw(Telemetry& telemetry, Packages&, double size) {
   core::Euler<double> euler = euler_of(telemetry);
-  euler.yaw_rad += size * kDegree;
+  euler.yaw_rad += size * core::kDegree_rad;
   set_euler(telemetry, euler);
 }
 void swaps_force(Telemetry& telemetry, Packages&, double) {

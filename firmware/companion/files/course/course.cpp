@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <sstream>
 #include <vector>
 
@@ -17,7 +16,6 @@
 namespace m100::companion {
 namespace {
 
-constexpr double kDegree_rad = std::numbers::pi / 180.0;
 constexpr double kSamePlace_m = 1e-3;
 constexpr std::string_view kTable = "t_s";
 constexpr core::Duration kHour = std::chrono::hours(1);
@@ -228,7 +226,7 @@ class CourseBuilder {
     if (!core::is_within_turn(n[3])) {
       std::ostringstream what;
       what << "the heading is in rad, and " << n[3] << " is more than a turn: " << n[3] << " degrees are "
-           << n[3] * kDegree_rad;
+           << n[3] * core::kDegree_rad;
       spot.fail(what.str());
     }
     return place(n);

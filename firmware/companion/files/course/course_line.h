@@ -5,7 +5,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "firmware/companion/files/course/course.h"
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/files/text/suggestion.h"
+#include "firmware/core/maths.h"
 
 // Helpers that read one line of a course; only course.cpp and course_table.h include this file.
 namespace m100::companion {
@@ -89,7 +89,6 @@ inline std::vector<double> numbers(const std::vector<std::string>& words, std::s
 /// course. @param named receives them too; it holds only limits that a line has named.
 inline void read_limits(const std::vector<std::string>& words, const FilePosition& spot, ref::SpeedLimits& limits,
                         ref::SpeedLimits& named) {
-  constexpr double kDegree_rad = std::numbers::pi / 180.0;
   struct Limit {
     std::string_view key;
     double ref::SpeedLimits::*member;
@@ -97,8 +96,8 @@ inline void read_limits(const std::vector<std::string>& words, const FilePositio
   };
   constexpr std::array kLimits{Limit{"speed_m_s", &ref::SpeedLimits::speed_m_s, 1.0},
                                Limit{"acceleration_m_s2", &ref::SpeedLimits::acceleration_m_s2, 1.0},
-                               Limit{"tilt_deg", &ref::SpeedLimits::tilt_rad, kDegree_rad},
-                               Limit{"yaw_rate_deg_s", &ref::SpeedLimits::yaw_rate_rad_s, kDegree_rad}};
+                               Limit{"tilt_deg", &ref::SpeedLimits::tilt_rad, core::kDegree_rad},
+                               Limit{"yaw_rate_deg_s", &ref::SpeedLimits::yaw_rate_rad_s, core::kDegree_rad}};
   if (words.size() < 3 || words.size() % 2 == 0) {
     spot.fail("needs pairs of a limit and a number");
   }

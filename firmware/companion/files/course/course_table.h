@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "firmware/companion/files/course/course_line.h"
+#include "firmware/core/maths.h"
 
 namespace m100::companion {
 
@@ -50,7 +50,7 @@ class CourseTable {
     for (std::size_t i = 0; i < values.size(); ++i) {
       const double value = number(values[i], spot);
       const auto at = static_cast<std::size_t>(std::find(kOrder.begin(), kOrder.end(), columns_[i]) - kOrder.begin());
-      n.at(at) = columns_[i] == "yaw_deg" ? value * std::numbers::pi / 180.0 : value;
+      n.at(at) = columns_[i] == "yaw_deg" ? value * core::kDegree_rad : value;
     }
     return {.position_m = {n[0], n[1], n[2]}, .yaw_rad = n[4], .at_s = n[3]};
   }

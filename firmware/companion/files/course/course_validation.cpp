@@ -5,14 +5,13 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
+#include "firmware/core/maths.h"
 #include "firmware/model/vehicle.h"
 
 namespace m100::companion {
 namespace {
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kSlack = 1.01;
 constexpr std::array<double, 3> kJoint{1e-3, 0.01, 0.05};  ///< largest jumps of value, first, second derivative
 
@@ -29,9 +28,10 @@ constexpr std::array kBounds{
     Bound{"speed", "m/s", 1.0, &MotionMagnitudes::speed_m_s, &CourseLimits::speed_m_s, &ref::SpeedLimits::speed_m_s},
     Bound{"acceleration", "m/s^2", 1.0, &MotionMagnitudes::acceleration_m_s2, &CourseLimits::acceleration_m_s2,
           &ref::SpeedLimits::acceleration_m_s2},
-    Bound{"tilt", "deg", kDegrees, &MotionMagnitudes::tilt_rad, &CourseLimits::tilt_rad, &ref::SpeedLimits::tilt_rad},
+    Bound{"tilt", "deg", core::kRadian_deg, &MotionMagnitudes::tilt_rad, &CourseLimits::tilt_rad,
+          &ref::SpeedLimits::tilt_rad},
     Bound{"climb speed", "m/s", 1.0, &MotionMagnitudes::climb_m_s, &CourseLimits::climb_m_s, nullptr},
-    Bound{"yaw rate", "deg/s", kDegrees, &MotionMagnitudes::yaw_rate_rad_s, &CourseLimits::yaw_rate_rad_s,
+    Bound{"yaw rate", "deg/s", core::kRadian_deg, &MotionMagnitudes::yaw_rate_rad_s, &CourseLimits::yaw_rate_rad_s,
           &ref::SpeedLimits::yaw_rate_rad_s}};
 
 std::string three_digits(double value) {
