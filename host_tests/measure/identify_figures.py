@@ -23,7 +23,7 @@ def unseen(workspace):
     """Logs of unknown vehicles: the answers of identify for each group of kinds, and the shares that have a limit."""
     printed = workspace.run(workspace.program("host_tests/property/identify_adversarial_logs", ("host-release",)), *UNSEEN,
                         may_fail=True)
-    head = ["kinds (simulated)", "logs", "right", "undecided", "wrong name", "clean bill", "of these, not visible in the log",
+    head = ["kinds (simulated)", "logs", "right", "undecided", "wrong name", "false acceptance", "of these, not visible in the log",
             "healthy refused", "error"]
     groups = {}
     said = []

@@ -33,7 +33,7 @@ constexpr const char* kLength = M100_HOURS < 1.0 ? "short." : "day.";
 
 // Catches a fixed point that is too coarse for the smallest covariances, a rounding that drifts, and a loss of
 // positivity that only a long flight shows.
-TEST(EkfScalars, StayWithAMicrometreOfDoubleAndPositive) {
+TEST(EkfScalars, StayWithinMicrometresOfDoubleAndPositive) {
   RecordProperty("promise", "R11");
   const LongRunReport report = long_run(M100_HOURS, 20261121U);
   std::printf("%.2f h, filter against the truth: d %.3f m/s^2 rms\n", M100_HOURS, report.disturbance_error_rms_m_s2);

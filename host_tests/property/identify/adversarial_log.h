@@ -19,13 +19,13 @@ struct AdversarialLog {
   lab::logs::FlightLog log;
   std::string axis = "roll";
   std::vector<std::string> declared{"second_order", "transport_delay"};
-  bool healthy = false;            ///< a clean bill is the right answer
+  bool healthy = false;            ///< "nothing missing" is the right answer
   std::string change;              ///< effect that changes in mid-flight; empty: none
   double change_s = 0.0;           ///< time of the change
   std::string finding;             ///< finding about the log that must be reported; empty: none
   std::vector<std::string> named;  ///< effects that may be named
   std::string effect;              ///< effect that the declared model lacks throughout; empty: none
-  /// A clean bill is right if the finding is reported: the rest of the log is sound. A change of the air alone ("note")
+  /// "Nothing missing" is right if the finding is reported: the rest of the log is sound. A change of the air alone ("note")
   /// need not be reported, because the model lacks nothing.
   bool usable = false;
   std::vector<std::pair<double, double>> train{{3.0, 30.0}}, validate{{30.0, 44.0}};
@@ -45,7 +45,7 @@ enum class Classification { kRight, kUndecided, kWrongName, kFalseAcceptance, kF
 ///   undecided     "unexplained", and the hidden effect is not named for certain
 ///   wrong name    "explained" by an effect that is not there
 ///   false clean   "nothing_missing" although an effect is there
-///   refused       a healthy log that gets no clean bill
+///   refused       a healthy log that does not get "nothing missing"
 Classification classify(const AdversarialLog& truth, const lab::identify::IdentifyResult& result);
 
 /// Runs identify with the log's declaration and ranges.

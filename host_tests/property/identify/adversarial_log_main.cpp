@@ -144,14 +144,14 @@ bool judged(const Tally& sick, const Tally& healthy) {
   const int refused_anyhow = healthy.of(Classification::kWrongName) + healthy.of(Classification::kFalseRejection);
   const double clean = percent(sick.of(Classification::kFalseAcceptance) - sick.hidden, sick.logs);
   const double wrong = percent(sick.of(Classification::kWrongName) + healthy.of(Classification::kWrongName), logs);
-  // A false clean bill counts as fair if the log cannot show the effect.
+  // A false acceptance counts as fair if the log cannot show the effect.
   const double fair =
       percent(sick.of(Classification::kRight) + sick.of(Classification::kUndecided) + sick.stopped + sick.hidden +
                   healthy.of(Classification::kRight) + healthy.of(Classification::kFalseRejection) + healthy.stopped,
               logs);
   const double price = percent(refused_anyhow - healthy.unhealthy, healthy.logs);
   std::printf(
-      "false clean bills %.1f %% (with effects that the log cannot show: %.1f %%), wrong names %.1f %%, right or "
+      "false acceptances %.1f %% (with effects that the log cannot show: %.1f %%), wrong names %.1f %%, right or "
       "undecided %.1f %%\nhealthy refused %.1f %% (with those whose declared model visibly differs from the vehicle: "
       "%.1f %%)\n",
       clean, percent(sick.of(Classification::kFalseAcceptance), sick.logs), wrong, fair, price,

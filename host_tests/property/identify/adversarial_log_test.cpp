@@ -9,7 +9,7 @@ namespace {
 
 class AdversarialLogTest : public ::testing::TestWithParam<std::string> {};
 
-// Catches a clean bill that the data do not support, and a name for an effect that is not there.
+// Catches a "nothing missing" that the data do not support, and a name for an effect that is not there.
 TEST_P(AdversarialLogTest, IsAnsweredRightOrNotAtAll) {
   RecordProperty("promise", "R13");
   for (const std::uint64_t seed : {9001U, 9002U}) {

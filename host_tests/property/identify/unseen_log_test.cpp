@@ -22,7 +22,7 @@ void PrintTo(const Case& one, std::ostream* out) { *out << one.kind << ", seed "
 
 class UnseenLogTest : public ::testing::TestWithParam<Case> {};
 
-// Catches a clean bill although the log shows a hidden effect, and a healthy log that gets none.
+// Catches "nothing missing" although the log shows a hidden effect, and a healthy log that gets none.
 TEST_P(UnseenLogTest, IsAnsweredRight) {
   RecordProperty("promise", "R13");
   const AdversarialLog truth = unseen_log(GetParam().kind, GetParam().seed);
@@ -71,7 +71,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"DriftThatLooksLikeAChange", "lacks: gain drift", 770005}),
     [](const auto& one) { return one.param.name; });
 
-// Catches a judge that excuses false clean bills: a large hidden effect must count as visible, an absent one not.
+// Catches a judge that excuses false acceptances: a large hidden effect must count as visible, an absent one not.
 TEST(UnseenLogBound, TellsWhatALogCanShow) {
   UnseenLogRandom rng(5);
   UnseenLogFlight flight;
@@ -96,7 +96,7 @@ TEST(UnseenLogBound, TellsWhatALogCanShow) {
   EXPECT_LT(bound(other_gain), 1.0);
 }
 
-// Catches a judge that blames a clean bill for a shift that the same rows have without it.
+// Catches a judge that blames "nothing missing" on a shift that the same rows have without it.
 TEST(UnseenLogBound, CountsNoShiftWithinASampleOfTheStick) {
   UnseenLogRandom rng(6);
   UnseenLogFlight flight;
