@@ -2,7 +2,7 @@
 """The end of the main job: one line for each axis, from the residual to the effect, before and after.
 
 Usage: axis_lines.py FOLDER [FIRST_LOOP.json]
-  FOLDER      holds roll.json, pitch.json, climb.json of `identify` and loop.json of `loop`
+  FOLDER      holds roll.json, pitch.json, climb.json of `identify` and loop.json of `loop`; what is missing is left out
   FIRST_LOOP  the JSON of the `loop` that flew the identified log; missing: the log is a measured one
 """
 import json
@@ -58,6 +58,8 @@ def main():
     for axis, (unit, _) in AXES.items():
         if (folder / f"{axis}.json").is_file():
             print("  " + identified(folder, axis, unit, world))
+    if not (folder / "loop.json").is_file():
+        return 0
     result = json.loads((folder / "loop.json").read_text())
     print("The loop on an aircraft with hidden effects (SIMULATED), vehicle file before -> after:")
     for axis, (unit, key) in AXES.items():
