@@ -53,24 +53,21 @@ void Supervisor<T>::count_good_poses(const Observation& seen, bool fresh) {
   good_poses_ += good_poses_ < limits_.good_poses_to_recover ? 1U : 0U;
 }
 
-/// Restarts the time limits of kCoast when fresh poses, none of them refused, have made the observer's error no larger
-/// than it was when kCoast began.
+/// The time of a state begins anew in kLevel while a task flies, and in kCoast when fresh poses, none of them refused,
+/// have made the observer's error no larger than it was when kCoast began. In kCoast the aircraft brakes as in kLevel
+/// from the moment at which the error exceeds GeofenceStatus::reserve_m; if kLevel follows, its time begins there.
 template <typename T>
-void Supervisor<T>::update_known(const Observation& seen, bool fresh) {
-  if (fresh && seen.consistency.refused_poses == 0 && seen.estimate.error_m <= last_step_.seen.estimate.error_m) {
-    known_ = seen.now;
+void Supervisor<T>::update_times(const Observation& seen, bool fresh) {
+  const bool coasts = failsafe_state_ == FailsafeState::kCoast;
+  const bool is_known =
+      fresh && seen.consistency.refused_poses == 0 && seen.estimate.error_m <= last_step_.seen.estimate.error_m;
+  if ((coasts && is_known) || (failsafe_state_ == FailsafeState::kLevel && seen.orders.task_flies)) {
+    since_ = seen.now;
   }
-}
-
-/// Once the predicted error in kCoast exceeds GeofenceStatus::reserve_m, the aircraft brakes as in kLevel. If kLevel
-/// follows, its time begins at that moment.
-template <typename T>
-void Supervisor<T>::update_reserve(const Observation& seen) {
-  if (failsafe_state_ != FailsafeState::kCoast || known_ == seen.now) {
-    spent_ = false;
-  } else if (!spent_ && seen.estimate.error_m > seen.fence.reserve_m) {
-    spent_ = true;
-    spent_since_ = seen.now;
+  if (!coasts || is_known) {
+    braking_since_.reset();
+  } else if (!braking_since_ && seen.estimate.error_m > seen.fence.reserve_m) {
+    braking_since_ = seen.now;
   }
 }
 
@@ -88,12 +85,8 @@ FailsafeCondition Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Obse
   const bool fresh = seen.estimate.pose_age <= fresh_limit(limits_, seen.pose_latency) &&
                      seen.link.telemetry_age <= limits_.telemetry_stale;
   count_good_poses(seen, fresh);
-  update_known(seen, fresh);
-  update_reserve(seen);
-  entered_ = failsafe_state_ == FailsafeState::kLevel && seen.orders.task_flies
-                 ? seen.now
-                 : entered_;  // kLevel's time begins after the task
-  const core::Duration inside = seen.now - entered_;
+  update_times(seen, fresh);
+  const core::Duration inside = seen.now - since_;
   const bool sees = fresh && seen.consistency.refused_for < limits_.gate_shut;  // refused poses show no speed
   const core::Duration most_level = sees ? limits_.level_moving_seen : limits_.level_moving;
   const double unseen_m_s = sees ? 0.0 : kUnseen_m_s2 * core::seconds<double>(seen.estimate.pose_age);
@@ -111,9 +104,8 @@ FailsafeCondition Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Obse
   add(lost || vibration_hides_faults(seen), FailsafeCondition::kEstimateLost);
   add(fresh, FailsafeCondition::kFresh);
   add(good_poses_ >= limits_.good_poses_to_recover, FailsafeCondition::kRecovered);
-  add(failsafe_state_ == FailsafeState::kCoast && seen.now - known_ >= limits_.coast, FailsafeCondition::kCoastOver);
-  add(failsafe_state_ == FailsafeState::kCoast && spent_ && seen.now - known_ >= kFlownThrough,
-      FailsafeCondition::kReserveSpent);
+  add(failsafe_state_ == FailsafeState::kCoast && inside >= limits_.coast, FailsafeCondition::kCoastOver);
+  add(braking_since_ && inside >= kFlownThrough, FailsafeCondition::kReserveSpent);
   add(seen.fence.outside_m > 0.0, FailsafeCondition::kOutsideFence);
   add(seen.wind.exceeded_for >= limits_.authority_exceeded, FailsafeCondition::kAuthorityExceeded);
   add(failsafe_state_ == FailsafeState::kLevel && inside >= limits_.level && may_hand_over,
@@ -150,9 +142,7 @@ void Supervisor<T>::enter(const FailsafeTransition& row, const Observation& seen
   const bool is_descent = failsafe_state_ == FailsafeState::kNominal ||
                           (failsafe_state_ == FailsafeState::kCoast && last_step_.reason != FailsafeReason::kCoastOver);
   descent_ = is_descent && row.to != FailsafeState::kNominal ? last_step_ : descent_;
-  entered_ =
-      failsafe_state_ == FailsafeState::kCoast && row.to == FailsafeState::kLevel && spent_ ? spent_since_ : seen.now;
-  known_ = seen.now;
+  since_ = row.to == FailsafeState::kLevel ? braking_since_.value_or(seen.now) : seen.now;
   failsafe_state_ = row.to;
   stats_.steps += 1U;
   stats_.coasts += failsafe_state_ == FailsafeState::kCoast ? 1U : 0U;
@@ -221,7 +211,8 @@ CommandSource Supervisor<T>::update_failsafe(const ctl::Command<T>& wanted, cons
            any(conditions_, FailsafeCondition::kCommandable);
   // In kRelease after kLevel the aircraft is still held, because with level sticks a wind would accelerate it.
   const bool stands = failsafe_state_ == FailsafeState::kRelease && last_step_.from == FailsafeState::kLevel;
-  const bool brakes = failsafe_state_ == FailsafeState::kLevel || (failsafe_state_ == FailsafeState::kCoast && spent_);
+  const bool brakes =
+      failsafe_state_ == FailsafeState::kLevel || (failsafe_state_ == FailsafeState::kCoast && braking_since_);
   const CommandSource passes = brakes || stands              ? CommandSource::kBrakeAndHold
                                : passes_law(failsafe_state_) ? CommandSource::kLaw
                                                              : CommandSource::kNeutral;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "firmware/core/assert.h"
 #include "firmware/ctl/command.h"
@@ -109,8 +110,7 @@ class Supervisor {
   bool is_inside(const ctl::Command<T>& command) const;
   FailsafeCondition weigh(const ctl::Command<T>& wanted, const Observation& seen);
   void count_good_poses(const Observation& seen, bool fresh);
-  void update_reserve(const Observation& seen);
-  void update_known(const Observation& seen, bool fresh);
+  void update_times(const Observation& seen, bool fresh);
   void enter(const FailsafeTransition& row, const Observation& seen);
   FailsafeReason reason_of(const FailsafeTransition& row, const Observation& seen) const;
   bool vibration_hides_faults(const Observation& seen) const;
@@ -123,10 +123,8 @@ class Supervisor {
   FailsafeState failsafe_state_ = FailsafeState::kSilent;
   std::size_t row_ = row_number(failsafe_state_, FailsafeCondition::kNone);  ///< the last tick's row of the table
   FailsafeState row_state_ = FailsafeState::kSilent;
-  core::TimePoint entered_{};
-  bool spent_ = false;  ///< kCoast: the error exceeded the reserve to the fence, and has not become small again
-  core::TimePoint spent_since_{};
-  core::TimePoint known_{};  ///< kCoast: when the error was last no larger than at its beginning
+  core::TimePoint since_{};                       ///< when the time of the present state began
+  std::optional<core::TimePoint> braking_since_;  ///< kCoast: when the error exceeded the reserve to the fence
   std::uint32_t good_poses_ = 0;
   core::TimePoint last_capture_{};
   FailsafeCondition conditions_ = FailsafeCondition::kNone;
