@@ -26,7 +26,7 @@ constexpr double kSane = 1e6;  ///< resets an offset that is NaN, which would ot
 
 template <typename T>
 bool FaultIsolation<T>::contradicts_command() const {
-  const bool accuses = estimate_faulted_ || poses_confirm_commands_ || velocity_consistency_.is_suspect() ||
+  const bool accuses = is_false() || poses_confirm_commands_ || velocity_consistency_.is_suspect() ||
                        velocity_consistency_.report().check != est::ConsistencyCheck::kNone;
   return uses(est::ConsistencyCheck::kAnswer) && accuses && command_consistency_.contradicts_command();
 }
@@ -94,27 +94,37 @@ void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurem
   model_tilt_rad_ = model_tilt_rad + dead_reckoning_.offset_rad();
   predict_from_commands(measured, core::seconds<T>(elapsed));
   const bool attitude_lost = settles && !estimate.attitude_is_known && model_velocity_.is_known();
-  estimate_faulted_ = contradicted || refused || attitude_lost || (estimate_faulted_ && settles);
-  attitude_fault_ = rates_contradict() || contradicts_command() || attitude_lost || (attitude_fault_ && settles);
+  update_trust(contradicted || refused || attitude_lost, attitude_lost, estimate.refused_poses > 0, settles);
   const T speed_m_s = core::sqrt(dead_reckoning_.velocity_w_m_s().squaredNorm());
-  if (!estimate_faulted_) {
+  if (!is_false()) {
     max_speed_m_s_ = speed_after_turn(model_tilt_rad, speed_m_s) + static_cast<T>(kGust_m_s);
   }
-  const bool is_measured = attitude_fault_ && model_velocity_.is_known();
+  const bool is_measured = attitude_is_contradicted() && model_velocity_.is_known();
   diverges_ = settles && !is_measured && (speed_m_s > max_speed_m_s_ || diverges_);
-  trusts_poses_ = !estimate_faulted_ && !velocity_consistency_.is_suspect() && estimate.refused_poses == 0;
-  if (attitude_fault_) {
+  if (attitude_is_contradicted()) {
     dead_reckoning_.set_velocity(model_velocity_.velocity_w_m_s());
   } else {
-    dead_reckoning_.update(imu, estimate, velocity_consistency_.measured_h_m_s2(), trusts_poses_,
+    dead_reckoning_.update(imu, estimate, velocity_consistency_.measured_h_m_s2(), trusts_poses(),
                            failsafe_state == safety::FailsafeState::kSilent, elapsed);
   }
   update_unseen(apart * core::seconds<T>(elapsed));
 }
 
+/// The commands can accuse the attitude only once the motion is known to be false, so they are asked last.
+template <typename T>
+void FaultIsolation<T>::update_trust(bool motion_is_false, bool attitude_lost, bool refuses, bool settles) {
+  const bool was_false = settles && is_false(), accused = settles && attitude_is_contradicted();
+  trust_ = motion_is_false || was_false                    ? Trust::kMotionFalse
+           : refuses || velocity_consistency_.is_suspect() ? Trust::kDoubted
+                                                           : Trust::kFull;
+  if (rates_contradict() || contradicts_command() || attitude_lost || accused) {
+    trust_ = Trust::kAttitudeFalse;
+  }
+}
+
 template <typename T>
 void FaultIsolation<T>::update_unseen(const core::Vector<T, 2>& apart_m) {
-  if (velocity_consistency_.is_suspect() || estimate_faulted_) {
+  if (velocity_consistency_.is_suspect() || is_false()) {
     unseen_m_ -= apart_m;
   } else {
     unseen_m_.setZero();
@@ -155,8 +165,8 @@ void FaultIsolation<T>::predict_from_commands(const est::Measurement<T>& measure
 template <typename T>
 est::Estimate<T> FaultIsolation<T>::motion(const est::Estimate<T>& estimate) const {
   constexpr T kNotToBeUsed_m2_s2 = T(1e6);
-  est::Estimate<T> known = estimate_faulted_ ? dead_reckoning_.replace_motion(estimate) : estimate;
-  if (attitude_fault_) {
+  est::Estimate<T> known = is_false() ? dead_reckoning_.replace_motion(estimate) : estimate;
+  if (attitude_is_contradicted()) {
     known.prediction_valid = known.prediction_valid || model_velocity_.is_known();
     known.x.tilt_rad = model_tilt_rad_.x();
     known.y.tilt_rad = model_tilt_rad_.y();
@@ -169,7 +179,7 @@ est::Estimate<T> FaultIsolation<T>::motion(const est::Estimate<T>& estimate) con
 
 template <typename T>
 std::optional<est::Estimate<T>> FaultIsolation<T>::fence_motion(const est::Estimate<T>& estimate) const {
-  const bool suspect = velocity_consistency_.is_suspect() || estimate_faulted_;
+  const bool suspect = velocity_consistency_.is_suspect() || is_false();
   const T drift_m = uses(est::ConsistencyCheck::kHeight) ? height_consistency_.unexplained_drift_m() : T(0);
   if (!suspect && drift_m == T(0)) {  // then nothing was flown unseen
     return {};
@@ -186,13 +196,13 @@ double FaultIsolation<T>::speed_m_s(const est::Estimate<T>& estimate) const {
   constexpr T kWorthless_m2_s2 = T(1);
   const est::AxisEstimate<T>& x = estimate.x;
   const est::AxisEstimate<T>& y = estimate.y;
-  const bool learned = estimate_faulted_ ||
-                       (x.velocity_variance_m2_s2 < kWorthless_m2_s2 && y.velocity_variance_m2_s2 < kWorthless_m2_s2);
-  if (!(estimate.prediction_valid || attitude_fault_) || diverges_ || !learned) {
+  const bool learned =
+      is_false() || (x.velocity_variance_m2_s2 < kWorthless_m2_s2 && y.velocity_variance_m2_s2 < kWorthless_m2_s2);
+  if (!(estimate.prediction_valid || attitude_is_contradicted()) || diverges_ || !learned) {
     return 0.0;
   }
   const core::Vector<T, 2> velocity_m_s =
-      estimate_faulted_ ? dead_reckoning_.velocity_w_m_s() : core::Vector<T, 2>(x.velocity_m_s, y.velocity_m_s);
+      is_false() ? dead_reckoning_.velocity_w_m_s() : core::Vector<T, 2>(x.velocity_m_s, y.velocity_m_s);
   return static_cast<double>(core::sqrt(velocity_m_s.squaredNorm()));
 }
 
@@ -231,19 +241,19 @@ est::ConsistencyStatus FaultIsolation<T>::status(const est::Estimate<T>& estimat
   const est::Contradiction<T> contradicted = contradiction();
   const core::Vector<T, 2> lever_b_m = velocity_consistency_.lever_b_m();
   const bool predicts = !levels_limit_cycle && failsafe_state == safety::FailsafeState::kLevel;
-  return {.refused_poses = estimate.refused_poses,
-          .refused_for =
-              estimate_faulted_ && estimate.refused_for < limits.gate_shut ? limits.gate_shut : estimate.refused_for,
-          .refused_by_m = static_cast<double>(estimate.refusal.distance_m),
-          .refused_allowed_m = static_cast<double>(estimate.refusal.allowed_m),
-          .refused_turn_rad = static_cast<double>(estimate.refusal.turned_rad),
-          .speed_m_s = levels_limit_cycle ? 0.0 : speed_m_s(estimate),
-          .speed_then_m_s = predicts ? speed_then_m_s(estimate, limits.neutral) : 0.0,
-          .contradicted_by = static_cast<std::uint8_t>(contradicted.check),
-          .contradicted_with = static_cast<double>(contradicted.measured),
-          .contradicted_allowed = static_cast<double>(contradicted.allowed),
-          .vibration = vibration(),
-          .lever_b_m = {static_cast<double>(lever_b_m.x()), static_cast<double>(lever_b_m.y()), 0.0}};
+  return {
+      .refused_poses = estimate.refused_poses,
+      .refused_for = is_false() && estimate.refused_for < limits.gate_shut ? limits.gate_shut : estimate.refused_for,
+      .refused_by_m = static_cast<double>(estimate.refusal.distance_m),
+      .refused_allowed_m = static_cast<double>(estimate.refusal.allowed_m),
+      .refused_turn_rad = static_cast<double>(estimate.refusal.turned_rad),
+      .speed_m_s = levels_limit_cycle ? 0.0 : speed_m_s(estimate),
+      .speed_then_m_s = predicts ? speed_then_m_s(estimate, limits.neutral) : 0.0,
+      .contradicted_by = static_cast<std::uint8_t>(contradicted.check),
+      .contradicted_with = static_cast<double>(contradicted.measured),
+      .contradicted_allowed = static_cast<double>(contradicted.allowed),
+      .vibration = vibration(),
+      .lever_b_m = {static_cast<double>(lever_b_m.x()), static_cast<double>(lever_b_m.y()), 0.0}};
 }
 
 template class FaultIsolation<float>;

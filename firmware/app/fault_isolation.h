@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "firmware/est/consistency/attitude_rate_consistency.h"
@@ -40,7 +41,7 @@ class FaultIsolation {
               const core::Vector<T, 2>& model_tilt_rad, safety::FailsafeState failsafe_state, core::Duration elapsed);
 
   /// Whether the poses are neither suspected, contradicted nor refused.
-  bool trusts_poses() const { return trusts_poses_; }
+  bool trusts_poses() const { return trust_ == Trust::kFull; }
   /// As DeadReckoning::subtract_input_offset.
   void subtract_input_offset(const core::Vector<T, 2>& rad) { dead_reckoning_.subtract_input_offset(rad); }
   bool is_converged() const { return velocity_consistency_.is_converged(); }
@@ -51,7 +52,7 @@ class FaultIsolation {
   T heading_turned_alone_rad() const { return velocity_consistency_.heading_turned_alone_rad(); }
   /// Whether the attitude is contradicted by its rates or by our commands, or is missing while the failsafe ends the
   /// flight. Once true, it stays true for as long as the failsafe ends the flight.
-  bool attitude_is_contradicted() const { return attitude_fault_; }
+  bool attitude_is_contradicted() const { return trust_ == Trust::kAttitudeFalse; }
   bool poses_read_high() const { return uses(est::ConsistencyCheck::kHeight) && height_consistency_.reads_high(); }
   /// The present contradiction. A false attitude is reported first, because it makes the poses look false, too.
   est::Contradiction<T> contradiction() const;
@@ -76,6 +77,20 @@ class FaultIsolation {
                                 bool levels_limit_cycle, const safety::Limits& limits) const;
 
  private:
+  /// What counts as true, in this order:
+  ///
+  ///   kFull <-> kDoubted --> kMotionFalse --> kAttitudeFalse
+  ///
+  /// Each tick decides anew, but while the failsafe ends the flight nothing leads back from the two on the right.
+  enum class Trust : std::uint8_t {
+    kFull,
+    kDoubted,        ///< poses are refused, or a check suspects them; they are used
+    kMotionFalse,    ///< braking uses the dead-reckoned motion
+    kAttitudeFalse,  ///< braking uses a motion from the poses and from the tilt that the commands predict
+  };
+
+  bool is_false() const { return trust_ >= Trust::kMotionFalse; }
+  void update_trust(bool motion_is_false, bool attitude_lost, bool refuses, bool settles);
   bool contradicts_command() const;
   void update_pose_offset(const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
                           const core::Vector<T, 2>& model_tilt_rad);
@@ -95,12 +110,10 @@ class FaultIsolation {
   est::CommandConsistency<T> command_consistency_;
   est::HeightConsistency<T> height_consistency_;
   est::DeadReckoning<T> dead_reckoning_;
-  bool estimate_faulted_ = false;  ///< the observer's motion counts as false
-  bool trusts_poses_ = false;
+  Trust trust_ = Trust::kDoubted;
   core::Vector<T, 2> unseen_m_ =
       core::Vector<T, 2>::Zero();  ///< flown since force or path contradict the poses, and not shown by them
   T max_speed_m_s_{0};             ///< limit of the reckoned speed under braking
-  bool attitude_fault_ = false;    ///< attitude_is_contradicted()
   bool diverges_ = false;          ///< the reckoned speed has exceeded max_speed_m_s_
   bool misses_poses_ = false;      ///< since the failsafe began to end the flight, poses were missing for a while
   bool poses_confirm_commands_ =
