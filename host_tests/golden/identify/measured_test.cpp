@@ -42,14 +42,7 @@ Interval dead_zone_of(const IdentifyResult& result) {
   return {};
 }
 
-double after_one_second(const IdentifyResult& result) {
-  for (const auto& [age_s, rmse] : result.final_model.horizon_rmse) {
-    if (age_s == 1.0) {
-      return rmse;
-    }
-  }
-  return 1e9;
-}
+double after_one_second(const IdentifyResult& result) { return result.final_model.horizon_rmse[kOneSecond]; }
 
 struct Bar {
   const char* axis;

@@ -290,20 +290,16 @@ void intervals_figure(plot::Page& page, const IdentifyResult& r) {
 }
 
 void horizon_figure(plot::Page& page, const IdentifyResult& r) {
-  if (r.final_model.horizon_rmse.empty()) {
-    return;
-  }
   plot::Figure figure{.title = "Prediction error by horizon (validation)",
                       .x_label = "horizon [s]",
                       .y_label = "error [" + unit_of(r.axis) + "]",
                       .height = 230};
   const auto add = [&](const ModelResult& model, const char* name, const char* color) {
-    plot::Curve line{.name = name, .color = color, .width = 2.2};
-    for (const auto& [horizon, rmse] : model.horizon_rmse) {
-      line.x.push_back(horizon);
-      line.y.push_back(rmse);
-    }
-    figure.lines.push_back(line);
+    figure.lines.push_back({.name = name,
+                            .x = {kHorizons_s.begin(), kHorizons_s.end()},
+                            .y = {model.horizon_rmse.begin(), model.horizon_rmse.end()},
+                            .color = color,
+                            .width = 2.2});
   };
   add(r.declared, "declared model", plot::kOrange);
   add(r.final_model, "with the effects found", plot::kBlue);

@@ -19,6 +19,14 @@ std::string horizon_key(double age_s) {
   return text;
 }
 
+Json to_json(const HorizonErrors& errors) {
+  Json out = Json::object();
+  for (std::size_t k = 0; k < errors.size(); ++k) {
+    out[horizon_key(kHorizons_s[k])] = errors[k];
+  }
+  return out;
+}
+
 Json to_json(const ModelResult& model) {
   Json parameters = Json::object();
   for (const NamedValue& parameter : model.parameters) {
@@ -27,13 +35,9 @@ Json to_json(const ModelResult& model) {
   if (!model.dead_zone_shape.empty()) {
     parameters["shape"] = model.dead_zone_shape;
   }
-  Json horizons = Json::object();
-  for (const auto& [age_s, rmse] : model.horizon_rmse) {
-    horizons[horizon_key(age_s)] = rmse;
-  }
   return {{"structure", model.structure},     {"parameters", std::move(parameters)},
           {"train_rmse", model.train_rmse},   {"validation_rmse", model.validation_rmse},
-          {"fit_percent", model.fit_percent}, {"horizon_rmse", std::move(horizons)}};
+          {"fit_percent", model.fit_percent}, {"horizon_rmse", to_json(model.horizon_rmse)}};
 }
 
 Json to_json(const EffectResult& effect) {
@@ -231,9 +235,9 @@ std::string to_text(const IdentifyResult& result) {
               parameter.interval.low, parameter.interval.high);
   }
   text.line("  validation error over training error: %.2f", result.validation_over_training);
-  for (std::size_t k = 0; k < result.final_model.horizon_rmse.size(); ++k) {
-    text.line("  prediction error after %.1f s: %.5f declared, %.5f final", result.final_model.horizon_rmse[k].first,
-              result.declared.horizon_rmse[k].second, result.final_model.horizon_rmse[k].second);
+  for (std::size_t k = 0; k < kHorizons_s.size(); ++k) {
+    text.line("  prediction error after %.1f s: %.5f declared, %.5f final", kHorizons_s[k],
+              result.declared.horizon_rmse[k], result.final_model.horizon_rmse[k]);
   }
   change_lines(result, text);
   believed_lines(result, text);

@@ -5,27 +5,25 @@
 #include <string>
 
 #include "firmware/model/vehicle.h"
+#include "host_tests/lab/identify/output/result.h"
 #include "host_tests/lab/logs/flight_log.h"
 
-namespace m100::lab::loop {
-
-/// Horizons of the predictions [s].
-inline constexpr std::array<double, 4> kHorizons_s{0.2, 0.5, 1.0, 2.0};
+namespace m100::lab::identify {
 
 /// Root mean square error of the prediction of a vehicle file from the sticks of a log, at each of kHorizons_s, with a
 /// start every 0.1 s from the measured state. Velocity is horizontal, in the world frame. Its mean error is subtracted,
 /// because it is the wind that the observer learns in flight.
 struct Prediction {
-  std::array<double, kHorizons_s.size()> roll_rad{};
-  std::array<double, kHorizons_s.size()> pitch_rad{};
-  std::array<double, kHorizons_s.size()> velocity_m_s{};
-  std::array<double, kHorizons_s.size()> climb_m_s{};
-  std::array<double, kHorizons_s.size()> yaw_rate_rad_s{};
+  HorizonErrors roll_rad{};
+  HorizonErrors pitch_rad{};
+  HorizonErrors velocity_m_s{};
+  HorizonErrors climb_m_s{};
+  HorizonErrors yaw_rate_rad_s{};
 };
 /// One predicted quantity, with its name on pages and the channel whose model predicts it.
 struct Quantity {
   const char* name;
-  std::array<double, kHorizons_s.size()> Prediction::*member;
+  HorizonErrors Prediction::*member;
   const char* channel;
 };
 inline constexpr std::array<Quantity, 5> kQuantities{
@@ -54,4 +52,4 @@ double error_at_1s(const model::Vehicle& vehicle, const UnseenFlight& flight, co
 /// constant. Smallest for the vehicle that flew, in a closed loop too. Precondition: not "translation".
 double innovations(const model::Vehicle& vehicle, const UnseenFlight& flight, const std::string& channel);
 
-}  // namespace m100::lab::loop
+}  // namespace m100::lab::identify

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/loop/prediction.h"
+#include "host_tests/lab/identify/prediction.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +11,9 @@
 #include "host_tests/lab/identify/model/axis/free_run.h"
 #include "host_tests/lab/identify/model/whitening.h"
 
-namespace m100::lab::loop {
+namespace m100::lab::identify {
 namespace {
 
-using identify::AxisData;
 using logs::Signal;
 
 AxisData axis_data(const logs::FlightLog& log, Signal stick, Signal other, Signal measured) {
@@ -24,19 +23,9 @@ AxisData axis_data(const logs::FlightLog& log, Signal stick, Signal other, Signa
   data.stick = log.of(stick);
   data.other = log.of(other);
   const bool from_height = measured == Signal::kVelocityZ && !log.has(Signal::kVelocityZ);
-  data.measured = from_height ? identify::derivative(log.of(Signal::kPositionZ), log.period_s) : log.of(measured);
+  data.measured = from_height ? derivative(log.of(Signal::kPositionZ), log.period_s) : log.of(measured);
   data.valid.assign(data.measured.size(), 1);
   return data;
-}
-
-std::array<double, kHorizons_s.size()> errors(const AxisData& data, double from_s, double to_s,
-                                              const model::StickAxis& model) {
-  std::array<double, kHorizons_s.size()> out{};
-  const auto rmse = identify::horizon_rmse(data, {{from_s, to_s}}, model, {kHorizons_s.begin(), kHorizons_s.end()});
-  for (std::size_t i = 0; i < out.size() && i < rmse.size(); ++i) {
-    out[i] = rmse[i].second;
-  }
-  return out;
 }
 
 /// The axis' commands over the whole log as they act, after transport delay and lead zero.
@@ -47,7 +36,7 @@ std::vector<double> commands(const AxisData& data, const model::StickAxis& model
     now[i] = law.command(data.stick[i], data.other[i], data.time_s(i) - data.start_s);
   }
   std::vector<double> late(now.size());
-  identify::arrived_commands(now, model, data.period_s, 0, late);
+  arrived_commands(now, model, data.period_s, 0, late);
   return late;
 }
 
@@ -131,10 +120,9 @@ struct ErrorSums {
 };
 
 /// Errors of the forecast velocity at every horizon, with a start every ten samples.
-std::array<double, kHorizons_s.size()> velocity_errors(const model::Translation& translation,
-                                                       const logs::FlightLog& log, const AxisForecast& roll,
-                                                       const AxisForecast& pitch, const AxisForecast& climb,
-                                                       double from_s, double to_s) {
+HorizonErrors velocity_errors(const model::Translation& translation, const logs::FlightLog& log,
+                              const AxisForecast& roll, const AxisForecast& pitch, const AxisForecast& climb,
+                              double from_s, double to_s) {
   const std::vector<double>& velocity_x = log.of(Signal::kVelocityX);
   const std::vector<double>& velocity_y = log.of(Signal::kVelocityY);
   const std::size_t last = log.index_of(to_s);
@@ -152,14 +140,12 @@ std::array<double, kHorizons_s.size()> velocity_errors(const model::Translation&
       }
     }
   }
-  std::array<double, kHorizons_s.size()> out{};
+  HorizonErrors out{};
   std::transform(sums.begin(), sums.end(), out.begin(), [](const ErrorSums& one) { return one.rms(); });
   return out;
 }
 
-using Errors = std::array<double, kHorizons_s.size()>;
-
-Errors velocity_ahead(const model::Vehicle& vehicle, const UnseenFlight& flight) {
+HorizonErrors velocity_ahead(const model::Vehicle& vehicle, const UnseenFlight& flight) {
   const logs::FlightLog& log = *flight.log;
   const AxisForecast roll(log, Signal::kStickRoll, Signal::kStickPitch, Signal::kAttitudeRoll, vehicle.roll);
   const AxisForecast pitch(log, Signal::kStickPitch, Signal::kStickRoll, Signal::kAttitudePitch, vehicle.pitch);
@@ -188,12 +174,12 @@ LoggedAxis logged_axis(const model::Vehicle& vehicle, const logs::FlightLog& log
   return {axis_data(log, Signal::kStickYaw, Signal::kStickThrottle, Signal::kRateZ), yaw};
 }
 
-Errors ahead(const model::Vehicle& vehicle, const UnseenFlight& flight, const std::string& channel) {
+HorizonErrors ahead(const model::Vehicle& vehicle, const UnseenFlight& flight, const std::string& channel) {
   if (channel == "translation") {
     return velocity_ahead(vehicle, flight);
   }
   const LoggedAxis one = logged_axis(vehicle, *flight.log, channel);
-  return errors(one.data, flight.from_s, flight.to_s, one.axis);
+  return horizon_rmse(one.data, {{flight.from_s, flight.to_s}}, one.axis);
 }
 
 }  // namespace
@@ -210,14 +196,13 @@ Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, do
 }
 
 double error_at_1s(const model::Vehicle& vehicle, const UnseenFlight& flight, const std::string& channel) {
-  static_assert(kHorizons_s[2] == 1.0);
-  return ahead(vehicle, flight, channel)[2];
+  return ahead(vehicle, flight, channel)[kOneSecond];
 }
 
 double innovations(const model::Vehicle& vehicle, const UnseenFlight& flight, const std::string& channel) {
   const LoggedAxis one = logged_axis(vehicle, *flight.log, channel);
-  const identify::FreeRun run(one.data, {{flight.from_s, flight.to_s}});
+  const FreeRun run(one.data, {{flight.from_s, flight.to_s}});
   return run.score(run.error(one.axis));
 }
 
-}  // namespace m100::lab::loop
+}  // namespace m100::lab::identify
