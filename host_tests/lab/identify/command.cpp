@@ -285,7 +285,7 @@ void run(const IdentifyOptions& options) {
   identify::IdentifyResult result = result_of(request);
   find_gaps(request, result);
   if (!options.believed.empty()) {
-    result.refitted = identify::refitted(options.believed, result);
+    result.refitted = identify::refitted(companion::load_vehicle(options.believed).vehicle, result);
   }
   const std::string wrong = identify::misreading(result);
   if (!options.vehicle.empty() && wrong.empty()) {
