@@ -45,13 +45,13 @@ void write_corrected_vehicle(Folder& folder) {
   const auto in_control = nominal(result_of(folder, "course.json"));
   const logs::FlightLog from_height = log_of("course", true), flown = log_of("course", false);
   const auto course = [&](std::string_view channel) {
-    return identify::UnseenFlight{channel == "climb" ? &from_height : &flown, in_control.first + kSettled_s,
-                                  in_control.second};
+    return identify::UnseenFlight{channel == "climb" ? &from_height : &flown,
+                                  {{in_control.first + kSettled_s, in_control.second}}};
   };
   const auto with_sticks = nominal(result_of(folder, "excite_rates.json"));
   for (const std::string channel : {"climb", "yaw_rate"}) {
     const logs::FlightLog excited = log_of("excite_rates", channel == "climb");
-    const identify::UnseenFlight moved{&excited, with_sticks.first + kSettled_s, with_sticks.second};
+    const identify::UnseenFlight moved{&excited, {{with_sticks.first + kSettled_s, with_sticks.second}}};
     // The course, which no fit has used, has small stick movements: the new model must not predict it worse.
     const bool better = loop::predicts_better(believed, rates.vehicle, moved, channel) &&
                         identify::error_at_1s(rates.vehicle, course(channel), channel) <=

@@ -29,11 +29,11 @@ void add_predictions(const std::string& file, FlightSeries& flight) {
     logs::FlightLog signals =
         logs::load(*logs::open_log(file), logs::parse_column_map(loop::own_columns(), "(our own flight log)"));
     const double start_s = 1e-6 * static_cast<double>(log.ticks.front().record.timestamp);
-    const double from_s = start_s + flight.control_s + kSettled_s, to_s = start_s + flight.end_s;
-    identify::Prediction found = identify::predict(vehicle, signals, from_s, to_s);
+    const identify::UnseenFlight flown{&signals, {{start_s + flight.control_s + kSettled_s, start_s + flight.end_s}}};
+    identify::Prediction found = identify::predict(vehicle, flown);
     // The climb speed in the log is an estimate by the vehicle file, so the measured height is used instead.
     signals.of(logs::Signal::kVelocityZ).clear();
-    found.climb_m_s = identify::predict(vehicle, signals, from_s, to_s).climb_m_s;
+    found.climb_m_s = identify::predict(vehicle, flown).climb_m_s;
     for (const identify::Quantity& quantity : identify::kQuantities) {
       const auto& errors = found.*quantity.member;
       flight.predictions.push_back(

@@ -160,7 +160,7 @@ class Loop {
           translation ? identify::identify_translation(request) : identify::identify_axis(request);
       model::Vehicle candidate = believed_;
       const std::vector<std::string> not_in_file = identify::put_axis(found, candidate);
-      const identify::UnseenFlight flight{&second.log, request.validate.front().first, request.validate.front().second};
+      const identify::UnseenFlight flight{&second.log, request.validate};
       found.refitted = believed_and_found(believed_, found, channel, flight, candidate);
       result_.believed_found[channel] = found.refitted;
       result_.identified[channel] = std::move(found);
@@ -224,9 +224,9 @@ class Loop {
 
   /// Computes the published predictions, on a flight that decided nothing.
   void quote(const FlownLog& third) {
-    const identify::Range range = flown(third);
-    result_.before.prediction = identify::predict(believed_, third.log, range.first, range.second);
-    result_.after.prediction = identify::predict(result_.vehicle.vehicle, third.log, range.first, range.second);
+    const identify::UnseenFlight flight{&third.log, {flown(third)}};
+    result_.before.prediction = identify::predict(believed_, flight);
+    result_.after.prediction = identify::predict(result_.vehicle.vehicle, flight);
   }
 
   const LoopOptions& options_;

@@ -54,10 +54,8 @@ ModelErrors predict_all(const LoopOptions& options, const std::vector<ComparedMo
   for (int i = 0; i < options.seeds; ++i) {
     const FlownLog flight =
         fly_and_log(excited, options.seed + static_cast<std::uint64_t>(i), folder.file("models.ulg"));
-    const identify::Range range = flown(flight);
     for (std::size_t m = 0; m < models.size(); ++m) {
-      const identify::Prediction found =
-          identify::predict(models[m].vehicle.vehicle, flight.log, range.first, range.second);
+      const identify::Prediction found = identify::predict(models[m].vehicle.vehicle, {&flight.log, {flown(flight)}});
       for (std::size_t q = 0; q < identify::kQuantities.size(); ++q) {
         errors[m][q].push_back((found.*identify::kQuantities[q].member)[identify::kOneSecond]);
       }

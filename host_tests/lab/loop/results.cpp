@@ -17,11 +17,9 @@ namespace m100::lab::loop {
 namespace {
 
 nlohmann::json json_of(const identify::Prediction& prediction, std::size_t horizon) {
-  return {{"roll_rad", prediction.roll_rad[horizon]},
-          {"pitch_rad", prediction.pitch_rad[horizon]},
-          {"velocity_m_s", prediction.velocity_m_s[horizon]},
-          {"climb_m_s", prediction.climb_m_s[horizon]},
-          {"yaw_rate_rad_s", prediction.yaw_rate_rad_s[horizon]}};
+  return {{"roll_rad", prediction.roll_rad[horizon]},     {"pitch_rad", prediction.pitch_rad[horizon]},
+          {"position_m", prediction.position_m[horizon]}, {"velocity_m_s", prediction.velocity_m_s[horizon]},
+          {"climb_m_s", prediction.climb_m_s[horizon]},   {"yaw_rate_rad_s", prediction.yaw_rate_rad_s[horizon]}};
 }
 
 nlohmann::json json_of(const LoopEvaluation& side) {

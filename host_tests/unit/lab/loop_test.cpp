@@ -339,7 +339,7 @@ TEST(PredictsBetter, IsWhatHalfATickOfDelayDoesNotExplain) {
   truth.roll = {
       .scale_per_count = 9e-4, .natural_frequency_rad_s = 8.0, .damping_ratio = 0.7, .transport_delay_s = 0.05};
   const logs::FlightLog log = rolled(truth.roll);
-  const identify::UnseenFlight flight{&log, 2.0, 58.0};
+  const identify::UnseenFlight flight{&log, {{2.0, 58.0}}};
   model::Vehicle believed = truth;
   EXPECT_FALSE(predicts_better(believed, truth, flight, "roll"));
   believed.roll.transport_delay_s = 0.055;
