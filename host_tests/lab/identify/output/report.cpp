@@ -289,15 +289,19 @@ void intervals_figure(plot::Page& page, const IdentifyResult& r) {
               "reaches the edge continues beyond it.");
 }
 
-void horizon_figure(plot::Page& page, const IdentifyResult& r) {
-  plot::Figure figure{.title = "Prediction error by horizon (validation)",
+void horizon_figure(plot::Page& page, const IdentifyResult& r, const std::string& what, const std::string& unit,
+                    HorizonErrors ModelResult::*errors) {
+  if ((r.final_model.*errors).front() == 0.0) {
+    return;
+  }
+  plot::Figure figure{.title = what + " by horizon (validation)",
                       .x_label = "horizon [s]",
-                      .y_label = "error [" + unit_of(r.axis) + "]",
+                      .y_label = "error [" + unit + "]",
                       .height = 230};
   const auto add = [&](const ModelResult& model, const char* name, const char* color) {
     figure.lines.push_back({.name = name,
                             .x = {kHorizons_s.begin(), kHorizons_s.end()},
-                            .y = {model.horizon_rmse.begin(), model.horizon_rmse.end()},
+                            .y = {(model.*errors).begin(), (model.*errors).end()},
                             .color = color,
                             .width = 2.2});
   };
@@ -328,7 +332,8 @@ plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin)
   specialist_figures(page, result);
   candidates_figure(page, result);
   intervals_figure(page, result);
-  horizon_figure(page, result);
+  horizon_figure(page, result, "Prediction error", unit_of(result.axis), &ModelResult::horizon_rmse);
+  horizon_figure(page, result, "Error of the position from the sticks", "m", &ModelResult::position_rmse);
   return page;
 }
 

@@ -45,6 +45,7 @@ struct ModelResult {
   double validation_rmse = 0.0;
   double fit_percent = 0.0;  ///< on the validation part
   HorizonErrors horizon_rmse{};
+  HorizonErrors position_rmse{}, velocity_rmse{};  ///< translation, from the sticks (prediction.h); 0: not predicted
 };
 
 struct Rival {
