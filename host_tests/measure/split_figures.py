@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the measured flights say, however they are divided: each half, another flight, and all flights together."""
-from measure.lab_figures import asked, table
+"""What the measured flights say, however they are divided: each half, another flight, all flights together, another aircraft."""
+import pathlib
+import tempfile
+
+from measure.lab_figures import asked, compact_table, table
 from measure.workspace import Source
 
 MAP = "host_tests/lab/columns/m100_csv.toml"
@@ -46,4 +49,24 @@ def splits(workspace):
     return {"identify.splits": table(*rows)}
 
 
-SOURCES = [Source(("identify.splits",), splits, quick=False)]
+def second_aircraft(workspace):
+    """x and y of the second aircraft: first order and a rigid body, and with the effects of roll, pitch, climb and translation."""
+    log, columns = workspace.measured_log("falcon2_height.csv"), workspace.measured_log("falcon2.toml")
+    with tempfile.TemporaryDirectory() as name:
+        files = ["--vehicle", pathlib.Path(name) / "identified.toml", "--vehicle-declared", pathlib.Path(name) / "declared.toml"]
+        found = {axis: asked(workspace, "identify", "--log", log, "--columns", columns, "--axis", axis, "--declare",
+                             "rigid_body" if axis == "translation" else "first_order", "--split", "alternate:6", "--within", "33:99", *files)[1]
+                 for axis in ("roll", "pitch", "climb", "translation")}
+    models = [found["translation"][model] for model in ("declared", "final")]
+    rows = [["second aircraft, declared/identified", *(f"{float(key):g} s" for key in models[0]["horizon_rmse"])]]
+    for what, key in (("position [m]", "position_rmse"), ("velocity [m/s]", "velocity_rmse")):
+        rows.append([what] + ["/".join(f"{model[key][horizon]:.3f}" for model in models) for horizon in models[0][key]])
+    details = [["second aircraft", "declared", "identified", "effects, 95 %", "verdict"]]
+    for axis, one in found.items():
+        details.append([axis, *(f"{one[model]['validation_rmse']:.4f}" for model in ("declared", "final")),
+                        "; ".join(effect(each) for each in one["effects"]), one["verdict"]])
+    return {"identify.motion": compact_table(*rows), "identify.second": table(*details)}
+
+
+SOURCES = [Source(("identify.motion", "identify.second"), second_aircraft),
+           Source(("identify.splits",), splits, quick=False)]

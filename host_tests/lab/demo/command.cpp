@@ -51,9 +51,11 @@ void add_demo(CLI::App& lab) {
   auto options = std::make_shared<DemoOptions>();
   command->add_option("--out", options->out, "folder for the page and everything that leads to it");
   command
-      ->add_option("--logs", options->logs,
-                   "folder with the measured flights: pitch_roll.csv and height.csv, or the published "
-                   "ExperimentPitchRoll.mat and ExperimentHeight.mat; default: a simulated flight with a hidden effect")
+      ->add_option(
+          "--logs", options->logs,
+          "folder with the measured flights: pitch_roll.csv and height.csv, or the published "
+          "ExperimentPitchRoll.mat and ExperimentHeight.mat, with the former perhaps falcon2_height.csv and its map "
+          "falcon2.toml; default: a simulated flight with a hidden effect")
       ->check(CLI::ExistingDirectory);
   command->callback([options] { become_demonstration(*options); });
 }

@@ -13,7 +13,7 @@ namespace {
 
 /// Takes the drag that was found in the excited flight, if no residual there is unexplained and it predicts the course
 /// better. Records "found.translation", and "linear_drag_per_s" if the drag was taken.
-void take_drag(Folder& folder, const loop::UnseenFlight& course, companion::VehicleFile& corrected) {
+void take_drag(Folder& folder, const identify::UnseenFlight& course, companion::VehicleFile& corrected) {
   folder.set_number("found.translation", 0.0);
   if (!folder.has("drag.toml") || !folder.has("flown_translation.json")) {
     return;
@@ -45,17 +45,17 @@ void write_corrected_vehicle(Folder& folder) {
   const auto in_control = nominal(result_of(folder, "course.json"));
   const logs::FlightLog from_height = log_of("course", true), flown = log_of("course", false);
   const auto course = [&](std::string_view channel) {
-    return loop::UnseenFlight{channel == "climb" ? &from_height : &flown, in_control.first + kSettled_s,
-                              in_control.second};
+    return identify::UnseenFlight{channel == "climb" ? &from_height : &flown,
+                                  {{in_control.first + kSettled_s, in_control.second}}};
   };
   const auto with_sticks = nominal(result_of(folder, "excite_rates.json"));
   for (const std::string channel : {"climb", "yaw_rate"}) {
     const logs::FlightLog excited = log_of("excite_rates", channel == "climb");
-    const loop::UnseenFlight moved{&excited, with_sticks.first + kSettled_s, with_sticks.second};
+    const identify::UnseenFlight moved{&excited, {{with_sticks.first + kSettled_s, with_sticks.second}}};
     // The course, which no fit has used, has small stick movements: the new model must not predict it worse.
     const bool better = loop::predicts_better(believed, rates.vehicle, moved, channel) &&
-                        loop::error_at_1s(rates.vehicle, course(channel), channel) <=
-                            loop::error_at_1s(believed, course(channel), channel);
+                        identify::error_at_1s(rates.vehicle, course(channel), channel) <=
+                            identify::error_at_1s(believed, course(channel), channel);
     folder.set_number("found." + channel, better ? 1.0 : 0.0);
     if (better) {
       corrected.vehicle = loop::with_channel(corrected.vehicle, rates.vehicle, channel);
@@ -64,10 +64,10 @@ void write_corrected_vehicle(Folder& folder) {
   }
   take_drag(folder, course("translation"), corrected);
   for (const VehicleAxis& axis : kVehicleAxes) {
-    const loop::UnseenFlight flight = course(axis.name);
+    const identify::UnseenFlight flight = course(axis.name);
     const std::string name = std::string("ahead.") + axis.name;
-    folder.set_number(name + ".before", loop::error_at_1s(believed, flight, axis.name));
-    folder.set_number(name + ".after", loop::error_at_1s(corrected.vehicle, flight, axis.name));
+    folder.set_number(name + ".before", identify::error_at_1s(believed, flight, axis.name));
+    folder.set_number(name + ".after", identify::error_at_1s(corrected.vehicle, flight, axis.name));
   }
   companion::save_vehicle(folder.file("corrected_model.toml"), corrected.vehicle, corrected.sources);
 }

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "host_tests/lab/evening/folder.h"
-#include "host_tests/lab/loop/prediction.h"
+#include "host_tests/lab/identify/prediction.h"
 
 namespace m100::lab::evening {
 
@@ -15,7 +15,7 @@ struct VehicleAxis {
 };
 inline constexpr std::array<VehicleAxis, 5> kVehicleAxes{{{"roll", "roll [rad]"},
                                                           {"pitch", "pitch [rad]"},
-                                                          {"climb", loop::kClimbByHeight},
+                                                          {"climb", identify::kClimbByHeight},
                                                           {"yaw_rate", "yaw rate [rad/s]"},
                                                           {"translation", "horizontal velocity [m/s]"}}};
 

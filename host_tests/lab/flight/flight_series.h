@@ -34,7 +34,8 @@ struct Pose {
   std::array<double, 3> position_m{};
 };
 
-/// Root mean square error of the prediction from the sticks by the log's vehicle file, at each of loop::kHorizons_s.
+/// Root mean square error of the prediction from the sticks by the log's vehicle file, at each of
+/// identify::kHorizons_s.
 struct PredictionRow {
   std::string quantity;
   std::vector<double> errors;

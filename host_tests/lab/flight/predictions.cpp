@@ -3,9 +3,9 @@
 
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/replay/replay.h"
+#include "host_tests/lab/identify/prediction.h"
 #include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/lab/loop/aligned_log.h"
-#include "host_tests/lab/loop/prediction.h"
 
 namespace m100::lab::flight {
 namespace {
@@ -29,15 +29,15 @@ void add_predictions(const std::string& file, FlightSeries& flight) {
     logs::FlightLog signals =
         logs::load(*logs::open_log(file), logs::parse_column_map(loop::own_columns(), "(our own flight log)"));
     const double start_s = 1e-6 * static_cast<double>(log.ticks.front().record.timestamp);
-    const double from_s = start_s + flight.control_s + kSettled_s, to_s = start_s + flight.end_s;
-    loop::Prediction found = loop::predict(vehicle, signals, from_s, to_s);
+    const identify::UnseenFlight flown{&signals, {{start_s + flight.control_s + kSettled_s, start_s + flight.end_s}}};
+    identify::Prediction found = identify::predict(vehicle, flown);
     // The climb speed in the log is an estimate by the vehicle file, so the measured height is used instead.
     signals.of(logs::Signal::kVelocityZ).clear();
-    found.climb_m_s = loop::predict(vehicle, signals, from_s, to_s).climb_m_s;
-    for (const loop::Quantity& quantity : loop::kQuantities) {
+    found.climb_m_s = identify::predict(vehicle, flown).climb_m_s;
+    for (const identify::Quantity& quantity : identify::kQuantities) {
       const auto& errors = found.*quantity.member;
       flight.predictions.push_back(
-          {quantity.member == &loop::Prediction::climb_m_s ? loop::kClimbByHeight : quantity.name,
+          {quantity.member == &identify::Prediction::climb_m_s ? identify::kClimbByHeight : quantity.name,
            {errors.begin(), errors.end()}});
     }
   } catch (const std::exception& wrong) {

@@ -32,7 +32,6 @@ constexpr double kFastestTurn = 40.0;    // rad/s at full stick, beyond any gyro
 constexpr double kSteepest = 1.6;        // rad at full stick: no command exceeds a right angle
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr std::array<std::string_view, 2> kBases{"first_order", "second_order"};
-const std::vector<double> kHorizons_s{0.2, 0.5, 1.0, 2.0};
 
 /// Difference of the largest and the smallest value inside of the blocks.
 double travel(const AxisDataSet& part, const std::vector<double>& values) {
@@ -171,7 +170,7 @@ ModelResult AxisProblem::errors_of(const Fit& fit) const {
   out.train_rmse = training_.blocks.rmse(model);
   out.validation_rmse = validation_.blocks.rmse(model);
   out.fit_percent = validation_.blocks.fit_percent(model);
-  out.horizon_rmse = horizon_rmse(validation_.signals.data, validation_.ranges, model, kHorizons_s);
+  out.horizon_rmse = horizon_rmse(validation_.signals.data, validation_.ranges, model);
   return out;
 }
 

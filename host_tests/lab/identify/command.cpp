@@ -3,6 +3,8 @@
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -19,6 +21,7 @@
 #include "host_tests/lab/identify/output/report.h"
 #include "host_tests/lab/identify/output/result_text.h"
 #include "host_tests/lab/identify/output/vehicle_update.h"
+#include "host_tests/lab/identify/prediction.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/translation_pipeline.h"
 #include "host_tests/lab/input_error.h"
@@ -41,7 +44,7 @@ using identify::Range;
 struct IdentifyOptions {
   std::vector<std::string> logs, columns;
   std::string axis, declare, train, validate, split, within, validation_log, validation_columns, believed, vehicle,
-      json, report, forecast;
+      vehicle_declared, json, report, forecast;
   double noise_floor = 0.0;
   double wind_from_first_s = 0.0;
   std::size_t refits = 40;
@@ -90,10 +93,14 @@ void check_files(const IdentifyOptions& options) {
       .reads("--forecast", options.forecast)
       .writes("--json", options.json)
       .writes("--vehicle", options.vehicle)
+      .writes("--vehicle-declared", options.vehicle_declared)
       .fills("--report", options.report, options.axis + ".html")
       .fills("--report", options.report, options.axis + ".csv")
       .check();
-  for (const std::string& vehicle : {options.believed, options.vehicle}) {
+  if (!options.vehicle_declared.empty() && options.vehicle.empty()) {
+    throw InputError("--vehicle-declared", 0, "", "needs --vehicle");
+  }
+  for (const std::string& vehicle : {options.believed, options.vehicle, options.vehicle_declared}) {
     if (!vehicle.empty() && std::filesystem::exists(vehicle)) {
       (void)companion::load_vehicle(vehicle);  // an invalid file is refused here; it is read again after the work
     }
@@ -253,13 +260,40 @@ identify::IdentifyResult result_of(identify::Request& request) {
   return result;
 }
 
-/// Updates the vehicle file; adds a finding for each parameter that it cannot hold.
-void update_vehicle(const IdentifyOptions& options, identify::IdentifyResult& result) {
+/// Updates the vehicle files; adds a finding for each parameter that the identified one cannot hold.
+void update_vehicles(const IdentifyOptions& options, identify::IdentifyResult& result) {
   const std::string source = base_names(options.logs) + ", train " +
                              (options.split.empty() ? options.train : options.split) + " s, m100-lab identify --axis " +
                              options.axis;
+  if (!options.vehicle_declared.empty()) {
+    identify::IdentifyResult declared = result;
+    declared.final_model = result.declared;
+    identify::update_vehicle_file(options.vehicle_declared, declared, source + ", as declared");
+  }
   for (const std::string& not_in_file : identify::update_vehicle_file(options.vehicle, result, source)) {
     result.findings.push_back(identify::note(not_in_file));
+  }
+}
+
+/// Predicts the motion of the validation part from its sticks by both vehicle files, where these have the axes.
+void predict_motion(const IdentifyOptions& options, const identify::Request& request,
+                    identify::IdentifyResult& result) {
+  using logs::Signal;
+  const logs::FlightLog& log = *request.validation_log;
+  constexpr std::array kNeeded{Signal::kStickRoll,    Signal::kStickPitch,    Signal::kStickThrottle,
+                               Signal::kAttitudeRoll, Signal::kAttitudePitch, Signal::kAttitudeYaw};
+  if (options.axis != "translation" || options.vehicle_declared.empty() || !log.has3(Signal::kPositionX) ||
+      !std::ranges::all_of(kNeeded, [&](Signal one) { return log.has(one); })) {
+    return;
+  }
+  for (const auto& [file, model] :
+       {std::pair{options.vehicle_declared, &result.declared}, std::pair{options.vehicle, &result.final_model}}) {
+    const model::Vehicle vehicle = companion::load_vehicle(file).vehicle;
+    if (vehicle.roll.is_identified() && vehicle.pitch.is_identified() && vehicle.climb.is_identified()) {
+      const identify::Prediction found = identify::predict_motion(vehicle, {&log, request.validate});
+      model->position_rmse = found.position_m;
+      model->velocity_rmse = found.velocity_m_s;
+    }
   }
 }
 
@@ -285,11 +319,12 @@ void run(const IdentifyOptions& options) {
   identify::IdentifyResult result = result_of(request);
   find_gaps(request, result);
   if (!options.believed.empty()) {
-    result.refitted = identify::refitted(options.believed, result);
+    result.refitted = identify::refitted(companion::load_vehicle(options.believed).vehicle, result);
   }
   const std::string wrong = identify::misreading(result);
   if (!options.vehicle.empty() && wrong.empty()) {
-    update_vehicle(options, result);
+    update_vehicles(options, result);
+    predict_motion(options, request, result);
   }
   identify::date_findings(request, result.findings);
   std::cout << identify::to_text(result);
@@ -343,6 +378,10 @@ void add_identify(CLI::App& lab) {
       "translation: estimate the wind of each flight from its first SECONDS (10 in a wind tunnel); no error "
       "is counted in them");
   app->add_option("--vehicle", options->vehicle, "vehicle file to write; an existing one keeps its other sections");
+  app->add_option(
+      "--vehicle-declared", options->vehicle_declared,
+      "vehicle file to write with the declared model, beside --vehicle with the identified one; for translation, "
+      "both then predict the position from the sticks");
   app->add_option("--vehicle-believed", options->believed,
                   "vehicle file that was believed so far: its numbers are compared with those found");
   app->add_option(

@@ -17,7 +17,6 @@ using model::TranslationEffect;
 
 constexpr double kWeakShare = 0.25;  // of the squared error; effects that remove less may be side effects
 constexpr std::array<std::string_view, 1> kBases{"rigid_body"};
-const std::vector<double> kHorizons_s{0.2, 0.5, 1.0, 2.0};
 
 bool is_periodic_force(const std::string& name) {
   const TranslationEffect* effect = model::translation_effect(name);
@@ -80,7 +79,7 @@ ModelResult TranslationProblem::errors_of(const Fit& fit) const {
   const std::vector<double> predicted = TranslationFamily::prediction(validation_.blocks, fit);
   out.validation_rmse = validation_.rmse(predicted);
   out.fit_percent = validation_.fit_percent(predicted);
-  out.horizon_rmse = validation_.horizon_rmse(predicted, kHorizons_s);
+  out.horizon_rmse = validation_.horizon_rmse(predicted);
   return out;
 }
 

@@ -160,7 +160,7 @@ class Loop {
           translation ? identify::identify_translation(request) : identify::identify_axis(request);
       model::Vehicle candidate = believed_;
       const std::vector<std::string> not_in_file = identify::put_axis(found, candidate);
-      const UnseenFlight flight{&second.log, request.validate.front().first, request.validate.front().second};
+      const identify::UnseenFlight flight{&second.log, request.validate};
       found.refitted = believed_and_found(believed_, found, channel, flight, candidate);
       result_.believed_found[channel] = found.refitted;
       result_.identified[channel] = std::move(found);
@@ -178,9 +178,9 @@ class Loop {
     }
   }
 
-  bool judge(const std::string& channel, const UnseenFlight& flight, const model::Vehicle& candidate) {
-    const double before = error_at_1s(believed_, flight, channel);
-    const double after = error_at_1s(candidate, flight, channel);
+  bool judge(const std::string& channel, const identify::UnseenFlight& flight, const model::Vehicle& candidate) {
+    const double before = identify::error_at_1s(believed_, flight, channel);
+    const double after = identify::error_at_1s(candidate, flight, channel);
     const bool better = predicts_better(believed_, candidate, flight, channel);
     candidates_[channel] = candidate;
     result_.decisions.push_back(channel + (better ? ": predicts better, " : ": left as it was, ") +
@@ -224,9 +224,9 @@ class Loop {
 
   /// Computes the published predictions, on a flight that decided nothing.
   void quote(const FlownLog& third) {
-    const identify::Range range = flown(third);
-    result_.before.prediction = predict(believed_, third.log, range.first, range.second);
-    result_.after.prediction = predict(result_.vehicle.vehicle, third.log, range.first, range.second);
+    const identify::UnseenFlight flight{&third.log, {flown(third)}};
+    result_.before.prediction = identify::predict(believed_, flight);
+    result_.after.prediction = identify::predict(result_.vehicle.vehicle, flight);
   }
 
   const LoopOptions& options_;

@@ -11,9 +11,9 @@
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/lab/experiments/results.h"
 #include "host_tests/lab/identify/output/result.h"
+#include "host_tests/lab/identify/prediction.h"
 #include "host_tests/lab/loop/aligned_log.h"
 #include "host_tests/lab/loop/ordered_margin.h"
-#include "host_tests/lab/loop/prediction.h"
 #include "host_tests/sim/world/plant.h"
 
 namespace m100::lab::loop {
@@ -34,7 +34,7 @@ struct LoopOptions {
 
 struct LoopEvaluation {
   std::vector<experiments::TaskResult> experiments;
-  Prediction prediction;  ///< on a third flight, which no fit and no decision has used
+  identify::Prediction prediction;  ///< on a third flight, which no fit and no decision has used
 };
 
 struct LoopResult {

@@ -14,9 +14,6 @@
 namespace m100::lab::loop {
 namespace {
 
-constexpr std::size_t kAtOneSecond = 2;  // index in kHorizons_s
-static_assert(kHorizons_s[kAtOneSecond] == 1.0);
-
 /// Flies the tasks with one model and writes its errors.
 void fly_model(const LoopOptions& options, const ComparedModel& model, ModelScore& score) {
   for (const std::string& task : options.tasks) {
@@ -48,7 +45,7 @@ void fly_model(const LoopOptions& options, const ComparedModel& model, ModelScor
 }
 
 /// The errors 1 s ahead of every model, one for each seed: [model][quantity][seed].
-using ModelErrors = std::vector<std::array<std::vector<double>, kQuantities.size()>>;
+using ModelErrors = std::vector<std::array<std::vector<double>, identify::kQuantities.size()>>;
 ModelErrors predict_all(const LoopOptions& options, const std::vector<ComparedModel>& models) {
   LoopOptions excited = options;
   excited.vehicle = models.back().vehicle;
@@ -57,11 +54,10 @@ ModelErrors predict_all(const LoopOptions& options, const std::vector<ComparedMo
   for (int i = 0; i < options.seeds; ++i) {
     const FlownLog flight =
         fly_and_log(excited, options.seed + static_cast<std::uint64_t>(i), folder.file("models.ulg"));
-    const identify::Range range = flown(flight);
     for (std::size_t m = 0; m < models.size(); ++m) {
-      const Prediction found = predict(models[m].vehicle.vehicle, flight.log, range.first, range.second);
-      for (std::size_t q = 0; q < kQuantities.size(); ++q) {
-        errors[m][q].push_back((found.*kQuantities[q].member)[kAtOneSecond]);
+      const identify::Prediction found = identify::predict(models[m].vehicle.vehicle, {&flight.log, {flown(flight)}});
+      for (std::size_t q = 0; q < identify::kQuantities.size(); ++q) {
+        errors[m][q].push_back((found.*identify::kQuantities[q].member)[identify::kOneSecond]);
       }
     }
   }
@@ -97,8 +93,8 @@ std::vector<ModelScore> compare_models(const LoopOptions& options, const std::ve
     if (options.progress) {
       options.progress("flying " + score.name);
     }
-    for (std::size_t q = 0; q < kQuantities.size(); ++q) {
-      score.prediction_1s[kQuantities[q].name] = mean_with_interval(errors[m][q]);
+    for (std::size_t q = 0; q < identify::kQuantities.size(); ++q) {
+      score.prediction_1s[identify::kQuantities[q].name] = mean_with_interval(errors[m][q]);
     }
     fly_model(options, models[m], score);
     score.margins = gains::margins_over(models[m].vehicle.vehicle, {{"the plant", truth}});

@@ -20,19 +20,22 @@ constexpr double kWorse = 1.02;  ///< of a prediction error, after over before; 
 constexpr const char* kNothing = "nothing";
 constexpr const char* kNothingThatMatters = "none that matters";
 
-using Errors = std::array<double, kHorizons_s.size()>;
+using Errors = identify::HorizonErrors;
 
 std::string change(double before, double after) { return before > 0.0 ? plot::percent(after / before - 1.0) : ""; }
 
 plot::Curve curve(const char* name, const Errors& of, const char* color) {
-  return {.name = name, .x = {kHorizons_s.begin(), kHorizons_s.end()}, .y = {of.begin(), of.end()}, .color = color};
+  return {.name = name,
+          .x = {identify::kHorizons_s.begin(), identify::kHorizons_s.end()},
+          .y = {of.begin(), of.end()},
+          .color = color};
 }
 
 void predictions(const LoopResult& result, plot::Page& page) {
   page.heading("Prediction error on a third flight, which no fit and no decision used");
   std::vector<std::vector<std::string>> rows{{"root mean square", "ahead [s]", "before", "after", "change"}};
   plot::Cells worse;
-  for (const Quantity& quantity : kQuantities) {
+  for (const identify::Quantity& quantity : identify::kQuantities) {
     const Errors& before = result.before.prediction.*quantity.member;
     const Errors& after = result.after.prediction.*quantity.member;
     plot::Figure figure{.title = std::string("Prediction of ") + quantity.name,
@@ -42,12 +45,12 @@ void predictions(const LoopResult& result, plot::Page& page) {
                         .y_range = std::pair{0.0, 1.1 * std::max(*std::max_element(before.begin(), before.end()),
                                                                  *std::max_element(after.begin(), after.end()))},
                         .height = 180.0};
-    for (std::size_t i = 0; i < kHorizons_s.size(); ++i) {
+    for (std::size_t i = 0; i < identify::kHorizons_s.size(); ++i) {
       if (after[i] > kWorse * before[i]) {
         worse.insert({rows.size(), 3});
       }
-      rows.push_back({quantity.name, plot::number(kHorizons_s[i]), plot::number(before[i]), plot::number(after[i]),
-                      change(before[i], after[i])});
+      rows.push_back({quantity.name, plot::number(identify::kHorizons_s[i]), plot::number(before[i]),
+                      plot::number(after[i]), change(before[i], after[i])});
     }
     page.figure(figure, "");
   }
@@ -212,9 +215,6 @@ std::string believed_wrongly(const std::vector<identify::Refitted>& parameters) 
   return out.empty() ? kNothingThatMatters : out;
 }
 
-constexpr std::size_t kOneSecond = 2;
-static_assert(kHorizons_s[kOneSecond] == 1.0);
-
 /// How many of a channel's believed numbers are wrong and matter (Refitted::matters), in words; empty: none.
 std::string count_of_wrong(const LoopResult& result, const std::string& channel) {
   const auto believed = result.believed_found.find(channel);
@@ -248,9 +248,9 @@ std::string missing_in_file(const LoopResult& result) {
 
 std::string explained(const LoopResult& result) {
   std::vector<std::string> out;
-  for (const Quantity& quantity : kQuantities) {
-    const double before = (result.before.prediction.*quantity.member)[kOneSecond];
-    const double after = (result.after.prediction.*quantity.member)[kOneSecond];
+  for (const identify::Quantity& quantity : identify::kQuantities) {
+    const double before = (result.before.prediction.*quantity.member)[identify::kOneSecond];
+    const double after = (result.after.prediction.*quantity.member)[identify::kOneSecond];
     out.push_back(std::string(quantity.name) + " " + plot::number(before) + " to " + plot::number(after) + " (" +
                   change(before, after) + ")");
   }
@@ -303,13 +303,13 @@ void answer(const LoopResult& result, plot::Page& page) {
   std::vector<std::vector<std::string>> rows{{"channel", "effects that the file lacks", "numbers that are wrong",
                                               "1 s ahead, before", "after", "change", "taken over"}};
   plot::Cells worse;
-  for (const Quantity& quantity : kQuantities) {
+  for (const identify::Quantity& quantity : identify::kQuantities) {
     const auto found = result.identified.find(quantity.channel);
     if (found == result.identified.end()) {
       continue;
     }
-    const double before = (result.before.prediction.*quantity.member)[kOneSecond];
-    const double after = (result.after.prediction.*quantity.member)[kOneSecond];
+    const double before = (result.before.prediction.*quantity.member)[identify::kOneSecond];
+    const double after = (result.after.prediction.*quantity.member)[identify::kOneSecond];
     if (after > kWorse * before) {
       worse.insert({rows.size(), 4});
     }

@@ -16,12 +16,10 @@
 namespace m100::lab::loop {
 namespace {
 
-nlohmann::json json_of(const Prediction& prediction, std::size_t horizon) {
-  return {{"roll_rad", prediction.roll_rad[horizon]},
-          {"pitch_rad", prediction.pitch_rad[horizon]},
-          {"velocity_m_s", prediction.velocity_m_s[horizon]},
-          {"climb_m_s", prediction.climb_m_s[horizon]},
-          {"yaw_rate_rad_s", prediction.yaw_rate_rad_s[horizon]}};
+nlohmann::json json_of(const identify::Prediction& prediction, std::size_t horizon) {
+  return {{"roll_rad", prediction.roll_rad[horizon]},     {"pitch_rad", prediction.pitch_rad[horizon]},
+          {"position_m", prediction.position_m[horizon]}, {"velocity_m_s", prediction.velocity_m_s[horizon]},
+          {"climb_m_s", prediction.climb_m_s[horizon]},   {"yaw_rate_rad_s", prediction.yaw_rate_rad_s[horizon]}};
 }
 
 nlohmann::json json_of(const LoopEvaluation& side) {
@@ -54,9 +52,9 @@ std::string two_numbers(const char* format, double a, double b) {
 std::vector<std::string> predicted_worse(const LoopResult& result) {
   constexpr double kPredictedWorse = 1.02;
   std::vector<std::string> out;
-  for (const Quantity& row : kQuantities) {
-    const double before = (result.before.prediction.*row.member)[2];
-    const double after = (result.after.prediction.*row.member)[2];
+  for (const identify::Quantity& row : identify::kQuantities) {
+    const double before = (result.before.prediction.*row.member)[identify::kOneSecond];
+    const double after = (result.after.prediction.*row.member)[identify::kOneSecond];
     if (after > kPredictedWorse * before) {
       out.push_back(std::string("the prediction of ") + row.name + " 1 s ahead is worse on the third flight: " +
                     two_numbers("%.4f before, %.4f after", before, after));
@@ -175,10 +173,10 @@ void print(std::ostream& out, const LoopResult& result) {
     out << "  WORSE: " << sentence << "\n";
   }
   out << "\nPrediction error 1 s ahead on a third flight, which no fit and no decision used, before -> after\n";
-  for (const Quantity& row : kQuantities) {
+  for (const identify::Quantity& row : identify::kQuantities) {
     out << "  " << row.name
-        << two_numbers(": %.4f -> %.4f\n", (result.before.prediction.*row.member)[2],
-                       (result.after.prediction.*row.member)[2]);
+        << two_numbers(": %.4f -> %.4f\n", (result.before.prediction.*row.member)[identify::kOneSecond],
+                       (result.after.prediction.*row.member)[identify::kOneSecond]);
   }
   out << "\nPose RMS [m] (simulated), before -> after\n";
   for (std::size_t i = 0; i < result.before.experiments.size() && i < result.after.experiments.size(); ++i) {

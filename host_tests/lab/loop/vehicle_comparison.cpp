@@ -125,19 +125,20 @@ model::Vehicle with_channel(const model::Vehicle& believed, const model::Vehicle
   return out;
 }
 
-bool predicts_better(const model::Vehicle& believed, const model::Vehicle& found, const UnseenFlight& flight,
+bool predicts_better(const model::Vehicle& believed, const model::Vehicle& found, const identify::UnseenFlight& flight,
                      const std::string& channel) {
   const double most = (1.0 - kMinGain);
-  const double ahead = error_at_1s(found, flight, channel);
+  const double ahead = identify::error_at_1s(found, flight, channel);
   if (channel == "translation") {
-    return ahead < most * error_at_1s(believed, flight, channel);
+    return ahead < most * identify::error_at_1s(believed, flight, channel);
   }
-  const double likely = innovations(found, flight, channel) + kMinLikelihoodRatio;
+  const double likely = identify::innovations(found, flight, channel) + kMinLikelihoodRatio;
   for (const double later_s : {0.0, -kTickPhase_s, -0.5 * kTickPhase_s, 0.5 * kTickPhase_s, kTickPhase_s}) {
     model::Vehicle shifted = believed;
     double& delay_s = (shifted.*axis_of(channel)).transport_delay_s;
     delay_s = std::max(0.0, delay_s + later_s);
-    if (!(ahead < most * error_at_1s(shifted, flight, channel)) || !(likely < innovations(shifted, flight, channel))) {
+    if (!(ahead < most * identify::error_at_1s(shifted, flight, channel)) ||
+        !(likely < identify::innovations(shifted, flight, channel))) {
       return false;
     }
   }
@@ -146,11 +147,11 @@ bool predicts_better(const model::Vehicle& believed, const model::Vehicle& found
 
 std::vector<identify::Refitted> believed_and_found(const model::Vehicle& believed,
                                                    const identify::IdentifyResult& result, const std::string& channel,
-                                                   const UnseenFlight& flight, model::Vehicle& found) {
+                                                   const identify::UnseenFlight& flight, model::Vehicle& found) {
   constexpr double kMatters = 0.01;
   constexpr double kUndetermined = 1e-4;
   std::vector<identify::Refitted> out = identify::refitted(believed, result);
-  const double best = error_at_1s(found, flight, channel);
+  const double best = identify::error_at_1s(found, flight, channel);
   const bool better = predicts_better(believed, found, flight, channel);
   for (identify::Refitted& one : out) {
     if (number_of(found, channel, one.parameter) == one.believed) {
@@ -159,7 +160,7 @@ std::vector<identify::Refitted> believed_and_found(const model::Vehicle& believe
     }
     model::Vehicle as_believed = found;
     put_back(as_believed, believed, channel, one);
-    const double worse = error_at_1s(as_believed, flight, channel) / best - 1.0;
+    const double worse = identify::error_at_1s(as_believed, flight, channel) / best - 1.0;
     one.matters = better && one.matters && worse > kMatters;
     // If all refits end at the edge of a parameter's range, it has no interval. The interval of a dead zone's width is
     // not valid for another shape: sticks that jump over their dead zone do not show its width.

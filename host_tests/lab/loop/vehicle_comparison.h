@@ -6,7 +6,7 @@
 
 #include "firmware/model/vehicle.h"
 #include "host_tests/lab/identify/output/result.h"
-#include "host_tests/lab/loop/prediction.h"
+#include "host_tests/lab/identify/prediction.h"
 
 namespace m100::lab::loop {
 
@@ -25,7 +25,7 @@ inline constexpr double kTickPhase_s = 0.005;
 /// by kMinGain. For a stick axis its innovations must also be better by kMinLikelihoodRatio, because in a closed loop
 /// the sticks respond to the air and a wrong model can predict part of it. Both must then hold against believed delays
 /// within half a tick, too.
-bool predicts_better(const model::Vehicle& believed, const model::Vehicle& found, const UnseenFlight& flight,
+bool predicts_better(const model::Vehicle& believed, const model::Vehicle& found, const identify::UnseenFlight& flight,
                      const std::string& channel);
 
 /// The base model and the effects that the vehicle file sets for the channel, to be declared to `identify`: it then
@@ -42,6 +42,6 @@ model::Vehicle with_channel(const model::Vehicle& believed, const model::Vehicle
 /// @param found  the believed vehicle with the channel as identified; undetermined parameters are reset
 std::vector<identify::Refitted> believed_and_found(const model::Vehicle& believed,
                                                    const identify::IdentifyResult& result, const std::string& channel,
-                                                   const UnseenFlight& flight, model::Vehicle& found);
+                                                   const identify::UnseenFlight& flight, model::Vehicle& found);
 
 }  // namespace m100::lab::loop

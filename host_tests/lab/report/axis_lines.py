@@ -2,7 +2,8 @@
 """The end of the main job: one line for each axis, from the residual to the effect, before and after.
 
 Usage: axis_lines.py FOLDER [FIRST_LOOP.json]
-  FOLDER      holds roll.json, pitch.json, climb.json of `identify` and loop.json of `loop`; what is missing is left out
+  FOLDER      holds roll.json, pitch.json, climb.json and second/translation.json of `identify`, and loop.json of `loop`; what
+              is missing is left out
   FIRST_LOOP  the JSON of the `loop` that flew the identified log; missing: the log is a measured one
 """
 import json
@@ -40,6 +41,12 @@ def identified(folder, axis, unit, world):
     return line + (f" (hidden: {words(hidden_from_first_order(world, axis))})" if world else "")
 
 
+def predicted(found):
+    before, after = (", ".join(f"{model[key]['1.0']:.3f} {unit}" for key, unit in (("position_rmse", "m"), ("velocity_rmse", "m/s")))
+                     for model in (found["declared"], found["final"]))
+    return f"second aircraft, x and y from the sticks 1 s ahead: {before} -> the effects of all axes -> {after}"
+
+
 def looped(result, axis, unit, key):
     before, after = (result[side]["prediction_1s"][key] for side in ("before", "after"))
     rows = result["believed_found"].get(axis, [])
@@ -58,6 +65,8 @@ def main():
     for axis, (unit, _) in AXES.items():
         if (folder / f"{axis}.json").is_file():
             print("  " + identified(folder, axis, unit, world))
+    if (folder / "second/translation.json").is_file():
+        print("  " + predicted(json.loads((folder / "second/translation.json").read_text())))
     if not (folder / "loop.json").is_file():
         return 0
     result = json.loads((folder / "loop.json").read_text())

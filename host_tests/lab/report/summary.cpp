@@ -144,6 +144,8 @@ class Summary {
                     plot::number(after) + " " + unit_of(axis) + " (" + plot::percent(after / before - 1.0) + ")";
     }
     row("log: " + spaced(axis) + " [" + unit_of(axis) + "]", before, after, sources_.origin);
+    row("log: position 1 s ahead, from the sticks [m]", number_at(one, "/declared/position_rmse/1.0"),
+        number_at(one, "/final/position_rmse/1.0"), sources_.origin);
     if (unexplained) {
       missed_.push_back(spaced(axis) + ": no known effect explains a part of the log's error");
     }

@@ -110,9 +110,10 @@ bool allowed(const std::string& name, const model::StickAxis& plant, const model
 }
 
 double error_1s(const LoopEvaluation& side, const std::string& channel) {
-  const auto* const found = std::find_if(kQuantities.begin(), kQuantities.end(),
-                                         [&](const Quantity& quantity) { return channel == quantity.channel; });
-  return (side.prediction.*found->member)[std::find(kHorizons_s.begin(), kHorizons_s.end(), 1.0) - kHorizons_s.begin()];
+  const auto* const found =
+      std::find_if(identify::kQuantities.begin(), identify::kQuantities.end(),
+                   [&](const identify::Quantity& quantity) { return channel == quantity.channel; });
+  return (side.prediction.*found->member)[identify::kOneSecond];
 }
 
 PlantResult plant_result(const Hidden& hidden) {

@@ -63,7 +63,7 @@ TABLE = {
     "m100-lab identify": dict(words="--axis roll --declare first_order --split alternate:6",
                               inputs=["--log", "--columns", "--validate-log", "--validate-columns",
                                       "--vehicle-believed", "--forecast"],
-                              needed=["--log", "--columns", "--validate-log"], outputs=["--json", "--vehicle"],
+                              needed=["--log", "--columns", "--validate-log"], outputs=["--json", "--vehicle", "--vehicle-declared"],
                               folders=["--report"], kept=[("--vehicle", "--vehicle-believed")],
                               other=["--axis", "--declare", "--train", "--validate", "--split", "--within"]),
     "m100-lab inject": dict(words="--axis roll --effect dead_zone=10 --train 1:9", inputs=["--log", "--columns"],

@@ -339,11 +339,12 @@ TEST(PredictsBetter, IsWhatHalfATickOfDelayDoesNotExplain) {
   truth.roll = {
       .scale_per_count = 9e-4, .natural_frequency_rad_s = 8.0, .damping_ratio = 0.7, .transport_delay_s = 0.05};
   const logs::FlightLog log = rolled(truth.roll);
-  const UnseenFlight flight{&log, 2.0, 58.0};
+  const identify::UnseenFlight flight{&log, {{2.0, 58.0}}};
   model::Vehicle believed = truth;
   EXPECT_FALSE(predicts_better(believed, truth, flight, "roll"));
   believed.roll.transport_delay_s = 0.055;
-  EXPECT_LT(error_at_1s(truth, flight, "roll"), (1.0 - kMinGain) * error_at_1s(believed, flight, "roll"));
+  EXPECT_LT(identify::error_at_1s(truth, flight, "roll"),
+            (1.0 - kMinGain) * identify::error_at_1s(believed, flight, "roll"));
   EXPECT_FALSE(predicts_better(believed, truth, flight, "roll"));
   believed.roll.transport_delay_s = 0.08;
   EXPECT_TRUE(predicts_better(believed, truth, flight, "roll"));

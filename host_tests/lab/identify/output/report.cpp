@@ -289,21 +289,21 @@ void intervals_figure(plot::Page& page, const IdentifyResult& r) {
               "reaches the edge continues beyond it.");
 }
 
-void horizon_figure(plot::Page& page, const IdentifyResult& r) {
-  if (r.final_model.horizon_rmse.empty()) {
+void horizon_figure(plot::Page& page, const IdentifyResult& r, const std::string& what, const std::string& unit,
+                    HorizonErrors ModelResult::*errors) {
+  if ((r.final_model.*errors).front() == 0.0) {
     return;
   }
-  plot::Figure figure{.title = "Prediction error by horizon (validation)",
+  plot::Figure figure{.title = what + " by horizon (validation)",
                       .x_label = "horizon [s]",
-                      .y_label = "error [" + unit_of(r.axis) + "]",
+                      .y_label = "error [" + unit + "]",
                       .height = 230};
   const auto add = [&](const ModelResult& model, const char* name, const char* color) {
-    plot::Curve line{.name = name, .color = color, .width = 2.2};
-    for (const auto& [horizon, rmse] : model.horizon_rmse) {
-      line.x.push_back(horizon);
-      line.y.push_back(rmse);
-    }
-    figure.lines.push_back(line);
+    figure.lines.push_back({.name = name,
+                            .x = {kHorizons_s.begin(), kHorizons_s.end()},
+                            .y = {(model.*errors).begin(), (model.*errors).end()},
+                            .color = color,
+                            .width = 2.2});
   };
   add(r.declared, "declared model", plot::kOrange);
   add(r.final_model, "with the effects found", plot::kBlue);
@@ -332,7 +332,8 @@ plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin)
   specialist_figures(page, result);
   candidates_figure(page, result);
   intervals_figure(page, result);
-  horizon_figure(page, result);
+  horizon_figure(page, result, "Prediction error", unit_of(result.axis), &ModelResult::horizon_rmse);
+  horizon_figure(page, result, "Error of the position from the sticks", "m", &ModelResult::position_rmse);
   return page;
 }
 

@@ -12,6 +12,12 @@ namespace m100::lab::identify {
 // The result of `m100-lab identify`, the same for the stick axes and for translation: one field for each key of its
 // JSON, and the series of the report. Units: rad (roll, pitch), rad/s (yaw_rate), m/s (climb), m/s^2 (translation).
 
+/// Horizons of predictions [s], and the root mean square error at each.
+inline constexpr std::array<double, 4> kHorizons_s{0.2, 0.5, 1.0, 2.0};
+inline constexpr std::size_t kOneSecond = 2;  ///< index of 1 s
+static_assert(kHorizons_s[kOneSecond] == 1.0);
+using HorizonErrors = std::array<double, kHorizons_s.size()>;
+
 /// A number and its 95 % interval: block jackknife, widened by the spread over structures that the log allows.
 struct Interval {
   double value = 0.0;
@@ -37,8 +43,9 @@ struct ModelResult {
   std::string dead_zone_shape;  ///< "continuous" or "jump" where the structure has a dead zone, declared or found
   double train_rmse = 0.0;
   double validation_rmse = 0.0;
-  double fit_percent = 0.0;                             ///< on the validation part
-  std::vector<std::pair<double, double>> horizon_rmse;  ///< horizon [s], root mean square prediction error there
+  double fit_percent = 0.0;  ///< on the validation part
+  HorizonErrors horizon_rmse{};
+  HorizonErrors position_rmse{}, velocity_rmse{};  ///< translation, from the sticks (prediction.h); 0: not predicted
 };
 
 struct Rival {

@@ -19,6 +19,14 @@ std::string horizon_key(double age_s) {
   return text;
 }
 
+Json to_json(const HorizonErrors& errors) {
+  Json out = Json::object();
+  for (std::size_t k = 0; k < errors.size(); ++k) {
+    out[horizon_key(kHorizons_s[k])] = errors[k];
+  }
+  return out;
+}
+
 Json to_json(const ModelResult& model) {
   Json parameters = Json::object();
   for (const NamedValue& parameter : model.parameters) {
@@ -27,13 +35,14 @@ Json to_json(const ModelResult& model) {
   if (!model.dead_zone_shape.empty()) {
     parameters["shape"] = model.dead_zone_shape;
   }
-  Json horizons = Json::object();
-  for (const auto& [age_s, rmse] : model.horizon_rmse) {
-    horizons[horizon_key(age_s)] = rmse;
+  Json out{{"structure", model.structure},     {"parameters", std::move(parameters)},
+           {"train_rmse", model.train_rmse},   {"validation_rmse", model.validation_rmse},
+           {"fit_percent", model.fit_percent}, {"horizon_rmse", to_json(model.horizon_rmse)}};
+  if (model.position_rmse.front() > 0.0) {
+    out["position_rmse"] = to_json(model.position_rmse);
+    out["velocity_rmse"] = to_json(model.velocity_rmse);
   }
-  return {{"structure", model.structure},     {"parameters", std::move(parameters)},
-          {"train_rmse", model.train_rmse},   {"validation_rmse", model.validation_rmse},
-          {"fit_percent", model.fit_percent}, {"horizon_rmse", std::move(horizons)}};
+  return out;
 }
 
 Json to_json(const EffectResult& effect) {
@@ -231,9 +240,16 @@ std::string to_text(const IdentifyResult& result) {
               parameter.interval.low, parameter.interval.high);
   }
   text.line("  validation error over training error: %.2f", result.validation_over_training);
-  for (std::size_t k = 0; k < result.final_model.horizon_rmse.size(); ++k) {
-    text.line("  prediction error after %.1f s: %.5f declared, %.5f final", result.final_model.horizon_rmse[k].first,
-              result.declared.horizon_rmse[k].second, result.final_model.horizon_rmse[k].second);
+  const auto horizons = [&](const char* what, HorizonErrors ModelResult::*errors) {
+    for (std::size_t k = 0; k < kHorizons_s.size(); ++k) {
+      text.line("  %s after %.1f s: %.5f declared, %.5f final", what, kHorizons_s[k], (result.declared.*errors)[k],
+                (result.final_model.*errors)[k]);
+    }
+  };
+  horizons("prediction error", &ModelResult::horizon_rmse);
+  if (result.final_model.position_rmse.front() > 0.0) {
+    horizons("position from the sticks [m]", &ModelResult::position_rmse);
+    horizons("velocity from the sticks [m/s]", &ModelResult::velocity_rmse);
   }
   change_lines(result, text);
   believed_lines(result, text);

@@ -154,10 +154,6 @@ std::vector<Refitted> refitted(const model::Vehicle& believed, const IdentifyRes
                                   : refitted_axis(believed.yaw_rate, AxisUnit::kYawRate_rad_s, result);
 }
 
-std::vector<Refitted> refitted(const std::string& path, const IdentifyResult& result) {
-  return refitted(companion::load_vehicle(path).vehicle, result);
-}
-
 std::vector<std::string> put_axis(const IdentifyResult& result, model::Vehicle& vehicle) {
   if (result.axis == "translation") {
     return put_translation(result, vehicle.translation);

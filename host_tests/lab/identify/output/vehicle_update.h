@@ -17,8 +17,6 @@ std::vector<std::string> put_axis(const IdentifyResult& result, model::Vehicle& 
 /// vehicle file cannot hold is left out. `matters`: the believed value lies outside of the interval, and differs from
 /// the found value by more than the smallest physically significant difference.
 std::vector<Refitted> refitted(const model::Vehicle& believed, const IdentifyResult& result);
-/// refitted() with the believed vehicle read from the file `path`. @throws VehicleFileError.
-std::vector<Refitted> refitted(const std::string& path, const IdentifyResult& result);
 
 /// Updates the axis' section of a vehicle file, or creates the file; `source` names the log that gave the numbers. The
 /// axis' former intervals and rivals are removed. @returns what put_axis returns. @throws VehicleFileError.

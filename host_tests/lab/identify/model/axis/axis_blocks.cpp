@@ -183,13 +183,12 @@ namespace {
 /// Squared errors by the age of the prediction.
 class ErrorsByAge {
  public:
-  ErrorsByAge(const AxisData& data, const std::vector<double>& ages_s)
-      : data_(data), ages_s_(ages_s), sums_(ages_s.size(), 0.0), counts_(ages_s.size(), 0.0) {}
+  explicit ErrorsByAge(const AxisData& data) : data_(data) {}
 
   /// @param error  of the block's samples
   void add(const AxisBlocks::Block& block, std::span<const double> error) {
-    for (std::size_t age = 0; age < ages_s_.size(); ++age) {
-      const auto at = static_cast<std::size_t>(std::lround(ages_s_[age] / data_.period_s));
+    for (std::size_t age = 0; age < kHorizons_s.size(); ++age) {
+      const auto at = static_cast<std::size_t>(std::lround(kHorizons_s[age] / data_.period_s));
       if (at < error.size() && data_.valid[block.begin + at]) {
         sums_[age] += error[at] * error[at];
         counts_[age] += 1.0;
@@ -197,29 +196,27 @@ class ErrorsByAge {
     }
   }
 
-  std::vector<std::pair<double, double>> rmse() const {
-    std::vector<std::pair<double, double>> out;
-    for (std::size_t age = 0; age < ages_s_.size(); ++age) {
-      out.emplace_back(ages_s_[age], counts_[age] > 0.0 ? std::sqrt(sums_[age] / counts_[age]) : 0.0);
+  HorizonErrors rmse() const {
+    HorizonErrors out{};
+    for (std::size_t age = 0; age < out.size(); ++age) {
+      out[age] = counts_[age] > 0.0 ? std::sqrt(sums_[age] / counts_[age]) : 0.0;
     }
     return out;
   }
 
  private:
   const AxisData& data_;
-  const std::vector<double>& ages_s_;
-  std::vector<double> sums_;
-  std::vector<double> counts_;
+  HorizonErrors sums_{};
+  HorizonErrors counts_{};
 };
 
 }  // namespace
 
-std::vector<std::pair<double, double>> horizon_rmse(const AxisData& data, const std::vector<Range>& ranges,
-                                                    const model::StickAxis& axis, const std::vector<double>& ages_s) {
-  const double longest = *std::max_element(ages_s.begin(), ages_s.end()) + 2.0 * data.period_s;
+HorizonErrors horizon_rmse(const AxisData& data, const std::vector<Range>& ranges, const model::StickAxis& axis) {
+  const double longest = kHorizons_s.back() + 2.0 * data.period_s;
   constexpr double kEvery_s = 0.1;
   const auto offsets = static_cast<std::size_t>(std::ceil(longest / kEvery_s));
-  ErrorsByAge by_age(data, ages_s);
+  ErrorsByAge by_age(data);
   std::vector<double> error;
   for (std::size_t offset = 0; offset < offsets; ++offset) {
     std::vector<Range> shifted = ranges;

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "firmware/model/stick_axis.h"
@@ -90,8 +89,7 @@ class AxisBlocks {
   mutable std::vector<double> driven_;
 };
 
-/// Pairs of a horizon [s] and the root mean square prediction error at it, over starts every 0.1 s inside the ranges.
-std::vector<std::pair<double, double>> horizon_rmse(const AxisData& data, const std::vector<Range>& ranges,
-                                                    const model::StickAxis& axis, const std::vector<double>& ages_s);
+/// The prediction error over starts every 0.1 s inside the ranges.
+HorizonErrors horizon_rmse(const AxisData& data, const std::vector<Range>& ranges, const model::StickAxis& axis);
 
 }  // namespace m100::lab::identify

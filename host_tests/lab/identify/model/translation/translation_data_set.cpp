@@ -51,8 +51,7 @@ double TranslationDataSet::fit_percent(const std::vector<double>& predicted) con
   return spread > 0.0 ? 100.0 * (1.0 - std::sqrt(error / spread)) : 0.0;
 }
 
-std::vector<std::pair<double, double>> TranslationDataSet::horizon_rmse(const std::vector<double>& predicted,
-                                                                        const std::vector<double>& horizons_s) const {
+HorizonErrors TranslationDataSet::horizon_rmse(const std::vector<double>& predicted) const {
   const auto mean_error = [&](std::size_t from, std::size_t length) {
     double error = 0.0;
     for (std::size_t j = from; j < from + length; ++j) {
@@ -60,9 +59,9 @@ std::vector<std::pair<double, double>> TranslationDataSet::horizon_rmse(const st
     }
     return error;
   };
-  std::vector<std::pair<double, double>> out;
-  for (const double horizon_s : horizons_s) {
-    const auto length = static_cast<std::size_t>(std::lround(horizon_s / blocks.sample_period_s));
+  HorizonErrors out{};
+  for (std::size_t horizon = 0; horizon < out.size(); ++horizon) {
+    const auto length = static_cast<std::size_t>(std::lround(kHorizons_s[horizon] / blocks.sample_period_s));
     double sum = 0.0;
     std::size_t count = 0;
     for (const auto& block : blocks.blocks) {
@@ -75,7 +74,7 @@ std::vector<std::pair<double, double>> TranslationDataSet::horizon_rmse(const st
         }
       }
     }
-    out.emplace_back(horizon_s, count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0);
+    out[horizon] = count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
   }
   return out;
 }

@@ -32,8 +32,7 @@ struct TranslationDataSet {
   std::vector<double> axis(const std::vector<double>& rows, std::size_t c) const;
   /// Root mean square error of the mean acceleration over each horizon: the error of the predicted velocity change
   /// divided by the horizon.
-  std::vector<std::pair<double, double>> horizon_rmse(const std::vector<double>& predicted,
-                                                      const std::vector<double>& horizons_s) const;
+  HorizonErrors horizon_rmse(const std::vector<double>& predicted) const;
 
   const logs::FlightLog& log;
   TranslationData data;
