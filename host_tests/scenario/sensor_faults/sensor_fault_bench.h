@@ -156,7 +156,7 @@ struct Worst {
     if (missed == seeds) {
       static_cast<void>(std::snprintf(text, sizeof text, "never, %.2f m", of.away_m));
     } else {
-      static_cast<void>(std::snprintf(text, sizeof text, "%d of %d, %.1f s, %.2f m (%.2f m)", seeds - missed, seeds,
+      static_cast<void>(std::snprintf(text, sizeof text, "%d/%d, %.1f s, %.2f m (%.2f m)", seeds - missed, seeds,
                                       of.after_s, of.away_m, of.farthest_m));
     }
     return text;
