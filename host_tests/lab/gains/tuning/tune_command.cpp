@@ -69,8 +69,9 @@ constexpr const char* kHover = "step 0 0 0 0 60\n";
 constexpr const char* kCalm =
     "step 0 0 0 0 35\nsquare 1 2.5 0\nsquare 1 2.5 0\nstep 6 0 0 0 8\nstep 0 0 0 0 8\nstep 6 0 0 0 8\n";
 
-/// The reference tasks in two flights: hover, square and three steps in calm air; hover in wind. One step would have
-/// the settling of one noise: 2.5 s or 3.3 s, because the last centimetres cross 2 cm or do not.
+/// The reference tasks of the identified aircraft in two flights: hover, square and three steps in calm air; hover in
+/// wind. One step would have the settling of one noise: 2.5 s or 3.3 s, because the last centimetres cross 2 cm or do
+/// not.
 FlownScore fly_tasks(const model::Vehicle& believed, const sim::Plant& plant) {
   const companion::VehicleFile file = companion::as_file(believed);
   const std::array plans{plan_of(file, plant, kCalm, kSteps_s + kSteps * kStep_s),
