@@ -9,6 +9,7 @@ namespace {
 constexpr std::int64_t kBitsPerByte = 10;  // start, eight data, stop
 constexpr std::int64_t kNanosPerSecond = 1000000000;
 constexpr std::int64_t kNanosPerMicro = 1000;
+constexpr std::size_t kQueue = Line::kSenderBytes + Line::kReceiverBytes;
 
 std::int64_t nanos(core::TimePoint time) { return time.time_since_epoch().count() * kNanosPerMicro; }
 
@@ -23,7 +24,7 @@ Line::Line(Clock& clock, std::uint32_t baud, std::uint64_t seed)
     : clock_(clock),
       byte_time_ns_(baud == 0 ? 0 : kBitsPerByte * kNanosPerSecond / baud),
       random_(seed * 2 + 1),
-      queue_(kSenderBytes + kReceiverBytes) {}
+      queue_(kQueue) {}
 
 // xorshift64* (Vigna, 2016): small, and the same on every machine.
 std::uint64_t Line::random() {
@@ -39,14 +40,14 @@ bool Line::chance(double probability) {
 
 void Line::advance_to_now() {
   const core::TimePoint now = clock_.now();
-  while (arrived_ < size_ && queue_[(head_ + arrived_) % queue_.size()].arrival <= now) {
+  while (arrived_ < size_ && queue_[(head_ + arrived_) % kQueue].arrival <= now) {
     if (arrived_ < kReceiverBytes) {
       ++arrived_;
       continue;
     }
     // The receiver is full: this byte is lost, and the bytes after it move up.
     for (std::size_t i = arrived_; i + 1 < size_; ++i) {
-      queue_[(head_ + i) % queue_.size()] = queue_[(head_ + i + 1) % queue_.size()];
+      queue_[(head_ + i) % kQueue] = queue_[(head_ + i + 1) % kQueue];
     }
     --size_;
     lose_newest();
@@ -60,7 +61,7 @@ void Line::lose_newest() {
 
 void Line::enqueue(std::byte value, core::Duration delay) {
   line_free_ns_ = std::max(line_free_ns_, nanos(clock_.now())) + byte_time_ns_;
-  if (size_ == queue_.size()) {
+  if (size_ == kQueue) {
     lose_newest();
     return;
   }
@@ -69,9 +70,9 @@ void Line::enqueue(std::byte value, core::Duration delay) {
     arrival = core::TimePoint(chunk * ((arrival.time_since_epoch() + chunk - core::Duration{1}) / chunk));
   }
   if (size_ > 0) {
-    arrival = std::max(arrival, queue_[(head_ + size_ - 1) % queue_.size()].arrival);
+    arrival = std::max(arrival, queue_[(head_ + size_ - 1) % kQueue].arrival);
   }
-  queue_[(head_ + size_) % queue_.size()] = {arrival, value};
+  queue_[(head_ + size_) % kQueue] = {arrival, value};
   ++size_;
 }
 
@@ -158,9 +159,9 @@ core::Expected<std::size_t> Line::read(std::span<std::byte> destination) {
   }
   const std::size_t count = std::min(destination.size(), arrived_);
   for (std::size_t i = 0; i < count; ++i) {
-    destination[i] = queue_[(head_ + i) % queue_.size()].value;
+    destination[i] = queue_[(head_ + i) % kQueue].value;
   }
-  head_ = (head_ + count) % queue_.size();
+  head_ = (head_ + count) % kQueue;
   size_ -= count;
   arrived_ -= count;
   stats_.bytes_read += count;

@@ -198,7 +198,9 @@ void run(const GainsOptions& options) {
     }
     if (!options.check) {
       say_stage("the margins, with every structure and pose age");
-      report_margins(companion::in_mode(file.vehicle, mode_of(options.mode)), structures, options);
+      const model::Vehicle believed = companion::in_mode(file.vehicle, mode_of(options.mode));
+      report_margins(believed, structures, options);
+      gains::print_what_limits(believed, structures.front(), file, options.vehicle);
     }
     say_stage("the tables");
     gains::SetpointBox box = gains::kSetpointBox;

@@ -73,7 +73,7 @@ Condensed condense(const AxisQp& problem) {
   const Eigen::Index n = problem.step.a.rows();
   M100_ASSERT(problem.step.a.cols() == n && problem.step.b.size() == n && problem.step.bd.size() == n);
   M100_ASSERT(problem.q.size() == n && problem.p.rows() == n && problem.p.cols() == n);
-  Condensed out{Matrix::Zero(kN * n, kN), Matrix::Zero(kN * n, n), Vector::Zero(kN * n), Matrix::Zero(kN * n, kN * n),
+  Condensed out{Matrix::Zero(kN * n, kN), Matrix::Zero(kN * n, n), Vector::Zero(kN * n), Matrix::Zero(kN, kN * n),
                 Matrix::Zero(kN, kN)};
   Matrix tx = Matrix::Identity(n, n);
   Vector td = Vector::Zero(n);
@@ -86,12 +86,16 @@ Condensed condense(const AxisQp& problem) {
       out.s.block(k * n, 0, n, kN) = problem.step.a * out.s.block((k - 1) * n, 0, n, kN);
     }
     out.s.block(k * n, k, n, 1) += problem.step.b;
-    out.qb.block(k * n, k * n, n, n) = k + 1 < kN ? Matrix(problem.q.asDiagonal()) : problem.p;
+    out.weighted.middleCols(k * n, n) = out.s.middleRows(k * n, n).transpose() * problem.q.asDiagonal();
   }
+  // Added in the order of a product of whole matrices, which all tables have that were ever made.
+  Matrix last = Matrix::Zero(kN * n, Eigen::Index(mpc::kMaxStates));
+  last.bottomRightCorner(n, n) = problem.p;
+  out.weighted.rightCols(n) = (out.s.transpose() * last).rightCols(n);
   Matrix difference = Matrix::Identity(kN, kN);
   difference.diagonal(-1).setConstant(-1);
-  out.h = out.s.transpose() * out.qb * out.s + problem.r * Matrix::Identity(kN, kN) +
-          problem.rd * difference.transpose() * difference;
+  out.h =
+      out.weighted * out.s + problem.r * Matrix::Identity(kN, kN) + problem.rd * difference.transpose() * difference;
   return out;
 }
 
@@ -102,7 +106,7 @@ mpc::GainTable<double> make_gain_table(const AxisQp& problem) {
   }
   const Condensed condensed = condense(problem);
   const Matrix inverse_h = inverse(condensed.h);
-  const Matrix weighted = condensed.s.transpose() * condensed.qb;  // S'Qb
+  const Matrix from_states = inverse_h * condensed.weighted;
   const Adjoint a = adjoint(problem.step);
   Matrix c = Matrix::Identity(kN, kN);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -132,9 +136,9 @@ mpc::GainTable<double> make_gain_table(const AxisQp& problem) {
   put(out.terminal_velocity_taps, (a.taps * extra * last_velocity).reverse(), behind);
   put(out.terminal_tilt_taps, (a.taps * extra * last_tilt).reverse(), behind);
 
-  put(out.state_gain, -inverse_h * weighted * condensed.tx);
-  put(out.disturbance_gain, -inverse_h * weighted * condensed.td);
-  put(out.tilt_target_gain, inverse_h * weighted * last_tilt.replicate(kN, 1));
+  put(out.state_gain, -from_states * condensed.tx);
+  put(out.disturbance_gain, -from_states * condensed.td);
+  put(out.tilt_target_gain, from_states * last_tilt.replicate(kN, 1));
   put(out.input_target_gain, inverse_h * Vector::Constant(kN, problem.r));
   put(out.filter_gain, inverse_h * inverse(c));
   put(out.hessian, condensed.h);

@@ -13,11 +13,11 @@ namespace m100::lab::gains {
 /// H and the matrices of f. The cost over the 20 inputs U is J = 1/2 U'HU + f'U, with the references r of the states
 /// and u_ref of the inputs: f = S'Qb (Tx x0 + Td d - r) - R u_ref - Rd u_prev e_0.
 struct Condensed {
-  Matrix s;   ///< 20 n x 20, inputs to states x_1..x_20
-  Matrix tx;  ///< 20 n x n
-  Vector td;  ///< 20 n
-  Matrix qb;  ///< 20 n x 20 n
-  Matrix h;   ///< 20 x 20
+  Matrix s;         ///< 20 n x 20, inputs to states x_1..x_20
+  Matrix tx;        ///< 20 n x n
+  Vector td;        ///< 20 n
+  Matrix weighted;  ///< S'Qb, 20 x 20 n
+  Matrix h;         ///< 20 x 20
 };
 /// Eliminates the states. With n states in the problem, a and p are n x n; b, bd and q have n entries.
 Condensed condense(const AxisQp& problem);

@@ -42,13 +42,21 @@ Peak peak_at(Complex loop, const Range& gain, double at_rad_s) {
   return {1.0 / std::abs(1.0 + g * loop), g, at_rad_s};
 }
 
-/// Phase that 1 + g L turns through from the lowest frequency to the highest.
+/// Phase that 1 + g L turns through from the lowest frequency to the highest. A whole turn is counted where the line
+/// from one point to the next crosses the negative real axis.
 double turned(const std::vector<Complex>& loop, double gain) {
-  double sum = 0.0;
-  for (std::size_t k = 1; k < loop.size(); ++k) {
-    sum += std::arg((1.0 + gain * loop[k]) / (1.0 + gain * loop[k - 1]));
+  double turns = 0.0;
+  Complex before = 1.0 + gain * loop.front();
+  for (const Complex& at : loop) {
+    const Complex now = 1.0 + gain * at;
+    const double side = now.imag() < 0.0 ? 1.0 : -1.0;
+    if ((before.imag() < 0.0) != (now.imag() < 0.0) &&
+        side * (now.real() * before.imag() - before.real() * now.imag()) < 0.0) {
+      turns += side;
+    }
+    before = now;
   }
-  return sum;
+  return 2.0 * std::numbers::pi * turns + std::arg(before) - std::arg(1.0 + gain * loop.front());
 }
 
 const char* word(Axis axis) { return axis == Axis::kX ? "x" : "y"; }

@@ -11,6 +11,7 @@
 #include "firmware/model/axis_effects.h"
 #include "firmware/mpc/table_data.h"
 #include "firmware/mpc/table_file.h"
+#include "host_tests/lab/on_all_cores.h"
 
 namespace m100::lab::gains {
 namespace {
@@ -262,9 +263,11 @@ std::string table_text(const std::string& name) {
 
 TableSet make_table_set(const companion::VehicleFile& file, const SetpointBox& box, const SetpointProgress& progress) {
   const model::Vehicle vehicle = model::controller_model(file.vehicle);
-  TableSet set{.tables = make_gain_tables(vehicle, file.digest),
-               .x = make_setpoint_law(axis_qp(vehicle, Axis::kX), box, ComputeBudget(), progress),
-               .y = make_setpoint_law(axis_qp(vehicle, Axis::kY), box, ComputeBudget(), progress)};
+  TableSet set{.tables = make_gain_tables(vehicle, file.digest), .x = {}, .y = {}};
+  on_all_cores(2, [&](std::size_t i) {
+    (i == 0 ? set.x : set.y) = make_setpoint_law(axis_qp(vehicle, i == 0 ? Axis::kX : Axis::kY), box, ComputeBudget(),
+                                                 i == 0 ? progress : SetpointProgress{});
+  });
   for (const auto& [table, rows] : {std::pair{&set.tables.x, &set.x}, {&set.tables.y, &set.y}}) {
     table->setpoint.box = rows->box;
     table->setpoint.mirror = rows->mirror;

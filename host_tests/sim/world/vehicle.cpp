@@ -57,9 +57,11 @@ void Vehicle::advance(core::Duration step) {
   const double total_s = core::seconds<double>(step);
   // An autopilot's clock that drifts makes steps of 2.4998 ms: three parts, as of 2.5 ms.
   const int parts = std::max(1, static_cast<int>(std::ceil(total_s / kStep_s - 1e-6)));
+  core::Vector<double, 3> acceleration = core::Vector<double, 3>::Zero();
   for (int part = 0; part < parts; ++part) {
-    integrate(total_s / parts);
+    acceleration = integrate(total_s / parts);
   }
+  publish(acceleration);
 }
 
 core::Vector<double, 3> Vehicle::aerodynamic_acceleration(const core::Vector<double, 3>& wind) const {
@@ -107,7 +109,7 @@ double Vehicle::climb_offset_m_s(double step_s) {
   return sag_m_s + plant_.air.ground_effect * CarriedLoad::kHeightLoop_s * model::kGravity_m_s2 * lift;
 }
 
-void Vehicle::integrate(double step_s) {
+core::Vector<double, 3> Vehicle::integrate(double step_s) {
   change_when_due();
   const double authority = this->authority();
   const double roll_command = roll_.commanded();
@@ -157,7 +159,7 @@ void Vehicle::integrate(double step_s) {
   state_.in_air = state_.position_w_m.z() > 0.0;
   state_.battery_percent = std::max(0.0, plant_.battery.start_percent - 100.0 * time_s_ / kBatteryLife_s);
   time_s_ += step_s;
-  publish(acceleration);
+  return acceleration;
 }
 
 void Vehicle::publish(const core::Vector<double, 3>& acceleration) {

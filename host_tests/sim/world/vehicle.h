@@ -41,7 +41,7 @@ class Vehicle final : public VehiclePort {
   void slow_actuators(double factor) { actuators_ = factor; }
 
  private:
-  void integrate(double step_s);
+  core::Vector<double, 3> integrate(double step_s);  ///< @returns the acceleration
   void change_when_due();
   double carried_kg() const { return time_s_ >= plant_.payload.picked_up_at_s ? plant_.payload.mass_kg : 0.0; }
   /// Bandwidth of the attitude loops, relative to that with a fresh battery and no payload.

@@ -13,6 +13,7 @@ using Eigen::VectorXd;
 
 constexpr double kThinnest = 1e-9;  ///< a region whose inscribed ball has a smaller radius has no interior
 constexpr double kNudge = 2e-6;     ///< distance across a facet at which the next region is searched
+constexpr double kClear = 1e-6;     ///< ten times the tolerance of the linear programs
 constexpr std::size_t kMaxRegions = 4000;
 
 bool same_law(const Piece& a, const Piece& b) {
@@ -86,7 +87,8 @@ void Regions::explore(const Sides& sides) {
   }
   const std::size_t own = critical.rows.size();
   for (std::size_t i = 0; i < own; ++i) {
-    if (polytope.is_facet(i, region.centre)) {
+    const HalfSpace& row = critical.rows.at(i);
+    if (region.bound(row.a) > row.b - kClear && polytope.is_facet(i, region.centre)) {
       region.rows.push_back(critical.rows.at(i));
       cross(polytope, i, critical.rows.at(i), region);
     }

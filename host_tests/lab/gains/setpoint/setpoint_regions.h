@@ -31,10 +31,20 @@ class ConstructionContext {
 
 struct Region {
   std::size_t piece = 0;
-  std::vector<HalfSpace> rows;           ///< its own facets, and all half-spaces of the domain
-  std::vector<Eigen::VectorXd> corners;  ///< far points of the region in many directions
-  Eigen::VectorXd centre;                ///< of its largest inscribed ball
+  std::vector<HalfSpace> rows;  ///< its own facets, and all half-spaces of the domain
+  std::vector<Eigen::VectorXd>
+      corners;             ///< far points of the region in many directions, first along +x0, -x0, +x1, ...
+  Eigen::VectorXd centre;  ///< of its largest inscribed ball
   double radius = 0.0;
+
+  /// An upper bound of a'x over the region: its maximum over the smallest box around it.
+  double bound(const Eigen::VectorXd& a) const {
+    double out = 0.0;
+    for (Eigen::Index i = 0; i < a.size(); ++i) {
+      out += a(i) * corners.at(static_cast<std::size_t>(2 * i + (a(i) > 0.0 ? 0 : 1)))(i);
+    }
+    return out;
+  }
 };
 
 /// A facet between two regions with different first inputs.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <map>
 #include <stdexcept>
 
 #include "firmware/safety/limits.h"
@@ -160,8 +161,9 @@ class Search {
     model::Vehicle believed = vehicle_;
     believed.design = design;
     MarginBox::Laws laws{believed};
+    companion::VehicleFile file;
     try {
-      static_cast<void>(companion::as_file(believed));
+      file = companion::as_file(believed);
       out.corners = box_.worst(laws, MarginBox::Extent::kCorners);
       out.nominal = box_.worst(laws, MarginBox::Extent::kNominal);
     } catch (const std::exception&) {  // not allowed in a vehicle file, or no controller can be made from this model
@@ -180,7 +182,11 @@ class Search {
     if (is_excluded()) {
       return out;
     }
-    out.flown = fly_(believed);
+    const auto [flown, is_new] = flown_.try_emplace(file.digest);
+    if (is_new) {
+      flown->second = fly_(believed);
+    }
+    out.flown = flown->second;
     out.was_flown = true;
     const FlownScore& before = result_.before;
     out.error = 0.2 * (out.flown.hover_m / before.hover_m + out.flown.wind_m / before.wind_m +
@@ -199,7 +205,8 @@ class Search {
   model::Vehicle law_;  ///< whose numbers the factors multiply
   const MarginLimits* limits_ = nullptr;
   FlownLimits flown_limits_;
-  int left_ = 0;  ///< trials
+  std::map<core::Sha256Digest, FlownScore> flown_;  ///< by the digest of the vehicle file: a search comes back
+  int left_ = 0;                                    ///< trials
   DesignTrial best_;
   Factors found_{};  ///< of the best
 };

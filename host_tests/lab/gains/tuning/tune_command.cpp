@@ -8,8 +8,8 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <span>
 
+#include "firmware/companion/files/mode.h"
 #include "firmware/model/paper.h"
 #include "host_tests/lab/experiments/far.h"
 #include "host_tests/lab/experiments/flight.h"
@@ -32,6 +32,17 @@ experiments::FlightPlan plan_of(const companion::VehicleFile& file, const sim::P
   return plan;
 }
 
+/// The identified aircraft.
+sim::Plant plant_of(const model::Vehicle& vehicle, const std::string& path) {
+  sim::Plant plant = sim::plant_of_options("", path);
+  plant.roll = vehicle.roll;
+  plant.pitch = vehicle.pitch;
+  // No file knows the trim of the day; that of the paper's aircraft is as good as any.
+  plant.roll.trim_counts += model::paper::kRollBalance_vrc - model::paper::kNeutral_vrc;
+  plant.pitch.trim_counts += model::paper::kPitchBalance_vrc - model::paper::kNeutral_vrc;
+  return plant;
+}
+
 /// The command motion [deg/s] in a simulated hover in calm air; infinite if the hover was not flown to its end, because
 /// after a release the command is constant.
 double hover_motion(const companion::VehicleFile& file, const sim::Plant& plant) {
@@ -52,66 +63,35 @@ sim::Plant in_wind(sim::Plant plant) {
   return plant;
 }
 
-constexpr double kFrom_s = 10.0, kHover_s = 35.0, kSquare_s = 30.0, kStep_s = 18.0;
-constexpr std::array<std::uint64_t, 3> kStepSeeds{1, 2, 3};
-constexpr std::size_t kFlights = 3 + kStepSeeds.size();
-const experiments::FarTask kStep{
-    .name = "step", .course = "step 0 0 0 0 10\nstep 6 0 0 0 20\n", .from_s = kFrom_s, .to_s = kStep_s};
+constexpr double kFrom_s = 10.0, kSquare_s = 35.0, kSteps_s = 55.0, kStep_s = 8.0;
+constexpr int kSteps = 3;
+constexpr const char* kHover = "step 0 0 0 0 60\n";
+constexpr const char* kCalm =
+    "step 0 0 0 0 35\nsquare 1 2.5 0\nsquare 1 2.5 0\nstep 6 0 0 0 8\nstep 0 0 0 0 8\nstep 6 0 0 0 8\n";
 
-/// The reference tasks on one aircraft: hover, hover in wind, square, and the step with three seeds. With one seed the
-/// settling is that of one noise: 2.5 s or 3.3 s, because the last centimetres cross 2 cm or do not.
-void add_tasks(const companion::VehicleFile& file, const sim::Plant& plant,
-               std::vector<experiments::FlightPlan>& plans) {
-  plans.push_back(plan_of(file, plant, "step 0 0 0 0 60\n", kHover_s));
-  plans.push_back(plan_of(file, in_wind(plant), "step 0 0 0 0 60\n", kHover_s));
-  plans.push_back(
-      plan_of(file, plant, "step 0 0 0 0 10\nsquare 1 2.5 0\nsquare 1 2.5 0\nstep 0 0 0 0 20\n", kSquare_s));
-  for (const std::uint64_t seed : kStepSeeds) {
-    plans.push_back(plan_of(file, plant, kStep.course.c_str(), kStep_s));
-    plans.back().seed = seed;
-  }
-}
-
-/// @param flown the flights of add_tasks() for one aircraft
-FlownScore score_of(std::span<const experiments::FlightResult, kFlights> flown) {
-  const experiments::Cell calm = experiments::score(flown[0].trace, kFrom_s, kHover_s);
-  FlownScore out{.hover_m = horizontal(calm),
-                 .wind_m = horizontal(experiments::score(flown[1].trace, kFrom_s, kHover_s)),
-                 .square_m = horizontal(experiments::score(flown[2].trace, kFrom_s, kSquare_s)),
-                 .motion_deg_s = calm.input_variation_deg_s,
-                 .stayed = std::all_of(flown.begin(), flown.end(), [](const experiments::FlightResult& one) {
-                   return experiments::stayed(one.trace);
-                 })};
-  for (const experiments::FlightResult& step : flown.last<kStepSeeds.size()>()) {
-    const experiments::FarScore far = experiments::far_score(step.trace, kStep);
-    out.step_m_s += far.iae_m_s / 3.0;
-    out.settled_s += far.settled_s / 3.0;
-    out.tilt_deg = std::max(out.tilt_deg, step.largest_tilt_deg);
-  }
-  return out;
-}
-
-/// The mean of the errors over the open structures; the worst motion and tilt.
-FlownScore fly_structures(const model::Vehicle& believed, const std::vector<sim::Plant>& plants) {
+/// The reference tasks of the identified aircraft in two flights: hover, square and three steps in calm air; hover in
+/// wind. One step would have the settling of one noise: 2.5 s or 3.3 s, because the last centimetres cross 2 cm or do
+/// not.
+FlownScore fly_tasks(const model::Vehicle& believed, const sim::Plant& plant) {
   const companion::VehicleFile file = companion::as_file(believed);
-  std::vector<experiments::FlightPlan> plans;
-  for (const sim::Plant& plant : plants) {
-    add_tasks(file, plant, plans);
-  }
-  std::vector<experiments::FlightResult> flown(plans.size());
+  const std::array plans{plan_of(file, plant, kCalm, kSteps_s + kSteps * kStep_s),
+                         plan_of(file, in_wind(plant), kHover, kSquare_s)};
+  std::array<experiments::FlightResult, plans.size()> flown;
   on_all_cores(plans.size(), [&](std::size_t i) { flown[i] = experiments::fly(plans[i]); });
-  FlownScore out{.stayed = true};
-  const double share = 1.0 / static_cast<double>(plants.size());
-  for (std::size_t k = 0; k < plants.size(); ++k) {
-    const FlownScore one =
-        score_of(std::span<const experiments::FlightResult, kFlights>(&flown[k * kFlights], kFlights));
-    for (const auto member : {&FlownScore::hover_m, &FlownScore::wind_m, &FlownScore::square_m, &FlownScore::step_m_s,
-                              &FlownScore::settled_s}) {
-      out.*member += share * one.*member;
-    }
-    out.motion_deg_s = std::max(out.motion_deg_s, one.motion_deg_s);
-    out.tilt_deg = std::max(out.tilt_deg, one.tilt_deg);
-    out.stayed = out.stayed && one.stayed;
+  const experiments::Trace &calm = flown[0].trace, &wind = flown[1].trace;
+  const experiments::Cell hover = experiments::score(calm, kFrom_s, kSquare_s);
+  FlownScore out{.hover_m = horizontal(hover),
+                 .wind_m = horizontal(experiments::score(wind, kFrom_s, kSquare_s)),
+                 .square_m = horizontal(experiments::score(calm, kSquare_s, kSteps_s)),
+                 .motion_deg_s = hover.input_variation_deg_s,
+                 .tilt_deg = flown[0].largest_tilt_deg,
+                 .stayed = experiments::stayed(calm) && experiments::stayed(wind)};
+  for (int k = 0; k < kSteps; ++k) {
+    const double from_s = kSteps_s + k * kStep_s;
+    const experiments::FarScore far =
+        experiments::far_score(calm, {.name = {}, .course = {}, .from_s = from_s, .to_s = from_s + kStep_s});
+    out.step_m_s += far.iae_m_s / kSteps;
+    out.settled_s += far.settled_s / kSteps;
   }
   return out;
 }
@@ -206,25 +186,44 @@ void tune_input_weight(companion::VehicleFile& file, const std::vector<OpenStruc
       tuned.motion_deg_s);
 }
 
+/// The largest peak sensitivity of both axes and channels: as identified, then with gain, frequency or delay alone at
+/// the worse end of its range.
+std::array<double, 4> peaks_alone(const model::Vehicle& believed, const OpenStructure& of) {
+  std::array<double, 4> out{};
+  for (const Axis axis : {Axis::kX, Axis::kY}) {
+    const AxisBox& box = of.box[axis == Axis::kX ? 0 : 1];
+    for (const LoopTiming& timing : {kVirtualRcTiming, kMovementTiming}) {
+      const FlownController controller(believed, axis, timing);
+      for (std::size_t k = 0; k < 2 * out.size(); ++k) {
+        const auto end = [&](std::size_t of_peak, const Range& range, double identified) {
+          return k / 2 != of_peak ? identified : k % 2 == 0 ? range.low : range.high;
+        };
+        model::Vehicle truth = of.vehicle;
+        model::StickAxis& changed = axis == Axis::kX ? truth.pitch : truth.roll;
+        const double gain = end(1, box.gain, 1.0), frequency = end(2, box.frequency, 1.0);
+        changed.natural_frequency_rad_s *= frequency;
+        changed.time_constant_s /= frequency;
+        changed.transport_delay_s = end(3, box.delay_s, changed.transport_delay_s);
+        const FlownLoop loop(controller, truth, axis, timing);
+        const Margins margins = margins_from([&](double w) { return gain * loop.response(w); }, loop.period_s(), 400);
+        out[k / 2] =
+            std::max(out[k / 2], margins.stable ? margins.peak_sensitivity : std::numeric_limits<double>::infinity());
+      }
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 void tune_vehicle(companion::VehicleFile& file, const model::Vehicle& present,
                   const std::vector<OpenStructure>& structures, const std::string& path) {
-  const sim::Plant plant = sim::plant_of_options("", path);
   if (file.vehicle.roll.is_first_order() || file.vehicle.pitch.is_first_order()) {
     std::printf("an axis of first order: only the input weight is chosen\n");
-    tune_input_weight(file, structures, plant);
+    tune_input_weight(file, structures, sim::plant_of_options("", path));
     return;
   }
-  std::vector<sim::Plant> plants;
-  for (const OpenStructure& one : structures) {
-    plants.push_back(plant);
-    plants.back().roll = one.vehicle.roll;
-    plants.back().pitch = one.vehicle.pitch;
-    // No file knows the trim of the day; that of the paper's aircraft is as good as any.
-    plants.back().roll.trim_counts += model::paper::kRollBalance_vrc - model::paper::kNeutral_vrc;
-    plants.back().pitch.trim_counts += model::paper::kPitchBalance_vrc - model::paper::kNeutral_vrc;
-  }
+  const sim::Plant plant = plant_of(file.vehicle, path);
   const bool shows = isatty(STDERR_FILENO) != 0;
   int shown = 0;
   const auto progress = [&](double share, const std::string& what) {
@@ -236,7 +235,7 @@ void tune_vehicle(companion::VehicleFile& file, const model::Vehicle& present,
   };
   const DesignSearchResult result = search_designs(
       file.vehicle, present, MarginBox(structures),
-      [&](const model::Vehicle& believed) { return fly_structures(believed, plants); }, progress);
+      [&](const model::Vehicle& believed) { return fly_tasks(believed, plant); }, progress);
   file.vehicle.design = result.field.best.design;
   file.vehicle.robust = result.robust.best.design;
   print_present(result);
@@ -244,6 +243,28 @@ void tune_vehicle(companion::VehicleFile& file, const model::Vehicle& present,
   print_design("robust", result.robust, result.before);
   print_prices(result);
   print_manoeuvres(file.vehicle, structures);
+}
+
+void print_what_limits(const model::Vehicle& believed, const OpenStructure& own, const companion::VehicleFile& file,
+                       const std::string& path) {
+  const std::array<double, 4> peak = peaks_alone(believed, own);
+  const auto most = static_cast<std::size_t>(std::max_element(peak.begin() + 1, peak.end()) - peak.begin());
+  std::printf(
+      "%s limits this aircraft most: peak sensitivity %.2f as identified, %.2f with gain, %.2f with frequency, %.2f "
+      "with "
+      "delay alone at the worse end of its range",
+      std::array{"nothing", "gain", "frequency", "delay"}[most], peak[0], peak[1], peak[2], peak[3]);
+  if (companion::has_mode(file, companion::Mode::kRobust)) {
+    const auto hover_m = [&](companion::Mode mode) {
+      const companion::VehicleFile flown = companion::as_file(companion::in_mode(file.vehicle, mode));
+      const auto flight = experiments::fly(plan_of(flown, plant_of(own.vehicle, path), kHover, kSquare_s));
+      return horizontal(experiments::score(flight.trace, kFrom_s, kSquare_s));
+    };
+    const double field_m = hover_m(companion::Mode::kField), robust_m = hover_m(companion::Mode::kRobust);
+    std::printf("; in hover in calm air mode robust errs by %.1f mm, %.1f times as much as mode field", 1e3 * robust_m,
+                robust_m / field_m);
+  }
+  std::printf("\n");
 }
 
 }  // namespace m100::lab::gains

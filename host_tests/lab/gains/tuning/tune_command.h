@@ -16,4 +16,9 @@ namespace m100::lab::gains {
 void tune_vehicle(companion::VehicleFile& file, const model::Vehicle& present,
                   const std::vector<OpenStructure>& structures, const std::string& path);
 
+/// Prints which of gain, frequency and delay limits the aircraft, by the peak sensitivity with `believed`, and what
+/// mode robust costs in a simulated hover.
+void print_what_limits(const model::Vehicle& believed, const OpenStructure& own, const companion::VehicleFile& file,
+                       const std::string& path);
+
 }  // namespace m100::lab::gains
