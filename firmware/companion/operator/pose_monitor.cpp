@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "firmware/core/up_in_body.h"
+#include "firmware/core/frames.h"
 
 namespace m100::companion {
 namespace {

@@ -9,7 +9,6 @@
 #include <string_view>
 
 #include "firmware/core/maths.h"
-#include "firmware/core/up_in_body.h"
 #include "firmware/model/vehicle.h"
 
 namespace m100::companion::preflight {
