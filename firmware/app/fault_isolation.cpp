@@ -213,7 +213,7 @@ template <typename T>
 est::ConsistencyStatus FaultIsolation<T>::status(const est::Estimate<T>& estimate, safety::FailsafeState failsafe_state,
                                                  bool levels_limit_cycle, const safety::Limits& limits) const {
   const est::Contradiction<T> contradicted = contradiction();
-  const core::Vector<T, 2> lever_b_m = velocity_consistency_.lever_b_m();
+  const core::Vector<T, 2> lever_b_m = velocity_consistency_.lever_arm().lever_b_m();
   const bool predicts = !levels_limit_cycle && failsafe_state == safety::FailsafeState::kLevel;
   return {.refused_poses = estimate.refused_poses,
           .refused_for =
