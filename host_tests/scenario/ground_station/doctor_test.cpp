@@ -185,6 +185,29 @@ TEST_F(Doctor, AFlightIsShownWhileItFlies) {
     while (const std::optional<Packet> packet = plot.receive()) {
       const json state = json::parse(std::string(reinterpret_cast<const char*>(packet->data()), packet->size()));
       EXPECT_GT(state["timestamp"], last_s);
+// A hover by hand, and the vibration of a chipped propeller in it.
+TEST_F(Doctor, TheVibrationIsMeasuredAndItsLevelsAreSaid) {
+  for (const auto& [vibration_m_s2, health] : {std::pair{0.03, "good"}, {3.0, "doubtful"}}) {
+    const std::filesystem::path plant = folder / "plant.toml";
+    std::ofstream(plant) << "[sensors]\nimu_vibration_m_s2 = " << vibration_m_s2 << "\n";
+    ground_station->start_autopilot(events, {"--plant", plant.string(), "--rc-mode", "A"});
+    ASSERT_TRUE(ground_station->start({"doctor", "--load", "0", "--folder", folder.string(), "--port",
+                                       ground_station->port(), "--json", result.string()},
+                                      errors))
+        << error();
+    (void)ground_station->run_to_end(60.0);  // other findings on this machine do not matter here
+    double rms_m_s2 = 0.0;
+    const std::string seen = check("vibration");
+    const std::size_t colon = seen.find("15 Hz: ");
+    ASSERT_NE(colon, std::string::npos) << seen;
+    ASSERT_EQ(std::sscanf(seen.c_str() + colon, "15 Hz: %lf m/s^2 rms on an axis, peak", &rms_m_s2), 1) << seen;
+    EXPECT_GT(rms_m_s2, 0.4 * vibration_m_s2) << seen;  // of 50 white readings a second 0.55 is left above 15 Hz
+    EXPECT_LT(rms_m_s2, 1.1 * vibration_m_s2) << seen;
+    EXPECT_EQ(seen.substr(0, seen.find(':')), health) << seen;
+    EXPECT_NE(seen.find("a healthy M100 shows 0.02 to 0.03"), std::string::npos) << seen;
+  }
+}
+
       last_s = state["timestamp"];
       in_control += state["in_control"].get<int>();
       ++states;
