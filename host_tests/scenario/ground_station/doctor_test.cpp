@@ -5,7 +5,9 @@
 
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <csignal>
+#include <cstdio>
 #include <functional>
 #include <optional>
 #include <string>
@@ -114,7 +116,7 @@ struct Frames : Doctor {
   std::string script() const {
     const std::filesystem::path path = folder / "hands.txt";
     std::ofstream(path)
-        << "3 doublet pitch 250 1\n8 doublet roll 250 1\n13 doublet yaw 300 1.5\n18 doublet throttle 300 "
+        << "3 doublet pitch 250 1\n8 doublet roll 250 1\n13 doublet yaw 600 1.5\n18 doublet throttle 300 "
            "1\n23 doublet pitch 250 1\n28 doublet roll 250 1\n";
     return path.string();
   }
@@ -154,8 +156,25 @@ TEST_F(Frames, RightAxesAreRight) {
   for (const char* const name : {"heading", "position x", "position y", "position z"}) {
     EXPECT_EQ(check(name).substr(0, 5), "good:") << check(name);
   }
+  EXPECT_EQ(check("lever arm").substr(0, 5), "good:") << check("lever arm");
   EXPECT_NE(check("roll").find("the pose does not show this motion"), std::string::npos)
       << "the emulator sends only the heading";
+}
+
+// Catches a lever arm in wrong axes or signs, and one that is proposed where there is none.
+TEST_F(Frames, ALeverArmIsProposedAfterATurn) {
+  move([](mavlink::AttPosMocap& seen) {
+    const float yaw = 2.F * std::atan2(seen.q[3], seen.q[0]);  // the emulator sends only the heading; NED
+    seen.x += 0.2F * std::cos(yaw) + 0.1F * std::sin(yaw);     // 0.2 m ahead, 0.1 m left
+    seen.y += 0.2F * std::sin(yaw) - 0.1F * std::cos(yaw);
+  });
+  EXPECT_EQ(ending, 0) << json::parse(std::ifstream(result)).dump(1);
+  double ahead_m = 0.0, left_m = 0.0;
+  ASSERT_EQ(std::sscanf(check("lever arm").c_str(), "doubtful: the origin of the pose lies %lf m ahead and %lf m left",
+                        &ahead_m, &left_m),
+            2)
+      << check("lever arm");
+  EXPECT_LT(std::hypot(ahead_m - 0.2, left_m - 0.1), 0.3 * 0.22) << check("lever arm");
 }
 
 TEST_F(Frames, AReversedAxisIsNamed) {
@@ -166,25 +185,6 @@ TEST_F(Frames, AReversedAxisIsNamed) {
   EXPECT_EQ(check("heading").substr(0, 5), "good:");
 }
 
-TEST_F(Doctor, FramesNeedsBothPorts) {
-  EXPECT_EQ(run({"doctor", "--frames", "--port", ground_station->port()}), 2);
-  EXPECT_NE(error().find("--frames: needs --port and --pose-port"), std::string::npos) << error();
-}
-
-// The live values of a flight, read as PlotJuggler would do.
-TEST_F(Doctor, AFlightIsShownWhileItFlies) {
-  const Socket plot;
-  ground_station->start_autopilot(events);
-  std::vector<std::string> words = fly_words(*ground_station, key);
-  words.insert(words.end(), {"--take-control", "--once", "--hold", "8", "--live",
-                             "127.0.0.1:" + std::to_string(plot.port()), "--status", "always"});
-  double last_s = -1.0;
-  int in_control = 0, states = 0;
-  // Reads during the flight, because a full socket drops packets.
-  const auto read = [&] {
-    while (const std::optional<Packet> packet = plot.receive()) {
-      const json state = json::parse(std::string(reinterpret_cast<const char*>(packet->data()), packet->size()));
-      EXPECT_GT(state["timestamp"], last_s);
 // A hover by hand, and the vibration of a chipped propeller in it.
 TEST_F(Doctor, TheVibrationIsMeasuredAndItsLevelsAreSaid) {
   for (const auto& [vibration_m_s2, health] : {std::pair{0.03, "good"}, {3.0, "doubtful"}}) {
@@ -208,6 +208,25 @@ TEST_F(Doctor, TheVibrationIsMeasuredAndItsLevelsAreSaid) {
   }
 }
 
+TEST_F(Doctor, FramesNeedsBothPorts) {
+  EXPECT_EQ(run({"doctor", "--frames", "--port", ground_station->port()}), 2);
+  EXPECT_NE(error().find("--frames: needs --port and --pose-port"), std::string::npos) << error();
+}
+
+// The live values of a flight, read as PlotJuggler would do.
+TEST_F(Doctor, AFlightIsShownWhileItFlies) {
+  const Socket plot;
+  ground_station->start_autopilot(events);
+  std::vector<std::string> words = fly_words(*ground_station, key);
+  words.insert(words.end(), {"--take-control", "--once", "--hold", "8", "--live",
+                             "127.0.0.1:" + std::to_string(plot.port()), "--status", "always"});
+  double last_s = -1.0;
+  int in_control = 0, states = 0;
+  // Reads during the flight, because a full socket drops packets.
+  const auto read = [&] {
+    while (const std::optional<Packet> packet = plot.receive()) {
+      const json state = json::parse(std::string(reinterpret_cast<const char*>(packet->data()), packet->size()));
+      EXPECT_GT(state["timestamp"], last_s);
       last_s = state["timestamp"];
       in_control += state["in_control"].get<int>();
       ++states;
