@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/app/fault_isolation.h"
 
-#include <limits>
-
 #include "firmware/core/maths.h"
 #include "firmware/model/vehicle.h"
 
@@ -222,24 +220,10 @@ double FaultIsolation<T>::speed_then_m_s(const est::Estimate<T>& estimate, core:
 }
 
 template <typename T>
-est::VibrationStatus FaultIsolation<T>::vibration() const {
-  const est::Vibration<T>& vibration = velocity_consistency_.vibration();
-  if (vibration.is_too_slow()) {  // what is seen is no vibration above 15 Hz: nothing is said of it, and nothing ends
-    return {.rms_m_s2 = std::numeric_limits<double>::quiet_NaN()};
-  }
-  return {.rms_m_s2 = static_cast<double>(vibration.rms_m_s2()),
-          .peak_m_s2 = static_cast<double>(vibration.peak_m_s2()),
-          .clipped = static_cast<double>(vibration.clipped()),
-          .velocity_sigma_m_s =
-              static_cast<double>(core::sqrt(vibration.density_m2_s3().horizontal *
-                                             static_cast<T>(0.5 * est::ForceConsistency<T>::kVelocityMemory_s)))};
-}
-
-template <typename T>
 est::ConsistencyStatus FaultIsolation<T>::status(const est::Estimate<T>& estimate, safety::FailsafeState failsafe_state,
                                                  bool levels_limit_cycle, const safety::Limits& limits) const {
   const est::Contradiction<T> contradicted = contradiction();
-  const core::Vector<T, 2> lever_b_m = velocity_consistency_.lever_b_m();
+  const core::Vector<T, 2> lever_b_m = velocity_consistency_.lever_arm().lever_b_m();
   const bool predicts = !levels_limit_cycle && failsafe_state == safety::FailsafeState::kLevel;
   return {
       .refused_poses = estimate.refused_poses,
@@ -252,7 +236,8 @@ est::ConsistencyStatus FaultIsolation<T>::status(const est::Estimate<T>& estimat
       .contradicted_by = static_cast<std::uint8_t>(contradicted.check),
       .contradicted_with = static_cast<double>(contradicted.measured),
       .contradicted_allowed = static_cast<double>(contradicted.allowed),
-      .vibration = vibration(),
+      .vibration =
+          velocity_consistency_.vibration().status(static_cast<T>(est::ForceConsistency<T>::kVelocityMemory_s)),
       .lever_b_m = {static_cast<double>(lever_b_m.x()), static_cast<double>(lever_b_m.y()), 0.0}};
 }
 

@@ -47,7 +47,6 @@ class FaultIsolation {
   bool is_converged() const { return velocity_consistency_.is_converged(); }
   /// See VelocityConsistency.
   T force_scale_m_s2() const { return velocity_consistency_.force_scale_m_s2(); }
-  est::VibrationStatus vibration() const;
   /// See HeadingConsistency::turned_alone_rad.
   T heading_turned_alone_rad() const { return velocity_consistency_.heading_turned_alone_rad(); }
   /// Whether the attitude is contradicted by its rates or by our commands, or is missing while the failsafe ends the

@@ -4,7 +4,6 @@
 #include <bit>
 
 #include "firmware/core/frames.h"
-#include "firmware/core/up_in_body.h"
 #include "firmware/link/telemetry/telemetry_clock.h"
 
 namespace m100::app {

@@ -82,6 +82,13 @@ Matrix<T, 3, 3> rotation_of(const Quaternion<T>& q) {
   return out;
 }
 
+/// The world's up direction in body axes; (0, 0, 1) when level, whatever the heading. `wb` turns body vectors into the
+/// world.
+template <typename T>
+Vector<T, 3> up_in_body(const Quaternion<T>& wb) {
+  return rotation_of(wb).row(2).transpose();
+}
+
 /// Turns a horizontal vector by yaw: body-heading axes -> world axes. Use -yaw for the inverse.
 template <typename T>
 Vector<T, 2> rotate(const Vector<T, 2>& v, const SinCos<T>& yaw) {

@@ -21,7 +21,8 @@ class LeverArmFit {
   using Vector2 = core::Vector<T, 2>;
 
   /// @param apart_m e, of a path with the high-pass s^3 / (s + a_per_s)^3
-  void update(const core::SinCos<T>& heading, const Vector2& apart_m, T a_per_s, T step_s) {
+  /// @param new_s since the e before; 0: this is still that one, and only the heading passes on
+  void update(const core::SinCos<T>& heading, const Vector2& apart_m, T a_per_s, T step_s, T new_s) {
     Vector2 h(heading.cosine, heading.sine);
     if (!begun_) {
       *this = {};
@@ -32,7 +33,7 @@ class LeverArmFit {
       slow += (h - slow) * (a_per_s * step_s);
       h -= slow;
     }
-    const T share = step_s * static_cast<T>(1.0 / kMemory_s);
+    const T share = new_s * static_cast<T>(1.0 / kMemory_s);
     const Vector2 along_m(h.dot(apart_m), h.x() * apart_m.y() - h.y() * apart_m.x());
     product_m_ += (along_m - product_m_) * share;
     turned_ += (h.squaredNorm() - turned_) * share;
@@ -40,6 +41,11 @@ class LeverArmFit {
   }
   /// The next difference is that of a path that begins anew.
   void restart() { begun_ = false; }
+  /// Mean square of h: how much it has turned in the last seconds, 1 at most. One sigma of the lever arm is that of the
+  /// paths' difference, divided by the root of this.
+  T turned() const { return turned_; }
+  /// The length of a lever arm that would explain the whole difference.
+  T longest_m() const { return core::sqrt(apart_m2_ / turned_); }
   /// The lever arm, forward and left; zero: it explains less than nine tenths of the difference, or is longer than 1 m.
   Vector2 lever_b_m() const {
     const T explained_m2 = product_m_.squaredNorm();

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <array>
+#include <limits>
 
 #include "firmware/core/eigen.h"
 #include "firmware/core/maths.h"
+#include "firmware/est/consistency_status.h"
 #include "firmware/model/vehicle.h"
 
 namespace m100::est {
@@ -19,9 +21,9 @@ class Vibration {
  public:
   using Vector3 = core::Vector<T, 3>;
 
-  /// Once per message. @param force_m_s2 forward, left, and upward without gravity. @param interval_s since the message
-  /// before. @param memory_s of the means
-  void update(const Vector3& force_m_s2, T interval_s, T memory_s) {
+  /// Once per message. @param force_m_s2 forward, left, and upward without gravity. @param reading_m_s2 the largest of
+  /// the sensor's own axes, with gravity. @param interval_s since the message before. @param memory_s of the means
+  void update(const Vector3& force_m_s2, T reading_m_s2, T interval_s, T memory_s) {
     const T share = core::clamp(interval_s / memory_s, T(0), T(1));
     interval_s_ += (interval_s - interval_s_) * share;
     const T half_angle_rad = core::clamp(static_cast<T>(core::kPi * kCorner_hz) * interval_s, T(0.1), T(1.4));
@@ -42,8 +44,7 @@ class Vibration {
     peak_m_s2_ -= peak_m_s2_ * share;
     const T now_m_s2 = high_m_s2.cwiseAbs().maxCoeff();
     peak_m_s2_ = now_m_s2 > peak_m_s2_ ? now_m_s2 : peak_m_s2_;
-    const Vector3 read_m_s2 = force_m_s2 + Vector3::UnitZ() * static_cast<T>(model::kGravity_m_s2);
-    const bool clips = read_m_s2.cwiseAbs().maxCoeff() >= static_cast<T>(kRange_g * model::kGravity_m_s2);
+    const bool clips = reading_m_s2 >= static_cast<T>(kRange_g * model::kGravity_m_s2);
     clipped_ += ((clips ? T(1) : T(0)) - clipped_) * share;
   }
 
@@ -63,6 +64,17 @@ class Vibration {
   T clipped() const { return clipped_; }
   /// Messages come at 30 Hz or less: 15 Hz cannot be seen in them.
   bool is_too_slow() const { return interval_s_ * T(2.0 * kCorner_hz) >= T(1); }
+  /// Too slow: nothing is said of what is seen, and nothing ends by it.
+  /// @param sum_memory_s of the velocity that ForceConsistency sums
+  VibrationStatus status(T sum_memory_s) const {
+    if (is_too_slow()) {
+      return {.rms_m_s2 = std::numeric_limits<double>::quiet_NaN()};
+    }
+    return {.rms_m_s2 = static_cast<double>(rms_m_s2()),
+            .peak_m_s2 = static_cast<double>(peak_m_s2_),
+            .clipped = static_cast<double>(clipped_),
+            .velocity_sigma_m_s = static_cast<double>(core::sqrt(density_.horizontal * T(0.5) * sum_memory_s))};
+  }
   T magnitude() const { return density_.horizontal + density_.vertical + stages_.back().out_m_s2.squaredNorm(); }
 
  private:

@@ -10,7 +10,8 @@ namespace {
 constexpr std::uint16_t kTickId = 0;
 constexpr std::uint16_t kBytesId = 1;
 constexpr std::uint16_t kExcitationId = 2;
-constexpr std::array kFormats{kTickFormat, kBytesFormat, kExcitationFormat};
+constexpr std::uint16_t kVibrationId = 3;
+constexpr std::array kFormats{kTickFormat, kBytesFormat, kExcitationFormat, kVibrationFormat};
 
 }  // namespace
 
@@ -24,6 +25,10 @@ void FlightLogWriter::append(const TickRecord& record) {
 
 void FlightLogWriter::append(const ExcitationRecord& record) {
   writer_.append(kExcitationId, std::as_bytes(std::span(&record, 1)));
+}
+
+void FlightLogWriter::append(const VibrationRecord& record) {
+  writer_.append(kVibrationId, std::as_bytes(std::span(&record, 1)));
 }
 
 void FlightLogWriter::append(Stream stream, core::TimePoint now, std::span<const std::byte> bytes) {

@@ -12,7 +12,8 @@
 
 namespace m100::log {
 
-/// The log of a flight: a record of every tick, records of an excitation, every byte of both lines, and lines of text.
+/// The log of a flight: a record of every tick, records of an excitation and of vibration, every byte of both lines,
+/// and lines of text.
 class FlightLogWriter {
  public:
   explicit FlightLogWriter(Ring& ring) : writer_(ring) {}
@@ -22,6 +23,7 @@ class FlightLogWriter {
 
   void append(const TickRecord& record);
   void append(const ExcitationRecord& record);
+  void append(const VibrationRecord& record);
   void append(Stream stream, core::TimePoint now, std::span<const std::byte> bytes);
   void append(core::TimePoint now, std::string_view text) { writer_.append(now, text); }
 

@@ -88,6 +88,19 @@ inline constexpr std::string_view kExcitationFormat =
     "axis;"
     "uint8_t state;uint8_t abort;";
 
+/// Once a second: est::VibrationStatus, of one axis above 15 Hz. Older logs have none.
+struct VibrationRecord {
+  std::uint64_t timestamp = 0;  ///< us
+  float rms = 0.0F;             ///< m/s^2; not a number: telemetry is too slow to see 15 Hz
+  float peak = 0.0F;            ///< m/s^2, fading
+  float clipped = 0.0F;         ///< share of the messages at the end of the sensor's range
+  float velocity_sigma = 0.0F;  ///< m/s: one sigma of an axis of the velocity that the check of the force compares
+};
+static_assert(sizeof(VibrationRecord) == 24);
+
+inline constexpr std::string_view kVibrationFormat =
+    "vibration:uint64_t timestamp;float rms;float peak;float clipped;float velocity_sigma;";
+
 /// Where bytes came from or went to.
 enum class Stream : std::uint8_t { kAutopilotIn = 0, kAutopilotOut = 1, kPoseIn = 2, kPoseOut = 3 };
 

@@ -270,7 +270,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
     (void)controller->tick(now);  // the log holds the outcome of the command
     pose_port.publish(*controller, now);
     live.publish(*controller, *trajectory, now);
-    health.tick(now, controller->link().health());
+    health.tick(now, controller->link().health(), controller->observed().consistency.vibration);
     SequencerInput input = received(pose_port, ground_station, *controller, sequencer, now);
     input.backed_up = backed_up;
     if (!sequencer.tick(now, input)) {

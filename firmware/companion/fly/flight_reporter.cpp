@@ -125,15 +125,14 @@ void FlightReporter::report_heading(core::TimePoint now) {
   reported_.heading = turned_rad > 0.0;
 }
 
-/// Reported once, at ten times the sigma that the rotors of a healthy aircraft leave: 0.1 m/s^2 at 100 Hz.
+/// Reported once.
 void FlightReporter::report_vibration(core::TimePoint now, bool is_flying) {
-  constexpr double kReportedSigma_m_s = 0.1;
   const est::VibrationStatus& seen = controller_.observed().consistency.vibration;
-  if (seen.velocity_sigma_m_s >= kReportedSigma_m_s && !reported_.vibration) {
+  if (seen.velocity_sigma_m_s >= kToldVibration_m_s && !reported_.vibration) {
     reported_.vibration = true;
     TextLine line;
     describe_vibration(line, seen);
-    operator_log_.write(now, line.text());
+    operator_log_.write(now, line.add("; ").add(kVibrationRemedy).text());
   }
   if (is_flying && seen.velocity_sigma_m_s > vibration_.velocity_sigma_m_s) {
     vibration_ = seen;

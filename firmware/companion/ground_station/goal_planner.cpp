@@ -76,15 +76,17 @@ bool names_only_places(unsigned mask) {
   return has_place && (mask & kIgnoreMotion) == kIgnoreMotion && (mask & kForce) == 0 && (mask & kIgnoreYawRate) != 0;
 }
 
-/// Copies the coordinates that the goal names into `place`. @returns kAccepted, or why one of them is not valid.
+/// Copies the coordinates that the goal names into `place`. @returns kAccepted, or why one of them is not valid, and
+/// then `value` is that one.
 template <typename T>
-GoalResult put(const mavlink::SetPositionTargetLocalNed& goal, ref::Waypoint<T>& place) {
+GoalResult put(const mavlink::SetPositionTargetLocalNed& goal, ref::Waypoint<T>& place, double& value) {
   const std::array<float, 3> world{goal.x, -goal.y, -goal.z};  // NED to NWU
   for (unsigned axis = 0; axis < world.size(); ++axis) {
     if ((goal.type_mask & (1U << axis)) != 0) {
       continue;
     }
     if (!is_number(world[axis])) {
+      value = as_double(axis == 0 ? world[axis] : -world[axis]);
       return GoalResult::kNotFinite;
     }
     place.position_w_m[static_cast<Eigen::Index>(axis)] = static_cast<T>(world[axis]);
@@ -93,10 +95,18 @@ GoalResult put(const mavlink::SetPositionTargetLocalNed& goal, ref::Waypoint<T>&
     return GoalResult::kAccepted;
   }
   if (!core::is_within_turn(goal.yaw)) {
+    value = as_double(goal.yaw);
     return std::isfinite(goal.yaw) ? GoalResult::kDegrees : GoalResult::kNotFinite;
   }
   place.yaw_rad = core::wrap_pi(static_cast<T>(-goal.yaw));
   return GoalResult::kAccepted;
+}
+
+/// Whether the height is below the fence, and inside it if z had been sent with the other sign.
+bool is_upward(const mavlink::SetPositionTargetLocalNed& goal, double height_m, const core::Fence::Side& height) {
+  const double mirrored_m = height_m + 2.0 * as_double(goal.z);
+  return (goal.type_mask & 0b100U) == 0 && height_m < height.low_m && mirrored_m >= height.low_m &&
+         mirrored_m <= height.high_m;
 }
 
 }  // namespace
@@ -117,6 +127,8 @@ std::string_view name(GoalResult answer) {
       return "refused: not finite, or farther than 1 km";
     case GoalResult::kDegrees:
       return "refused: a yaw beyond 2 pi: degrees? MAVLink's angles are radians";
+    case GoalResult::kUpward:
+      return "refused: z lies below the fence and, with the other sign, inside it: MAVLink's z points down";
     case GoalResult::kReturningToStart:
       return "refused: the battery is low, and the aircraft flies to where the flight began";
   }
@@ -191,7 +203,8 @@ GoalResult GoalPlanner<T>::take(const mavlink::SetPositionTargetLocalNed& goal, 
   }
   ref::Waypoint<T> place = goal_.value_or(trajectory_.end());
   place = {.position_w_m = source.to_source(place.position_w_m), .yaw_rad = place.yaw_rad - source.turn_rad()};
-  if (const GoalResult read = put(goal, place); read != GoalResult::kAccepted) {
+  refused_value_ = 0.0;
+  if (const GoalResult read = put(goal, place, refused_value_); read != GoalResult::kAccepted) {
     return read;
   }
   if (!flies) {
@@ -200,12 +213,16 @@ GoalResult GoalPlanner<T>::take(const mavlink::SetPositionTargetLocalNed& goal, 
   place = {.position_w_m = source.to_flight(place.position_w_m),
            .yaw_rad = core::wrap_pi(place.yaw_rad + source.turn_rad())};
   const core::Vector<T, 3> named_w_m = place.position_w_m;
+  if (is_upward(goal, as_double(named_w_m.z()), fence_.side[2])) {
+    refused_value_ = as_double(goal.z);
+    return GoalResult::kUpward;
+  }
   place = clamp_to_fence(place);
   if (goal_ && as_double((place.position_w_m - goal_->position_w_m).norm()) < kSamePlace_m &&
       std::abs(core::wrap_pi(as_double(place.yaw_rad) - as_double(goal_->yaw_rad))) < kSameYaw_rad) {
     return GoalResult::kUnchanged;
   }
-  moved_m_ = as_double((place.position_w_m - named_w_m).norm());
+  cut_w_m_ = (place.position_w_m - named_w_m).cwiseAbs();
   return fly_to(place, now) ? GoalResult::kAccepted : GoalResult::kNotFinite;
 }
 

@@ -25,6 +25,7 @@ enum class GoalResult : std::uint8_t {
   kMask,
   kNotFinite,
   kDegrees,
+  kUpward,
   kReturningToStart
 };
 /// "refused: only the frame LOCAL_NED counts", for people.
@@ -67,8 +68,10 @@ class GoalPlanner {
 
   /// The last accepted goal, or where a hold or the begin of a later flight put it; nullopt: the course applies.
   const std::optional<ref::Waypoint<T>>& goal() const { return goal_; }
-  /// How far the fence moved the last accepted goal.
-  double moved_m() const { return moved_m_; }
+  /// How far the fence moved the last accepted goal along each axis of the flight's world.
+  const core::Vector<T, 3>& cut_w_m() const { return cut_w_m_; }
+  /// The number for which the last goal was refused, as it was sent; 0: it was accepted, or refused for something else.
+  double refused_value() const { return refused_value_; }
   /// The reference has reached its end and rests.
   bool at_rest(core::TimePoint now) const { return trajectory_.finished(now); }
   /// @returns the place, or the nearest one inside the fence.
@@ -91,7 +94,8 @@ class GoalPlanner {
   core::Fence fence_;
   ref::SpeedLimits limits_;
   std::optional<ref::Waypoint<T>> goal_;
-  double moved_m_ = 0.0;
+  core::Vector<T, 3> cut_w_m_ = core::Vector<T, 3>::Zero();
+  double refused_value_ = 0.0;
   core::TimePoint started_{};
 };
 

@@ -66,6 +66,18 @@ CommandDecision decide_take_off(const mavlink::CommandLong& order, const Sequenc
                                .input = {}};
 }
 
+/// "; the fence cut 2.30 m off x, 0.40 m off z"
+void add_cut(TextLine& line, const core::Vector<double, 3>& cut_w_m) {
+  constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
+  std::string_view before = "; the fence cut ";
+  for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
+    if (const double cut_m = cut_w_m[static_cast<Eigen::Index>(axis)]; cut_m > 0.0) {
+      line.add(before).add_significant(cut_m).add(" m off ").add(kAxes[axis]);
+      before = ", ";
+    }
+  }
+}
+
 }  // namespace
 
 SequencerStatus sequencer_status(const FlightSequencer& sequencer, core::TimePoint now) {
@@ -114,8 +126,10 @@ void GroundStationCommands::report_goal(core::TimePoint now, GoalResult answer) 
     line.add(" (").add(place.x(), 2).add(", ").add(place.y(), 2).add(", ").add(place.z(), 2).add(") m");
   }
   line.add(": ").add(companion::name(answer));
-  if (answer == GoalResult::kAccepted && goals_->moved_m() > 0.0) {
-    line.add("; the fence cut ").add(goals_->moved_m(), 2).add(" m off");
+  if (goals_ && answer == GoalResult::kAccepted) {
+    add_cut(line, goals_->cut_w_m());
+  } else if (goals_ && goals_->refused_value() != 0.0) {
+    line.add(" (").add_significant(goals_->refused_value()).add(")");
   }
   operator_log_.write(now, line.text());
 }

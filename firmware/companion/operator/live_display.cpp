@@ -88,7 +88,7 @@ LiveState live_state(const app::FlightController<double>& controller, const ref:
           .telemetry_hz = health.telemetry_rate_hz,
           .telemetry_age_s = health.packages > 0 ? core::seconds<double>(health.telemetry_age)
                                                  : std::numeric_limits<double>::quiet_NaN(),
-          .vibration_m_s2 = controller.observed().consistency.vibration.rms_m_s2,
+          .vibration = controller.observed().consistency.vibration,
           .battery_percent = controller.link().telemetry().battery_percent};
 }
 
@@ -118,7 +118,9 @@ std::string json_of(const LiveState& state) {
                                   {"taken", state.poses},
                                   {"lost", state.poses_lost}}},
                                 {"link", {{"telemetry_hz", state.telemetry_hz}, {"age_s", state.telemetry_age_s}}},
-                                {"vibration_m_s2", state.vibration_m_s2},
+                                {"vibration_m_s2", state.vibration.rms_m_s2},
+                                {"vibration_peak_m_s2", state.vibration.peak_m_s2},
+                                {"vibration_clipped", state.vibration.clipped},
                                 {"battery_percent", state.battery_percent}}
       .dump();
 }
@@ -139,12 +141,19 @@ std::string status_of(const LiveState& state, double lost_share) {
     std::snprintf(link.data(), link.size(), "link %.0f Hz %.0f ms", state.telemetry_hz,
                   milliseconds(state.telemetry_age_s));
   }
+  std::array<char, 64> vibration{"vibration not seen at this rate"};
+  if (!std::isnan(state.vibration.rms_m_s2)) {
+    std::snprintf(vibration.data(), vibration.size(),
+                  state.vibration.clipped > 0.0 ? "vibration %.2f, peak %.2f m/s^2, clips %.0f %%"
+                                                : "vibration %.2f, peak %.2f m/s^2",
+                  state.vibration.rms_m_s2, state.vibration.peak_m_s2, 100.0 * state.vibration.clipped);
+  }
   std::array<char, 256> line{};
-  std::snprintf(
-      line.data(), line.size(), "%-8.*s%6.2f %6.2f %5.2f m, %s, pose %.0f+%.0f ms, lost %.1f %%, %s, vibration %.2f",
-      static_cast<int>(safety::name(state.failsafe_state).size()), safety::name(state.failsafe_state).data(),
-      state.position_m[0], state.position_m[1], state.position_m[2], off.data(), milliseconds(state.pose_latency_s),
-      milliseconds(state.pose_jitter_s), 100.0 * lost_share, link.data(), state.vibration_m_s2);
+  std::snprintf(line.data(), line.size(), "%-8.*s%6.2f %6.2f %5.2f m, %s, pose %.0f+%.0f ms, lost %.1f %%, %s, %s",
+                static_cast<int>(safety::name(state.failsafe_state).size()), safety::name(state.failsafe_state).data(),
+                state.position_m[0], state.position_m[1], state.position_m[2], off.data(),
+                milliseconds(state.pose_latency_s), milliseconds(state.pose_jitter_s), 100.0 * lost_share, link.data(),
+                vibration.data());
   return line.data();
 }
 

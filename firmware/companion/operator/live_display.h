@@ -51,7 +51,7 @@ struct LiveState {
   std::uint64_t poses_lost = 0;
   double telemetry_hz = 0.0;
   double telemetry_age_s = 0.0;  ///< not a number: none has arrived
-  double vibration_m_s2 = 0.0;   ///< of an axis above 15 Hz; not a number: telemetry is too slow to see 15 Hz
+  est::VibrationStatus vibration{};
   std::uint8_t battery_percent = 0;
 };
 

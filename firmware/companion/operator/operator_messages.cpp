@@ -17,21 +17,30 @@ using safety::FailsafeReason;
 
 constexpr double kTurnShown_rad = 0.35;  ///< the observer's innovation gate; a smaller turn is not the reason
 
+/// Digits after the point, at least `least`, in which two digits of the smaller number matter, and in which the numbers
+/// differ. Numbers that are a unit of the last digit apart are never rounded to the same.
+int digits_of(double a, double b, int least) {
+  int digits = std::max(least, TextLine::digits_of(std::min(std::abs(a), std::abs(b))));
+  const double apart = std::abs(a - b);
+  for (double unit = std::pow(10.0, -digits); digits < 9 && apart > 0.0 && apart < unit; unit /= 10.0) {
+    ++digits;
+  }
+  return digits;
+}
+
+/// A residual and its limit: "0.012 m apart, allowed 0.0098 m".
+void add_compared(TextLine& line, double residual, std::string_view how, double allowed, std::string_view unit,
+                  int least = 2) {
+  const int digits = digits_of(residual, allowed, least);
+  line.add(residual, digits).add(" ").add(unit).add(how).add(", allowed ").add(allowed, digits).add(" ").add(unit);
+}
+
 void add_age(TextLine& line, std::string_view what, core::Duration age, core::Duration allowed) {
   if (age > std::chrono::hours(1)) {
     line.add(what).add(": none has arrived");
     return;
   }
-  line.add(what).add(": ").add(core::seconds<double>(age), 3).add(" s, allowed ");
-  line.add(core::seconds<double>(allowed), 3).add(" s");
-}
-
-/// A residual and its limit, in as many digits as two that matter of the smaller one need: "0.012 m apart, allowed
-/// 0.0098 m".
-void add_compared(TextLine& line, double residual, std::string_view how, double allowed, std::string_view unit) {
-  const double smaller = std::min(std::abs(residual), std::abs(allowed));
-  const int digits = smaller >= 0.095 ? 2 : smaller >= 0.0095 ? 3 : 4;
-  line.add(residual, digits).add(" ").add(unit).add(how).add(", allowed ").add(allowed, digits).add(" ").add(unit);
+  add_compared(line.add(what).add(": "), core::seconds<double>(age), "", core::seconds<double>(allowed), "s", 3);
 }
 
 /// Proposes the lever arm that explains the refusal, if one does.
@@ -63,9 +72,8 @@ void add_refusal(TextLine& line, const safety::Observation& seen) {
     return;
   }
   if (seen.consistency.refused_turn_rad > kTurnShown_rad) {
-    line.add("turned by ").add(seen.consistency.refused_turn_rad, 2).add(" rad from the prediction, allowed ");
-    line.add(kTurnShown_rad, 2).add(" rad");
-    return;
+    return add_compared(line.add("turned by "), seen.consistency.refused_turn_rad, " from the prediction",
+                        kTurnShown_rad, "rad");
   }
   add_compared(line, seen.consistency.refused_by_m, " from the prediction", seen.consistency.refused_allowed_m, "m");
   add_lever_arm(line, seen.consistency.lever_b_m);
@@ -101,8 +109,9 @@ void add_fence(TextLine& line, FailsafeReason reason, const safety::Observation&
     line.add("the aircraft is ").add(seen.fence.outside_m, 2).add(" m outside its fence");
     return;
   }
-  line.add("without a pose the position error may be ").add(seen.estimate.error_m, 2);
-  line.add(" m, and the fence leaves ").add(seen.fence.reserve_m, 2).add(" m");
+  const int digits = digits_of(seen.estimate.error_m, seen.fence.reserve_m, 2);
+  line.add("without a pose the position error may be ").add(seen.estimate.error_m, digits);
+  line.add(" m, and the fence leaves ").add(seen.fence.reserve_m, digits).add(" m");
 }
 
 /// The oscillation in degrees peak to peak, as an onlooker sees it.
@@ -133,7 +142,9 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
     case FailsafeReason::kPoseRefused:
       return add_refusal(line, seen);
     case FailsafeReason::kVibration:
-      return describe_vibration(line, seen.consistency.vibration);
+      describe_vibration(line, seen.consistency.vibration);
+      line.add("; ").add(kVibrationRemedy);
+      return;
     case FailsafeReason::kPoseOld:
       return add_age(line, "pose old", seen.estimate.pose_age, fresh_limit(limits, seen.pose_latency));
     case FailsafeReason::kTelemetryOld:
@@ -191,14 +202,14 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
 
 void describe_vibration(TextLine& line, const est::VibrationStatus& vibration) {
   line.add("vibration of the specific force above 15 Hz: ")
-      .add(vibration.rms_m_s2, 1)
+      .add_significant(vibration.rms_m_s2)
       .add(" m/s^2 rms on an axis, peak ");
-  line.add(vibration.peak_m_s2, 1).add(" m/s^2");
+  line.add_significant(vibration.peak_m_s2).add(" m/s^2");
   if (vibration.clipped > 0.0) {
     line.add(", ").add(100.0 * vibration.clipped, 0).add(" % of the readings at the end of the sensor's range");
   }
-  line.add("; a healthy M100 shows 0.02 to 0.03. It hides motions up to ").add(3.0 * vibration.velocity_sigma_m_s, 1);
-  line.add(" m/s from the check of the poses. Check propellers, motors and what is loose");
+  line.add("; a healthy M100 shows 0.02 to 0.03 in flight. It can hide a false motion of ");
+  line.add_significant(3.0 * vibration.velocity_sigma_m_s).add(" m/s from the check of the poses");
 }
 
 void describe_limit_cycle(TextLine& line, const safety::Observation& seen) {

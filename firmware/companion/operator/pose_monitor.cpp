@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware/core/frames.h"
 #include "firmware/core/maths.h"
-#include "firmware/core/up_in_body.h"
 
 namespace m100::companion {
 namespace {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <string_view>
@@ -25,6 +26,12 @@ class TextLine {
     std::array<char, 48> number{};
     const int size = std::snprintf(number.data(), number.size(), "%.*f", digits, value);
     return add({number.data(), std::min(number.size() - 1, static_cast<std::size_t>(std::max(size, 0)))});
+  }
+  /// Adds a number with at least two digits that matter, and at most four after the point.
+  TextLine& add_significant(double value) { return add(value, digits_of(value)); }
+  static int digits_of(double value) {
+    const double size = std::abs(value);
+    return size >= 0.95 ? 1 : size >= 0.095 ? 2 : size >= 0.0095 ? 3 : 4;
   }
   std::string_view text() const { return {space_.data(), used_}; }
 

@@ -8,8 +8,8 @@
 #include <sstream>
 #include <string_view>
 
+#include "firmware/core/frames.h"
 #include "firmware/core/maths.h"
-#include "firmware/core/up_in_body.h"
 #include "firmware/model/vehicle.h"
 
 namespace m100::companion::preflight {
@@ -22,7 +22,18 @@ constexpr double kMinTurn_rad = 0.03;
 constexpr double kMinAcceleration_m_s2 = 0.25;
 /// Least correlation by which two axes count as the same.
 constexpr double kSure = 0.6;
-constexpr double kNoiseShare = 0.01;  ///< of the least motion; below this share the pose shows noise or nothing
+/// A turn by 45 degrees within a second leaves this mean square of LeverArmFit::turned().
+constexpr double kMinTurned = 0.05;
+/// A shorter lever arm leaves less than a hand's jerks and the time between pose and force, and flies as none.
+constexpr double kNoLever_m = 0.05;
+constexpr double kVelocityMean_s = 0.1;  ///< of the poses: 2 mm of noise leave 4 cm/s
+constexpr double kNoiseShare = 0.01;     ///< of the least motion; below this share the pose shows noise or nothing
+
+/// Whether the attitude changed by more than 0.1 rad: a lever arm of 0.3 m then moves the pose's origin by 3 cm.
+bool is_turned(const core::Quaternion<double>& a, const core::Quaternion<double>& b) {
+  constexpr double kCosineOfHalf = 0.99875;
+  return std::abs(a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z) < kCosineOfHalf;
+}
 
 double heading(const core::Quaternion<double>& wb) { return core::euler_of(wb).yaw_rad; }
 
@@ -92,6 +103,67 @@ void AxisAlignment::add(const Sample& sample) {
   if (window_.size() == 2 * kSpan + 1) {
     add_position();
   }
+  add_lever_arm(sample);
+}
+
+/// The same comparison as in flight, with the poses in the observer's place.
+void AxisAlignment::add_lever_arm(const Sample& sample) {
+  est::Estimate<double>& motion = lever_arm_.motion;
+  const Eigen::Vector3d before(motion.x.position_m, motion.y.position_m, motion.height_m);
+  const Eigen::Vector3d velocity_m_s(motion.x.velocity_m_s, motion.y.velocity_m_s, motion.climb_m_s);
+  const Eigen::Vector3d& now = sample.position_w_m;
+  const Eigen::Vector3d faster_m_s =
+      samples_ == 1 ? Eigen::Vector3d::Zero()
+                    : Eigen::Vector3d(((now - before) / kTick_s - velocity_m_s) * (kTick_s / kVelocityMean_s));
+  motion.x.position_m = now.x();
+  motion.y.position_m = now.y();
+  motion.height_m = now.z();
+  motion.x.velocity_m_s += faster_m_s.x();
+  motion.y.velocity_m_s += faster_m_s.y();
+  motion.climb_m_s += faster_m_s.z();
+  motion.yaw_rad = heading(sample.pose_wb);
+  motion.healthy = true;
+  const core::Euler<double> attitude = core::euler_of(sample.autopilot_wb);
+  est::ImuSample<double> imu{.attitude_is_new = true, .force_is_new = true};
+  imu.roll_rad = attitude.roll_rad;
+  imu.pitch_rad = attitude.pitch_rad;
+  imu.yaw_rad = attitude.yaw_rad;
+  imu.force_b = sample.force_b;
+  lever_arm_.consistency.update(imu, motion, core::Vector<double, 2>::Zero(), core::kTickPeriod);
+  if (lever_arm_.consistency.lever_arm().turned() > lever_arm_.fit.turned()) {
+    lever_arm_.fit = lever_arm_.consistency.lever_arm();
+  }
+}
+
+CheckResult AxisAlignment::lever_arm_check() const {
+  CheckResult check{.name = "lever arm", .health = Health::kDoubtful, .finding = "", .remedy = ""};
+  std::ostringstream text;
+  text.precision(2);
+  text << std::fixed;
+  const Eigen::Vector2d lever_b_m = lever_arm_.fit.lever_b_m();
+  if (lever_arm_.fit.turned() < kMinTurned) {
+    check.finding = "not turned enough to tell";
+    check.remedy = "after three seconds at rest turn it left and right about the vertical, by 90 degrees in a second";
+  } else if (lever_arm_.fit.longest_m() < kNoLever_m || (!lever_b_m.isZero() && lever_b_m.norm() < kNoLever_m)) {
+    text << "the origin of the pose lies within " << kNoLever_m << " m of the centre of gravity, seen from above";
+    check.finding = text.str();
+    check.health = Health::kGood;
+  } else if (lever_b_m.isZero()) {
+    text << "cannot tell: pose and force differ by what would need " << lever_arm_.fit.longest_m()
+         << " m, and most of it does not turn with the aircraft";
+    check.finding = text.str();
+    check.remedy = "turn it about the vertical only, on its place, and more evenly";
+  } else {
+    const Eigen::Array2d shown_b_m = (100.0 * lever_b_m.array()).round() / 100.0 + 0.0;  // no "-0.00"
+    text << "the origin of the pose lies " << shown_b_m.x() << " m ahead and " << shown_b_m.y()
+         << " m left of the centre of gravity";
+    check.finding = text.str();
+    text.str("");
+    text << "if the flight file does not state it, set offset_m = [" << shown_b_m.x() << ", " << shown_b_m.y()
+         << ", Z] in [pose]; measure Z, its height above the centre of gravity";
+    check.remedy = text.str();
+  }
+  return check;
 }
 
 void AxisAlignment::add_tilt(const Sample& sample) {
@@ -115,6 +187,10 @@ void AxisAlignment::add_turn(const Sample& then, const Sample& now) {
 }
 
 void AxisAlignment::add_position() {
+  const core::Quaternion<double>& middle_wb = window_[kSpan].autopilot_wb;
+  if (is_turned(window_.front().autopilot_wb, middle_wb) || is_turned(middle_wb, window_.back().autopilot_wb)) {
+    return;
+  }
   constexpr double kSpan_s = kSpan * kTick_s;
   const Eigen::Vector3d pose =
       (window_.back().position_w_m - 2.0 * window_[kSpan].position_w_m + window_.front().position_w_m) /
@@ -176,6 +252,9 @@ std::vector<CheckResult> AxisAlignment::checks() const {
     const auto i = static_cast<std::size_t>(axis);
     checks.push_back(judge(std::string("position ") + std::string(kAxes[i]), kPush[i], i, row, second_rms[axis],
                            force_rms, kMinAcceleration_m_s2, kAxes));
+  }
+  if (std::none_of(checks.begin(), checks.end(), [](const auto& one) { return one.health == Health::kBad; })) {
+    checks.push_back(lever_arm_check());
   }
   return checks;
 }

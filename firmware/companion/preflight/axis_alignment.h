@@ -9,6 +9,7 @@
 #include "firmware/core/frames.h"
 #include "firmware/core/pose.h"
 #include "firmware/core/time.h"
+#include "firmware/est/consistency/velocity_consistency.h"
 
 namespace m100::companion::preflight {
 
@@ -19,11 +20,13 @@ namespace m100::companion::preflight {
 ///   turning   the change of heading in 0.2 s, by the pose and by the autopilot.
 ///   position  p(t+h) - 2 p(t) + p(t-h) of the pose, over h^2: the acceleration weighted by a triangle over 2 h;
 ///             and the same mean of the specific force less gravity, rotated into the world by the autopilot's tilt and
-///             the pose's heading: x, y, z of the world. The mean length of the specific force is taken as g, whatever
+///             the pose's heading: x, y, z of the world; while it does not turn, because a lever arm would move the
+///             pose alone. The mean length of the specific force is taken as g, whatever
 ///             its unit is.
 ///
 /// Each comparison correlates the axes of the pose with those of the autopilot. The largest correlation of each axis
-/// must be with the same axis of the autopilot, and positive. Companion only: it uses the heap.
+/// must be with the same axis of the autopilot, and positive. A turn about the vertical also shows the lever arm from
+/// the centre of gravity to the origin of the pose (est::LeverArmFit). Companion only: it uses the heap.
 class AxisAlignment {
  public:
   /// The newest pose and the newest telemetry at one time.
@@ -37,7 +40,7 @@ class AxisAlignment {
   /// Adds a sample; the caller adds 100 a second, evenly spaced.
   void add(const Sample& sample);
   /// One check for each axis: pitch, roll, heading, x, y, z; and "up" if the pose is upside down. kDoubtful: the axis
-  /// was not moved enough, or the pose does not show its motion.
+  /// was not moved enough, or the pose does not show its motion. If no axis is wrong: "lever arm".
   std::vector<CheckResult> checks() const;
   std::size_t samples() const { return samples_; }
 
@@ -47,6 +50,8 @@ class AxisAlignment {
   void add_tilt(const Sample& sample);
   void add_turn(const Sample& then, const Sample& now);
   void add_position();
+  void add_lever_arm(const Sample& sample);
+  CheckResult lever_arm_check() const;
 
   std::deque<Sample> window_;  ///< the newest 2 kSpan + 1 samples
   std::size_t samples_ = 0;
@@ -61,6 +66,11 @@ class AxisAlignment {
   Eigen::Vector3d position_pose_ = Eigen::Vector3d::Zero(), position_force_ = Eigen::Vector3d::Zero();
   std::size_t positions_ = 0;
   double force_length_ = 0.0;  ///< sum
+  struct {
+    est::Estimate<double> motion;  ///< of the poses
+    est::VelocityConsistency<double> consistency;
+    est::LeverArmFit<double> fit;  ///< when it had turned most
+  } lever_arm_;
 };
 
 }  // namespace m100::companion::preflight

@@ -4,60 +4,18 @@
 #include <array>
 #include <iostream>
 #include <optional>
-#include <span>
 
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/ground_station/mavlink_tap.h"
 #include "firmware/companion/preflight/axis_alignment.h"
+#include "firmware/companion/preflight/probe/telemetry_receiver.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/link/pose/pose_decoder.h"
 #include "firmware/link/pose/pose_link.h"
-#include "firmware/link/telemetry/telemetry_check.h"
-#include "protocol/dji/frame_parser.h"
-#include "protocol/dji/session.h"
-#include "protocol/dji/telemetry.h"
 #include "protocol/mavlink/pose_messages.h"
 
 namespace m100::companion::preflight {
 namespace {
-
-/// Decodes the autopilot's telemetry.
-class TelemetryReceiver {
- public:
-  explicit TelemetryReceiver(hal::Uart& uart) : uart_(uart) {}
-  /// Reads what has arrived.
-  void listen() {
-    for (auto count = uart_.read(buffer_); count && *count > 0; count = uart_.read(buffer_)) {
-      parser_.consume(std::span<const std::byte>(buffer_).first(*count),
-                      [this](const protocol::FrameView& frame) { receive(frame); });
-    }
-  }
-  const protocol::Telemetry& telemetry() const { return telemetry_; }
-  bool has_all() const {
-    return telemetry_.has(protocol::TelemetryItem::kAttitude) && telemetry_.has(protocol::TelemetryItem::kAcceleration);
-  }
-  bool received() const { return received_; }
-
- private:
-  void receive(const protocol::FrameView& frame) {
-    const core::Expected<protocol::Message> message = protocol::open(frame, nullptr, scratch_);
-    if (!message || message->header.is_ack || !message->has_id || message->id != protocol::ids::kTelemetry) {
-      return;
-    }
-    const protocol::Telemetry former = telemetry_;
-    if (protocol::decode_telemetry(message->value, telemetry_) == core::Status::kOk) {
-      (void)link::reject_non_finite(telemetry_, former);
-      received_ = true;
-    }
-  }
-
-  hal::Uart& uart_;
-  std::array<std::byte, 4096> buffer_{};
-  protocol::FrameParser parser_;
-  protocol::CipherScratch scratch_{};
-  protocol::Telemetry telemetry_;
-  bool received_ = false;
-};
 
 core::Quaternion<double> quaternion(const std::array<float, 4>& q) {
   return {static_cast<double>(q[0]), static_cast<double>(q[1]), static_cast<double>(q[2]), static_cast<double>(q[3])};
@@ -128,7 +86,7 @@ std::vector<CheckResult> check_frames(const CheckFramesOptions& options) {
   for (core::TimePoint now = clock.now();
        core::seconds<double>(now.time_since_epoch()) < options.hold_s && !stop_requested(); now = clock.next()) {
     pose_port.tick();
-    ear.listen();
+    (void)ear.listen();
     if (const core::Expected<core::Pose<double>> newest = pose_link.receive(now)) {
       pose = *newest;
     }
@@ -145,9 +103,7 @@ std::vector<CheckResult> check_frames(const CheckFramesOptions& options) {
              "choose one with --pose-from SYS:COMP"}};
   }
   if (frames.samples() == 0) {
-    return {{"frames", Health::kBad,
-             ear.received() ? "telemetry without attitude or acceleration" : "no telemetry came",
-             ear.received() ? "set both items to 100 Hz in DJI's assistant" : "m100 probe tells why"}};
+    return {ear.missing("frames", Health::kBad)};
   }
   return frames.checks();
 }

@@ -21,6 +21,7 @@
 #include "firmware/companion/preflight/check_frames.h"
 #include "firmware/companion/preflight/check_result.h"
 #include "firmware/companion/preflight/pose_checks.h"
+#include "firmware/companion/preflight/probe/vibration_check.h"
 #include "firmware/companion/preflight/serial_ports.h"
 #include "firmware/companion/preflight/wake_up_check.h"
 #include "hal/linux/udp_port.h"
@@ -73,6 +74,9 @@ std::vector<CheckResult> examine(const DoctorOptions& options) {
   for (const std::string& port : ports) {
     checks.push_back(preflight::check_port(port));
     checks.push_back(preflight::check_adapter(port));
+  }
+  if (!options.port.empty()) {
+    checks.push_back(preflight::check_vibration(options.port, options.by_hand.baud));
   }
   checks.push_back(preflight::check_real_time());
   checks.push_back(preflight::check_clock());
@@ -148,7 +152,9 @@ void run(const DoctorOptions& options) {
 void add_doctor(CLI::App& m100) {
   CLI::App* app = m100.add_subcommand("doctor", "find what on this board prevents a flight; print remedies");
   auto options = std::make_shared<DoctorOptions>();
-  app->add_option("--port", options->port, "serial port; default: every port that looks like one");
+  app->add_option("--port", options->port,
+                  "serial port; m100 listens there for four seconds and measures the vibration; default: every port "
+                  "that looks like one, without vibration");
   app->add_option("--folder", options->folder, "where flight logs go");
   app->add_option(
          "--load", options->load_s,
@@ -174,10 +180,8 @@ void add_doctor(CLI::App& m100) {
       "propellers off: move the aircraft by hand; m100 says which axis of the pose disagrees with the autopilot's "
       "attitude and specific force; needs --port and --pose-port. Example: m100 doctor --frames --port /dev/ttyUSB0 "
       "--pose-port udp:14560 --mavlink-key mavlink.key");
-  app->add_option("--baud", options->by_hand.baud,
-                  "with --frames: baud rate of the autopilot, as set in DJI's assistant")
-      ->check(CLI::IsMember({115200, 230400, 460800, 921600}))
-      ->needs(frames);
+  app->add_option("--baud", options->by_hand.baud, "baud rate of the autopilot, as set in DJI's assistant")
+      ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
   app->add_option("--hold", options->by_hand.hold_s, "with --frames: seconds to move the aircraft")
       ->check(CLI::Range(1.0, 600.0))
       ->needs(frames);

@@ -20,10 +20,10 @@ namespace m100::est {
 ///   moves  0.08 s times the largest acceleration of the last second, because the time of capture may be wrong by 80 ms
 ///   wind   0.05 s times the acceleration by wind
 ///   swing  0.15 s times the disturbance that the force shows and the observer has not learned yet
-/// but at most 0.35 m/s. Three sigmas of what the measured vibration adds to the sum are added. Three times
-/// start_sigma_m_s() is added and, until kFirstLook_s, the unknown error of the sensor. False alarms: an alarm takes
-/// half a second at twice the allowed value, which is six sigmas in calm air. Smallest fault detected in 3 s of calm
-/// hover: a false acceleration of 0.13 m/s^2.
+/// but at most 0.35 m/s. Three sigmas of what the measured vibration adds to the sum, beyond the part that calm
+/// includes, are added. Three times start_sigma_m_s() is added and, until kFirstLook_s, the unknown error of the
+/// sensor. False alarms: an alarm takes half a second at twice the allowed value, which is six sigmas in calm air.
+/// Smallest fault detected in 3 s of calm hover: a false acceleration of 0.13 m/s^2.
 ///
 /// No heap. Cost: six square roots and about 60 products a tick, SpecificForce included. T is float or double.
 template <typename T>

@@ -25,7 +25,8 @@ void MotionNoise<T>::update(const ImuSample<T>& imu, const SpecificForce<T>& for
   const T known_s = core::clamp(force.learned_s(), T(0.3), static_cast<T>(kNoiseMemory_s));
   force_age_s_ += step_s;
   if (imu.force_is_new) {
-    vibration_.update(force.raw_m_s2(), force_age_s_, known_s);
+    const T reading_m_s2 = imu.force_b.cwiseAbs().maxCoeff() * force.scale_m_s2();
+    vibration_.update(force.raw_m_s2(), reading_m_s2, force_age_s_, known_s);
     force_age_s_ = T(0);
   }
   const Vector3 position_m(estimate.x.position_m, estimate.y.position_m, estimate.height_m);

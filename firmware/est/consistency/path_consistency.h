@@ -72,10 +72,12 @@ class PathConsistency {
   T allowed_m() const { return worst().allowed_m; }
   /// The difference of the paths in the middle scale, whose high-pass has the rate kApart_per_s.
   const Vector& apart_m() const { return apart_m_; }
+  /// The middle scale had its turn in this tick.
+  bool apart_is_new() const { return scale_index_ == 0; }
   static constexpr double kApart_per_s = 1.5;
+  static constexpr std::size_t kScales = kAxes == 2 ? 3 : 2;
 
  private:
-  static constexpr std::size_t kScales = kAxes == 2 ? 3 : 2;
   struct Path : PathStatistic<T> {
     Vector mean_m_s2 = Vector::Zero();  ///< of the force
     Vector force_velocity_m_s = Vector::Zero();

@@ -105,8 +105,9 @@ void PathMonitor<T>::update_horizontal(const Estimate<T>& estimate, const ForceC
        .position_noise_m2 = noise_.position_m2().horizontal,
        .force_noise_m2_s3 = vibration().density_m2_s3().horizontal},
       pose_used, step_s);
-  lever_arm_.update(estimate.heading(), horizontal_.apart_m(), static_cast<T>(PathConsistency<T>::kApart_per_s),
-                    step_s);
+  const T new_s = horizontal_.apart_is_new() ? static_cast<T>(PathConsistency<T>::kScales) * step_s : T(0);
+  lever_arm_.update(estimate.heading(), horizontal_.apart_m(), static_cast<T>(PathConsistency<T>::kApart_per_s), step_s,
+                    new_s);
 }
 
 /// A pose that does not move is detected here first: a hover moves more vertically than horizontally.

@@ -47,8 +47,7 @@ class PathMonitor {
   T climb_error_m_s() const { return climb_error_m_s_; }
   T climb_noise_m2_s2() const { return noise_.climb_m2_s2(); }
   const Vibration<T>& vibration() const { return noise_.vibration(); }
-  /// See LeverArmFit.
-  core::Vector<T, 2> lever_b_m() const { return lever_arm_.lever_b_m(); }
+  const LeverArmFit<T>& lever_arm() const { return lever_arm_; }
   T magnitude() const {
     return noise_.magnitude() + jolt_m_s_ + climb_error_m_s_ + mean_tilt_acceleration_h_m_s2_.squaredNorm();
   }

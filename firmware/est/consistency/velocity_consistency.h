@@ -51,8 +51,7 @@ class VelocityConsistency {
   /// Unit of the newest specific force in m/s^2; zero if it is not known or the force contains no gravity.
   T force_scale_m_s2() const { return specific_force_.scale_m_s2(); }
   const Vibration<T>& vibration() const { return paths_.vibration(); }
-  /// See LeverArmFit.
-  core::Vector<T, 2> lever_b_m() const { return paths_.lever_b_m(); }
+  const LeverArmFit<T>& lever_arm() const { return paths_.lever_arm(); }
   /// See HeadingConsistency.
   T heading_turned_alone_rad() const { return heading_.turned_alone_rad(); }
   /// The force disagrees by more than is allowed, or the path has more than half of the evidence for an alarm.

@@ -266,7 +266,7 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
   correct(y_, inflation_y_, y);
   height_.fuse_pose(z);
   inside(static_cast<Real>(turned_rad), kYawGate_rad) ? yaw_.correct(turned_rad, age_s)
-                                                      : yaw_.reset_position(S(wrapped_yaw(pose)));
+                                                      : yaw_.reset_yaw(S(wrapped_yaw(pose)));
   ++counters_.poses_used;
   record_used(pose, true);
 }
@@ -284,7 +284,7 @@ template <typename S, typename Real>
   set(y_, 1);
   set(height_, 2);
   if (with_heading) {
-    yaw_.reset_position(S(wrapped_yaw(pose)));
+    yaw_.reset_yaw(S(wrapped_yaw(pose)));
   }
   record_used(pose, with_heading);
 }

@@ -57,7 +57,7 @@ void YawFilter<S>::correct(S innovation_rad, S age_s) {
 }
 
 template <typename S>
-void YawFilter<S>::reset_position(S yaw_rad) {
+void YawFilter<S>::reset_yaw(S yaw_rad) {
   filter_.x(kYaw) = wrapped(yaw_rad);
   filter_.decouple(kYaw, 0.0, kInitialSigma[kYaw], kLimits<S>[kYaw]);
 }

@@ -18,7 +18,7 @@ class YawFilter {
   /// Innovation of a yaw of `age_s` ago, in (-pi, pi].
   S innovation(S yaw_rad, S age_s) const;
   void correct(S innovation_rad, S age_s);
-  void reset_position(S yaw_rad);
+  void reset_yaw(S yaw_rad);
   S yaw() const { return filter_.x(kYaw); }
   /// Gyro rate less its bias, rad/s.
   S yaw_rate() const { return rate_; }

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "firmware/core/up_in_body.h"
+#include "firmware/core/frames.h"
 #include "firmware/link/line_time.h"
 #include "firmware/link/pose/pose_decoder.h"
 #include "protocol/mavlink/pose_messages.h"

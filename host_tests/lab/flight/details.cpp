@@ -85,9 +85,14 @@ void disturbance(const Flights& flights, plot::Page& page) {
 void residual_and_timing(const Flights& flights, plot::Page& page) {
   plot::Figure residual = over_time(flights, "Residual", "over what is expected");
   plot::Figure timing = over_time(flights, "Timing", "[ms]");
+  plot::Figure vibration = over_time(flights, "Vibration", "above 15 Hz, of an axis [m/s²]");
   for (std::size_t f = 0; f < flights.size(); ++f) {
     const auto& colors = colors_of(flights, f);
     residual.lines.push_back(tick_curve(flights, f, "residual", flights[f].residual, 1.0, colors[0]));
+    if (!flights[f].vibration_m_s2.empty()) {
+      vibration.lines.push_back(tick_curve(flights, f, "rms", flights[f].vibration_m_s2, 1.0, colors[0]));
+      vibration.lines.push_back(tick_curve(flights, f, "peak", flights[f].vibration_peak_m_s2, 1.0, colors[1]));
+    }
     timing.lines.push_back(tick_curve(flights, f, "age of telemetry", flights[f].telemetry_age_s, 1e3, colors[0]));
     timing.lines.push_back(tick_curve(flights, f, "tick late by", flights[f].late_s, 1e3, colors[1]));
   }
@@ -98,6 +103,10 @@ void residual_and_timing(const Flights& flights, plot::Page& page) {
     page.figure(residual, "Of the axis that follows its model worst, at the end of each block of 2.5 s.");
   }
   page.figure(timing, "");
+  vibration.levels = {{0.03, "healthy M100"}};
+  if (!vibration.lines.empty()) {
+    page.figure(vibration, "");
+  }
 }
 
 /// Prediction errors: one row per quantity and flight.

@@ -130,6 +130,9 @@ std::optional<double> add_replay(const RecordedFlight& flight, const protocol::C
     const double t_s = out.t_s[tick];
     const bool is_last = ++tick == flight.ticks.size();
     lead_s = core::seconds<double>(controller.law().lead());
+    const est::VibrationStatus& vibration = controller.observed().consistency.vibration;
+    out.vibration_m_s2.push_back(vibration.rms_m_s2);
+    out.vibration_peak_m_s2.push_back(vibration.peak_m_s2);
     add_battery(controller.link().telemetry().battery_percent, t_s, is_last, out.battery_percent);
     if (is_last) {
       const link::PoseLinkStats& stats = controller.pose_link().stats();
@@ -147,7 +150,8 @@ std::optional<double> add_replay(const RecordedFlight& flight, const protocol::C
     }
   } catch (const std::runtime_error& wrong) {
     out.notes.push_back(std::string("The log cannot be replayed (") + wrong.what() +
-                        "): reasons, battery and losses are missing.");
+                        "): reasons, battery, losses and vibration are missing.");
+    out.vibration_m_s2.clear();
     return {};
   }
   for (std::size_t i = 0; reasons.size() == out.changes.size() && i < reasons.size(); ++i) {

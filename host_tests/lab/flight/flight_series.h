@@ -58,8 +58,9 @@ struct FlightSeries {
   std::array<std::vector<double>, 2> found_disturbance_m_s2;  ///< ticks, as the poses show it afterwards
   std::vector<double> residual;         ///< ticks: of the worst axis against its model, as a multiple of the expected
   std::vector<double> telemetry_age_s;  ///< ticks
-  std::vector<double> late_s;           ///< ticks: how late they were
-  std::vector<std::uint8_t> state;      ///< ticks: safety::FailsafeState
+  std::vector<double> vibration_m_s2, vibration_peak_m_s2;  ///< ticks, as est::VibrationStatus; empty: not replayed
+  std::vector<double> late_s;                               ///< ticks: how late they were
+  std::vector<std::uint8_t> state;                          ///< ticks: safety::FailsafeState
   std::vector<Pose> poses;
   Timed battery_percent;
   std::vector<FailsafeChange> changes;

@@ -83,6 +83,21 @@ plot::Page::Tile battery_tile(const FlightSeries& flight) {
           .note = ""};
 }
 
+/// The strongest while the law flew.
+plot::Page::Tile vibration_tile(const FlightSeries& flight) {
+  double rms_m_s2 = -1.0, peak_m_s2 = 0.0;
+  for (std::size_t k = 0; k < flight.vibration_m_s2.size(); ++k) {
+    if (flight.t_s[k] >= flight.control_s && flight.t_s[k] <= flight.end_s && flight.vibration_m_s2[k] > rms_m_s2) {
+      rms_m_s2 = flight.vibration_m_s2[k];
+      peak_m_s2 = flight.vibration_peak_m_s2[k];
+    }
+  }
+  return {.name = "vibration above 15 Hz",
+          .value = rms_m_s2 < 0.0 ? "not seen" : number(rms_m_s2) + " m/s²",
+          .note = "rms of an axis, " + (rms_m_s2 < 0.0 ? "" : "peak " + number(peak_m_s2) + " m/s²; ") +
+                  "a healthy M100 shows 0.02 to 0.03"};
+}
+
 plot::Page::Tile error_tile(const FlightSeries& flight, const std::string& name) {
   const Tracking error = tracking_of(tracking_errors(flight));
   return {.name = name,
@@ -106,6 +121,9 @@ void add_tiles(const std::vector<FlightSeries>& flights, plot::Page& page) {
     }
     tiles.push_back(pose_tile(flight));
     tiles.push_back(battery_tile(flight));
+    if (flight.flew()) {
+      tiles.push_back(vibration_tile(flight));
+    }
     for (plot::Page::Tile& tile : tiles) {
       tile.name.insert(0, which(flights, f));
     }

@@ -5,7 +5,9 @@
 
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <csignal>
+#include <cstdio>
 #include <functional>
 #include <optional>
 #include <string>
@@ -114,7 +116,7 @@ struct Frames : Doctor {
   std::string script() const {
     const std::filesystem::path path = folder / "hands.txt";
     std::ofstream(path)
-        << "3 doublet pitch 250 1\n8 doublet roll 250 1\n13 doublet yaw 300 1.5\n18 doublet throttle 300 "
+        << "3 doublet pitch 250 1\n8 doublet roll 250 1\n13 doublet yaw 600 1.5\n18 doublet throttle 300 "
            "1\n23 doublet pitch 250 1\n28 doublet roll 250 1\n";
     return path.string();
   }
@@ -154,8 +156,25 @@ TEST_F(Frames, RightAxesAreRight) {
   for (const char* const name : {"heading", "position x", "position y", "position z"}) {
     EXPECT_EQ(check(name).substr(0, 5), "good:") << check(name);
   }
+  EXPECT_EQ(check("lever arm").substr(0, 5), "good:") << check("lever arm");
   EXPECT_NE(check("roll").find("the pose does not show this motion"), std::string::npos)
       << "the emulator sends only the heading";
+}
+
+// Catches a lever arm in wrong axes or signs, and one that is proposed where there is none.
+TEST_F(Frames, ALeverArmIsProposedAfterATurn) {
+  move([](mavlink::AttPosMocap& seen) {
+    const float yaw = 2.F * std::atan2(seen.q[3], seen.q[0]);  // the emulator sends only the heading; NED
+    seen.x += 0.2F * std::cos(yaw) + 0.1F * std::sin(yaw);     // 0.2 m ahead, 0.1 m left
+    seen.y += 0.2F * std::sin(yaw) - 0.1F * std::cos(yaw);
+  });
+  EXPECT_EQ(ending, 0) << json::parse(std::ifstream(result)).dump(1);
+  double ahead_m = 0.0, left_m = 0.0;
+  ASSERT_EQ(std::sscanf(check("lever arm").c_str(), "doubtful: the origin of the pose lies %lf m ahead and %lf m left",
+                        &ahead_m, &left_m),
+            2)
+      << check("lever arm");
+  EXPECT_LT(std::hypot(ahead_m - 0.2, left_m - 0.1), 0.3 * 0.22) << check("lever arm");
 }
 
 TEST_F(Frames, AReversedAxisIsNamed) {
@@ -164,6 +183,29 @@ TEST_F(Frames, AReversedAxisIsNamed) {
   EXPECT_EQ(check("position y").substr(0, 16), "bad: is reversed") << json::parse(std::ifstream(result)).dump(1);
   EXPECT_EQ(check("position x").substr(0, 5), "good:");
   EXPECT_EQ(check("heading").substr(0, 5), "good:");
+}
+
+// A hover by hand, and the vibration of a chipped propeller in it.
+TEST_F(Doctor, TheVibrationIsMeasuredAndItsLevelsAreSaid) {
+  for (const auto& [vibration_m_s2, health] : {std::pair{0.03, "good"}, {3.0, "doubtful"}}) {
+    const std::filesystem::path plant = folder / "plant.toml";
+    std::ofstream(plant) << "[sensors]\nimu_vibration_m_s2 = " << vibration_m_s2 << "\n";
+    ground_station->start_autopilot(events, {"--plant", plant.string(), "--rc-mode", "A"});
+    ASSERT_TRUE(ground_station->start({"doctor", "--load", "0", "--folder", folder.string(), "--port",
+                                       ground_station->port(), "--json", result.string()},
+                                      errors))
+        << error();
+    (void)ground_station->run_to_end(60.0);  // other findings on this machine do not matter here
+    double rms_m_s2 = 0.0;
+    const std::string seen = check("vibration");
+    const std::size_t colon = seen.find("15 Hz: ");
+    ASSERT_NE(colon, std::string::npos) << seen;
+    ASSERT_EQ(std::sscanf(seen.c_str() + colon, "15 Hz: %lf m/s^2 rms on an axis, peak", &rms_m_s2), 1) << seen;
+    EXPECT_GT(rms_m_s2, 0.4 * vibration_m_s2) << seen;  // of 50 white readings a second 0.55 is left above 15 Hz
+    EXPECT_LT(rms_m_s2, 1.1 * vibration_m_s2) << seen;
+    EXPECT_EQ(seen.substr(0, seen.find(':')), health) << seen;
+    EXPECT_NE(seen.find("a healthy M100 shows 0.02 to 0.03"), std::string::npos) << seen;
+  }
 }
 
 TEST_F(Doctor, FramesNeedsBothPorts) {

@@ -27,6 +27,9 @@ constexpr double kSwing_s = 1.2;  ///< one full swing
 
 Hand hand_at(double t_s) {
   Hand hand;
+  if (t_s < 0.0) {
+    return hand;  // at rest
+  }
   const int phase = static_cast<int>(t_s / 5.0);
   const double w = 2.0 * core::kPi / kSwing_s;
   const double swing = std::sin(w * t_s);
@@ -53,19 +56,21 @@ using Error = std::function<Seen(const Seen&)>;
 
 /// The checks by name, after `length_s` of motion.
 /// @param late_s how much the pose is later than the autopilot's data.
-/// @param north_rad angle from the room's frame to the autopilot's world.
+/// @param north_rad angle from the room's frame to the autopilot's world. @param bias_b_m_s2 of the force.
+/// @param rest_s before the motion.
 std::map<std::string, CheckResult> moved(const Error& error, double length_s = 30.0, double late_s = 0.02,
-                                         double unit = 1.0, double north_rad = 2.1) {
+                                         double unit = 1.0, double north_rad = 2.1,
+                                         const Vector& bias_b_m_s2 = Vector::Zero(), double rest_s = -0.1) {
   AxisAlignment frames;
   const Rotation north(Eigen::AngleAxisd(north_rad, Vector::UnitZ()));
-  for (double t_s = 0.1; t_s < length_s; t_s += 0.01) {
+  for (double t_s = -rest_s; t_s < length_s; t_s += 0.01) {
     const Hand now = hand_at(t_s), then = hand_at(t_s - late_s);
     const Seen seen = error({then.position, then.wb});
     AxisAlignment::Sample sample;
     sample.position_w_m = seen.position;
     sample.pose_wb = quaternion(seen.wb);
     sample.autopilot_wb = quaternion(north * now.wb);
-    sample.force_b = unit * (now.wb.conjugate() * (now.acceleration + Vector(0.0, 0.0, 9.80665)));
+    sample.force_b = unit * (now.wb.conjugate() * (now.acceleration + Vector(0.0, 0.0, 9.80665)) + bias_b_m_s2);
     frames.add(sample);
   }
   std::map<std::string, CheckResult> out;
@@ -146,6 +151,34 @@ TEST(AxisAlignment, AReversedRollPitchOrHeadingIsNamed) {
             "heading: is reversed; ");
   EXPECT_EQ(bad_ones(with([](const Rotation& q) { return Rotation(q.w(), q.y(), q.x(), q.z()); })).substr(0, 32),
             "pitch: is the autopilot's roll; ");
+}
+
+// Catches a lever of the wrong sign or axes, one that the sensor's offset makes, and a proposal without a turn.
+TEST(AxisAlignment, ALeverArmIsFoundByATurnAndByNothingElse) {
+  const Vector bias_b_m_s2(0.1, -0.08, 0.05);
+  const auto lever_arm = [&](const Vector& lever_b_m, double length_s, double false_m = 0.0) {
+    double t_s = 0.0;
+    const auto beside = [&](const Seen& seen) {
+      t_s += 0.01;
+      return Seen{seen.position + seen.wb * lever_b_m + false_m * std::sin(4.0 * t_s) * Vector::UnitX(), seen.wb};
+    };
+    std::map<std::string, CheckResult> checks = moved(beside, length_s, 0.02, 1.0, 2.1, bias_b_m_s2, 4.0);
+    EXPECT_EQ(checks.count("lever arm"), 1U) << bad_ones(checks);
+    return checks["lever arm"];
+  };
+  for (const Vector& lever_b_m :
+       {Vector(0.2, 0.0, 0.0), Vector(0.0, -0.3, 0.1), Vector(-0.15, 0.1, -0.1), Vector(0.1, 0.0, 0.0)}) {
+    const CheckResult turned = lever_arm(lever_b_m, 16.0);
+    double x_m = 0.0, y_m = 0.0;
+    const std::size_t at = turned.remedy.find("offset_m = [");
+    ASSERT_NE(at, std::string::npos) << turned.finding;
+    ASSERT_EQ(std::sscanf(turned.remedy.c_str() + at, "offset_m = [%lf, %lf, Z]", &x_m, &y_m), 2) << turned.remedy;
+    EXPECT_LE(std::hypot(x_m - lever_b_m.x(), y_m - lever_b_m.y()), 0.25 * lever_b_m.norm()) << turned.finding;
+    EXPECT_EQ(lever_arm(lever_b_m, 9.9).finding, "not turned enough to tell");
+  }
+  EXPECT_EQ(lever_arm(Vector::Zero(), 30.0).health, Health::kGood) << lever_arm(Vector::Zero(), 30.0).finding;
+  EXPECT_EQ(lever_arm(Vector::Zero(), 14.9, 0.15).finding.find("cannot tell"), 0U)
+      << lever_arm(Vector::Zero(), 14.9, 0.15).finding;
 }
 
 TEST(AxisAlignment, WhatWasNotMovedIsNotJudged) {

@@ -29,7 +29,7 @@ LiveState flying() {
   state.poses = 1234;
   state.telemetry_hz = 100.0;
   state.telemetry_age_s = 0.003;
-  state.vibration_m_s2 = 0.03;
+  state.vibration = {.rms_m_s2 = 0.03, .peak_m_s2 = 0.09};
   return state;
 }
 
@@ -42,6 +42,8 @@ TEST(LiveDisplay, AStateIsOneObjectWithItsTime) {
   EXPECT_EQ(json["pose"]["taken"], 1234);
   EXPECT_EQ(json["link"]["telemetry_hz"], 100.0);
   EXPECT_EQ(json["vibration_m_s2"], 0.03);
+  EXPECT_EQ(json["vibration_peak_m_s2"], 0.09);
+  EXPECT_EQ(json["vibration_clipped"], 0.0);
   EXPECT_LT(json_of(flying()).size(), 1200U) << "one packet of a common network";
 }
 
@@ -54,12 +56,17 @@ TEST(LiveDisplay, WhatIsNoNumberIsNull) {
 
 TEST(LiveDisplay, TheLineSaysStatePlaceErrorPoseAndLink) {
   EXPECT_EQ(status_of(flying(), 0.0125),
-            "nominal   1.00  -2.00  1.50 m, off 0.05 m, pose 21+4 ms, lost 1.2 %, link 100 Hz 3 ms, vibration 0.03");
+            "nominal   1.00  -2.00  1.50 m, off 0.05 m, pose 21+4 ms, lost 1.2 %, link 100 Hz 3 ms, "
+            "vibration 0.03, peak 0.09 m/s^2");
   LiveState waiting = flying();
   waiting.failsafe_state = safety::FailsafeState::kSilent;
   EXPECT_NE(status_of(waiting, 0.0).find("not flown"), std::string::npos);
   waiting.telemetry_age_s = std::nan("");
   EXPECT_NE(status_of(waiting, 0.0).find("no telemetry"), std::string::npos);
+  waiting.vibration = {.rms_m_s2 = 40.0, .peak_m_s2 = 80.0, .clipped = 0.25};
+  EXPECT_NE(status_of(waiting, 0.0).find("vibration 40.00, peak 80.00 m/s^2, clips 25 %"), std::string::npos);
+  waiting.vibration.rms_m_s2 = std::nan("");
+  EXPECT_NE(status_of(waiting, 0.0).find("vibration not seen at this rate"), std::string::npos);
 }
 
 TEST(LiveDisplay, AReceiverIsAnAddressAndAPort) {

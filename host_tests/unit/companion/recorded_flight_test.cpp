@@ -50,6 +50,7 @@ struct RecordedFlightTest : ::testing::Test {
     excitation.timestamp = 20000;
     excitation.counts = -7;
     log.append(excitation);
+    log.append(log::VibrationRecord{.timestamp = 20000, .rms = 0.03F});
     record.timestamp = 20000;
     log.append(record);
     EXPECT_EQ(log.dropped(), 0U);
@@ -98,7 +99,8 @@ TEST_F(RecordedFlightTest, HoldsEveryStreamOfEveryTick) {
 TEST_F(RecordedFlightTest, EndsWithTheLastWholeTickWhereverItIsCut) {
   const std::string whole = two_ticks();
   const std::size_t tick_bytes = sizeof(log::TickRecord) + 5;
-  const std::size_t first_ends = whole.size() - tick_bytes - sizeof(log::ExcitationRecord) - 5;
+  const std::size_t first_ends =
+      whole.size() - tick_bytes - sizeof(log::ExcitationRecord) - sizeof(log::VibrationRecord) - 10;
   for (std::size_t size = first_ends - tick_bytes; size <= whole.size(); ++size) {
     const std::size_t ticks = size < first_ends ? 0 : size < whole.size() ? 1 : 2;
     ASSERT_EQ(read(whole.substr(0, size)).ticks.size(), ticks) << size << " of " << whole.size();
@@ -128,11 +130,12 @@ TEST_F(RecordedFlightTest, WhatIsNotOursIsRefusedByItsByte) {
   EXPECT_NE(refusal(with("link_bytes:", 12, 'x')).find("byte record of another version"), std::string::npos);
   // The message number of the excitation's record, after its size and its type.
   std::string renumbered = whole;
-  renumbered[whole.size() - 2UL * 5 - sizeof(log::TickRecord) - sizeof(log::ExcitationRecord) + 3] = 7;
+  constexpr std::size_t kBesideTick = sizeof(log::ExcitationRecord) + 5 + sizeof(log::VibrationRecord) + 5;
+  renumbered[whole.size() - sizeof(log::TickRecord) - 5 - kBesideTick + 3] = 7;
   EXPECT_NE(refusal(renumbered).find("data record of unknown size"), std::string::npos);
   std::string too_long = whole;
-  const std::size_t bytes = whole.size() - sizeof(log::TickRecord) - 5 - sizeof(log::ExcitationRecord) - 5 -
-                            sizeof(log::TickRecord) - 5 - sizeof(log::BytesRecord);
+  const std::size_t bytes =
+      whole.size() - sizeof(log::TickRecord) - 5 - kBesideTick - sizeof(log::TickRecord) - 5 - sizeof(log::BytesRecord);
   ASSERT_EQ(too_long[bytes + 9], 4) << "the four bytes of the pose's answer";
   too_long[bytes + 9] = 118;
   EXPECT_EQ(refusal(too_long), "");

@@ -270,7 +270,8 @@ TEST_F(PathConsistencyTest, ALeverArmIsFoundInATurnAndIsNotTheNameOfADrift) {
                      .position_m = place_m_ + core::rotate(lever_b_m, yaw) + Vector2(drift_m_s * turned_s, 0.0),
                      .speed_m_s = speed_m_s_},
                     true, kTick_s);
-      fit.update(yaw, check_.apart_m(), PathConsistency<double>::kApart_per_s, kTick_s);
+      fit.update(yaw, check_.apart_m(), PathConsistency<double>::kApart_per_s, kTick_s,
+                 check_.apart_is_new() ? 3.0 * kTick_s : 0.0);
       EXPECT_TRUE(t_s > 10.0 || fit.lever_b_m().isZero()) << t_s;
     }
     const bool is_lever = turns && drift_m_s == 0.0;

@@ -135,7 +135,8 @@ TEST_F(GoalsTest, ARepeatedGoalIsOne) {
 
 TEST_F(GoalsTest, StaysInsideTheFence) {
   EXPECT_EQ(goals->take(goal(900.F, 900.F, 900.F), now, true), GoalResult::kAccepted);
-  EXPECT_NEAR(goals->moved_m(), std::hypot(895.0, 895.0, 900.5), 1e-6) << "what the operator is told";
+  EXPECT_LT((goals->cut_w_m() - core::Vector<double, 3>(895.0, 895.0, 900.5)).norm(), 1e-3)
+      << "what the operator is told";
   pass(seconds(20));
   EXPECT_NEAR(reference().x, 5.0, 1e-6);
   EXPECT_NEAR(reference().y, -5.0, 1e-6);
@@ -149,12 +150,24 @@ TEST_F(GoalsTest, AYawBeyondATurnIsRefusedAsAPosesAngleIs) {
   for (const float yaw : {6.29F, -6.29F, 170.F, 1000.F, 1e9F}) {
     turned.yaw = yaw;
     EXPECT_EQ(goals->take(turned, now, true), GoalResult::kDegrees) << yaw;
+    EXPECT_EQ(goals->refused_value(), static_cast<double>(yaw)) << "what the operator is told";
   }
   EXPECT_FALSE(goals->goal());
   for (const float yaw : {6.2831855F, 6.F, -6.2831855F}) {
     turned.yaw = yaw;
     EXPECT_EQ(goals->take(turned, now, true), GoalResult::kAccepted) << yaw;
   }
+}
+
+// Catches a height sent as upward: it was cut to the fence's lower side, and the aircraft sank there.
+TEST_F(GoalsTest, AHeightWithTheWrongSignIsRefusedAndOneBelowTheFenceIsCut) {
+  EXPECT_EQ(goals->take(goal(1.F, 0.F, 1.5F), now, true), GoalResult::kUpward);
+  EXPECT_EQ(goals->refused_value(), 1.5);
+  EXPECT_FALSE(goals->goal());
+  EXPECT_EQ(goals->take(goal(1.F, 77.F, 1.5F, kOnlyPosition | 0b110), now, true), GoalResult::kAccepted) << "not named";
+  EXPECT_EQ(goals->take(goal(2.F, 0.F, 0.2F), now, true), GoalResult::kAccepted) << "no height inside either way";
+  EXPECT_NEAR(goals->cut_w_m().z(), 0.7, 1e-6);
+  EXPECT_EQ(goals->refused_value(), 0.0);
 }
 
 TEST_F(GoalsTest, AHeadingAcrossTheRearIsReachedTheShortWay) {
@@ -241,11 +254,11 @@ TEST(GoalAnswers, EachHasAnotherName) {
   std::set<std::string_view> names;
   for (const GoalResult answer :
        {GoalResult::kAccepted, GoalResult::kUnchanged, GoalResult::kNotFlying, GoalResult::kFrame, GoalResult::kMask,
-        GoalResult::kNotFinite, GoalResult::kDegrees, GoalResult::kReturningToStart}) {
+        GoalResult::kNotFinite, GoalResult::kDegrees, GoalResult::kUpward, GoalResult::kReturningToStart}) {
     EXPECT_GT(name(answer).size(), 8U) << name(answer);
     names.insert(name(answer));
   }
-  EXPECT_EQ(names.size(), 8U);
+  EXPECT_EQ(names.size(), 9U);
 }
 
 }  // namespace

@@ -92,6 +92,10 @@ TEST(FlightSeries, ALogShowsReasonsBatteryAndPosesThatItDoesNotHoldItself) {
   EXPECT_EQ(flown.changes[1].reason, "given_back");
   EXPECT_NEAR(flown.end_s - flown.control_s, 12.0, 0.1);
   EXPECT_FALSE(flown.battery_percent.values.empty());
+  ASSERT_EQ(flown.vibration_m_s2.size(), flown.t_s.size());
+  EXPECT_GT(flown.vibration_m_s2.back(), 0.04) << "of the simulated rotors' 0.1, what lies above 15 Hz";
+  EXPECT_LT(flown.vibration_m_s2.back(), 0.12);
+  EXPECT_GT(flown.vibration_peak_m_s2.back(), flown.vibration_m_s2.back());
   EXPECT_NEAR(flown.lost_share, 0.0, 1e-9);
   EXPECT_TRUE(flown.notes.empty()) << flown.notes.front();
   // The paper's hover is 0.039 m; ours is flown by the same program.
@@ -135,7 +139,8 @@ TEST(FlightSeries, TheFoundDisturbanceAgreesWithTheBelievedOne) {
 TEST(FlightPage, AnswersFirstAndShowsBothFlights) {
   const std::string one = flight_page({hover()}, "One", "").html();
   for (const char* const words : {"Distance from the course: ", "root mean square", "From above", "From the side",
-                                  "Failsafe", "given_back", "Commands", "Pose", "battery", "Disturbance along x"}) {
+                                  "Failsafe", "given_back", "Commands", "Pose", "battery", "Disturbance along x",
+                                  "vibration above 15 Hz", "a healthy M100 shows 0.02 to 0.03", "healthy M100"}) {
     EXPECT_NE(one.find(words), std::string::npos) << words;
   }
   EXPECT_LT(one.find("Distance from the course: "), one.find("From above"));

@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "firmware/core/frames.h"
-#include "firmware/core/up_in_body.h"
 #include "protocol/mavlink/parser.h"
 #include "protocol/mavlink/pose_messages.h"
 

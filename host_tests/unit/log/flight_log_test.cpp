@@ -64,6 +64,7 @@ TEST(Records, AreAsTheirFormatsSay) {
   EXPECT_EQ(bytes_of_format(kTickFormat), sizeof(TickRecord));
   EXPECT_EQ(bytes_of_format(kBytesFormat), sizeof(BytesRecord));
   EXPECT_EQ(bytes_of_format(kExcitationFormat), sizeof(ExcitationRecord));
+  EXPECT_EQ(bytes_of_format(kVibrationFormat), sizeof(VibrationRecord));
 }
 
 TEST(FlightLog, BeginsAsUlogDoes) {
@@ -81,13 +82,13 @@ TEST(FlightLog, BeginsAsUlogDoes) {
   for (const Message& one : all) {
     types += one.type;
   }
-  EXPECT_EQ(types, "BFFFIAAA");
+  EXPECT_EQ(types, "BFFFFIAAAA");
   EXPECT_EQ(all[0].body, std::string(40, '\0'));
-  EXPECT_EQ(all[4].body,
+  EXPECT_EQ(all[5].body,
             "\x10"
             "char[12] vehicle"
             "[axis.roll]\n");
-  EXPECT_EQ(all[5].body, std::string("\0\0\0tick", 7));
+  EXPECT_EQ(all[6].body, std::string("\0\0\0tick", 7));
 }
 
 // Catches a note that is truncated without an error: a replay would read half a course as a damaged one, or fly it.

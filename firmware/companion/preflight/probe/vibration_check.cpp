@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/preflight/probe/vibration_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firmware/app/sensor_adapter.h"
+#include "firmware/companion/fly/fly.h"
+#include "firmware/companion/operator/operator_messages.h"
+#include "firmware/companion/preflight/probe/telemetry_receiver.h"
+#include "firmware/companion/subcommands.h"
+
+namespace m100::companion::preflight {
+namespace {
+
+constexpr const char* kName = "vibration";
+/// The high-passes begin with a step, the force itself: what they make of it is forgotten before the measurement.
+constexpr double kSettle_s = 1.0, kMeasure_s = 3.0, kSettleMemory_s = 0.1;
+
+CheckResult judge(const est::VibrationStatus& seen) {
+  if (std::isnan(seen.rms_m_s2)) {
+    return {kName, Health::kDoubtful, "not seen: telemetry comes at 30 Hz or less",
+            "set acceleration to 100 Hz in DJI's assistant"};
+  }
+  const bool is_told = seen.velocity_sigma_m_s >= kToldVibration_m_s;
+  TextLine finding;
+  describe_vibration(finding, seen);
+  return {kName, is_told ? Health::kDoubtful : Health::kGood, std::string(finding.text()),
+          std::string(is_told ? kVibrationRemedy : "")};
+}
+
+}  // namespace
+
+CheckResult check_vibration(const std::string& path, std::uint32_t baud) {
+  hal::SerialPort port(path, baud);
+  if (port.open() != core::Status::kOk) {
+    return {kName, Health::kDoubtful, "not measured, because the port does not open", "do what the port's line says"};
+  }
+  TelemetryReceiver receiver(port);
+  app::SensorAdapter adapter;
+  est::SpecificForce<double> force;
+  est::Vibration<double> vibration;
+  core::TimePoint former{};
+  TickClock clock(path);
+  for (core::TimePoint now = clock.now(); core::seconds<double>(now.time_since_epoch()) < kSettle_s + kMeasure_s;
+       now = clock.next()) {
+    if (!receiver.listen()) {
+      continue;
+    }
+    const protocol::Telemetry& telemetry = receiver.telemetry();
+    const est::ImuSample<double> imu = app::SensorAdapter::imu_sample(
+        telemetry, adapter.update<double>(telemetry, core::Duration{0}, core::Pose<double>{}, {}, now));
+    force.update(imu);
+    vibration.update(
+        force.raw_m_s2(), imu.force_b.cwiseAbs().maxCoeff() * force.scale_m_s2(), core::seconds<double>(now - former),
+        std::clamp(core::seconds<double>(now.time_since_epoch()) - kSettle_s, kSettleMemory_s, kMeasure_s));
+    former = now;
+  }
+  if (!receiver.has_all()) {
+    return receiver.missing(kName, Health::kDoubtful);
+  }
+  return judge(vibration.status(est::ForceConsistency<double>::kVelocityMemory_s));
+}
+
+}  // namespace m100::companion::preflight
