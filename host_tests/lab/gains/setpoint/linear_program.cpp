@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "firmware/core/assert.h"
 
@@ -29,18 +30,20 @@ Polytope::Polytope(std::size_t dimensions, ComputeBudget& budget)
 }
 Polytope::~Polytope() { glp_delete_prob(program_); }
 
+/// @param ball coefficient of the ball's radius: 1, since |a| = 1; 0: the row bounds its centre alone
+void Polytope::put_row(int row, const HalfSpace& half_space, double ball) {
+  std::vector<int> index(dimensions_ + 2);
+  std::iota(index.begin(), index.end(), 0);
+  std::vector<double> value(1, 0.0);
+  value.insert(value.end(), half_space.a.begin(), half_space.a.end());
+  value.push_back(ball);
+  glp_set_mat_row(program_, row, static_cast<int>(dimensions_) + (ball != 0.0 ? 1 : 0), index.data(), value.data());
+}
+
 void Polytope::add(const HalfSpace& half_space) {
   M100_ASSERT(half_space.a.size() == static_cast<Eigen::Index>(dimensions_));
   const int row = glp_add_rows(program_, 1);
-  std::vector<int> index(1, 0);
-  std::vector<double> value(1, 0.0);
-  for (Eigen::Index i = 0; i < half_space.a.size(); ++i) {
-    index.push_back(column(i));
-    value.push_back(half_space.a(i));
-  }
-  index.push_back(static_cast<int>(dimensions_) + 1);
-  value.push_back(1.0);  // coefficient of the ball's radius, since |a| = 1
-  glp_set_mat_row(program_, row, static_cast<int>(index.size()) - 1, index.data(), value.data());
+  put_row(row, half_space, 1.0);
   glp_set_row_bnds(program_, row, GLP_UP, 0.0, half_space.b);
   rows_.push_back(half_space);
 }
@@ -87,13 +90,7 @@ double Polytope::radius(Eigen::VectorXd* centre, std::size_t on) {
   glp_set_col_bnds(program_, ball, GLP_DB, -10.0, 1.0);
   if (on != SIZE_MAX) {
     glp_set_row_bnds(program_, static_cast<int>(on) + 1, GLP_FX, rows_.at(on).b, rows_.at(on).b);
-    std::vector<int> index(1, 0);
-    std::vector<double> value(1, 0.0);
-    for (Eigen::Index i = 0; i < rows_.at(on).a.size(); ++i) {
-      index.push_back(column(i));
-      value.push_back(rows_.at(on).a(i));
-    }
-    glp_set_mat_row(program_, static_cast<int>(on) + 1, static_cast<int>(dimensions_), index.data(), value.data());
+    put_row(static_cast<int>(on) + 1, rows_.at(on), 0.0);
   }
   Eigen::VectorXd zero = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(dimensions_));
   for (Eigen::Index i = 0; i < zero.size(); ++i) {
@@ -108,15 +105,7 @@ double Polytope::radius(Eigen::VectorXd* centre, std::size_t on) {
     }
   }
   if (on != SIZE_MAX) {
-    std::vector<int> index(1, 0);
-    std::vector<double> value(1, 0.0);
-    for (Eigen::Index i = 0; i < zero.size(); ++i) {
-      index.push_back(column(i));
-      value.push_back(rows_.at(on).a(i));
-    }
-    index.push_back(ball);
-    value.push_back(1.0);
-    glp_set_mat_row(program_, static_cast<int>(on) + 1, ball, index.data(), value.data());
+    put_row(static_cast<int>(on) + 1, rows_.at(on), 1.0);
     glp_set_row_bnds(program_, static_cast<int>(on) + 1, GLP_UP, 0.0, rows_.at(on).b);
   }
   glp_set_col_bnds(program_, ball, GLP_FX, 0.0, 0.0);

@@ -80,6 +80,7 @@ class Polytope {
   bool is_facet(std::size_t i, const Eigen::VectorXd& inside);
 
  private:
+  void put_row(int row, const HalfSpace& half_space, double ball);
   int solve(double decision);
   /// How far the polytope without half-space i reaches beyond it from a point inside, straight on.
   double reach_beyond(std::size_t i, const Eigen::VectorXd& inside) const;

@@ -85,13 +85,20 @@ void Regions::explore(const Sides& sides) {
       region.corners.push_back(farthest(polytope, sign * VectorXd::Unit(program_.size(), i)));
     }
   }
-  const std::size_t own = critical.rows.size();
-  for (std::size_t i = 0; i < own; ++i) {
+  // One question after the other of the same kind: the solver begins where the last one ended.
+  std::vector<std::size_t> facets;
+  for (std::size_t i = 0; i < critical.rows.size(); ++i) {
     const HalfSpace& row = critical.rows.at(i);
     if (region.bound(row.a) > row.b - kClear && polytope.is_facet(i, region.centre)) {
-      region.rows.push_back(critical.rows.at(i));
-      cross(polytope, i, critical.rows.at(i), region);
+      facets.push_back(i);
+      region.rows.push_back(row);
     }
+  }
+  for (const HalfSpace& facet : region.rows) {
+    region.corners.push_back(farthest(polytope, -facet.a));
+  }
+  for (const std::size_t i : facets) {
+    cross(polytope, i, critical.rows.at(i));
   }
   region.rows.insert(region.rows.end(), domain_.begin(), domain_.end());
   region.piece = piece_index(critical.piece);
@@ -100,8 +107,7 @@ void Regions::explore(const Sides& sides) {
 }
 
 /// Finds the region across facet `row` of the region that is being explored.
-void Regions::cross(Polytope& polytope, std::size_t row, const HalfSpace& facet, Region& region) {
-  region.corners.push_back(farthest(polytope, -facet.a));
+void Regions::cross(Polytope& polytope, std::size_t row, const HalfSpace& facet) {
   VectorXd centre;
   polytope.radius(&centre, row);
   const VectorXd across = centre + kNudge * facet.a;

@@ -76,7 +76,7 @@ class Regions {
   void enqueue(const Sides& sides);
   std::size_t piece_index(const Piece& piece);
   void explore(const Sides& sides);
-  void cross(Polytope& polytope, std::size_t row, const HalfSpace& facet, Region& region);
+  void cross(Polytope& polytope, std::size_t row, const HalfSpace& facet);
   void join_borders();
 
   ParametricProgram& program_;

@@ -177,8 +177,8 @@ class Splitting {
   }
 
   /// Cuts the part off at a plane of its cell. @returns false: nothing is left of it. A linear program is needed only
-  /// where the known ball does not reach into the half-space, nor a ball between it and a corner of the region, and
-  /// where neither the box around the region nor one of its facets keeps the region out.
+  /// where the known ball does not reach into the half-space, and neither the box around the region nor one of its
+  /// facets keeps the region out of it.
   bool cut(Part& part, const Cell& cell, const HalfSpace& half) const {
     const Region& region = regions_.all().at(part.region);
     if (-region.bound(-half.a) > half.b || std::ranges::any_of(region.rows, [&half](const HalfSpace& row) {
@@ -186,10 +186,7 @@ class Splitting {
         })) {
       return false;
     }
-    const double reach = half.b - half.a.dot(part.centre);
-    if (reach < part.radius) {
-      move_towards_corner(part, region, cell, half, reach);
-    }
+    part.radius = std::min(part.radius, half.b - half.a.dot(part.centre));
     if (part.radius <= kThin) {
       Polytope polytope(static_cast<std::size_t>(program_.size()), work_.budget());
       fill(polytope, part.region, cell);
@@ -197,24 +194,6 @@ class Splitting {
       part.radius = polytope.radius(&part.centre);
     }
     return part.radius > kThin;
-  }
-
-  /// Moves the ball towards the corner of the region that lets the largest ball into the half-space.
-  static void move_towards_corner(Part& part, const Region& region, const Cell& cell, const HalfSpace& half,
-                                  double reach) {
-    double share = std::max(0.0, reach / part.radius);  // of the ball's radius that fits
-    VectorXd to = part.centre;
-    for (const VectorXd& corner : region.corners) {
-      const double room = half.b - half.a.dot(corner);
-      const double fits = room / (room + part.radius - reach);
-      if (room > 0.0 && fits > share &&
-          std::ranges::all_of(cell, [&corner](const HalfSpace& other) { return other.a.dot(corner) <= other.b; })) {
-        share = fits;
-        to = corner;
-      }
-    }
-    part.centre = (share * part.centre + (1.0 - share) * to).eval();
-    part.radius *= share;
   }
 
   /// The number of regions on the side of the plane that has more of them.
