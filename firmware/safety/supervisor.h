@@ -55,20 +55,14 @@ class Supervisor {
                 envelope.climb_slew_m_s2 > 0.0 && envelope.yaw_rate_rad_s > 0.0 && envelope.yaw_slew_rad_s2 > 0.0);
   }
 
-  /// Once per tick. @param step_s the time since the last one, for the slew limits.
-  /// @param brake_and_hold the command for kLevel, kRelease after kLevel, and kCoast once the error reached the fence.
-  ///   Where neither it nor the law's command passes, or the law's is invalid, the command is level and trimmed.
-  SupervisedCommand<T> review(const ctl::Command<T>& wanted, const ctl::Command<T>& brake_and_hold,
-                              const Observation& seen, T step_s) {
-    const CommandSource passes = update_failsafe(wanted, seen);
-    return limit_command(passes, passes == CommandSource::kLaw ? wanted : brake_and_hold, step_s);
-  }
-  /// First half of review(), for callers that compute brake_and_hold only when it is needed: updates the failsafe.
+  /// Once per tick, before limit_command(): updates the failsafe. The command of ctl::brake_and_hold passes in kLevel,
+  /// in kRelease after kLevel, and in kCoast once the error reached the fence. Where neither it nor the law's command
+  /// passes, or the law's is invalid, the command is level and trimmed.
   /// @param seen may be observation() itself
   /// @returns which command passes
   CommandSource update_failsafe(const ctl::Command<T>& wanted, const Observation& seen);
-  /// Second half of review(): applies the limits. @param command the law's or brake_and_hold, as chosen; unused for
-  /// kNeutral
+  /// Applies the limits. @param command the law's or brake_and_hold, as chosen; unused for kNeutral
+  /// @param step_s the time since the last one, for the slew limits
   SupervisedCommand<T> limit_command(CommandSource passes, const ctl::Command<T>& command, T step_s);
   /// Call it instead of limit_command() while no command can leave. The last command stays. The slew limit of the next
   /// command includes `elapsed`.

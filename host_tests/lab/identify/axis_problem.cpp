@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <numbers>
 
+#include "firmware/core/maths.h"
 #include "firmware/model/axis_effects.h"
 #include "host_tests/lab/identify/data/log_defects.h"
 #include "host_tests/lab/identify/model/axis/axis_structure.h"
@@ -30,7 +30,6 @@ constexpr double kFullStick = 660.0;     // counts
 constexpr double kMaxTravel = 1.25;      // of full travel: a trimmed transmitter with extended end points
 constexpr double kFastestTurn = 40.0;    // rad/s at full stick, beyond any gyro's range
 constexpr double kSteepest = 1.6;        // rad at full stick: no command exceeds a right angle
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr std::array<std::string_view, 2> kBases{"first_order", "second_order"};
 
 /// Difference of the largest and the smallest value inside of the blocks.
@@ -361,7 +360,7 @@ void AxisProblem::misreadings(const model::StickAxis& model, IdentifyResult& res
                                        ": a sign of the column map is probably wrong"});
   }
   if (signals.stick_name.rfind("command_", 0) == 0) {
-    if (std::abs(gain) > 0.7 * kDegrees || std::abs(gain) < 1.4 / kDegrees) {
+    if (std::abs(gain) > 0.7 * core::kRadian_deg || std::abs(gain) < 1.4 / core::kRadian_deg) {
       result.findings.push_back({.what = "wrong_unit",
                                  .signal = signals.stick_name,
                                  .text = signals.response_name + " and " + signals.stick_name +

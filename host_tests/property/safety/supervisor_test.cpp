@@ -56,7 +56,9 @@ TEST_P(SupervisorObservations, NeverGrantWhatTheyMustNot) {
     const ctl::Command<double> wanted{random_number(random), random_number(random), random_number(random),
                                       random_number(random)};
     const FailsafeState before = supervisor.failsafe_state();
-    const SupervisedCommand<double> grant = supervisor.review(wanted, {}, seen, 0.01);
+    const CommandSource passes = supervisor.update_failsafe(wanted, seen);
+    const SupervisedCommand<double> grant =
+        supervisor.limit_command(passes, passes == CommandSource::kLaw ? wanted : ctl::Command<double>{}, 0.01);
     ASSERT_FALSE(grant.transmit && !(seen.link.in_control && seen.link.mode_f));
     ASSERT_FALSE(
         (before == FailsafeState::kSilent || before == FailsafeState::kLevel || before == FailsafeState::kRelease) &&

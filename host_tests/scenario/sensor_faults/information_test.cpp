@@ -62,13 +62,8 @@ TEST(CalmHover, TellsTooLittleOfAFrameThatIsTurnedByTwentyDegrees) {
   const double share = 2.0 * std::sin(10.0 * std::numbers::pi / 180.0);
   const double standing = nats_per_s(1.0);
   const double turned = nats_per_s(share);
-  char text[96];
-  static_cast<void>(std::snprintf(text, sizeof text, "%.1f nats/s | %.1f s", turned, kNats / turned));
-  RecordProperty("figure.information.turn20", text);
-  std::printf("turn20 | %s\n", text);
-  static_cast<void>(std::snprintf(text, sizeof text, "%.1f nats/s | %.1f s", standing, kNats / standing));
-  RecordProperty("figure.information.standing", text);
-  std::printf("standing | %s\n", text);
+  RecordProperty("figure.information.turn20", printed("%.1f nats/s | %.1f s", turned, kNats / turned));
+  RecordProperty("figure.information.standing", printed("%.1f nats/s | %.1f s", standing, kNats / standing));
   EXPECT_GT(kNats / turned, 3.0) << "enough information for a promise of 3 s, which must then be given";
 }
 
@@ -87,11 +82,8 @@ double unseen_drift_m_s(double grows_for_s) {
 
 TEST(CalmHover, TellsTooLittleOfADriftThatFadesIn) {
   RecordProperty("promise", "R14");
-  char text[96];
-  static_cast<void>(std::snprintf(text, sizeof text, "%.2f m/s | %.2f m/s | %.2f m/s", unseen_drift_m_s(1.0),
-                                  unseen_drift_m_s(4.0), unseen_drift_m_s(10.0)));
-  RecordProperty("figure.information.drift", text);
-  std::printf("drift | %s\n", text);
+  RecordProperty("figure.information.drift", printed("%.2f m/s | %.2f m/s | %.2f m/s", unseen_drift_m_s(1.0),
+                                                     unseen_drift_m_s(4.0), unseen_drift_m_s(10.0)));
   EXPECT_GT(unseen_drift_m_s(4.0), 0.3)
       << "enough information for a promise of 2 m at 0.3 m/s, which must then be given";
 }

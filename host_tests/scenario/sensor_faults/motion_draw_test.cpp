@@ -56,14 +56,12 @@ TEST(MotionDraw, LeavesTheFenceByLittleAndIsHandedOverSlowly) {
   // by a false attitude accelerates. The goal is none.
   EXPECT_LE(fast, 2);
   EXPECT_LT(fastest_m_s, 2.0);
-  char text[220];
-  static_cast<void>(
-      std::snprintf(text, sizeof text,
-                    "%d of %d handed over, %d at 1.0 m/s or faster, at most at %.2f m/s; %d farther than 0.3 m beyond "
-                    "the fence, %d than 0.6 m, beside drifts: at most %.2f m",
-                    handed_over, kFlights, fast, fastest_m_s, near, far, drifted_m));
+  const std::string text = printed(
+      "%d of %d handed over, %d at 1.0 m/s or faster, at most at %.2f m/s; %d farther than 0.3 m beyond "
+      "the fence, %d than 0.6 m, beside drifts: at most %.2f m",
+      handed_over, kFlights, fast, fastest_m_s, near, far, drifted_m);
   RecordProperty("figure.motion.drawn", text);
-  std::printf("%s\n", text);
+  std::printf("%s\n", text.c_str());
 }
 
 // A drift that begins while the aircraft accelerates hides behind a wrong time of capture (THREATS.md). This finds the
@@ -88,12 +86,10 @@ TEST(MotionDraw, DriftsThatBeginInAStepAreUnnoticedUpToASizeOnly) {
     }
   }
   EXPECT_LT(unnoticed_m_s, 0.5);
-  char text[120];
-  static_cast<void>(std::snprintf(text, sizeof text,
-                                  "%.2f m/s (of %d drawn from %.1f to %.1f m/s), at most %.1f m beyond the fence",
-                                  unnoticed_m_s, kDrifts, kSmall_m_s, kLarge_m_s, beyond_m));
+  const std::string text = printed("%.2f m/s (of %d drawn from %.1f to %.1f m/s), at most %.1f m beyond the fence",
+                                   unnoticed_m_s, kDrifts, kSmall_m_s, kLarge_m_s, beyond_m);
   RecordProperty("figure.motion.drifts", text);
-  std::printf("%s\n", text);
+  std::printf("%s\n", text.c_str());
 }
 
 TEST(MotionDraw, HeadingsThatTurnLeaveTheFenceByLittleAndAreHandedOverSlowly) {
@@ -102,12 +98,11 @@ TEST(MotionDraw, HeadingsThatTurnLeaveTheFenceByLittleAndAreHandedOverSlowly) {
   EXPECT_EQ(worst.handed_over, worst.flights);
   EXPECT_LT(worst.beyond_m, 0.3);
   EXPECT_LT(worst.handed_over_m_s, 1.0);
-  char text[120];
-  static_cast<void>(std::snprintf(text, sizeof text, "%d of %d handed over, at most at %.2f m/s; at most %.2f m beyond",
-                                  worst.handed_over, worst.flights, worst.handed_over_m_s,
-                                  std::max(worst.beyond_m, 0.0)));
+  const std::string text =
+      printed("%d of %d handed over, at most at %.2f m/s; at most %.2f m beyond", worst.handed_over, worst.flights,
+              worst.handed_over_m_s, std::max(worst.beyond_m, 0.0));
   RecordProperty("figure.motion.heading", text);
-  std::printf("%s\n", text);
+  std::printf("%s\n", text.c_str());
 }
 
 }  // namespace

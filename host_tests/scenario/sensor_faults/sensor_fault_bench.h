@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -21,6 +22,14 @@ constexpr double kFromStart = -1.0;
 constexpr double kShort_s = 10.0;  ///< duration of a flight whose channel lies from the start
 
 enum class Air { kCalm, kWind };
+
+/// As std::printf, into a text of at most 255 characters.
+template <typename... Values>
+std::string printed(const char* format, Values... values) {
+  std::array<char, 256> text{};
+  static_cast<void>(std::snprintf(text.data(), text.size(), format, values...));
+  return text.data();
+}
 
 /// The measured plant; with wind, in worse conditions: wind of 5 m/s with gusts of 30 % and turbulence of 15 %, the
 /// drag of an aircraft fully exposed to it, and poses with up to 10 ms of jitter.
@@ -152,25 +161,15 @@ struct Worst {
     if (refused == seeds) {
       return "not taken";
     }
-    char text[96];
-    if (missed == seeds) {
-      static_cast<void>(std::snprintf(text, sizeof text, "never, %.2f m", of.away_m));
-    } else {
-      static_cast<void>(std::snprintf(text, sizeof text, "%d/%d, %.1f s, %.2f m (%.2f m)", seeds - missed, seeds,
-                                      of.after_s, of.away_m, of.farthest_m));
-    }
-    return text;
+    return missed == seeds
+               ? printed("never, %.2f m", of.away_m)
+               : printed("%d/%d, %.1f s, %.2f m (%.2f m)", seeds - missed, seeds, of.after_s, of.away_m, of.farthest_m);
   }
   /// Columns of a table.
   std::string text() const {
-    char text[128];
-    if (refused == seeds) {
-      static_cast<void>(std::snprintf(text, sizeof text, "%d of %d | control is not taken | - | - | -", seeds, seeds));
-    } else {
-      static_cast<void>(std::snprintf(text, sizeof text, "%d of %d | %.1f s | %.2f m | %.2f m | %.2f m/s",
-                                      seeds - missed, seeds, of.after_s, of.away_m, of.farthest_m, of.speed_m_s));
-    }
-    return text;
+    return refused == seeds ? printed("%d of %d | control is not taken | - | - | -", seeds, seeds)
+                            : printed("%d of %d | %.1f s | %.2f m | %.2f m | %.2f m/s", seeds - missed, seeds,
+                                      of.after_s, of.away_m, of.farthest_m, of.speed_m_s);
   }
 };
 
@@ -204,10 +203,8 @@ inline std::string smallest_detected(const SizedFault& sized, int seeds) {
     (found.missed > 0 ? unseen : seen) = middle;
     worst = found.missed > 0 ? worst : found;
   }
-  char text[96];
-  static_cast<void>(std::snprintf(text, sizeof text, "%.2g %s | %.1f s | %.2f m | %.2f m", seen, fault->unit.data(),
-                                  worst.of.after_s, worst.of.away_m, worst.of.farthest_m));
-  return text;
+  return printed("%.2g %s | %.1f s | %.2f m | %.2f m", seen, fault->unit.data(), worst.of.after_s, worst.of.away_m,
+                 worst.of.farthest_m);
 }
 
 }  // namespace m100::scenario

@@ -33,7 +33,8 @@ struct SupervisedFlight {
                                  const ctl::Command<double>& settled = {}) {
     now += std::chrono::milliseconds(10);
     seen.now = now;
-    return supervisor.review(wanted, settled, seen, 0.01);
+    const CommandSource passes = supervisor.update_failsafe(wanted, seen);
+    return supervisor.limit_command(passes, passes == CommandSource::kLaw ? wanted : settled, 0.01);
   }
   /// Runs one tick at the time `after` later than the previous tick.
   FailsafeState later(core::Duration after, const Observation& seen) {

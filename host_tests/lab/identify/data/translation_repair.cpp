@@ -8,6 +8,7 @@
 #include <numbers>
 #include <string>
 
+#include "firmware/core/maths.h"
 #include "host_tests/lab/identify/data/ground_time.h"
 #include "host_tests/lab/identify/data/log_defects.h"
 #include "host_tests/lab/identify/data/translation_data.h"
@@ -213,8 +214,7 @@ std::vector<Finding> misread_attitude(const FlightLog& log, const std::vector<Ra
   const auto best = static_cast<std::size_t>(std::min_element(left.begin(), left.end()) - left.begin());
   std::vector<Finding> out;
   const double gain = fits[best].gain;
-  constexpr double kDegrees = 180.0 / std::numbers::pi;
-  if (left[best] > 0.0 && (gain > 0.7 * kDegrees || (gain > 0.0 && gain < 1.4 / kDegrees))) {
+  if (left[best] > 0.0 && (gain > 0.7 * core::kRadian_deg || (gain > 0.0 && gain < 1.4 / core::kRadian_deg))) {
     out.push_back({.what = "wrong_unit",
                    .signal = data.source,
                    .text = data.source + " and attitude differ by a factor of " + std::to_string(gain) +
