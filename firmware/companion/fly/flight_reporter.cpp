@@ -128,7 +128,7 @@ void FlightReporter::report_heading(core::TimePoint now) {
 /// Reported once.
 void FlightReporter::report_vibration(core::TimePoint now, bool is_flying) {
   const est::VibrationStatus& seen = controller_.observed().consistency.vibration;
-  if (seen.velocity_sigma_m_s >= kToldVibration_m_s && !reported_.vibration) {
+  if (seen.velocity_sigma_m_s >= kReportedVibration_m_s && !reported_.vibration) {
     reported_.vibration = true;
     TextLine line;
     describe_vibration(line, seen);

@@ -19,9 +19,9 @@ void describe(TextLine& line, const link::AuthorityView& authority);
 void describe(TextLine& line, safety::FailsafeReason cause, const safety::Observation& seen,
               const safety::Limits& limits);
 
-/// From here on vibration is told: ten times the sigma that the rotors of a healthy aircraft leave, 0.1 m/s^2 at 100
-/// Hz.
-inline constexpr double kToldVibration_m_s = 0.1;
+/// From here on vibration is reported: ten times the sigma that the rotors of a healthy aircraft leave, 0.1 m/s^2 at
+/// 100 Hz.
+inline constexpr double kReportedVibration_m_s = 0.1;
 inline constexpr std::string_view kVibrationRemedy = "check propellers, motors and what is loose";
 /// The vibration, and what it hides.
 void describe_vibration(TextLine& line, const est::VibrationStatus& vibration);

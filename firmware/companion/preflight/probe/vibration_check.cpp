@@ -22,11 +22,11 @@ CheckResult judge(const est::VibrationStatus& seen) {
     return {kName, Health::kDoubtful, "not seen: telemetry comes at 30 Hz or less",
             "set acceleration to 100 Hz in DJI's assistant"};
   }
-  const bool is_reported = seen.velocity_sigma_m_s >= kToldVibration_m_s;
+  const bool is_strong = seen.velocity_sigma_m_s >= kReportedVibration_m_s;
   TextLine finding;
   describe_vibration(finding, seen);
-  return {kName, is_reported ? Health::kDoubtful : Health::kGood, std::string(finding.text()),
-          std::string(is_reported ? kVibrationRemedy : "")};
+  return {kName, is_strong ? Health::kDoubtful : Health::kGood, std::string(finding.text()),
+          std::string(is_strong ? kVibrationRemedy : "")};
 }
 
 }  // namespace

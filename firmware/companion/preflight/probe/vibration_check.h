@@ -9,7 +9,7 @@
 namespace m100::companion::preflight {
 
 /// Listens to the autopilot for four seconds and measures the vibration (est::Vibration) as a flight does, with the
-/// rotors as they turn meanwhile. kDoubtful: it would be told in flight, or it could not be measured.
+/// rotors as they turn meanwhile. kDoubtful: it would be reported in flight, or it could not be measured.
 CheckResult check_vibration(const std::string& port, std::uint32_t baud);
 
 }  // namespace m100::companion::preflight
