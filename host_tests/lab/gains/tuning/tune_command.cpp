@@ -186,28 +186,34 @@ void tune_input_weight(companion::VehicleFile& file, const std::vector<OpenStruc
       tuned.motion_deg_s);
 }
 
-/// The largest peak sensitivity of both axes and channels: as identified, then with gain, frequency or delay alone at
-/// the worse end of its range.
+/// The peak sensitivity with gain (1), frequency (2) or delay (3) alone at an end of its range; 0: as identified.
+double peak_at_end(const FlownController& controller, const OpenStructure& of, Axis axis, std::size_t which,
+                   bool high) {
+  const AxisBox& box = of.box[axis == Axis::kX ? 0 : 1];
+  const auto end = [&](std::size_t one, const Range& range, double identified) {
+    const double number = high ? range.high : range.low;
+    return which == one ? number : identified;
+  };
+  model::Vehicle truth = of.vehicle;
+  model::StickAxis& changed = axis == Axis::kX ? truth.pitch : truth.roll;
+  const double gain = end(1, box.gain, 1.0), frequency = end(2, box.frequency, 1.0);
+  changed.natural_frequency_rad_s *= frequency;
+  changed.time_constant_s /= frequency;
+  changed.transport_delay_s = end(3, box.delay_s, changed.transport_delay_s);
+  const FlownLoop loop(controller, truth, axis, controller.timing);
+  const Margins margins = margins_from([&](double w) { return gain * loop.response(w); }, loop.period_s(), 400);
+  return margins.stable ? margins.peak_sensitivity : std::numeric_limits<double>::infinity();
+}
+
+/// The largest peaks of both axes, channels and ends, in the order of peak_at_end().
 std::array<double, 4> peaks_alone(const model::Vehicle& believed, const OpenStructure& of) {
   std::array<double, 4> out{};
   for (const Axis axis : {Axis::kX, Axis::kY}) {
-    const AxisBox& box = of.box[axis == Axis::kX ? 0 : 1];
     for (const LoopTiming& timing : {kVirtualRcTiming, kMovementTiming}) {
       const FlownController controller(believed, axis, timing);
-      for (std::size_t k = 0; k < 2 * out.size(); ++k) {
-        const auto end = [&](std::size_t of_peak, const Range& range, double identified) {
-          return k / 2 != of_peak ? identified : k % 2 == 0 ? range.low : range.high;
-        };
-        model::Vehicle truth = of.vehicle;
-        model::StickAxis& changed = axis == Axis::kX ? truth.pitch : truth.roll;
-        const double gain = end(1, box.gain, 1.0), frequency = end(2, box.frequency, 1.0);
-        changed.natural_frequency_rad_s *= frequency;
-        changed.time_constant_s /= frequency;
-        changed.transport_delay_s = end(3, box.delay_s, changed.transport_delay_s);
-        const FlownLoop loop(controller, truth, axis, timing);
-        const Margins margins = margins_from([&](double w) { return gain * loop.response(w); }, loop.period_s(), 400);
-        out[k / 2] =
-            std::max(out[k / 2], margins.stable ? margins.peak_sensitivity : std::numeric_limits<double>::infinity());
+      for (std::size_t k = 0; k < out.size(); ++k) {
+        out[k] =
+            std::max({out[k], peak_at_end(controller, of, axis, k, false), peak_at_end(controller, of, axis, k, true)});
       }
     }
   }
