@@ -76,10 +76,9 @@ def main():
     for key, words in (("paired", "as flown"), ("paired_at_ordered_margin", "at equal margin")):
         if key == "paired" or result[key] != result["paired"]:
             for task, pairs in result.get(key, {}).items():
-                for part in ("horizontal", "vertical"):
-                    one = pairs[part]
-                    print(f"  {words}: {task}, {part}: {one['before_m']:.4f} -> {one['after_m']:.4f} m, {one['verdict']} "
-                          f"({one['flights']} pairs)")
+                parts = (f"{part} {one['before_m']:.4f} -> {one['after_m']:.4f} m, {one['verdict']} ({one['flights']} pairs)"
+                         for part, one in ((part, pairs[part]) for part in ("horizontal", "vertical")))
+                print(f"  {words}: {task}: {'; '.join(parts)}")
     print("  " + result["paired_rule"])
     return 0
 

@@ -233,7 +233,7 @@ void tune_vehicle(companion::VehicleFile& file, const model::Vehicle& present,
   const bool shows = isatty(STDERR_FILENO) != 0;
   int shown = 0;
   const auto progress = [&](double share, const std::string& what) {
-    if (const int now = static_cast<int>(shows ? 100.0 * share : 10.0 * share); now > shown) {
+    if (const int now = static_cast<int>(shows ? 100.0 * share : 5.0 * share); now > shown) {
       shown = now;
       std::fprintf(stderr, "%stune: %.0f %%, %s  %s", shows ? "\r" : "", 100.0 * share, what.c_str(),
                    shows ? "" : "\n");
