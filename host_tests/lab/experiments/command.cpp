@@ -153,11 +153,6 @@ void exit_unless(bool all_flown) {
   }
 }
 
-bool all_flew(const std::vector<experiments::TaskResult>& results) {
-  return std::all_of(results.begin(), results.end(),
-                     [](const auto& result) { return result.refused + result.baselines_refused == 0; });
-}
-
 void run_far(const ExperimentsOptions& options) {
   const std::vector<experiments::FarResult> results = experiments::fly_far(suite_of(options));
   experiments::print_far(std::cout, results);
@@ -218,7 +213,8 @@ void run(const ExperimentsOptions& options) {
               << printable(pages.empty() ? "none was flown" : pages.front()) << (pages.size() > 1 ? ", ..." : "")
               << "\n";
   }
-  exit_unless(all_flew(results));
+  exit_unless(std::all_of(results.begin(), results.end(),
+                          [](const auto& result) { return result.refused + result.baselines_refused == 0; }));
 }
 
 }  // namespace

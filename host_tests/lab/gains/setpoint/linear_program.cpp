@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numeric>
 
 #include "firmware/core/assert.h"
@@ -20,6 +21,8 @@ int column(Eigen::Index i) { return static_cast<int>(i) + 1; }
 Polytope::Polytope(std::size_t dimensions, ComputeBudget& budget)
     : program_(glp_create_prob()), budget_(budget), dimensions_(dimensions) {
   M100_ASSERT(dimensions > 0);
+  // GLPK keeps an environment for each thread, which is freed when the thread ends.
+  thread_local const std::shared_ptr<void> environment(nullptr, [](void*) { glp_free_env(); });
   glp_term_out(GLP_OFF);
   glp_set_obj_dir(program_, GLP_MAX);
   glp_add_cols(program_, static_cast<int>(dimensions) + 1);
