@@ -25,8 +25,8 @@ struct AdversarialLog {
   std::string finding;             ///< finding about the log that must be reported; empty: none
   std::vector<std::string> named;  ///< effects that may be named
   std::string effect;              ///< effect that the declared model lacks throughout; empty: none
-  /// "Nothing missing" is right if the finding is reported: the rest of the log is sound. A change of the air alone ("note")
-  /// need not be reported, because the model lacks nothing.
+  /// "Nothing missing" is right if the finding is reported: the rest of the log is sound. A change of the air alone
+  /// ("note") need not be reported, because the model lacks nothing.
   bool usable = false;
   std::vector<std::pair<double, double>> train{{3.0, 30.0}}, validate{{30.0, 44.0}};
   /// Upper bound of the log's evidence for the hidden effect (unseen_log_bound.h), in up to a second; empty: obvious.

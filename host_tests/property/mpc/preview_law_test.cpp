@@ -36,8 +36,7 @@ class Reference {
       s(static_cast<Eigen::Index>(k)) = p.input_ref_slope.at(k) + p.input_offset_slope;
     }
     Vector f =
-        condensed_.weighted * (condensed_.tx * x0 + condensed_.td * Real(p.disturbance_m_s2) - r) -
-        problem_.r * s;
+        condensed_.weighted * (condensed_.tx * x0 + condensed_.td * Real(p.disturbance_m_s2) - r) - problem_.r * s;
     f(0) -= problem_.rd * (Real(p.previous_input_slope) + Real(p.input_offset_slope));
     return f;
   }
