@@ -20,7 +20,7 @@ MAX_MEMBERS, MAX_FOLDER = 20, 25
 BARS = {"sources without a header of their name": (15, 15, 54), "classes with more than 20 data members": (0, 0, 8),
         "folders with more than 25 sources": (0, 0, 8), "words of README.md": (900, 900, 3596),
         "words of all Markdown": (42500, 35000, 79403), "words of Markdown outside generated figures": (31700, 24000, 48078),
-        "lines of C++ without generated code": (154264, 128000, 129815)}  # rose once: vibration and lever arm before a flight, what limits an aircraft
+        "lines of C++ without generated code": (154259, 128000, 129815)}  # rose once: vibration and lever arm before a flight, what limits an aircraft
 GENERATED = re.compile(r"<!-- figure: .*?<!-- end -->", re.DOTALL)
 PARTS = {"flight code": ("firmware/", "protocol/", "hal/"), "lab": "host_tests/lab/", "simulation": "host_tests/sim/"}
 

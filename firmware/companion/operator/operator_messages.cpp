@@ -142,8 +142,7 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
     case FailsafeReason::kPoseRefused:
       return add_refusal(line, seen);
     case FailsafeReason::kVibration:
-      describe_vibration(line, seen.consistency.vibration);
-      line.add("; ").add(kVibrationRemedy);
+      describe_vibration(line, seen.consistency.vibration).add("; ").add(kVibrationRemedy);
       return;
     case FailsafeReason::kPoseOld:
       return add_age(line, "pose old", seen.estimate.pose_age, fresh_limit(limits, seen.pose_latency));
@@ -168,10 +167,8 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
     case FailsafeReason::kFenceLeft:
       return add_fence(line, cause, seen);
     case FailsafeReason::kAuthorityExceeded:
-      line.add("the wind pushes with ")
-          .add(seen.wind.disturbance_acceleration_m_s2, 1)
-          .add(" m/s^2; the place has not been held for ");
-      line.add(core::seconds<double>(seen.wind.exceeded_for), 1).add(" s");
+      line.add("the wind pushes with ").add(seen.wind.disturbance_acceleration_m_s2, 1).add(" m/s^2; the place has ");
+      line.add("not been held for ").add(core::seconds<double>(seen.wind.exceeded_for), 1).add(" s");
       return;
     case FailsafeReason::kLimitCycle:
       add_limit_cycle(line, seen).add(", under the fallback law too: the law alone is not the cause");
@@ -200,7 +197,7 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
   }
 }
 
-void describe_vibration(TextLine& line, const est::VibrationStatus& vibration) {
+TextLine& describe_vibration(TextLine& line, const est::VibrationStatus& vibration) {
   line.add("vibration of the specific force above 15 Hz: ")
       .add_significant(vibration.rms_m_s2)
       .add(" m/s^2 rms on an axis, peak ");
@@ -209,7 +206,7 @@ void describe_vibration(TextLine& line, const est::VibrationStatus& vibration) {
     line.add(", ").add(100.0 * vibration.clipped, 0).add(" % of the readings at the end of the sensor's range");
   }
   line.add("; a healthy M100 shows 0.02 to 0.03 in flight. It can hide a false motion of ");
-  line.add_significant(3.0 * vibration.velocity_sigma_m_s).add(" m/s from the check of the poses");
+  return line.add_significant(3.0 * vibration.velocity_sigma_m_s).add(" m/s from the check of the poses");
 }
 
 void describe_limit_cycle(TextLine& line, const safety::Observation& seen) {

@@ -24,7 +24,7 @@ void describe(TextLine& line, safety::FailsafeReason cause, const safety::Observ
 inline constexpr double kReportedVibration_m_s = 0.1;
 inline constexpr std::string_view kVibrationRemedy = "check propellers, motors and what is loose";
 /// The vibration, and what it hides.
-void describe_vibration(TextLine& line, const est::VibrationStatus& vibration);
+TextLine& describe_vibration(TextLine& line, const est::VibrationStatus& vibration);
 
 /// A detected limit cycle, the program's reaction, and the remedy.
 void describe_limit_cycle(TextLine& line, const safety::Observation& seen);
