@@ -19,6 +19,7 @@ class HeadingResetTest : public ::testing::Test {
   using Real = typename Ekf::Real;
   double pose_turned_rad = 0.0;
   double autopilot_turned_rad = 0.0;
+  double gyro_rad_s = 0.0;
   double x_m = 1.0;
   HeadingReset allowed = HeadingReset::kFree;
 
@@ -28,6 +29,8 @@ class HeadingResetTest : public ::testing::Test {
       Measurement<Real> m;
       m.now = now_;
       m.attitude.is_new = true;
+      m.attitude.since_last = core::kTickPeriod;
+      m.attitude.rate_b_rad_s.z() = static_cast<Real>(gyro_rad_s);
       m.attitude.yaw_rad = core::wrap_pi(static_cast<Real>(-1.0 + autopilot_turned_rad));
       m.pose.is_new = true;
       m.pose.set_captured_at(now_ - std::chrono::milliseconds(20));
@@ -101,6 +104,28 @@ TYPED_TEST(HeadingResetTest, IsNotConfirmedByPosesThatLeaveThePrediction) {
   this->x_m = 3.0;
   this->run(45);
   EXPECT_LT(this->turned_rad(), 0.05);
+}
+
+// Catches gyroscopes that turn the estimate away from both other headings, after which the aircraft brakes sideways.
+TYPED_TEST(HeadingResetTest, GyroscopesThatBothHeadingsContradictDoNotTurnTheEstimate) {
+  this->RecordProperty("promise", "R14");
+  this->run(300);
+  this->allowed = HeadingReset::kNever;
+  for (int tick = 0; tick < 1000; ++tick) {
+    this->gyro_rad_s = std::min(0.01 * tick, 5.0);
+    this->run(1);
+    ASSERT_LT(this->turned_rad(), 0.35) << tick;
+  }
+}
+
+TYPED_TEST(HeadingResetTest, AnAutopilotThatTurnsAloneDoesNotTurnTheEstimate) {
+  this->RecordProperty("promise", "R14");
+  this->run(300);
+  for (int tick = 0; tick < 1000; ++tick) {
+    this->autopilot_turned_rad = 0.01 * tick;
+    this->run(1);
+    ASSERT_LT(this->turned_rad(), 0.05) << tick;
+  }
 }
 
 }  // namespace
