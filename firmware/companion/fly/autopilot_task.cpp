@@ -138,7 +138,7 @@ void AutopilotTask::update_status(core::TimePoint now, const link::SerialLink& l
 
 bool AutopilotTask::in_air(const Controller& controller) const {
   const bool rises = is_flown() && controller.estimate().healthy && from_w_m_ &&
-                     controller.estimate().height_m - from_w_m_->z() > kRisen_m;
+                     controller.estimate().height_m - ground_z_m_ > kRisen_m;
   return task_ == Task::kLand || rises;
 }
 

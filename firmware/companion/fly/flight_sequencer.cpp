@@ -20,12 +20,12 @@ constexpr std::string_view kNoLanding = "landing is not ordered: the program doe
 bool FlightSequencer::tick(core::TimePoint now, const SequencerInput& input) {
   const link::SerialLink& link = controller_.link();
   const View& view = link.authority();
-  reporter_.update(now, phase_ == Phase::kFlying);
+  reporter_.update(now, phase_ == Phase::kFlying || phase_ == Phase::kHovering);
   home_.update(controller_, now);
   reporter_.update_return(home_, now);
   release_monitor_.update(now, view);
   landing_monitor_.update(link.telemetry().flight_status, link.received_at(protocol::TelemetryItem::kFlightStatus));
-  start_.update(now, phase_ == Phase::kWaiting, input.goal_led);
+  start_.update(now, phase_ == Phase::kWaiting, input.goal_led || hovered_);
   if (input.land && (phase_ == Phase::kWaiting || phase_ == Phase::kRequesting || phase_ == Phase::kReleasing)) {
     report(now, kNoLanding);
   }
@@ -153,9 +153,7 @@ bool FlightSequencer::fly(core::TimePoint now, const View& view, const Sequencer
     give_back(now, false, input);
     return true;
   }
-  if (landing_monitor_.lands()) {
-    reporter_.report_landing(now);
-    give_back(now, false, input);
+  if (ends_by_landing(now, input)) {
     return true;
   }
   const Excitation::State excitation = controller_.excitation().state();
@@ -164,6 +162,14 @@ bool FlightSequencer::fly(core::TimePoint now, const View& view, const Sequencer
   }
   end_or_continue(now, input);
   return true;
+}
+
+bool FlightSequencer::ends_by_landing(core::TimePoint now, const SequencerInput& input) {
+  if (landing_monitor_.lands()) {
+    reporter_.report_landing(now);
+    give_back(now, false, input);
+  }
+  return landing_monitor_.lands();
 }
 
 void FlightSequencer::end_or_continue(core::TimePoint now, const SequencerInput& input) {
@@ -255,6 +261,7 @@ bool FlightSequencer::fly_task(core::TimePoint now, const View& view, const Sequ
     case AutopilotTask::State::kWouldDrift:
       reporter_.report_task(now, task_);
       controller_.hover_here();
+      hovered_ = true;
       engaged_ = false;
       enter(Phase::kHovering, now);
       break;
@@ -289,10 +296,15 @@ bool FlightSequencer::hover(core::TimePoint now, const View& view, const Sequenc
   if (!view.in_control) {
     return end_by_loss(now, view, input);
   }
+  if (ends_by_landing(now, input)) {
+    return true;
+  }
   if (takes_it_back || now - since_ >= kHover) {
     give_back(now, takes_it_back, input);
-  } else if (input.land) {
+  } else if (input.land && may_land()) {
     begin_task(now, protocol::Task::kLand);
+  } else if (input.land) {
+    report(now, kNoLanding);
   }
   return true;
 }

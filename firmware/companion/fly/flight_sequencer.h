@@ -112,6 +112,8 @@ class FlightSequencer {
   void begin_task(core::TimePoint now, protocol::Task task);
   void end_task(core::TimePoint now, const SequencerInput& input);
   bool hover(core::TimePoint now, const View& view, const SequencerInput& input);
+  /// The autopilot lands by itself: reports it and gives control back.
+  bool ends_by_landing(core::TimePoint now, const SequencerInput& input);
   bool release_control(core::TimePoint now, const View& view, const SequencerInput& input);
   void try_to_engage(core::TimePoint now, bool backed_up);
   /// With --once, a refusal to carry out the program's own order to take control ends the program.
@@ -141,6 +143,7 @@ class FlightSequencer {
   bool had_control_ = false;  ///< since the last request
   bool order_given_ = false;  ///< take_control's one order to fly was given, or was withdrawn before
   bool engaged_ = false;      ///< the law flew in this flight
+  bool hovered_ = false;      ///< a flight has ended with kHovering: the next ones begin where the aircraft is
   bool by_operator_ = false;
   bool ends_ = false;  ///< the program ends when the hand-back is over
   Outcome outcome_;

@@ -81,12 +81,9 @@ typename ReturnToStart<T>::State ReturnToStart<T>::update(const app::FlightContr
   const bool by_law = safety::passes_law(controller.supervisor().failsafe_state());
   const bool is_ours = controller.link().authority().in_control;
   if (controller.hovers_here()) {
-    hovers_ = true;
     goals_.stay();
-  } else if (hovers_ && !is_ours) {
-    hovers_ = false;
-    goals_.forget();
   }
+  hovers_ = controller.hovers_here() || (hovers_ && is_ours);
   goals_.update(now, by_law, controller.started(), controller.estimate());
   const bool is_low = stays_low(controller.link().telemetry().battery_percent, now);
   if (!by_law || !is_ours || hovers_) {

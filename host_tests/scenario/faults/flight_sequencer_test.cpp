@@ -212,6 +212,44 @@ TEST_P(FlightSequencerTest, TheOperatorsStopTheWordAndTheEndOfTheHoldEndInASecon
   }
 }
 
+/// A wind that carries a level aircraft away.
+sim::Plant in_wind() {
+  sim::Plant plant = sim::measured_plant();
+  plant.air.wind_m_s = {-1.5, 0.0, 0.0};
+  plant.air.linear_drag_per_s = 0.3;
+  return plant;
+}
+
+// Catches a flight that begins after a hover in place of a landing, and goes to where that hover was.
+TEST_P(FlightSequencerTest, AfterAHoverInPlaceOfALandingTheNextFlightBeginsWhereTheAircraftIs) {
+  begin({.take_control = true,
+         .hold_s = 3.0,
+         .land = true,
+         .course_start_w_m = bench_start(),
+         .max_start_distance_m = 6.0},
+        {}, in_wind());
+  ASSERT_TRUE(until([&] { return heard_.has("land by hand"); }, seconds(30))) << heard_.all();
+  ASSERT_TRUE(until([&] { return is_pilots(); }, seconds(12))) << heard_.all();
+  const auto place_w_m = [&] { return bench_->world().vehicle().state().position_w_m; };
+  const core::Vector<double, 3> left_w_m = place_w_m();
+  ASSERT_TRUE(until([&] { return (place_w_m() - left_w_m).norm() > 6.5; }, seconds(10)));
+  input_.toggle_control = true;
+  ASSERT_TRUE(fly_for(seconds(5))) << heard_.all();
+  EXPECT_GT((place_w_m() - left_w_m).norm(), 6.0) << heard_.all();
+}
+
+// Catches a hover that goes on, or ends as an error of the attitude, while the autopilot lands by itself.
+TEST_P(FlightSequencerTest, ALandingThatNobodyOrderedEndsTheHoverInPlaceOfALanding) {
+  begin({.take_control = true, .hold_s = 3.0, .land = true}, {}, in_wind());
+  ASSERT_TRUE(until([&] { return heard_.has("land by hand"); }, seconds(30))) << heard_.all();
+  bench_->world().autopilot().set_telemetry_fault(
+      [](protocol::Telemetry& sent) { sent.flight_status = protocol::FlightStatus::kLanding; });
+  const auto taken = until([&] { return is_pilots(); }, seconds(12));
+  ASSERT_TRUE(taken.has_value()) << heard_.all();
+  EXPECT_LE(*taken, milliseconds(1400)) << heard_.all();
+  EXPECT_TRUE(heard_.has("the autopilot lands by itself")) << heard_.all();
+}
+
 // At a low battery the autopilot lands by itself and ignores the sticks. Catches a program that says nothing, and flies
 // its course until a check takes the descent for a false attitude; and one that ends for a status of a moment.
 TEST_P(FlightSequencerTest, ALandingThatNobodyOrderedIsSaidAndEndsTheCourse) {
