@@ -195,6 +195,7 @@ bool GoalPlanner<T>::hold(core::TimePoint now, bool flies) {
 template <typename T>
 GoalResult GoalPlanner<T>::take(const mavlink::SetPositionTargetLocalNed& goal, core::TimePoint now, bool flies,
                                 const app::SourceFrame<T>& source) {
+  refused_value_ = 0.0;
   if (goal.coordinate_frame != kLocalNed) {
     return GoalResult::kFrame;
   }
@@ -203,7 +204,6 @@ GoalResult GoalPlanner<T>::take(const mavlink::SetPositionTargetLocalNed& goal, 
   }
   ref::Waypoint<T> place = goal_.value_or(trajectory_.end());
   place = {.position_w_m = source.to_source(place.position_w_m), .yaw_rad = place.yaw_rad - source.turn_rad()};
-  refused_value_ = 0.0;
   if (const GoalResult read = put(goal, place, refused_value_); read != GoalResult::kAccepted) {
     return read;
   }

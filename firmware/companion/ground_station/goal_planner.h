@@ -61,8 +61,6 @@ class GoalPlanner {
   bool fly_to(const ref::Waypoint<T>& place, core::TimePoint now);
   /// The next flight begins where the aircraft is, as after a flight to goals.
   void stay() { goal_ = trajectory_.end(); }
-  /// The next flight begins at its course again.
-  void forget() { goal_.reset(); }
   /// Brings the reference to rest on its way. @returns false: the law does not fly.
   bool hold(core::TimePoint now, bool flies);
 
@@ -70,7 +68,7 @@ class GoalPlanner {
   const std::optional<ref::Waypoint<T>>& goal() const { return goal_; }
   /// How far the fence moved the last accepted goal along each axis of the flight's world.
   const core::Vector<T, 3>& cut_w_m() const { return cut_w_m_; }
-  /// The number for which the last goal was refused, as it was sent; 0: it was accepted, or refused for something else.
+  /// The number for which take() refused the last goal, as it was sent; 0: it refused none.
   double refused_value() const { return refused_value_; }
   /// The reference has reached its end and rests.
   bool at_rest(core::TimePoint now) const { return trajectory_.finished(now); }

@@ -128,7 +128,7 @@ void GroundStationCommands::report_goal(core::TimePoint now, GoalResult answer) 
   line.add(": ").add(companion::name(answer));
   if (goals_ && answer == GoalResult::kAccepted) {
     add_cut(line, goals_->cut_w_m());
-  } else if (goals_ && goals_->refused_value() != 0.0) {
+  } else if (goals_ && answer != GoalResult::kReturningToStart && goals_->refused_value() != 0.0) {
     line.add(" (").add_significant(goals_->refused_value()).add(")");
   }
   operator_log_.write(now, line.text());
