@@ -40,13 +40,14 @@ bool StartConditions::is_ready(core::TimePoint now) const {
 }
 
 /// Before the first telemetry package the reason is kTelemetryOld. A place outside the fence, or on the ground, does
-/// not prevent a take-off.
+/// not prevent a take-off, and neither does the shaking of idling rotors.
 safety::FailsafeReason StartConditions::denial(bool takes_off) const {
   if (controller_.link().health().packages == 0) {
     return safety::FailsafeReason::kTelemetryOld;
   }
   const safety::FailsafeReason cause = denial_reason(controller_.observed(), limits_);
-  const bool of_ground = cause == safety::FailsafeReason::kFenceLeft || cause == safety::FailsafeReason::kOnGround;
+  const bool of_ground = cause == safety::FailsafeReason::kFenceLeft || cause == safety::FailsafeReason::kOnGround ||
+                         cause == safety::FailsafeReason::kVibration;
   return takes_off && of_ground ? safety::FailsafeReason::kNone : cause;
 }
 

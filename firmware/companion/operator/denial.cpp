@@ -21,7 +21,7 @@ FailsafeReason denial_reason(const safety::Observation& seen, const safety::Limi
   if (!seen.estimate.healthy) {
     return FailsafeReason::kEstimateLost;
   }
-  const bool flies = seen.flight.on_ground_for == core::Duration{0};  // on the ground the idling rotors shake
+  const bool flies = seen.flight.on_ground_for == core::Duration{0};  // after a flight the idling rotors shake
   if (flies && hides_false_poses(limits, seen.consistency.vibration.velocity_sigma_m_s)) {
     return FailsafeReason::kVibration;
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "firmware/app/sensor_adapter.h"
 #include "firmware/companion/fly/fly.h"
@@ -16,6 +17,7 @@ namespace {
 constexpr const char* kName = "vibration";
 /// The high-passes begin with a step, the force itself: what they make of it is forgotten before the measurement.
 constexpr double kSettle_s = 1.0, kMeasure_s = 3.0, kSettleMemory_s = 0.1;
+constexpr int kFewest = 100;  ///< readings of the force, a third of what 100 Hz bring in kMeasure_s
 
 CheckResult judge(const est::VibrationStatus& seen) {
   if (std::isnan(seen.rms_m_s2)) {
@@ -41,6 +43,7 @@ CheckResult check_vibration(const std::string& path, std::uint32_t baud) {
   est::SpecificForce<double> force;
   est::Vibration<double> vibration;
   core::TimePoint former{};
+  int readings = 0;
   TickClock clock(path);
   for (core::TimePoint now = clock.now(); core::seconds<double>(now.time_since_epoch()) < kSettle_s + kMeasure_s;
        now = clock.next()) {
@@ -55,11 +58,16 @@ CheckResult check_vibration(const std::string& path, std::uint32_t baud) {
         force.raw_m_s2(), imu.force_b.cwiseAbs().maxCoeff() * force.scale_m_s2(), core::seconds<double>(now - former),
         std::clamp(core::seconds<double>(now.time_since_epoch()) - kSettle_s, kSettleMemory_s, kMeasure_s));
     former = now;
+    readings += force.scale_m_s2() > 0.0 ? 1 : 0;
   }
   if (!receiver.has_all()) {
     return receiver.missing(kName, Health::kDoubtful);
   }
-  return judge(vibration.status(est::ForceConsistency<double>::kVelocityMemory_s));
+  est::VibrationStatus seen = vibration.status(est::ForceConsistency<double>::kVelocityMemory_s);
+  if (readings < kFewest) {
+    seen.rms_m_s2 = std::numeric_limits<double>::quiet_NaN();
+  }
+  return judge(seen);
 }
 
 }  // namespace m100::companion::preflight
