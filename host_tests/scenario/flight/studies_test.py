@@ -18,6 +18,8 @@ def rate_offences(studies, lab, vehicle):
             name = f"{channel} at {rate_hz} Hz, {key}: {cell['pose_m']:.4f} m"
             if cell["pose_m"] > cell["paper"]["pose_m"]:
                 yield f"{name}: worse than the paper's {cell['paper']['pose_m']} m"
+            if cell["off_nominal_share"] > 0.0:
+                yield f"{name}: off the failsafe's top for {cell['off_nominal_share']:.1%} of the flight"
             slower_m = before.get((channel, key))
             if slower_m and not 0.7 * slower_m < cell["pose_m"] < slower_m:
                 yield f"{name}: {slower_m:.4f} m at the next slower rate"
@@ -29,6 +31,8 @@ def motion_offences(studies, lab, vehicle):
     rows = studies.motion(lab, vehicle)
     for (weight, cells), (heavier, after) in zip(rows, rows[1:]):
         for task in cells:
+            if cells[task]["off_nominal_share"] > 0.0:
+                yield f"{task}: off the failsafe's top with the weight {weight:g}"
             if not after[task]["input_variation_deg_s"] < cells[task]["input_variation_deg_s"]:
                 yield f"{task}: the command does not move less with the weight {heavier:g} than with {weight:g}"
     if not rows[-1][1]["hover"]["pose_m"] > rows[0][1]["hover"]["pose_m"]:
