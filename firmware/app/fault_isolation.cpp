@@ -13,21 +13,7 @@ namespace {
 constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4;
 constexpr double kFar_m_s = 0.5;  ///< doubtful poses are false if observed and dead-reckoned velocity differ by more
 
-/// Healthy poses lie no farther from the observer's position at their capture than kMaxLate_s times the speed plus
-/// kLag_m. kMaxLate_s is the largest error of the time of capture that PathConsistency allows; kLag_m is for noise and
-/// the lag after a gust (756 healthy flights: README of est). kPosesMean is the weight of a new pose in the mean
-/// distance.
-constexpr double kMaxLate_s = 0.12, kLag_m = 0.05, kPosesMean = 0.25;
-constexpr double kSane = 1e6;  ///< resets an offset that is NaN, which would otherwise stay
-
 }  // namespace
-
-template <typename T>
-bool FaultIsolation<T>::contradicts_command() const {
-  const bool accuses = is_false() || poses_confirm_commands_ || velocity_consistency_.is_suspect() ||
-                       velocity_consistency_.report().check != est::ConsistencyCheck::kNone;
-  return uses(est::ConsistencyCheck::kAnswer) && accuses && command_consistency_.contradicts_command();
-}
 
 template <typename T>
 est::Contradiction<T> FaultIsolation<T>::contradiction() const {
@@ -49,35 +35,17 @@ est::Contradiction<T> FaultIsolation<T>::contradiction() const {
   return velocity_consistency_.report();
 }
 
-/// Updates the mean offset of the poses from the observer's position. The poses confirm the commands if this offset is
-/// large, and lies on the side to which the tilt that the commands give differs from the estimated tilt.
-template <typename T>
-void FaultIsolation<T>::update_pose_offset(const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
-                                           const core::Vector<T, 2>& model_tilt_rad) {
-  if (!measured.pose.is_new) {
-    return;
-  }
-  using Vector2 = core::Vector<T, 2>;
-  const Vector2 velocity_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
-  const Vector2 place_m = Vector2(estimate.x.position_m, estimate.y.position_m) -
-                          velocity_m_s * core::seconds<T>(measured.pose.age(measured.now));
-  pose_offset_m_ +=
-      (measured.pose.position_w_m.template head<2>() - place_m - pose_offset_m_) * static_cast<T>(kPosesMean);
-  if (!(pose_offset_m_.squaredNorm() < static_cast<T>(kSane))) {
-    pose_offset_m_.setZero();
-  }
-  const Vector2 toward(model_tilt_rad.x() - estimate.x.tilt_rad, estimate.y.tilt_rad - model_tilt_rad.y());
-  const T most_m = static_cast<T>(kLag_m) + static_cast<T>(kMaxLate_s) * core::sqrt(velocity_m_s.squaredNorm());
-  poses_confirm_commands_ = pose_offset_m_.squaredNorm() > most_m * most_m && pose_offset_m_.dot(toward) > T(0);
-}
-
 template <typename T>
 void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurement<T>& measured,
                                const est::Estimate<T>& estimate, const core::Vector<T, 2>& model_tilt_rad,
                                safety::FailsafeState failsafe_state, core::Duration elapsed) {
-  update_pose_offset(measured, estimate, model_tilt_rad);
   attitude_rate_consistency_.update(imu, core::seconds<T>(elapsed));
-  command_consistency_.update(estimate, model_tilt_rad, failsafe_state != safety::FailsafeState::kSilent,
+  model_tilt_rad_ = model_tilt_rad + dead_reckoning_.offset_rad();
+  predict_from_commands(measured, core::seconds<T>(elapsed));
+  command_consistency_.update(model_velocity_.velocity_w_m_s() - dead_reckoning_.velocity_w_m_s(),
+                              {.commanded_m_s2 = acceleration_of(model_tilt_rad_),
+                               .reported_m_s2 = acceleration_of({estimate.x.tilt_rad, estimate.y.tilt_rad})},
+                              model_velocity_.follows_poses(), failsafe_state != safety::FailsafeState::kSilent,
                               core::seconds<T>(elapsed));
   height_consistency_.update(imu, estimate, failsafe_state != safety::FailsafeState::kSilent,
                              core::seconds<T>(elapsed));
@@ -89,8 +57,6 @@ void FaultIsolation<T>::update(const est::ImuSample<T>& imu, const est::Measurem
       failsafe_state == safety::FailsafeState::kLevel || failsafe_state == safety::FailsafeState::kRelease;
   const bool refused =
       poses_are_doubtful(estimate, settles) && apart.squaredNorm() > static_cast<T>(kFar_m_s * kFar_m_s);
-  model_tilt_rad_ = model_tilt_rad + dead_reckoning_.offset_rad();
-  predict_from_commands(measured, core::seconds<T>(elapsed));
   const bool attitude_lost = settles && !estimate.attitude_is_known && model_velocity_.is_known();
   update_trust(contradicted || refused || attitude_lost, attitude_lost, estimate.refused_poses > 0, settles);
   const T speed_m_s = core::sqrt(dead_reckoning_.velocity_w_m_s().squaredNorm());
@@ -146,14 +112,19 @@ T FaultIsolation<T>::speed_after_turn(const core::Vector<T, 2>& model_tilt_rad, 
   return moved_m_s > turned_m_s ? moved_m_s : turned_m_s;
 }
 
+/// The acceleration in the world by a tilt and the wind; m/s^2.
+template <typename T>
+core::Vector<T, 2> FaultIsolation<T>::acceleration_of(const core::Vector<T, 2>& tilt_rad) const {
+  constexpr T kGravity_m_s2 = static_cast<T>(model::kGravity_m_s2);
+  return core::Vector<T, 2>(kGravity_m_s2 * core::tan(tilt_rad.x()), -kGravity_m_s2 * core::tan(tilt_rad.y())) +
+         dead_reckoning_.disturbance_acceleration_w_m_s2();
+}
+
 /// Updates the model velocity. It is predicted from the tilt that the commands give, not from the reported attitude,
 /// and corrected by new poses.
 template <typename T>
 void FaultIsolation<T>::predict_from_commands(const est::Measurement<T>& measured, T step_s) {
-  constexpr T kGravity_m_s2 = static_cast<T>(model::kGravity_m_s2);
-  const core::Vector<T, 2> tilted_m_s2(kGravity_m_s2 * core::tan(model_tilt_rad_.x()),
-                                       -kGravity_m_s2 * core::tan(model_tilt_rad_.y()));
-  model_velocity_.predict(tilted_m_s2 + dead_reckoning_.disturbance_acceleration_w_m_s2(), step_s);
+  model_velocity_.predict(acceleration_of(model_tilt_rad_), step_s);
   if (measured.pose.is_new) {
     model_velocity_.fuse(measured.pose.position_w_m.template head<2>(),
                          core::seconds<T>(measured.pose.age(measured.now)));

@@ -90,12 +90,13 @@ class FaultIsolation {
 
   bool is_false() const { return trust_ >= Trust::kMotionFalse; }
   void update_trust(bool motion_is_false, bool attitude_lost, bool refuses, bool settles);
-  bool contradicts_command() const;
-  void update_pose_offset(const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
-                          const core::Vector<T, 2>& model_tilt_rad);
+  bool contradicts_command() const {
+    return uses(est::ConsistencyCheck::kAnswer) && command_consistency_.contradicts_command();
+  }
   void update_unseen(const core::Vector<T, 2>& apart_m);
   bool poses_are_doubtful(const est::Estimate<T>& estimate, bool settles);
   T speed_after_turn(const core::Vector<T, 2>& model_tilt_rad, T speed_m_s) const;
+  core::Vector<T, 2> acceleration_of(const core::Vector<T, 2>& tilt_rad) const;
   void predict_from_commands(const est::Measurement<T>& measured, T step_s);
   bool uses(est::ConsistencyCheck check) const { return (disabled_checks_ & set_of(check)) == 0; }
   bool height_contradicts() const { return uses(est::ConsistencyCheck::kHeight) && height_consistency_.contradicts(); }
@@ -115,9 +116,6 @@ class FaultIsolation {
   T max_speed_m_s_{0};             ///< limit of the reckoned speed under braking
   bool diverges_ = false;          ///< the reckoned speed has exceeded max_speed_m_s_
   bool misses_poses_ = false;      ///< since the failsafe began to end the flight, poses were missing for a while
-  bool poses_confirm_commands_ =
-      false;  ///< the poses lie far from where the attitude leads, on the side to which the commands lead
-  core::Vector<T, 2> pose_offset_m_ = core::Vector<T, 2>::Zero();  ///< mean offset of the poses from the observer
   est::ModelVelocity<T> model_velocity_;
   core::Vector<T, 2> model_tilt_rad_ = core::Vector<T, 2>::Zero();  ///< tilt predicted from the commands, with the trim
 };

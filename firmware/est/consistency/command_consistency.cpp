@@ -1,28 +1,39 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/est/consistency/command_consistency.h"
 
+#include "firmware/est/filter/model_velocity.h"
+#include "firmware/model/vehicle.h"
+
 namespace m100::est {
 namespace {
 
-constexpr double kTrimMemory_s = 0.5, kMemory_s = 1.0, kSane_rad2 = 1e6;
+constexpr double kMemory_s = 1.0, kSaneSum = 1e6;
 
 }  // namespace
 
 template <typename T>
-void CommandConsistency<T>::update(const Estimate<T>& estimate, const Vector2& model_tilt_rad, bool ours, T step_s) {
-  const Vector2 reported_rad(estimate.x.tilt_rad, estimate.y.tilt_rad);
-  const T trim_share = step_s * static_cast<T>(1.0 / kTrimMemory_s);
-  mean_reported_rad_ += (reported_rad - mean_reported_rad_) * trim_share;
-  mean_model_rad_ += (model_tilt_rad - mean_model_rad_) * trim_share;
-  const Vector2 reported = reported_rad - mean_reported_rad_;
-  const Vector2 apart = reported - (model_tilt_rad - mean_model_rad_);
-  const T share = step_s * static_cast<T>(1.0 / kMemory_s);
-  residual_rad2_ = ours ? residual_rad2_ + (apart.squaredNorm() - residual_rad2_) * share : T(0);
-  reported_rad2_ = ours ? reported_rad2_ + (reported.squaredNorm() - reported_rad2_) * share : T(0);
-  if (!(residual_rad2_ + reported_rad2_ < static_cast<T>(kSane_rad2))) {
-    *this = {};  // a mean that is not finite would never raise an alarm
+void CommandConsistency<T>::update(const Vector2& apart_m_s, const Tilted& tilted, bool poses_come, bool ours,
+                                   T step_s) {
+  constexpr T kPerTilt_m_s = static_cast<T>(model::kGravity_m_s2 * kMemory_s);
+  const T fades = ours ? step_s * static_cast<T>(1.0 / kMemory_s) : T(1);
+  mean_apart_m_s_ += (apart_m_s - mean_apart_m_s_) * fades;
+  const Vector2 unreported_m_s2 = tilted.commanded_m_s2 - tilted.reported_m_s2;
+  unreported_m_s_ += unreported_m_s2 * step_s - unreported_m_s_ * fades;
+  commanded_m_s_ += core::sqrt(tilted.commanded_m_s2.squaredNorm()) * step_s - commanded_m_s_ * fades;
+  const Vector2 contradiction_m_s = apart_m_s - mean_apart_m_s_;
+  const T if_poses = unreported_m_s_.squaredNorm();
+  const T if_unanswered =
+      (contradiction_m_s - unreported_m_s2 * static_cast<T>(ModelVelocity<T>::kLag_s)).squaredNorm();
+  const T if_attitude = (contradiction_m_s - unreported_m_s_).squaredNorm();
+  const T error_m_s = static_cast<T>(kModelError_rad) * kPerTilt_m_s + static_cast<T>(kGainError) * commanded_m_s_;
+  const bool is_likeliest = poses_come && contradiction_m_s.squaredNorm() > T(4) * error_m_s * error_m_s &&
+                            if_attitude < if_poses && if_attitude < if_unanswered;
+  lasts_s_ = is_likeliest ? core::clamp(lasts_s_ + step_s, T(0), T(1)) : T(0);
+  residual_rad_ = core::sqrt(if_poses) / kPerTilt_m_s;
+  allowed_rad_ = error_m_s / kPerTilt_m_s;
+  if (!(mean_apart_m_s_.squaredNorm() + unreported_m_s_.squaredNorm() + commanded_m_s_ < static_cast<T>(kSaneSum))) {
+    *this = {};  // a sum that is not finite would never raise an alarm
   }
-  lasts_s_ = residual_rad2_ > allowed_rad2() ? core::clamp(lasts_s_ + step_s, T(0), T(1)) : T(0);
 }
 
 template class CommandConsistency<float>;

@@ -3,52 +3,59 @@
 
 #include "firmware/core/eigen.h"
 #include "firmware/core/maths.h"
-#include "firmware/est/estimate.h"
 
 namespace m100::est {
 
-/// Checks that the aircraft's tilt responds to our own commands. This decides between poses and attitude where the two
-/// contradict each other: a false attitude falsifies the specific force as well. Hypothesis: the tilt does not respond.
+/// Decides between poses and attitude where the two contradict each other, by the tilt that our own commands give: a
+/// false attitude falsifies the specific force as well. Of three hypotheses the likeliest holds.
 ///
-///   w  the observer's tilt, which the reported attitude corrects
-///   u  the tilt that the model predicts from the commands; of w and u the mean over half a second is subtracted
-///   contradiction: mean of |w - u|^2 over a second > mean of |w|^2 + kModelError_rad2, for longer than kAlarm_s
+///   p  velocity by the poses (ModelVelocity) less that by attitude and force (DeadReckoning): their contradiction
+///   c  integral of g (tan u - tan w);  u: tilt that the model predicts from the commands, w: reported tilt
+///   poses false:     the aircraft tilts as it is told, c is the model's error; misfit |c|^2
+///   not answered:    a hand, a tether or a load tilts it, and p is only the lag of ModelVelocity behind the poses,
+///                    n = kLag_s c'; misfit |p - n|^2
+///   attitude false:  c equals p; misfit |p - c|^2
 ///
-/// Subtracting the mean removes the trim. A response with gain k and phase lag p passes if |1 - k exp(-i p)| < k. This
-/// check alone must not reject the attitude: a hand, a tether or a load tilts the aircraft as well.
+/// The commands contradict the attitude while its misfit has been the smallest for longer than kAlarm_s, and half of p
+/// is more than the error of c: kModelError_rad over kMemory_s, and kGainError of all commanded changes of velocity.
+/// All velocities are changes over about kMemory_s.
 ///
-/// Seven numbers; no heap. Cost: about 20 products a tick. T is float or double.
+/// Eight numbers; no heap. Cost: about 30 products and two square roots a tick. T is float or double.
 template <typename T>
 class CommandConsistency {
  public:
   using Vector2 = core::Vector<T, 2>;
 
+  /// Accelerations in the world, by the tilt and the wind; m/s^2.
+  struct Tilted {
+    Vector2 commanded_m_s2 = Vector2::Zero();  ///< by the tilt that the model predicts
+    Vector2 reported_m_s2 = Vector2::Zero();   ///< by the tilt that the autopilot reports
+  };
+
   /// Once per tick, after the observer.
-  /// @param model_tilt_rad tilt about both axes of the yaw-free frame, from commands and model
+  /// @param apart_m_s velocity by the poses less the dead-reckoned one
+  /// @param poses_come otherwise the first is only that of the commands
   /// @param ours the commands in force are ours; otherwise the check starts again
-  void update(const Estimate<T>& estimate, const Vector2& model_tilt_rad, bool ours, T step_s);
+  void update(const Vector2& apart_m_s, const Tilted& tilted, bool poses_come, bool ours, T step_s);
 
   bool contradicts_command() const { return lasts_s_ > static_cast<T>(kAlarm_s); }
-  /// Root mean square of w - u over a second, and its allowed value; rad.
-  T residual_rad() const { return core::sqrt(residual_rad2_); }
-  T allowed_rad() const { return core::sqrt(allowed_rad2()); }
+  /// Mean difference between reported and predicted tilt over kMemory_s, and the model's error; rad.
+  T residual_rad() const { return residual_rad_; }
+  T allowed_rad() const { return allowed_rad_; }
 
  private:
-  /// Mean square of |w - u| that a correct model may leave: 8 mrad rms in one axis and 6 mrad in the other, twice the
-  /// residuals of the measured flights.
-  static constexpr double kModelError_rad2 = 0.008 * 0.008 + 0.006 * 0.006;
-
-  /// A response may be 80 ms later than its model. After a command begins, the mean of |w - u|^2 then exceeds that of
-  /// |w|^2 for twice that time.
+  /// A correct model leaves 4 mrad rms in one axis and 3 mrad in the other (measured flights); twice that.
+  static constexpr double kModelError_rad = 0.010;
+  static constexpr double kGainError = 0.1;  ///< half of the 20 % by which the aircraft's gain may differ
+  /// A response may be 80 ms later than its model. After a command begins, c is wrong for twice that time.
   static constexpr double kAlarm_s = 0.2;
 
-  T allowed_rad2() const { return reported_rad2_ + static_cast<T>(kModelError_rad2); }
-
-  Vector2 mean_reported_rad_ = Vector2::Zero();
-  Vector2 mean_model_rad_ = Vector2::Zero();
-  T residual_rad2_{0};  ///< mean of |w - u|^2
-  T reported_rad2_{0};  ///< mean of |w|^2
-  T lasts_s_{0};        ///< how long residual_rad2_ has exceeded its allowed value
+  Vector2 mean_apart_m_s_ = Vector2::Zero();
+  Vector2 unreported_m_s_ = Vector2::Zero();  ///< c
+  T commanded_m_s_{0};                        ///< sum of all commanded changes of velocity
+  T residual_rad_{0};
+  T allowed_rad_{0};
+  T lasts_s_{0};  ///< how long the attitude has been the likeliest
 };
 
 extern template class CommandConsistency<float>;

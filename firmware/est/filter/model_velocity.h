@@ -20,6 +20,8 @@ template <typename T>
 class ModelVelocity {
  public:
   using Vector2 = core::Vector<T, 2>;
+  static constexpr double kBandwidth_per_s = 8.0;
+  static constexpr double kLag_s = 2.0 / kBandwidth_per_s;  ///< velocity error per wrong acceleration
 
   /// Once per tick, before the pose of that tick. @param acceleration_w_m_s2 from the commanded tilt and the wind
   void predict(const Vector2& acceleration_w_m_s2, T step_s) {
@@ -44,10 +46,11 @@ class ModelVelocity {
 
   /// Whether a pose came in the last kUnknown_s.
   bool is_known() const { return since_pose_s_ < static_cast<T>(kUnknown_s); }
+  /// Whether poses come, so that the velocity is theirs and not only that of the commands.
+  bool follows_poses() const { return since_pose_s_ * static_cast<T>(kBandwidth_per_s) < T(1); }
   const Vector2& velocity_w_m_s() const { return velocity_w_m_s_; }
 
  private:
-  static constexpr double kBandwidth_per_s = 8.0;
   static constexpr double kFar_m = 1.0;      ///< a pose that is farther away restarts the filter there, at rest
   static constexpr double kUnknown_s = 2.0;  ///< in this time a trim that is wrong by half a degree adds 0.2 m/s
 

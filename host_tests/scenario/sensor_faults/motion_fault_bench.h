@@ -95,20 +95,21 @@ struct MotionWorst {
   double handed_over_m_s = 0.0;
 };
 
-/// Flies `flights` headings that turn by 20 to 180 degrees to either side while the place stays right, at random
-/// moments of steps and turns; every channel in both airs.
-inline MotionWorst worst_of_headings(int flights, std::uint64_t seed) {
-  sim::Random random(seed, "heading");
+/// Flies a fault of each size at a random moment of the course; every channel in both airs.
+template <typename Size>
+MotionWorst worst_of(std::string_view fault, int flights, std::uint64_t seed, const MotionCourse& course,
+                     const Size& size) {
+  sim::Random random(seed, fault);
   MotionWorst worst{.flights = flights};
   for (int i = 0; i < flights; ++i) {
-    const double size_deg = 20.0 + 160.0 * i / (flights - 1);
-    const MotionFlight flight{.fault = sim::find_sensor_fault("heading"),
-                              .size = random.next() % 2 == 0 ? size_deg : -size_deg,
+    const double side = random.next() % 2 == 0 ? 1.0 : -1.0;
+    const MotionFlight flight{.fault = sim::find_sensor_fault(fault),
+                              .size = side * size(i),
                               .at_s = kStepAt_s + 27.0 * random.uniform(),
                               .channel = i % 2 == 0 ? link::Channel::kVirtualRc : link::Channel::kMovement,
                               .seed = static_cast<int>(random.next() % 1000) + 1,
                               .air = i / 2 % 2 == 0 ? Air::kCalm : Air::kWind,
-                              .course = kStepsAndTurns};
+                              .course = course};
     const MotionOutcome outcome = outcome_of(flight);
     print(flight, outcome);
     worst.handed_over += static_cast<int>(outcome.handed_over);
@@ -116,6 +117,17 @@ inline MotionWorst worst_of_headings(int flights, std::uint64_t seed) {
     worst.handed_over_m_s = std::max(worst.handed_over_m_s, outcome.handed_over ? outcome.handed_over_m_s : 0.0);
   }
   return worst;
+}
+
+/// Flies `flights` headings that turn by 20 to 180 degrees to either side while the place stays right.
+inline MotionWorst worst_of_headings(int flights, std::uint64_t seed) {
+  return worst_of("heading", flights, seed, kStepsAndTurns,
+                  [flights](int i) { return 20.0 + 160.0 * i / (flights - 1); });
+}
+
+/// Flies `flights` rolls that drift away by 3 to 11 degrees (0.05 to 0.2 rad) within four seconds.
+inline MotionWorst worst_of_tilts(int flights, std::uint64_t seed) {
+  return worst_of("tilt_ramp", flights, seed, kSquare, [flights](int i) { return 3.0 + 8.4 * i / (flights - 1); });
 }
 
 }  // namespace m100::scenario

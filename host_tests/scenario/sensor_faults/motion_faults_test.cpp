@@ -73,5 +73,14 @@ TEST(TurnedHeading, StaysInsideTheFenceAndIsHandedOverSlowly) {
   EXPECT_LT(worst.handed_over_m_s, 1.0);
 }
 
+// Catches braking by an attitude that drifted away slowly. soak.motion_faults flies 60 of them.
+TEST(DriftingTilt, StaysInsideTheFenceAndIsHandedOverSlowly) {
+  RecordProperty("promise", "R14");
+  const MotionWorst worst = worst_of_tilts(12, 52);
+  EXPECT_GT(worst.handed_over, worst.flights / 2) << "small ones are flown on as a wind";
+  EXPECT_LT(worst.beyond_m, 0.3);
+  EXPECT_LT(worst.handed_over_m_s, 1.0);
+}
+
 }  // namespace
 }  // namespace m100::scenario

@@ -55,11 +55,9 @@ INSTANTIATE_TEST_SUITE_P(Checks, BadNumber, ::testing::ValuesIn(kBad), [](const 
 TEST_P(BadNumber, ATiltThatDoesNotAnswerIsStillSeen) {
   RecordProperty("promise", "R14");
   CommandConsistency<float> check;
-  Estimate<float> estimate;
   for (float t_s = 0.F; t_s < 4.F; t_s += kTick_s) {
-    estimate.x.tilt_rad = 0.1F * std::sin(3.F * t_s);
     const bool bad = t_s > 1.F && t_s < 1.F + 1.5F * kTick_s;
-    check.update(estimate, {bad ? GetParam() : -estimate.x.tilt_rad, 0.F}, true, kTick_s);
+    check.update({bad ? GetParam() : t_s, 0.F}, {.commanded_m_s2 = {1.F, 0.F}}, true, true, kTick_s);
   }
   EXPECT_TRUE(check.contradicts_command());
 }
