@@ -138,8 +138,7 @@ void DisturbanceEkf<S, Real>::fuse_attitude(const typename Measurement<Real>::At
   attitude_.reported_yaw_rad = attitude.yaw_rad;
   const core::AttitudeSinCos<Real> turns{
       .roll = attitude.roll(), .pitch = attitude.pitch(), .yaw = heading_.of(attitude_.angles.yaw_rad)};
-  attitude_.yaw_rate_rad_s =
-      turn_rate(core::yaw_rate_of(turns, rate), turned_rad, core::seconds<Real>(attitude.since_last));
+  attitude_.yaw_rate_rad_s = turn_rate(core::yaw_rate_of(turns, rate), turned_rad);
   attitude_.is_known = true;
   if (!started_) {
     attitude_.is_refused = false;
@@ -165,7 +164,9 @@ void DisturbanceEkf<S, Real>::fuse_attitude(const typename Measurement<Real>::At
 }
 
 template <typename S, typename Real>
-Real DisturbanceEkf<S, Real>::turn_rate(Real gyro_rad_s, Real turned_rad, Real step_s) {
+Real DisturbanceEkf<S, Real>::turn_rate(Real gyro_rad_s, Real turned_rad) {
+  const Real step_s = core::seconds<Real>(now_ - attitude_.came);
+  attitude_.came = now_;
   if (!started_ || !(step_s > Real(0)) || !inside(turned_rad, kLargestTurn_rad_s * static_cast<double>(step_s))) {
     return gyro_rad_s;
   }

@@ -105,8 +105,8 @@ class DisturbanceEkf {
   void record_used(const core::Pose<Real>& pose, bool heading_used);
   void check_reset(const core::Pose<Real>& pose);
   /// The gyroscopes' rate, unless both other headings contradict it: then that of the autopilot's heading.
-  /// @param turned_rad by the autopilot's heading, in step_s since the attitude before; 0: not known
-  Real turn_rate(Real gyro_rad_s, Real turned_rad, Real step_s);
+  /// @param turned_rad by the autopilot's heading, since the attitude before
+  Real turn_rate(Real gyro_rad_s, Real turned_rad);
   /// Whether a pose that turned by so much may correct the state: it follows the predicted motion, and its heading lies
   /// inside the gate or is confirmed (HeadingReset::kConfirmed). A source that announces its reset would count here.
   bool accepts_heading(Real turned_rad, bool follows);
@@ -137,6 +137,7 @@ class DisturbanceEkf {
     std::uint32_t refused_in_a_row = 0;
     core::Duration age{0};  ///< of the newest that was used
     core::Euler<Real> angles{};
+    core::TimePoint came{};    ///< by our clock
     Real reported_yaw_rad{0};  ///< by the autopilot
     Real gyro_apart_rad{0};    ///< by how much the gyroscopes turned further than reported_yaw_rad, fading
     Real mean_offset_rad{0};   ///< of pose_.newest_offset_rad, over the same time

@@ -73,6 +73,17 @@ TEST(TurnedHeading, StaysInsideTheFenceAndIsHandedOverSlowly) {
   EXPECT_LT(worst.handed_over_m_s, 1.0);
 }
 
+// Catches a turn that is reckoned by the autopilot's clock.
+TEST(SlowClock, InATurnStaysInsideTheFenceAndIsHandedOverSlowly) {
+  RecordProperty("promise", "R14");
+  for (const double at_s : {23.3, 26.7}) {
+    const MotionOutcome outcome = outcome_of(
+        {.fault = sim::find_sensor_fault("clock_slow"), .size = 0.14, .at_s = at_s, .course = kStepsAndTurns});
+    EXPECT_LT(outcome.beyond_m, 0.3) << at_s;
+    EXPECT_LT(outcome.handed_over_m_s, 1.0) << at_s;
+  }
+}
+
 // Catches braking by an attitude that drifted away slowly. soak.motion_faults flies 60 of them.
 TEST(DriftingTilt, StaysInsideTheFenceAndIsHandedOverSlowly) {
   RecordProperty("promise", "R14");

@@ -29,7 +29,6 @@ class HeadingResetTest : public ::testing::Test {
       Measurement<Real> m;
       m.now = now_;
       m.attitude.is_new = true;
-      m.attitude.since_last = core::kTickPeriod;
       m.attitude.rate_b_rad_s.z() = static_cast<Real>(gyro_rad_s);
       m.attitude.yaw_rad = core::wrap_pi(static_cast<Real>(-1.0 + autopilot_turned_rad));
       m.pose.is_new = true;
