@@ -90,8 +90,9 @@ class FaultIsolation {
 
   bool is_false() const { return trust_ >= Trust::kMotionFalse; }
   void update_trust(bool motion_is_false, bool attitude_lost, bool refuses, bool settles);
+  /// Asked only while something else doubts the motion: an aircraft that swings answers unlike its model, too.
   bool contradicts_command() const {
-    return uses(est::ConsistencyCheck::kAnswer) && command_consistency_.contradicts_command();
+    return trust_ != Trust::kFull && uses(est::ConsistencyCheck::kAnswer) && command_consistency_.contradicts_command();
   }
   void update_unseen(const core::Vector<T, 2>& apart_m);
   bool poses_are_doubtful(const est::Estimate<T>& estimate, bool settles);

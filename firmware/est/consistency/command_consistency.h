@@ -13,14 +13,14 @@ namespace m100::est {
 ///   c  integral of g (tan u - tan w);  u: tilt that the model predicts from the commands, w: reported tilt
 ///   poses false:     the aircraft tilts as it is told, c is the model's error; misfit |c|^2
 ///   not answered:    a hand, a tether or a load tilts it, and p is only the lag of ModelVelocity behind the poses,
-///                    n = kLag_s c'; misfit |p - n|^2
+///                    n, the integral that c is, but over kLag_s; misfit |p - n|^2
 ///   attitude false:  c equals p; misfit |p - c|^2
 ///
 /// The commands contradict the attitude while its misfit has been the smallest for longer than kAlarm_s, and half of p
 /// is more than the error of c: kModelError_rad over kMemory_s, and kGainError of all commanded changes of velocity.
 /// All velocities are changes over about kMemory_s.
 ///
-/// Eight numbers; no heap. Cost: about 30 products and two square roots a tick. T is float or double.
+/// Thirteen numbers; no heap. Cost: about 30 products and two square roots a tick. T is float or double.
 template <typename T>
 class CommandConsistency {
  public:
@@ -44,15 +44,17 @@ class CommandConsistency {
   T allowed_rad() const { return allowed_rad_; }
 
  private:
-  /// A correct model leaves 4 mrad rms in one axis and 3 mrad in the other (measured flights); twice that.
-  static constexpr double kModelError_rad = 0.010;
+  /// A correct model leaves 4 mrad rms in one axis and 3 mrad in the other (measured flights).
+  static constexpr double kModelError_rad = 0.005;
   static constexpr double kGainError = 0.1;  ///< half of the 20 % by which the aircraft's gain may differ
   /// A response may be 80 ms later than its model. After a command begins, c is wrong for twice that time.
   static constexpr double kAlarm_s = 0.2;
 
   Vector2 mean_apart_m_s_ = Vector2::Zero();
-  Vector2 unreported_m_s_ = Vector2::Zero();  ///< c
-  T commanded_m_s_{0};                        ///< sum of all commanded changes of velocity
+  Vector2 unreported_m_s_ = Vector2::Zero();        ///< c
+  Vector2 lag_m_s_ = Vector2::Zero();               ///< n
+  Vector2 mean_without_lag_m_s_ = Vector2::Zero();  ///< of p - n
+  T commanded_m_s_{0};                              ///< sum of all commanded changes of velocity
   T residual_rad_{0};
   T allowed_rad_{0};
   T lasts_s_{0};  ///< how long the attitude has been the likeliest

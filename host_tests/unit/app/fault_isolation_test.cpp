@@ -34,6 +34,7 @@ FaultIsolation<double> trust_after(double follows, bool is_new = true, est::Chec
     est::Estimate<double> estimate;
     estimate.x.position_m = tick == 1 ? std::nan("") : 0.0;  // must not stay in a mean
     estimate.prediction_valid = true;
+    estimate.refused_poses = 1;
     estimate.x.tilt_rad = -asked.x();
     estimate.y.tilt_rad = -asked.y();
     est::ImuSample<double> imu;
