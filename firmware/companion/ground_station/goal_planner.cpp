@@ -131,6 +131,8 @@ std::string_view name(GoalResult answer) {
       return "refused: z lies below the fence and, with the other sign, inside it: MAVLink's z points down";
     case GoalResult::kReturningToStart:
       return "refused: the battery is low, and the aircraft flies to where the flight began";
+    case GoalResult::kUnsigned:
+      return "refused: without a signature only the sender of --set-points-from counts";
   }
   return "";
 }

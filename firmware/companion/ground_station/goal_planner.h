@@ -26,7 +26,8 @@ enum class GoalResult : std::uint8_t {
   kNotFinite,
   kDegrees,
   kUpward,
-  kReturningToStart
+  kReturningToStart,
+  kUnsigned
 };
 /// "refused: only the frame LOCAL_NED counts", for people.
 std::string_view name(GoalResult answer);

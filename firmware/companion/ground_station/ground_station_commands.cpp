@@ -156,6 +156,9 @@ OperatorInput GroundStationCommands::execute(core::TimePoint now, const GroundSt
   } else {
     line.add("command ").add(static_cast<double>(order.message.command), 0);
   }
+  if (!line_.is_signed()) {
+    decision = {.result = kDenied, .why = ", refused: orders need a signature (--mavlink-key)", .input = {}};
+  }
   operator_log_.write(now, line.add(decision.why).text());
   send(mavlink::CommandAck{.command = order.message.command,
                            .result = decision.result,

@@ -24,14 +24,15 @@ SequencerStatus sequencer_status(const FlightSequencer& sequencer, core::TimePoi
 /// the operator's command. Each order is answered; an unknown one is refused and reported by its number. No heap.
 class GroundStationCommands {
  public:
-  /// @param limits nullopt: the flight takes no goals, see goal_limits(). @param telemetry_stream null: there are no
+  /// @param settings nullopt: the flight takes no goals, see goal_settings(). @param telemetry_stream null: there are
+  /// no
   ///   answers.
-  GroundStationCommands(const std::optional<ref::SpeedLimits>& limits, const core::Fence& fence,
+  GroundStationCommands(const std::optional<GoalSettings>& settings, const core::Fence& fence,
                         ref::Trajectory<double>& trajectory, GroundStationTap& line, TelemetryStream* telemetry_stream,
                         OperatorLog& operator_log)
       : line_(line), telemetry_stream_(telemetry_stream), operator_log_(operator_log) {
-    if (limits) {
-      goals_.emplace(trajectory, fence, *limits);
+    if (settings) {
+      goals_.emplace(trajectory, fence, settings->limits);
     }
   }
 

@@ -34,7 +34,7 @@ constexpr bool is_hold_command(const mavlink::CommandLong& order) {
 
 /// A line that passes all bytes on, and keeps the newest goal, the first kMaxCommands orders and the answers to the
 /// first kMaxAnswers requests that passed. Without room for it, an order to release replaces the last waiting order; an
-/// order to hold replaces it unless it is a release. On a signed line it receives authorised senders only. No heap.
+/// order to hold replaces it unless it is a release. No heap.
 class GroundStationTap final : public MavlinkTap {
  public:
   /// An order and who gave it.
@@ -46,8 +46,14 @@ class GroundStationTap final : public MavlinkTap {
   static constexpr std::size_t kMaxCommands = 4;  ///< waiting orders: a release waits for at most three ticks
   static constexpr std::size_t kMaxAnswers = 8;   ///< in one tick
 
-  using MavlinkTap::MavlinkTap;
+  /// @param only whose set points count on a line without signatures, whose orders are all refused; nullopt: the line
+  ///   passes authorised senders only, and all of them count.
+  explicit GroundStationTap(hal::Uart& line, std::optional<mavlink::Address> only = {})
+      : MavlinkTap(line), only_(only) {}
 
+  bool is_signed() const { return !only_; }
+  /// Whether a goal came from a sender whose goals do not count, since the last call.
+  bool take_stranger() { return std::exchange(stranger_, false); }
   /// The newest goal for us, and the order for us that has waited longest.
   std::optional<mavlink::SetPositionTargetLocalNed> take_goal() { return std::exchange(goal_, std::nullopt); }
   std::optional<Order> take_order() {
@@ -69,8 +75,7 @@ class GroundStationTap final : public MavlinkTap {
   void receive(const mavlink::FrameView& frame) override {
     if (mavlink::is<mavlink::SetPositionTargetLocalNed>(frame)) {
       if (const auto goal = mavlink::decode<mavlink::SetPositionTargetLocalNed>(frame); is_for_us(goal.target_system)) {
-        goal_ = goal;
-        ++stats_.goals;
+        take(goal, frame.from);
       }
     } else if (mavlink::is<mavlink::CommandLong>(frame)) {
       const auto order = mavlink::decode<mavlink::CommandLong>(frame);
@@ -86,6 +91,14 @@ class GroundStationTap final : public MavlinkTap {
       answer_if<mavlink::MissionWritePartialList>(frame);
       answer_if<mavlink::MissionClearAll>(frame);
     }
+  }
+  void take(const mavlink::SetPositionTargetLocalNed& goal, mavlink::Address from) {
+    if (only_ && from != *only_) {
+      stranger_ = true;
+      return;
+    }
+    goal_ = goal;
+    ++stats_.goals;
   }
   static bool releases(const Order& order) {
     return order.message.command == kGuidedEnable && !(order.message.param1 >= 0.5F);
@@ -119,6 +132,8 @@ class GroundStationTap final : public MavlinkTap {
     }
   }
 
+  std::optional<mavlink::Address> only_;
+  bool stranger_ = false;
   std::optional<mavlink::SetPositionTargetLocalNed> goal_;
   std::array<Order, kMaxCommands> orders_{};  ///< waiting orders, the oldest first
   std::size_t order_count_ = 0;

@@ -32,19 +32,27 @@ GuidedModeUpdate update_guided_mode(GoalPlanner<T>& goals, GroundStationTap& lin
   goals.update(now, safety::passes_law(failsafe_state), controller.started(), controller.estimate());
   GuidedModeUpdate outcome;
   outcome.order = line.take_order();
+  outcome.goal = line.take_stranger() ? std::optional(GoalResult::kUnsigned) : std::nullopt;
   if (const auto goal = line.take_goal()) {
     outcome.goal = goals.take(*goal, now, flies, controller.source_frame());
   }
-  outcome.holds = outcome.order && is_hold_command(outcome.order->message) && goals.hold(now, flies);
+  outcome.holds =
+      outcome.order && line.is_signed() && is_hold_command(outcome.order->message) && goals.hold(now, flies);
   return outcome;
 }
 
 /// For a flight without goals, or on the way back to the start: passes an order on, refuses a goal.
 GuidedModeUpdate reject_goals(GroundStationTap& line);
 
-/// The limits of the ways to goals as a note in the log: "speed acceleration yaw_rate", SI.
-std::string goals_note(const ref::SpeedLimits& limits);
+/// How a flight takes goals.
+struct GoalSettings {
+  ref::SpeedLimits limits;
+  std::optional<mavlink::Address> only{};  ///< whose goals count, as GroundStationTap has it
+};
+/// The limits of the ways to goals as a note in the log: "speed acceleration yaw_rate", SI; for goals without a
+/// signature, system and component of their sender follow.
+std::string goals_note(const GoalSettings& settings);
 /// @returns nullopt: the note is of another version.
-std::optional<ref::SpeedLimits> limits_of_note(const std::string& note);
+std::optional<GoalSettings> goals_of_note(const std::string& note);
 
 }  // namespace m100::companion
