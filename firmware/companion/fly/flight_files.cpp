@@ -201,7 +201,9 @@ std::optional<GoalSettings> goal_settings(const FlyOptions& options, const Fligh
   if (!takes_goals || !files.flight || files.excitation) {
     return {};
   }
-  return GoalSettings{.limits = goal_limits_of(*files.flight), .only = unsigned_sender(options.pose)};
+  return GoalSettings{.limits = goal_limits_of(*files.flight),
+                      .stream = stream_limits_of(*files.flight),
+                      .only = unsigned_sender(options.pose)};
 }
 
 ReturnSettings home_settings(const FlightFiles& files) {

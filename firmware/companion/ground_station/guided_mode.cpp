@@ -11,7 +11,7 @@ GuidedModeUpdate reject_goals(GroundStationTap& line) {
   GuidedModeUpdate outcome;
   outcome.order = line.take_order();
   outcome.goal = line.take_stranger() ? std::optional(GoalResult::kUnsigned) : std::nullopt;
-  if (line.take_goal()) {
+  while (line.take_goal()) {
     outcome.goal = GoalResult::kNotFlying;
   }
   return outcome;
@@ -22,8 +22,12 @@ std::string goals_note(const GoalSettings& settings) {
   std::ostringstream text;
   text.precision(17);
   text << limits.speed_m_s << " " << limits.acceleration_m_s2 << " " << limits.yaw_rate_rad_s;
+  if (settings.stream) {
+    text << " stream " << settings.stream->speed_m_s << " " << settings.stream->acceleration_m_s2 << " "
+         << settings.stream->climb_m_s << " " << settings.stream->yaw_rate_rad_s;
+  }
   if (settings.only) {
-    text << " " << +settings.only->system << " " << +settings.only->component;
+    text << " from " << +settings.only->system << " " << +settings.only->component;
   }
   return text.str();
 }
@@ -32,14 +36,21 @@ std::optional<GoalSettings> goals_of_note(const std::string& note) {
   std::istringstream words(note);
   GoalSettings settings;
   words >> settings.limits.speed_m_s >> settings.limits.acceleration_m_s2 >> settings.limits.yaw_rate_rad_s;
-  if (!words) {
-    return std::nullopt;
+  bool is_read = !words.fail();
+  for (std::string word; is_read && words >> word;) {
+    if (word == "stream") {
+      StreamLimits& stream = settings.stream.emplace();
+      words >> stream.speed_m_s >> stream.acceleration_m_s2 >> stream.climb_m_s >> stream.yaw_rate_rad_s;
+    } else if (word == "from") {
+      unsigned system = 0, component = 0;
+      words >> system >> component;
+      settings.only = {.system = static_cast<std::uint8_t>(system), .component = static_cast<std::uint8_t>(component)};
+    } else {
+      return std::nullopt;
+    }
+    is_read = !words.fail();
   }
-  unsigned system = 0, component = 0;
-  if (words >> system >> component) {
-    settings.only = {.system = static_cast<std::uint8_t>(system), .component = static_cast<std::uint8_t>(component)};
-  }
-  return settings;
+  return is_read ? std::optional(settings) : std::nullopt;
 }
 
 std::string home_note(const ReturnSettings& settings) {

@@ -93,7 +93,7 @@ ReturnToStart<T> home_of(const RecordedFlight& flight, const app::FlightConfig& 
 
 /// Applies goals and a low battery to the course, as the flight did after the same tick.
 template <typename T, typename S>
-void lead(std::optional<GoalPlanner<T>>& goals, GroundStationTap& line, ReturnToStart<T>& home,
+void lead(std::optional<GoalFollower<T>>& goals, GroundStationTap& line, ReturnToStart<T>& home,
           const app::FlightController<T, S>& controller, core::TimePoint now) {
   if (goals && home.state() == ReturnToStart<T>::State::kInactive) {
     (void)update_guided_mode(*goals, line, controller, now);
@@ -185,7 +185,7 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher,
   RecordedUart pose(false);
   const std::optional<GoalSettings> goal_settings = goal_settings_of(flight);
   GroundStationTap overheard(pose, goal_settings ? goal_settings->only : std::nullopt);
-  auto goals = goal_settings ? std::optional<GoalPlanner<T>>(std::in_place, course, config.fence, goal_settings->limits)
+  auto goals = goal_settings ? std::optional<GoalFollower<T>>(std::in_place, course, config.fence, *goal_settings)
                              : std::nullopt;
   ReturnToStart<T> home = home_of(flight, config, course);
   const auto last = std::make_unique<RecordWindow>();
