@@ -16,7 +16,10 @@
 namespace m100::hal {
 namespace {
 
-/// Largest number of empty and overlong packets, and of interruptions, that one call skips.
+constexpr std::string_view kUdp = "udp:";
+constexpr std::string_view kLoopback = "udp:127.0.0.1:";
+
+/// Largest number of unusable packets, and of interruptions, that one call skips.
 constexpr int kPassedOver = 16;
 
 std::int64_t nanoseconds(const timespec& time) {
@@ -35,18 +38,22 @@ std::int64_t arrival_ns(msghdr& message) {
   return 0;
 }
 
-}  // namespace
-
-std::optional<std::uint16_t> udp_port_of(std::string_view name) {
-  if (!is_udp(name)) {
+/// @returns nullopt: what follows the prefix is no port.
+std::optional<std::uint16_t> port_after(std::string_view prefix, std::string_view name) {
+  if (!name.starts_with(prefix)) {
     return {};
   }
-  const std::string_view digits = name.substr(4);
+  const std::string_view digits = name.substr(prefix.size());
   std::uint16_t port = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
   const bool is_number = error == std::errc{} && end == digits.data() + digits.size();
   return is_number && port > 0 ? std::optional(port) : std::nullopt;
 }
+
+}  // namespace
+
+std::optional<std::uint16_t> udp_port_of(std::string_view name) { return port_after(kUdp, name); }
+std::optional<std::uint16_t> loopback_port_of(std::string_view name) { return port_after(kLoopback, name); }
 
 UdpPort::~UdpPort() {
   if (descriptor_ >= 0) {
@@ -62,7 +69,8 @@ core::Status UdpPort::open() {
   (void)::setsockopt(descriptor_, SOL_SOCKET, SO_RCVBUF, &kWaitingBytes, sizeof(kWaitingBytes));
   const int with_stamps = 1;
   (void)::setsockopt(descriptor_, SOL_SOCKET, SO_TIMESTAMPNS, &with_stamps, sizeof(with_stamps));
-  sockaddr_in address{};  // INADDR_ANY, which is 0: all interfaces
+  sockaddr_in address{};
+  address.sin_addr.s_addr = htonl(reach_ == UdpReach::kLoopback ? INADDR_LOOPBACK : INADDR_ANY);
   address.sin_family = AF_INET;
   address.sin_port = htons(port_);
   if (::bind(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
@@ -81,6 +89,12 @@ void UdpPort::mark_arrived() {
   is_after_mark_ = false;
 }
 
+// A program of this machine may send from any of its addresses, also for somebody else: only the loopback's counts.
+bool UdpPort::is_usable(std::size_t bytes) const {
+  const bool is_allowed = reach_ == UdpReach::kNetwork || last_.sin_addr.s_addr == htonl(INADDR_LOOPBACK);
+  return bytes > 0 && bytes <= packet_.size() && is_allowed;
+}
+
 bool UdpPort::receive() {
   for (int packet = 0; packet < kPassedOver; ++packet) {
     iovec data{.iov_base = packet_.data(), .iov_len = packet_.size()};
@@ -96,7 +110,7 @@ bool UdpPort::receive() {
     if (count < 0 && errno != EINTR) {
       return false;
     }
-    if (count > 0 && static_cast<std::size_t>(count) <= packet_.size()) {
+    if (count > 0 && is_usable(static_cast<std::size_t>(count))) {
       rest_ = std::span(packet_).first(static_cast<std::size_t>(count));
       is_after_mark_ = mark_ns_ != 0 && arrival_ns(message) > mark_ns_;
       return !is_after_mark_;

@@ -16,10 +16,15 @@ namespace m100::hal {
 
 /// The port in "udp:PORT", 1 to 65535. @returns nullopt: the name does not have this form.
 std::optional<std::uint16_t> udp_port_of(std::string_view name);
+/// The port in "udp:127.0.0.1:PORT", for packets of this machine alone. @returns nullopt: another form.
+std::optional<std::uint16_t> loopback_port_of(std::string_view name);
 constexpr bool is_udp(std::string_view name) { return name.substr(0, 4) == "udp:"; }
 
-/// A UDP port of this machine, IPv4, all interfaces, non-blocking. Its bytes are those of the packets in their order of
-/// arrival; a packet that is longer than kMaxPacketBytes, or empty, is skipped.
+/// Whose packets a UDP port takes; kLoopback: those that programs of this machine send from 127.0.0.1.
+enum class UdpReach : std::uint8_t { kNetwork, kLoopback };
+
+/// A UDP port of this machine, IPv4, all interfaces or the loopback alone, non-blocking. Its bytes are those of the
+/// packets in their order of arrival; a packet that is longer than kMaxPacketBytes, or empty, is skipped.
 ///
 /// Unread packets are limited to kWaitingBytes of the kernel's memory: a flood loses packets instead of delaying
 /// them. Before answer_last() there is no peer, and written bytes are lost. Allocates nothing.
@@ -28,7 +33,7 @@ class UdpPort final : public PacketUart {
   static constexpr std::size_t kMaxPacketBytes = 1500;
   static constexpr int kWaitingBytes = 1 << 16;
 
-  explicit UdpPort(std::uint16_t port) : port_(port) {}
+  explicit UdpPort(std::uint16_t port, UdpReach reach = UdpReach::kNetwork) : port_(port), reach_(reach) {}
   ~UdpPort();
 
   /// @returns kOk; kRefused: no right, or another program has it; kUnavailable: the machine has no network.
@@ -48,7 +53,11 @@ class UdpPort final : public PacketUart {
   /// Receives the next usable packet. @returns false: none has come before the mark, or too many in a row were skipped.
   bool receive();
 
+  /// Whether the packet that came last may be used.
+  bool is_usable(std::size_t bytes) const;
+
   std::uint16_t port_;
+  UdpReach reach_;
   int descriptor_ = -1;
   std::array<std::byte, kMaxPacketBytes> packet_{};
   std::span<const std::byte> rest_;

@@ -54,4 +54,12 @@ ref::SpeedLimits goal_limits_of(const FlightFile& flight) {
   return limits;
 }
 
+StreamLimits stream_limits_of(const FlightFile& flight) {
+  const CourseLimits course = course_limits_of(flight);
+  return {.speed_m_s = std::isfinite(course.speed_m_s) ? course.speed_m_s : goal_limits_of(flight).speed_m_s,
+          .acceleration_m_s2 = std::min(course.acceleration_m_s2, model::kGravity_m_s2 * std::sin(course.tilt_rad)),
+          .climb_m_s = course.climb_m_s,
+          .yaw_rate_rad_s = course.yaw_rate_rad_s};
+}
+
 }  // namespace m100::companion

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "firmware/companion/files/flight_file.h"
+#include "firmware/companion/ground_station/set_point_stream.h"
 
 // What a flight file says, in the types of the rooms that use it.
 namespace m100::companion {
@@ -17,5 +18,7 @@ CourseLimits course_limits_of(const FlightFile& flight);
 /// The speed limits on the way to a goal: the smaller of the defaults for goals and the limits of a course. An
 /// acceleration a in any direction, including down, needs a tilt of at most asin(a / g).
 ref::SpeedLimits goal_limits_of(const FlightFile& flight);
+/// The limits of a stream of set points: those of a course; without a speed in the file, that of goals.
+StreamLimits stream_limits_of(const FlightFile& flight);
 
 }  // namespace m100::companion

@@ -172,7 +172,7 @@ void wait_for_log(const FlyOptions& options, const std::optional<LogFile>& log, 
 SequencerInput received(const PosePort& port, GroundStationCommands& ground_station, const Controller& controller,
                         const FlightSequencer& sequencer, core::TimePoint now) {
   const OperatorInput input = read_operator_input();
-  const OperatorInput commanded = port.signatures() != nullptr
+  const OperatorInput commanded = port.has_ground_station()
                                       ? ground_station.tick(now, controller, sequencer_status(sequencer, now))
                                       : OperatorInput{};
   return {.toggle_control = input.toggle_control || commanded.toggle_control,
@@ -243,7 +243,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   std::optional<LogFile> log_file;
   log::FlightLogWriter* const log = begin_log(log_file, options, model, files, start, config, clock.now());
   LiveDisplay live(options.live);
-  GroundStationTap pose_line(pose_port.line());
+  GroundStationTap pose_line(pose_port.line(), unsigned_sender(options.pose));
   const auto controller =
       std::make_unique<Controller>(model.vehicle(), model.tables(), config, port, pose_line, *trajectory, log);
   const link::ReleaseSequence last_words(neutral, cipher);
@@ -252,7 +252,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   TelemetryStream* const telemetry_stream = prepare_the_thread(pose_port, live);
   OperatorChannels channels(log, telemetry_stream);
   report_settings(options, files, channels, clock.now());
-  GroundStationCommands ground_station(goal_limits(options, files), config.fence, *trajectory, pose_line,
+  GroundStationCommands ground_station(goal_settings(options, files), config.fence, *trajectory, pose_line,
                                        telemetry_stream, channels);
   FlightSequencer sequencer(request_of(options, files, place, start), config, *controller, *trajectory, channels);
   discard_operator_input();

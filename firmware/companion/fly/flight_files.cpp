@@ -196,11 +196,14 @@ Range check_offsets(const FlightFiles& files) {
   return {start.position_w_m.z(), fence_m.high - heights_m.high};
 }
 
-std::optional<ref::SpeedLimits> goal_limits(const FlyOptions& options, const FlightFiles& files) {
-  if (options.pose.key_file.empty() || !files.flight || files.excitation) {
+std::optional<GoalSettings> goal_settings(const FlyOptions& options, const FlightFiles& files) {
+  const bool takes_goals = !options.pose.key_file.empty() || !options.pose.set_points_from.empty();
+  if (!takes_goals || !files.flight || files.excitation) {
     return {};
   }
-  return goal_limits_of(*files.flight);
+  return GoalSettings{.limits = goal_limits_of(*files.flight),
+                      .stream = stream_limits_of(*files.flight),
+                      .only = unsigned_sender(options.pose)};
 }
 
 ReturnSettings home_settings(const FlightFiles& files) {
@@ -259,7 +262,7 @@ void write_notes(log::FlightLogWriter& log, const FlyOptions& options, const Fli
   if (files.excitation) {
     notes.push_back({kExcitationNote, excitation});
   }
-  const std::optional<ref::SpeedLimits> to_goals = goal_limits(options, files);
+  const std::optional<GoalSettings> to_goals = goal_settings(options, files);
   const std::string goals = to_goals ? goals_note(*to_goals) : "";
   if (to_goals && !options.dry_run) {
     notes.push_back({kGoalsNote, goals});

@@ -9,6 +9,7 @@
 #include "firmware/companion/files/flight_file.h"
 #include "firmware/companion/fly/flight_model.h"
 #include "firmware/companion/fly/fly.h"
+#include "firmware/companion/ground_station/guided_mode.h"
 #include "firmware/companion/ground_station/return_to_start.h"
 #include "firmware/log/flight_log.h"
 
@@ -50,9 +51,9 @@ void parse_and_validate(const FlightFiles& files, const ref::Waypoint<double>& s
 /// @returns the start heights [m], in the world of the pose, from which it stays inside; all without a flight file.
 Range check_offsets(const FlightFiles& files);
 
-/// The speed limits on the way to a goal; nullopt: this flight takes no goals, because there is no key or no flight
-/// file, or because it flies an excitation.
-std::optional<ref::SpeedLimits> goal_limits(const FlyOptions& options, const FlightFiles& files);
+/// How the flight takes goals; nullopt: it takes none, because there is neither a key nor --set-points-from, or no
+/// flight file, or because it flies an excitation.
+std::optional<GoalSettings> goal_settings(const FlyOptions& options, const FlightFiles& files);
 
 /// What the flight does on a low battery.
 ReturnSettings home_settings(const FlightFiles& files);

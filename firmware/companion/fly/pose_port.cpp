@@ -2,7 +2,6 @@
 #include "firmware/companion/fly/pose_port.h"
 
 #include <time.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <filesystem>
@@ -44,36 +43,11 @@ mavlink::Key mavlink_key(const std::string& path) {
 
 }  // namespace
 
-void add_pose_options(CLI::App& app, PoseOptions& options) {
-  app.add_option("--pose-port", options.port,
-                 "where the pose comes from (MAVLink: ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY): a serial "
-                 "port, or udp:PORT, which needs --mavlink-key");
-  app.add_option("--pose-baud", options.baud, "baud rate of the pose port, if it is a serial port")
-      ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
-  app.add_option("--pose-from", options.from,
-                 "whose poses are used, if several send on the line: SYS or SYS:COMP, MAVLink's system and component")
-      ->type_name("SYS[:COMP]");
-  app.add_flag("--accept-clock", options.accept_clock,
-               "a signer whose time stamps begin behind this machine's clock is accepted; its stamps must rise, and "
-               "frames that were sent before stay refused");
-  app.add_option("--mavlink-key", options.key_file,
-                 "file with the key of the signatures (64 hexadecimal digits, readable by its owner only); frames that "
-                 "are not signed with it, or that were sent before, are refused");
-}
-
 void check(const PoseOptions& options, const std::string& autopilot) {
+  if (const std::string conflict = conflict_of(options); !conflict.empty()) {
+    throw UsageError(conflict);
+  }
   const bool is_network = hal::is_udp(options.port);
-  if (is_network && !hal::udp_port_of(options.port)) {
-    throw UsageError("--pose-port: " + options.port + ": a UDP port is written udp:PORT, PORT from 1 to 65535");
-  }
-  if (is_network && options.key_file.empty()) {
-    throw UsageError("--pose-port: " + options.port +
-                     ": poses over a network must be signed; name the key with --mavlink-key");
-  }
-  (void)choice_of(options);
-  if (options.port.empty() && !options.key_file.empty()) {
-    throw UsageError("--mavlink-key: is the key of the pose port, and needs --pose-port");
-  }
   std::error_code error;
   if (!options.port.empty() && !is_network &&
       (options.port == autopilot || std::filesystem::equivalent(options.port, autopilot, error))) {
@@ -99,9 +73,11 @@ FileUse files_of(const PoseOptions& options, const std::string& autopilot) {
 
 PosePort::PosePort(const PoseOptions& options, const std::string& clock_port)
     : options_(options), clock_port_(clock_port), clock_(clock_port), start_(signature_time()) {
-  if (const std::optional<std::uint16_t> port = hal::udp_port_of(options.port)) {
-    udp_.emplace(*port);
-    line_ = &*udp_;
+  if (hal::is_udp(options.port)) {
+    const std::optional<std::uint16_t> loopback = hal::loopback_port_of(options.port);
+    udp_.emplace(loopback ? *loopback : *hal::udp_port_of(options.port),
+                 loopback ? hal::UdpReach::kLoopback : hal::UdpReach::kNetwork);
+    line_ = &reply_to_sender_.emplace(*udp_, choice_of(options));  // with a key the SignedLine does it
     if (const core::Status opened = udp_->open(); opened != core::Status::kOk) {
       throw UsageError(options.port + (opened == core::Status::kRefused
                                            ? ": no permission to open it, or another program holds it"
@@ -133,8 +109,8 @@ PosePort::~PosePort() {
 }
 
 TelemetryStream* PosePort::start_telemetry_stream() {
-  if (udp_ && signed_) {
-    telemetry_stream_ = std::make_unique<TelemetryStream>(*udp_, key_);
+  if (udp_) {
+    telemetry_stream_ = std::make_unique<TelemetryStream>(*udp_, signed_ ? std::optional(key_) : std::nullopt);
     telemetry_stream_->start();
   }
   return telemetry_stream_.get();
@@ -151,10 +127,6 @@ void PosePort::tick() {
   if (++ticks_ % kTicksPerOffer == 0) {
     replay_file_->offer(signed_->memory());
   }
-}
-
-link::SenderChoice choice_of(const PoseOptions& options) {
-  return options.from.empty() ? link::SenderChoice{} : sender_of(options.from, "--pose-from");
 }
 
 void ExchangedPorts::received(std::span<const std::byte> bytes, core::TimePoint /*now*/) {

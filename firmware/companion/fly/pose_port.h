@@ -9,7 +9,9 @@
 #include <string>
 
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/pose_options.h"
 #include "firmware/companion/files/signature_times_file.h"
+#include "firmware/companion/ground_station/mavlink_tap.h"
 #include "firmware/companion/ground_station/telemetry_stream.h"
 #include "firmware/link/pose/pose_link.h"
 #include "firmware/link/pose/signed_line.h"
@@ -17,33 +19,33 @@
 #include "hal/linux/udp_port.h"
 #include "protocol/dji/frame_parser.h"
 
-namespace CLI {
-class App;
-}  // namespace CLI
-
 namespace m100::companion {
 
-/// Where the pose comes from, as the operator gives it.
-struct PoseOptions {
-  std::string port;             ///< a serial port, or "udp:PORT"; empty: none
-  std::uint32_t baud = 115200;  ///< of a serial port
-  std::string key_file;         ///< of the signatures; empty: signatures are not required
-  std::string from;             ///< "SYS" or "SYS:COMP": whose poses are used; empty: not chosen by this option
-  bool accept_clock = false;    ///< the first time stamp of a signer may be old
-};
-
-void add_pose_options(CLI::App& app, PoseOptions& options);
-
-/// Refuses a network without a key, an invalid UDP port or sender, a simulated port beside a real one, a key without a
-/// port, and the autopilot's port. @param autopilot name of that port. Errors: UsageError, FlightFileError.
+/// Refuses options that conflict_of() names, a simulated port beside a real one, and the autopilot's port. @param
+/// autopilot name of that port. Errors: UsageError, FlightFileError.
 void check(const PoseOptions& options, const std::string& autopilot);
 
 /// The files that the two ports use: a key is read, and the file of its accepted signatures beside it is written. The
 /// caller adds the other files of its command. @param autopilot name of the autopilot's port
 FileUse files_of(const PoseOptions& options, const std::string& autopilot);
 
-/// The port of the pose: a serial line or a network. With a key, only frames that are signed and new pass; a network
-/// needs a key, see check().
+/// Lets a UDP port answer the program that sent the newest frame of the chosen sender.
+class ReplyToSender final : public MavlinkTap {
+ public:
+  ReplyToSender(hal::UdpPort& port, link::SenderChoice choice) : MavlinkTap(port), port_(port), choice_(choice) {}
+
+ private:
+  void receive(const mavlink::FrameView& frame) override {
+    if (choice_.admits(frame.from)) {
+      port_.answer_last();
+    }
+  }
+  hal::UdpPort& port_;
+  link::SenderChoice choice_;
+};
+
+/// The port of the pose: a serial line or a network. With a key, only frames that are signed and new pass; without one
+/// a network is the loopback alone, see check().
 class PosePort {
  public:
   /// Opens the port. @param options accepted by check(). @param clock_port for hal::PortClock. Errors: UsageError.
@@ -58,18 +60,20 @@ class PosePort {
   /// SerialPort::mark_arrived(), or that of the network.
   void mark_arrived() { udp_ ? udp_->mark_arrived() : serial_->mark_arrived(); }
   hal::Uart& line() { return *line_; }
-  /// Starts sending to the ground station. @returns null: the port is a serial line, or there is no key.
+  /// Starts sending to the ground station, signed if there is a key. @returns null: the port is a serial line.
   TelemetryStream* start_telemetry_stream();
   /// After start_telemetry_stream(): call it after each tick.
   void publish(const app::FlightController<double>& controller, core::TimePoint now) {
     if (telemetry_stream_) {
-      telemetry_stream_->publish(controller, now, signed_->min_time());
+      telemetry_stream_->publish(controller, now, signed_ ? signed_->min_time() : mavlink::SignatureTime{0});
     }
   }
   /// The baud rate, which gives the transmission time of a byte; 0: a network.
   std::uint32_t baud() const { return udp_ ? 0 : options_.baud; }
   const std::string& name() const { return options_.port; }
   const std::string& clock_port() const { return clock_port_; }
+  /// Whether goals and orders may come: signed, or over the loopback.
+  bool has_ground_station() const { return signed_ || udp_; }
   /// Null: without a key.
   const link::SignedLineStats* signatures() const { return signed_ ? &signed_->stats() : nullptr; }
 
@@ -80,6 +84,7 @@ class PosePort {
   mavlink::SignatureTime start_;  ///< signature time at which clock_ shows zero
   std::optional<hal::SerialPort> serial_;
   std::optional<hal::UdpPort> udp_;
+  std::optional<ReplyToSender> reply_to_sender_;
   std::unique_ptr<SignatureTimesFile> replay_file_;
   mavlink::Key key_{};
   std::optional<link::SignedLine> signed_;
@@ -88,8 +93,6 @@ class PosePort {
   std::uint32_t ticks_ = 0;
 };
 
-/// The chosen sender. Errors: FlightFileError.
-link::SenderChoice choice_of(const PoseOptions& options);
 /// Sees frames of the autopilot's protocol in the bytes of the pose port: there are some if the ports are exchanged.
 class ExchangedPorts final : public link::ByteTap {
  public:

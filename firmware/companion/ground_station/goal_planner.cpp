@@ -4,19 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware/companion/ground_station/set_point_mask.h"
 #include "firmware/core/frames.h"
 #include "firmware/core/maths.h"
 
 namespace m100::companion {
 namespace {
 
-// Bits of type_mask (MAVLink POSITION_TARGET_TYPEMASK): a set bit means that the field is ignored.
-constexpr unsigned kIgnorePosition = 0b111;
-constexpr unsigned kIgnoreMotion = 0b111111000;  // velocity and acceleration
-constexpr unsigned kForce = 1U << 9U;
-constexpr unsigned kIgnoreYaw = 1U << 10U;
-constexpr unsigned kIgnoreYawRate = 1U << 11U;
-constexpr std::uint8_t kLocalNed = 1;  // MAV_FRAME
+constexpr unsigned kIgnoreMotion = kIgnoreVelocity | kIgnoreAcceleration;
 
 constexpr double kShortestBrake_s = 0.5;
 /// A stop takes this number times speed / acceleration limit: 3 / sqrt(2). The acceleration then never exceeds the
@@ -122,7 +117,7 @@ std::string_view name(GoalResult answer) {
     case GoalResult::kFrame:
       return "refused: only the frame LOCAL_NED counts";
     case GoalResult::kMask:
-      return "refused: only a position and a yaw count; set the bits of velocity, acceleration and yaw rate";
+      return "refused: a mask must name a position or a yaw";
     case GoalResult::kNotFinite:
       return "refused: not finite, or farther than 1 km";
     case GoalResult::kDegrees:
@@ -131,6 +126,30 @@ std::string_view name(GoalResult answer) {
       return "refused: z lies below the fence and, with the other sign, inside it: MAVLink's z points down";
     case GoalResult::kReturningToStart:
       return "refused: the battery is low, and the aircraft flies to where the flight began";
+    case GoalResult::kUnsigned:
+      return "refused: without a signature only the sender of --set-points-from counts";
+    case GoalResult::kFirst:
+      return "a motion alone begins nothing";
+    case GoalResult::kStream:
+      return "a stream of set points, flown as it comes";
+    case GoalResult::kStreamFence:
+      return "a stream that leads beyond the fence: it stays inside";
+    case GoalResult::kStreamSpeed:
+      return "a stream that is too fast: the speed is cut to its limit";
+    case GoalResult::kStreamAcceleration:
+      return "a stream that needs too much tilt: the acceleration is cut to its limit";
+    case GoalResult::kStreamFar:
+      return "a stream that is too far away to join: it flies there first";
+    case GoalResult::kStreamEnded:
+      return "the stream of set points has ended: it brakes and holds";
+    case GoalResult::kSecondSender:
+      return "refused: set points of another sender lead, until they pause for 0.3 s";
+    case GoalResult::kMixedMasks:
+      return "refused: the masks of a stream must not change, until it pauses for 0.3 s";
+    case GoalResult::kPartialMask:
+      return "refused: a mask must name position or velocity, each with all three axes, and no force";
+    case GoalResult::kHeld:
+      return "refused: an order to hold stopped this stream, until it pauses for 0.3 s";
   }
   return "";
 }

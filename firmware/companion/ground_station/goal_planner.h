@@ -26,8 +26,25 @@ enum class GoalResult : std::uint8_t {
   kNotFinite,
   kDegrees,
   kUpward,
-  kReturningToStart
+  kReturningToStart,
+  kUnsigned,
+  // Of a stream; SetPointStream::exceeding() has the number.
+  kFirst,  ///< a motion alone: nothing yet
+  kStream,
+  kStreamFence,
+  kStreamSpeed,
+  kStreamAcceleration,
+  kStreamFar,
+  kStreamEnded,
+  kSecondSender,
+  kMixedMasks,
+  kPartialMask,
+  kHeld
 };
+inline constexpr std::size_t kGoalResults = static_cast<std::size_t>(GoalResult::kHeld) + 1;
+constexpr bool is_stream(GoalResult answer) {
+  return answer >= GoalResult::kStream && answer <= GoalResult::kStreamFar;
+}
 /// "refused: only the frame LOCAL_NED counts", for people.
 std::string_view name(GoalResult answer);
 

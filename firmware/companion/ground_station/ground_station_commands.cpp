@@ -96,8 +96,9 @@ OperatorInput GroundStationCommands::tick(core::TimePoint now, const app::Flight
     send(answer);
   }
   line_.clear_answers();
-  const GuidedModeUpdate outcome =
-      goals_ && !status.returns_to_start ? update_guided_mode(*goals_, line_, controller, now) : reject_goals(line_);
+  const GuidedModeUpdate outcome = follower_ && !status.returns_to_start
+                                       ? update_guided_mode(*follower_, line_, controller, now)
+                                       : reject_goals(line_);
   if (outcome.goal) {
     report_goal(now, status.returns_to_start ? GoalResult::kReturningToStart : *outcome.goal);
   }
@@ -110,26 +111,35 @@ void GroundStationCommands::send(const Reply& reply) {
   }
 }
 
-void GroundStationCommands::report_goal(core::TimePoint now, GoalResult answer) {
-  const bool is_new = answer == GoalResult::kAccepted
-                          ? reported_ != answer || now - goal_reported_at_ >= kGoalReportInterval
-                          : answer != GoalResult::kUnchanged && answer != reported_;
-  reported_ = answer == GoalResult::kUnchanged ? reported_ : answer;
-  if (!is_new) {
-    return;  // a repeated goal gives one line, a stream of goals one per second
+bool GroundStationCommands::is_new(core::TimePoint now, GoalResult answer) const {
+  const core::TimePoint last = reported_at_[static_cast<std::size_t>(answer)];
+  const bool waits = last != core::TimePoint{} && now - last < kGoalReportInterval;
+  if (answer == GoalResult::kAccepted) {
+    return answer != reported_ || !waits;
   }
-  goal_reported_at_ = now;
+  return answer != reported_ && answer != GoalResult::kUnchanged && answer != GoalResult::kFirst && !waits;
+}
+
+void GroundStationCommands::report_goal(core::TimePoint now, GoalResult answer) {
+  if (!is_new(now, answer)) {
+    return;
+  }
+  reported_ = answer;
+  reported_at_[static_cast<std::size_t>(answer)] = now;
   TextLine line;
   line.add("goal from the ground station");
   if (answer == GoalResult::kAccepted) {
-    const auto& place = goals_->goal()->position_w_m;
+    const auto& place = follower_->goals.goal()->position_w_m;
     line.add(" (").add(place.x(), 2).add(", ").add(place.y(), 2).add(", ").add(place.z(), 2).add(") m");
   }
   line.add(": ").add(companion::name(answer));
-  if (goals_ && answer == GoalResult::kAccepted) {
-    add_cut(line, goals_->cut_w_m());
-  } else if (goals_ && answer != GoalResult::kReturningToStart && goals_->refused_value() != 0.0) {
-    line.add(" (").add_significant(goals_->refused_value()).add(")");
+  const double exceeding = follower_ && follower_->stream ? follower_->stream->exceeding() : 0.0;
+  if (is_stream(answer) && exceeding != 0.0) {
+    line.add(" (").add_significant(exceeding).add(answer == GoalResult::kStreamFar ? " m)" : ")");
+  } else if (follower_ && answer == GoalResult::kAccepted) {
+    add_cut(line, follower_->goals.cut_w_m());
+  } else if (follower_ && answer != GoalResult::kReturningToStart && follower_->goals.refused_value() != 0.0) {
+    line.add(" (").add_significant(follower_->goals.refused_value()).add(")");
   }
   operator_log_.write(now, line.text());
 }
@@ -155,6 +165,9 @@ OperatorInput GroundStationCommands::execute(core::TimePoint now, const GroundSt
     line.add("hold");
   } else {
     line.add("command ").add(static_cast<double>(order.message.command), 0);
+  }
+  if (!line_.is_signed()) {
+    decision = {.result = kDenied, .why = ", refused: orders need a signature (--mavlink-key)", .input = {}};
   }
   operator_log_.write(now, line.add(decision.why).text());
   send(mavlink::CommandAck{.command = order.message.command,

@@ -24,14 +24,15 @@ SequencerStatus sequencer_status(const FlightSequencer& sequencer, core::TimePoi
 /// the operator's command. Each order is answered; an unknown one is refused and reported by its number. No heap.
 class GroundStationCommands {
  public:
-  /// @param limits nullopt: the flight takes no goals, see goal_limits(). @param telemetry_stream null: there are no
+  /// @param settings nullopt: the flight takes no goals, see goal_settings(). @param telemetry_stream null: there are
+  /// no
   ///   answers.
-  GroundStationCommands(const std::optional<ref::SpeedLimits>& limits, const core::Fence& fence,
+  GroundStationCommands(const std::optional<GoalSettings>& settings, const core::Fence& fence,
                         ref::Trajectory<double>& trajectory, GroundStationTap& line, TelemetryStream* telemetry_stream,
                         OperatorLog& operator_log)
       : line_(line), telemetry_stream_(telemetry_stream), operator_log_(operator_log) {
-    if (limits) {
-      goals_.emplace(trajectory, fence, *limits);
+    if (settings) {
+      follower_.emplace(trajectory, fence, *settings);
     }
   }
 
@@ -39,7 +40,7 @@ class GroundStationCommands {
   OperatorInput tick(core::TimePoint now, const app::FlightController<double>& controller,
                      const SequencerStatus& status);
   /// Whether goals, or an order to hold, have led the flight.
-  bool has_goal() const { return goals_ && goals_->goal().has_value(); }
+  bool has_goal() const { return follower_ && follower_->goals.goal().has_value(); }
 
  private:
   static constexpr core::Duration kGoalReportInterval = std::chrono::seconds(1);  ///< between two lines about goals
@@ -47,14 +48,16 @@ class GroundStationCommands {
   OperatorInput execute(core::TimePoint now, const GroundStationTap::Order& order, bool holds,
                         const SequencerStatus& status);
   void report_goal(core::TimePoint now, GoalResult answer);
+  /// A repeated answer gives one line; goals, and answers that alternate, one each per kGoalReportInterval.
+  bool is_new(core::TimePoint now, GoalResult answer) const;
   void send(const Reply& reply);
 
-  std::optional<GoalPlanner<double>> goals_;
+  std::optional<GoalFollower<double>> follower_;
   GroundStationTap& line_;
   TelemetryStream* telemetry_stream_;
   OperatorLog& operator_log_;
   std::optional<GoalResult> reported_;
-  core::TimePoint goal_reported_at_{};
+  std::array<core::TimePoint, kGoalResults> reported_at_{};
 };
 
 }  // namespace m100::companion

@@ -32,24 +32,44 @@ constexpr bool is_hold_command(const mavlink::CommandLong& order) {
   return order.command == kPauseContinue && order.param1 < 0.5F;
 }
 
-/// A line that passes all bytes on, and keeps the newest goal, the first kMaxCommands orders and the answers to the
-/// first kMaxAnswers requests that passed. Without room for it, an order to release replaces the last waiting order; an
-/// order to hold replaces it unless it is a release. On a signed line it receives authorised senders only. No heap.
+/// A line that passes all bytes on, and keeps the newest goal of each sender, the first kMaxCommands orders and the
+/// answers to the first kMaxAnswers requests that passed. Without room for it, an order to release replaces the last
+/// waiting order; an order to hold replaces it unless it is a release. No heap.
 class GroundStationTap final : public MavlinkTap {
  public:
+  /// A goal or set point and who gave it.
+  struct Goal {
+    mavlink::SetPositionTargetLocalNed message;
+    mavlink::Address from;
+  };
   /// An order and who gave it.
   struct Order {
     mavlink::CommandLong message;
     mavlink::Address from;
   };
 
+  static constexpr std::size_t kMaxSenders = 2;   ///< of goals in one tick: one that is flown, one that is refused
   static constexpr std::size_t kMaxCommands = 4;  ///< waiting orders: a release waits for at most three ticks
   static constexpr std::size_t kMaxAnswers = 8;   ///< in one tick
 
-  using MavlinkTap::MavlinkTap;
+  /// @param only whose set points count on a line without signatures, whose orders are all refused; nullopt: the line
+  ///   passes authorised senders only, and all of them count.
+  explicit GroundStationTap(hal::Uart& line, std::optional<mavlink::Address> only = {})
+      : MavlinkTap(line), only_(only) {}
 
-  /// The newest goal for us, and the order for us that has waited longest.
-  std::optional<mavlink::SetPositionTargetLocalNed> take_goal() { return std::exchange(goal_, std::nullopt); }
+  bool is_signed() const { return !only_; }
+  /// Whether a goal came from a sender whose goals do not count, since the last call.
+  bool take_stranger() { return std::exchange(stranger_, false); }
+  /// A goal for us, its sender's newest; in the order in which the senders came.
+  std::optional<Goal> take_goal() {
+    if (goal_count_ == 0) {
+      return std::nullopt;
+    }
+    const Goal first = goals_[0];
+    std::shift_left(goals_.begin(), goals_.begin() + static_cast<std::ptrdiff_t>(goal_count_--), 1);
+    return first;
+  }
+  /// The order for us that has waited longest.
   std::optional<Order> take_order() {
     if (order_count_ == 0) {
       return std::nullopt;
@@ -69,13 +89,12 @@ class GroundStationTap final : public MavlinkTap {
   void receive(const mavlink::FrameView& frame) override {
     if (mavlink::is<mavlink::SetPositionTargetLocalNed>(frame)) {
       if (const auto goal = mavlink::decode<mavlink::SetPositionTargetLocalNed>(frame); is_for_us(goal.target_system)) {
-        goal_ = goal;
-        ++stats_.goals;
+        store(Goal{goal, frame.from});
       }
     } else if (mavlink::is<mavlink::CommandLong>(frame)) {
       const auto order = mavlink::decode<mavlink::CommandLong>(frame);
       if (is_for_us(order.target_system)) {
-        store({order, frame.from});
+        store(Order{order, frame.from});
         ++stats_.orders;
       }
     } else {
@@ -85,6 +104,21 @@ class GroundStationTap final : public MavlinkTap {
       answer_if<mavlink::MissionCount>(frame);
       answer_if<mavlink::MissionWritePartialList>(frame);
       answer_if<mavlink::MissionClearAll>(frame);
+    }
+  }
+  void store(const Goal& goal) {
+    if (only_ && goal.from != *only_) {
+      stranger_ = true;
+      return;
+    }
+    ++stats_.goals;
+    const auto stored = std::span(goals_).first(goal_count_);
+    const auto same =
+        std::find_if(stored.begin(), stored.end(), [&](const Goal& one) { return one.from == goal.from; });
+    if (same != stored.end()) {
+      *same = goal;
+    } else if (goal_count_ < kMaxSenders) {
+      goals_[goal_count_++] = goal;
     }
   }
   static bool releases(const Order& order) {
@@ -119,7 +153,10 @@ class GroundStationTap final : public MavlinkTap {
     }
   }
 
-  std::optional<mavlink::SetPositionTargetLocalNed> goal_;
+  std::optional<mavlink::Address> only_;
+  bool stranger_ = false;
+  std::array<Goal, kMaxSenders> goals_{};
+  std::size_t goal_count_ = 0;
   std::array<Order, kMaxCommands> orders_{};  ///< waiting orders, the oldest first
   std::size_t order_count_ = 0;
   std::array<Reply, kMaxAnswers> answers_{};

@@ -66,7 +66,9 @@ void TelemetryStream::send_all() {
 template <typename Message>
 void TelemetryStream::send(const Message& message) {
   mavlink::Frame frame = mavlink::encode(message, kAircraft, frames_++);
-  mavlink::sign(frame, key_, kLinkOfTheSpeaker, ++time_);
+  if (key_) {
+    mavlink::sign(frame, *key_, kLinkOfTheSpeaker, ++time_);
+  }
   (void)port_.send(frame.bytes());  // a message that cannot be sent is lost, as on the air
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <thread>
 
@@ -15,18 +16,18 @@
 
 namespace m100::companion {
 
-/// Sends the state of the flight to the ground station: over UDP, signed, from a thread of its own. The thread that
-/// flies hands over copies and neither waits nor allocates. ATTITUDE_QUATERNION and LOCAL_POSITION_NED are sent ten
-/// times a second; HEARTBEAT, ESTIMATOR_STATUS and BATTERY_STATUS once a second; lines for the operator (STATUSTEXT)
-/// and answers as they come. The receiver is the sender of the last accepted packet.
+/// Sends the state of the flight to the ground station: over UDP, signed if there is a key, from a thread of its own.
+/// The thread that flies hands over copies and neither waits nor allocates. ATTITUDE_QUATERNION and LOCAL_POSITION_NED
+/// are sent ten times a second; HEARTBEAT, ESTIMATOR_STATUS and BATTERY_STATUS once a second; lines for the operator
+/// (STATUSTEXT) and answers as they come. The receiver is the sender of the last accepted packet.
 class TelemetryStream {
  public:
   static constexpr std::uint32_t kTicksPerState = 10;
   static constexpr std::uint32_t kStatesPerHeartbeat = 10;
   static constexpr std::size_t kMaxLineChars = 250;  ///< characters; the rest of a line is cut off
 
-  /// @param port must outlive it.
-  TelemetryStream(const hal::UdpPort& port, const mavlink::Key& key) : port_(port), key_(key) {}
+  /// @param port must outlive it. @param key nullopt: the messages are not signed.
+  TelemetryStream(const hal::UdpPort& port, const std::optional<mavlink::Key>& key) : port_(port), key_(key) {}
   ~TelemetryStream() { finish(); }
   TelemetryStream(const TelemetryStream&) = delete;
   TelemetryStream& operator=(const TelemetryStream&) = delete;
@@ -53,7 +54,7 @@ class TelemetryStream {
   void send(const Message& message);
 
   const hal::UdpPort& port_;
-  mavlink::Key key_;
+  std::optional<mavlink::Key> key_;
   core::SpscRing<FlightState, 16> states_;
   core::SpscRing<Line, 16> lines_;
   core::SpscRing<Reply, 64> replies_;

@@ -85,7 +85,7 @@ std::vector<CheckResult> examine(const DoctorOptions& options) {
   if (options.load_s > 0.0) {
     checks.push_back(check_under_load(checks, options));
   }
-  if (!hal::is_udp(options.pose.port)) {
+  if (!hal::is_udp(options.pose.source.port)) {
     checks.push_back(preflight::check_pose_line(options.pose));
   }
   preflight::PosePlan pose = options.pose;
@@ -107,17 +107,12 @@ nlohmann::json to_json(const std::vector<CheckResult>& checks) {
 preflight::CheckFramesOptions by_hand_of(const DoctorOptions& options) {
   preflight::CheckFramesOptions by_hand = options.by_hand;
   by_hand.port = options.port;
-  by_hand.pose = {.port = options.pose.port,
-                  .baud = static_cast<std::uint32_t>(options.pose.baud),
-                  .key_file = options.pose.key_file,
-                  .from = options.pose.from,
-                  .accept_clock = options.pose.accept_clock};
+  by_hand.pose = options.pose.source;
   return by_hand;
 }
 
 void run(const DoctorOptions& options) {
   for (const auto& [name, value] : {std::pair{"--pose-rate", options.pose.rate_hz},
-                                    {"--pose-baud", options.pose.baud},
                                     {"--load", options.load_s},
                                     {"--hold", options.by_hand.hold_s}}) {
     if (std::isnan(value)) {  // CLI11's range check accepts it
@@ -126,7 +121,7 @@ void run(const DoctorOptions& options) {
   }
   FileUse()
       .holds("--port", options.port)
-      .holds("--mavlink-key", options.pose.key_file)  // whether it can be read is one of the answers
+      .holds("--mavlink-key", options.pose.source.key_file)  // whether it can be read is one of the answers
       .writes("--json", options.json)
       .check();
   const std::vector<CheckResult> checks =
@@ -161,20 +156,11 @@ void add_doctor(CLI::App& m100) {
          "seconds in which every processor and the disk are kept busy while the lateness of ticks is measured; "
          "0: not measured")
       ->check(CLI::Range(0.0, 600.0));
-  app->add_option(
-      "--pose-port", options->pose.port,
-      "where poses come from: a serial port, or udp:PORT, which needs --mavlink-key; m100 listens there for "
-      "two seconds; default: not checked. Example: udp:14560");
-  app->add_option("--mavlink-key", options->pose.key_file,
-                  "file with the key of the signatures, as in m100 fly; default: none. Example: mavlink.key");
-  app->add_option("--pose-from", options->pose.from, "whose poses are used, as in m100 fly: SYS or SYS:COMP")
-      ->type_name("SYS[:COMP]");
-  app->add_flag("--accept-clock", options->pose.accept_clock,
-                "a signer may begin behind this machine's clock, as in m100 fly");
+  // A line may be planned at a baud rate that no port of this board has.
+  add_pose_options(*app, options->pose.source, CLI::Range(1200, 4000000));
   app->add_option("--pose-message", options->pose.message, "the message in which poses will come")
       ->check(CLI::IsMember(preflight::pose_messages()));
   app->add_option("--pose-rate", options->pose.rate_hz, "poses per second")->check(CLI::Range(1.0, 1000.0));
-  app->add_option("--pose-baud", options->pose.baud, "baud rate of the poses' line")->check(CLI::Range(1200.0, 4e6));
   CLI::Option* const frames = app->add_flag(
       "--frames", options->frames,
       "propellers off: move the aircraft by hand; m100 says which axis of the pose disagrees with the autopilot's "

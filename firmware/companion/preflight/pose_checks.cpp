@@ -28,9 +28,9 @@ CheckResult judge(const link::PoseLink& link, const PosePort& port, const Exchan
                       std::max(1.0, static_cast<double>(link.parser_stats().frames + seen.lost_frames));
   std::ostringstream finding;
   finding << std::lround(rate_hz) << " a second, " << std::lround(100.0 * lost) << " % of the frames lost";
-  if (!hal::is_udp(line.port)) {
-    const double share = static_cast<double>(link.parser_stats().bytes) * kBitsPerByte / (kListen_s * line.baud);
-    finding << ", " << std::lround(100.0 * share) << " % of " << line.baud << " baud";
+  if (!hal::is_udp(line.source.port)) {
+    const double share = static_cast<double>(link.parser_stats().bytes) * kBitsPerByte / (kListen_s * line.source.baud);
+    finding << ", " << std::lround(100.0 * share) << " % of " << line.source.baud << " baud";
     if (share > mavlink::kMaxPoseShare) {
       check.health = Health::kBad;
       check.remedy = "use a higher baud rate, fewer poses, or ATT_POS_MOCAP without its covariance";
@@ -43,7 +43,7 @@ CheckResult judge(const link::PoseLink& link, const PosePort& port, const Exchan
     finding.str("none came; " + why_no_pose(link, port, exchanged));
     check.health = Health::kBad;
     check.remedy = "check the source of pose";
-  } else if (link.senders().all().size() > 1 && line.from.empty()) {
+  } else if (link.senders().all().size() > 1 && line.source.from.empty()) {
     finding << "; from several senders: " << describe(link.senders());
     check.health = Health::kBad;
     check.remedy = "choose one with --pose-from SYS:COMP";
@@ -73,38 +73,34 @@ std::vector<std::string> pose_messages() {
 CheckResult check_pose_line(const PosePlan& line) {
   mavlink::PoseWire wire = *std::find_if(mavlink::kPoseWires.begin(), mavlink::kPoseWires.end(),
                                          [&](const auto& one) { return one.name == line.message; });
-  wire.bytes += line.key_file.empty() ? 0 : mavlink::kSignatureBytes;
-  const double share = mavlink::line_share(wire, line.rate_hz, line.baud);
+  wire.bytes += line.source.key_file.empty() ? 0 : mavlink::kSignatureBytes;
+  const double share = mavlink::line_share(wire, line.rate_hz, line.source.baud);
   std::ostringstream finding;
   finding << wire.name << " (" << wire.bytes << " bytes) at " << line.rate_hz << " Hz takes "
-          << std::lround(100.0 * share) << " % of " << line.baud << " baud";
+          << std::lround(100.0 * share) << " % of " << line.source.baud << " baud";
   const bool fits = share <= mavlink::kMaxPoseShare;
   return {"pose line", fits ? Health::kGood : Health::kBad, finding.str(),
           fits ? "" : "use a higher baud rate, fewer poses, or ATT_POS_MOCAP without its covariance"};
 }
 
 std::vector<CheckResult> check_pose_port(const PosePlan& line) {
-  if (line.port.empty()) {
+  const PoseOptions& options = line.source;
+  if (options.port.empty()) {
     return {};
   }
-  const std::string name = "pose port " + line.port;
-  const PoseOptions options{.port = line.port,
-                            .baud = static_cast<std::uint32_t>(line.baud),
-                            .key_file = line.key_file,
-                            .from = line.from,
-                            .accept_clock = line.accept_clock};
+  const std::string name = "pose port " + options.port;
   try {
-    check(options, line.autopilot_port.empty() ? line.port + "?" : line.autopilot_port);
-    PosePort port(options, line.port);
+    check(options, line.autopilot_port.empty() ? options.port + "?" : line.autopilot_port);
+    PosePort port(options, options.port);
     ExchangedPorts exchanged;
     link::PoseLink link(port.line(), port.baud(), &exchanged, choice_of(options));
-    TickClock clock(line.port, [&] { port.mark_arrived(); });
+    TickClock clock(options.port, [&] { port.mark_arrived(); });
     for (core::TimePoint now = clock.now(); core::seconds<double>(now.time_since_epoch()) < kListen_s;
          now = clock.next()) {
       port.tick();
       (void)link.receive(now);
     }
-    return {{name, Health::kGood, line.key_file.empty() ? "opens" : "opens, and the key can be read", ""},
+    return {{name, Health::kGood, options.key_file.empty() ? "opens" : "opens, and the key can be read", ""},
             judge(link, port, exchanged, line)};
   } catch (const UsageError& error) {  // of the port or of the key: its message holds the remedy
     return {{name, Health::kBad, error.what(), "do what the finding says"}};

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/companion/files/pose_options.h"
 #include "firmware/companion/preflight/check_result.h"
 #include "protocol/mavlink/pose_wire.h"
 
@@ -11,14 +12,10 @@ namespace m100::companion::preflight {
 
 /// Where poses will come from, as the operator gives it.
 struct PosePlan {
-  std::string port;      ///< a serial port, or "udp:PORT"; empty: no port is checked
-  std::string key_file;  ///< of the signatures; empty: none
-  std::string from;      ///< whose poses are used, as in m100 fly
-  bool accept_clock = false;
+  PoseOptions source;  ///< no port: none is checked
   std::string autopilot_port;
   std::string message{mavlink::kPoseWires.front().name};
   double rate_hz = 100.0;
-  double baud = 115200.0;
 };
 
 /// The names that PosePlan::message may have.

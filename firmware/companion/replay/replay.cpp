@@ -69,17 +69,15 @@ app::FlightConfig config_of(const RecordedFlight& flight, const protocol::Cipher
 }
 
 /// @returns nullopt: the flight took no goals.
-template <typename T>
-std::optional<GoalPlanner<T>> goals_of(const RecordedFlight& flight, const app::FlightConfig& config,
-                                       ref::Trajectory<T>& course) {
+std::optional<GoalSettings> goal_settings_of(const RecordedFlight& flight) {
   if (!flight.notes.contains(kGoalsNote)) {
     return {};
   }
-  const std::optional<ref::SpeedLimits> limits = limits_of_note(note_of(flight, kGoalsNote));
-  if (!limits) {
+  const std::optional<GoalSettings> settings = goals_of_note(note_of(flight, kGoalsNote));
+  if (!settings) {
     throw FlightLogError(std::string("'") + kGoalsNote + "' is of another version");
   }
-  return GoalPlanner<T>(course, config.fence, *limits);
+  return settings;
 }
 
 /// Without the note, as in an older log, the flight ignored the battery.
@@ -95,7 +93,7 @@ ReturnToStart<T> home_of(const RecordedFlight& flight, const app::FlightConfig& 
 
 /// Applies goals and a low battery to the course, as the flight did after the same tick.
 template <typename T, typename S>
-void lead(std::optional<GoalPlanner<T>>& goals, GroundStationTap& line, ReturnToStart<T>& home,
+void lead(std::optional<GoalFollower<T>>& goals, GroundStationTap& line, ReturnToStart<T>& home,
           const app::FlightController<T, S>& controller, core::TimePoint now) {
   if (goals && home.state() == ReturnToStart<T>::State::kInactive) {
     (void)update_guided_mode(*goals, line, controller, now);
@@ -155,12 +153,19 @@ core::TimePoint time_of(const RecordedFlight::Tick& tick) {
 
 bool earlier(const RecordedFlight::Tick& a, const RecordedFlight::Tick& b) { return time_of(a) < time_of(b); }
 
-template <typename T, typename S>
-ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher,
-                 const std::function<void(const app::FlightController<T, S>&)>& observe = {}) {
+void expect_replayable(const RecordedFlight& flight) {
   if (flight.flew_mission) {
     throw FlightLogError("the flight flew a MAVLink mission, which this version does not fly: it cannot be replayed");
   }
+  if (!std::is_sorted(flight.ticks.begin(), flight.ticks.end(), earlier)) {
+    throw FlightLogError("the times of the log's ticks go backwards: it is damaged");
+  }
+}
+
+template <typename T, typename S>
+ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher,
+                 const std::function<void(const app::FlightController<T, S>&)>& observe = {}) {
+  expect_replayable(flight);
   const VehicleFile vehicle = parse_vehicle(note_of(flight, kVehicleNote), kVehicleNote);
   const auto tables = std::make_unique<mpc::TableStorage<T>>();
   const std::string table_bytes = tables_of(flight);
@@ -178,15 +183,14 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher,
   }
   RecordedUart autopilot(flight.notes.contains(kDryRunNote));
   RecordedUart pose(false);
-  GroundStationTap overheard(pose);
-  std::optional<GoalPlanner<T>> goals = goals_of(flight, config, course);
+  const std::optional<GoalSettings> goal_settings = goal_settings_of(flight);
+  GroundStationTap overheard(pose, goal_settings ? goal_settings->only : std::nullopt);
+  auto goals = goal_settings ? std::optional<GoalFollower<T>>(std::in_place, course, config.fence, *goal_settings)
+                             : std::nullopt;
   ReturnToStart<T> home = home_of(flight, config, course);
   const auto last = std::make_unique<RecordWindow>();
   const auto controller = std::make_unique<app::FlightController<T, S>>(vehicle.vehicle, tables->tables(), config,
                                                                         autopilot, overheard, course, &last->log());
-  if (!std::is_sorted(flight.ticks.begin(), flight.ticks.end(), earlier)) {
-    throw FlightLogError("the times of the log's ticks go backwards: it is damaged");
-  }
   core::Sha256 hash;
   ReplayResult result;
   for (const RecordedFlight::Tick& tick : flight.ticks) {

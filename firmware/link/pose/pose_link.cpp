@@ -6,7 +6,6 @@
 #include "firmware/core/frames.h"
 #include "firmware/link/line_time.h"
 #include "firmware/link/pose/pose_decoder.h"
-#include "protocol/mavlink/pose_messages.h"
 
 namespace m100::link {
 namespace {
@@ -99,12 +98,17 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
   const std::uint64_t end = frame.offset + frame.bytes.size();
   const bool is_same_sender = has_last_ && frame.from == sender_;
   if (mavlink::is<mavlink::Timesync>(frame)) {
-    const auto answer = mavlink::decode<mavlink::Timesync>(frame);
-    if (is_same_sender && is_from_sender(frame, now) && answer.tc1 != 0) {
-      newest.ts1 = answer.ts1;
-      newest.theirs = answer.tc1;
-      newest.answer_end = end;
+    const auto message = mavlink::decode<mavlink::Timesync>(frame);
+    if (!is_same_sender || !is_from_sender(frame, now)) {
+      return;
     }
+    if (message.tc1 == 0) {
+      newest.question_ts1 = message.ts1;
+      return;
+    }
+    newest.ts1 = message.ts1;
+    newest.theirs = message.tc1;
+    newest.answer_end = end;
     return;
   }
   PoseAside beside;
@@ -168,6 +172,10 @@ core::Expected<core::Pose<double>> PoseLink::receive(core::TimePoint now) {
       comparison_.answer(newest.ts1, newest.theirs, now - line_time(all - newest.answer_end, baud_))) {
     ++stats_.answers;
   }
+  if (newest.question_ts1) {
+    const std::chrono::nanoseconds ours = now.time_since_epoch();
+    send({.tc1 = ours.count(), .ts1 = *newest.question_ts1}, now);
+  }
   if (newest.pose_end == 0) {
     return core::Status::kNotReady;
   }
@@ -189,7 +197,7 @@ core::Expected<core::Pose<double>> PoseLink::receive(core::TimePoint now) {
 /// later poses: 240 poses of 48 bytes a second fill 115200 baud, and five answers a second let the queue grow by 12 ms
 /// a second.
 bool PoseLink::has_room(core::TimePoint now) const {
-  const core::Duration busy = line_time(parser_.stats().bytes - time_requests_.last_at_bytes, baud_);
+  const core::Duration busy = line_time(parser_.stats().bytes - time_messages_.last_at_bytes, baud_);
   return comparison_.since_request(now) - busy >= line_time(kRoomForAnswer, baud_);
 }
 
@@ -197,12 +205,15 @@ void PoseLink::request_time(core::TimePoint now) {
   if (!comparison_.due(now) || (comparison_.is_known() && !has_room(now))) {
     return;
   }
-  time_requests_.last_at_bytes = parser_.stats().bytes;
-  const mavlink::Frame question =
-      mavlink::encode(mavlink::Timesync{.tc1 = 0, .ts1 = comparison_.request(now)}, kOurs, time_requests_.count++);
-  const core::Expected<std::size_t> taken = uart_.write(question.bytes());
+  time_messages_.last_at_bytes = parser_.stats().bytes;
+  send({.tc1 = 0, .ts1 = comparison_.request(now)}, now);
+}
+
+void PoseLink::send(const mavlink::Timesync& message, core::TimePoint now) {
+  const mavlink::Frame frame = mavlink::encode(message, kOurs, time_messages_.count++);
+  const core::Expected<std::size_t> taken = uart_.write(frame.bytes());
   if (taken && *taken > 0 && tap_ != nullptr) {
-    tap_->sent(question.bytes().first(*taken), now);
+    tap_->sent(frame.bytes().first(*taken), now);
   }
 }
 

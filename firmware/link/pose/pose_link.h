@@ -17,6 +17,7 @@
 #include "firmware/link/pose/stamp_unit.h"
 #include "hal/uart.h"
 #include "protocol/mavlink/parser.h"
+#include "protocol/mavlink/pose_messages.h"
 
 namespace m100::link {
 
@@ -61,7 +62,7 @@ struct PoseProperties {
 /// call per tick returns the newest pose only. A pose whose time stamp is not newer than the last is refused, unless
 /// StampOrder shows that the sender's clock was set. Only the chosen sender is accepted; without a choice, the first
 /// one until no pose of it was accepted for a second. All that is handed on is the motion of the centre of gravity: the
-/// lever arm, turned by the attitude of the same pose, is subtracted.
+/// lever arm, turned by the attitude of the same pose, is subtracted. A time request of the sender is answered.
 class PoseLink {
  public:
   static constexpr std::size_t kBytesPerTick = 2048;
@@ -98,6 +99,7 @@ class PoseLink {
     std::int64_t ts1 = 0;
     std::int64_t theirs = 0;
     std::uint64_t answer_end = 0;
+    std::optional<std::int64_t> question_ts1;  ///< of the sender's newest time request
   };
   void take(const mavlink::FrameView& frame, core::TimePoint now, Newest& newest);
   void refuse(PoseFault fault, core::TimePoint now);
@@ -106,6 +108,7 @@ class PoseLink {
   core::Vector<double, 3> stated_variance_m2(const core::Pose<double>& pose);
   bool is_from_sender(const mavlink::FrameView& frame, core::TimePoint now);
   bool has_room(core::TimePoint now) const;
+  void send(const mavlink::Timesync& message, core::TimePoint now);
 
   hal::Uart& uart_;
   std::uint32_t baud_;
@@ -128,10 +131,10 @@ class PoseLink {
   core::Vector<float, 3> up_b_ = core::Vector<float, 3>::Zero();
   bool is_stamped_ = false;     ///< the last pose had a time stamp
   bool clock_was_set_ = false;  ///< since the last pose that was handed on
-  struct TimeRequests {
+  struct TimeMessages {
     std::uint8_t count = 0;
     std::uint64_t last_at_bytes = 0;  ///< of the parser, at the last request
-  } time_requests_;
+  } time_messages_;
   PoseLinkStats stats_;
 };
 

@@ -292,26 +292,31 @@ class Evening {
 
 /// Replaces the settings of the folder by those that the command line gives.
 void take_given(const CLI::App& command, const evening::Settings& from, evening::Settings& to) {
-  const auto take = [&](const char* option, auto member) {
-    if (command.count(option) > 0) {
-      to.*member = from.*member;
-    }
+  const auto take = [&](const char* option, const auto& given, auto& into) {
+    into = command.count(option) > 0 ? given : into;
   };
-  take("--port", &evening::Settings::port);
-  take("--pose-port", &evening::Settings::pose_port);
-  take("--baud", &evening::Settings::baud);
-  take("--pose-baud", &evening::Settings::pose_baud);
-  take("--app-id", &evening::Settings::app_id);
-  take("--flights", &evening::Settings::flights);
-  take("--key-file", &evening::Settings::key_file);
-  take("--m100", &evening::Settings::m100);
-  take("--keep-worse", &evening::Settings::keep_worse);
+  take("--port", from.port, to.port);
+  take("--baud", from.baud, to.baud);
+  take("--app-id", from.app_id, to.app_id);
+  take("--flights", from.flights, to.flights);
+  take("--key-file", from.key_file, to.key_file);
+  take("--m100", from.m100, to.m100);
+  take("--keep-worse", from.keep_worse, to.keep_worse);
+  take("--pose-port", from.pose.port, to.pose.port);
+  take("--pose-baud", from.pose.baud, to.pose.baud);
+  take("--pose-from", from.pose.from, to.pose.from);
+  take("--set-points-from", from.pose.set_points_from, to.pose.set_points_from);
+  take("--mavlink-key", from.pose.key_file, to.pose.key_file);
+  take("--accept-clock", from.pose.accept_clock, to.pose.accept_clock);
 }
 
+/// The board's commands are printed from these options, and must not be refused there.
 void check_ports(const evening::Settings& settings) {
-  if (settings.port == settings.pose_port) {
-    throw InputError("--pose-port", 0, "",
-                     settings.pose_port + " is the autopilot's port, too: name the port of the poses");
+  const std::string conflict = settings.port == settings.pose.port
+                                   ? "--pose-port: " + settings.pose.port + " is the autopilot's port, too"
+                                   : companion::conflict_of(settings.pose);
+  if (!conflict.empty()) {
+    throw InputError("evening", 0, "", conflict);
   }
 }
 
@@ -324,10 +329,10 @@ void run(const CLI::App& command, const EveningOptions& options) {
       !fs::exists(fs::path(options.folder) / "columns_hand.toml")) {  // the first file of an evening
     throw InputError(options.folder, 0, "", "holds other files: name a new or an empty folder");
   }
-  if (is_new && (options.settings.port.empty() || options.settings.pose_port.empty())) {
+  if (is_new && (options.settings.port.empty() || options.settings.pose.port.empty())) {
     throw InputError(options.folder, 0, "",
-                     "is a new folder: give the serial ports of the autopilot (--port) and of the pose (--pose-port), "
-                     "as the board names them");
+                     "is a new folder: give the ports of the autopilot (--port) and of the pose (--pose-port), as the "
+                     "board names them");
   }
   if (is_new) {
     check_ports(options.settings);
@@ -365,11 +370,9 @@ void add_evening(CLI::App& lab) {
   evening::Settings& settings = options->settings;
   command->add_option("folder", options->folder, "folder of this aircraft; created if it does not exist")->required();
   command->add_option("--port", settings.port, "serial port of the autopilot, as the board names it");
-  command->add_option("--pose-port", settings.pose_port, "serial port of the pose, as the board names it");
   command->add_option("--baud", settings.baud, "baud rate of the autopilot's port, as set in DJI's assistant")
       ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
-  command->add_option("--pose-baud", settings.pose_baud, "baud rate of the pose's port")
-      ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
+  companion::add_pose_options(*command, settings.pose);
   command->add_option("--app-id", settings.app_id, "app id from DJI's developer site");
   command
       ->add_option("--flights", settings.flights,

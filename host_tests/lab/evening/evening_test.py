@@ -154,6 +154,7 @@ def without_flight(evening):
     expect(code == 2 and "no evening has begun" in said and not evening.folder.exists(), "--list makes nothing")
     code, said = evening.call("--port", "/dev/ttyUSB0", "--pose-port", "/dev/ttyUSB0")
     expect(code == 2 and "is the autopilot's port, too" in said and not evening.folder.exists(), "two ports are two")
+    prints_what_the_board_accepts(evening, evening.work)
     does_without_room(evening)
     code, said = evening.call(*evening.begin)
     expect(code == 0 and "next: probe" in said and f"m100 probe --port sim:{evening.world}" in said, "begins with probe")
@@ -188,6 +189,32 @@ def without_flight(evening):
         expect(code == 1 and "identify: NOT PASSED" in said, "a step of the PC that fails stops the evening, each time")
     refuses_a_misread_log(evening)
     notices_changes(evening)
+
+
+def prints_what_the_board_accepts(evening, work):
+    """Catches an evening that takes a source of poses which the command that it prints refuses."""
+    key = work / "mavlink.key"
+    key.write_text("01" * 32 + "\n")
+    key.chmod(0o600)
+    here = ["--pose-port", "udp:127.0.0.1:14560", "--pose-from", "1:240"]
+    sources = [["--pose-port", "/dev/ttyUSB1", "--pose-baud", "921600"], ["--pose-port", "/dev/ttyUSB1", "--pose-from", "2"],
+               ["--pose-port", "udp:14560", "--mavlink-key", str(key), "--accept-clock"], here,
+               [*here, "--set-points-from", "1:240"], ["--pose-port", "udp:127.0.0.1:14560", "--mavlink-key", str(key)]]
+    for number, source in enumerate(sources):
+        other = Evening(evening.m100, evening.lab, work)
+        other.folder = work / f"source {number}"
+        code, _ = other.call("--port", "/dev/none", *source)
+        expect(code == 0, f"{source} is a source of poses")
+        other.put("probe.json", {"verdict": "autopilot"})
+        other.call()
+        argv = other.state()["next"]["argv"]
+        run = subprocess.run([other.m100, *argv[1:]], cwd=other.folder, capture_output=True, text=True, check=False)
+        expect(argv[1] == "record" and all(word in argv for word in source), f"{argv} names {source}")
+        expect(run.stderr.startswith("m100: /dev/none: no such serial port"), f"{argv} is refused: {run.stderr}")
+    for source, because in ((here[:2], "unsigned poses need --pose-from"), (["--pose-port", "udp:14560"], "must be signed")):
+        other.folder = work / "refused"
+        code, said = other.call("--port", "/dev/none", *source)
+        expect(code == 2 and because in said and not other.folder.exists(), f"{source} is refused before anything is made")
 
 
 def does_without_room(evening):

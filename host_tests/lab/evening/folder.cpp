@@ -24,8 +24,38 @@ constexpr const char* kFormat = "m100-evening-1";
 
 }  // namespace
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Settings, port, pose_port, baud, pose_baud, app_id, flights, key_file, m100,
-                                   keep_worse)
+void to_json(nlohmann::json& json, const Settings& settings) {
+  json = {{"port", settings.port},
+          {"pose_port", settings.pose.port},
+          {"baud", settings.baud},
+          {"pose_baud", settings.pose.baud},
+          {"pose_from", settings.pose.from},
+          {"set_points_from", settings.pose.set_points_from},
+          {"mavlink_key", settings.pose.key_file},
+          {"accept_clock", settings.pose.accept_clock},
+          {"app_id", settings.app_id},
+          {"flights", settings.flights},
+          {"key_file", settings.key_file},
+          {"m100", settings.m100},
+          {"keep_worse", settings.keep_worse}};
+}
+
+/// An older folder lacks the keys that are read with a default.
+void from_json(const nlohmann::json& json, Settings& settings) {
+  json.at("port").get_to(settings.port);
+  json.at("pose_port").get_to(settings.pose.port);
+  json.at("baud").get_to(settings.baud);
+  json.at("pose_baud").get_to(settings.pose.baud);
+  settings.pose.from = json.value("pose_from", "");
+  settings.pose.set_points_from = json.value("set_points_from", "");
+  settings.pose.key_file = json.value("mavlink_key", "");
+  settings.pose.accept_clock = json.value("accept_clock", false);
+  json.at("app_id").get_to(settings.app_id);
+  json.at("flights").get_to(settings.flights);
+  json.at("key_file").get_to(settings.key_file);
+  json.at("m100").get_to(settings.m100);
+  json.at("keep_worse").get_to(settings.keep_worse);
+}
 
 std::string sha256_of(const std::string& path) {
   std::ifstream in(path, std::ios::binary);

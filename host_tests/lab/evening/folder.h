@@ -8,14 +8,15 @@
 #include <string_view>
 #include <vector>
 
+#include "firmware/companion/files/pose_options.h"
+
 namespace m100::lab::evening {
 
 /// The equipment of an evening: given once, kept in the state file.
 struct Settings {
-  std::string port;       ///< serial port of the autopilot, as the board names it
-  std::string pose_port;  ///< serial port of the pose
+  std::string port;  ///< serial port of the autopilot, as the board names it
   std::uint32_t baud = 230400;
-  std::uint32_t pose_baud = 115200;
+  companion::PoseOptions pose;  ///< where the board gets the poses
   std::uint32_t app_id = 0;
   int flights = 1;            ///< of the course, before and after the correction
   std::string key_file;       ///< on the board; empty: commands are not encrypted

@@ -99,9 +99,7 @@ class StepBuilder {
 
  private:
   Command at_port() const { return {"--port", settings_.port, "--baud", std::to_string(settings_.baud)}; }
-  Command at_pose() const {
-    return {"--pose-port", settings_.pose_port, "--pose-baud", std::to_string(settings_.pose_baud)};
-  }
+  Command at_pose() const { return companion::words_of(settings_.pose); }
   Command with_key() const {
     return settings_.key_file.empty() ? Command{} : Command{"--key-file", settings_.key_file};
   }

@@ -20,7 +20,7 @@ constexpr std::uint16_t kOnlyPosition = 0b110111111000;
 class GroundStationTest : public ::testing::Test {
  protected:
   GroundStationTest()
-      : commands_(ref::SpeedLimits{}, app::kDefaultFlight.fence, bench_.course(), line_, nullptr, heard_),
+      : commands_(companion::GoalSettings{}, app::kDefaultFlight.fence, bench_.course(), line_, nullptr, heard_),
         sequencer_({.course_start_w_m = bench_.place(), .max_start_distance_m = 1.5}, app::kDefaultFlight,
                    bench_.controller(), bench_.course(), heard_) {}
 

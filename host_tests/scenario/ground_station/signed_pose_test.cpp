@@ -156,8 +156,10 @@ TEST_F(SignedPose, NothingComesOverANetworkWithoutAKey) {
     line.insert(line.end(), bare.begin(), bare.end());
     line.insert(line.end(), {"--log", log.string()});
     EXPECT_EQ(run(line), 2);
-    EXPECT_EQ(error(), "m100: --pose-port: " + ground_station->pose_port() +
-                           ": poses over a network must be signed; name the key with --mavlink-key\n");
+    EXPECT_EQ(error(),
+              "m100: --pose-port: " + ground_station->pose_port() +
+                  ": poses over a network must be signed; name the key with --mavlink-key, or take unsigned poses "
+                  "of this board alone, with udp:127.0.0.1:PORT and --pose-from\n");
   }
   const auto refused = [&](const std::string& pose_port, const std::string& with_key, const std::string& because) {
     EXPECT_EQ(

@@ -45,5 +45,28 @@ TEST(HomeNote, IsReadAsItWasWritten) {
   }
 }
 
+// Would catch a replay that flies a stream by other limits, or takes set points of another sender, than the flight did;
+// and one that flies the goals of an older log, without the word `stream`, as a stream.
+TEST(GoalsNote, IsReadAsItWasWrittenAndAnOlderOneHasNoStream) {
+  GoalSettings settings;
+  settings.limits.speed_m_s = 1.0 / 3.0;
+  settings.stream = StreamLimits{.speed_m_s = 2.1, .acceleration_m_s2 = 0.7, .climb_m_s = 1.1, .yaw_rate_rad_s = 0.3};
+  settings.only = mavlink::Address{.system = 1, .component = 240};
+  const std::optional<GoalSettings> read = goals_of_note(goals_note(settings));
+  ASSERT_TRUE(read && read->stream && read->only);
+  EXPECT_EQ(read->limits.speed_m_s, settings.limits.speed_m_s);
+  EXPECT_EQ(read->stream->speed_m_s, 2.1);
+  EXPECT_EQ(read->stream->acceleration_m_s2, 0.7);
+  EXPECT_EQ(read->stream->climb_m_s, 1.1);
+  EXPECT_EQ(read->stream->yaw_rate_rad_s, 0.3);
+  EXPECT_TRUE(*read->only == *settings.only);
+  const std::optional<GoalSettings> older = goals_of_note("1.5 2 0.8");
+  ASSERT_TRUE(older);
+  EXPECT_FALSE(older->stream || older->only);
+  for (const char* const note : {"", "1 1", "1 1 1 stream 1 1 1", "1 1 1 from 1", "1 1 1 other"}) {
+    EXPECT_FALSE(goals_of_note(note)) << note;
+  }
+}
+
 }  // namespace
 }  // namespace m100::companion

@@ -3,9 +3,11 @@
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <ifaddrs.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -17,8 +19,9 @@ namespace {
 /// Another program on the loopback of this machine.
 class Peer {
  public:
-  Peer() : descriptor_(not_zero(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0))) {
-    sockaddr_in address = at(0);
+  explicit Peer(in_addr_t from = INADDR_LOOPBACK)
+      : descriptor_(not_zero(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0))) {
+    sockaddr_in address = at(0, from);
     EXPECT_EQ(::bind(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
     socklen_t size = sizeof(address);
     EXPECT_EQ(::getsockname(descriptor_, reinterpret_cast<sockaddr*>(&address), &size), 0);
@@ -29,8 +32,8 @@ class Peer {
   Peer& operator=(const Peer&) = delete;
 
   std::uint16_t port() const { return port_; }
-  void send(std::uint16_t port, const std::string& text) const {
-    const sockaddr_in address = at(port);
+  void send(std::uint16_t port, const std::string& text, in_addr_t to = INADDR_LOOPBACK) const {
+    const sockaddr_in address = at(port, to);
     EXPECT_EQ(::sendto(descriptor_, text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&address),
                        sizeof(address)),
               static_cast<ssize_t>(text.size()));
@@ -47,11 +50,11 @@ class Peer {
   }
 
  private:
-  static sockaddr_in at(std::uint16_t port) {
+  static sockaddr_in at(std::uint16_t port, in_addr_t host) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    address.sin_addr.s_addr = htonl(host);
     return address;
   }
   int descriptor_;
@@ -178,6 +181,46 @@ TEST_F(UdpPortTest, TwoProgramsCannotHaveOnePort) {
   EXPECT_EQ(second.write(bytes).status(), core::Status::kUnavailable);
 }
 
+/// The addresses of this machine's interfaces beside 127.0.0.1, and 127.0.0.2, which every Linux machine has.
+std::vector<in_addr_t> other_addresses() {
+  std::vector<in_addr_t> found{INADDR_LOOPBACK + 1};
+  ifaddrs* all = nullptr;
+  EXPECT_EQ(::getifaddrs(&all), 0);
+  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr != nullptr && one->ifa_addr->sa_family == AF_INET) {
+      const in_addr_t address = ntohl(reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr.s_addr);
+      if (address != INADDR_LOOPBACK) {
+        found.push_back(address);
+      }
+    }
+  }
+  ::freeifaddrs(all);
+  return found;
+}
+
+// Unsigned poses count there. Catches a port that is bound to all interfaces, or one that takes what a program of this
+// machine passes on under an address of the network.
+TEST(LoopbackPort, TakesPacketsOfTheLoopbackAloneWhateverAddressTheyComeFromOrGoTo) {
+  free_descriptor_zero();
+  const std::uint16_t number = free_port();
+  UdpPort port(number, UdpReach::kLoopback);
+  ASSERT_EQ(port.open(), core::Status::kOk);
+  const Peer near;
+  for (const in_addr_t address : other_addresses()) {
+    const Peer other(address);
+    other.send(number, "from another address");
+    near.send(number, "to another address", address);
+  }
+  near.send(number, "near");
+  std::array<std::byte, 100> bytes{};
+  const core::Expected<std::size_t> count = port.read(bytes);
+  ASSERT_TRUE(count);
+  EXPECT_EQ(std::string(reinterpret_cast<const char*>(bytes.data()), *count), "near");
+  EXPECT_EQ(*port.read(bytes), 0U) << "a packet of another address came in";
+  UdpPort everywhere(free_port());
+  ASSERT_EQ(everywhere.open(), core::Status::kOk) << "the check above must not hold for a reason of this machine";
+}
+
 TEST(UdpPortName, IsAPortNumberBehindUdp) {
   EXPECT_EQ(udp_port_of("udp:14550"), 14550);
   EXPECT_EQ(udp_port_of("udp:65535"), 65535);
@@ -186,6 +229,11 @@ TEST(UdpPortName, IsAPortNumberBehindUdp) {
     EXPECT_FALSE(udp_port_of(wrong)) << wrong;
   }
   EXPECT_TRUE(is_udp("udp:rubbish"));
+  EXPECT_EQ(loopback_port_of("udp:127.0.0.1:14560"), 14560);
+  for (const char* const wrong : {"udp:14560", "udp:127.0.0.1", "udp:127.0.0.1:", "udp:127.0.0.1:0", "udp:127.0.0.2:1",
+                                  "udp:localhost:1", "udp:0.0.0.0:1"}) {
+    EXPECT_FALSE(loopback_port_of(wrong)) << wrong;
+  }
   EXPECT_FALSE(is_udp("sim:udp:1"));
 }
 

@@ -473,6 +473,28 @@ TEST_F(TimesyncTest, AFullLineIsNotAskedForMore) {
   EXPECT_GE(questions, 20U) << "in 4.8 s of a line that is less than half full";
 }
 
+// MAVROS asks for our time ten times a second, and warns if nobody answers.
+TEST_F(TimesyncTest, TheSendersQuestionIsAnsweredWithOurTimeAndNobodyElsesIs) {
+  ASSERT_TRUE(send(kUnix_us));
+  const auto answers_to = [&](std::int64_t ts1, mavlink::Address from) {
+    write(Timesync{.tc1 = 0, .ts1 = ts1}, from);
+    (void)after(milliseconds(10));
+    clock.advance(milliseconds(10));
+    std::vector<Timesync> answers;
+    std::array<std::byte, 64> bytes;
+    mavlink::Parser parser;
+    parser.consume(std::span(bytes).first(cable.b().read(bytes).value_or(0)),
+                   [&](const mavlink::FrameView& frame) { answers.push_back(mavlink::decode<Timesync>(frame)); });
+    return answers;
+  };
+  const std::int64_t ours_ns = (clock.now() + milliseconds(10)).time_since_epoch().count() * 1000;
+  const std::vector<Timesync> answers = answers_to(1'700'000'000'123'456'000, kSender);
+  ASSERT_EQ(answers.size(), 1U);
+  EXPECT_EQ(answers.front().ts1, 1'700'000'000'123'456'000);
+  EXPECT_EQ(answers.front().tc1, ours_ns);
+  EXPECT_TRUE(answers_to(5, {.system = 3, .component = 1}).empty());
+}
+
 TEST_F(TimesyncTest, AnswersToNobodysQuestionArePassedOver) {
   EXPECT_TRUE(send(kUnix_us));
   write(Timesync{.tc1 = 5, .ts1 = 12345});
