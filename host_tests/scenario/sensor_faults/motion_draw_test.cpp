@@ -33,7 +33,7 @@ struct DrawnCourse {
   MotionCourse course;
   int fast;  ///< at most so many at 1.0 m/s or faster; the goal is none
   double fastest_m_s;
-  const char* figure;
+  const char* name;
 };
 
 class MotionDraw : public ::testing::TestWithParam<DrawnCourse> {};
@@ -69,13 +69,13 @@ TEST_P(MotionDraw, LeavesTheFenceByLittleAndIsHandedOverSlowly) {
       "%d of %d handed over, %d at 1.0 m/s or faster, at most at %.2f m/s; %d farther than 0.3 m beyond "
       "the fence, %d than 0.6 m, beside drifts: at most %.2f m",
       handed_over, kFlights, fast, fastest_m_s, near, far, drifted_m);
-  RecordProperty(GetParam().figure, text);
+  RecordProperty("figure.motion." + std::string(GetParam().name), text);
   std::printf("%s\n", text.c_str());
 }
 // Tilt and rates that are several times too large (THREATS.md) are the fast ones.
 INSTANTIATE_TEST_SUITE_P(Courses, MotionDraw,
-                         ::testing::Values(DrawnCourse{kSquare, 1, 2.0, "figure.motion.drawn"},
-                                           DrawnCourse{kStepsAndTurns, 3, 3.5, "figure.motion.turning"}));
+                         ::testing::Values(DrawnCourse{kSquare, 1, 2.0, "drawn"},
+                                           DrawnCourse{kStepsAndTurns, 3, 3.5, "turning"}));
 
 // A drift that begins while the aircraft accelerates hides behind a wrong time of capture (THREATS.md). This finds the
 // largest drift that still passes unnoticed.
@@ -105,13 +105,13 @@ TEST(DrawnMotion, DriftsThatBeginInAStepAreUnnoticedUpToASizeOnly) {
   std::printf("%s\n", text.c_str());
 }
 
-void expect_slow_and_inside(const MotionWorst& worst, const char* figure) {
+void expect_slow_and_inside(const MotionWorst& worst, const char* name) {
   EXPECT_LT(worst.beyond_m, 0.3);
   EXPECT_LT(worst.handed_over_m_s, 1.0);
   const std::string text =
       printed("%d of %d handed over, at most at %.2f m/s; at most %.2f m beyond", worst.handed_over, worst.flights,
               worst.handed_over_m_s, std::max(worst.beyond_m, 0.0));
-  testing::Test::RecordProperty(figure, text);
+  testing::Test::RecordProperty("figure.motion." + std::string(name), text);
   std::printf("%s\n", text.c_str());
 }
 
@@ -119,13 +119,13 @@ TEST(DrawnMotion, HeadingsThatTurnLeaveTheFenceByLittleAndAreHandedOverSlowly) {
   RecordProperty("promise", "R14");
   const MotionWorst worst = worst_of_headings(60, kSeed);
   EXPECT_EQ(worst.handed_over, worst.flights);
-  expect_slow_and_inside(worst, "figure.motion.heading");
+  expect_slow_and_inside(worst, "heading");
 }
 
 // Catches braking by an attitude that drifted away too slowly for the check of its rates.
 TEST(DrawnMotion, TiltsThatDriftAwayLeaveTheFenceByLittleAndAreHandedOverSlowly) {
   RecordProperty("promise", "R14");
-  expect_slow_and_inside(worst_of_tilts(60, kSeed), "figure.motion.tilts");
+  expect_slow_and_inside(worst_of_tilts(60, kSeed), "tilts");
 }
 
 }  // namespace
