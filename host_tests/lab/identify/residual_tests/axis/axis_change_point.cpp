@@ -37,13 +37,17 @@ std::vector<FreeParameter> free_parameters_of(const AxisFamily& family, const Fi
   const StickAxis axis = family.model(fit);
   const double counts = family.scale().minimum_counts;
   std::vector<FreeParameter> out;
-  for (const AxisParameter& p : parameters_of(fit.structure)) {
+  const std::vector<AxisParameter> present = parameters_of(fit.structure);
+  const bool bends = std::any_of(present.begin(), present.end(), [](const AxisParameter& p) {
+    return p.is(&StickAxis::dead_zone_counts) || p.is(&StickAxis::stick_exponent) || p.is(&StickAxis::gain_asymmetry);
+  });  // at the trim, which no offset of the response replaces then
+  for (const AxisParameter& p : present) {
     const model::AxisNumber& number = *p.number;
     const bool jump = number.member == &StickAxis::dead_zone_counts && fit.shape.find("jump") != std::string::npos;
     if (jump || number.member == &StickAxis::other_scale_per_count) {
       continue;  // flat between two stick positions
     }
-    if (number.member == &StickAxis::trim_counts) {
+    if (number.member == &StickAxis::trim_counts && !bends) {
       continue;  // the free offset of a whitened fit takes its place; both together would have no common minimum
     }
     const bool slews = number.member == &StickAxis::rate_limit_per_s && fit.shape.find("slew") != std::string::npos;
@@ -325,7 +329,7 @@ std::vector<TriedChange> try_changes(const FreeRun& run, const WhitenedFit& stea
 }  // namespace
 
 double unchanged_score(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
-  return fit_whitened(run, family.model(fit), free_parameters_of(family, fit)).score;
+  return fit_to_convergence(run, family.model(fit), free_parameters_of(family, fit)).score;
 }
 
 ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
@@ -338,7 +342,7 @@ ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit
   out.numbers = free_parameters.size();
   std::vector<Candidate> candidates = candidates_of(family, fit);
   // The structure fits the whole run as well as it can before anything is said to change.
-  const WhitenedFit steady = fit_whitened(run, family.model(fit), free_parameters);
+  const WhitenedFit steady = fit_to_convergence(run, family.model(fit), free_parameters);
   std::vector<TriedChange> tried = try_changes(run, steady, free_parameters, candidates);
   const auto best = std::min_element(
       tried.begin(), tried.end(), [](const TriedChange& a, const TriedChange& b) { return a.fit.score < b.fit.score; });
