@@ -16,6 +16,7 @@
 #include "host_tests/lab/identify/residual_tests/axis/axis_tether.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_time_offset.h"
 #include "host_tests/lab/identify/residual_tests/axis/change_point_checks.h"
+#include "host_tests/lab/identify/residual_tests/axis/common_structure.h"
 #include "host_tests/lab/identify/residual_tests/axis/ground_check.h"
 #include "host_tests/lab/identify/residual_tests/axis/intersample_hypotheses.h"
 #include "host_tests/lab/identify/residual_tests/axis/stick_freeze.h"
@@ -49,6 +50,9 @@ class AxisPipeline {
     if (!detect_stick_freeze()) {
       detect_time_offset();
       if (!detect_tether()) {
+        if (!is_doubted()) {
+          lacking_ = settle(*problem_, chosen_);
+        }
         detect_change_point();
       }
     }
@@ -61,6 +65,12 @@ class AxisPipeline {
   }
 
  private:
+  /// Whether the log or its trims already forbid a clean bill.
+  bool is_doubted() const {
+    return !side_findings_.unexplained.empty() ||
+           std::any_of(side_findings_.findings.begin(), side_findings_.findings.end(), forbids_nothing_missing);
+  }
+
   Fit declared_fit() const {
     const AxisFamily& family = problem_->axis_family();
     return family.fit(family.completed(request_.declared), std::vector<int>(family.block_count(), 1), nullptr);
@@ -137,21 +147,15 @@ class AxisPipeline {
       return std::any_of(ranges.begin(), ranges.end(), begins_before) &&
              std::any_of(ranges.begin(), ranges.end(), ends_after);
     };
-    if (!side_findings_.unexplained.empty() ||
-        std::any_of(side_findings_.findings.begin(), side_findings_.findings.end(), forbids_nothing_missing) ||
+    if (!lacking_ || is_doubted() ||
         std::any_of(side_findings_.changes.begin(), side_findings_.changes.end(), inside)) {
-      return;
-    }
-    const std::optional<WeakEffect> trace =
-        weak_effect(problem_->training().signals.data, ranges, problem_->axis_family(), chosen_.final_model.fit);
-    if (!trace) {
       return;
     }
     std::array<char, 200> text{};
     std::snprintf(
         text.data(), text.size(),
         "an effect like %s is certain (likelihood ratio %.0f), but it explains too little of the residual to be named",
-        trace->name.c_str(), trace->likelihood_ratio);
+        lacking_->name.c_str(), lacking_->likelihood_ratio);
     side_findings_.unexplained.emplace_back(text.data());
   }
 
@@ -253,6 +257,7 @@ class AxisPipeline {
     std::optional<Regime<AxisProblem>> regime =
         first.found ? select_regime<AxisProblem>(request_, first.change, {}, shift_s_, trims_) : std::nullopt;
     const AxisFamily& family = (regime ? regime->problem : problem_)->axis_family();
+    const std::optional<WeakEffect> lacking = regime ? settle(*regime->problem, regime->chosen) : lacking_;
     const Fit& fit = (regime ? regime->chosen : chosen_).final_model.fit;
     ChangePoint change = first;
     if (regime) {
@@ -266,6 +271,7 @@ class AxisPipeline {
       side_findings_.findings.push_back(regime_note(*regime->request));
       problem_ = std::move(regime->problem);
       chosen_ = std::move(regime->chosen);
+      lacking_ = lacking;
     }
     accept_change(change.change);
   }
@@ -388,6 +394,7 @@ class AxisPipeline {
   std::vector<double> trims_;             ///< the values of flight_trims_, in the unit of the stick
   std::unique_ptr<AxisProblem> problem_;
   Selection chosen_;
+  std::optional<WeakEffect> lacking_;
   SideFindings side_findings_;
 };
 

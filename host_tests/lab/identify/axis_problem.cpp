@@ -97,19 +97,46 @@ AxisProblem::AxisProblem(const Request& request, double stick_earlier_s, const s
       validation_(in_one_log(request) ? AxisDataSet(training_, request.validate)
                                       : AxisDataSet(*request.validation_log, request.axis, request.validate,
                                                     requested_ranges(request, false), stick_earlier_s)) {
-  check_declared(request.declared, kBases, AxisFamily::supports, "a stick axis");
-  check_blocks(training_.blocks.size(), request.log->file, validation_.blocks.size(), validation_.log.file);
+  check_and_make_family();
+}
+
+AxisProblem::AxisProblem(Request request, const AxisProblem& same_log)
+    : request_(std::move(request)),
+      training_(same_log.training_, request_.train),
+      validation_(training_, request_.validate) {
+  check_and_make_family();
+}
+
+std::unique_ptr<AxisProblem> AxisProblem::exchanged() const {
+  Request request = request_;
+  std::swap(request.train, request.validate);
+  return std::unique_ptr<AxisProblem>(new AxisProblem(std::move(request), *this));
+}
+
+void AxisProblem::check_and_make_family() {
+  check_declared(request_.declared, kBases, AxisFamily::supports, "a stick axis");
+  check_blocks(training_.blocks.size(), request_.log->file, validation_.blocks.size(), validation_.log.file);
   check_moved(training_, "training");
   if (validation_.signals.stick_name != training_.signals.stick_name) {
     throw InputError(validation_.log.file, 0, validation_.signals.stick_name,
                      "is the input of the validation part, but the training part has " + training_.signals.stick_name);
   }
-  for (const std::string& name : request.declared) {
+  for (const std::string& name : request_.declared) {
     if (model::axis_effect(name)->needs_other_stick && training_.signals.data.other.empty()) {
-      throw InputError(request.log->file, 0, name, "needs the other axis' stick, which the column map does not have");
+      throw InputError(request_.log->file, 0, name, "needs the other axis' stick, which the column map does not have");
     }
   }
   family_.emplace(training_.blocks);
+}
+
+model::StickAxis AxisProblem::fitted_to_both(const Fit& fit) const {
+  if (!in_one_log(request_)) {
+    return family_->model(fit);
+  }
+  const AxisDataSet both(training_, free_ranges());
+  const AxisFamily family(both.blocks);
+  const Fit start = family.with_parameters_of(fit, family_->model(fit));
+  return family.model(family.fit(fit.structure, std::vector<int>(family.block_count(), 1), &start));
 }
 
 bool AxisProblem::are_starts_measured() const {
@@ -194,7 +221,7 @@ void AxisProblem::examine(const Selection& selection, IdentifyResult& result) co
   const Fit& fit = selection.final_model.fit;
   training_.blocks.release_buffers();
   validation_.blocks.release_buffers();
-  result.unexplained = residual_findings(request_, training_, validation_, family_->model(fit));
+  result.unexplained = residual_findings(request_, training_, validation_, fitted_to_both(fit));
   add_doubts(selection, result);
   undersampled(family_->model(fit), result);
   if (!(request_.noise_floor > 0.0)) {
