@@ -15,20 +15,47 @@
 namespace m100::lab::identify {
 namespace {
 
+/// Null if the parts are of two logs, or if the validation part does not allow a fit.
+std::unique_ptr<AxisProblem> with_parts_exchanged(const AxisProblem& problem) {
+  try {
+    return in_one_log(problem.request()) ? problem.exchanged() : nullptr;
+  } catch (const InputError&) {
+    return nullptr;
+  }
+}
+
 class CommonStructure {
  public:
   CommonStructure(const AxisProblem& problem, Selection& selection)
-      : problem_(problem), family_(problem.axis_family()), selection_(selection), run_(problem.free_run()) {}
+      : problem_(problem),
+        family_(problem.axis_family()),
+        selection_(selection),
+        run_(problem.free_run()),
+        exchanged_(with_parts_exchanged(problem)) {
+    if (exchanged_ != nullptr) {
+      present_ = judged(selection.final_model.fit);
+    }
+  }
 
   std::optional<WeakEffect> run() {
-    lacking_ = search(selection_.final_model.fit);
-    for (std::size_t round = 0; lacking_ && round < SelectionOptions{}.maximum_effects && place(); ++round) {
-      lacking_ = search(selection_.final_model.fit);
+    if (exchanged_ == nullptr) {
+      return search(selection_.final_model.fit);
     }
-    if (exchanged() != nullptr) {
-      name_nuisances();
+    std::optional<WeakEffect> lacking;
+    for (std::size_t round = 0; round < SelectionOptions{}.maximum_effects; ++round) {
+      settle_exchanges();
+      lacking = search(present_.fit);
+      if (!lacking || !add(lacking->name)) {
+        break;
+      }
     }
-    return lacking_;
+    if (lacking) {  // an answer "this one or that one" lacks only what both lack
+      const auto stands_in = [&](const Rival& rival) { return rival.name == lacking->name; };
+      const auto rival = std::find_if(rivals_.begin(), rivals_.end(), stands_in);
+      lacking = rival == rivals_.end() ? lacking : search(rival->fit);
+    }
+    name_nuisances();
+    return lacking;
   }
 
  private:
@@ -36,129 +63,135 @@ class CommonStructure {
     return weak_effect(problem_.training().signals.data, problem_.free_ranges(), family_, fit);
   }
 
-  /// The same log with training and validation exchanged; null if the validation part does not allow a fit.
-  const AxisProblem* exchanged() {
-    if (!exchanged_ && in_one_log(problem_.request())) {
-      try {
-        exchanged_ = problem_.exchanged();
-      } catch (const InputError&) {
-      }
-    }
-    return exchanged_.get();
-  }
+  /// A fit to the training part, judged by all data.
+  struct Judged {
+    Fit fit;
+    double criterion = 0.0;  ///< Schwarz's, of whitened free runs over both parts
+    double error = 0.0;      ///< sum of squares of both parts, each predicted by a fit to the other
+  };
+  struct Rival {
+    std::string name;
+    Fit fit;
+  };
 
-  /// Sum of squares of both parts, each predicted by a fit to the other. Precondition: exchanged() is not null.
-  double unseen_error(const Fit& fit) const {
+  Judged judged(const Fit& fit) const {
     const AxisFamily& other = exchanged_->axis_family();
     const Fit start = other.with_parameters_of(fit, family_.model(fit));
     const Fit fitted = other.fit(fit.structure, std::vector<int>(other.block_count(), 1), &start);
-    return lagged_product(problem_.validation_errors(fit), 0) +
-           lagged_product(exchanged_->validation_errors(fitted), 0);
+    return {
+        fit,
+        unchanged_score(run_, family_, fit) +
+            static_cast<double>(fit.free_parameters) * std::log(static_cast<double>(run_.size())),
+        lagged_product(problem_.validation_errors(fit), 0) + lagged_product(exchanged_->validation_errors(fitted), 0)};
   }
 
-  /// Schwarz's criterion of both parts.
-  double criterion(const Fit& fit) const {
-    return unchanged_score(run_, family_, fit) +
-           static_cast<double>(fit.free_parameters) * std::log(static_cast<double>(run_.size()));
+  /// The better prediction counts first; where two predict alike, the likelihood.
+  bool is_better(const Judged& one) const {
+    const double margin = options_.simpler_margin;
+    return one.error < (1.0 - margin) * present_.error ||
+           (one.error < (1.0 + margin) * present_.error &&
+            one.criterion + options_.minimum_delta_bic < present_.criterion);
   }
 
-  /// A model with the lacking effect, beside the present ones (`at` is their number) or in the place of one of them.
-  struct Placed {
-    std::size_t at = 0;
-    CrossValidatedFit model;
-    double criterion = 0.0;
-    double error = 0.0;  ///< unseen_error()
-  };
+  /// All data exclude neither: the likelihood prefers the one and the prediction the other, or they differ too little.
+  bool is_rival(const Judged& one) const {
+    return one.error < (1.0 + options_.rival_margin) * (1.0 + options_.rival_margin) * present_.error &&
+           one.criterion < present_.criterion + options_.minimum_delta_bic;
+  }
 
-  std::vector<Placed> placements(const std::string& name) const {
-    const SelectionOptions options;
-    const CrossValidatedFit& present = selection_.final_model;
-    std::vector<Placed> out;
-    for (std::size_t at = 0; at <= selection_.steps.size(); ++at) {
-      const bool adds = at == selection_.steps.size();
-      const Structure reduced =
-          adds ? present.fit.structure : family_.without(present.fit.structure, selection_.steps[at].name);
-      if (adds ? at >= options.maximum_effects : reduced == present.fit.structure) {
-        continue;
-      }
-      for (const Family::Edit& edit : family_.edits(reduced)) {
-        if (edit.name == name) {
-          Placed one{at, cross_validated_fit(family_, edit.structure, &present.fit, options.folds)};
-          if (family_.is_significant(one.model.fit, name)) {
-            one.criterion = criterion(one.model.fit) + (adds ? options.minimum_delta_bic : 0.0);
-            one.error = unseen_error(one.model.fit);
-            out.push_back(std::move(one));
-          }
-        }
+  Fit fitted(const Structure& structure) const {
+    return family_.fit(structure, std::vector<int>(family_.block_count(), 1), &present_.fit);
+  }
+
+  /// Exchanges effects with better ones in their place, one after another.
+  void settle_exchanges() {
+    bool moved = true;
+    for (std::size_t pass = 0; moved && pass < options_.maximum_effects; ++pass) {
+      rivals_.clear();
+      moved = false;
+      for (std::size_t at = 0; !moved && at < selection_.steps.size(); ++at) {
+        moved = exchange(at);
       }
     }
-    return out;
   }
 
-  /// @returns whether the effect found a place; if it is only not separable from another one, lacking_ becomes what the
-  /// model with it lacks.
-  bool place() {
-    if (exchanged() == nullptr) {
+  bool exchange(std::size_t at) {
+    const std::string own = selection_.steps[at].name;
+    const Structure reduced = family_.without(present_.fit.structure, own);
+    if (reduced == present_.fit.structure || family_.completed(reduced) != reduced) {
       return false;
     }
-    const SelectionOptions options;
-    const double criterion_now = criterion(selection_.final_model.fit);
-    const double error_now = unseen_error(selection_.final_model.fit);
-    const Placed* best = nullptr;
-    const Placed* rival = nullptr;
-    std::vector<Placed> all = placements(lacking_->name);
-    for (const Placed& one : all) {
-      if (one.criterion >= criterion_now) {
+    for (const Family::Edit& edit : family_.edits(reduced)) {
+      const Fit fit = edit.name == own ? Fit{} : fitted(edit.structure);
+      if (edit.name == own || !family_.is_significant(fit, edit.name) ||
+          fit.sum_of_squares > options_.max_rival_ratio * present_.fit.sum_of_squares) {
         continue;
       }
-      const bool adds = one.at == selection_.steps.size();
-      const double most = adds ? 1.0 - options.minimum_cv_gain : 1.0 + options.simpler_margin;
-      if (one.error < most * error_now) {
-        best = best == nullptr || one.criterion < best->criterion ? &one : best;
-      } else if (!adds && one.error < (1.0 + options.rival_margin) * (1.0 + options.rival_margin) * error_now) {
-        rival = rival == nullptr || one.criterion < rival->criterion ? &one : rival;
+      const Judged tried = judged(fit);
+      if (is_better(tried)) {
+        forget(own);
+        selection_.steps.erase(selection_.steps.begin() + static_cast<std::ptrdiff_t>(at));
+        take(tried, edit.name);
+        return true;
+      }
+      if (is_rival(tried)) {
+        add_rival(selection_.steps[at], edit.name, tried);
       }
     }
-    if (best != nullptr) {
-      accept(*best);
-    } else if (rival != nullptr) {
-      SelectionStep& step = selection_.steps[rival->at];
-      const auto is_known = [&](const SelectionStep::RivalFit& one) { return one.name == lacking_->name; };
-      if (std::none_of(step.rivals.begin(), step.rivals.end(), is_known)) {
-        step.rivals.push_back({lacking_->name, rival->model.fit, rival->error / error_now});
-        selection_.not_separable.push_back({step.name, lacking_->name});
-      }
-      lacking_ = search(rival->model.fit);
-    }
-    return best != nullptr;
+    return false;
   }
 
-  void accept(const Placed& placed) {
-    const std::string name = lacking_->name;
-    for (SelectionStep& step : selection_.steps) {  // the effect stands beside them now, not in their place
-      std::erase_if(step.rivals,
-                    [&](const SelectionStep::RivalFit& one) { return one.name.find(name) != std::string::npos; });
+  void add_rival(SelectionStep& step, const std::string& name, const Judged& rival) {
+    rivals_.push_back({name, rival.fit});
+    const auto is_known = [&](const SelectionStep::RivalFit& one) { return one.name == name; };
+    if (std::none_of(step.rivals.begin(), step.rivals.end(), is_known)) {
+      step.rivals.push_back({name, rival.fit, rival.error / present_.error});
+      selection_.not_separable.push_back({step.name, name});
+    }
+  }
+
+  /// Adds an effect that the likelihood wants if both parts are predicted better with it.
+  bool add(const std::string& name) {
+    if (selection_.steps.size() >= options_.maximum_effects) {
+      return false;
+    }
+    for (const Family::Edit& edit : family_.edits(present_.fit.structure)) {
+      if (edit.name != name) {
+        continue;
+      }
+      const Judged tried = judged(fitted(edit.structure));
+      if (family_.is_significant(tried.fit, name) && tried.criterion < present_.criterion &&
+          tried.error < (1.0 - options_.minimum_cv_gain) * present_.error) {
+        forget(name);
+        take(tried, name);
+        return true;
+      }
+    }
+    return false;
+  }
+
+  /// Drops what the selection said of alternatives with this effect.
+  void forget(const std::string& name) {
+    for (SelectionStep& step : selection_.steps) {
+      std::erase_if(step.rivals, [&](const auto& one) { return one.name.find(name) != std::string::npos; });
     }
     std::erase_if(selection_.not_separable,
                   [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
-    if (placed.at < selection_.steps.size()) {
-      const std::string old = selection_.steps[placed.at].name;
-      std::erase_if(selection_.not_separable,
-                    [&](const auto& group) { return std::find(group.begin(), group.end(), old) != group.end(); });
-      selection_.steps.erase(selection_.steps.begin() + static_cast<std::ptrdiff_t>(placed.at));
-    }
-    const Fit& fit = placed.model.fit;
-    const CrossValidatedFit without =
-        cross_validated_fit(family_, family_.without(fit.structure, name), &fit, SelectionOptions{}.folds);
+  }
+
+  void take(const Judged& tried, const std::string& name) {
+    present_ = tried;
+    selection_.final_model = cross_validated_fit(family_, tried.fit.structure, &tried.fit, options_.folds);
+    const Structure reduced = family_.without(tried.fit.structure, name);
+    const CrossValidatedFit without = cross_validated_fit(family_, reduced, &tried.fit, options_.folds);
     const Comparison evidence =
-        compare(without, placed.model, samples_of(placed.model.errors), problem_.start_samples());
+        compare(without, selection_.final_model, samples_of(selection_.final_model.errors), problem_.start_samples());
     selection_.steps.push_back({name, evidence.cv_gain, evidence.delta_bic, evidence.t, {}});
-    selection_.final_model = placed.model;
   }
 
   /// Fits and evidence of both parts together, each part with its own fit.
   CrossValidatedFit in_both(const Structure& structure) const {
-    const std::size_t folds = SelectionOptions{}.folds;
+    const std::size_t folds = options_.folds;
     const Fit& present = selection_.final_model.fit;
     const AxisFamily& other = exchanged_->axis_family();
     const Fit start = other.with_parameters_of(present, family_.model(present));
@@ -194,12 +227,14 @@ class CommonStructure {
     }
   }
 
+  const SelectionOptions options_;
   const AxisProblem& problem_;
   const AxisFamily& family_;
   Selection& selection_;
   FreeRun run_;
-  std::unique_ptr<AxisProblem> exchanged_;
-  std::optional<WeakEffect> lacking_;
+  std::unique_ptr<AxisProblem> exchanged_;  ///< the same log with training and validation exchanged
+  Judged present_;
+  std::vector<Rival> rivals_;  ///< of the effects of present_
 };
 
 }  // namespace

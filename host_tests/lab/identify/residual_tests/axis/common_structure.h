@@ -8,11 +8,12 @@
 
 namespace m100::lab::identify {
 
-/// Gives a place to effects that both parts together show with certainty (weak_effect()), but that the training part
-/// alone did not choose: in the place of the effect that it imitates, or beside the others. Both parts must confirm it,
-/// each predicted by a fit to the other. So the names depend neither on where the log is cut nor on which part trains.
+/// Settles by both parts together what the training part alone leaves open, so that the names depend neither on where
+/// the log is cut nor on which part trains. Each part is predicted by a fit to the other. An effect is exchanged with
+/// another one that predicts better or, where both predict alike, is likelier. One that the likelihood shows with
+/// certainty (weak_effect()) is added if it predicts better. A trim is named by the evidence of both parts.
 /// Changes nothing if the parts are of two logs, or if the validation part is too short or too calm for a fit.
-/// Cost: that of weak_effect() and a few fits for each effect placed.
+/// Cost: that of weak_effect(), and a fit for each effect and each other effect in its place.
 /// @returns the certain effect that found no place; empty: none
 std::optional<WeakEffect> settle(const AxisProblem& problem, Selection& selection);
 
