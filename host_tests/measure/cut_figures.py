@@ -4,10 +4,11 @@
 Each flight is cut at nine places, and either part trains the model that the other one judges. The two answers of a cut
 agree if their verdicts are equal and one set of effects is admitted by both: the named effects, or some of them with
 what the answer itself calls not separable from them in their place."""
+import collections
 import itertools
 import statistics
 
-from measure.lab_figures import asked, table
+from measure.lab_figures import asked, compact_table
 from measure.split_figures import CLIMB, MAP, TILT, YAW
 from measure.workspace import Source
 
@@ -43,42 +44,63 @@ def admitted(answer):
     return {fixed.union(*(choice.split(" + ") for choice in chosen)) for chosen in itertools.product(*choices)}
 
 
-def spread(values, digits):
-    return f"{statistics.median(values):.{digits}f} ({min(values):.{digits}f} to {max(values):.{digits}f})"
+def spread(values, digits=4):
+    return f"{statistics.median(values):.{digits}f}({min(values):.{digits}f}-{max(values):.{digits}f})"
+
+
+def errors(both):
+    """-> spreads over the answers: error on unseen data as declared and with the effects, share [%] that they explain"""
+    declared, final = ([one[model]["validation_rmse"] for one in both] for model in ("declared", "final"))
+    return [spread(declared), spread(final), spread([100 * (1 - (after / before) ** 2) for before, after in zip(declared, final)], 0)]
 
 
 def row(name, cuts):
     """-> the counts and the row of one flight"""
     both = [answer for pair in cuts for answer in pair]
-    declared, final = ([one[model]["validation_rmse"] for one in both] for model in ("declared", "final"))
-    explained = [100 * (1 - (after / before) ** 2) for before, after in zip(declared, final)]
     verdicts = [first["verdict"] == second["verdict"] for first, second in cuts]
     literal = [same and named(first) == named(second) for same, (first, second) in zip(verdicts, cuts)]
     agree = [same and bool(admitted(first) & admitted(second)) for same, (first, second) in zip(verdicts, cuts)]
-    counts = [sum(verdicts), sum(literal), sum(agree), len(cuts)]
+    counts = [sum(verdicts), sum(agree), sum(literal), len(cuts)]
     words = [f"{sum(one['verdict'] == verdict for one in both)}" for verdict in ("explained", "unexplained", "nothing_missing")]
-    effects = sorted({effect for one in both for effect in named(one)})
-    often = [f"{effect.replace('_', ' ')} {sum(effect in named(one) for one in both)}" for effect in effects]
-    return counts, [name, "/".join(words), f"{counts[0]}", f"{counts[2]} ({counts[1]})", f"{sum(bool(named(one)) for one in both)}",
-                    ", ".join(often), spread(declared, 4), spread(final, 4), spread(explained, 0)]
+    often = collections.Counter(effect for one in both for effect in named(one))
+    return counts, [name, "/".join(words), "/".join(map(str, counts[:3])), *errors(both),
+                    ", ".join(f"{effect.replace('_', ' ')} {count}" for effect, count in sorted(often.items()))]
 
 
 def cuts_table(all_answers):
     """@param all_answers  {name of the flight: answers()}"""
-    rows = [["flight (9 cuts, 18 answers)", "explained/unexplained/nothing missing", "verdict agrees", "effects too (literally)", "answers with a name",
-             "named", "declared: median (range)", "with the effects", "share explained [%]"]]
+    rows = [["flight", "explained/unexplained/nothing missing", "cuts that agree in verdict/effects/literally", "declared", "with the effects",
+             "explained [%]", "named"]]
     total = [0, 0, 0, 0]
     for name, cuts in all_answers.items():
         counts, cells = row(name, cuts)
         total = [a + b for a, b in zip(total, counts)]
         rows.append(cells)
-    rows.append(["together", "", f"{total[0]} of {total[3]}", f"{total[2]} ({total[1]})", "", "", "", "", ""])
-    return table(*rows)
+    return compact_table(*rows, ["together", "", "/".join(map(str, total[:3])) + f" of {total[3]}", "", "", "", ""])
+
+
+def model_of(both):
+    """-> the effects that more than half of the answers have in their model, beside the trim that every model has"""
+    models = collections.Counter(frozenset(one["final"]["structure"][1:]) | {one["final"]["structure"][0]} for one in both)
+    effects, count = models.most_common(1)[0]
+    words = ", ".join(sorted(effect.replace("_", " ") for effect in effects - {"first_order", "trim_offset"}))
+    return words if 2 * count > len(both) else "cannot tell"
+
+
+def first_page(all_answers):
+    """The first aircraft's axes: errors over all cuts, the model, and how often it is the whole explanation."""
+    rows = [["axis", "declared first order", "with effects", "explained [%]", "effects", "verdict \"explained\"", "1 s ahead, declared", "with effects"]]
+    for name, axis in (("roll [rad]", "roll"), ("pitch [rad]", "pitch"), ("climb [m/s]", "climb"), ("yaw rate [rad/s]", "yaw rate")):
+        both = [answer for pair in all_answers[axis] for answer in pair]
+        ahead = [f"{statistics.median(one[model]['horizon_rmse']['1.0'] for one in both):.4f}" for model in ("declared", "final")]
+        rows.append([name, *errors(both), model_of(both), f"{sum(one['verdict'] == 'explained' for one in both)}/{len(both)}", *ahead])
+    return compact_table(*rows)
 
 
 def cuts(workspace):
     """Verdicts, effects and errors of every measured flight, cut at nine places, both ways."""
-    return {"identify.cuts": cuts_table({flight[0]: answers(workspace, flight) for flight in FLIGHTS})}
+    found = {flight[0]: answers(workspace, flight) for flight in FLIGHTS}
+    return {"identify.cuts": cuts_table(found), "identify.measured": first_page(found)}
 
 
-SOURCES = [Source(("identify.cuts",), cuts, quick=False)]
+SOURCES = [Source(("identify.cuts", "identify.measured"), cuts, quick=False)]
