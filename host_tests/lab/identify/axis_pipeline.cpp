@@ -20,7 +20,6 @@
 #include "host_tests/lab/identify/residual_tests/axis/ground_check.h"
 #include "host_tests/lab/identify/residual_tests/axis/intersample_hypotheses.h"
 #include "host_tests/lab/identify/residual_tests/axis/stick_freeze.h"
-#include "host_tests/lab/identify/residual_tests/axis/weak_effect.h"
 #include "host_tests/lab/identify/selection/regimes.h"
 #include "host_tests/lab/identify/selection/verdict.h"
 
@@ -58,7 +57,7 @@ class AxisPipeline {
     }
     check_flight_trims();
     withdraw_unconfirmed_effects();
-    detect_weak_effect();
+    report_weak_effect();
     IdentifyResult result = conclude(*problem_, problem_->request(), std::move(chosen_), std::move(side_findings_));
     result.elapsed_s = processor_s() - started_s;
     return result;
@@ -137,18 +136,10 @@ class AxisPipeline {
     }
   }
 
-  /// Reports an effect that the final model lacks with certainty, but that is too small to be named. It is not looked
-  /// for where the verdict is already "unexplained", nor across a change neither side of which is long enough.
-  void detect_weak_effect() {
-    const std::vector<Range> ranges = problem_->free_ranges();
-    const auto inside = [&](const Change& change) {
-      const auto begins_before = [&](const Range& range) { return range.first < change.at_s; };
-      const auto ends_after = [&](const Range& range) { return range.second > change.at_s; };
-      return std::any_of(ranges.begin(), ranges.end(), begins_before) &&
-             std::any_of(ranges.begin(), ranges.end(), ends_after);
-    };
-    if (!lacking_ || is_doubted() ||
-        std::any_of(side_findings_.changes.begin(), side_findings_.changes.end(), inside)) {
+  /// Reports an effect that the final model lacks with certainty, but that is too small to be named. It is not reported
+  /// where the verdict is already "unexplained".
+  void report_weak_effect() {
+    if (!lacking_ || is_doubted()) {
       return;
     }
     std::array<char, 200> text{};
@@ -271,8 +262,8 @@ class AxisPipeline {
       side_findings_.findings.push_back(regime_note(*regime->request));
       problem_ = std::move(regime->problem);
       chosen_ = std::move(regime->chosen);
-      lacking_ = lacking;
     }
+    lacking_ = regime ? lacking : std::nullopt;  // across a change that neither side explains alone, nothing is certain
     accept_change(change.change);
   }
 
@@ -394,7 +385,7 @@ class AxisPipeline {
   std::vector<double> trims_;             ///< the values of flight_trims_, in the unit of the stick
   std::unique_ptr<AxisProblem> problem_;
   Selection chosen_;
-  std::optional<WeakEffect> lacking_;
+  std::optional<WeakEffect> lacking_;  ///< a certain effect that the final model lacks
   SideFindings side_findings_;
 };
 

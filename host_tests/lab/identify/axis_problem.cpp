@@ -100,19 +100,6 @@ AxisProblem::AxisProblem(const Request& request, double stick_earlier_s, const s
   check_and_make_family();
 }
 
-AxisProblem::AxisProblem(Request request, const AxisProblem& same_log)
-    : request_(std::move(request)),
-      training_(same_log.training_, request_.train),
-      validation_(training_, request_.validate) {
-  check_and_make_family();
-}
-
-std::unique_ptr<AxisProblem> AxisProblem::exchanged() const {
-  Request request = request_;
-  std::swap(request.train, request.validate);
-  return std::unique_ptr<AxisProblem>(new AxisProblem(std::move(request), *this));
-}
-
 void AxisProblem::check_and_make_family() {
   check_declared(request_.declared, kBases, AxisFamily::supports, "a stick axis");
   check_blocks(training_.blocks.size(), request_.log->file, validation_.blocks.size(), validation_.log.file);
@@ -127,16 +114,6 @@ void AxisProblem::check_and_make_family() {
     }
   }
   family_.emplace(training_.blocks);
-}
-
-model::StickAxis AxisProblem::fitted_to_both(const Fit& fit) const {
-  if (!in_one_log(request_)) {
-    return family_->model(fit);
-  }
-  const AxisDataSet both(training_, free_ranges());
-  const AxisFamily family(both.blocks);
-  const Fit start = family.with_parameters_of(fit, family_->model(fit));
-  return family.model(family.fit(fit.structure, std::vector<int>(family.block_count(), 1), &start));
 }
 
 bool AxisProblem::are_starts_measured() const {
@@ -221,7 +198,10 @@ void AxisProblem::examine(const Selection& selection, IdentifyResult& result) co
   const Fit& fit = selection.final_model.fit;
   training_.blocks.release_buffers();
   validation_.blocks.release_buffers();
-  result.unexplained = residual_findings(request_, training_, validation_, fitted_to_both(fit));
+  // With a fit to both parts, what is left over does not depend on which part trained.
+  const model::StickAxis of_both =
+      in_one_log(request_) ? fitted_to(training_, free_ranges(), *family_, fit) : family_->model(fit);
+  result.unexplained = residual_findings(request_, training_, validation_, of_both);
   add_doubts(selection, result);
   undersampled(family_->model(fit), result);
   if (!(request_.noise_floor > 0.0)) {

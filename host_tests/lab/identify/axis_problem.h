@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host_tests/lab/identify/model/axis/axis_family.h"
@@ -23,7 +24,11 @@ class AxisProblem final : public Problem {
                        const std::vector<double>& flight_trims = {});
   /// The problem with training and validation part exchanged. Precondition: both are of one log. @throws InputError if
   /// the validation part is too short, or its stick does not move.
-  std::unique_ptr<AxisProblem> exchanged() const;
+  std::unique_ptr<AxisProblem> exchanged() const {
+    Request request = request_;
+    std::swap(request.train, request.validate);
+    return std::unique_ptr<AxisProblem>(new AxisProblem(std::move(request), *this));
+  }
   const Family& family() const override { return *family_; }
   const AxisFamily& axis_family() const { return *family_; }
   const AxisDataSet& training() const { return training_; }
@@ -56,11 +61,13 @@ class AxisProblem final : public Problem {
 
  private:
   /// Other parts of the same log. @throws InputError
-  AxisProblem(Request request, const AxisProblem& same_log);
+  AxisProblem(Request request, const AxisProblem& same_log)
+      : request_(std::move(request)),
+        training_(same_log.training_, request_.train),
+        validation_(training_, request_.validate) {
+    check_and_make_family();
+  }
   void check_and_make_family();
-  /// The fit's structure fitted to both parts; the fit itself if they are of two logs. The tests of what a structure
-  /// leaves over use it, so that they do not depend on which part trained.
-  model::StickAxis fitted_to_both(const Fit& fit) const;
   /// Adds reasons for doubt that no regression finds, such as a poor fit, a wrong unit or swapped columns.
   void add_doubts(const Selection& selection, IdentifyResult& result) const;
   /// Adds a note if unknown motion of the stick between two rows may cause a tenth of the residual power.
