@@ -150,7 +150,8 @@ class CommonStructure {
     }
   }
 
-  /// Adds an effect that the likelihood wants if both parts are predicted better with it.
+  /// Adds an effect that the likelihood wants if both parts are predicted better with it, and if they give the evidence
+  /// together that the training part must give for any effect.
   bool add(const std::string& name) {
     if (selection_.steps.size() >= options_.maximum_effects) {
       return false;
@@ -161,7 +162,8 @@ class CommonStructure {
       }
       const Judged tried = judged(fitted(edit.structure));
       if (family_.is_significant(tried.fit, name) && tried.criterion < present_.criterion &&
-          tried.error < (1.0 - options_.minimum_cv_gain) * present_.error) {
+          tried.error < (1.0 - options_.minimum_cv_gain) * present_.error &&
+          convincing(evidence_of_both(present_.fit.structure, edit.structure), options_)) {
         forget(name);
         take(tried, name);
         return true;
@@ -205,6 +207,11 @@ class CommonStructure {
     return out;
   }
 
+  Comparison evidence_of_both(const Structure& without, const Structure& with) const {
+    const CrossValidatedFit more = in_both(with);
+    return compare(in_both(without), more, samples_of(more.errors), problem_.start_samples());
+  }
+
   /// Names a parameter that every model has where both parts together refute its declared value, and only there.
   void name_nuisances() {
     const Structure& declared = problem_.request().declared;
@@ -215,9 +222,7 @@ class CommonStructure {
         continue;
       }
       const auto is_it = [&](const SelectionStep& step) { return step.name == name; };
-      const CrossValidatedFit with = in_both(present);
-      const CrossValidatedFit without = in_both(reduced);
-      const Comparison evidence = compare(without, with, samples_of(with.errors), problem_.start_samples());
+      const Comparison evidence = evidence_of_both(reduced, present);
       const bool named = family_.is_significant(selection_.final_model.fit, name) && convincing(evidence, {});
       if (!named) {
         std::erase_if(selection_.steps, is_it);
