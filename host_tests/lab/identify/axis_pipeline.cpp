@@ -10,13 +10,13 @@
 #include <optional>
 
 #include "host_tests/lab/identify/axis_problem.h"
+#include "host_tests/lab/identify/common_structure.h"
 #include "host_tests/lab/identify/model/axis/flight_trims.h"
 #include "host_tests/lab/identify/processor_time.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_change_point.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_tether.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_time_offset.h"
 #include "host_tests/lab/identify/residual_tests/axis/change_point_checks.h"
-#include "host_tests/lab/identify/residual_tests/axis/common_structure.h"
 #include "host_tests/lab/identify/residual_tests/axis/ground_check.h"
 #include "host_tests/lab/identify/residual_tests/axis/intersample_hypotheses.h"
 #include "host_tests/lab/identify/residual_tests/axis/stick_freeze.h"

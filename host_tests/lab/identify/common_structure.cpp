@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/identify/residual_tests/axis/common_structure.h"
+#include "host_tests/lab/identify/common_structure.h"
 
 #include <algorithm>
 #include <cmath>
