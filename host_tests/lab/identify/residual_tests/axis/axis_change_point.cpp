@@ -342,7 +342,7 @@ ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit
   out.numbers = free_parameters.size();
   std::vector<Candidate> candidates = candidates_of(family, fit);
   // The structure fits the whole run as well as it can before anything is said to change.
-  const WhitenedFit steady = fit_to_convergence(run, family.model(fit), free_parameters);
+  const WhitenedFit steady = fit_whitened(run, family.model(fit), free_parameters);
   std::vector<TriedChange> tried = try_changes(run, steady, free_parameters, candidates);
   const auto best = std::min_element(
       tried.begin(), tried.end(), [](const TriedChange& a, const TriedChange& b) { return a.fit.score < b.fit.score; });
