@@ -222,10 +222,12 @@ void AxisProblem::annotate(const Selection& selection, IdentifyResult& result) c
   if (training_.signals.stick_name.starts_with("command_")) {
     result.stick_unit = request_.axis == "climb" ? "m_s" : request_.axis == "yaw_rate" ? "rad_s" : "rad";
   }
-  for (const AxisDataSet* part : {&training_, &validation_}) {
-    if (part == &training_ || &validation_.log != &training_.log) {
-      result.findings.insert(result.findings.end(), part->signals.findings.begin(), part->signals.findings.end());
-    }
+  const auto add_findings_of = [&result](const AxisSignals& signals) {
+    result.findings.insert(result.findings.end(), signals.findings.begin(), signals.findings.end());
+  };
+  add_findings_of(training_.signals);
+  if (&validation_.log != &training_.log) {
+    add_findings_of(validation_.signals);
   }
   if (const logs::Alignment& found = request_.log->alignment; found.stick_shift_samples != 0) {
     result.findings.push_back(note("the sticks were logged " + std::to_string(std::abs(found.stick_shift_samples)) +

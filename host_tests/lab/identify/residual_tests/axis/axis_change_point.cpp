@@ -31,6 +31,19 @@ struct Candidate {
 
 double positive(double value, double otherwise) { return std::abs(value) > 0.0 ? std::abs(value) : otherwise; }
 
+/// Whether a whitened fit can move the parameter. The gain of the other stick and a dead zone with a jump are flat
+/// between two stick positions. A trim is the fit's own offset of the response unless the command bends at the trim.
+bool can_move(const AxisParameter& parameter, const std::vector<AxisParameter>& present, const Fit& fit) {
+  const auto bends = [](const AxisParameter& p) {
+    return p.is(&StickAxis::dead_zone_counts) || p.is(&StickAxis::stick_exponent) || p.is(&StickAxis::gain_asymmetry);
+  };
+  if (parameter.is(&StickAxis::trim_counts)) {
+    return std::any_of(present.begin(), present.end(), bends);
+  }
+  const bool jump = parameter.is(&StickAxis::dead_zone_counts) && fit.shape.find("jump") != std::string::npos;
+  return !jump && !parameter.is(&StickAxis::other_scale_per_count);
+}
+
 }  // namespace
 
 std::vector<FreeParameter> free_parameters_of(const AxisFamily& family, const Fit& fit) {
@@ -38,18 +51,11 @@ std::vector<FreeParameter> free_parameters_of(const AxisFamily& family, const Fi
   const double counts = family.scale().minimum_counts;
   std::vector<FreeParameter> out;
   const std::vector<AxisParameter> present = parameters_of(fit.structure);
-  const bool bends = std::any_of(present.begin(), present.end(), [](const AxisParameter& p) {
-    return p.is(&StickAxis::dead_zone_counts) || p.is(&StickAxis::stick_exponent) || p.is(&StickAxis::gain_asymmetry);
-  });  // at the trim, which no offset of the response replaces then
   for (const AxisParameter& p : present) {
+    if (!can_move(p, present, fit)) {
+      continue;
+    }
     const model::AxisNumber& number = *p.number;
-    const bool jump = number.member == &StickAxis::dead_zone_counts && fit.shape.find("jump") != std::string::npos;
-    if (jump || number.member == &StickAxis::other_scale_per_count) {
-      continue;  // flat between two stick positions
-    }
-    if (number.member == &StickAxis::trim_counts && !bends) {
-      continue;  // the free offset of a whitened fit takes its place; both together would have no common minimum
-    }
     const bool slews = number.member == &StickAxis::rate_limit_per_s && fit.shape.find("slew") != std::string::npos;
     double StickAxis::*const member = slews ? &StickAxis::command_slew_per_s : number.member;
     const double scale = family.scale().of(number.unit);
