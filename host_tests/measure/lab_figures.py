@@ -37,43 +37,19 @@ MEASURED = {"roll": ("rad", "pitch_roll.csv", ("--train", "12:38", "--validate",
             "pitch": ("rad", "pitch_roll.csv", ("--train", "12:38", "--validate", "38:55.5")),
             "climb": ("m/s", "height.csv", ("--train", "4.5:38", "--validate", "38:64.5")),
             "yaw_rate": ("rad/s", "yaw.csv", ("--train", "10:30", "--validate", "30:51"))}
-# Structures that are declared instead of first order, to see whether the flight separates them from the one that was found.
-RIVALS = {"roll": ("second_order,stick_curve,lead_zero",), "pitch": ("second_order,stick_curve,lead_zero",),
-          "climb": ("second_order,dead_zone",), "yaw_rate": ("first_order,stick_curve", "first_order,dead_zone")}
-NOT_SEPARABLE = 1.05  # as identify has it
 
 
-def identified(workspace, axis, declared):
-    _, log, ranges = MEASURED[axis]
-    return asked(workspace, "identify", "--log", workspace.measured_log(log), "--columns", "host_tests/lab/columns/m100_csv.toml",
-                 "--axis", axis, "--declare", declared, *ranges)[1]
-
-
-def structure_of(found):
-    """-> the effects of the final model; first order is what was declared, and every model has a trim."""
-    return ", ".join(name.replace("_", " ") for name in found["final"]["structure"] if name not in ("first_order", "trim_offset"))
-
-
-def measured_flights(workspace):
-    """Every axis of the published flights: first order, and the model with effects that predicts the unseen part best. A
-    model that predicts it as well (NOT_SEPARABLE) is named beside it."""
-    rows = [["axis", "declared first order", "with the identified effects", "identified effects, beside a trim", "1 s ahead, declared", "1 s ahead, identified"]]
+def dead_zones(workspace):
+    """Half width of each measured axis' dead zone."""
     zones = []
-    for axis, (unit, _, _) in MEASURED.items():
-        first = identified(workspace, axis, "first_order")
-        models = {structure_of(one): one["final"] for one in [first] + [identified(workspace, axis, other) for other in RIVALS[axis]]}
-        (name, best), *others = sorted(models.items(), key=lambda one: one[1]["validation_rmse"])
-        rivals = [f"{other}: {final['validation_rmse']:.4f}" for other, final in others
-                  if final["validation_rmse"] <= NOT_SEPARABLE * best["validation_rmse"]]
-        name += f" (not separable: {'; '.join(rivals)})" if rivals else ""
-        declared = first["declared"]
-        rows.append([f"{axis.replace('_', ' ')} [{unit}]", f"{declared['validation_rmse']:.4f}", f"{best['validation_rmse']:.4f}", name,
-                     f"{declared['horizon_rmse']['1.0']:.4f}", f"{best['horizon_rmse']['1.0']:.4f}"])
-        for effect in first["effects"]:
+    for axis, (_, log, ranges) in MEASURED.items():
+        found = asked(workspace, "identify", "--log", workspace.measured_log(log), "--columns", "host_tests/lab/columns/m100_csv.toml",
+                      "--axis", axis, "--declare", "first_order", *ranges)[1]
+        for effect in found["effects"]:
             zone = next((values for key, values in effect["parameters"].items() if "width" in key or "counts" in key), None)
             if effect["name"] == "dead_zone" and isinstance(zone, dict):
                 zones.append(f"{axis.replace('_', ' ')} {zone['value']:.1f} counts [{zone['low']:.1f}, {zone['high']:.1f}]")
-    return {"identify.measured": compact_table(*rows), "identify.dead_zones": Figure(", ".join(zones))}
+    return {"identify.dead_zones": Figure(", ".join(zones))}
 
 
 def gain_tables(workspace):
@@ -250,7 +226,7 @@ def coverage_table(parameters):
     return table(*rows, *([name.replace("_", " "), *(cells.get((name, axis), "") for axis in axes)] for name in names))
 
 
-SOURCES = [Source(("identify.measured", "identify.dead_zones"), measured_flights),
+SOURCES = [Source(("identify.dead_zones",), dead_zones),
            Source(("mpc.margins", "mpc.setpoint_law"), gain_tables),
            Source(("mpc.as_flown",), as_flown),
            Source(("identify.paper",), papers_numbers),

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "host_tests/lab/identify/axis_problem.h"
+#include "host_tests/lab/identify/common_structure.h"
 #include "host_tests/lab/identify/model/axis/flight_trims.h"
 #include "host_tests/lab/identify/processor_time.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_change_point.h"
@@ -19,7 +20,6 @@
 #include "host_tests/lab/identify/residual_tests/axis/ground_check.h"
 #include "host_tests/lab/identify/residual_tests/axis/intersample_hypotheses.h"
 #include "host_tests/lab/identify/residual_tests/axis/stick_freeze.h"
-#include "host_tests/lab/identify/residual_tests/axis/weak_effect.h"
 #include "host_tests/lab/identify/selection/regimes.h"
 #include "host_tests/lab/identify/selection/verdict.h"
 
@@ -49,18 +49,27 @@ class AxisPipeline {
     if (!detect_stick_freeze()) {
       detect_time_offset();
       if (!detect_tether()) {
+        if (!is_doubted()) {
+          lacking_ = settle(*problem_, chosen_);
+        }
         detect_change_point();
       }
     }
     check_flight_trims();
     withdraw_unconfirmed_effects();
-    detect_weak_effect();
+    report_weak_effect();
     IdentifyResult result = conclude(*problem_, problem_->request(), std::move(chosen_), std::move(side_findings_));
     result.elapsed_s = processor_s() - started_s;
     return result;
   }
 
  private:
+  /// Whether the log or its trims already forbid a clean bill.
+  bool is_doubted() const {
+    return !side_findings_.unexplained.empty() ||
+           std::any_of(side_findings_.findings.begin(), side_findings_.findings.end(), forbids_nothing_missing);
+  }
+
   Fit declared_fit() const {
     const AxisFamily& family = problem_->axis_family();
     return family.fit(family.completed(request_.declared), std::vector<int>(family.block_count(), 1), nullptr);
@@ -127,31 +136,17 @@ class AxisPipeline {
     }
   }
 
-  /// Reports an effect that the final model lacks with certainty, but that is too small to be named. It is not looked
-  /// for where the verdict is already "unexplained", nor across a change neither side of which is long enough.
-  void detect_weak_effect() {
-    const std::vector<Range> ranges = problem_->free_ranges();
-    const auto inside = [&](const Change& change) {
-      const auto begins_before = [&](const Range& range) { return range.first < change.at_s; };
-      const auto ends_after = [&](const Range& range) { return range.second > change.at_s; };
-      return std::any_of(ranges.begin(), ranges.end(), begins_before) &&
-             std::any_of(ranges.begin(), ranges.end(), ends_after);
-    };
-    if (!side_findings_.unexplained.empty() ||
-        std::any_of(side_findings_.findings.begin(), side_findings_.findings.end(), forbids_nothing_missing) ||
-        std::any_of(side_findings_.changes.begin(), side_findings_.changes.end(), inside)) {
-      return;
-    }
-    const std::optional<WeakEffect> trace =
-        weak_effect(problem_->training().signals.data, ranges, problem_->axis_family(), chosen_.final_model.fit);
-    if (!trace) {
+  /// Reports an effect that the final model lacks with certainty, but that is too small to be named. It is not reported
+  /// where the verdict is already "unexplained".
+  void report_weak_effect() {
+    if (!lacking_ || is_doubted()) {
       return;
     }
     std::array<char, 200> text{};
     std::snprintf(
         text.data(), text.size(),
         "an effect like %s is certain (likelihood ratio %.0f), but it explains too little of the residual to be named",
-        trace->name.c_str(), trace->likelihood_ratio);
+        lacking_->name.c_str(), lacking_->likelihood_ratio);
     side_findings_.unexplained.emplace_back(text.data());
   }
 
@@ -253,6 +248,7 @@ class AxisPipeline {
     std::optional<Regime<AxisProblem>> regime =
         first.found ? select_regime<AxisProblem>(request_, first.change, {}, shift_s_, trims_) : std::nullopt;
     const AxisFamily& family = (regime ? regime->problem : problem_)->axis_family();
+    const std::optional<WeakEffect> lacking = regime ? settle(*regime->problem, regime->chosen) : lacking_;
     const Fit& fit = (regime ? regime->chosen : chosen_).final_model.fit;
     ChangePoint change = first;
     if (regime) {
@@ -267,6 +263,7 @@ class AxisPipeline {
       problem_ = std::move(regime->problem);
       chosen_ = std::move(regime->chosen);
     }
+    lacking_ = regime ? lacking : std::nullopt;  // across a change that neither side explains alone, nothing is certain
     accept_change(change.change);
   }
 
@@ -388,6 +385,7 @@ class AxisPipeline {
   std::vector<double> trims_;             ///< the values of flight_trims_, in the unit of the stick
   std::unique_ptr<AxisProblem> problem_;
   Selection chosen_;
+  std::optional<WeakEffect> lacking_;  ///< a certain effect that the final model lacks
   SideFindings side_findings_;
 };
 

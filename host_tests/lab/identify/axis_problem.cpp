@@ -97,16 +97,20 @@ AxisProblem::AxisProblem(const Request& request, double stick_earlier_s, const s
       validation_(in_one_log(request) ? AxisDataSet(training_, request.validate)
                                       : AxisDataSet(*request.validation_log, request.axis, request.validate,
                                                     requested_ranges(request, false), stick_earlier_s)) {
-  check_declared(request.declared, kBases, AxisFamily::supports, "a stick axis");
-  check_blocks(training_.blocks.size(), request.log->file, validation_.blocks.size(), validation_.log.file);
+  check_and_make_family();
+}
+
+void AxisProblem::check_and_make_family() {
+  check_declared(request_.declared, kBases, AxisFamily::supports, "a stick axis");
+  check_blocks(training_.blocks.size(), request_.log->file, validation_.blocks.size(), validation_.log.file);
   check_moved(training_, "training");
   if (validation_.signals.stick_name != training_.signals.stick_name) {
     throw InputError(validation_.log.file, 0, validation_.signals.stick_name,
                      "is the input of the validation part, but the training part has " + training_.signals.stick_name);
   }
-  for (const std::string& name : request.declared) {
+  for (const std::string& name : request_.declared) {
     if (model::axis_effect(name)->needs_other_stick && training_.signals.data.other.empty()) {
-      throw InputError(request.log->file, 0, name, "needs the other axis' stick, which the column map does not have");
+      throw InputError(request_.log->file, 0, name, "needs the other axis' stick, which the column map does not have");
     }
   }
   family_.emplace(training_.blocks);
@@ -194,7 +198,10 @@ void AxisProblem::examine(const Selection& selection, IdentifyResult& result) co
   const Fit& fit = selection.final_model.fit;
   training_.blocks.release_buffers();
   validation_.blocks.release_buffers();
-  result.unexplained = residual_findings(request_, training_, validation_, family_->model(fit));
+  // With a fit to both parts, what is left over does not depend on which part trained.
+  const model::StickAxis of_both =
+      in_one_log(request_) ? fitted_to(training_, free_ranges(), *family_, fit) : family_->model(fit);
+  result.unexplained = residual_findings(request_, training_, validation_, of_both);
   add_doubts(selection, result);
   undersampled(family_->model(fit), result);
   if (!(request_.noise_floor > 0.0)) {
@@ -215,10 +222,12 @@ void AxisProblem::annotate(const Selection& selection, IdentifyResult& result) c
   if (training_.signals.stick_name.starts_with("command_")) {
     result.stick_unit = request_.axis == "climb" ? "m_s" : request_.axis == "yaw_rate" ? "rad_s" : "rad";
   }
-  for (const AxisDataSet* part : {&training_, &validation_}) {
-    if (part == &training_ || &validation_.log != &training_.log) {
-      result.findings.insert(result.findings.end(), part->signals.findings.begin(), part->signals.findings.end());
-    }
+  const auto add_findings_of = [&result](const AxisSignals& signals) {
+    result.findings.insert(result.findings.end(), signals.findings.begin(), signals.findings.end());
+  };
+  add_findings_of(training_.signals);
+  if (&validation_.log != &training_.log) {
+    add_findings_of(validation_.signals);
   }
   if (const logs::Alignment& found = request_.log->alignment; found.stick_shift_samples != 0) {
     result.findings.push_back(note("the sticks were logged " + std::to_string(std::abs(found.stick_shift_samples)) +

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host_tests/lab/identify/model/axis/axis_family.h"
@@ -20,6 +22,13 @@ class AxisProblem final : public Problem {
   /// @param flight_trims  the trim of each flight of a joined log, subtracted from its stick; empty: none
   explicit AxisProblem(const Request& request, double stick_earlier_s = 0.0,
                        const std::vector<double>& flight_trims = {});
+  /// The problem with training and validation part exchanged. Precondition: both are of one log. @throws InputError if
+  /// the validation part is too short, or its stick does not move.
+  std::unique_ptr<AxisProblem> exchanged() const {
+    Request request = request_;
+    std::swap(request.train, request.validate);
+    return std::unique_ptr<AxisProblem>(new AxisProblem(std::move(request), *this));
+  }
   const Family& family() const override { return *family_; }
   const AxisFamily& axis_family() const { return *family_; }
   const AxisDataSet& training() const { return training_; }
@@ -51,6 +60,14 @@ class AxisProblem final : public Problem {
   Traces traces(const Fit& declared, const Fit& final_fit) const override;
 
  private:
+  /// Other parts of the same log. @throws InputError
+  AxisProblem(Request request, const AxisProblem& same_log)
+      : request_(std::move(request)),
+        training_(same_log.training_, request_.train),
+        validation_(training_, request_.validate) {
+    check_and_make_family();
+  }
+  void check_and_make_family();
   /// Adds reasons for doubt that no regression finds, such as a poor fit, a wrong unit or swapped columns.
   void add_doubts(const Selection& selection, IdentifyResult& result) const;
   /// Adds a note if unknown motion of the stick between two rows may cause a tenth of the residual power.

@@ -94,7 +94,7 @@ TEST(Identify, CallsASineOrAProductOfInputsUnexplained) {
         vehicle.hidden[name] = SyntheticAxis::random_size(name, 1, seed);
       }
       const IdentifyResult result = identify(vehicle, kDelayed);
-      EXPECT_EQ(result.verdict, "unexplained") << hidden[0] << " " << seed;
+      EXPECT_EQ(result.verdict, "unexplained") << hidden[0] << " " << seed << ": " << lab::identify::text_of(result);
       EXPECT_TRUE(result.effects.empty() || hidden[0] != "sine") << "seed " << seed;
     }
   }

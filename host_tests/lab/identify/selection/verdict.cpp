@@ -108,13 +108,13 @@ double incomplete_beta(double x, double a, double b) {
 }
 
 /// Whether the validation part looks like another vehicle's. If effects or changes were `named`, the ratio `maximum`
-/// alone decides. If not, the F test decides too, and it must confirm a large ratio if slow rows hide the blocks'
-/// starts.
+/// alone decides, otherwise the F test, too. The F test excuses a large ratio that is its own, without the starts.
 bool is_another_vehicle(const ValidationComparison& parts, const CompletenessLimits& limits, bool named,
                         double maximum) {
-  const bool little = std::sqrt(parts.beyond_start) < limits.min_ratio;
-  const bool too_few = !named && !parts.are_starts_measured && parts.probability >= limits.min_evidence;
-  return (maximum > limits.max_ratio && !too_few) || !(named || little || parts.probability >= limits.min_probability);
+  const double later = std::sqrt(parts.beyond_start);
+  const bool by_chance = maximum <= later && parts.probability >= limits.min_evidence;
+  return (maximum > limits.max_ratio && !by_chance) ||
+         !(named || later < limits.min_ratio || parts.probability >= limits.min_probability);
 }
 
 }  // namespace

@@ -39,11 +39,10 @@ double f_tail(double ratio, double numerator_degrees, double denominator_degrees
 struct CompletenessLimits {
   double min_probability = 0.003;  ///< of the F test, nominal; used only where nothing was named
   double min_ratio = 1.1;  ///< of root mean squares without the starts of the blocks; a smaller one passes the F test
-  /// A larger ratio of root mean squares is refused whatever the F test says. If the result has no change, the ratio
-  /// leaves out the starts of the blocks where slow rows hide them or the result has an effect.
+  /// A larger ratio of root mean squares is refused. If the result has no change, it leaves out the starts of the
+  /// blocks where slow rows hide them or the result has an effect.
   double max_ratio = 1.5;
-  /// If slow rows hide the starts and nothing is named, max_ratio is used only with a smaller probability than this.
-  double min_evidence = 0.05;
+  double min_evidence = 0.05;     ///< a ratio without the starts is refused only with a smaller probability
   double min_fit_percent = 50.0;  ///< a model with a smaller fit of the validation part is incomplete
   double floor_factor = 2.0;      ///< below this times the noise floor, a validation error is accepted with any fit
 };

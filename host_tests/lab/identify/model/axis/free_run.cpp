@@ -304,4 +304,20 @@ WhitenedFit fit_whitened(const FreeRun& run, const model::StickAxis& start,
   return GaussNewton(run, start, free_parameters, change).run();
 }
 
+WhitenedFit fit_to_convergence(const FreeRun& run, const model::StickAxis& start,
+                               std::span<const FreeParameter> free_parameters) {
+  constexpr int kRounds = 4;
+  constexpr double kConverged = 0.5;
+  WhitenedFit out = fit_whitened(run, start, free_parameters);
+  for (int round = 1; round < kRounds; ++round) {
+    WhitenedFit next = fit_whitened(run, out.before, free_parameters);
+    const double gained = out.score - next.score;
+    out = gained > 0.0 ? std::move(next) : std::move(out);
+    if (gained < kConverged) {
+      break;
+    }
+  }
+  return out;
+}
+
 }  // namespace m100::lab::identify

@@ -94,5 +94,8 @@ struct ParameterJump {
 /// `change`. Cost: at most ten iterations, each with one simulation per free parameter and one to five trial steps.
 WhitenedFit fit_whitened(const FreeRun& run, const model::StickAxis& start,
                          std::span<const FreeParameter> free_parameters, const ParameterJump* change = nullptr);
+/// Repeats the fit until its score stops improving: parameters that compensate each other converge slowly.
+WhitenedFit fit_to_convergence(const FreeRun& run, const model::StickAxis& start,
+                               std::span<const FreeParameter> free_parameters);
 
 }  // namespace m100::lab::identify

@@ -31,21 +31,31 @@ struct Candidate {
 
 double positive(double value, double otherwise) { return std::abs(value) > 0.0 ? std::abs(value) : otherwise; }
 
+/// Whether a whitened fit can move the parameter. The gain of the other stick and a dead zone with a jump are flat
+/// between two stick positions. A trim is the fit's own offset of the response unless the command bends at the trim.
+bool can_move(const AxisParameter& parameter, const std::vector<AxisParameter>& present, const Fit& fit) {
+  const auto bends = [](const AxisParameter& p) {
+    return p.is(&StickAxis::dead_zone_counts) || p.is(&StickAxis::stick_exponent) || p.is(&StickAxis::gain_asymmetry);
+  };
+  if (parameter.is(&StickAxis::trim_counts)) {
+    return std::any_of(present.begin(), present.end(), bends);
+  }
+  const bool jump = parameter.is(&StickAxis::dead_zone_counts) && fit.shape.find("jump") != std::string::npos;
+  return !jump && !parameter.is(&StickAxis::other_scale_per_count);
+}
+
 }  // namespace
 
 std::vector<FreeParameter> free_parameters_of(const AxisFamily& family, const Fit& fit) {
   const StickAxis axis = family.model(fit);
   const double counts = family.scale().minimum_counts;
   std::vector<FreeParameter> out;
-  for (const AxisParameter& p : parameters_of(fit.structure)) {
+  const std::vector<AxisParameter> present = parameters_of(fit.structure);
+  for (const AxisParameter& p : present) {
+    if (!can_move(p, present, fit)) {
+      continue;
+    }
     const model::AxisNumber& number = *p.number;
-    const bool jump = number.member == &StickAxis::dead_zone_counts && fit.shape.find("jump") != std::string::npos;
-    if (jump || number.member == &StickAxis::other_scale_per_count) {
-      continue;  // flat between two stick positions
-    }
-    if (number.member == &StickAxis::trim_counts) {
-      continue;  // the free offset of a whitened fit takes its place; both together would have no common minimum
-    }
     const bool slews = number.member == &StickAxis::rate_limit_per_s && fit.shape.find("slew") != std::string::npos;
     double StickAxis::*const member = slews ? &StickAxis::command_slew_per_s : number.member;
     const double scale = family.scale().of(number.unit);
@@ -325,7 +335,7 @@ std::vector<TriedChange> try_changes(const FreeRun& run, const WhitenedFit& stea
 }  // namespace
 
 double unchanged_score(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
-  return fit_whitened(run, family.model(fit), free_parameters_of(family, fit)).score;
+  return fit_to_convergence(run, family.model(fit), free_parameters_of(family, fit)).score;
 }
 
 ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit& fit) {

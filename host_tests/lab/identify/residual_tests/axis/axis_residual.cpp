@@ -138,6 +138,14 @@ AxisData hold_between_rows(AxisData data, bool next) {
   return data;
 }
 
+model::StickAxis fitted_to(const AxisDataSet& part, const std::vector<Range>& ranges, const AxisFamily& family,
+                           const Fit& fit) {
+  const AxisDataSet all(part, ranges);
+  const AxisFamily own(all.blocks);
+  const Fit start = own.with_parameters_of(fit, family.model(fit));
+  return own.model(own.fit(fit.structure, std::vector<int>(own.block_count(), 1), &start));
+}
+
 AxisSignals without_trims(AxisSignals signals, const std::vector<double>& trims) {
   AxisData& data = signals.data;
   for (std::size_t k = 0; k < std::min(trims.size(), data.flights.size()); ++k) {

@@ -46,6 +46,10 @@ struct AxisDataSet {
   std::shared_ptr<const AxisSignals> shared_signals_;  ///< an hour of them takes 9 MB
 };
 
+/// The fit's structure fitted to `ranges` of the part's log.
+model::StickAxis fitted_to(const AxisDataSet& part, const std::vector<Range>& ranges, const AxisFamily& family,
+                           const Fit& fit);
+
 /// Tests whether the residual of the final model, in free runs over both parts, is still predictable.
 /// Preconditions: both parts are of the request and have at least one block each.
 /// @returns sentences; empty: the residual is not predictable.

@@ -19,24 +19,10 @@ struct Fitted {
   WhitenedFit white;
 };
 
-/// Repeats the fit until its score stops improving: parameters that compensate each other converge slowly.
 Fitted fitted(const FreeRun& run, const AxisFamily& family, const Fit& start) {
-  constexpr int kRounds = 4;
-  constexpr double kConverged = 0.5;
-  Fitted out{start, {}};
-  out.white.score = std::numeric_limits<double>::infinity();
-  for (int round = 0; round < kRounds; ++round) {
-    WhitenedFit next = fit_whitened(run, family.model(out.fit), free_parameters_within_row(family, out.fit));
-    const double gained = out.white.score - next.score;
-    if (gained > 0.0) {
-      out.fit = family.with_parameters_of(out.fit, next.before);
-      out.white = std::move(next);
-    }
-    if (gained < kConverged) {
-      break;
-    }
-  }
-  return out;
+  WhitenedFit white = fit_to_convergence(run, family.model(start), free_parameters_within_row(family, start));
+  Fit fit = family.with_parameters_of(start, white.before);
+  return {std::move(fit), std::move(white)};
 }
 
 /// The fit, and if it has variants (such as a jump at a dead zone's edge) also the fit without them, because a variant
