@@ -23,14 +23,9 @@ constexpr core::Duration kLongest = std::chrono::hours(1);
 constexpr core::Duration kDropout = milliseconds(500);
 constexpr core::Duration kPoseLost = milliseconds(1000);  // then the prediction is abandoned
 
+/// A heading that turned alone is never confirmed.
 constexpr double kYawGate_rad = 0.35;
-/// A turn is confirmed if the autopilot's heading and the pose's differ by less: 0.1 s of a wrong time of capture at
-/// the largest yaw rate, 100 deg/s. It is half the gate, so a heading that turned alone is never confirmed.
-constexpr double kYawConfirmed_rad = 0.5 * kYawGate_rad;
-/// Gyroscopes that turn apart from the autopilot's heading by kYawConfirmed_rad within this time are wrong, if the pose
-/// has turned with that heading, to half of it. A bias of 0.1 rad/s stays below.
-constexpr double kGyroMemory_s = 1.0;
-constexpr double kLargestTurn_rad_s = 10.0;  // a heading that turns faster was reset
+static_assert(kYawGate_rad >= 2.0 * HeadingVote<double>::kAgrees_rad);
 constexpr core::Duration kConfirmedFor = milliseconds(300);
 constexpr double kUnseenAcceleration_m_s2 = 3.0;  // largest change of the acceleration by wind while no pose comes
 constexpr double kDisturbanceLag_s = 0.15;  // time constant with which the observer learns a disturbance from poses
@@ -134,11 +129,9 @@ void DisturbanceEkf<S, Real>::fuse_attitude(const typename Measurement<Real>::At
   }
   attitude_.angles = {
       .roll_rad = attitude.roll_rad, .pitch_rad = attitude.pitch_rad, .yaw_rad = static_cast<Real>(yaw_.yaw())};
-  const Real turned_rad = core::wrap_pi(attitude.yaw_rad - attitude_.reported_yaw_rad);
-  attitude_.reported_yaw_rad = attitude.yaw_rad;
   const core::AttitudeSinCos<Real> turns{
       .roll = attitude.roll(), .pitch = attitude.pitch(), .yaw = heading_.of(attitude_.angles.yaw_rad)};
-  attitude_.yaw_rate_rad_s = turn_rate(core::yaw_rate_of(turns, rate), turned_rad);
+  attitude_.yaw_rate_rad_s = vote_.turn_rate(attitude.yaw_rad, core::yaw_rate_of(turns, rate), started_, now_);
   attitude_.is_known = true;
   if (!started_) {
     attitude_.is_refused = false;
@@ -164,24 +157,6 @@ void DisturbanceEkf<S, Real>::fuse_attitude(const typename Measurement<Real>::At
 }
 
 template <typename S, typename Real>
-Real DisturbanceEkf<S, Real>::turn_rate(Real gyro_rad_s, Real turned_rad) {
-  const Real step_s = core::seconds<Real>(now_ - attitude_.came);
-  attitude_.came = now_;
-  if (!started_ || !(step_s > Real(0)) || !inside(turned_rad, kLargestTurn_rad_s * static_cast<double>(step_s))) {
-    return gyro_rad_s;
-  }
-  const Real kept = core::clamp(Real(1) - step_s * static_cast<Real>(1.0 / kGyroMemory_s), Real(0), Real(1));
-  attitude_.gyro_apart_rad = kept * attitude_.gyro_apart_rad + gyro_rad_s * step_s - turned_rad;
-  const Real apart_rad = core::wrap_pi(pose_.newest_offset_rad - attitude_.mean_offset_rad);
-  attitude_.mean_offset_rad += (Real(1) - kept) * apart_rad;
-  if (!inside(attitude_.gyro_apart_rad, kYawConfirmed_rad) && inside(apart_rad, 0.5 * kYawConfirmed_rad)) {
-    return turned_rad / step_s;
-  }
-  pose_.newest_offset_rad += gyro_rad_s * step_s - turned_rad;  // without poses the gyroscopes count
-  return gyro_rad_s;
-}
-
-template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::fuse_specific_force(const DisturbanceAcceleration<Real>& disturbance_acceleration) {
   using DisturbanceUse = typename AxisFilter<S>::DisturbanceUse;
   if (!disturbance_acceleration.is_known) {
@@ -202,7 +177,9 @@ void DisturbanceEkf<S, Real>::fuse_specific_force(const DisturbanceAcceleration<
 template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::record_used(const core::Pose<Real>& pose, bool heading_used) {
   pose_.refused_in_a_row = 0;
-  pose_.heading_offset_rad = heading_used ? pose_.newest_offset_rad : pose_.heading_offset_rad;
+  if (heading_used) {
+    vote_.use_pose();
+  }
   agreement_.end_row();
   pose_.since_use = core::Duration(0);
   pose_.age = pose.age(now_);
@@ -218,7 +195,7 @@ bool DisturbanceEkf<S, Real>::accepts_heading(Real turned_rad, bool follows) {
     return follows;
   }
   return pose_.heading_reset == HeadingReset::kConfirmed && now_ - pose_.turned_since >= kConfirmedFor &&
-         inside(core::wrap_pi(pose_.newest_offset_rad - pose_.heading_offset_rad), kYawConfirmed_rad);
+         vote_.confirms_pose();
 }
 
 template <typename S, typename Real>
@@ -244,7 +221,7 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
     ++counters_.poses_stale;
     return;
   }
-  pose_.newest_offset_rad = core::wrap_pi(wrapped_yaw(pose) - attitude_.reported_yaw_rad);
+  vote_.see_pose(wrapped_yaw(pose));
   if (!started_) {
     return begin(pose);
   }
@@ -317,7 +294,7 @@ template <typename S, typename Real>
   y_.start(S(tilt.y_rad));
   height_.start();
   set_motion(pose, true);
-  attitude_.mean_offset_rad = pose_.newest_offset_rad;
+  vote_.begin();
   started_ = true;
   since_start_ = core::Duration(0);
   ++counters_.poses_used;

@@ -12,6 +12,7 @@
 #include "firmware/est/filter/axis_filter.h"
 #include "firmware/est/filter/command_history.h"
 #include "firmware/est/filter/covariance_inflation.h"
+#include "firmware/est/filter/heading_vote.h"
 #include "firmware/est/filter/height_filter.h"
 #include "firmware/est/filter/pose_agreement.h"
 #include "firmware/est/filter/yaw_filter.h"
@@ -104,9 +105,6 @@ class DisturbanceEkf {
   /// Records that this pose has corrected, started or reset the state.
   void record_used(const core::Pose<Real>& pose, bool heading_used);
   void check_reset(const core::Pose<Real>& pose);
-  /// The gyroscopes' rate, unless both other headings contradict it: then that of the autopilot's heading.
-  /// @param turned_rad by the autopilot's heading, since the attitude before
-  Real turn_rate(Real gyro_rad_s, Real turned_rad);
   /// Whether a pose that turned by so much may correct the state: it follows the predicted motion, and its heading lies
   /// inside the gate or is confirmed (HeadingReset::kConfirmed). A source that announces its reset would count here.
   bool accepts_heading(Real turned_rad, bool follows);
@@ -137,11 +135,7 @@ class DisturbanceEkf {
     std::uint32_t refused_in_a_row = 0;
     core::Duration age{0};  ///< of the newest that was used
     core::Euler<Real> angles{};
-    core::TimePoint came{};    ///< by our clock
-    Real reported_yaw_rad{0};  ///< by the autopilot
-    Real gyro_apart_rad{0};    ///< by how much the gyroscopes turned further than reported_yaw_rad, fading
-    Real mean_offset_rad{0};   ///< of pose_.newest_offset_rad, over the same time
-    Real yaw_rate_rad_s{0};    ///< turn_rate()
+    Real yaw_rate_rad_s{0};  ///< that counts, see HeadingVote
   } attitude_;
   /// The newest pose that was used, and the refused ones after it.
   struct {
@@ -153,9 +147,8 @@ class DisturbanceEkf {
     Refusal<Real> refusal;
     HeadingReset heading_reset = HeadingReset::kFree;  ///< of this tick
     core::TimePoint turned_since{};                    ///< since then poses have been refused by their heading alone
-    Real heading_offset_rad{0};                        ///< newest_offset_rad when a pose's heading was last used
-    Real newest_offset_rad{0};  ///< that of the newest pose less the autopilot's, carried on by turn_rate()
   } pose_;
+  HeadingVote<Real> vote_;
   PoseAgreement<Real> agreement_;  ///< of the poses before the start, and of refused ones
   EkfCounters counters_;
   Estimate<Real> estimate_;
