@@ -25,7 +25,7 @@ bool FlightSequencer::tick(core::TimePoint now, const SequencerInput& input) {
   reporter_.update_return(home_, now);
   release_monitor_.update(now, view);
   landing_monitor_.update(link.telemetry().flight_status, link.received_at(protocol::TelemetryItem::kFlightStatus));
-  start_.update(now, phase_ == Phase::kWaiting, input.goal_led || hovered_);
+  start_.update(now, phase_ == Phase::kWaiting, input.goal_led || outcome_.hovered);
   if (input.land && (phase_ == Phase::kWaiting || phase_ == Phase::kRequesting || phase_ == Phase::kReleasing)) {
     report(now, kNoLanding);
   }
@@ -261,7 +261,7 @@ bool FlightSequencer::fly_task(core::TimePoint now, const View& view, const Sequ
     case AutopilotTask::State::kWouldDrift:
       reporter_.report_task(now, task_);
       controller_.hover_here();
-      hovered_ = true;
+      outcome_.hovered = true;
       engaged_ = false;
       enter(Phase::kHovering, now);
       break;

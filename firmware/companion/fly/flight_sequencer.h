@@ -97,6 +97,7 @@ class FlightSequencer {
     bool took_off = false;
     bool landed = false;
     bool given_back = false;
+    bool hovered = false;  ///< a flight has ended with kHovering: the next ones begin where the aircraft is
   };
 
   void enter(Phase phase, core::TimePoint now) {
@@ -143,7 +144,6 @@ class FlightSequencer {
   bool had_control_ = false;  ///< since the last request
   bool order_given_ = false;  ///< take_control's one order to fly was given, or was withdrawn before
   bool engaged_ = false;      ///< the law flew in this flight
-  bool hovered_ = false;      ///< a flight has ended with kHovering: the next ones begin where the aircraft is
   bool by_operator_ = false;
   bool ends_ = false;  ///< the program ends when the hand-back is over
   Outcome outcome_;

@@ -131,7 +131,7 @@ void DisturbanceEkf<S, Real>::fuse_attitude(const typename Measurement<Real>::At
       .roll_rad = attitude.roll_rad, .pitch_rad = attitude.pitch_rad, .yaw_rad = static_cast<Real>(yaw_.yaw())};
   const core::AttitudeSinCos<Real> turns{
       .roll = attitude.roll(), .pitch = attitude.pitch(), .yaw = heading_.of(attitude_.angles.yaw_rad)};
-  attitude_.yaw_rate_rad_s = vote_.turn_rate(attitude.yaw_rad, core::yaw_rate_of(turns, rate), started_, now_);
+  attitude_.yaw_rate_rad_s = attitude_.vote.turn_rate(attitude.yaw_rad, core::yaw_rate_of(turns, rate), started_, now_);
   attitude_.is_known = true;
   if (!started_) {
     attitude_.is_refused = false;
@@ -178,7 +178,7 @@ template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::record_used(const core::Pose<Real>& pose, bool heading_used) {
   pose_.refused_in_a_row = 0;
   if (heading_used) {
-    vote_.use_pose();
+    attitude_.vote.use_pose();
   }
   agreement_.end_row();
   pose_.since_use = core::Duration(0);
@@ -195,7 +195,7 @@ bool DisturbanceEkf<S, Real>::accepts_heading(Real turned_rad, bool follows) {
     return follows;
   }
   return pose_.heading_reset == HeadingReset::kConfirmed && now_ - pose_.turned_since >= kConfirmedFor &&
-         vote_.confirms_pose();
+         attitude_.vote.confirms_pose();
 }
 
 template <typename S, typename Real>
@@ -221,7 +221,7 @@ void DisturbanceEkf<S, Real>::fuse_pose(const core::Pose<Real>& pose) {
     ++counters_.poses_stale;
     return;
   }
-  vote_.see_pose(wrapped_yaw(pose));
+  attitude_.vote.see_pose(wrapped_yaw(pose));
   if (!started_) {
     return begin(pose);
   }
@@ -294,7 +294,7 @@ template <typename S, typename Real>
   y_.start(S(tilt.y_rad));
   height_.start();
   set_motion(pose, true);
-  vote_.begin();
+  attitude_.vote.begin();
   started_ = true;
   since_start_ = core::Duration(0);
   ++counters_.poses_used;

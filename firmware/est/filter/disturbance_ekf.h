@@ -135,6 +135,7 @@ class DisturbanceEkf {
     std::uint32_t refused_in_a_row = 0;
     core::Duration age{0};  ///< of the newest that was used
     core::Euler<Real> angles{};
+    HeadingVote<Real> vote;
     Real yaw_rate_rad_s{0};  ///< that counts, see HeadingVote
   } attitude_;
   /// The newest pose that was used, and the refused ones after it.
@@ -148,7 +149,6 @@ class DisturbanceEkf {
     HeadingReset heading_reset = HeadingReset::kFree;  ///< of this tick
     core::TimePoint turned_since{};                    ///< since then poses have been refused by their heading alone
   } pose_;
-  HeadingVote<Real> vote_;
   PoseAgreement<Real> agreement_;  ///< of the poses before the start, and of refused ones
   EkfCounters counters_;
   Estimate<Real> estimate_;
