@@ -13,7 +13,7 @@ AREAS = (
     ("firmware/link/", ("unit_link_parts", "unit_link", "property_rate_limiter", "golden_flight"),
      ("property_link", "unit_n1", "scenario_faults")),
     ("firmware/est/", ("unit_est", "golden_flight"), ("property_est",) + FLIGHTS),
-    ("firmware/mpc/", ("unit_mpc", "golden_mpc", "golden_flight"), ("property_mpc", "scenario_ctl")),
+    ("firmware/mpc/", ("unit_mpc", "golden_mpc", "golden_flight"), ("unit_gains", "property_mpc", "scenario_ctl")),
     ("firmware/ctl/", ("unit_ctl", "golden_flight", "scenario_ctl"), ("scenario_flight", "scenario_faults")),
     ("firmware/ref/", ("unit_ref", "golden_flight"), ("scenario_ctl", "scenario_flight")),
     ("firmware/vrc/", ("unit_vrc", "golden_flight"), ("unit_link", "scenario_flight")),
@@ -38,8 +38,8 @@ AREAS = (
     ("hal/", ("unit_hal",), ("unit_link",)),
 )
 # Tests that do not judge: they take seconds, and they check gains and the numbers of a table, not the part's code.
-UNASKED = {"unit_mpc": "Tuning.*:Margins.*:FlownMargins.*:GeneratedTable.*:*EveryBit.*:"
-                        "TableFile.IsRefusedAfterAnyBitOfTheVehicleFile*",
+UNASKED = {"unit_gains": "Tuning.*:Margins.*:FlownMargins.*:GeneratedTable.*",
+           "unit_mpc": "*EveryBit.*:TableFile.IsRefusedAfterAnyBitOfTheVehicleFile*",
            "property_mpc": "SetpointLaw.*"}
 # No mutants are drawn from files outside the areas above, which only the installed program m100 runs (scenario.program
 # and scenario.authority would judge them, in minutes each), nor from the files below (image, generated numbers).
