@@ -4,6 +4,7 @@
 
 Usage: gains_cores.py LAB VEHICLE
 """
+import concurrent.futures
 import os
 import pathlib
 import subprocess
@@ -26,7 +27,9 @@ def main():
     if len(cores) < 2:
         print("one core only")
         return 77
-    same = tuned(*sys.argv[1:3], cores) == tuned(*sys.argv[1:3], {min(cores)})
+    with concurrent.futures.ThreadPoolExecutor() as both:
+        on_all, on_one = [both.submit(tuned, *sys.argv[1:3], some) for some in (cores, {min(cores)})]
+        same = on_all.result() == on_one.result()
     print("the same" if same else "DIFFERENT on one core")
     return 0 if same else 1
 
