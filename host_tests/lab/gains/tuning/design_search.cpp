@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -10,6 +11,7 @@
 #include <stdexcept>
 
 #include "firmware/safety/limits.h"
+#include "host_tests/lab/on_all_cores.h"
 
 namespace m100::lab::gains {
 namespace {
@@ -89,9 +91,11 @@ double under(double value, double limit) { return limit > 0.0 ? std::max(0.0, 1.
 
 class Search {
  public:
-  Search(const model::Vehicle& vehicle, const MarginBox& box, const FlyDesign& fly, DesignSearchResult& result,
+  /// @param before the flown errors that a trial's are shares of
+  /// @param tried called once a trial
+  Search(const model::Vehicle& vehicle, const MarginBox& box, const FlyDesign& fly, const FlownScore& before,
          const std::function<void()>& tried)
-      : vehicle_(vehicle), box_(box), fly_(fly), result_(result), tried_(tried) {}
+      : vehicle_(vehicle), box_(box), fly_(fly), before_(before), tried_(tried) {}
 
   /// @param law whose numbers the factors multiply
   /// @param changes how many of the factors may change, from the first
@@ -118,6 +122,7 @@ class Search {
     return best_;
   }
   const Factors& found() const { return found_; }
+  const std::vector<DesignTrial>& flown() const { return trials_; }
 
   /// A law as it is, flown even if it breaks the limits.
   DesignTrial as_it_is(const model::Vehicle& law, const MarginLimits& limits, const FlownLimits& flown) {
@@ -188,21 +193,21 @@ class Search {
     }
     out.flown = flown->second;
     out.was_flown = true;
-    const FlownScore& before = result_.before;
-    out.error = 0.2 * (out.flown.hover_m / before.hover_m + out.flown.wind_m / before.wind_m +
-                       out.flown.square_m / before.square_m + out.flown.step_m_s / before.step_m_s +
-                       out.flown.settled_s / before.settled_s);
+    out.error = 0.2 * (out.flown.hover_m / before_.hover_m + out.flown.wind_m / before_.wind_m +
+                       out.flown.square_m / before_.square_m + out.flown.step_m_s / before_.step_m_s +
+                       out.flown.settled_s / before_.settled_s);
     out.excess += flown_limits_.excess(out.flown);
-    result_.trials.push_back(out);
+    trials_.push_back(out);
     return out;
   }
 
   const model::Vehicle& vehicle_;
   const MarginBox& box_;
   const FlyDesign& fly_;
-  DesignSearchResult& result_;
+  const FlownScore& before_;
   const std::function<void()>& tried_;
-  model::Vehicle law_;  ///< whose numbers the factors multiply
+  std::vector<DesignTrial> trials_;  ///< that were flown
+  model::Vehicle law_;               ///< whose numbers the factors multiply
   const MarginLimits* limits_ = nullptr;
   FlownLimits flown_limits_;
   std::map<core::Sha256Digest, FlownScore> flown_;  ///< by the digest of the vehicle file: a search comes back
@@ -244,41 +249,48 @@ DesignSearchResult search_designs(const model::Vehicle& vehicle, const model::Ve
   plain.design = plain.robust = {};
   result.before = fly(plain);
   constexpr int kSearches = 4;
-  int count = 0;
-  std::string what;
-  const std::function<void()> tried = [&] { progress(double(++count) / (kSearches * kTrials), what); };
-  Search search(plain, box, fly, result, tried);
-  const auto pick = [&](ModeDesign& into, const DesignTrial& one, double factor) {
+  std::atomic<int> count = 0;
+  const auto told = [&](const char* what) {
+    return [&count, &progress, what] { progress(double(++count) / (kSearches * kTrials), what); };
+  };
+  const auto pick = [](ModeDesign& into, const DesignTrial& one, double factor) {
     const bool first = !into.best.was_flown && into.best.excess == 0.0;
     const bool better = one.excess > 0.0 || into.best.excess > 0.0 ? one.excess < into.best.excess
                                                                    : one.error < factor * into.best.error;
     into.best = first || better ? one : into.best;
     into.kept = into.best.excess == 0.0 && into.best.was_flown;
   };
-  FlownLimits field = field_limits(vehicle, result.before);
-  what = "field, the present law";
-  const model::Vehicle law = model::controller_model(present);
-  // A correction of the model may spend the room that a nominal delay margin leaves, down to that of the corners.
-  MarginLimits ordered = kFieldLimits;
-  ordered.nominal_delay_s = ordered.corner_delay_s;
-  pick(result.field, search.as_it_is(law, ordered, {.tilt_deg = field.tilt_deg}), 1.0);
-  result.present = result.field;
-  if (result.present.kept) {
-    const FlownScore& flown = result.present.best.flown;
-    field = {field.tilt_deg, flown.hover_m, flown.wind_m, flown.square_m, flown.step_m_s};
-  }
-  what = "field, weights and noises";
-  pick(result.field, search.run(law, kStarts[0], kFieldLimits, field, kWeights), 1.0);
-  what = "field, model too";
-  pick(result.field, search.run(plain, kStarts[1], kFieldLimits, field, kFactors), 0.99);
-  what = "robust, model too";
-  if (present.robust.exists()) {
-    model::Vehicle robust = present;
-    robust.design = present.robust;
-    pick(result.robust, search.as_it_is(model::controller_model(robust), kRobustLimits, {}), 1.0);
-  }
-  pick(result.robust, search.run(plain, kStarts[2], kRobustLimits, {}, kFactors), 1.0);
-  pick(result.robust, search.run(plain, search.found(), kRobustLimits, {}, kFactors), 1.0);
+  const std::function<void()> field_tried = told("mode field"), robust_tried = told("mode robust");
+  Search for_field(plain, box, fly, result.before, field_tried);
+  Search for_robust(plain, box, fly, result.before, robust_tried);
+  const auto search_field = [&] {
+    FlownLimits field = field_limits(vehicle, result.before);
+    const model::Vehicle law = model::controller_model(present);
+    // A correction of the model may spend the room that a nominal delay margin leaves, down to that of the corners.
+    MarginLimits ordered = kFieldLimits;
+    ordered.nominal_delay_s = ordered.corner_delay_s;
+    pick(result.field, for_field.as_it_is(law, ordered, {.tilt_deg = field.tilt_deg}), 1.0);
+    result.present = result.field;
+    if (result.present.kept) {
+      const FlownScore& flown = result.present.best.flown;
+      field = {field.tilt_deg, flown.hover_m, flown.wind_m, flown.square_m, flown.step_m_s};
+    }
+    pick(result.field, for_field.run(law, kStarts[0], kFieldLimits, field, kWeights), 1.0);
+    pick(result.field, for_field.run(plain, kStarts[1], kFieldLimits, field, kFactors), 0.99);
+  };
+  const auto search_robust = [&] {
+    if (present.robust.exists()) {
+      model::Vehicle robust = present;
+      robust.design = present.robust;
+      pick(result.robust, for_robust.as_it_is(model::controller_model(robust), kRobustLimits, {}), 1.0);
+    }
+    pick(result.robust, for_robust.run(plain, kStarts[2], kRobustLimits, {}, kFactors), 1.0);
+    pick(result.robust, for_robust.run(plain, for_robust.found(), kRobustLimits, {}, kFactors), 1.0);
+  };
+  // Neither search needs what the other finds.
+  on_all_cores(2, [&](std::size_t i) { i == 0 ? search_field() : search_robust(); });
+  result.trials = for_field.flown();
+  result.trials.insert(result.trials.end(), for_robust.flown().begin(), for_robust.flown().end());
   if (!result.field.best.corners.stable) {
     throw std::domain_error("no design is stable in every corner of what the identification leaves open; the worst: " +
                             result.field.best.corners.at_peak.text());

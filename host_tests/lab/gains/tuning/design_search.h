@@ -76,6 +76,7 @@ FlownLimits field_limits(const model::Vehicle& vehicle, const FlownScore& before
 /// square and step. It is a pattern search with a fixed number of trials. Throws std::domain_error if no design for
 /// mode field is stable in every corner.
 /// @param present vehicle file of the law that flies now
+/// @param fly called from two threads at once, as is `progress`
 /// @param progress receives the share of the work that is done, and what is searched
 DesignSearchResult search_designs(const model::Vehicle& vehicle, const model::Vehicle& present, const MarginBox& box,
                                   const FlyDesign& fly,

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <mutex>
 
 #include "firmware/companion/files/mode.h"
 #include "firmware/model/paper.h"
@@ -232,7 +233,9 @@ void tune_vehicle(companion::VehicleFile& file, const model::Vehicle& present,
   const sim::Plant plant = plant_of(file.vehicle, path);
   const bool shows = isatty(STDERR_FILENO) != 0;
   int shown = 0;
+  std::mutex showing;
   const auto progress = [&](double share, const std::string& what) {
+    const std::lock_guard<std::mutex> one_at_a_time(showing);
     if (const int now = static_cast<int>(shows ? 100.0 * share : 5.0 * share); now > shown) {
       shown = now;
       std::fprintf(stderr, "%stune: %.0f %%, %s  %s", shows ? "\r" : "", 100.0 * share, what.c_str(),
