@@ -43,6 +43,9 @@ std::string_view remedy_for(FailsafeReason denial_reason) {
     case FailsafeReason::kTelemetryOld:
     case FailsafeReason::kTelemetrySilent:
       return "check the cable and the autopilot's telemetry";
+    case FailsafeReason::kPoseRefused:
+    case FailsafeReason::kEstimateLost:
+      return "check the likeliest cause first";
     default:
       return "check the source of pose";
   }

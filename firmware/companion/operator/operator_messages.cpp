@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "firmware/companion/operator/refusal_causes.h"
 #include "firmware/core/maths.h"
 #include "firmware/core/time.h"
 #include "firmware/est/consistency/velocity_consistency.h"
@@ -14,8 +15,6 @@ namespace m100::companion {
 namespace {
 
 using safety::FailsafeReason;
-
-constexpr double kTurnShown_rad = 0.35;  ///< the observer's innovation gate; a smaller turn is not the reason
 
 /// Digits after the point, at least `least`, in which two digits of the smaller number matter, and in which the numbers
 /// differ. Numbers that are a unit of the last digit apart are never rounded to the same.
@@ -43,19 +42,17 @@ void add_age(TextLine& line, std::string_view what, core::Duration age, core::Du
   add_compared(line.add(what).add(": "), core::seconds<double>(age), "", core::seconds<double>(allowed), "s", 3);
 }
 
-/// Proposes the lever arm that explains the refusal, if one does.
+/// Proposes the lever arm that explains the refusal.
 void add_lever_arm(TextLine& line, const std::array<double, 3>& lever_b_m) {
   const auto& [forward_m, left_m, up_m] = lever_b_m;
-  if (forward_m == 0.0 && left_m == 0.0) {
-    return;
-  }
   line.add("; the difference turns with the aircraft: a lever arm explains it. If the origin of the pose lies ");
   line.add(forward_m, 2).add(" m ahead and ").add(left_m, 2).add(" m left of the centre of gravity, set offset_m = [");
   line.add(forward_m, 2).add(", ").add(left_m, 2).add(", ").add(up_m, 2).add("] in [pose] of the flight file");
 }
 
-void add_refusal(TextLine& line, const safety::Observation& seen) {
-  const auto check = static_cast<est::ConsistencyCheck>(seen.consistency.contradicted_by);
+void add_refusal(TextLine& line, const safety::Observation& observed) {
+  const est::ConsistencyStatus& seen = observed.consistency;
+  const auto check = static_cast<est::ConsistencyCheck>(seen.contradicted_by);
   const bool of_attitude = check == est::ConsistencyCheck::kRates || check == est::ConsistencyCheck::kAnswer;
   line.add(of_attitude ? "attitude refused: " : "pose refused: ");
   if (check != est::ConsistencyCheck::kNone) {
@@ -64,19 +61,17 @@ void add_refusal(TextLine& line, const safety::Observation& seen) {
                                                       : "the autopilot contradicts it, check ")
         .add(est::name(check))
         .add(": ");
-    add_compared(line, seen.consistency.contradicted_with, " apart", seen.consistency.contradicted_allowed,
-                 est::unit_of(check));
-    if (!of_attitude) {
-      add_lever_arm(line, seen.consistency.lever_b_m);
-    }
-    return;
+    add_compared(line, seen.contradicted_with, " apart", seen.contradicted_allowed, est::unit_of(check));
+  } else if (seen.refused_turn_rad > kHeadingGate_rad) {
+    add_compared(line.add("turned by "), seen.refused_turn_rad, " from the prediction", kHeadingGate_rad, "rad");
+  } else {
+    add_compared(line, seen.refused_by_m, " from the prediction", seen.refused_allowed_m, "m");
   }
-  if (seen.consistency.refused_turn_rad > kTurnShown_rad) {
-    return add_compared(line.add("turned by "), seen.consistency.refused_turn_rad, " from the prediction",
-                        kTurnShown_rad, "rad");
+  const RefusalCauses causes(FailsafeReason::kPoseRefused, observed);
+  if (!causes.list().empty() && causes.list().front() == RefusalCause::kLeverArm) {
+    add_lever_arm(line, seen.lever_b_m);
   }
-  add_compared(line, seen.consistency.refused_by_m, " from the prediction", seen.consistency.refused_allowed_m, "m");
-  add_lever_arm(line, seen.consistency.lever_b_m);
+  add_causes(line, causes);
 }
 
 std::string_view failure_text(safety::FlightFailure failure) {
@@ -138,9 +133,10 @@ void describe(TextLine& line, const link::AuthorityView& authority) {
 
 // Deviation: one sentence for each reason.
 void describe(TextLine& line, FailsafeReason cause, const safety::Observation& seen, const safety::Limits& limits) {
+  if (poses_are_refused(cause, seen)) {
+    return add_refusal(line, seen);
+  }
   switch (cause) {
-    case FailsafeReason::kPoseRefused:
-      return add_refusal(line, seen);
     case FailsafeReason::kVibration:
       describe_vibration(line, seen.consistency.vibration).add("; ").add(kVibrationRemedy);
       return;
@@ -153,7 +149,7 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
     case FailsafeReason::kEstimateLost:
       line.add("no estimate of the flight: newest pose ").add(core::seconds<double>(seen.estimate.pose_age), 2);
       line.add(" s old, telemetry ").add(core::seconds<double>(seen.link.telemetry_age), 2).add(" s");
-      return;
+      return add_causes(line, RefusalCauses(cause, seen));
     case FailsafeReason::kControlGone:
       line.add(seen.link.in_control ? "the mode switch left F" : "control is not ours any more");
       return;
@@ -190,6 +186,7 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
                    ? "the cause has not cleared in the time allowed"
                    : "the time with neutral sticks is over; the transmitter gets control");
       return;
+    case FailsafeReason::kPoseRefused:
     case FailsafeReason::kRecovered:
     case FailsafeReason::kNone:
       line.add(cause == FailsafeReason::kNone ? "nothing stands in the way" : "poses are good again");

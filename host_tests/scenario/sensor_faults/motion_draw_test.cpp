@@ -2,8 +2,13 @@
 // Faults drawn at random, at random moments of a flight with steps (promise R14). For the nightly run.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdio>
+#include <string_view>
+#include <utility>
 
+#include "firmware/companion/operator/refusal_causes.h"
 #include "host_tests/scenario/sensor_faults/motion_fault_bench.h"
 
 namespace m100::scenario {
@@ -76,6 +81,56 @@ TEST_P(MotionDraw, LeavesTheFenceByLittleAndIsHandedOverSlowly) {
 INSTANTIATE_TEST_SUITE_P(Courses, MotionDraw,
                          ::testing::Values(DrawnCourse{kSquare, 1, 2.0, "drawn"},
                                            DrawnCourse{kStepsAndTurns, 3, 3.5, "turning"}));
+
+using companion::RefusalCause;
+
+/// What the operator should look at.
+RefusalCause true_cause(std::string_view fault) {
+  constexpr std::array kCauses{
+      std::pair{"heading", RefusalCause::kHeading},   std::pair{"yaw", RefusalCause::kCompass},
+      std::pair{"climb", RefusalCause::kClimb},       std::pair{"younger", RefusalCause::kAge},
+      std::pair{"past", RefusalCause::kAge},          std::pair{"force", RefusalCause::kForce},
+      std::pair{"attitude", RefusalCause::kAttitude}, std::pair{"tilt", RefusalCause::kAttitude},
+      std::pair{"roll", RefusalCause::kAttitude},     std::pair{"rates", RefusalCause::kAttitude},
+      std::pair{"telemetry", RefusalCause::kAttitude}};
+  for (const auto& [begins, cause] : kCauses) {
+    if (fault.starts_with(begins)) {
+      return cause;
+    }
+  }
+  return RefusalCause::kPlace;
+}
+
+// Each refusal of 300 drawn faults, against the cause that was planted. Catches "pose refused" for six causes.
+TEST(DrawnMotion, ARefusalNamesItsCauseFirst) {
+  sim::Random random(kSeed, "causes");
+  int refused = 0, first = 0, named = 0, wrong_alone = 0;
+  for (int i = 0; i < kFlights; ++i) {
+    MotionFlight flight = drawn_flight(random);
+    flight.course = kStepsAndTurns;
+    const safety::FailsafeStep descent = outcome_of(flight).descent;
+    const companion::RefusalCauses causes(descent.reason, descent.seen);
+    if (causes.list().empty()) {
+      continue;
+    }
+    const RefusalCause truth = true_cause(flight.fault->name);
+    const bool is_named = std::count(causes.list().begin(), causes.list().end(), truth) > 0;
+    ++refused;
+    first += static_cast<int>(is_named && causes.list().front() == truth);
+    named += static_cast<int>(is_named);
+    wrong_alone += static_cast<int>(!is_named && causes.list().size() == 1);
+    if (!is_named) {
+      std::printf("%s: not named\n", flight.fault->name.data());
+    }
+  }
+  EXPECT_GE(first, 0.8 * refused);
+  EXPECT_GE(named, 0.97 * refused);
+  EXPECT_LE(wrong_alone, 0.02 * refused);
+  const std::string text = printed("%d refusals: the cause first in %d, among those named in %d, another alone in %d",
+                                   refused, first, named, wrong_alone);
+  RecordProperty("figure.motion.causes", text);
+  std::printf("%s\n", text.c_str());
+}
 
 // A drift that begins while the aircraft accelerates hides behind a wrong time of capture (THREATS.md). This finds the
 // largest drift that still passes unnoticed.

@@ -51,6 +51,7 @@ struct MotionOutcome {
   double beyond_m = -1e3;  ///< the fence, at most; negative: inside
   double handed_over_m_s = 0.0;
   bool handed_over = false;
+  safety::FailsafeStep descent;  ///< why the failsafe first left its top after the fault began
 };
 
 inline MotionOutcome outcome_of(const MotionFlight& flight) {
@@ -63,8 +64,14 @@ inline MotionOutcome outcome_of(const MotionFlight& flight) {
   plan.flight_file = companion::parse_flight(
       "[fence]\nx" + range + "y" + range + "z_m = [0.3, 3]\n[wind]\nclass_m_s = 5\n", "flight.toml");
   plan.disturb = strikes_at(flight.at_s, *flight.fault, flight.size);
-  const lab::experiments::FlightResult result = lab::experiments::fly(plan);
   MotionOutcome outcome;
+  plan.operate = [&](const app::FlightController<double>& controller, double t_s) {
+    if (t_s > flight.at_s && outcome.descent.reason == safety::FailsafeReason::kNone &&
+        controller.supervisor().failsafe_state() != safety::FailsafeState::kNominal) {
+      outcome.descent = controller.supervisor().descent();
+    }
+  };
+  const lab::experiments::FlightResult result = lab::experiments::fly(plan);
   for (const lab::experiments::TracePoint& point : result.trace) {
     const double x_m = point.position_m[0] - result.start.position_w_m.x();
     const double y_m = point.position_m[1] - result.start.position_w_m.y();

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "firmware/companion/operator/clock_step_recorder.h"
+#include "firmware/companion/operator/refusal_causes.h"
 #include "firmware/est/consistency/velocity_consistency.h"
 
 namespace m100::companion {
@@ -93,32 +94,60 @@ TEST(Obstacle, WhatHelpsIsSaid) {
   EXPECT_EQ(remedy_for(FailsafeReason::kFenceLeft), "bring the aircraft inside, or take a larger fence");
   EXPECT_EQ(remedy_for(FailsafeReason::kTelemetryOld), "check the cable and the autopilot's telemetry");
   EXPECT_EQ(remedy_for(FailsafeReason::kTelemetrySilent), remedy_for(FailsafeReason::kTelemetryOld));
-  for (const FailsafeReason cause :
-       {FailsafeReason::kPoseOld, FailsafeReason::kPoseRefused, FailsafeReason::kEstimateLost}) {
-    EXPECT_EQ(remedy_for(cause), "check the source of pose");
-  }
+  EXPECT_EQ(remedy_for(FailsafeReason::kPoseOld), "check the source of pose");
+  EXPECT_EQ(remedy_for(FailsafeReason::kEstimateLost), remedy_for(FailsafeReason::kPoseRefused));
+  EXPECT_EQ(remedy_for(FailsafeReason::kPoseRefused), "check the likeliest cause first");
 }
 
 TEST(FlyWords, ARefusalTellsByHowMuchAndByWhom) {
   Observation seen = ready();
   seen.consistency.refused_by_m = 0.314;
   seen.consistency.refused_allowed_m = 0.021;
-  EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen), "pose refused: 0.314 m from the prediction, allowed 0.021 m");
+  const std::string apart = "pose refused: 0.314 m from the prediction, allowed 0.021 m";
+  const std::string place =
+      "the place of the poses (look at the source's body, axes and scale: m100 doctor --frames), or the age of "
+      "the poses";
+  EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen), apart + "; likeliest: " + place);
   seen.consistency.lever_b_m = {0.21, -0.04, 0.0};
-  EXPECT_NE(said(FailsafeReason::kPoseRefused, seen).find("set offset_m = [0.21, -0.04, 0.00] in [pose]"),
+  const std::string by_lever = said(FailsafeReason::kPoseRefused, seen);
+  EXPECT_NE(by_lever.find("set offset_m = [0.21, -0.04, 0.00] in [pose] of the flight file; otherwise: " + place),
             std::string::npos);
   seen.consistency.lever_b_m = {};
   seen.consistency.refused_turn_rad = 0.35;
-  EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen), "pose refused: 0.314 m from the prediction, allowed 0.021 m");
+  EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen), apart + "; likeliest: " + place);
   seen.consistency.refused_turn_rad = 0.5;
   EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen),
-            "pose refused: turned by 0.50 rad from the prediction, allowed 0.35 rad");
+            "pose refused: turned by 0.50 rad from the prediction, allowed 0.35 rad; likeliest: the heading of the "
+            "poses (look whether the source lost or flipped the body's axes)");
+  seen.consistency.refused_poses = 3;
+  EXPECT_EQ(said(FailsafeReason::kPoseOld, seen), said(FailsafeReason::kPoseRefused, seen)) << "they come, refused";
   seen.consistency.contradicted_by = static_cast<std::uint8_t>(est::ConsistencyCheck::kAnswer);
   EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen).find("attitude refused: it does not follow our commands"), 0U);
   seen.consistency.contradicted_by = static_cast<std::uint8_t>(est::ConsistencyCheck::kRates);
   EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen).find("attitude refused: the autopilot's rates contradict it"), 0U);
   seen.consistency.contradicted_by = static_cast<std::uint8_t>(est::ConsistencyCheck::kForce);
   EXPECT_EQ(said(FailsafeReason::kPoseRefused, seen).find("pose refused: the autopilot contradicts it"), 0U);
+}
+
+// Catches a cause that does not show itself so: a compass behind a pose that turned, a pose behind a false attitude.
+TEST(FlyWords, WhatWasSeenExcludesCauses) {
+  using enum RefusalCause;
+  const auto left_by = [](est::ConsistencyCheck check, double lever_m = 0.0) {
+    Observation seen = ready();
+    seen.consistency.contradicted_by = static_cast<std::uint8_t>(check);
+    seen.consistency.lever_b_m = {lever_m, 0.0, 0.0};
+    const RefusalCauses causes(FailsafeReason::kPoseRefused, seen);
+    return std::vector(causes.list().begin(), causes.list().end());
+  };
+  EXPECT_EQ(left_by(est::ConsistencyCheck::kMotion), (std::vector{kPlace, kHeading, kAge, kForce, kAttitude}));
+  EXPECT_EQ(left_by(est::ConsistencyCheck::kForce, 0.2), (std::vector{kLeverArm, kPlace, kAge, kForce, kAttitude}));
+  EXPECT_EQ(left_by(est::ConsistencyCheck::kClimb), (std::vector{kClimb, kPlace}));
+  EXPECT_EQ(left_by(est::ConsistencyCheck::kHeight), (std::vector{kClimb, kPlace}));
+  EXPECT_EQ(left_by(est::ConsistencyCheck::kHeading), (std::vector{kHeading, kCompass}));
+  EXPECT_EQ(left_by(est::ConsistencyCheck::kRates), std::vector{kAttitude});
+  EXPECT_EQ(left_by(est::ConsistencyCheck::kAnswer), (std::vector{kAttitude, kAnswer}));
+  EXPECT_EQ(left_by(est::ConsistencyCheck::kNone), (std::vector{kPlace, kAge}));
+  EXPECT_TRUE(RefusalCauses(FailsafeReason::kControlGone, ready()).list().empty());
 }
 
 TEST(FlyWords, AnAgeStandsBesideItsLimit) {
