@@ -6,6 +6,10 @@
 namespace m100::est {
 namespace {
 
+/// The sensor's offset that a tilt turns into the horizontal, as a share of the acceleration by this tilt: 0.2 m/s^2
+/// per g.
+constexpr double kOffsetPerAcceleration = 0.2 / 9.8066;
+
 /// One scale of the high-pass. The noise of the rotors, 0.1 m/s^2 per sample of 10 ms, leaves
 /// 0.1 m/s^2 sqrt(0.01 s / 16 a^3) in a path. An attitude error of 0.1 degrees leaves 0.27 / a^2 times 0.02 m/s^2. The
 /// observer's position is accurate to 2 mm.
@@ -16,7 +20,7 @@ struct Scale {
   T unsettled_m;   ///< 0.25 m/s of error in speed, times 0.23 / a, plus 0.05 m/s^2 in the offset, times 0.27 / a^2;
                    ///< is multiplied by 1 + |speed|: a gap in the poses hides more of a faster motion
   T per_noise_s3;  ///< 1 / 16 a^3: variance of the path per density of the force's noise
-  T tilt_gain_s2;  ///< 0.27 / a^2 times 0.2 m/s^2 of the sensor's offset per g of horizontal acceleration
+  T tilt_gain_s2;  ///< 0.27 / a^2 times kOffsetPerAcceleration
 };
 template <typename T>
 constexpr std::array<Scale<T>, 3> kScaleNumbers{{{T(1.5), T(0.0017), T(0.044), T(0.0185), T(0.0024)},
@@ -28,7 +32,7 @@ constexpr bool follows_from_a(const Scale<double>& s) {
   const double per_a = 1.0 / s.a_per_s, per_a2 = per_a * per_a;
   return within_4_percent(s.unsettled_m, 0.25 * 0.23 * per_a + 0.05 * 0.27 * per_a2) &&
          within_4_percent(s.per_noise_s3, per_a2 * per_a / 16.0) &&
-         within_4_percent(s.tilt_gain_s2, 0.27 * per_a2 * 0.2 / 9.8066);
+         within_4_percent(s.tilt_gain_s2, 0.27 * per_a2 * kOffsetPerAcceleration);
 }
 static_assert(follows_from_a(kScaleNumbers<double>[0]) && follows_from_a(kScaleNumbers<double>[1]) &&
               follows_from_a(kScaleNumbers<double>[2]));
@@ -203,8 +207,10 @@ void PathConsistency<T, kAxes>::update(const PathInput& motion, bool pose_used, 
   position_noise_m2_ = core::clamp(motion.position_noise_m2 - static_cast<T>(kAssumed_m2), T(0), T(1));
   force_noise_m2_s3_ = core::clamp(motion.force_noise_m2_s3 - static_cast<T>(kAssumed_m2_s3), T(0), T(1));
   const T moved_m2_s4 = paths_[1].mean_m_s2.squaredNorm();  // without the rotors' vibration
+  // In a turn the force comes into the world by a heading that is wrong by the yaw rate times kTime_s.
+  const T by_turn = T(1) + motion.turn_rad_s * static_cast<T>(kTime_s / kOffsetPerAcceleration);
   const T tilt_acceleration_m_s2 =
-      core::sqrt(motion.tilt_acceleration_m2_s4 > moved_m2_s4 ? motion.tilt_acceleration_m2_s4 : moved_m2_s4);
+      by_turn * core::sqrt(motion.tilt_acceleration_m2_s4 > moved_m2_s4 ? motion.tilt_acceleration_m2_s4 : moved_m2_s4);
   tilt_acceleration_m_s2_ -= tilt_acceleration_m_s2_ * (step_s * static_cast<T>(1.0 / kTiltMemory_s));
   tilt_acceleration_m_s2_ =
       tilt_acceleration_m_s2 > tilt_acceleration_m_s2_ ? tilt_acceleration_m_s2 : tilt_acceleration_m_s2_;

@@ -52,6 +52,7 @@ class PathConsistency {
     T position_noise_m2{0};              ///< measured variance of the white noise of one axis, per tick
     T force_noise_m2_s3{0};              ///< measured variance of the white noise times the time that a sample covers
     T tilt_acceleration_m2_s4{0};        ///< square of the acceleration by tilt beyond its mean; for the height only
+    T turn_rad_s{0};                     ///< size of the yaw rate; for the horizontal only
   };
 
   /// Once per tick.

@@ -25,6 +25,11 @@ constexpr double kGapRecovery_s = 0.3;
 constexpr core::Duration kBridged = std::chrono::seconds(1);
 constexpr double kTiltMean_s = 1.0;  // the high-pass of a path forgets a longer lean
 
+template <typename T>
+T size(T value) {
+  return value < T(0) ? -value : value;
+}
+
 }  // namespace
 
 template <typename T>
@@ -59,7 +64,10 @@ bool PathMonitor<T>::update(const ImuSample<T>& imu, const Estimate<T>& estimate
   if (vertical_turn_) {
     update_vertical(estimate, force, T(0.5) * (rises + vertical_before_m_s2_), pose_used, T(2) * step_s);
   } else {
-    update_horizontal(estimate, velocity, (force_w_m_s2 + force_before_w_m_s2_) * T(0.5), pose_used, T(2) * step_s);
+    // The smaller of the two yaw rates, so that a sensor fault of one channel cannot widen the bound.
+    const T seen_rad_s = size(estimate.yaw_rate_rad_s), gyro_rad_s = size(imu.rate_b_rad_s.z());
+    update_horizontal(estimate, velocity, (force_w_m_s2 + force_before_w_m_s2_) * T(0.5),
+                      seen_rad_s < gyro_rad_s ? seen_rad_s : gyro_rad_s, pose_used, T(2) * step_s);
   }
   force_before_w_m_s2_ = force_w_m_s2;
   vertical_before_m_s2_ = rises;
@@ -70,7 +78,7 @@ bool PathMonitor<T>::update(const ImuSample<T>& imu, const Estimate<T>& estimate
 template <typename T>
 void PathMonitor<T>::update_climb_error(const ImuSample<T>& imu, const Estimate<T>& estimate, T step_s) {
   const auto error_m_s = [](T climb_m_s) {
-    return static_cast<T>(kClimbGain) * ((climb_m_s < T(0) ? -climb_m_s : climb_m_s) - static_cast<T>(kHover_m_s));
+    return static_cast<T>(kClimbGain) * (size(climb_m_s) - static_cast<T>(kHover_m_s));
   };
   const T pose_m_s = error_m_s(estimate.climb_m_s), autopilot_m_s = error_m_s(imu.climb_m_s);
   const T now_m_s = pose_m_s < autopilot_m_s ? pose_m_s : autopilot_m_s;
@@ -84,7 +92,7 @@ void PathMonitor<T>::update_jolt(const ImuSample<T>& imu, const SpecificForce<T>
   measured_gain_m_s_ += force.vertical_acceleration_m_s2() * step_s;
   if (imu.climb_is_new) {
     const T unmeasured_m_s = imu.climb_m_s - measured_climb_m_s_ - measured_gain_m_s_;
-    const T jolt_m_s = (unmeasured_m_s < T(0) ? -unmeasured_m_s : unmeasured_m_s) - static_cast<T>(kNoJolt_m_s);
+    const T jolt_m_s = size(unmeasured_m_s) - static_cast<T>(kNoJolt_m_s);
     jolt_m_s_ = jolt_m_s > jolt_m_s_ ? jolt_m_s : jolt_m_s_;
     measured_climb_m_s_ = imu.climb_m_s;
     measured_gain_m_s_ = T(0);
@@ -93,7 +101,7 @@ void PathMonitor<T>::update_jolt(const ImuSample<T>& imu, const SpecificForce<T>
 
 template <typename T>
 void PathMonitor<T>::update_horizontal(const Estimate<T>& estimate, const ForceConsistency<T>& velocity,
-                                       const Vector2& force_w_m_s2, bool pose_used, T step_s) {
+                                       const Vector2& force_w_m_s2, T turn_rad_s, bool pose_used, T step_s) {
   horizontal_.update(
       {.force_m_s2 = force_w_m_s2,
        .position_m = Vector2(estimate.x.position_m, estimate.y.position_m),
@@ -103,7 +111,8 @@ void PathMonitor<T>::update_horizontal(const Estimate<T>& estimate, const ForceC
                                                   static_cast<T>(kMaxSigma_m * kMaxSigma_m))) +
                            static_cast<T>(kPathOfVelocity_s) * velocity.start_sigma_m_s(),
        .position_noise_m2 = noise_.position_m2().horizontal,
-       .force_noise_m2_s3 = vibration().density_m2_s3().horizontal},
+       .force_noise_m2_s3 = vibration().density_m2_s3().horizontal,
+       .turn_rad_s = turn_rad_s},
       pose_used, step_s);
   const T new_s = horizontal_.apart_is_new() ? static_cast<T>(PathConsistency<T>::kScales) * step_s : T(0);
   lever_arm_.update(estimate.heading(), horizontal_.apart_m(), static_cast<T>(PathConsistency<T>::kApart_per_s), step_s,

@@ -58,7 +58,7 @@ class PathMonitor {
   void update_climb_error(const ImuSample<T>& imu, const Estimate<T>& estimate, T step_s);
   void update_jolt(const ImuSample<T>& imu, const SpecificForce<T>& force, T step_s);
   void update_horizontal(const Estimate<T>& estimate, const ForceConsistency<T>& velocity, const Vector2& force_w_m_s2,
-                         bool pose_used, T step_s);
+                         T turn_rad_s, bool pose_used, T step_s);
   void update_vertical(const Estimate<T>& estimate, const SpecificForce<T>& force, T vertical_acceleration_m_s2,
                        bool pose_used, T step_s);
 
