@@ -24,8 +24,8 @@ class FaultBench {
  public:
   explicit FaultBench(link::Channel channel = link::Channel::kVirtualRc, std::size_t log_bytes = 0,
                       const core::Fence& fence = {}, const sim::Plant& plant = sim::measured_plant(),
-                      const link::LeverArm& stated_b_m = {})
-      : world_(plant, {.seed = 5}), log_storage_(std::max<std::size_t>(log_bytes, 1)) {
+                      const link::LeverArm& stated_b_m = {}, const sim::WorldOptions& options = {.seed = 5})
+      : world_(plant, options), log_storage_(std::max<std::size_t>(log_bytes, 1)) {
     start_.position_w_m = world_.vehicle().state().position_w_m;
     course_.hold(start_);
     app::FlightConfig config = app::kDefaultFlight;

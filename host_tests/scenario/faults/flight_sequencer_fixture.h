@@ -13,8 +13,9 @@ namespace m100::scenario {
 class FlightSequencerTest : public ::testing::TestWithParam<link::Channel> {
  protected:
   void begin(const companion::FlightRequest& wishes, const core::Fence& fence = {},
-             const sim::Plant& plant = sim::measured_plant(), const link::LeverArm& stated_b_m = {}) {
-    bench_.emplace(GetParam(), 0, fence, plant, stated_b_m);
+             const sim::Plant& plant = sim::measured_plant(), const link::LeverArm& stated_b_m = {},
+             const sim::WorldOptions& options = {.seed = 5}) {
+    bench_.emplace(GetParam(), 0, fence, plant, stated_b_m, options);
     sequencer_.emplace(wishes, app::kDefaultFlight, bench_->controller(), bench_->course(), heard_);
   }
   bool tick() {
