@@ -50,7 +50,7 @@ void expect_height_for(const FlightFiles& files, const ref::Waypoint<double>& st
   const double height_m = start.position_w_m.z();
   const Range fence_m = files.flight->fence_z_m;
   if (height_m - distance_m < fence_m.low || height_m + distance_m > fence_m.high) {
-    throw ExcitationFileError(files.excitation_name + ": its throttle may take the aircraft " +
+    throw FileError(files.excitation_name + ": its throttle may take the aircraft " +
                               std::to_string(distance_m) + " m up and down; from a height of " +
                               std::to_string(height_m) + " m that leaves " + files.flight_name + "'s fence.z_m");
   }
@@ -72,7 +72,7 @@ void expect_room_for(const FlightFiles& files) {
       said << files.excitation_name << ": its " << name(axis) << " may take the aircraft " << distance_m
            << " m from the start, but " << files.flight_name << "'s fence ends after " << side_m
            << " m: make the file with an m100-lab excite --fence that is one or two metres smaller";
-      throw ExcitationFileError(said.str());
+      throw FileError(said.str());
     }
   }
 }

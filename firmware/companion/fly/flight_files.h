@@ -29,7 +29,7 @@ struct FlightFiles {
   std::string excitation_name;
 };
 
-/// Whose poses are used: by --pose-from if given, else by the flight file. Errors: FlightFileError.
+/// Whose poses are used: by --pose-from if given, else by the flight file. Errors: FileError.
 link::SenderChoice sender_choice(const FlyOptions& options, const FlightFiles& files);
 
 /// `[pose] offset_m` of the flight file; zero without one.
@@ -43,11 +43,11 @@ ref::Waypoint<double> find_start_position(PosePort& port, const FlyOptions& opti
 ref::Waypoint<double> takeoff_end(ref::Waypoint<double> place);
 
 /// Builds the course from where the flight starts and checks it. Errors: CourseError, also if it exceeds its limits;
-/// FlightFileError if it leaves the fence; ExcitationFileError if the throttle's excitation may leave it.
+/// FileError if it leaves the fence; FileError if the throttle's excitation may leave it.
 void parse_and_validate(const FlightFiles& files, const ref::Waypoint<double>& start, ref::Trajectory<double>& course);
 
 /// Checks the course before a pose is known: that it can be read, keeps its limits, stays inside the sides of the
-/// fence, and inside its heights from at least one start height. Errors: CourseError, FlightFileError.
+/// fence, and inside its heights from at least one start height. Errors: CourseError, FileError.
 /// @returns the start heights [m], in the world of the pose, from which it stays inside; all without a flight file.
 Range check_offsets(const FlightFiles& files);
 
