@@ -6,7 +6,6 @@
 #include "firmware/companion/preflight/check.h"
 #include "firmware/companion/preflight/doctor.h"
 #include "firmware/companion/preflight/handshake.h"
-#include "firmware/companion/preflight/probe/probe.h"
 #include "firmware/companion/record/record.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/companion/version.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/files/excitation_file.h"
+#include "firmware/companion/files/text/plain_number.h"
 #include "firmware/companion/files/text/suggestion.h"
 
 #include <algorithm>
@@ -19,7 +20,7 @@ constexpr std::size_t kMaxNoteBytes = 59000;  // below log::kLongestNote_bytes
 constexpr double kMaxTilt_rad = 0.6;          // promise R12 allows 35 degrees
 
 [[noreturn]] void fail(const std::string& name, long line, const std::string& what) {
-  throw ExcitationFileError(name + (line > 0 ? ":" + std::to_string(line) : "") + ": " + what);
+  throw FileError(name, line, "", what);
 }
 
 std::optional<std::size_t> axis_of(std::string_view word) {
@@ -55,17 +56,10 @@ std::vector<std::string> cells_of(const std::string& line) {
 }
 
 double number(const std::vector<std::string>& cells, std::size_t column, const std::string& name, long line) {
-  std::size_t used = 0;
-  double value = std::numeric_limits<double>::quiet_NaN();
-  try {
-    value = std::stod(cells.at(column), &used);
-  } catch (const std::exception&) {
-    used = 0;
-  }
-  if (used == 0 || used != cells[column].size() || !std::isfinite(value)) {
+  if (column >= cells.size() || !is_plain_number(cells[column])) {
     fail(name, line, "column " + std::to_string(column + 1) + " is not a number");
   }
-  return value;
+  return std::stod(cells[column]);
 }
 
 /// Reads the rows of the table.

@@ -3,20 +3,14 @@
 
 #include <array>
 #include <cstdint>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "firmware/companion/files/text/file_error.h"
 #include "firmware/ctl/excitation.h"
 
 namespace m100::companion {
-
-/// An error in an excitation, in one line: "e.csv:3: column 3 is not a number".
-class ExcitationFileError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// Stick movements as `m100-lab excite --out` makes them, ready to fly. Linux only; read before the first tick.
 ///
@@ -39,10 +33,10 @@ struct ExcitationFile {
 std::string_view name(ctl::ExcitedStick axis);
 
 /// Reads and checks a file: samples every 20 ms, sticks within their travel, one stick per piece, limits for each stick
-/// that moves. Errors: ExcitationFileError. @param name of the file, for messages.
+/// that moves. Errors: FileError. @param name of the file, for messages.
 ExcitationFile parse_excitation(std::string_view text, const std::string& name);
 
-/// Converts an excitation into the text of a note in a log and back. Errors: ExcitationFileError, also if that text is
+/// Converts an excitation into the text of a note in a log and back. Errors: FileError, also if that text is
 /// longer than 59 000 bytes.
 std::string note_of(const ExcitationFile& excitation, const std::string& name);
 ExcitationFile excitation_of_note(const std::string& note);

@@ -2,24 +2,19 @@
 #pragma once
 
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <string_view>
+#include <variant>
 
 #include "firmware/companion/files/course/course.h"
 #include "firmware/companion/files/course/course_validation.h"
 #include "firmware/companion/files/mode.h"
+#include "firmware/companion/files/text/file_error.h"
 #include "firmware/core/fence.h"
 #include "firmware/link/pose/pose_link.h"
 #include "firmware/safety/limits.h"
 
 namespace m100::companion {
-
-/// An error in a flight file, or in a course against its fence, in one line: "f.toml:3: 'fence.x_m': is missing".
-class FlightFileError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// From low to high.
 struct Range {
@@ -28,7 +23,7 @@ struct Range {
   bool contains(double value) const { return value >= low && value <= high; }
 };
 
-/// Parses "field" or "robust"; the former "calm_room" as present_mode_word() says. Errors: FlightFileError, which
+/// Parses "field" or "robust"; the former "calm_room" as present_mode_word() says. Errors: FileError, which
 /// begins with `where`.
 Mode mode_of(std::string_view word, const std::string& where);
 
@@ -53,19 +48,16 @@ struct FlightFile {
   double battery_low_percent = 20.0;  ///< at this charge or less the aircraft returns to the start; 0: never
 };
 
-/// Parses "SYS" or "SYS:COMP". Errors: FlightFileError, which begins with `where`.
+/// Parses "SYS" or "SYS:COMP". Errors: FileError, which begins with `where`.
 link::SenderChoice sender_of(std::string_view word, const std::string& where);
 
-/// One key of a flight file: its place in the file, the member that it sets, its range. Exactly one of the member
-/// pointers is set.
+/// One key of a flight file: its place in the file, the member that it sets, its range.
 struct FlightKey {
   std::string_view section;  ///< empty: the top of the file
   std::string_view key;
-  double FlightFile::*number = nullptr;
-  Range FlightFile::*range = nullptr;
-  Mode FlightFile::*mode = nullptr;
-  link::SenderChoice FlightFile::*sender = nullptr;
-  link::LeverArm FlightFile::*vector = nullptr;
+  std::variant<double FlightFile::*, Range FlightFile::*, Mode FlightFile::*, link::SenderChoice FlightFile::*,
+               link::LeverArm FlightFile::*>
+      member;
   double low = 0.0;
   double high = 0.0;
   bool required = false;
@@ -73,11 +65,10 @@ struct FlightKey {
 /// All keys of a flight file, in its order.
 std::span<const FlightKey> flight_keys();
 
-/// Numbers and ranges as messages show them: "2.5" and "[-1, 1]".
-std::string text_of(double value);
+/// A range as messages show it: "[-1, 1]".
 std::string text_of(const Range& range);
 
-/// Reads and checks a flight file. The three ranges of the fence are required. Errors: FlightFileError with file, line
+/// Reads and checks a flight file. The three ranges of the fence are required. Errors: FileError with file, line
 /// and key, for what is unknown, missing, of a wrong type or outside its range, for a fence that cannot be flown in,
 /// for a coast time that is not longer than the age limit of a pose, and for a sigma that cannot be flown inside the
 /// fence.

@@ -14,11 +14,10 @@ std::string text_of(const VehicleFile& file, Mode mode) {
          std::string(digest.begin(), digest.end()) + "\n" + to_text(in_mode(file.vehicle, mode), file.sources);
 }
 
-/// Errors: VehicleFileError, if the file has no numbers for the mode.
+/// Errors: FileError, if the file has no numbers for the mode.
 const VehicleFile& checked(const VehicleFile& file, const std::string& file_name, Mode mode) {
   if (!has_mode(file, mode)) {
-    throw VehicleFileError(file_name +
-                           ": 'design.robust': missing, mode robust needs it; m100-lab gains --tune makes it");
+    throw FileError(file_name + ": 'design.robust': missing, mode robust needs it; m100-lab gains --tune makes it");
   }
   return file;
 }

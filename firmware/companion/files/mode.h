@@ -34,7 +34,7 @@ model::Vehicle in_mode(const model::Vehicle& vehicle, Mode mode);
 /// that file (promise R10).
 std::string text_in_mode(const std::string& text, const std::string& file_name, Mode mode);
 
-/// The vehicle file of text_in_mode(), parsed. Errors of both: VehicleFileError, if has_mode() is false.
+/// The vehicle file of text_in_mode(), parsed. Errors of both: FileError, if has_mode() is false.
 VehicleFile in_mode(const VehicleFile& file, Mode mode);
 
 }  // namespace m100::companion

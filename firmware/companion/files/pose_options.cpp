@@ -9,14 +9,14 @@
 namespace m100::companion {
 namespace {
 
-/// System 0: nobody. Errors: FlightFileError.
+/// System 0: nobody. Errors: FileError.
 mavlink::Address set_points_sender(const PoseOptions& options) {
   if (options.set_points_from.empty()) {
     return {.system = 0, .component = 0};
   }
   const link::SenderChoice chosen = sender_of(options.set_points_from, "--set-points-from");
   if (chosen.component == 0) {
-    throw FlightFileError("--set-points-from: needs system and component, as 1:240");
+    throw FileError("--set-points-from: needs system and component, as 1:240");
   }
   return {.system = chosen.system, .component = chosen.component};
 }
@@ -55,7 +55,7 @@ std::string conflict_of(const PoseOptions& options) {
   try {
     (void)choice_of(options);
     (void)set_points_sender(options);
-  } catch (const FlightFileError& wrong) {
+  } catch (const FileError& wrong) {
     return wrong.what();
   }
   if (is_network && !hal::udp_port_of(options.port)) {

@@ -37,10 +37,10 @@ std::string conflict_of(const PoseOptions& options);
 /// The options as words of a command that takes them, for the commands that one command prints for the next.
 std::vector<std::string> words_of(const PoseOptions& options);
 
-/// The chosen sender. Errors: FlightFileError.
+/// The chosen sender. Errors: FileError.
 link::SenderChoice choice_of(const PoseOptions& options);
 /// Whose unsigned goals and set points count; system 0, which no sender has: nobody's. @returns nullopt: there is a
-/// key, and everything is signed. Errors: FlightFileError.
+/// key, and everything is signed. Errors: FileError.
 std::optional<mavlink::Address> unsigned_sender(const PoseOptions& options);
 
 }  // namespace m100::companion

@@ -4,16 +4,19 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
-#include <optional>
+#include <span>
 #include <sstream>
 
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/files/text/text_file.h"
+#include "firmware/companion/files/text/toml_text.h"
 #include "firmware/companion/subcommands.h"
 
 namespace m100::companion {
@@ -22,10 +25,7 @@ namespace {
 constexpr const char* kFirstLine =
     "# Newest MAVLink signatures accepted with this key. Without this file, recorded frames would be accepted again.";
 
-UsageError damaged(const std::string& name, std::size_t line) {
-  return UsageError(name + ":" + std::to_string(line) +
-                    ": is not what m100 writes; make a new key, or remove the file if nobody recorded earlier flights");
-}
+constexpr const char* kDamaged = "is not what m100 writes";
 
 bool write_all(int file, const std::string& text) {
   std::size_t done = 0;
@@ -39,68 +39,88 @@ bool write_all(int file, const std::string& text) {
   return ::fsync(file) == 0;
 }
 
-struct Line {
-  bool is_stream = false;
-  mavlink::ReplayStream stream{};  ///< in a "newest" line only the time is set
-};
+/// The text of an earlier version, "newest TIME" and lines of "stream SYSTEM COMPONENT LINK TIME", as TOML in the same
+/// lines.
+std::string toml_of(const std::string& text) {
+  std::istringstream lines(text);
+  std::string out, line;
+  bool has_streams = false;
+  while (std::getline(lines, line)) {
+    std::istringstream words(line);
+    std::string word;
+    words >> word;
+    if (word == "stream") {
+      out += has_streams ? "[" : "streams = [[";
+      has_streams = true;
+      while (words >> word) {
+        out += word + ",";
+      }
+      line = "],";
+    }
+    out += (word == "newest" ? word + " =" + line.substr(word.size()) : line) + "\n";
+  }
+  return out + (has_streams ? "]" : "");
+}
 
-/// @returns nullopt: m100 does not write such a line.
-std::optional<Line> read_line(const std::string& line) {
-  std::istringstream words(line);
-  std::string kind;
-  unsigned system = 0, component = 0, link = 0;
-  mavlink::SignatureTime time = 0;
-  words >> kind;
-  if (kind == "stream") {
-    words >> system >> component >> link;
+/// A whole number from 0 to `max`.
+std::uint64_t whole(const TomlNode& node, std::uint64_t max) {
+  if (!node.is(TomlNode::Kind::kNumber) || !(node.number() >= 0.0 && node.number() <= static_cast<double>(max)) ||
+      node.number() != std::floor(node.number())) {
+    node.refuse(kDamaged);
   }
-  words >> time;
-  const bool is_whole = words && (words >> std::ws).eof() && time <= mavlink::kSignatureTimeMask;
-  const bool fits = system <= 255 && component <= 255 && link <= 255;
-  if (!is_whole || !fits || (kind != "stream" && kind != "newest")) {
-    return std::nullopt;
+  return static_cast<std::uint64_t>(node.number());
+}
+
+mavlink::ReplayStream stream_of(const TomlNode& node) {
+  if (!node.is_array() || node.entries().size() != 4) {
+    node.refuse(kDamaged);
   }
-  return Line{.is_stream = kind == "stream",
-              .stream = {.from = {static_cast<std::uint8_t>(system), static_cast<std::uint8_t>(component)},
-                         .link = static_cast<std::uint8_t>(link),
-                         .last = time}};
+  const auto byte = [&node](std::size_t k) { return static_cast<std::uint8_t>(whole(node.entries()[k], 255)); };
+  return {.from = {byte(0), byte(1)}, .link = byte(2), .last = whole(node.entries()[3], mavlink::kSignatureTimeMask)};
+}
+
+mavlink::ReplayMemory memory_of(const TomlNode& root) {
+  mavlink::ReplayMemory memory;
+  if (root.get("newest") == nullptr) {
+    root.refuse(kDamaged);
+  }
+  memory.newest = whole(*root.get("newest"), mavlink::kSignatureTimeMask);
+  for (const TomlNode& node : root.entries()) {
+    if (node.key() == "newest") {
+      continue;
+    }
+    if (node.key() != "streams" || !node.is_array()) {
+      node.refuse(kDamaged);
+    }
+    for (const TomlNode& stream : node.entries()) {
+      if (memory.count == memory.streams.size()) {
+        stream.refuse(kDamaged);
+      }
+      memory.streams[memory.count++] = stream_of(stream);
+    }
+  }
+  return memory;
 }
 
 }  // namespace
 
 mavlink::ReplayMemory parse_replay_memory(const std::string& text, const std::string& name) {
-  mavlink::ReplayMemory memory;
-  std::istringstream lines(text);
-  std::string line;
-  bool has_newest = false;
-  for (std::size_t number = 1; std::getline(lines, line); ++number) {
-    if (line.empty() || line.front() == '#') {
-      continue;
-    }
-    const std::optional<Line> read = read_line(line);
-    if (!read || memory.count == memory.streams.size() || (!read->is_stream && has_newest)) {
-      throw damaged(name, number);
-    }
-    if (read->is_stream) {
-      memory.streams[memory.count++] = read->stream;
-    } else {
-      memory.newest = read->stream.last;
-      has_newest = true;
-    }
+  try {
+    return memory_of(parse_toml(text.find('=') == std::string::npos ? toml_of(text) : text, name));
+  } catch (const FileError& wrong) {
+    throw FileError(std::string(wrong.what()) +
+                    "; make a new key, or remove the file if nobody recorded earlier flights");
   }
-  if (!has_newest) {
-    throw damaged(name, 1);
-  }
-  return memory;
 }
 
 std::string text_of(const mavlink::ReplayMemory& memory, mavlink::SignatureTime ahead) {
   std::ostringstream text;
-  text << kFirstLine << "\nnewest " << memory.newest << "\n";
+  text << kFirstLine << "\nnewest = " << memory.newest << "\nstreams = [  # system, component, link, time\n";
   for (const mavlink::ReplayStream& stream : std::span(memory.streams).first(memory.count)) {
-    text << "stream " << unsigned{stream.from.system} << " " << unsigned{stream.from.component} << " "
-         << unsigned{stream.link} << " " << std::min(stream.last + ahead, mavlink::kSignatureTimeMask) << "\n";
+    text << "  [" << unsigned{stream.from.system} << ", " << unsigned{stream.from.component} << ", "
+         << unsigned{stream.link} << ", " << std::min(stream.last + ahead, mavlink::kSignatureTimeMask) << "],\n";
   }
+  text << "]\n";
   return text.str();
 }
 

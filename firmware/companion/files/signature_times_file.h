@@ -5,12 +5,13 @@
 #include <string>
 #include <thread>
 
+#include "firmware/companion/files/text/file_error.h"
 #include "firmware/core/spsc_ring.h"
 #include "protocol/mavlink/signature.h"
 
 namespace m100::companion {
 
-/// Parses the text of a SignatureTimesFile. Errors: UsageError naming file and line.
+/// Parses the text of a SignatureTimesFile (TOML), or of one of an earlier version. Errors: FileError.
 mavlink::ReplayMemory parse_replay_memory(const std::string& text, const std::string& name);
 /// The text of the file. @param ahead added to the time of every stream: a later run refuses time stamps up to there.
 std::string text_of(const mavlink::ReplayMemory& memory, mavlink::SignatureTime ahead);
@@ -24,7 +25,7 @@ class SignatureTimesFile {
 
   /// The path of the file that belongs to a key.
   static std::string path_for(const std::string& key_file) { return key_file + ".accepted"; }
-  /// Reads the file; a missing file counts as empty. Errors: UsageError, also if it cannot be written.
+  /// Reads the file; a missing file counts as empty. Errors: FileError; UsageError if it cannot be written.
   explicit SignatureTimesFile(const std::string& key_file);
   ~SignatureTimesFile() { finish(); }
   SignatureTimesFile(const SignatureTimesFile&) = delete;

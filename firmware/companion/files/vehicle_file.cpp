@@ -80,8 +80,8 @@ class Writer {
       }
     }
     if constexpr (requires { from.dead_zone_shape; }) {
-      text_ << kDeadZoneShapeKey << " = \"" << (from.dead_zone_shape == DeadZoneShape::kJump ? "jump" : "continuous")
-            << "\"\n";
+      text_ << kDeadZoneShapeKey << " = \""
+            << kDeadZoneShapes[from.dead_zone_shape == DeadZoneShape::kJump ? 1 : 0].word << "\"\n";
     }
   }
   static std::string intervals_text(const Intervals& intervals) {
@@ -93,14 +93,7 @@ class Writer {
     return out;
   }
   static std::string source_text(const std::string& source) {
-    if (source.empty()) {
-      return {};
-    }
-    std::ostringstream out;
-    toml::table quoted;
-    quoted.insert("source", source);
-    out << quoted << "\n";
-    return out.str();
+    return source.empty() ? "" : toml_line("source", source);
   }
 
   const std::map<std::string, std::string>& sources_;
@@ -143,16 +136,11 @@ void visit_sections(Visitor& visitor, VehicleRef& vehicle) {
 
 VehicleFile parse_vehicle(std::string_view text, const std::string& name) {
   VehicleFile file;
-  toml::table root;
-  try {
-    root = parse_toml(text);
-  } catch (const TomlTextError& wrong) {
-    throw VehicleFileError(name + ":" + std::to_string(wrong.line) + ": " + wrong.what());
+  const TomlNode root = parse_toml(text, name);
+  if (root.entries().empty()) {
+    root.refuse("the file is empty");
   }
-  if (root.empty()) {
-    throw VehicleFileError(name + ": the file is empty");
-  }
-  VehicleReader reader(root, name, file);
+  VehicleReader reader(root, file);
   visit_sections(reader, file.vehicle);
   reader.refuse_unknown();
   file.digest = core::sha256(std::as_bytes(std::span(text.data(), text.size())));
@@ -162,7 +150,7 @@ VehicleFile parse_vehicle(std::string_view text, const std::string& name) {
 VehicleFile load_vehicle(const std::string& path) {
   const FileContent content = read_regular(path, kMaxTextBytes);
   if (!content.why_not.empty()) {
-    throw VehicleFileError(path + ": " + content.why_not);
+    throw FileError(path + ": " + content.why_not);
   }
   return parse_vehicle(content.bytes, path);
 }
@@ -186,7 +174,7 @@ VehicleFile save_vehicle(const std::string& path, const VehicleFile& from) {
   stream << text;
   stream.flush();
   if (!stream) {
-    throw VehicleFileError(path + ": cannot be written");
+    throw FileError(path + ": cannot be written");
   }
   return file;
 }

@@ -3,21 +3,15 @@
 
 #include <map>
 #include <set>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "firmware/companion/files/text/file_error.h"
 #include "firmware/core/sha256.h"
 #include "firmware/model/vehicle.h"
 
 namespace m100::companion {
-
-/// An error in a vehicle file, in one line: "v.toml:12: 'axis.roll.damping_ratio': 9.0 is outside [0.05, 5.0]".
-class VehicleFileError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// A 95 % interval of an identified number.
 struct Interval {
@@ -46,7 +40,7 @@ struct VehicleFile {
 };
 
 /// Reads and checks a vehicle file. Sections may be missing: their numbers keep the defaults of model::Vehicle. A
-/// number of an axis may have both KEY_low and KEY_high beside it. Errors: VehicleFileError, for unknown sections or
+/// number of an axis may have both KEY_low and KEY_high beside it. Errors: FileError, for unknown sections or
 /// keys, wrong types, values outside their range, and an axis without its scale or without exactly one of a time
 /// constant and a natural frequency.
 VehicleFile load_vehicle(const std::string& path);
@@ -59,7 +53,7 @@ std::string to_text(const model::Vehicle& vehicle, const std::map<std::string, s
 /// The file's text with its intervals and rivals.
 std::string to_text(const VehicleFile& file);
 
-/// Writes the text and returns what load_vehicle would read. Errors: VehicleFileError.
+/// Writes the text and returns what load_vehicle would read. Errors: FileError.
 VehicleFile save_vehicle(const std::string& path, const VehicleFile& file);
 VehicleFile save_vehicle(const std::string& path, const model::Vehicle& vehicle,
                          const std::map<std::string, std::string>& sources);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <span>
 #include <string_view>
 
@@ -18,6 +19,16 @@ struct NumberKey {
   double high;
   bool only_if_set = false;  ///< not written at its default, so files older than the key keep their digest
 };
+
+/// A word of a file and what it stands for.
+template <typename T>
+struct NamedValue {
+  std::string_view word;
+  T value;
+};
+inline constexpr std::array kDeadZoneShapes{
+    NamedValue<model::DeadZoneShape>{"continuous", model::DeadZoneShape::kContinuous},
+    NamedValue<model::DeadZoneShape>{"jump", model::DeadZoneShape::kJump}};
 
 /// The keys of an axis' section, from the table of axis effects, the scale first. The simulator's plant file uses the
 /// same keys, so that a quantity has one name and one range.

@@ -84,20 +84,18 @@ FlightFiles files_of(const FlyOptions& options) {
   return FlightFiles(options);
 }
 
-/// @param place where the aircraft was when the program began
-FlightRequest request_of(const FlyOptions& options, const FlightFiles& files, const ref::Waypoint<double>& place,
-                         const ref::Waypoint<double>& start) {
+FlightRequest request_of(const FlyOptions& options, const FlightFiles& files, const FlightPreparation& prepared) {
   return {.take_control = options.take_control,
           .hold_s = options.hold_s,
           .once = options.once,
           .take_off = options.take_off,
           .land = options.land,
-          .course_start_w_m = start.position_w_m,
-          .takeoff_position_w_m = place.position_w_m,
+          .course_start_w_m = prepared.start.position_w_m,
+          .takeoff_position_w_m = prepared.place.position_w_m,
           .ground_z_m = files.flight ? files.flight->ground_z_m : 0.0,
           .max_start_distance_m = kReach_m,
           .home = home_settings(files),
-          .home_yaw_rad = start.yaw_rad};
+          .home_yaw_rad = prepared.start.yaw_rad};
 }
 
 link::ChannelCommand neutral_of(const FlyOptions& options, const model::Vehicle& vehicle) {
@@ -146,19 +144,6 @@ void report_settings(const FlyOptions& options, const FlightFiles& files, Operat
   for (const std::string& check : options.disabled_checks) {
     channels.write(now, TextLine{}.add("--override: check ").add(check).add(" is switched off").text());
   }
-}
-
-/// @returns null: no log was requested.
-log::FlightLogWriter* begin_log(std::optional<LogFile>& file, const FlyOptions& options, const FlightModel& model,
-                                const FlightFiles& files, const ref::Waypoint<double>& start,
-                                const app::FlightConfig& config, core::TimePoint now) {
-  if (options.log.empty()) {
-    return nullptr;
-  }
-  file.emplace(options.log);
-  write_notes(file->log(), options, model, files, start, config, now);
-  file->start();
-  return &file->log();
 }
 
 /// Lets the log catch up in simulated time, in which a flight runs as fast as the machine can.
@@ -234,27 +219,25 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   BackupProcess backup(neutral, cipher, options.port);  // before the threads and the large objects
   backup.set_port(port.descriptor(), port.openings());
   PosePort pose_port(options.pose, options.port);
-  const ref::Waypoint<double> place = find_start_position(pose_port, options, files);
-  const ref::Waypoint<double> start = options.take_off ? takeoff_end(place) : place;
-  const auto trajectory = std::make_unique<ref::Trajectory<double>>();
-  parse_and_validate(files, start, *trajectory);
-  const app::FlightConfig config = flight_config(options, files, start, link);
+  const FlightPreparation prepared(pose_port, options, files, link);
+  const app::FlightConfig& config = prepared.config;
+  ref::Trajectory<double>& trajectory = *prepared.course;
   TickClock clock(options.port, mark_arrived(port, pose_port));
   std::optional<LogFile> log_file;
-  log::FlightLogWriter* const log = begin_log(log_file, options, model, files, start, config, clock.now());
+  log::FlightLogWriter* const log = begin_log(log_file, options, model, files, prepared, clock.now());
   LiveDisplay live(options.live);
   GroundStationTap pose_line(pose_port.line(), unsigned_sender(options.pose));
   const auto controller =
-      std::make_unique<Controller>(model.vehicle(), model.tables(), config, port, pose_line, *trajectory, log);
+      std::make_unique<Controller>(model.vehicle(), model.tables(), config, port, pose_line, trajectory, log);
   const link::ReleaseSequence last_words(neutral, cipher);
   LineWriter writer;
   const core::AssertionHandler former = release_on_assertion(last_words, port, controller->link().authority());
   TelemetryStream* const telemetry_stream = prepare_the_thread(pose_port, live);
   OperatorChannels channels(log, telemetry_stream);
   report_settings(options, files, channels, clock.now());
-  GroundStationCommands ground_station(goal_settings(options, files), config.fence, *trajectory, pose_line,
+  GroundStationCommands ground_station(goal_settings(options, files), config.fence, trajectory, pose_line,
                                        telemetry_stream, channels);
-  FlightSequencer sequencer(request_of(options, files, place, start), config, *controller, *trajectory, channels);
+  FlightSequencer sequencer(request_of(options, files, prepared), config, *controller, trajectory, channels);
   discard_operator_input();
   hal::ServiceWatchdog service;
   service.start(kServiceTimeout);
@@ -269,7 +252,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
     const bool backed_up = state.tick(now);
     (void)controller->tick(now);  // the log holds the outcome of the command
     pose_port.publish(*controller, now);
-    live.publish(*controller, *trajectory, now);
+    live.publish(*controller, trajectory, now);
     health.tick(now, controller->link().health(), controller->observed().consistency.vibration);
     SequencerInput input = received(pose_port, ground_station, *controller, sequencer, now);
     input.backed_up = backed_up;

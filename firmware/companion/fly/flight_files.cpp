@@ -50,9 +50,9 @@ void expect_height_for(const FlightFiles& files, const ref::Waypoint<double>& st
   const double height_m = start.position_w_m.z();
   const Range fence_m = files.flight->fence_z_m;
   if (height_m - distance_m < fence_m.low || height_m + distance_m > fence_m.high) {
-    throw ExcitationFileError(files.excitation_name + ": its throttle may take the aircraft " +
-                              std::to_string(distance_m) + " m up and down; from a height of " +
-                              std::to_string(height_m) + " m that leaves " + files.flight_name + "'s fence.z_m");
+    throw FileError(files.excitation_name + ": its throttle may take the aircraft " + std::to_string(distance_m) +
+                    " m up and down; from a height of " + std::to_string(height_m) + " m that leaves " +
+                    files.flight_name + "'s fence.z_m");
   }
 }
 
@@ -72,7 +72,7 @@ void expect_room_for(const FlightFiles& files) {
       said << files.excitation_name << ": its " << name(axis) << " may take the aircraft " << distance_m
            << " m from the start, but " << files.flight_name << "'s fence ends after " << side_m
            << " m: make the file with an m100-lab excite --fence that is one or two metres smaller";
-      throw ExcitationFileError(said.str());
+      throw FileError(said.str());
     }
   }
 }
@@ -133,6 +133,39 @@ link::LeverArm lever_arm_of(const FlightFiles& files) {
   return files.flight ? files.flight->pose_offset_m : link::LeverArm{};
 }
 
+Range check_offsets(const FlightFiles& files) {
+  const auto course = std::make_unique<ref::Trajectory<double>>();
+  ref::Waypoint<double> start;
+  const std::vector<CoursePiece> pieces = lay(files, start, *course);
+  validate_course(*course, pieces, start, limits_of_course(files), files.course_name);
+  if (!files.flight) {
+    return {-kEverywhere_m, kEverywhere_m};
+  }
+  const Range heights_m = heights_over_start(*course, pieces);
+  const Range fence_m = files.flight->fence_z_m;
+  start.position_w_m.z() = fence_m.low - heights_m.low;  // the lowest start for which the course stays inside
+  validate_inside_fence(*files.flight, start, *course, lay(files, start, *course), files.course_name);
+  return {start.position_w_m.z(), fence_m.high - heights_m.high};
+}
+
+std::optional<GoalSettings> goal_settings(const FlyOptions& options, const FlightFiles& files) {
+  const bool takes_goals = !options.pose.key_file.empty() || !options.pose.set_points_from.empty();
+  if (!takes_goals || !files.flight || files.excitation) {
+    return {};
+  }
+  return GoalSettings{.limits = goal_limits_of(*files.flight),
+                      .stream = stream_limits_of(*files.flight),
+                      .only = unsigned_sender(options.pose)};
+}
+
+ReturnSettings home_settings(const FlightFiles& files) {
+  return files.flight
+             ? ReturnSettings{.low_percent = files.flight->battery_low_percent, .limits = goal_limits_of(*files.flight)}
+             : ReturnSettings{};
+}
+
+namespace {
+
 ref::Waypoint<double> find_start_position(PosePort& port, const FlyOptions& options, const FlightFiles& files) {
   ExchangedPorts exchanged;
   link::PoseLink link(port.line(), port.baud(), &exchanged, sender_choice(options, files),
@@ -166,6 +199,7 @@ ref::Waypoint<double> find_start_position(PosePort& port, const FlyOptions& opti
   throw UsageError(why);
 }
 
+/// Where a take-off from this place by the autopilot's own task ends (protocol, 6.3: "about 1.2 m").
 ref::Waypoint<double> takeoff_end(ref::Waypoint<double> place) {
   constexpr double kTakeOffHeight_m = 1.2;
   place.position_w_m.z() += kTakeOffHeight_m;
@@ -179,37 +213,6 @@ void parse_and_validate(const FlightFiles& files, const ref::Waypoint<double>& s
     validate_inside_fence(*files.flight, start, course, pieces, files.course_name);
     expect_height_for(files, start);
   }
-}
-
-Range check_offsets(const FlightFiles& files) {
-  const auto course = std::make_unique<ref::Trajectory<double>>();
-  ref::Waypoint<double> start;
-  const std::vector<CoursePiece> pieces = lay(files, start, *course);
-  validate_course(*course, pieces, start, limits_of_course(files), files.course_name);
-  if (!files.flight) {
-    return {-kEverywhere_m, kEverywhere_m};
-  }
-  const Range heights_m = heights_over_start(*course, pieces);
-  const Range fence_m = files.flight->fence_z_m;
-  start.position_w_m.z() = fence_m.low - heights_m.low;  // the lowest start for which the course stays inside
-  validate_inside_fence(*files.flight, start, *course, lay(files, start, *course), files.course_name);
-  return {start.position_w_m.z(), fence_m.high - heights_m.high};
-}
-
-std::optional<GoalSettings> goal_settings(const FlyOptions& options, const FlightFiles& files) {
-  const bool takes_goals = !options.pose.key_file.empty() || !options.pose.set_points_from.empty();
-  if (!takes_goals || !files.flight || files.excitation) {
-    return {};
-  }
-  return GoalSettings{.limits = goal_limits_of(*files.flight),
-                      .stream = stream_limits_of(*files.flight),
-                      .only = unsigned_sender(options.pose)};
-}
-
-ReturnSettings home_settings(const FlightFiles& files) {
-  return files.flight
-             ? ReturnSettings{.low_percent = files.flight->battery_low_percent, .limits = goal_limits_of(*files.flight)}
-             : ReturnSettings{};
 }
 
 app::FlightConfig flight_config(const FlyOptions& options, const FlightFiles& files, const ref::Waypoint<double>& start,
@@ -277,6 +280,26 @@ void write_notes(log::FlightLogWriter& log, const FlyOptions& options, const Fli
   if (!holds_tables || log.begin(now, notes) != core::Status::kOk) {
     throw UsageError(options.log + ": vehicle, gain tables, course and flight file are together too large for a log");
   }
+}
+
+}  // namespace
+
+FlightPreparation::FlightPreparation(PosePort& port, const FlyOptions& options, const FlightFiles& files,
+                                     const link::LinkConfig& link)
+    : place(find_start_position(port, options, files)), start(options.take_off ? takeoff_end(place) : place) {
+  parse_and_validate(files, start, *course);
+  config = flight_config(options, files, start, link);
+}
+
+log::FlightLogWriter* begin_log(std::optional<LogFile>& file, const FlyOptions& options, const FlightModel& model,
+                                const FlightFiles& files, const FlightPreparation& prepared, core::TimePoint now) {
+  if (options.log.empty()) {
+    return nullptr;
+  }
+  file.emplace(options.log);
+  write_notes(file->log(), options, model, files, prepared.start, prepared.config, now);
+  file->start();
+  return &file->log();
 }
 
 }  // namespace m100::companion

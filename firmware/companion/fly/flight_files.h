@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "firmware/app/config.h"
 #include "firmware/companion/files/excitation_file.h"
 #include "firmware/companion/files/flight_file.h"
+#include "firmware/companion/files/log_file.h"
 #include "firmware/companion/fly/flight_model.h"
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/ground_station/guided_mode.h"
@@ -29,25 +31,27 @@ struct FlightFiles {
   std::string excitation_name;
 };
 
-/// Whose poses are used: by --pose-from if given, else by the flight file. Errors: FlightFileError.
+/// Whose poses are used: by --pose-from if given, else by the flight file. Errors: FileError.
 link::SenderChoice sender_choice(const FlyOptions& options, const FlightFiles& files);
 
 /// `[pose] offset_m` of the flight file; zero without one.
 link::LeverArm lever_arm_of(const FlightFiles& files);
 
-/// Where the aircraft stands, by the first poses that agree; waits for at most 5 s. Errors: UsageError, also if several
-/// senders send poses and none was chosen; CLI::RuntimeError after a signal.
-ref::Waypoint<double> find_start_position(PosePort& port, const FlyOptions& options, const FlightFiles& files);
+/// What a flight begins with, known as soon as poses come. A dry run prepares the same.
+struct FlightPreparation {
+  /// Waits at most 5 s for the first poses that agree, lays the course from there and checks it. Errors: UsageError,
+  /// also if several senders send poses and none was chosen; CLI::RuntimeError after a signal; CourseError, also if the
+  /// course exceeds its limits; FileError if it, or the throttle's excitation, leaves the fence.
+  FlightPreparation(PosePort& port, const FlyOptions& options, const FlightFiles& files, const link::LinkConfig& link);
 
-/// Where a take-off from this place by the autopilot's own task ends (protocol, 6.3: "about 1.2 m").
-ref::Waypoint<double> takeoff_end(ref::Waypoint<double> place);
-
-/// Builds the course from where the flight starts and checks it. Errors: CourseError, also if it exceeds its limits;
-/// FlightFileError if it leaves the fence; ExcitationFileError if the throttle's excitation may leave it.
-void parse_and_validate(const FlightFiles& files, const ref::Waypoint<double>& start, ref::Trajectory<double>& course);
+  ref::Waypoint<double> place;  ///< where the aircraft stands
+  ref::Waypoint<double> start;  ///< of the course: with --take-off 1.2 m above
+  std::unique_ptr<ref::Trajectory<double>> course = std::make_unique<ref::Trajectory<double>>();
+  app::FlightConfig config;
+};
 
 /// Checks the course before a pose is known: that it can be read, keeps its limits, stays inside the sides of the
-/// fence, and inside its heights from at least one start height. Errors: CourseError, FlightFileError.
+/// fence, and inside its heights from at least one start height. Errors: CourseError, FileError.
 /// @returns the start heights [m], in the world of the pose, from which it stays inside; all without a flight file.
 Range check_offsets(const FlightFiles& files);
 
@@ -58,12 +62,9 @@ std::optional<GoalSettings> goal_settings(const FlyOptions& options, const Fligh
 /// What the flight does on a low battery.
 ReturnSettings home_settings(const FlightFiles& files);
 
-app::FlightConfig flight_config(const FlyOptions& options, const FlightFiles& files, const ref::Waypoint<double>& start,
-                                const link::LinkConfig& link);
-
-/// Begins the log with the texts (files, options) that `m100 replay` needs besides the records. Errors: UsageError.
-void write_notes(log::FlightLogWriter& log, const FlyOptions& options, const FlightModel& model,
-                 const FlightFiles& files, const ref::Waypoint<double>& start, const app::FlightConfig& config,
-                 core::TimePoint now);
+/// Begins the log with the texts (files, options) that `m100 replay` needs besides the records. @returns null: no log
+/// was requested. Errors: UsageError.
+log::FlightLogWriter* begin_log(std::optional<LogFile>& file, const FlyOptions& options, const FlightModel& model,
+                                const FlightFiles& files, const FlightPreparation& prepared, core::TimePoint now);
 
 }  // namespace m100::companion

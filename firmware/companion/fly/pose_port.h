@@ -22,7 +22,7 @@
 namespace m100::companion {
 
 /// Refuses options that conflict_of() names, a simulated port beside a real one, and the autopilot's port. @param
-/// autopilot name of that port. Errors: UsageError, FlightFileError.
+/// autopilot name of that port. Errors: UsageError, FileError.
 void check(const PoseOptions& options, const std::string& autopilot);
 
 /// The files that the two ports use: a key is read, and the file of its accepted signatures beside it is written. The

@@ -8,13 +8,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <vector>
 
-#include "firmware/companion/preflight/probe/line_probe.h"
+#include "firmware/companion/preflight/probe/line_check.h"
 #include "firmware/companion/preflight/serial_ports.h"
 #include "hal/linux/monotonic_clock.h"
 #include "hal/linux/serial_port.h"
@@ -51,33 +50,14 @@ std::string owner_group(const std::string& port) {
   return "dialout";
 }
 
-/// What arrives at the port within half a second. @returns kCannotOpen: the port was lost.
-Verdict listen(const std::string& path, std::uint32_t baud) {
-  constexpr core::Duration kListen = std::chrono::milliseconds(500);
-  hal::SerialPort port(path, baud);
-  if (port.open() != core::Status::kOk) {
-    return Verdict::kCannotOpen;
-  }
-  hal::PortClock clock(path);
-  LineProbe line;
-  std::array<std::byte, 1024> buffer;
-  const core::TimePoint end = clock.now() + kListen;
-  for (core::TimePoint now = clock.now(); now < end; now = clock.now()) {
-    if (const core::Expected<std::size_t> count = port.read(buffer); count && *count > 0) {
-      line.receive(std::span(buffer).first(*count));
-    }
-    clock.sleep_until(now + std::chrono::milliseconds(2));
-  }
-  return line.verdict(port.line_errors());
-}
-
 /// Judges a port that opens: whether it is the pose's, and whether another program takes the bytes.
 void judge_line(const std::string& path, CheckResult& check) {
   constexpr std::uint32_t kUsualPoseBaud = 115200;
+  constexpr double kListen_s = 0.5;
   const std::string others = holders_note(path);
-  Verdict heard = listen(path, 230400);
+  Verdict heard = listen(path, 230400, kListen_s).verdict;
   if (heard == Verdict::kWrongBaud || heard == Verdict::kNoAutopilot) {
-    heard = listen(path, kUsualPoseBaud) == Verdict::kPosePort ? Verdict::kPosePort : heard;
+    heard = listen(path, kUsualPoseBaud, kListen_s).verdict == Verdict::kPosePort ? Verdict::kPosePort : heard;
   }
   check.finding += others;
   if (heard == Verdict::kPosePort) {

@@ -8,7 +8,7 @@
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/ground_station/mavlink_tap.h"
 #include "firmware/companion/preflight/axis_alignment.h"
-#include "firmware/companion/preflight/probe/telemetry_receiver.h"
+#include "firmware/companion/preflight/probe/line_check.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/link/pose/pose_decoder.h"
 #include "firmware/link/pose/pose_link.h"
@@ -74,7 +74,7 @@ std::vector<CheckResult> check_frames(const CheckFramesOptions& options) {
   AttitudeTap pose_line(pose_port.line(), choice);
   ExchangedPorts exchanged;
   link::PoseLink pose_link(pose_line, pose_port.baud(), &exchanged, choice);
-  TelemetryReceiver ear(port);
+  LineProbe line;
   AxisAlignment frames;
   std::optional<core::Pose<double>> pose;
   std::cout
@@ -86,12 +86,12 @@ std::vector<CheckResult> check_frames(const CheckFramesOptions& options) {
   for (core::TimePoint now = clock.now();
        core::seconds<double>(now.time_since_epoch()) < options.hold_s && !stop_requested(); now = clock.next()) {
     pose_port.tick();
-    (void)ear.listen();
+    (void)receive_telemetry(port, line);
     if (const core::Expected<core::Pose<double>> newest = pose_link.receive(now)) {
       pose = *newest;
     }
-    if (pose && ear.has_all()) {
-      frames.add(sample_of(*pose, pose_line.attitude(), ear.telemetry(), now));
+    if (pose && line.has_attitude_and_force()) {
+      frames.add(sample_of(*pose, pose_line.attitude(), line.telemetry(), now));
     }
   }
   if (!pose) {
@@ -103,7 +103,7 @@ std::vector<CheckResult> check_frames(const CheckFramesOptions& options) {
              "choose one with --pose-from SYS:COMP"}};
   }
   if (frames.samples() == 0) {
-    return {ear.missing("frames", Health::kBad)};
+    return {missing_telemetry(line, "frames", Health::kBad)};
   }
   return frames.checks();
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100 doctor: finds what on this board may prevent a flight, and the remedy for each.
+// m100 doctor: finds what on this board may prevent a flight, and the remedy for each; and m100 probe, its part that
+// listens to the autopilot's port.
 #include "firmware/companion/preflight/doctor.h"
 
 #include <CLI/CLI.hpp>
@@ -10,6 +11,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,6 +23,7 @@
 #include "firmware/companion/preflight/check_frames.h"
 #include "firmware/companion/preflight/check_result.h"
 #include "firmware/companion/preflight/pose_checks.h"
+#include "firmware/companion/preflight/probe/line_check.h"
 #include "firmware/companion/preflight/probe/vibration_check.h"
 #include "firmware/companion/preflight/serial_ports.h"
 #include "firmware/companion/preflight/wake_up_check.h"
@@ -31,6 +34,8 @@ namespace {
 
 struct DoctorOptions {
   std::string port;
+  std::uint32_t baud = 0;  ///< 0: every rate that DJI supports
+  double listen_s = 2.0;   ///< at each baud rate
   std::string folder = ".";
   std::string json;
   preflight::PosePlan pose;
@@ -65,9 +70,25 @@ CheckResult check_under_load(std::span<const CheckResult> so_far, const DoctorOp
   return preflight::judge_wake_ups(preflight::measure_wake_ups(options.folder, duration));
 }
 
-std::vector<CheckResult> examine(const DoctorOptions& options) {
+std::vector<std::string> ports_of(const DoctorOptions& options) {
+  return options.port.empty() ? serial_ports() : std::vector<std::string>{options.port};
+}
+
+/// What `m100 probe` tells, and the vibration at the rate that it finds.
+PortVerdict check_line(const DoctorOptions& options, std::vector<CheckResult>& checks) {
+  const PortVerdict found = search_line({options.port}, options.baud, options.listen_s);
+  const bool is_autopilot = found.verdict == Verdict::kAutopilot;
+  if (found.verdict != Verdict::kCannotOpen) {  // the port's own check says why
+    checks.push_back(
+        {"line " + options.port, is_autopilot ? Health::kGood : Health::kBad, describe(found), remedy_of(found)});
+  }
+  checks.push_back(preflight::check_vibration(options.port, found.baud));
+  return found;
+}
+
+std::vector<CheckResult> examine(const DoctorOptions& options, std::optional<PortVerdict>& line) {
   std::vector<CheckResult> checks;
-  const std::vector<std::string> ports = options.port.empty() ? serial_ports() : std::vector<std::string>{options.port};
+  const std::vector<std::string> ports = ports_of(options);
   if (ports.empty()) {
     checks.push_back({"port", Health::kBad, "no serial port on this machine", "plug in the adapter to UART_CAN2"});
   }
@@ -76,7 +97,7 @@ std::vector<CheckResult> examine(const DoctorOptions& options) {
     checks.push_back(preflight::check_adapter(port));
   }
   if (!options.port.empty()) {
-    checks.push_back(preflight::check_vibration(options.port, options.by_hand.baud));
+    line = check_line(options, checks);
   }
   checks.push_back(preflight::check_real_time());
   checks.push_back(preflight::check_clock());
@@ -107,25 +128,59 @@ nlohmann::json to_json(const std::vector<CheckResult>& checks) {
 preflight::CheckFramesOptions by_hand_of(const DoctorOptions& options) {
   preflight::CheckFramesOptions by_hand = options.by_hand;
   by_hand.port = options.port;
+  by_hand.baud = options.baud != 0 ? options.baud : by_hand.baud;
   by_hand.pose = options.pose.source;
   return by_hand;
 }
 
-void run(const DoctorOptions& options) {
+void check_numbers(const DoctorOptions& options) {
   for (const auto& [name, value] : {std::pair{"--pose-rate", options.pose.rate_hz},
                                     {"--load", options.load_s},
+                                    {"--seconds", options.listen_s},
                                     {"--hold", options.by_hand.hold_s}}) {
     if (std::isnan(value)) {  // CLI11's range check accepts it
       throw UsageError(std::string(name) + ": is not a number");
     }
   }
+}
+
+void run_probe(const DoctorOptions& options) {
+  FileUse().holds("--port", options.port).writes("--json", options.json).check();
+  check_numbers(options);
+  const std::vector<std::string> ports = ports_of(options);
+  if (ports.empty()) {
+    throw UsageError("no serial port on this machine: name one with --port");
+  }
+  const PortVerdict best = search_line(ports, options.baud, options.listen_s);
+  std::cout << "port " << printable(best.port) << ", " << describe(best) << "\n";
+  if (best.has_autopilot()) {
+    print(std::cout, best.health);
+  }
+  if (!options.json.empty()) {
+    write_json(options.json, companion::to_json(best));
+  }
+  const std::string remedy = remedy_of(best);
+  if (best.verdict == Verdict::kCannotOpen && !options.port.empty()) {
+    throw UsageError(best.port + ": " + remedy);
+  }
+  if (!remedy.empty()) {
+    std::cout << "remedy: " << printable(remedy + holders_note(best.port)) << "\n";
+  }
+  if (best.verdict != Verdict::kAutopilot) {
+    throw CLI::RuntimeError(kAnswerIsNo);
+  }
+}
+
+void run(const DoctorOptions& options) {
+  check_numbers(options);
   FileUse()
       .holds("--port", options.port)
       .holds("--mavlink-key", options.pose.source.key_file)  // whether it can be read is one of the answers
       .writes("--json", options.json)
       .check();
+  std::optional<PortVerdict> line;
   const std::vector<CheckResult> checks =
-      options.frames ? preflight::check_frames(by_hand_of(options)) : examine(options);
+      options.frames ? preflight::check_frames(by_hand_of(options)) : examine(options, line);
   bool bad = false;
   for (const CheckResult& check : checks) {
     std::cout << word(check.health) << ": " << printable(check.name) << ": " << printable(check.finding) << "\n";
@@ -134,22 +189,48 @@ void run(const DoctorOptions& options) {
     }
     bad = bad || check.health == Health::kBad;
   }
+  if (line && line->has_autopilot()) {
+    print(std::cout, line->health);
+  }
   if (!options.json.empty()) {
-    write_json(options.json, to_json(checks));
+    nlohmann::json out = to_json(checks);
+    if (line) {
+      out.update(companion::to_json(*line));
+    }
+    write_json(options.json, out);
   }
   if (bad) {
     throw CLI::RuntimeError(kAnswerIsNo);
   }
 }
 
+/// The options of both commands.
+void add_line_options(CLI::App& app, DoctorOptions& options, const std::string& port) {
+  app.add_option("--port", options.port, port);
+  app.add_option("--baud", options.baud,
+                 "baud rate of the autopilot, as set in DJI's assistant; 0: every rate that DJI supports")
+      ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
+  app.add_option("--seconds", options.listen_s, "seconds to listen at each baud rate")->check(CLI::Range(0.1, 60.0));
+  app.add_option("--json", options.json, "result as JSON");
+}
+
 }  // namespace
+
+void add_probe(CLI::App& m100) {
+  CLI::App* app = m100.add_subcommand(
+      "probe", "listen only: find port and baud rate, or name what is wrong; doctor --port does it too");
+  auto options = std::make_shared<DoctorOptions>();
+  add_line_options(*app, *options, "serial port; default: every port that looks like one");
+  app->callback([options] { run_probe(*options); });
+}
 
 void add_doctor(CLI::App& m100) {
   CLI::App* app = m100.add_subcommand("doctor", "find what on this board prevents a flight; print remedies");
   auto options = std::make_shared<DoctorOptions>();
-  app->add_option("--port", options->port,
-                  "serial port; m100 listens there for four seconds and measures the vibration; default: every port "
-                  "that looks like one, without vibration");
+  add_line_options(*app, *options,
+                   "serial port of the autopilot; m100 listens there, tells what m100 probe tells, and measures the "
+                   "vibration for four seconds; default: every port that looks like one, without listening for an "
+                   "autopilot");
   app->add_option("--folder", options->folder, "where flight logs go");
   app->add_option(
          "--load", options->load_s,
@@ -164,14 +245,12 @@ void add_doctor(CLI::App& m100) {
   CLI::Option* const frames = app->add_flag(
       "--frames", options->frames,
       "propellers off: move the aircraft by hand; m100 says which axis of the pose disagrees with the autopilot's "
-      "attitude and specific force; needs --port and --pose-port. Example: m100 doctor --frames --port /dev/ttyUSB0 "
+      "attitude and specific force; needs --port and --pose-port, and listens at 230400 baud without --baud. Example: "
+      "m100 doctor --frames --port /dev/ttyUSB0 "
       "--pose-port udp:14560 --mavlink-key mavlink.key");
-  app->add_option("--baud", options->by_hand.baud, "baud rate of the autopilot, as set in DJI's assistant")
-      ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
   app->add_option("--hold", options->by_hand.hold_s, "with --frames: seconds to move the aircraft")
       ->check(CLI::Range(1.0, 600.0))
       ->needs(frames);
-  app->add_option("--json", options->json, "result as JSON");
   app->callback([options] { run(*options); });
 }
 

@@ -6,5 +6,6 @@
 namespace m100::companion {
 
 void add_doctor(CLI::App& m100);
+void add_probe(CLI::App& m100);  ///< another word for what doctor --port tells of the line
 
 }  // namespace m100::companion

@@ -62,33 +62,25 @@ ReceivedState listen_only(const FlyOptions& options, const link::LinkConfig& con
 ReceivedState fly_silently(const FlyOptions& options, const FlightFiles& orders, const FlightModel& model,
                            const link::LinkConfig& link, hal::Uart& port) {
   PosePort pose_port(options.pose, options.port);
-  const ref::Waypoint<double> place = find_start_position(pose_port, options, orders);
-  const ref::Waypoint<double> start = options.take_off ? takeoff_end(place) : place;
-  const auto course = std::make_unique<ref::Trajectory<double>>();
-  parse_and_validate(orders, start, *course);
-  const app::FlightConfig config = flight_config(options, orders, start, link);
+  const FlightPreparation prepared(pose_port, options, orders, link);
   ReceiveOnlyPort silent_pose_port(pose_port.line());
-  std::optional<LogFile> log;
-  if (!options.log.empty()) {
-    log.emplace(options.log);
-    write_notes(log->log(), options, model, orders, start, config, core::TimePoint{});
-    log->start();
-  }
+  std::optional<LogFile> log_file;
+  log::FlightLogWriter* const log = begin_log(log_file, options, model, orders, prepared, core::TimePoint{});
   const auto controller = std::make_unique<app::FlightController<double>>(
-      model.vehicle(), model.tables(), config, port, silent_pose_port, *course, log ? &log->log() : nullptr);
+      model.vehicle(), model.tables(), prepared.config, port, silent_pose_port, *prepared.course, log);
   LiveDisplay live(options.live);
   live.start();
   const auto mark_poses = [&] { pose_port.mark_arrived(); };
   const std::uint32_t stalls = listen(options, mark_poses, [&](core::TimePoint now) {
     pose_port.tick();
     (void)controller->tick(now);
-    live.publish(*controller, *course, now);
+    live.publish(*controller, *prepared.course, now);
   });
   const est::Estimate<double>& estimate = controller->estimate();
   return {.telemetry = controller->link().authority().telemetry_fresh,
           .mode_f = controller->link().authority().mode_f,
           .pose = estimate.healthy && controller->observed().estimate.pose_age <=
-                                          fresh_limit(config.limits, controller->observed().pose_latency),
+                                          fresh_limit(prepared.config.limits, controller->observed().pose_latency),
           .health = unasked(controller->link().health()),
           .pose_link = companion::to_json(controller->pose_link().stats(), pose_port.signatures()),
           .stalls = stalls};

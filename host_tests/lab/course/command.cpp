@@ -58,7 +58,7 @@ std::string refusal(const ref::Trajectory<double>& laid, const std::vector<compa
     }
   } catch (const companion::CourseError& no) {
     return no.what();
-  } catch (const companion::FlightFileError& no) {
+  } catch (const companion::FileError& no) {
     return no.what();
   }
   return {};

@@ -233,7 +233,7 @@ void add_fence(const RecordedFlight& flight, FlightSeries& out) {
   words >> from.position_w_m.x() >> from.position_w_m.y() >> from.position_w_m.z();
   try {
     out.fence = companion::fence_of(companion::parse_flight(file->second, file->first), from);
-  } catch (const companion::FlightFileError& wrong) {
+  } catch (const companion::FileError& wrong) {
     out.notes.emplace_back(wrong.what());
   }
 }

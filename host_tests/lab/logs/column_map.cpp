@@ -6,7 +6,6 @@
 #include "firmware/companion/files/text/suggestion.h"
 #include "firmware/companion/files/text/toml_text.h"
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/printable.h"
 #include "host_tests/lab/whole_file.h"
 
 namespace m100::lab::logs {
@@ -15,74 +14,62 @@ namespace {
 constexpr std::array<std::string_view, 5> kColumnKeys{"column", "offset", "scale", "sequence", "time"};
 constexpr std::array<std::string_view, 4> kMapKeys{"frame", "time", "signals", "extra"};
 
-long line_of(const toml::node& node) { return static_cast<long>(node.source().begin.line); }
+using companion::TomlNode;
 
-double number(const toml::node& node, const std::string& file, const std::string& key) {
-  const auto value = node.value<double>();
-  if (!value || !std::isfinite(*value)) {
-    throw InputError(file, line_of(node), key, "must be a finite number");
+double number(const TomlNode& node) {
+  if (!node.is(TomlNode::Kind::kNumber) || !std::isfinite(node.number())) {
+    node.refuse("must be a finite number");
   }
-  return *value;
+  return node.number();
 }
 
-std::string text_of(const toml::node& node, const std::string& file, const std::string& key) {
-  const auto value = node.value<std::string>();
-  if (!node.is_string() || value->empty()) {
-    throw InputError(file, line_of(node), key, "must be the name of a column");
+const std::string& text_of(const TomlNode& node) {
+  if (node.text().empty()) {
+    node.refuse("must be the name of a column");
   }
-  return *value;
+  return node.text();
 }
 
-ColumnRef column_ref(const toml::node& node, const std::string& file, const std::string& key) {
+ColumnRef column_ref(const TomlNode& node) {
   ColumnRef ref;
-  ref.line = line_of(node);
-  const toml::table* table = node.as_table();
-  if (table == nullptr) {
-    ref.column = text_of(node, file, key);
+  ref.line = node.line();
+  if (!node.is_table()) {
+    ref.column = text_of(node);
     return ref;
   }
-  for (const auto& [name, value] : *table) {
-    const std::string part = key + "." + std::string(name.str());
+  for (const TomlNode& value : node.entries()) {
+    const std::string& name = value.key();
     if (name == "column") {
-      ref.column = text_of(value, file, part);
+      ref.column = text_of(value);
     } else if (name == "offset") {
-      ref.offset = number(value, file, part);
+      ref.offset = number(value);
     } else if (name == "scale") {
-      ref.scale = number(value, file, part);
+      ref.scale = number(value);
     } else if (name == "sequence") {
-      ref.sequence = text_of(value, file, part);
+      ref.sequence = text_of(value);
     } else if (name == "time") {
-      ref.time = text_of(value, file, part);
+      ref.time = text_of(value);
     } else {
-      throw InputError(file, line_of(value), part,
-                       "unknown key (known: column, offset, scale, sequence, time)" +
-                           companion::did_you_mean(name.str(), kColumnKeys));
+      value.refuse("unknown key (known: column, offset, scale, sequence, time)" +
+                   companion::did_you_mean(name, kColumnKeys));
     }
   }
   if (ref.column.empty()) {
-    throw InputError(file, ref.line, key, "names no column");
+    node.refuse("names no column");
   }
   if (ref.scale == 0) {
-    throw InputError(file, ref.line, key + ".scale", "must not be zero");
+    node.refuse_without("scale", "must not be zero");
   }
   return ref;
 }
 
-const toml::table& section(const toml::node& node, const std::string& file, const std::string& key) {
-  if (!node.is_table()) {
-    throw InputError(file, line_of(node), key, "must be a table");
-  }
-  return *node.as_table();
-}
-
-void read_signals(const toml::table& table, ColumnMap& map) {
-  for (const auto& [name, value] : table) {
-    const auto signal = signal_of(name.str());
+void read_signals(const TomlNode& table, ColumnMap& map) {
+  for (const TomlNode& value : table.entries()) {
+    const auto signal = signal_of(value.key());
     if (!signal) {
-      throw InputError(map.file, line_of(value), std::string(name.str()),
-                       "is not a canonical signal" + companion::did_you_mean(name.str(), kSignalNames));
+      value.refuse("is not a canonical signal" + companion::did_you_mean(value.key(), kSignalNames));
     }
-    map.signals[static_cast<std::size_t>(*signal)] = column_ref(value, map.file, std::string(name.str()));
+    map.signals[static_cast<std::size_t>(*signal)] = column_ref(value);
   }
 }
 
@@ -106,28 +93,27 @@ void check_quaternion(const ColumnMap& map, Signal first, Signal angle, int angl
   }
 }
 
-Frame frame_of(const toml::node& value, const std::string& file) {
-  const std::string word = value.value<std::string>().value_or("");
-  if (word != "nwu_flu" && word != "ned_frd") {
-    throw InputError(file, line_of(value), "frame", "must be \"nwu_flu\" or \"ned_frd\"");
+Frame frame_of(const TomlNode& value) {
+  if (value.text() != "nwu_flu" && value.text() != "ned_frd") {
+    value.refuse("must be \"nwu_flu\" or \"ned_frd\"");
   }
-  return word == "ned_frd" ? Frame::kNedFrd : Frame::kNwuFlu;
+  return value.text() == "ned_frd" ? Frame::kNedFrd : Frame::kNwuFlu;
 }
 
-void read_extra(const toml::table& columns, ColumnMap& map) {
-  for (const auto& [name, column] : columns) {
-    map.extra[std::string(name.str())] = column_ref(column, map.file, "extra." + std::string(name.str()));
+void read_extra(const TomlNode& columns, ColumnMap& map) {
+  for (const TomlNode& column : columns.entries()) {
+    map.extra[column.key()] = column_ref(column);
   }
 }
 
 /// Checks that nothing is missing and nothing is given twice.
-void check_whole(const toml::table& root, const ColumnMap& map) {
+void check_whole(const TomlNode& root, const ColumnMap& map) {
   check_quaternion(map, Signal::kAttitudeQw, Signal::kAttitudeRoll, 3);
   check_quaternion(map, Signal::kCommandQw, Signal::kCommandRoll, 2);
   if (map.time.column.empty()) {
     throw InputError(map.file, 0, "time", "is missing: which column is the clock?");
   }
-  if (root["signals"].as_table() == nullptr || root["signals"].as_table()->empty()) {
+  if (root.get("signals") == nullptr || root.get("signals")->entries().empty()) {
     throw InputError(map.file, 0, "signals", "is missing or empty");
   }
 }
@@ -135,28 +121,21 @@ void check_whole(const toml::table& root, const ColumnMap& map) {
 }  // namespace
 
 ColumnMap parse_column_map(std::string_view text, const std::string& file) {
-  toml::table root;
-  try {
-    root = companion::parse_toml(text);
-  } catch (const companion::TomlTextError& error) {
-    throw InputError(file, error.line, "", printable(error.what(), 200));
-  }
+  const TomlNode root = companion::parse_toml(text, file);
   ColumnMap map;
   map.file = file;
-  for (const auto& [name, value] : root) {
-    const std::string key(name.str());
+  for (const TomlNode& value : root.entries()) {
+    const std::string& key = value.key();
     if (key == "time") {
-      map.time = column_ref(value, file, key);
+      map.time = column_ref(value);
     } else if (key == "frame") {
-      map.frame = frame_of(value, file);
+      map.frame = frame_of(value);
     } else if (key == "signals") {
-      read_signals(section(value, file, key), map);
+      read_signals(value.table(), map);
     } else if (key == "extra") {
-      read_extra(section(value, file, key), map);
+      read_extra(value.table(), map);
     } else {
-      throw InputError(
-          file, line_of(value), key,
-          "unknown key (known: frame, time, [signals], [extra])" + companion::section_meant(key, kMapKeys));
+      value.refuse("unknown key (known: frame, time, [signals], [extra])" + companion::section_meant(key, kMapKeys));
     }
   }
   check_whole(root, map);

@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "firmware/companion/files/course/course.h"
@@ -141,16 +142,17 @@ Table flight_table() {
   for (const companion::FlightKey& key : companion::flight_keys()) {
     const std::string section = key.section.empty() ? "top of the file" : "[" + std::string(key.section) + "]";
     std::vector<std::string> cells{unit_of(key.key), range(key.low, key.high), "-"};
-    if (key.mode != nullptr) {
-      cells = {"text", "\"field\" or \"robust\"", "\"" + std::string(name(defaults.*key.mode)) + "\""};
-    } else if (key.sender != nullptr) {
+    if (const auto* mode = std::get_if<companion::Mode companion::FlightFile::*>(&key.member)) {
+      cells = {"text", "\"field\" or \"robust\"", "\"" + std::string(name(defaults.**mode)) + "\""};
+    } else if (std::holds_alternative<link::SenderChoice companion::FlightFile::*>(key.member)) {
       cells = {"text", "\"SYSTEM\" or \"SYSTEM:COMPONENT\"", "-"};
-    } else if (key.vector != nullptr) {
-      cells = {unit_of(key.key), "three numbers, " + cells[1], "-"};
-    } else if (key.range != nullptr) {
-      cells = {unit_of(key.key), "two numbers, " + cells[1], "-"};
-    } else if (defaults.*key.number != 0.0 || key.low <= 0.0) {
-      cells[2] = text(defaults.*key.number);
+    } else if (std::holds_alternative<link::LeverArm companion::FlightFile::*>(key.member)) {
+      cells[1] = "three numbers, " + cells[1];
+    } else if (std::holds_alternative<companion::Range companion::FlightFile::*>(key.member)) {
+      cells[1] = "two numbers, " + cells[1];
+    } else if (const double value = defaults.*std::get<double companion::FlightFile::*>(key.member);
+               value != 0.0 || key.low <= 0.0) {
+      cells[2] = text(value);
     }
     cells[2] = key.required ? "must be there" : cells[2];
     table.rows.push_back({section, std::string(key.key), cells});
@@ -159,9 +161,9 @@ Table flight_table() {
 }
 
 template <typename T, std::size_t kCount>
-std::string one_of(const std::array<sim::NamedValue<T>, kCount>& words) {
+std::string one_of(const std::array<companion::NamedValue<T>, kCount>& words) {
   std::string out;
-  for (const sim::NamedValue<T>& word : words) {
+  for (const companion::NamedValue<T>& word : words) {
     out += (out.empty() ? "\"" : " or \"") + std::string(word.word) + "\"";
   }
   return out;

@@ -75,10 +75,8 @@ def messages_table(root):
         return {"section": section, "key": key, "cells": [advice or "-"]}
 
     verdicts = source("firmware/companion/preflight/probe/line_probe.cpp")
-    names = dict(re.findall(r'case Verdict::(k\w+):\s*return "(\w+)";', verdicts))
-    advice = {verdict: spoken(text) for verdict, text in re.findall(r"case Verdict::(k\w+):\s*return " + TEXT + ";",
-                                                                   verdicts[verdicts.index("remedy(Verdict"):])}
-    rows = [row("what m100 probe hears", name, advice[verdict]) for verdict, name in names.items()]
+    rows = [row("what m100 probe hears", name, spoken(text)) for name, text in re.findall(
+        r'VerdictRow\{\s*Verdict::k\w+,\s*"(\w+)",\s*\d+,\s*' + TEXT, verdicts)]
     rows += [row("who has control, and why", name, spoken(text)) for name, text in re.findall(
         r'ReasonText\{\s*AuthorityReason::k\w+,\s*"(\w+)",\s*' + TEXT, source("firmware/safety/authority.cpp"))]
     acks = source("protocol/dji/acks.cpp")

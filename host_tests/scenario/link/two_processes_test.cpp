@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The two programs as a user starts them, m100 and m100-lab autopilot, connected by a pseudo-terminal, in real time.
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 
@@ -160,6 +161,24 @@ TEST_F(TwoProcesses, ProbeNamesASilentLineAndAWrongBaudRate) {
     });
     EXPECT_EQ(probe({"--port", port.string(), "--baud", "230400", "--json", result.string()}), 1);
     EXPECT_EQ(flown()["verdict"], "wrong_baud");
+  });
+}
+
+TEST_F(TwoProcesses, TheDoctorTellsOfThePortWhatProbeTells) {
+  in_real_time([&] {
+    const auto autopilot = start_autopilot({"--baud", "230400"});
+    Process(M100_PROGRAM,
+            {"doctor", "--load", "0", "--seconds", "0.5", "--port", port.string(), "--json", result.string()})
+        .wait();
+    const json told = flown();
+    EXPECT_EQ(told["verdict"], "autopilot");
+    EXPECT_EQ(told["baud"], 230400);
+    EXPECT_EQ(told["firmware"], "M100, firmware 3.1");
+    EXPECT_NEAR(told["health"]["telemetry_rate_hz"], 50.0, 10.0);
+    EXPECT_TRUE(std::any_of(told["checks"].begin(), told["checks"].end(), [](const json& check) {
+      return check["name"].get<std::string>().starts_with("line ") && check["health"] == "good";
+    })) << told;
+    EXPECT_EQ(examined(*autopilot)["frames"], 0) << "the program sent frames";
   });
 }
 

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <sstream>
 #include <vector>
 
-#include "firmware/companion/files/text/suggestion.h"
 #include "firmware/companion/files/text/toml_text.h"
 
 namespace m100::sim {
@@ -91,90 +91,50 @@ constexpr std::array kKeys{
         60.0),
 };
 
-class Reader {
- public:
-  explicit Reader(const std::string& file) : file_(file) {}
+std::vector<Key> keys_of(std::string_view section) {
+  std::vector<Key> out;
+  std::copy_if(kKeys.begin(), kKeys.end(), std::back_inserter(out),
+               [section](const Key& key) { return key.section == section; });
+  return out;
+}
 
-  N1Behaviour read(const toml::table& root) const {
-    N1Behaviour out;
-    for (const auto& [word, node] : root) {
-      const std::string section(word.str());
-      std::vector<std::string_view> sections;
-      for (const Key& key : kKeys) {
-        sections.push_back(key.section);
-      }
-      if (std::find(sections.begin(), sections.end(), section) == sections.end()) {
-        fail(node, section, "unknown section" + companion::section_meant(section, sections));
-      }
-      if (node.as_table() == nullptr) {
-        fail(node, section, "must be a table");
-      }
-      for (const auto& [key, value] : *node.as_table()) {
-        take(section, std::string(key.str()), value, out);
-      }
-    }
-    return out;
+void set(const Key& key, const companion::TomlNode& node, N1Behaviour& into) {
+  if (key.flag != nullptr) {
+    key.flag(into) = node.flag();
+    return;
   }
-
- private:
-  [[noreturn]] void fail(const toml::node& node, const std::string& key, const std::string& what) const {
-    throw RealAutopilotFileError(file_ + ":" + std::to_string(node.source().begin.line) + ": '" + key + "': " + what);
-  }
-
-  void take(const std::string& section, const std::string& word, const toml::node& node, N1Behaviour& into) const {
-    std::vector<std::string_view> known;
-    for (const Key& key : kKeys) {
-      if (key.section != section) {
-        continue;
-      }
-      known.push_back(key.key);
-      if (key.key == word) {
-        set(key, node, into);
-        return;
-      }
+  const double value = node.is(companion::TomlNode::Kind::kNumber) ? node.number() : key.low - 1.0;
+  const bool is_allowed =
+      key.allowed.empty() || std::find(key.allowed.begin(), key.allowed.end(), value) != key.allowed.end();
+  if (!(value >= key.low && value <= key.high) || !is_allowed) {
+    std::ostringstream range;
+    range << "must be ";
+    for (const double allowed : key.allowed) {
+      range << (allowed == key.low ? "" : " or ") << allowed;
     }
-    fail(node, section + "." + word, "unknown key" + companion::did_you_mean(word, known));
-  }
-
-  void set(const Key& key, const toml::node& node, N1Behaviour& into) const {
-    const std::string full = std::string(key.section) + "." + std::string(key.key);
-    if (key.flag != nullptr) {
-      if (!node.is_boolean()) {
-        fail(node, full, "must be true or false");
-      }
-      key.flag(into) = *node.value<bool>();
-      return;
+    if (key.allowed.empty()) {
+      range << "a number from " << key.low << " to " << key.high;
     }
-    const double value = node.is_number() ? *node.value<double>() : key.low - 1.0;
-    const bool is_allowed =
-        key.allowed.empty() || std::find(key.allowed.begin(), key.allowed.end(), value) != key.allowed.end();
-    if (!(value >= key.low && value <= key.high) || !is_allowed) {
-      std::ostringstream range;
-      range << "must be ";
-      for (const double allowed : key.allowed) {
-        range << (allowed == key.low ? "" : " or ") << allowed;
-      }
-      if (key.allowed.empty()) {
-        range << "a number from " << key.low << " to " << key.high;
-      }
-      fail(node, full, range.str());
-    }
-    key.number(into) = value;
+    node.refuse(range.str());
   }
-
-  const std::string& file_;
-};
+  key.number(into) = value;
+}
 
 }  // namespace
 
 std::span<const RealAutopilotKey> real_autopilot_keys() { return kKeys; }
 
 N1Behaviour parse_real_autopilot(std::string_view text, const std::string& name) {
-  try {
-    return Reader(name).read(companion::parse_toml(text));
-  } catch (const companion::TomlTextError& wrong) {
-    throw RealAutopilotFileError(name + ":" + std::to_string(wrong.line) + ": " + wrong.what());
+  N1Behaviour out;
+  const companion::TomlNode root = companion::parse_toml(text, name);
+  for (const companion::TomlNode& section : root.entries()) {
+    section.row_of(kKeys, &Key::section, "unknown section");
+    const std::vector<Key> keys = keys_of(section.key());
+    for (const companion::TomlNode& node : section.table().entries()) {
+      set(node.row_of(keys, &Key::key), node, out);
+    }
   }
+  return out;
 }
 
 }  // namespace m100::sim

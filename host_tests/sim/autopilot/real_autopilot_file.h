@@ -2,18 +2,13 @@
 #pragma once
 
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
+#include "firmware/companion/files/text/file_error.h"
 #include "host_tests/sim/autopilot/n1_behaviour.h"
 
 namespace m100::sim {
-
-/// The error of such a file in one line, such as "real.toml:3: 'movement.timeout': unknown key; did you mean ...".
-struct RealAutopilotFileError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 /// One key of the file: a number with its range, or true and false.
 struct RealAutopilotKey {
@@ -26,7 +21,7 @@ struct RealAutopilotKey {
 std::span<const RealAutopilotKey> real_autopilot_keys();
 
 /// Reads what was seen on a real autopilot (TOML); a key that is missing keeps the assumption.
-/// @param name of the file, for errors. @throws RealAutopilotFileError: no TOML, an unknown key, a number out of range.
+/// @param name of the file, for errors. @throws companion::FileError: no TOML, an unknown key, a number out of range.
 N1Behaviour parse_real_autopilot(std::string_view text, const std::string& name);
 
 }  // namespace m100::sim

@@ -50,24 +50,25 @@ std::string why_ignored(const BodyChoice& body, std::string_view name) {
          own_part(name);
 }
 
-void refuse_ignored(const BodyChoice& body, const toml::table& table, const std::string& prefix,
-                    const std::string& file) {
+// Recurses as deep as tables are nested: at most companion::kMaxTomlDepth.
+void refuse_ignored(const BodyChoice& body, const companion::TomlNode& table) {
   constexpr std::string_view kChange = "change.";
-  for (const auto& [key, node] : table) {
-    const std::string name = prefix + std::string(key.str());
+  for (const companion::TomlNode& node : table.entries()) {
+    const std::string& name = node.name();
     if (node.is_table()) {
-      refuse_ignored(body, *node.as_table(), name + ".", file);
+      refuse_ignored(body, node);
       continue;
     }
-    if (key == "source") {
+    if (node.key() == "source") {
       continue;
     }
     const bool changes = name.starts_with(kChange);
     const std::string why = why_ignored(body, std::string_view(name).substr(changes ? kChange.size() : 0));
-    const bool changes_wind = changes && name.ends_with("air.wind_m_s") && !body.is_identified();
-    if (!why.empty() || changes_wind) {
-      throw PlantFileError(file + ":" + std::to_string(node.source().begin.line) + ": '" + name + "': " +
-                           (why.empty() ? "cannot change: the physics program is given its wind at its start" : why));
+    if (!why.empty()) {
+      node.refuse(why);
+    }
+    if (changes && name.ends_with("air.wind_m_s") && !body.is_identified()) {
+      node.refuse("cannot change: the physics program is given its wind at its start");
     }
   }
 }
@@ -84,7 +85,7 @@ Plant base_of(const BodyChoice& body, const std::string& vehicle_path) {
 Plant parse_plant(const BodyChoice& body, std::string_view text, const std::string& name,
                   const std::string& vehicle_path) {
   Plant plant = parse_plant(text, name, base_of(body, vehicle_path));
-  refuse_ignored(body, companion::parse_toml(text), "", name);
+  refuse_ignored(body, companion::parse_toml(text, name));
   return plant;
 }
 
@@ -94,7 +95,7 @@ Plant plant_of_options(const BodyChoice& body, const std::string& plant_path, co
   }
   const companion::FileContent content = companion::read_regular(plant_path, companion::kMaxTextBytes);
   if (!content.why_not.empty()) {
-    throw PlantFileError(plant_path + ": " + content.why_not);
+    throw companion::FileError(plant_path + ": " + content.why_not);
   }
   return parse_plant(body, content.bytes, plant_path, vehicle_path);
 }

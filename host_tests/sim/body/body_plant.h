@@ -12,7 +12,7 @@ namespace m100::sim {
 /// these, which would be ignored, is refused, and --plant-from too. It has the sticks of [axis.*] (also in [change]),
 /// [pose], [sensors], [link], [autopilot], battery.start_percent, and air.wind_m_s where its command has {wind}. The
 /// identified response has all but [autopilot].
-/// @throws PlantFileError with file, line and key; PhysicsError for --plant-from; companion::VehicleFileError
+/// @throws companion::FileError with file, line and key; PhysicsError for --plant-from;
 Plant plant_of_options(const BodyChoice& body, const std::string& plant_path, const std::string& vehicle_path);
 /// The same from a text; `name` stands for the file in messages.
 Plant parse_plant(const BodyChoice& body, std::string_view text, const std::string& name,

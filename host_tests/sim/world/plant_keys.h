@@ -11,6 +11,7 @@
 // The keys of a plant file, section by section, without those of the axes, which are the vehicle file's.
 namespace m100::sim {
 
+using companion::NamedValue;
 using companion::NumberKey;
 
 inline constexpr std::array kOwnAirKeys{
@@ -67,11 +68,6 @@ inline constexpr std::array kPoseKeyAliases{
     KeyAlias{"pose_noise_m", "noise_m"}, KeyAlias{"pose_yaw_noise_rad", "noise_rad"},
     KeyAlias{"pose_delay_s", "latency_s"}, KeyAlias{"pose_dropout_per_s", "dropout_per_s"},
     KeyAlias{"pose_dropout_s", "dropout_s"}};
-template <typename T>
-struct NamedValue {
-  std::string_view word;
-  T value;
-};
 inline constexpr std::array kPhases{NamedValue<PosePhase>{"random", PosePhase::kRandom},
                                     NamedValue<PosePhase>{"locked", PosePhase::kLocked}};
 inline constexpr std::array kReportedAges{NamedValue<ReportedAge>{"true", ReportedAge::kTrue},
@@ -86,8 +82,6 @@ inline constexpr std::array kSensorKeys{
     NumberKey<Sensors>{"imu_rate_noise_rad_s", &Sensors::imu_rate_noise_rad_s, 0.0, 1.0},
     NumberKey<Sensors>{"imu_acceleration_noise_m_s2", &Sensors::imu_acceleration_noise_m_s2, 0.0, 10.0},
 };
-inline constexpr std::array kShapes{NamedValue<model::DeadZoneShape>{"continuous", model::DeadZoneShape::kContinuous},
-                                    NamedValue<model::DeadZoneShape>{"jump", model::DeadZoneShape::kJump}};
 inline constexpr std::array kLinkKeys{
     NumberKey<Link>{"baud", &Link::baud, 9600.0, 4e6},
     NumberKey<Link>{"clock_drift_ppm", &Link::clock_drift_ppm, -10000.0, 10000.0},

@@ -96,7 +96,7 @@ TEST_P(WrongFile, IsRefusedInOneLine) {
   try {
     (void)parse_excitation(text, "e.csv");
     FAIL() << text;
-  } catch (const ExcitationFileError& wrong) {
+  } catch (const FileError& wrong) {
     EXPECT_NE(std::string(wrong.what()).find(GetParam().said), std::string::npos) << wrong.what();
   }
 }
@@ -105,7 +105,7 @@ std::string said_of(const std::string& text) {
   try {
     (void)parse_excitation(text, "e.csv");
     return "";
-  } catch (const ExcitationFileError& wrong) {
+  } catch (const FileError& wrong) {
     return wrong.what();
   }
 }
@@ -167,7 +167,7 @@ TEST(ExcitationFile, ANoteHoldsWhatALogCanAndIsReadLineByLine) {
     try {
       (void)excitation_of_note(note);
       return std::string();
-    } catch (const ExcitationFileError& wrong) {
+    } catch (const FileError& wrong) {
       return std::string(wrong.what());
     }
   };
@@ -181,7 +181,7 @@ TEST(ExcitationFile, ANoteHoldsWhatALogCanAndIsReadLineByLine) {
   // A note holds "roll" and " 9" for each sample; at most 59 000 bytes are allowed, with the line of the limits.
   const ExcitationFile longest = parse_excitation(pieces_text(1, 29400), "e.csv");
   EXPECT_LE(note_of(longest, "e.csv").size(), 59000U);
-  EXPECT_THROW((void)note_of(parse_excitation(pieces_text(1, 29500), "e.csv"), "e.csv"), ExcitationFileError);
+  EXPECT_THROW((void)note_of(parse_excitation(pieces_text(1, 29500), "e.csv"), "e.csv"), FileError);
 }
 
 }  // namespace

@@ -117,7 +117,7 @@ TEST_P(WrongFlightFile, IsRefusedWithFileLineAndKey) {
   try {
     (void)parse_flight(GetParam().text, "f.toml");
     FAIL() << "accepted";
-  } catch (const FlightFileError& wrong) {
+  } catch (const FileError& wrong) {
     EXPECT_TRUE(std::string(wrong.what()).starts_with(GetParam().said)) << wrong.what();
     EXPECT_EQ(std::string(wrong.what()).find('\n'), std::string::npos);
   }
@@ -152,7 +152,7 @@ TEST_P(CourseInTheBox, IsTakenOrRefusedByLineAndPlace) {
   std::string said;
   try {
     validate_inside_fence(flight, start, *course, pieces, "c");
-  } catch (const FlightFileError& wrong) {
+  } catch (const FileError& wrong) {
     said = wrong.what();
   }
   EXPECT_TRUE(GetParam().said[0] == '\0' ? said.empty() : said.starts_with(GetParam().said)) << said;
@@ -198,7 +198,7 @@ TEST_P(FlightKeyLimits, AreTakenAtTheirLastNumberAndRefusedAtTheNext) {
     try {
       (void)parse_flight(text.str(), "f.toml");
       return true;
-    } catch (const FlightFileError&) {
+    } catch (const FileError&) {
       return false;
     }
   };
@@ -252,7 +252,7 @@ TEST(FlightFile, AStartIsInsideToAMillimetre) {
     try {
       validate_inside_fence(flight, start, *course, {}, "c");
       return true;
-    } catch (const FlightFileError& wrong) {
+    } catch (const FileError& wrong) {
       EXPECT_TRUE(std::string(wrong.what()).starts_with("the start of the flight: z = ")) << wrong.what();
       return false;
     }

@@ -46,7 +46,7 @@ TEST(Mode, RobustFliesItsOwnDesign) {
   VehicleFile file = load_vehicle(kFile);
   file.vehicle.robust = {};
   EXPECT_FALSE(has_mode(file, Mode::kRobust));
-  EXPECT_THROW(static_cast<void>(in_mode(file, Mode::kRobust)), VehicleFileError);
+  EXPECT_THROW(static_cast<void>(in_mode(file, Mode::kRobust)), FileError);
   file.vehicle.robust.has_mpc = true;
   file.vehicle.robust.mpc.input = 77.0;
   ASSERT_TRUE(has_mode(file, Mode::kRobust));

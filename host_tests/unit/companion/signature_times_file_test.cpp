@@ -31,10 +31,19 @@ void expect_same(const mavlink::ReplayMemory& a, const mavlink::ReplayMemory& b)
 TEST(ReplayMemoryText, IsReadAsItWasWritten) {
   const mavlink::ReplayMemory memory = two_streams();
   const std::string text = text_of(memory, 0);
-  EXPECT_NE(text.find("\nstream 9 197 2 1000\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("\n  [9, 197, 2, 1000],\n"), std::string::npos) << text;
   expect_same(parse_replay_memory(text, "f"), memory);
   EXPECT_EQ(parse_replay_memory(text_of(memory, 7), "f").streams[0].last, 1007U);
   EXPECT_EQ(parse_replay_memory(text_of(memory, 7), "f").streams[1].last, mavlink::kSignatureTimeMask);
+}
+
+// Would catch a keyed flight that accepts old frames because the file was written by an earlier version.
+TEST(ReplayMemoryText, OfAnEarlierVersionIsReadAsItWasWritten) {
+  const std::string last = std::to_string(mavlink::kSignatureTimeMask);
+  expect_same(parse_replay_memory(
+                  "# a comment\nnewest " + last + "\nstream 9 197 2 1000\nstream 255 190 0 " + last + "\n", "f"),
+              two_streams());
+  EXPECT_EQ(parse_replay_memory("newest 5\n", "f").count, 0U);
 }
 
 // Would catch a program that takes a damaged memory for an empty one: truncating the file would then allow a replay
@@ -42,8 +51,11 @@ TEST(ReplayMemoryText, IsReadAsItWasWritten) {
 TEST(ReplayMemoryText, WhatIsDamagedIsRefusedByItsLine) {
   for (const char* const text :
        {"", "newest\n", "newest 5 6\n", "newest -1x\n", "newest 5\nnewest 5\n", "newest 281474976710656\n",
-        "newest 5\nstream 1 1 1\n", "newest 5\nstream 256 1 1 1\n", "newest 5\nrubbish 1\n", "stream 1 1 1 1\n"}) {
-    EXPECT_THROW((void)parse_replay_memory(text, "key.accepted"), UsageError) << text;
+        "newest 5\nstream 1 1 1\n", "newest 5\nstream 256 1 1 1\n", "newest 5\nrubbish 1\n", "stream 1 1 1 1\n",
+        "newest = 5.5\n", "newest = -1\n", "newest = \"5\"\n", "newest = 5\nstreams = 3\n", "newest = 5\nstreams = [",
+        "newest = 5\nstreams = [[1, 1, 1]]\n", "newest = 5\nstreams = [[1, 1, 1, nan]]\n", "newest = 5\nstream = []\n",
+        "streams = []\n"}) {
+    EXPECT_THROW((void)parse_replay_memory(text, "key.accepted"), FileError) << text;
   }
   std::string many = "newest 5\n";
   for (int i = 0; i < 17; ++i) {
@@ -52,18 +64,22 @@ TEST(ReplayMemoryText, WhatIsDamagedIsRefusedByItsLine) {
   try {
     (void)parse_replay_memory(many, "key.accepted");
     FAIL();
-  } catch (const UsageError& wrong) {
+  } catch (const FileError& wrong) {
     EXPECT_EQ(std::string(wrong.what()).find("key.accepted:18: "), 0U) << wrong.what();
+    EXPECT_NE(std::string(wrong.what()).find("make a new key"), std::string::npos) << wrong.what();
   }
 }
 
 TEST(ReplayMemoryText, EveryNumberIsReadUpToItsLastAndRefusedFromTheNextOn) {
-  for (const char* const last : {"255 1 1 1", "1 255 1 1", "1 1 255 1", "1 1 1 281474976710655"}) {
-    const std::string line = std::string("stream ") + last + "\n";
-    EXPECT_NE(text_of(parse_replay_memory("newest 5\n" + line, "f"), 0).find(line), std::string::npos) << line;
+  for (const char* const last : {"255, 1, 1, 1", "1, 255, 1, 1", "1, 1, 255, 1", "1, 1, 1, 281474976710655"}) {
+    const std::string line = std::string("[") + last + "]";
+    EXPECT_NE(text_of(parse_replay_memory("newest = 5\nstreams = [" + line + "]\n", "f"), 0).find(line),
+              std::string::npos)
+        << line;
   }
-  for (const char* const next : {"256 1 1 1", "1 256 1 1", "1 1 256 1", "1 1 1 281474976710656"}) {
-    EXPECT_THROW((void)parse_replay_memory(std::string("newest 5\nstream ") + next + "\n", "f"), UsageError) << next;
+  for (const char* const next : {"256, 1, 1, 1", "1, 256, 1, 1", "1, 1, 256, 1", "1, 1, 1, 281474976710656"}) {
+    EXPECT_THROW((void)parse_replay_memory(std::string("newest = 5\nstreams = [[") + next + "]]\n", "f"), FileError)
+        << next;
   }
 }
 
@@ -104,7 +120,7 @@ TEST_F(ReplayFileTest, AProgramThatIsKilledIsRememberedFurtherThanItWas) {
 TEST_F(ReplayFileTest, WhatCannotBeWrittenIsRefusedBeforeAnythingFlies) {
   EXPECT_THROW(SignatureTimesFile((folder / "none" / "key").string()), UsageError);
   std::ofstream(path_for) << "rubbish\n";
-  EXPECT_THROW(SignatureTimesFile{key}, UsageError);
+  EXPECT_THROW(SignatureTimesFile{key}, FileError);
 }
 
 }  // namespace

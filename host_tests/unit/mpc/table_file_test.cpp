@@ -115,7 +115,7 @@ TEST_F(TableFile, IsRefusedAfterAnyBitOfTheVehicleFileHasChanged) {
       letter = static_cast<char>(static_cast<unsigned char>(letter) ^ (1U << bit));
       try {
         accepted += storage->load(table, companion::parse_vehicle(text, "vehicle").digest) == Status::kOk ? 1U : 0U;
-      } catch (const companion::VehicleFileError&) {
+      } catch (const companion::FileError&) {
         // refused even earlier
       }
       letter = static_cast<char>(static_cast<unsigned char>(letter) ^ (1U << bit));

@@ -103,7 +103,7 @@ TEST(PlantFile, ASecondOrderInThePlaceOfAFirstIsDampedAndAFileIsRegular) {
       changed(parse_plant("[change]\nat_s = 3\n\"axis.yaw_rate.natural_frequency_rad_s\" = 6\n", "p.toml"));
   EXPECT_EQ(later.yaw_rate.damping_ratio, 1.0);
   for (const char* const other : {"/dev/zero", "/"}) {
-    EXPECT_THROW((void)load_plant(other), PlantFileError) << other;
+    EXPECT_THROW((void)load_plant(other), companion::FileError) << other;
   }
 }
 
@@ -152,7 +152,7 @@ TEST_P(BadPlantFile, IsRefusedInOneLineThatNamesThePlace) {
   try {
     (void)parse_plant(GetParam().text, "p.toml");
     FAIL() << "was accepted";
-  } catch (const PlantFileError& error) {
+  } catch (const companion::FileError& error) {
     EXPECT_NE(std::string(error.what()).find(GetParam().says), std::string::npos) << error.what();
     EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
   }

@@ -261,7 +261,7 @@ std::string line_of(const std::string& key, const std::string& value) {
 std::string refusal_of(const std::string& text) {
   try {
     parse_real_autopilot(text, "real.toml");
-  } catch (const RealAutopilotFileError& wrong) {
+  } catch (const companion::FileError& wrong) {
     return wrong.what();
   }
   return "";

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/files/course/course_inside_fence.h"
 
+#include "firmware/companion/files/text/toml_text.h"
+
 namespace m100::companion {
 namespace {
 
@@ -23,8 +25,8 @@ void validate_inside_fence(const FlightFile& flight, const ref::Waypoint<double>
     for (const Side& side : {Side{"x", offset_m.x(), flight.fence_x_m}, Side{"y", offset_m.y(), flight.fence_y_m},
                              Side{"z", place_w_m.z(), flight.fence_z_m}}) {
       if (!Range{side.box.low - kRounding_m, side.box.high + kRounding_m}.contains(side.at_m)) {
-        throw FlightFileError(who() + ": " + side.axis + " = " + text_of(side.at_m) + " m is outside the fence, " +
-                              side.axis + "_m = " + text_of(side.box) + when());
+        throw FileError(who() + ": " + side.axis + " = " + text_of(side.at_m) + " m is outside the fence, " +
+                        side.axis + "_m = " + text_of(side.box) + when());
       }
     }
   };

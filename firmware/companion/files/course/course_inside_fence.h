@@ -8,7 +8,7 @@
 
 namespace m100::companion {
 
-/// Refuses a course that leaves the fence, or a start outside it. Errors: FlightFileError that names the axis of the
+/// Refuses a course that leaves the fence, or a start outside it. Errors: FileError that names the axis of the
 /// fence and, for a course, the line, the time and the place.
 /// @param course made of `pieces`. @param course_name for messages.
 void validate_inside_fence(const FlightFile& flight, const ref::Waypoint<double>& start,

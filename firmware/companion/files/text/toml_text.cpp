@@ -1,164 +1,95 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/files/text/toml_text.h"
 
-#include <algorithm>
-#include <cstdint>
-#include <cstdio>
+#include <sstream>
+
+// toml++ 3.3 has assertions that end a debug build on some invalid texts ("[", then a new line); the code after them
+// refuses such texts as well. Only this file may include toml++.
+#define TOML_ASSERT(condition) static_cast<void>(0)
+#define TOML_MAX_NESTED_VALUES 16
+#include <toml++/toml.h>
 
 namespace m100::companion {
+
+/// Copies what the library has parsed.
+struct TomlBuilder {
+  std::shared_ptr<const std::string> file;
+
+  // Recurses at most kMaxTomlDepth times.
+  TomlNode node(const toml::node& from, const std::string& key, const std::string& name, int depth) const {
+    TomlNode out;
+    out.file_ = file;
+    out.key_ = key;
+    out.name_ = name;
+    out.line_ = depth == 0 ? 0 : static_cast<long>(from.source().begin.line);
+    if (depth > kMaxTomlDepth) {
+      out.refuse("", "a name has too many parts");
+    }
+    if (const toml::table* const table = from.as_table(); table != nullptr) {
+      for (const auto& [word, value] : *table) {
+        const std::string inside(word.str());
+        out.entries_.push_back(node(value, inside, name.empty() ? inside : name + "." + inside, depth + 1));
+      }
+    } else if (const toml::array* const array = from.as_array(); array != nullptr) {
+      out.kind_ = TomlNode::Kind::kArray;
+      for (const toml::node& value : *array) {
+        out.entries_.push_back(node(value, "", name, depth + 1));
+      }
+    } else {
+      fill(from, out);
+    }
+    return out;
+  }
+
+  static void fill(const toml::node& from, TomlNode& out) {
+    using Kind = TomlNode::Kind;
+    out.kind_ = from.is_string()    ? Kind::kText
+                : from.is_number()  ? Kind::kNumber
+                : from.is_boolean() ? Kind::kFlag
+                                    : Kind::kOther;
+    out.text_ = from.is_string() ? from.as_string()->get() : "";
+    out.number_ = from.is_integer()          ? static_cast<double>(from.as_integer()->get())
+                  : from.is_floating_point() ? from.as_floating_point()->get()
+                                             : 0.0;
+    out.flag_ = from.is_boolean() && from.as_boolean()->get();
+  }
+};
+
 namespace {
 
-bool is_ascii(char c) { return (static_cast<unsigned char>(c) & 0x80u) == 0; }
+bool is_ascii(char c) { return (static_cast<unsigned char>(c) & 0x80U) == 0; }
 
-/// Copies a text from beginning to end and counts the lines.
-class AsciiCopy {
- public:
-  explicit AsciiCopy(std::string_view text) : rest_(text) {
-    if (rest_.starts_with("\xEF\xBB\xBF")) {
-      rest_.remove_prefix(3);  // a byte order mark
-    }
-    result_.reserve(text.size());
-  }
-
-  bool done() const { return rest_.empty(); }
-  char next() const { return rest_.front(); }
-  bool follows(std::string_view text) const { return rest_.starts_with(text); }
-  std::string_view rest() const { return rest_; }
-  std::string take_result() { return std::move(result_); }
-
-  void keep(std::size_t bytes = 1) {
-    bytes = std::min(bytes, rest_.size());
-    line_ += std::count(rest_.begin(), rest_.begin() + static_cast<std::ptrdiff_t>(bytes), '\n');
-    result_ += rest_.substr(0, bytes);
-    rest_.remove_prefix(bytes);
-  }
-
-  void replace(std::string_view by) {
-    result_ += by;
-    rest_.remove_prefix(1);
-  }
-
-  [[noreturn]] void refuse(const std::string& what) const { throw TomlTextError(line_, what); }
-
-  /// Copies one character of two to four bytes as TOML's escape.
-  void escape() {
-    const std::uint32_t lead = static_cast<unsigned char>(next());
-    const std::size_t bytes = lead >= 0xF0u ? 4 : lead >= 0xE0u ? 3 : 2;
-    std::uint32_t code = lead & (0x7Fu >> bytes);
-    bool whole = lead >= 0xC2u && lead <= 0xF4u && rest_.size() >= bytes;
-    for (std::size_t i = 1; whole && i < bytes; ++i) {
-      const std::uint32_t byte = static_cast<unsigned char>(rest_[i]);
-      whole = (byte & 0xC0u) == 0x80u;
-      code = code << 6u | (byte & 0x3Fu);
-    }
-    const bool shortest = code >= (bytes == 4 ? 0x10000u : bytes == 3 ? 0x800u : 0x80u);
-    const bool character = code <= 0x10FFFFu && (code < 0xD800u || code > 0xDFFFu);
-    if (!whole || !shortest || !character) {
-      refuse("a byte is not UTF-8: save the file as UTF-8");
-    }
-    char text[11];
-    std::snprintf(text, sizeof text, "\\U%08X", static_cast<unsigned>(code));
-    result_ += text;
-    rest_.remove_prefix(bytes);
-  }
-
- private:
-  std::string_view rest_;
-  std::string result_;
-  long line_ = 1;
-};
-
-void copy_comment(AsciiCopy& copy) {
-  while (!copy.done() && copy.next() != '\n') {
-    if (is_ascii(copy.next())) {
-      copy.keep();
+/// The text with a question mark and two letters in place of every byte that is not ASCII. They are TOML in comments
+/// and in quotes, and the question mark is none elsewhere. The library has undefined behaviour on other letters outside
+/// quotes, so it sees this text first.
+std::string ascii_of(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (is_ascii(c)) {
+      out += c;
     } else {
-      copy.replace("?");
+      const auto byte = static_cast<unsigned char>(c);
+      out += {'?', static_cast<char>('a' + byte / 16), static_cast<char>('a' + byte % 16)};
     }
   }
+  return out;
 }
 
-/// Copies a string including its closing quotes. A single-line string also ends with its line; toml++ then refuses it.
-void copy_basic_string(AsciiCopy& copy, std::string_view quotes) {
-  copy.keep(quotes.size());
-  while (!copy.done()) {
-    if (copy.follows(quotes)) {
-      copy.keep(quotes.size());
-      return;
+/// The first line with a name of so many parts that the library would overflow the stack, which it does with a million;
+/// 0: there is none. Full stops in quotes and comments count too: a line of them is no line of ours.
+long line_of_long_name(std::string_view text) {
+  constexpr int kMaxStops = 256;
+  long line = 1;
+  int stops = 0;
+  for (const char c : text) {
+    stops = c == '.' ? stops + 1 : std::string_view("=,[]{}\n").find(c) != std::string_view::npos ? 0 : stops;
+    if (stops > kMaxStops) {
+      return line;
     }
-    if (quotes.size() == 1 && copy.next() == '\n') {
-      return;
-    }
-    if (is_ascii(copy.next())) {
-      copy.keep(copy.next() == '\\' ? 2 : 1);
-    } else {
-      copy.escape();
-    }
+    line += c == '\n' ? 1 : 0;
   }
+  return 0;
 }
-
-void copy_literal_string_as_it_is(AsciiCopy& copy) {
-  copy.keep();
-  while (!copy.done() && copy.next() != '\n' && copy.next() != '\'') {
-    if (!is_ascii(copy.next())) {
-      copy.refuse("a string is not closed on its line");
-    }
-    copy.keep();
-  }
-  copy.keep(!copy.done() && copy.next() == '\'' ? 1 : 0);
-}
-
-/// Copies a literal string; one that needs an escape becomes a basic string.
-void copy_literal_string(AsciiCopy& copy) {
-  const std::string_view inside = copy.rest().substr(1, copy.rest().find_first_of("'\n", 1) - 1);
-  const bool closed = inside.size() + 1 < copy.rest().size() && copy.rest()[inside.size() + 1] == '\'';
-  if (std::all_of(inside.begin(), inside.end(), is_ascii) || !closed) {
-    copy_literal_string_as_it_is(copy);
-    return;
-  }
-  copy.replace("\"");
-  while (copy.next() != '\'') {
-    if (!is_ascii(copy.next())) {
-      copy.escape();
-    } else if (copy.next() == '\\' || copy.next() == '"') {
-      copy.replace(copy.next() == '"' ? "\\\"" : "\\\\");
-    } else {
-      copy.keep();
-    }
-  }
-  copy.replace("\"");
-}
-
-void copy_long_literal_string(AsciiCopy& copy) {
-  copy.keep(3);
-  while (!copy.done() && !copy.follows("'''")) {
-    if (!is_ascii(copy.next())) {
-      copy.refuse(
-          "a character that is not ASCII stands in a literal string of several lines: write it in double quotes");
-    }
-    copy.keep();
-  }
-  copy.keep(3);
-}
-
-/// Refuses a name of too many parts. Ours have at most three, and toml++ recurses over the parts: a million of them
-/// overflowed the stack.
-class NameParts {
- public:
-  void see(AsciiCopy& copy) {
-    constexpr int kMaxDepth = 16;
-    const char letter = copy.next();
-    if (letter == '.' && ++dots_ > kMaxDepth) {
-      copy.refuse("a name has too many parts");
-    }
-    if (std::string_view("=,[]{}\n").find(letter) != std::string_view::npos) {
-      dots_ = 0;
-    }
-  }
-
- private:
-  int dots_ = 0;
-};
 
 /// The end of the message about a text whose first line is neither a section nor a key: what it may be instead.
 std::string other_kind(std::string_view text) {
@@ -173,42 +104,91 @@ std::string other_kind(std::string_view text) {
                                                     : "; this looks like a course or a script, not TOML";
 }
 
-}  // namespace
-
-std::string ascii_toml(std::string_view text) {
-  AsciiCopy copy(text);
-  NameParts parts;
-  while (!copy.done()) {
-    if (copy.next() == '#') {
-      copy_comment(copy);
-    } else if (copy.follows("\"\"\"")) {
-      copy_basic_string(copy, "\"\"\"");
-    } else if (copy.next() == '"') {
-      copy_basic_string(copy, "\"");
-    } else if (copy.follows("'''")) {
-      copy_long_literal_string(copy);
-    } else if (copy.next() == '\'') {
-      copy_literal_string(copy);
-    } else if (is_ascii(copy.next())) {
-      parts.see(copy);
-      copy.keep();
-    } else {
-      copy.refuse("a character that is not ASCII stands outside quotes: put the name or the value in double quotes");
-    }
+toml::table parsed(std::string_view text) {
+  if (!std::all_of(text.begin(), text.end(), is_ascii)) {
+    static_cast<void>(toml::parse(ascii_of(text)));
   }
-  return copy.take_result();
+  return toml::parse(text);
 }
 
-toml::table parse_toml(std::string_view text) {
+std::string why_refused(const toml::parse_error& wrong, std::string_view text) {
+  std::string_view line = text;
+  for (auto number = wrong.source().begin.line; number > 1 && line.find('\n') != std::string_view::npos; --number) {
+    line.remove_prefix(line.find('\n') + 1);
+  }
+  line = line.substr(0, line.find('\n'));
+  const bool is_ascii_line = std::all_of(line.begin(), line.end(), is_ascii);
+  return std::string(wrong.description()) +
+         (is_ascii_line ? other_kind(text)
+                        : "; a name or a text with a character that is not ASCII needs double quotes");
+}
+
+}  // namespace
+
+const TomlNode* TomlNode::get(std::string_view key) const {
+  const auto found =
+      std::find_if(entries_.begin(), entries_.end(), [key](const TomlNode& one) { return one.key_ == key; });
+  return found == entries_.end() || !is_table() ? nullptr : &*found;
+}
+
+const TomlNode& TomlNode::table() const {
+  if (!is_table()) {
+    refuse("must be a table");
+  }
+  return *this;
+}
+
+double TomlNode::number() const {
+  if (!is(Kind::kNumber)) {
+    refuse("must be a number");
+  }
+  return number_;
+}
+
+double TomlNode::number(double low, double high) const {
+  if (!(number() >= low && number_ <= high)) {
+    refuse(text_of(number_) + " is outside [" + text_of(low) + ", " + text_of(high) + "]");
+  }
+  return number_;
+}
+
+bool TomlNode::flag() const {
+  if (!is(Kind::kFlag)) {
+    refuse("must be true or false");
+  }
+  return flag_;
+}
+
+std::string text_of(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
+std::string toml_line(std::string_view key, const std::string& text) {
+  std::ostringstream out;
+  toml::table quoted;
+  quoted.insert(key, text);
+  out << quoted << "\n";
+  return out.str();
+}
+
+TomlNode parse_toml(std::string_view text, const std::string& file) {
   constexpr std::size_t kLooked = 4096;
   if (text.substr(0, kLooked).find('\0') != std::string_view::npos) {
-    throw TomlTextError(1, "is no text: a log or another binary file");
+    throw FileError(file, 1, "", "is no text: a log or another binary file");
+  }
+  if (text.starts_with("\xEF\xBB\xBF")) {
+    text.remove_prefix(3);  // a byte order mark
+  }
+  if (const long line = line_of_long_name(text); line > 0) {
+    throw FileError(file, line, "", "a name has too many parts");
   }
   try {
-    return toml::parse(ascii_toml(text));
+    const TomlBuilder builder{std::make_shared<const std::string>(file)};
+    return builder.node(parsed(text), "", "", 0);
   } catch (const toml::parse_error& wrong) {
-    throw TomlTextError(static_cast<long>(wrong.source().begin.line),
-                        std::string(wrong.description()) + other_kind(text));
+    throw FileError(file, static_cast<long>(wrong.source().begin.line), "", why_refused(wrong, text));
   }
 }
 

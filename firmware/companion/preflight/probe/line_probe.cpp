@@ -3,6 +3,8 @@
 
 #include <array>
 
+#include "firmware/core/assert.h"
+#include "firmware/link/telemetry/telemetry_check.h"
 #include "protocol/bytes.h"
 #include "protocol/dji/catalogue.h"
 
@@ -26,6 +28,50 @@ std::size_t old_value_bytes(std::uint16_t items) {
   return size;
 }
 
+/// What is said of each verdict.
+struct VerdictRow {
+  Verdict verdict;
+  std::string_view name;
+  int rank;
+  std::string_view remedy;
+};
+constexpr std::array kVerdicts{
+    VerdictRow{Verdict::kAutopilot, "autopilot", 0, ""},
+    VerdictRow{
+        Verdict::kApiNotEnabled, "api_not_enabled", 2,
+        "the autopilot speaks but sends no telemetry: tick \"enable API control\" in DJI's assistant and set the "
+        "telemetry rates there"},
+    VerdictRow{Verdict::kWrongBaud, "wrong_baud", 3,
+               "bytes arrive, but no frame: set the baud rate that DJI's assistant shows, and check that this is the "
+               "autopilot's port"},
+    VerdictRow{Verdict::kNoAutopilot, "no_autopilot", 3,
+               "bytes arrive undamaged, but no frame: another device speaks at this rate; check that this is the "
+               "autopilot's port"},
+    VerdictRow{Verdict::kNoisy, "noisy", 1,
+               "frames arrive, but many are damaged: shorten or shield the cable, check the common ground, close other "
+               "programs on this port"},
+    VerdictRow{
+        Verdict::kOverrun, "overrun", 1,
+        "frames arrive, but this machine takes its bytes too late: lower the telemetry rates in DJI's assistant, "
+        "and close other programs"},
+    VerdictRow{Verdict::kLineHeldLow, "line_held_low", 4,
+               "the line is held low: switch the autopilot on, and check that RX, TX and ground are not exchanged or "
+               "shorted"},
+    VerdictRow{Verdict::kPosePort, "pose_port", 2,
+               "MAVLink poses come at this port: --port and --pose-port are exchanged, or the adapters changed their "
+               "names"},
+    VerdictRow{Verdict::kNothingReceived, "nothing_received", 4,
+               "not one byte: switch the aircraft on, cross RX and TX at UART_CAN2, and tick \"enable API control\" in "
+               "DJI's assistant"},
+    VerdictRow{Verdict::kCannotOpen, "cannot_open", 5, "the port cannot be opened: m100 doctor tells why"},
+};
+
+const VerdictRow& row_of(Verdict verdict) {
+  const VerdictRow& row = kVerdicts[static_cast<std::size_t>(verdict)];
+  M100_ASSERT(row.verdict == verdict);
+  return row;
+}
+
 }  // namespace
 
 void LineProbe::receive(std::span<const std::byte> bytes) {
@@ -42,7 +88,11 @@ void LineProbe::receive(std::span<const std::byte> bytes) {
 
 void LineProbe::receive_telemetry(std::span<const std::byte> value) {
   ++packages_;
-  fit_m100_ += protocol::decode_telemetry(value, telemetry_) == core::Status::kOk ? 1U : 0U;
+  const protocol::Telemetry former = telemetry_;
+  if (protocol::decode_telemetry(value, telemetry_) == core::Status::kOk) {
+    ++fit_m100_;
+    (void)link::reject_non_finite(telemetry_, former);
+  }
   if (value.size() >= sizeof(std::uint16_t)) {
     const auto items = protocol::load<std::uint16_t>(value.data());
     fit_old_ += value.size() == old_value_bytes(items) ? 1U : 0U;
@@ -93,80 +143,14 @@ Firmware LineProbe::firmware() const {
   return fit_old_ == packages_ ? Firmware::kM100Old : Firmware::kOther;
 }
 
-std::string_view name(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kAutopilot:
-      return "autopilot";
-    case Verdict::kApiNotEnabled:
-      return "api_not_enabled";
-    case Verdict::kWrongBaud:
-      return "wrong_baud";
-    case Verdict::kNoAutopilot:
-      return "no_autopilot";
-    case Verdict::kNoisy:
-      return "noisy";
-    case Verdict::kOverrun:
-      return "overrun";
-    case Verdict::kLineHeldLow:
-      return "line_held_low";
-    case Verdict::kPosePort:
-      return "pose_port";
-    case Verdict::kNothingReceived:
-      return "nothing_received";
-    case Verdict::kCannotOpen:
-      return "cannot_open";
-  }
-  return "unknown";
-}
-
-std::string_view remedy(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kAutopilot:
-      return "";
-    case Verdict::kApiNotEnabled:
-      return "the autopilot speaks but sends no telemetry: tick \"enable API control\" in DJI's assistant and set the "
-             "telemetry rates there";
-    case Verdict::kWrongBaud:
-      return "bytes arrive, but no frame: set the baud rate that DJI's assistant shows, and check that this is the "
-             "autopilot's port";
-    case Verdict::kNoisy:
-      return "frames arrive, but many are damaged: shorten or shield the cable, check the common ground, close other "
-             "programs on this port";
-    case Verdict::kNoAutopilot:
-      return "bytes arrive undamaged, but no frame: another device speaks at this rate; check that this is the "
-             "autopilot's "
-             "port";
-    case Verdict::kOverrun:
-      return "frames arrive, but this machine takes its bytes too late: lower the telemetry rates in DJI's assistant, "
-             "and "
-             "close other programs";
-    case Verdict::kLineHeldLow:
-      return "the line is held low: switch the autopilot on, and check that RX, TX and ground are not exchanged or "
-             "shorted";
-    case Verdict::kPosePort:
-      return "MAVLink poses come at this port: --port and --pose-port are exchanged, or the adapters changed their "
-             "names";
-    case Verdict::kNothingReceived:
-      return "not one byte: switch the aircraft on, cross RX and TX at UART_CAN2, and tick \"enable API control\" in "
-             "DJI's assistant";
-    case Verdict::kCannotOpen:
-      return "the port cannot be opened: m100 doctor tells why";
-  }
-  return "";
-}
+std::string_view name(Verdict verdict) { return row_of(verdict).name; }
+int rank(Verdict verdict) { return row_of(verdict).rank; }
+std::string_view remedy(Verdict verdict) { return row_of(verdict).remedy; }
 
 std::string_view name(Firmware firmware) {
-  switch (firmware) {
-    case Firmware::kUnknown:
-      return "unknown";
-    case Firmware::kM100:
-      return "M100, firmware 3.1";
-    case Firmware::kM100Old:
-      return "M100, firmware 2.3";
-    case Firmware::kOther:
-      return "not an M100, or another firmware";
-  }
-  return "unknown";
+  constexpr std::array<std::string_view, 4> kNames{"unknown", "M100, firmware 3.1", "M100, firmware 2.3",
+                                                   "not an M100, or another firmware"};
+  return kNames[static_cast<std::size_t>(firmware)];
 }
 
 }  // namespace m100::companion

@@ -27,6 +27,8 @@ enum class Verdict : std::uint8_t {
 };
 
 std::string_view name(Verdict verdict);
+/// Better verdicts have lower ranks: understood frames before mere bytes.
+int rank(Verdict verdict);
 std::string_view remedy(Verdict verdict);
 
 /// The firmware whose layout of the telemetry fits the packages (protocol, section 8).
@@ -45,6 +47,9 @@ class LineProbe {
   std::uint64_t bytes() const { return parser_.stats().bytes; }
   const protocol::ParserStats& stats() const { return parser_.stats(); }
   const protocol::Telemetry& telemetry() const { return telemetry_; }
+  bool has_attitude_and_force() const {
+    return telemetry_.has(protocol::TelemetryItem::kAttitude) && telemetry_.has(protocol::TelemetryItem::kAcceleration);
+  }
 
  private:
   Verdict without_frames(const core::Expected<hal::LineErrors>& errors) const;

@@ -8,7 +8,7 @@
 #include "firmware/app/sensor_adapter.h"
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/operator/operator_messages.h"
-#include "firmware/companion/preflight/probe/telemetry_receiver.h"
+#include "firmware/companion/preflight/probe/line_check.h"
 #include "firmware/companion/subcommands.h"
 
 namespace m100::companion::preflight {
@@ -38,7 +38,7 @@ CheckResult check_vibration(const std::string& path, std::uint32_t baud) {
   if (port.open() != core::Status::kOk) {
     return {kName, Health::kDoubtful, "not measured, because the port does not open", "do what the port's line says"};
   }
-  TelemetryReceiver receiver(port);
+  LineProbe line;
   app::SensorAdapter adapter;
   est::SpecificForce<double> force;
   est::Vibration<double> vibration;
@@ -47,10 +47,10 @@ CheckResult check_vibration(const std::string& path, std::uint32_t baud) {
   TickClock clock(path);
   for (core::TimePoint now = clock.now(); core::seconds<double>(now.time_since_epoch()) < kSettle_s + kMeasure_s;
        now = clock.next()) {
-    if (!receiver.listen()) {
+    if (!receive_telemetry(port, line)) {
       continue;
     }
-    const protocol::Telemetry& telemetry = receiver.telemetry();
+    const protocol::Telemetry& telemetry = line.telemetry();
     const est::ImuSample<double> imu = app::SensorAdapter::imu_sample(
         telemetry, adapter.update<double>(telemetry, core::Duration{0}, core::Pose<double>{}, {}, now));
     force.update(imu);
@@ -60,8 +60,8 @@ CheckResult check_vibration(const std::string& path, std::uint32_t baud) {
     former = now;
     readings += force.scale_m_s2() > 0.0 ? 1 : 0;
   }
-  if (!receiver.has_all()) {
-    return receiver.missing(kName, Health::kDoubtful);
+  if (!line.has_attitude_and_force()) {
+    return missing_telemetry(line, kName, Health::kDoubtful);
   }
   est::VibrationStatus seen = vibration.status(est::ForceConsistency<double>::kVelocityMemory_s);
   if (readings < kFewest) {

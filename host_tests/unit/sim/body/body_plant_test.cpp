@@ -15,7 +15,7 @@ const BodyChoice kRuns{.body = "json:127.0.0.1:9002", .command = ""};
 std::string refusal(const BodyChoice& body, const std::string& text) {
   try {
     static_cast<void>(parse_plant(body, text, "p.toml", ""));
-  } catch (const PlantFileError& wrong) {
+  } catch (const companion::FileError& wrong) {
     return wrong.what();
   }
   return "";
