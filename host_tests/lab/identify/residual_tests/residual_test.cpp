@@ -189,18 +189,12 @@ void report_peaks(const ResidualInput& input, const std::vector<Vector>& targets
   for (const std::vector<double>& residual : input.residuals) {
     const VibrationPeak line = vibration_peak(residual, input.sample_period_s, input.row_s);
     if (line.share > options.periodic_share && line.peak > options.periodic_peak) {
-      finding.peak_hz = line.hz;
-      finding.peak_share = line.share;
       say("periodic %.1f Hz", line.hz);
       return;  // thinned, it would appear again under a false frequency
     }
   }
   for (const Vector& target : targets) {
     const ResidualPeak line = strongest_peak(target, input, thinned);
-    if (line.share > finding.peak_share) {
-      finding.peak_hz = line.hz;
-      finding.peak_share = line.share;
-    }
     if (line.share > options.periodic_share && line.peak > options.periodic_peak) {
       say("periodic %.2f Hz", line.hz);
       break;
@@ -216,18 +210,6 @@ void report_peaks(const ResidualInput& input, const std::vector<Vector>& targets
 }
 
 }  // namespace
-
-std::vector<std::vector<double>> lagged(const std::vector<double>& channel, const std::vector<std::size_t>& lags) {
-  std::vector<std::vector<double>> out;
-  for (const std::size_t lag : lags) {
-    std::vector<double> column(channel.size());
-    for (std::size_t i = 0; i < channel.size(); ++i) {
-      column[i] = channel[i >= lag ? i - lag : 0];
-    }
-    out.push_back(std::move(column));
-  }
-  return out;
-}
 
 void merge(std::vector<RegressorGroup>& into, std::vector<RegressorGroup> more) {
   if (into.empty()) {
