@@ -26,8 +26,7 @@
 namespace m100::lab::identify {
 namespace {
 
-/// Runs the tests of a log in order: trims, structure, frozen stick, clock, tether, change, weak effect. The last
-/// tests are skipped in two cases: from the clock to the change after a frozen stick, and the change after a tether.
+/// Selects the structure of a log under its trims, and then runs the tests of one table in order (kTests).
 class AxisPipeline {
  public:
   explicit AxisPipeline(const Request& request) : request_(request) {
@@ -46,24 +45,23 @@ class AxisPipeline {
     if (own_trims) {
       side_findings_.findings.push_back(note(describe(flight_trims_)));
     }
-    if (!detect_stick_freeze()) {
-      detect_time_offset();
-      if (!detect_tether()) {
-        if (!is_doubted()) {
-          lacking_ = settle(*problem_, chosen_);
-        }
-        detect_change_point();
+    for (const Row& row : kTests) {
+      if (!has_other_cause_ || !row.searches_effects) {
+        (this->*row.test)();
       }
     }
-    check_flight_trims();
-    withdraw_unconfirmed_effects();
-    report_weak_effect();
     IdentifyResult result = conclude(*problem_, problem_->request(), std::move(chosen_), std::move(side_findings_));
     result.elapsed_s = processor_s() - started_s;
     return result;
   }
 
  private:
+  struct Row {
+    void (AxisPipeline::*test)();
+    bool searches_effects;  ///< left out once the residual has a cause that is no effect: a frozen stick, a tether
+  };
+  static const std::array<Row, 8> kTests;
+
   /// Whether the log or its trims already forbid a clean bill.
   bool is_doubted() const {
     return !side_findings_.unexplained.empty() ||
@@ -94,14 +92,29 @@ class AxisPipeline {
   }
 
   /// Tests for a stick column that freezes while the hand moves on, which looks like a wrong clock or a change.
-  bool detect_stick_freeze() {
+  void detect_stick_freeze() {
     const AxisFamily& family = problem_->axis_family();
     const Fit& fit = chosen_.final_model.fit;
     const Fit beside = family.fit(fit.structure, weights_beside_suspect(problem_->training(), family.model(fit)), &fit);
     const std::vector<Finding> found =
         stick_freeze({&problem_->training(), &problem_->validation()}, family.model(beside));
-    side_findings_.findings.insert(side_findings_.findings.end(), found.begin(), found.end());
-    return !found.empty();
+    if (!found.empty() && request_.acts(SpecialTest::kFrozenStick)) {
+      side_findings_.findings.insert(side_findings_.findings.end(), found.begin(), found.end());
+      has_other_cause_ = true;
+    }
+  }
+
+  /// Lets both parts of the log settle the names, unless the log itself is in doubt.
+  void settle_names() {
+    if (is_doubted()) {
+      return;
+    }
+    Selection settled = chosen_;
+    const std::optional<WeakEffect> lacking = settle(*problem_, settled);
+    if (request_.acts(SpecialTest::kBothParts)) {
+      chosen_ = std::move(settled);
+      lacking_ = lacking;
+    }
   }
 
   /// Reports trims that differ between flights as unexplained, unless trim_offset was declared or named. The verdict
@@ -130,6 +143,9 @@ class AxisPipeline {
         open.push_back(step.name);
       }
     }
+    if (open.empty() || !request_.acts(SpecialTest::kSlowStick)) {
+      return;
+    }
     for (const std::string& name : open) {
       side_findings_.unexplained.push_back(name + " would fit, but the stick was logged too slowly to confirm it");
       withdraw(name);
@@ -139,7 +155,7 @@ class AxisPipeline {
   /// Reports an effect that the final model lacks with certainty, but that is too small to be named. It is not reported
   /// where the verdict is already "unexplained".
   void report_weak_effect() {
-    if (!lacking_ || is_doubted()) {
+    if (!lacking_ || is_doubted() || !request_.acts(SpecialTest::kWeakEffect)) {
       return;
     }
     std::array<char, 200> text{};
@@ -155,7 +171,7 @@ class AxisPipeline {
   /// with the new structure.
   void detect_time_offset() {
     const TimeOffset first = time_offset(problem_->free_run(), problem_->axis_family(), chosen_.final_model.fit);
-    if (!first.likely && !first.within_row) {
+    if ((!first.likely && !first.within_row) || !request_.acts(SpecialTest::kClock)) {
       withdraw_doubtful_lead_zero(first);
       return;
     }
@@ -195,7 +211,7 @@ class AxisPipeline {
     constexpr const char* kZero = "lead_zero";
     const bool named = std::any_of(chosen_.steps.begin(), chosen_.steps.end(),
                                    [&](const SelectionStep& step) { return step.name == kZero; });
-    if (!clock.zero_in_doubt || !named) {
+    if (!clock.zero_in_doubt || !named || !request_.acts(SpecialTest::kZeroOrClock)) {
       return;
     }
     if (sharpens_rows(problem_->training().signals.data, problem_->axis_family().model(chosen_.final_model.fit))) {
@@ -208,16 +224,17 @@ class AxisPipeline {
   }
 
   /// Tests for a climb speed that falls with the height flown, with the selected model and with the declared one,
-  /// because the selected effects may imitate a tether. @returns whether there is a tether.
-  bool detect_tether() {
+  /// because the selected effects may imitate a tether.
+  void detect_tether() {
     if (request_.axis != "climb" || !problem_->training().signals.data.other.empty()) {
-      return false;
+      return;
     }
     const AxisFamily& family = problem_->axis_family();
     const auto under = [&](const Fit& fit) {
       return detect_tether_force(problem_->training().signals.data, problem_->free_ranges(), family, fit);
     };
     std::optional<AxisTether> tether = under(chosen_.final_model.fit);
+    bool instead_of_effects = false;
     if (!chosen_.steps.empty()) {
       const Fit& declared = chosen_.declared.fit;
       const Fit& found = chosen_.final_model.fit;
@@ -227,16 +244,19 @@ class AxisPipeline {
       const std::optional<AxisTether> plain = under(declared);
       if (plain && plain->score < price + (tether ? tether->score : unchanged_score(run, family, found))) {
         tether = plain;
+        instead_of_effects = true;
+      }
+    }
+    if (tether && request_.acts(SpecialTest::kTether)) {
+      if (instead_of_effects) {
         chosen_.steps.clear();
         chosen_.not_separable.clear();
         chosen_.final_model = chosen_.declared;
       }
-    }
-    if (tether) {
       side_findings_.findings.push_back(tether_finding(*tether, problem_->training().signals.response_name));
       side_findings_.unexplained.push_back(side_findings_.findings.back().text);
+      has_other_cause_ = true;
     }
-    return tether.has_value();
   }
 
   /// Searches for a change in flight. It must also be found with the structure that is selected on one side of it, if a
@@ -245,8 +265,13 @@ class AxisPipeline {
     FreeRun run = problem_->free_run();
     weight_by_input_uncertainty(run, problem_->axis_family().model(chosen_.final_model.fit));
     const ChangePoint first = change_point_under(run, chosen_);
+    if (!(first.found || first.likely) || !request_.acts(SpecialTest::kChange)) {
+      return;
+    }
     std::optional<Regime<AxisProblem>> regime =
-        first.found ? select_regime<AxisProblem>(request_, first.change, {}, shift_s_, trims_) : std::nullopt;
+        first.found && request_.acts(SpecialTest::kOneSide)
+            ? select_regime<AxisProblem>(request_, first.change, {}, shift_s_, trims_)
+            : std::nullopt;
     const AxisFamily& family = (regime ? regime->problem : problem_)->axis_family();
     const std::optional<WeakEffect> lacking = regime ? settle(*regime->problem, regime->chosen) : lacking_;
     const Fit& fit = (regime ? regime->chosen : chosen_).final_model.fit;
@@ -280,12 +305,12 @@ class AxisPipeline {
       const Fit constant = family.fit(edit.structure, all, &fit);
       const double more = static_cast<double>(constant.free_parameters) - static_cast<double>(fit.free_parameters);
       const double score = unchanged_score(run, family, constant) + std::max(0.0, more - 1.0) * price;
-      if (score < change.score) {
+      if (score < change.score && request_.acts(SpecialTest::kConstant)) {
         side_findings_.findings.push_back(note("a change of " + change.change.name + " would fit, but " + edit.name +
                                                ", which has no date, explains the log better"));
         return true;
       }
-      if (score < change.score + kChanceChange) {
+      if (score < change.score + kChanceChange && request_.acts(SpecialTest::kConstant)) {
         const std::string why = edit.name + ", which has no date, explains the log as well";
         report_uncertain_change(change.change, why.c_str());
         return true;
@@ -321,7 +346,7 @@ class AxisPipeline {
       return false;
     }
     const std::optional<Change> another = second_change_point(data, ranges, family, fit, change);
-    if (another) {
+    if (another && request_.acts(SpecialTest::kTemporary)) {
       std::array<char, 120> text{};
       std::snprintf(text.data(), text.size(), "a temporary change: the response changes at %.1f s and again at %.1f s",
                     std::min(change.change.at_s, another->at_s), std::max(change.change.at_s, another->at_s));
@@ -386,8 +411,18 @@ class AxisPipeline {
   std::unique_ptr<AxisProblem> problem_;
   Selection chosen_;
   std::optional<WeakEffect> lacking_;  ///< a certain effect that the final model lacks
+  bool has_other_cause_ = false;       ///< a test found what makes the later searches for effects meaningless
   SideFindings side_findings_;
 };
+
+const std::array<AxisPipeline::Row, 8> AxisPipeline::kTests{{{&AxisPipeline::detect_stick_freeze, true},
+                                                             {&AxisPipeline::detect_time_offset, true},
+                                                             {&AxisPipeline::detect_tether, true},
+                                                             {&AxisPipeline::settle_names, true},
+                                                             {&AxisPipeline::detect_change_point, true},
+                                                             {&AxisPipeline::check_flight_trims, false},
+                                                             {&AxisPipeline::withdraw_unconfirmed_effects, false},
+                                                             {&AxisPipeline::report_weak_effect, false}}};
 
 }  // namespace
 
