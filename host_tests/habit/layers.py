@@ -57,7 +57,7 @@ LAYERS = {
     ROOM + "model/": LAB,
     ROOM + "model/axis/": ANSWER + SHARED + [ROOM + "selection/selection.h", ROOM + "axis_problem.h"],
     ROOM + "model/translation/": ANSWER + SHARED + [ROOM + "residual_tests/translation/"],
-    ROOM + "residual_tests/": PRODUCT + [ROOM + "model/*.h", ROOM + "model/axis/free_run.h"],
+    ROOM + "residual_tests/": PRODUCT + [ROOM + "model/*.h", ROOM + "model/axis/free_run.h", "host_tests/lab/printed.h"],
     ROOM + "residual_tests/axis/": ANSWER + SHARED + [ROOM + "model/axis/", ROOM + "axis_problem.h"],
     ROOM + "residual_tests/translation/": ANSWER + SHARED + [ROOM + "model/translation/"],
     ROOM + "selection/": ANSWER + SHARED,

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <optional>
 
@@ -22,12 +21,12 @@
 #include "host_tests/lab/identify/residual_tests/axis/stick_freeze.h"
 #include "host_tests/lab/identify/selection/regimes.h"
 #include "host_tests/lab/identify/selection/verdict.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::identify {
 namespace {
 
-/// Runs the tests of a log in order: trims, structure, frozen stick, clock, tether, change, weak effect. The last
-/// tests are skipped in two cases: from the clock to the change after a frozen stick, and the change after a tether.
+/// Selects the structure of a log under its trims, and then runs the tests of one table in order (kTests).
 class AxisPipeline {
  public:
   explicit AxisPipeline(const Request& request) : request_(request) {
@@ -39,35 +38,42 @@ class AxisPipeline {
     problem_ = std::make_unique<AxisProblem>(request_);
     const bool own_trims = request_.log->flights.size() > 1 && subtract_flight_trims(declared_fit());
     chosen_ = select_effects(*problem_, request_, {});
-    if (own_trims && subtract_flight_trims(
-                         chosen_.final_model.fit)) {  // a dead zone hides trims: tested again under the selected model
-      chosen_ = select_effects(*problem_, request_, {});
-    }
     if (own_trims) {
+      if (subtract_flight_trims(chosen_.final_model.fit)) {  // a dead zone hides trims: tested again
+        chosen_ = select_effects(*problem_, request_, {});
+      }
       side_findings_.findings.push_back(note(describe(flight_trims_)));
     }
-    if (!detect_stick_freeze()) {
-      detect_time_offset();
-      if (!detect_tether()) {
-        if (!is_doubted()) {
-          lacking_ = settle(*problem_, chosen_);
-        }
-        detect_change_point();
+    using Test = void (AxisPipeline::*)();
+    constexpr std::array<Test, 8> kTests{&AxisPipeline::detect_stick_freeze,
+                                         &AxisPipeline::detect_time_offset,
+                                         &AxisPipeline::detect_tether,
+                                         &AxisPipeline::settle_names,
+                                         &AxisPipeline::detect_change_point,
+                                         &AxisPipeline::check_flight_trims,
+                                         &AxisPipeline::withdraw_unconfirmed_effects,
+                                         &AxisPipeline::report_weak_effect};
+    constexpr std::size_t kSearches = 5;  // the first of them search for effects, clocks and changes
+    for (std::size_t k = 0; k < kTests.size(); ++k) {
+      if (!has_other_cause_ || k >= kSearches) {
+        (this->*kTests[k])();
       }
     }
-    check_flight_trims();
-    withdraw_unconfirmed_effects();
-    report_weak_effect();
     IdentifyResult result = conclude(*problem_, problem_->request(), std::move(chosen_), std::move(side_findings_));
     result.elapsed_s = processor_s() - started_s;
     return result;
   }
 
  private:
+  /// Schwarz's penalty of the parameters that a model has more than another one.
+  static double price_of(std::size_t parameters, std::size_t fewer, const FreeRun& run) {
+    const double more = static_cast<double>(parameters) - static_cast<double>(fewer);
+    return std::max(0.0, more) * std::log(static_cast<double>(run.size()));
+  }
+
   /// Whether the log or its trims already forbid a clean bill.
   bool is_doubted() const {
-    return !side_findings_.unexplained.empty() ||
-           std::any_of(side_findings_.findings.begin(), side_findings_.findings.end(), forbids_nothing_missing);
+    return !side_findings_.unexplained.empty() || std::ranges::any_of(side_findings_.findings, forbids_nothing_missing);
   }
 
   Fit declared_fit() const {
@@ -94,24 +100,31 @@ class AxisPipeline {
   }
 
   /// Tests for a stick column that freezes while the hand moves on, which looks like a wrong clock or a change.
-  bool detect_stick_freeze() {
+  void detect_stick_freeze() {
     const AxisFamily& family = problem_->axis_family();
     const Fit& fit = chosen_.final_model.fit;
     const Fit beside = family.fit(fit.structure, weights_beside_suspect(problem_->training(), family.model(fit)), &fit);
     const std::vector<Finding> found =
         stick_freeze({&problem_->training(), &problem_->validation()}, family.model(beside));
-    side_findings_.findings.insert(side_findings_.findings.end(), found.begin(), found.end());
-    return !found.empty();
+    if (!found.empty() && request_.acts(SpecialTest::kFrozenStick)) {
+      side_findings_.findings.insert(side_findings_.findings.end(), found.begin(), found.end());
+      has_other_cause_ = true;
+    }
+  }
+
+  /// Lets both parts of the log settle the names, unless the log itself is in doubt.
+  void settle_names() {
+    if (!is_doubted() && request_.acts(SpecialTest::kBothParts)) {
+      lacking_ = settle(*problem_, chosen_);
+    }
   }
 
   /// Reports trims that differ between flights as unexplained, unless trim_offset was declared or named. The verdict
   /// cannot be "nothing missing" then, although the trims were subtracted from the sticks.
   void check_flight_trims() {
-    constexpr const char* kTrim = "trim_offset";
-    const auto is_trim = [](const SelectionStep& step) { return step.name == kTrim; };
-    const bool declared =
-        std::find(request_.declared.begin(), request_.declared.end(), kTrim) != request_.declared.end();
-    if (!flight_trims_.empty() && !declared && std::none_of(chosen_.steps.begin(), chosen_.steps.end(), is_trim)) {
+    const auto is_trim = [](const SelectionStep& step) { return step.name == "trim_offset"; };
+    if (!flight_trims_.empty() && !has(request_.declared, "trim_offset") &&
+        std::ranges::none_of(chosen_.steps, is_trim)) {
       side_findings_.unexplained.emplace_back("the neutral points differ from flight to flight; declare trim_offset");
     }
   }
@@ -119,14 +132,12 @@ class AxisPipeline {
   /// Reports a named effect as unexplained instead if its likelihood ratio is too small under any hypothesis about the
   /// motion of an undersampled stick.
   void withdraw_unconfirmed_effects() {
-    const double minimum = SelectionOptions{}.min_delta_white;
-    const AxisFamily& family = problem_->axis_family();
-    const Fit& fit = chosen_.final_model.fit;
+    const double minimum = SelectionOptions{}.min_delta_white + price_of(1, 0, problem_->free_run());
     std::vector<std::string> open;
     for (const SelectionStep& step : chosen_.steps) {
-      const double price = std::log(static_cast<double>(problem_->free_run().size()));
-      if (min_ratio_over_hypotheses(problem_->training().signals.data, problem_->free_ranges(), family, fit,
-                                    step.name) < minimum + price) {
+      if (min_ratio_over_hypotheses(problem_->training().signals.data, problem_->free_ranges(), problem_->axis_family(),
+                                    chosen_.final_model.fit, step.name) < minimum &&
+          request_.acts(SpecialTest::kSlowStick)) {
         open.push_back(step.name);
       }
     }
@@ -139,15 +150,12 @@ class AxisPipeline {
   /// Reports an effect that the final model lacks with certainty, but that is too small to be named. It is not reported
   /// where the verdict is already "unexplained".
   void report_weak_effect() {
-    if (!lacking_ || is_doubted()) {
-      return;
+    if (lacking_ && !is_doubted() && request_.acts(SpecialTest::kWeakEffect)) {
+      side_findings_.unexplained.push_back(printed(
+          "an effect like %s is certain (likelihood ratio %.0f), but it explains too little of the residual to be "
+          "named",
+          lacking_->name.c_str(), lacking_->likelihood_ratio));
     }
-    std::array<char, 200> text{};
-    std::snprintf(
-        text.data(), text.size(),
-        "an effect like %s is certain (likelihood ratio %.0f), but it explains too little of the residual to be named",
-        lacking_->name.c_str(), lacking_->likelihood_ratio);
-    side_findings_.unexplained.emplace_back(text.data());
   }
 
   /// If the response begins before its stick, the sticks are shifted and the structure is selected again: the shift may
@@ -155,47 +163,43 @@ class AxisPipeline {
   /// with the new structure.
   void detect_time_offset() {
     const TimeOffset first = time_offset(problem_->free_run(), problem_->axis_family(), chosen_.final_model.fit);
-    if (!first.likely && !first.within_row) {
+    if ((!first.likely && !first.within_row) || !request_.acts(SpecialTest::kClock)) {
       withdraw_doubtful_lead_zero(first);
       return;
     }
     auto moved = std::make_unique<AxisProblem>(request_, -first.shift_s, trims_);
     Selection chosen = select_effects(*moved, request_, {});
+    const TimeOffset clock =
+        first.within_row ? first : time_offset(problem_->free_run(), moved->axis_family(), chosen.final_model.fit);
+    if (!first.within_row && !clock.likely) {
+      withdraw_doubtful_lead_zero(first);
+      return;
+    }
+    shift_s_ = -first.shift_s;
+    problem_ = std::move(moved);
+    chosen_ = std::move(chosen);
     if (first.within_row) {
       side_findings_.findings.push_back(
           note("the response begins before its stick by less than the time between two rows: the stick samples were "
                "shifted"));
-      shift_s_ = -first.shift_s;
-      problem_ = std::move(moved);
-      chosen_ = std::move(chosen);
       withdraw_doubtful_lead_zero(first);
       return;
     }
-    const TimeOffset clock = time_offset(problem_->free_run(), moved->axis_family(), chosen.final_model.fit);
-    if (!clock.likely) {
-      withdraw_doubtful_lead_zero(first);
-      return;
-    }
-    std::array<char, 200> text{};
-    std::snprintf(text.data(), text.size(), "the response begins %.3f s (+-%.3f) before its stick: %s", -clock.shift_s,
-                  2.0 * clock.sigma_s,
-                  clock.certain ? "the clocks disagree; the stick samples were shifted"
-                                : "the clocks may disagree, but these data cannot confirm it");
+    const std::string text =
+        printed("the response begins %.3f s (+-%.3f) before its stick: %s", -clock.shift_s, 2.0 * clock.sigma_s,
+                clock.certain ? "the clocks disagree; the stick samples were shifted"
+                              : "the clocks may disagree, but these data cannot confirm it");
     side_findings_.findings.push_back(
-        {.what = "clock_shift", .signal = moved->stick_name(), .text = text.data(), .certain = clock.certain});
-    side_findings_.unexplained.emplace_back(text.data());
-    shift_s_ = -first.shift_s;
-    problem_ = std::move(moved);
-    chosen_ = std::move(chosen);
+        {.what = "clock_shift", .signal = problem_->stick_name(), .text = text, .certain = clock.certain});
+    side_findings_.unexplained.push_back(text);
     withdraw("lead_zero");  // a response that begins before its stick imitates it
   }
 
   /// Removes the name of a lead zero if the rows of the log are too slow to distinguish it from a time shift.
   void withdraw_doubtful_lead_zero(const TimeOffset& clock) {
-    constexpr const char* kZero = "lead_zero";
-    const bool named = std::any_of(chosen_.steps.begin(), chosen_.steps.end(),
-                                   [&](const SelectionStep& step) { return step.name == kZero; });
-    if (!clock.zero_in_doubt || !named) {
+    const bool named =
+        std::ranges::any_of(chosen_.steps, [](const SelectionStep& step) { return step.name == "lead_zero"; });
+    if (!clock.zero_in_doubt || !named || !request_.acts(SpecialTest::kZeroOrClock)) {
       return;
     }
     if (sharpens_rows(problem_->training().signals.data, problem_->axis_family().model(chosen_.final_model.fit))) {
@@ -204,39 +208,42 @@ class AxisPipeline {
       side_findings_.unexplained.emplace_back(
           "these data cannot distinguish a lead zero from a response that begins before its stick");
     }
-    withdraw(kZero);
+    withdraw("lead_zero");
   }
 
   /// Tests for a climb speed that falls with the height flown, with the selected model and with the declared one,
-  /// because the selected effects may imitate a tether. @returns whether there is a tether.
-  bool detect_tether() {
+  /// because the selected effects may imitate a tether.
+  void detect_tether() {
     if (request_.axis != "climb" || !problem_->training().signals.data.other.empty()) {
-      return false;
+      return;
     }
     const AxisFamily& family = problem_->axis_family();
     const auto under = [&](const Fit& fit) {
       return detect_tether_force(problem_->training().signals.data, problem_->free_ranges(), family, fit);
     };
     std::optional<AxisTether> tether = under(chosen_.final_model.fit);
+    bool instead_of_effects = false;
     if (!chosen_.steps.empty()) {
       const Fit& declared = chosen_.declared.fit;
       const Fit& found = chosen_.final_model.fit;
       const FreeRun run = problem_->free_run();
-      const double more = static_cast<double>(found.free_parameters) - static_cast<double>(declared.free_parameters);
-      const double price = std::max(0.0, more) * std::log(static_cast<double>(run.size()));
+      const double price = price_of(found.free_parameters, declared.free_parameters, run);
       const std::optional<AxisTether> plain = under(declared);
       if (plain && plain->score < price + (tether ? tether->score : unchanged_score(run, family, found))) {
         tether = plain;
+        instead_of_effects = true;
+      }
+    }
+    if (tether && request_.acts(SpecialTest::kTether)) {
+      if (instead_of_effects) {
         chosen_.steps.clear();
         chosen_.not_separable.clear();
         chosen_.final_model = chosen_.declared;
       }
-    }
-    if (tether) {
       side_findings_.findings.push_back(tether_finding(*tether, problem_->training().signals.response_name));
       side_findings_.unexplained.push_back(side_findings_.findings.back().text);
+      has_other_cause_ = true;
     }
-    return tether.has_value();
   }
 
   /// Searches for a change in flight. It must also be found with the structure that is selected on one side of it, if a
@@ -245,8 +252,13 @@ class AxisPipeline {
     FreeRun run = problem_->free_run();
     weight_by_input_uncertainty(run, problem_->axis_family().model(chosen_.final_model.fit));
     const ChangePoint first = change_point_under(run, chosen_);
+    if (!(first.found || first.likely) || !request_.acts(SpecialTest::kChange)) {
+      return;
+    }
     std::optional<Regime<AxisProblem>> regime =
-        first.found ? select_regime<AxisProblem>(request_, first.change, {}, shift_s_, trims_) : std::nullopt;
+        first.found && request_.acts(SpecialTest::kOneSide)
+            ? select_regime<AxisProblem>(request_, first.change, {}, shift_s_, trims_)
+            : std::nullopt;
     const AxisFamily& family = (regime ? regime->problem : problem_)->axis_family();
     const std::optional<WeakEffect> lacking = regime ? settle(*regime->problem, regime->chosen) : lacking_;
     const Fit& fit = (regime ? regime->chosen : chosen_).final_model.fit;
@@ -275,19 +287,17 @@ class AxisPipeline {
       return false;
     }
     const std::vector<int> all(family.block_count(), 1);
-    const double price = std::log(static_cast<double>(run.size()));
     for (const Family::Edit& edit : family.edits(fit.structure)) {
       const Fit constant = family.fit(edit.structure, all, &fit);
-      const double more = static_cast<double>(constant.free_parameters) - static_cast<double>(fit.free_parameters);
-      const double score = unchanged_score(run, family, constant) + std::max(0.0, more - 1.0) * price;
-      if (score < change.score) {
+      const double score =
+          unchanged_score(run, family, constant) + price_of(constant.free_parameters, fit.free_parameters + 1, run);
+      if (score < change.score && request_.acts(SpecialTest::kConstant)) {
         side_findings_.findings.push_back(note("a change of " + change.change.name + " would fit, but " + edit.name +
                                                ", which has no date, explains the log better"));
         return true;
       }
-      if (score < change.score + kChanceChange) {
-        const std::string why = edit.name + ", which has no date, explains the log as well";
-        report_uncertain_change(change.change, why.c_str());
+      if (score < change.score + kChanceChange && request_.acts(SpecialTest::kConstant)) {
+        report_uncertain_change(change.change, edit.name + ", which has no date, explains the log as well");
         return true;
       }
     }
@@ -297,9 +307,8 @@ class AxisPipeline {
   /// Adds `first` as a rival of `change`, which was found with the structure of one side of it. It does so if the names
   /// differ and `change` is not clearly better after the penalty of its additional parameters.
   static void add_rival_change(const ChangePoint& first, const FreeRun& run, ChangePoint& change) {
-    const double more = static_cast<double>(change.numbers) - static_cast<double>(first.numbers);
-    const double price = std::max(0.0, more) * std::log(static_cast<double>(run.size()));
-    if (change.found && change.change.name != first.change.name && first.score < change.score + price + kNameMargin) {
+    if (change.found && change.change.name != first.change.name &&
+        first.score < change.score + price_of(change.numbers, first.numbers, run) + kNameMargin) {
       change.change.rivals.push_back(first.change.name);
     }
   }
@@ -321,11 +330,10 @@ class AxisPipeline {
       return false;
     }
     const std::optional<Change> another = second_change_point(data, ranges, family, fit, change);
-    if (another) {
-      std::array<char, 120> text{};
-      std::snprintf(text.data(), text.size(), "a temporary change: the response changes at %.1f s and again at %.1f s",
-                    std::min(change.change.at_s, another->at_s), std::max(change.change.at_s, another->at_s));
-      side_findings_.unexplained.emplace_back(text.data());
+    if (another && request_.acts(SpecialTest::kTemporary)) {
+      side_findings_.unexplained.push_back(
+          printed("a temporary change: the response changes at %.1f s and again at %.1f s",
+                  std::min(change.change.at_s, another->at_s), std::max(change.change.at_s, another->at_s)));
       return true;
     }
     const double ratio = min_ratio_over_hypotheses(data, ranges, family, fit, change);
@@ -335,11 +343,9 @@ class AxisPipeline {
     return ratio >= kCertainChange;
   }
 
-  void report_uncertain_change(const Change& change, const char* why) {
-    std::array<char, 200> text{};
-    std::snprintf(text.data(), text.size(), "something may have changed at %.1f s (%s would fit): %s", change.at_s,
-                  change.name.c_str(), why);
-    side_findings_.unexplained.emplace_back(text.data());
+  void report_uncertain_change(const Change& change, const std::string& why) {
+    side_findings_.unexplained.push_back(printed("something may have changed at %.1f s (%s would fit): %s", change.at_s,
+                                                 change.name.c_str(), why.c_str()));
   }
 
   void accept_change(const Change& change) {
@@ -355,8 +361,7 @@ class AxisPipeline {
   /// Removes the effect's name from the result. The model keeps the effect.
   void withdraw(const std::string& name) {
     std::erase_if(chosen_.steps, [&](const SelectionStep& step) { return step.name == name; });
-    std::erase_if(chosen_.not_separable,
-                  [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
+    std::erase_if(chosen_.not_separable, [&](const auto& group) { return has(group, name); });
   }
 
   /// The change found with the final structure. The one found with the declared structure is returned instead if it
@@ -369,14 +374,12 @@ class AxisPipeline {
     }
     const ChangePoint plain = change_point(run, family, chosen.declared.fit);
     if (with_effects.found) {  // an effect with another change can imitate one change: the simpler explanation wins
-      const double more = static_cast<double>(chosen.final_model.fit.free_parameters) -
-                          static_cast<double>(chosen.declared.fit.free_parameters);
-      const double price = std::max(0.0, more) * std::log(static_cast<double>(run.size()));
+      const double price = price_of(chosen.final_model.fit.free_parameters, chosen.declared.fit.free_parameters, run);
       return plain.found && plain.score < with_effects.score + price ? plain : with_effects;
     }
-    constexpr double kBetter = 6.0;
-    return plain.found && plain.score + kBetter < unchanged_score(run, family, chosen.final_model.fit) ? plain
-                                                                                                       : with_effects;
+    return plain.found && plain.score + kNameMargin < unchanged_score(run, family, chosen.final_model.fit)
+               ? plain
+               : with_effects;
   }
 
   Request request_;
@@ -386,6 +389,7 @@ class AxisPipeline {
   std::unique_ptr<AxisProblem> problem_;
   Selection chosen_;
   std::optional<WeakEffect> lacking_;  ///< a certain effect that the final model lacks
+  bool has_other_cause_ = false;       ///< a test found what makes the later searches for effects meaningless
   SideFindings side_findings_;
 };
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "firmware/core/maths.h"
@@ -13,6 +12,7 @@
 #include "host_tests/lab/identify/model/axis/axis_structure.h"
 #include "host_tests/lab/identify/residual_tests/residual_test.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/printed.h"
 #include "host_tests/lab/statistics.h"
 
 namespace m100::lab::identify {
@@ -300,10 +300,9 @@ void AxisProblem::add_doubts(const Selection& selection, IdentifyResult& result)
   }
   const double held_s = hold_s(signals.data.measured, signals.data.valid, signals.data.period_s);
   if (held_s > kHeld_s) {
-    char text[120];
-    std::snprintf(text, sizeof text, "%s holds every value for %.2f s: sampled more slowly than the log, or rounded",
-                  signals.response_name.c_str(), held_s);
-    result.unexplained.emplace_back(text);
+    result.unexplained.push_back(
+        printed("%s holds every value for %.2f s: sampled more slowly than the log, or rounded",
+                signals.response_name.c_str(), held_s));
   }
   if (!signals.data.other.empty() && follows_other_stick()) {
     result.findings.push_back({.what = "swapped_axes",
@@ -339,13 +338,11 @@ void AxisProblem::undersampled(const model::StickAxis& model, IdentifyResult& re
   if (std::sqrt(square) < kShows * rmse) {
     return;
   }
-  std::array<char, 200> text{};
-  std::snprintf(text.data(), text.size(),
-                "%s is undersampled: it moves between its rows, which are %.3f s apart; this may cause %.0f %% of the "
-                "residual power and makes every delay uncertain by half a row",
-                training_.signals.stick_name.c_str(), data.stick_row_s,
-                100.0 * std::min(1.0, square / std::max(1e-300, rmse * rmse)));
-  result.findings.push_back(note(text.data()));
+  result.findings.push_back(note(
+      printed("%s is undersampled: it moves between its rows, which are %.3f s apart; this may cause %.0f %% of the "
+              "residual power and makes every delay uncertain by half a row",
+              training_.signals.stick_name.c_str(), data.stick_row_s,
+              100.0 * std::min(1.0, square / std::max(1e-300, rmse * rmse)))));
 }
 
 bool AxisProblem::follows_other_stick() const {

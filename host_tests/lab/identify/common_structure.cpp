@@ -177,8 +177,7 @@ class CommonStructure {
     for (SelectionStep& step : selection_.steps) {
       std::erase_if(step.rivals, [&](const auto& one) { return one.name.find(name) != std::string::npos; });
     }
-    std::erase_if(selection_.not_separable,
-                  [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
+    std::erase_if(selection_.not_separable, [&](const auto& group) { return has(group, name); });
   }
 
   void take(const Judged& tried, const std::string& name) {

@@ -14,6 +14,22 @@ namespace m100::lab::identify {
 /// A time range [from, to) in seconds, by default on the clock of a FlightLog; joined logs have one common clock.
 using Range = std::pair<double, double>;
 
+/// The tests of a log beside the selection of effects. Each can be left out, to count the answers that it saves.
+enum class SpecialTest {
+  kFrozenStick,
+  kClock,
+  kZeroOrClock,  ///< a lead zero that a wrong clock explains loses its name
+  kTether,
+  kBothParts,  ///< both parts of a log settle the names
+  kChange,
+  kOneSide,    ///< the structure is selected again on one side of a change
+  kConstant,   ///< an effect without a date is preferred to a change
+  kTemporary,  ///< a change that ends again
+  kSlowStick,  ///< an effect must hold whatever a slowly logged stick did between its rows
+  kWeakEffect,
+  kCount
+};
+
 /// The request of `m100-lab identify`, after parsing.
 struct Request {
   std::string axis;                   ///< "roll", "pitch", "yaw_rate", "climb" or "translation"
@@ -27,6 +43,10 @@ struct Request {
   double wind_from_first_s = 0.0;  ///< translation: each flight's wind comes from its first seconds; 0: it is fitted
   std::size_t refits = 40;         ///< maximum number of refits for the intervals; 0: no intervals
   std::function<void(const std::string&)> progress;  ///< one short line at a time; may be empty
+  /// Asked when a special test is about to change the answer: whether it may. Empty: all may.
+  std::function<bool(SpecialTest)> may_act;
+
+  bool acts(SpecialTest test) const { return !may_act || may_act(test); }
 };
 
 /// Whether training and validation ranges lie in one log.

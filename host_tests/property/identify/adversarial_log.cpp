@@ -213,7 +213,8 @@ AdversarialLog adversarial_log(const std::string& kind, std::uint64_t seed) {
   return out;
 }
 
-lab::identify::IdentifyResult identify_log(const AdversarialLog& truth, std::size_t refits) {
+lab::identify::IdentifyResult identify_log(const AdversarialLog& truth, std::size_t refits,
+                                           std::function<bool(lab::identify::SpecialTest)> may_act) {
   lab::identify::Request request;
   request.axis = truth.axis;
   request.declared = truth.declared;
@@ -221,6 +222,7 @@ lab::identify::IdentifyResult identify_log(const AdversarialLog& truth, std::siz
   request.validate = truth.validate;
   request.log = request.validation_log = &truth.log;
   request.refits = refits;
+  request.may_act = std::move(may_act);
   return lab::identify::identify_axis(request);
 }
 

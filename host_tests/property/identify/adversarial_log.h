@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host_tests/lab/identify/output/result.h"
+#include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/logs/flight_log.h"
 
 namespace m100::host_tests {
@@ -48,7 +49,8 @@ enum class Classification { kRight, kUndecided, kWrongName, kFalseAcceptance, kF
 ///   refused       a healthy log that does not get "nothing missing"
 Classification classify(const AdversarialLog& truth, const lab::identify::IdentifyResult& result);
 
-/// Runs identify with the log's declaration and ranges.
-lab::identify::IdentifyResult identify_log(const AdversarialLog& truth, std::size_t refits = 0);
+/// Runs identify with the log's declaration and ranges. @param may_act  as in Request
+lab::identify::IdentifyResult identify_log(const AdversarialLog& truth, std::size_t refits = 0,
+                                           std::function<bool(lab::identify::SpecialTest)> may_act = {});
 
 }  // namespace m100::host_tests

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// identify_adversarial_logs [--logs N] [--seed S] [--kind WORDS] [--unseen] [--verbose]: the matrix of adversarial
-// logs, or of those of unseen. Exit code 1 if a required rate is missed.
+// identify_adversarial_logs [--logs N] [--seed S] [--kind WORDS] [--unseen] [--without K] [--verbose]: the matrix of
+// adversarial logs, or of those of unseen, without special test K. Exit code 1 if a required rate is missed.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -25,6 +25,7 @@ struct Options {
   std::string only;
   bool unseen = false;
   bool verbose = false;
+  std::size_t without = static_cast<std::size_t>(-1);
 };
 
 struct Tally {
@@ -100,7 +101,12 @@ Tally run(const std::string& kind, const Options& options) {
     ++tally.logs;
     try {
       const std::clock_t started = std::clock();
-      const auto result = identify_log(truth, options.unseen ? 40 : 0);
+      std::string acted;
+      const auto result = identify_log(truth, options.unseen ? 40 : 0, [&](m100::lab::identify::SpecialTest test) {
+        const auto which = static_cast<std::size_t>(test);
+        acted += " " + std::to_string(which);
+        return which != options.without;
+      });
       const double cost_s = static_cast<double>(std::clock() - started) / CLOCKS_PER_SEC;
       tally.cost_s.push_back(cost_s * 60.0 / (static_cast<double>(truth.log.size) * truth.log.period_s));
       const Classification answer = classify(truth, result);
@@ -108,10 +114,10 @@ Tally run(const std::string& kind, const Options& options) {
       const double evidence = weigh(truth, answer, tally);
       count_dates(truth, result, tally);
       if (options.verbose) {
-        std::printf("  %llu %s (change at %.1f): %d v/t %.2f bound %.0f cost %.2f fit %.0f %s\n",
+        std::printf("  %llu %s (change at %.1f): %d v/t %.2f bound %.0f cost %.2f fit %.0f acted%s: %s\n",
                     static_cast<unsigned long long>(number), truth.axis.c_str(), truth.change_s,
                     static_cast<int>(answer), result.validation_over_training, evidence, tally.cost_s.back(),
-                    result.final_model.fit_percent, in_words(result).c_str());
+                    result.final_model.fit_percent, acted.c_str(), in_words(result).c_str());
       }
     } catch (const std::exception& refused) {
       ++tally.stopped;
@@ -130,6 +136,7 @@ Options parsed(const std::vector<std::string>& given) {
     out.logs = given[k] == "--logs" ? std::atoi(value.c_str()) : out.logs;
     out.seed = given[k] == "--seed" ? std::strtoull(value.c_str(), nullptr, 10) : out.seed;
     out.only = given[k] == "--kind" ? value : out.only;
+    out.without = given[k] == "--without" ? std::strtoull(value.c_str(), nullptr, 10) : out.without;
     out.unseen = out.unseen || given[k] == "--unseen";
     out.verbose = out.verbose || given[k] == "--verbose";
   }

@@ -71,6 +71,21 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"DriftThatLooksLikeAChange", "lacks: gain drift", 770005}),
     [](const auto& one) { return one.param.name; });
 
+// Catches an ablation that runs every log with all tests: without the test of the freeze, none may be reported.
+TEST(UnseenLogAblation, LeavesOutTheTestThatIsForbidden) {
+  using lab::identify::SpecialTest;
+  const AdversarialLog truth = unseen_log("frozen stick", 51002);
+  for (const bool may : {true, false}) {
+    bool asked = false;
+    const lab::identify::IdentifyResult result = identify_log(truth, 0, [&](SpecialTest test) {
+      asked = asked || test == SpecialTest::kFrozenStick;
+      return may || test != SpecialTest::kFrozenStick;
+    });
+    EXPECT_TRUE(asked);
+    EXPECT_EQ(classify(truth, result) == Classification::kRight, may) << result.verdict;
+  }
+}
+
 // Catches a judge that excuses false acceptances: a large hidden effect must count as visible, an absent one not.
 TEST(UnseenLogBound, TellsWhatALogCanShow) {
   UnseenLogRandom rng(5);

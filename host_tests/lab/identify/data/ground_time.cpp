@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/identify/data/ground_time.h"
+#include "host_tests/lab/printed.h"
 #include "host_tests/lab/statistics.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <deque>
 
 namespace m100::lab::identify {
@@ -150,9 +150,8 @@ std::vector<std::pair<double, double>> ground_times(const FlightLog& log) {
 std::vector<Finding> ground_findings(const std::vector<std::pair<double, double>>& times) {
   std::vector<Finding> out;
   for (const auto& [from_s, to_s] : times) {
-    char text[120];
-    std::snprintf(text, sizeof text, "%.1f to %.1f s: on the ground, no answer to a held stick: excluded", from_s,
-                  to_s);
+    const std::string text =
+        printed("%.1f to %.1f s: on the ground, no answer to a held stick: excluded", from_s, to_s);
     out.push_back({.what = "on_ground", .signal = "", .from_s = from_s, .to_s = to_s, .text = text});
   }
   return out;

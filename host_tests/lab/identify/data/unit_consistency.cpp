@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <optional>
 
 #include "host_tests/lab/identify/data/log_defects.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -184,12 +184,10 @@ std::vector<Finding> falls(const FlightLog& log, const std::vector<char>& wanted
   if (*at < kFreeFalls * kStandardGravity_m_s2) {
     return {};
   }
-  std::array<char, 160> text{};
-  std::snprintf(
-      text.data(), text.size(),
+  const std::string text = printed(
       "velocity_z falls by %.0f m/s in half a second, much faster than free fall: is it in centimetres or feet?",
       0.5 * kWindow_s * *at);
-  return {{.what = "wrong_unit", .signal = "velocity_z", .text = text.data()}};
+  return {{.what = "wrong_unit", .signal = "velocity_z", .text = text}};
 }
 
 }  // namespace
@@ -211,10 +209,9 @@ std::vector<Finding> unit_contradictions(const FlightLog& log, const std::string
     }
     const std::string value(logs::name_of(witness.value));
     const std::string slope(logs::name_of(witness.slope));
-    std::array<char, 200> text{};
-    std::snprintf(text.data(), text.size(), "%s changes %.3g times as fast as %s shows: %s", value.c_str(), *factor,
-                  slope.c_str(), unit_of(*factor).c_str());
-    out.push_back({.what = "wrong_unit", .signal = axis == "climb" ? "velocity_z" : value, .text = text.data()});
+    const std::string text = printed("%s changes %.3g times as fast as %s shows: %s", value.c_str(), *factor,
+                                     slope.c_str(), unit_of(*factor).c_str());
+    out.push_back({.what = "wrong_unit", .signal = axis == "climb" ? "velocity_z" : value, .text = text});
   }
   if (out.empty() && axis == "climb" && log.has(Signal::kVelocityZ)) {
     out = falls(log, wanted);

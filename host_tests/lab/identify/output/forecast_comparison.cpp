@@ -2,10 +2,10 @@
 #include "host_tests/lab/identify/output/forecast_comparison.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <vector>
 
 #include "firmware/model/axis_effects.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -88,11 +88,9 @@ std::string forecast_sentence(const nlohmann::ordered_json& comparison) {
              row["most_alike"].get<std::string>() + ".";
     }
     if (row.contains("found_deviation") && row.contains("forecast_deviation")) {
-      char text[160];
-      std::snprintf(text, sizeof text, " %s is known to a standard deviation of %.3g; the forecast was %.3g.",
-                    row["effect"].get<std::string>().c_str(), row["found_deviation"].get<double>(),
-                    row["forecast_deviation"].get<double>());
-      out += text;
+      out += printed(" %s is known to a standard deviation of %.3g; the forecast was %.3g.",
+                     row["effect"].get<std::string>().c_str(), row["found_deviation"].get<double>(),
+                     row["forecast_deviation"].get<double>());
     }
   }
   return out;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/identify/output/result_text.h"
+#include "host_tests/lab/printed.h"
 
 #include <cstdarg>
 #include <cstdio>
@@ -13,11 +14,7 @@ Json to_json(const Interval& interval) {
   return {{"value", interval.value}, {"low", interval.low}, {"high", interval.high}};
 }
 
-std::string horizon_key(double age_s) {
-  char text[16];
-  std::snprintf(text, sizeof text, "%.1f", age_s);
-  return text;
-}
+std::string horizon_key(double age_s) { return printed("%.1f", age_s); }
 
 Json to_json(const HorizonErrors& errors) {
   Json out = Json::object();

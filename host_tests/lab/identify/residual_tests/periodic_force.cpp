@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/identify/residual_tests/periodic_force.h"
+#include "host_tests/lab/printed.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 namespace m100::lab::identify {
@@ -184,10 +184,7 @@ std::string check_vehicle_motion(const VehicleMotion& motion) {
   if (worst.empty() || (!motion.speed_m_s.empty() && hovering_shows(motion))) {
     return "";
   }
-  std::array<char, 96> text{};
-  std::snprintf(text.data(), text.size(), "%s has %.0f %% of its power at %.2f Hz", worst.c_str(), 100.0 * maximum,
-                motion.frequency_hz);
-  return text.data();
+  return printed("%s has %.0f %% of its power at %.2f Hz", worst.c_str(), 100.0 * maximum, motion.frequency_hz);
 }
 
 }  // namespace m100::lab::identify

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <numeric>
 
 #include "firmware/core/eigen.h"
 #include "host_tests/lab/identify/residual_tests/predictable_share.h"
 #include "host_tests/lab/identify/residual_tests/vibration_and_drift.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -17,12 +17,6 @@ namespace {
 using Vector = Eigen::VectorXd;
 
 std::string percent(double share) { return std::to_string(static_cast<int>(std::lround(100.0 * share))) + " %"; }
-
-struct ResidualPeak {
-  double hz = 0.0;
-  double share = 0.0;
-  double peak = 0.0;  // over the mean of its neighbourhood
-};
 
 constexpr double kMaxPiece_s = 120.0;    // longer pieces would need too many frequencies
 constexpr double kLongestHole_s = 10.0;  // across a longer gap a peak would appear with many side peaks
@@ -97,7 +91,7 @@ double power_at(const std::vector<Moment>& moments, const Piece& piece, double h
 
 // Periodogram of the thinned residual by direct sums: a thousand frequencies, a few hundred samples per minute. A
 // periodic force keeps its phase within a piece, and its power from piece to piece.
-ResidualPeak strongest_peak(const Vector& target, const ResidualInput& input, const Thinned& thinned) {
+SpectralLine strongest_peak(const Vector& target, const ResidualInput& input, const Thinned& thinned) {
   const std::vector<Moment> moments = moments_of(target, input, thinned);
   const std::vector<Piece> pieces = pieces_of(moments);
   double span_s = 0.0;
@@ -117,7 +111,7 @@ ResidualPeak strongest_peak(const Vector& target, const ResidualInput& input, co
       power[bin] += power_at(moments, piece, hz);
     }
   }
-  ResidualPeak line;
+  SpectralLine line;
   for (std::size_t bin = 0; bin < bins; ++bin) {
     const double hz = static_cast<double>(bin + 1) * kHighest_hz / static_cast<double>(bins);
     if (hz >= lowest_hz && total > 0.0 && power[bin] / total > line.share) {
@@ -148,9 +142,7 @@ void report_bursts(const Vector& target, const Vector& beyond, const Thinned& th
     std::string text = "bursts (" + percent(burst / target.squaredNorm()) + " of the power";
     const std::size_t at = thinned.begin[static_cast<std::size_t>(largest)];
     if (at < time_s.size()) {
-      char where[48];
-      std::snprintf(where, sizeof where, ", the largest at %.1f s", time_s[at]);
-      text += where;
+      text += printed(", the largest at %.1f s", time_s[at]);
     }
     out.push_back(text + ")");
   }
@@ -182,25 +174,17 @@ Vector subtract_uncertainty(const Vector& sizes, const Vector& input_uncertainty
 void report_peaks(const ResidualInput& input, const std::vector<Vector>& targets, const Thinned& thinned,
                   const ResidualOptions& options, ResidualFinding& finding) {
   const auto say = [&](const char* format, double a, double b = 0.0) {
-    char text[96];
-    std::snprintf(text, sizeof text, format, a, b);
-    finding.unexplained.emplace_back(text);
+    finding.unexplained.push_back(printed(format, a, b));
   };
   for (const std::vector<double>& residual : input.residuals) {
-    const VibrationPeak line = vibration_peak(residual, input.sample_period_s, input.row_s);
+    const SpectralLine line = vibration_peak(residual, input.sample_period_s, input.row_s);
     if (line.share > options.periodic_share && line.peak > options.periodic_peak) {
-      finding.peak_hz = line.hz;
-      finding.peak_share = line.share;
       say("periodic %.1f Hz", line.hz);
       return;  // thinned, it would appear again under a false frequency
     }
   }
   for (const Vector& target : targets) {
-    const ResidualPeak line = strongest_peak(target, input, thinned);
-    if (line.share > finding.peak_share) {
-      finding.peak_hz = line.hz;
-      finding.peak_share = line.share;
-    }
+    const SpectralLine line = strongest_peak(target, input, thinned);
     if (line.share > options.periodic_share && line.peak > options.periodic_peak) {
       say("periodic %.2f Hz", line.hz);
       break;
@@ -216,18 +200,6 @@ void report_peaks(const ResidualInput& input, const std::vector<Vector>& targets
 }
 
 }  // namespace
-
-std::vector<std::vector<double>> lagged(const std::vector<double>& channel, const std::vector<std::size_t>& lags) {
-  std::vector<std::vector<double>> out;
-  for (const std::size_t lag : lags) {
-    std::vector<double> column(channel.size());
-    for (std::size_t i = 0; i < channel.size(); ++i) {
-      column[i] = channel[i >= lag ? i - lag : 0];
-    }
-    out.push_back(std::move(column));
-  }
-  return out;
-}
 
 void merge(std::vector<RegressorGroup>& into, std::vector<RegressorGroup> more) {
   if (into.empty()) {

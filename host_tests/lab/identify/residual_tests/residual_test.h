@@ -53,8 +53,6 @@ struct ResidualFinding {
     double shifted = 0.0;    ///< the best that any group reached on any shifted residual
   };
   std::vector<Share> shares;  ///< all groups, largest first
-  double peak_hz = 0.0;       ///< strongest spectral peak
-  double peak_share = 0.0;
   double rms = 0.0;
 };
 
@@ -72,8 +70,5 @@ void merge(std::vector<RegressorGroup>& into, std::vector<RegressorGroup> more);
 
 /// Correlation of a series with itself `lag` samples earlier, about its mean or about zero. 0 without power.
 double autocorrelation(const std::vector<double>& values, std::size_t lag, bool about_mean);
-
-/// Lags of a channel as columns: for each lag the value that many samples ago, or the first value.
-std::vector<std::vector<double>> lagged(const std::vector<double>& channel, const std::vector<std::size_t>& lags);
 
 }  // namespace m100::lab::identify

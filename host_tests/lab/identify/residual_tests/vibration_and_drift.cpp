@@ -43,8 +43,8 @@ double height_of(const std::vector<double>& power, std::size_t bin, const Neighb
   return around > 0.0 ? power[bin] * count / around : 0.0;
 }
 
-VibrationPeak vibration_peak(const std::vector<double>& residual, double period_s, double row_s) {
-  VibrationPeak line;
+SpectralLine vibration_peak(const std::vector<double>& residual, double period_s, double row_s) {
+  SpectralLine line;
   const auto length = static_cast<std::size_t>(std::lround(kPiece_s / period_s));
   const double resolution_hz = 1.0 / (static_cast<double>(length) * period_s);
   const auto first = static_cast<std::size_t>(std::ceil(kSlowest_hz / resolution_hz));

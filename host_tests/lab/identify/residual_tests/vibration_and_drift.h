@@ -18,7 +18,7 @@ struct Neighbourhood {
 /// Ratio of a spectral peak to the mean power around it; 0 where there is no power.
 double height_of(const std::vector<double>& power, std::size_t bin, const Neighbourhood& place);
 
-struct VibrationPeak {
+struct SpectralLine {
   double hz = 0.0;
   double share = 0.0;  ///< of the power of the whole residual
   double peak = 0.0;   ///< over the mean of its neighbourhood
@@ -28,7 +28,7 @@ struct VibrationPeak {
 /// residual must not be thinned, or the peak would be aliased. Cost: linear in samples.
 /// @param row_s  time between the log's own rows, if it was resampled from slower ones: peaks above 0.45 / row_s come
 ///   from the resampling and are not searched
-VibrationPeak vibration_peak(const std::vector<double>& residual, double period_s, double row_s = 0.0);
+SpectralLine vibration_peak(const std::vector<double>& residual, double period_s, double row_s = 0.0);
 
 struct Drift {
   double share = 0.0;  ///< of the power of the residual that a straight line over time takes

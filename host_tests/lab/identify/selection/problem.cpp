@@ -2,9 +2,7 @@
 #include "host_tests/lab/identify/selection/problem.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 #include <limits>
 
@@ -17,6 +15,7 @@
 #include "host_tests/lab/identify/selection/structure_spread.h"
 #include "host_tests/lab/identify/selection/verdict.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -43,17 +42,14 @@ void withdraw_unconfirmed(const Problem& problem, Selection& selection) {
     const double plain_rmse = problem.validation_rmse(plain);
     if (problem.validation_rmse(fit) < max_validation_ratio(selection.steps[at]) * plain_rmse) {
       if (stays) {
-        std::array<char, 120> text{};
-        std::snprintf(text.data(), text.size(),
-                      "%s is fitted in every model; at its declared value the validation error would be %.4g",
-                      name.c_str(), plain_rmse);
-        selection.notes.emplace_back(text.data());
+        selection.notes.push_back(
+            printed("%s is fitted in every model; at its declared value the validation error would be %.4g",
+                    name.c_str(), plain_rmse));
       }
       continue;
     }
     selection.notes.push_back(name + " improves the training error but not the validation error: it was withdrawn");
-    std::erase_if(selection.not_separable,
-                  [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
+    std::erase_if(selection.not_separable, [&](const auto& group) { return has(group, name); });
     selection.steps.erase(selection.steps.begin() + static_cast<std::ptrdiff_t>(at));
     fit = stays ? fit : plain;
   }

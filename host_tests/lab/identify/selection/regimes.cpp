@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/identify/selection/regimes.h"
+#include "host_tests/lab/printed.h"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -82,11 +81,8 @@ void add_change(SideFindings& side_findings, const Change& change) {
 }
 
 Finding regime_note(const Request& side) {
-  std::array<char, 120> text{};
-  std::snprintf(text.data(), text.size(),
-                "effects, errors and intervals are from one side of the change only: %.1f to %.1f s",
-                side.train.front().first, side.validate.back().second);
-  return note(text.data());
+  return note(printed("effects, errors and intervals are from one side of the change only: %.1f to %.1f s",
+                      side.train.front().first, side.validate.back().second));
 }
 
 }  // namespace m100::lab::identify

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numeric>
 
 #include "host_tests/lab/identify/selection/criteria.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -152,13 +152,11 @@ ValidationComparison compare_validation(const std::vector<std::vector<double>>& 
 void check_completeness(const ValidationComparison& parts, const CompletenessLimits& limits, IdentifyResult& result) {
   const double rms_ratio = std::sqrt(parts.ratio);
   result.validation_over_training = rms_ratio;
-  char text[200];
   const bool at_floor =
       result.noise_floor > 0.0 && result.final_model.validation_rmse < limits.floor_factor * result.noise_floor;
   if (result.final_model.fit_percent < limits.min_fit_percent && !at_floor) {
-    std::snprintf(text, sizeof text, "the model explains only %.0f %% of the motion in the validation part",
-                  std::max(0.0, result.final_model.fit_percent));
-    result.unexplained.emplace_back(text);
+    result.unexplained.push_back(printed("the model explains only %.0f %% of the motion in the validation part",
+                                         std::max(0.0, result.final_model.fit_percent)));
   }
   if (parts.across_a_change) {
     return;
@@ -171,12 +169,10 @@ void check_completeness(const ValidationComparison& parts, const CompletenessLim
   const double maximum = starts_count || !result.changes.empty() ? rms_ratio : later_ratio;
   if (is_another_vehicle(parts, limits, !result.effects.empty() || !result.changes.empty(), maximum)) {
     const bool alone = result.unexplained.empty();
-    std::snprintf(
-        text, sizeof text,
+    result.unexplained.push_back(printed(
         "the validation error is %.2f times the training error (limit %.2g; probability by chance %.1g, at least %.1g)",
         maximum > limits.max_ratio ? maximum : later_ratio, limits.max_ratio, parts.probability,
-        limits.min_probability);
-    result.unexplained.emplace_back(text);
+        limits.min_probability));
     if (alone) {
       result.findings.push_back(
           note("probably the air changed and the vehicle did not: the validation part is predicted worse, but no model "

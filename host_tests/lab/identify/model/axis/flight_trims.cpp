@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/identify/model/axis/flight_trims.h"
+#include "host_tests/lab/printed.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace m100::lab::identify {
 namespace {
@@ -149,10 +149,9 @@ bool moved(const AxisProblem& problem, const std::vector<FlightTrim>& more) {
 std::string describe(const std::vector<FlightTrim>& trims) {
   std::string out = "each flight has a trim of its own; deviations from the mean trim [counts]:";
   for (std::size_t k = 0; k < trims.size(); ++k) {
-    char text[96];
-    std::snprintf(text, sizeof text, "%s log %zu %+.4g [%.4g, %.4g]", k > 0 ? "," : "", k + 1, trims[k].size.value,
-                  trims[k].size.low, trims[k].size.high);
-    out += trims[k].known ? text : "";
+    out += trims[k].known ? printed("%s log %zu %+.4g [%.4g, %.4g]", k > 0 ? "," : "", k + 1, trims[k].size.value,
+                                    trims[k].size.low, trims[k].size.high)
+                          : "";
   }
   return out;
 }

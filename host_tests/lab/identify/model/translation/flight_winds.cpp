@@ -9,6 +9,7 @@
 #include <Eigen/Cholesky>
 
 #include "host_tests/lab/identify/model/translation/coordinate_search.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::identify::translation {
 namespace {
@@ -203,11 +204,10 @@ bool are_distinct(const std::vector<FlightWind>& winds) {
 std::string describe(const std::vector<FlightWind>& winds) {
   std::string out = "each flight has a wind of its own; deviations from the mean wind (acceleration at rest, 95 %):";
   for (std::size_t k = 0; k < winds.size(); ++k) {
-    char text[120];
-    std::snprintf(text, sizeof text, "%s log %zu x %+.3f +-%.3f, y %+.3f +-%.3f m/s^2", k > 0 ? ";" : "", k + 1,
-                  winds[k].accel_m_s2[0], 1.96 * winds[k].sigma_m_s2[0], winds[k].accel_m_s2[1],
-                  1.96 * winds[k].sigma_m_s2[1]);
-    out += winds[k].known ? text : "";
+    out += winds[k].known ? printed("%s log %zu x %+.3f +-%.3f, y %+.3f +-%.3f m/s^2", k > 0 ? ";" : "", k + 1,
+                                    winds[k].accel_m_s2[0], 1.96 * winds[k].sigma_m_s2[0], winds[k].accel_m_s2[1],
+                                    1.96 * winds[k].sigma_m_s2[1])
+                          : "";
   }
   return out;
 }
@@ -230,14 +230,11 @@ std::string describe_head_winds(const TranslationDataSet& part, const Fit& fit, 
   const TranslationBlocks& head = *part.blocks.head;
   std::vector<char> seen;
   const Winds winds = least_squares(head, wind_columns(head), rows_left(head, fit), {}, seen);
-  char text[120];
-  std::snprintf(text, sizeof text,
-                "the wind of each flight was estimated in its first %.4g s (acceleration at rest):", head_s);
-  std::string out = text;
+  std::string out =
+      printed("the wind of each flight was estimated in its first %.4g s (acceleration at rest):", head_s);
   for (std::size_t k = 0; k < seen.size(); ++k) {
     const auto column = static_cast<Eigen::Index>(k);
-    std::snprintf(text, sizeof text, " log %zu x %+.3f, y %+.3f m/s^2;", k + 1, winds(0, column), winds(1, column));
-    out += seen[k] != 0 ? text : "";
+    out += seen[k] != 0 ? printed(" log %zu x %+.3f, y %+.3f m/s^2;", k + 1, winds(0, column), winds(1, column)) : "";
   }
   out.pop_back();
   return out;

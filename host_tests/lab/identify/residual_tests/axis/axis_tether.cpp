@@ -2,13 +2,12 @@
 #include "host_tests/lab/identify/residual_tests/axis/axis_tether.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <vector>
 
 #include "host_tests/lab/identify/residual_tests/axis/axis_change_point.h"
 #include "host_tests/lab/identify/residual_tests/score_test.h"
+#include "host_tests/lab/printed.h"
 #include "host_tests/lab/statistics.h"
 
 namespace m100::lab::identify {
@@ -121,13 +120,11 @@ std::optional<AxisTether> detect_tether_force(const AxisData& data, const std::v
 }
 
 Finding tether_finding(const AxisTether& tether, const std::string& response) {
-  std::array<char, 240> text{};
-  std::snprintf(
-      text.data(), text.size(),
+  const std::string text = printed(
       "%s falls by %.2f m/s per metre of height %s %.2f m, counted from the start of each log (likelihood ratio %.0f): "
       "a force that depends on position, such as a tether, a wall or the ground",
       response.c_str(), tether.rate_per_s, tether.above ? "above" : "below", tether.edge_m, tether.likelihood_ratio);
-  return {.what = "position_force", .signal = response, .text = text.data()};
+  return {.what = "position_force", .signal = response, .text = text};
 }
 
 }  // namespace m100::lab::identify

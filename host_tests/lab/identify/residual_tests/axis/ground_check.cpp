@@ -2,9 +2,9 @@
 #include "host_tests/lab/identify/residual_tests/axis/ground_check.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
+
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -69,27 +69,23 @@ bool is_at_rest(const AxisProblem& problem, const Request& request, const Fit& f
 
 std::string ground_reason(const AxisProblem& problem, const Request& request, const Fit& fit, const Change& change) {
   constexpr double kSilent = 0.15;  // of the other side's gain; less is no answer, as in ground_times
-  std::array<char, 160> text{};
   if (change.name == "gain") {
     // A reversed response is still a response, so absolute gains are compared.
     const double before = std::abs(change.parameters.front().value);
     const double after = std::abs(change.parameters.back().value);
     const bool stops = after < before;
     if ((stops ? after / before : before / after) <= kSilent) {
-      std::snprintf(
-          text.data(), text.size(),
+      return printed(
           "the vehicle does not answer %s %s %.1f s: it is on the ground or in another mode; leave that part out",
           problem.stick_name().c_str(), stops ? "after" : "before", change.at_s);
-      return text.data();
     }
   }
   const bool after = is_at_rest(problem, request, fit, change.at_s, true);
   if (after || is_at_rest(problem, request, fit, change.at_s, false)) {
-    std::snprintf(text.data(), text.size(),
-                  "%s is too still for flight %s %.1f s: the vehicle is on the ground; leave that part out",
-                  request.axis.c_str(), after ? "after" : "before", change.at_s);
+    return printed("%s is too still for flight %s %.1f s: the vehicle is on the ground; leave that part out",
+                   request.axis.c_str(), after ? "after" : "before", change.at_s);
   }
-  return text.data();
+  return "";
 }
 
 }  // namespace m100::lab::identify

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/identify/residual_tests/axis/stick_freeze.h"
+#include "host_tests/lab/printed.h"
 #include "host_tests/lab/statistics.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 #include <map>
 
@@ -153,13 +152,12 @@ std::vector<Finding> stick_freeze(const std::vector<const AxisDataSet*>& parts, 
     return {};
   }
   const AxisSignals& signals = parts.front()->signals;
-  std::array<char, 200> text{};
-  std::snprintf(text.data(), text.size(),
-                "%s holds one value for up to %.1f s while %s keeps moving; %.0f %% of the residual power lies there: "
-                "the column may be frozen",
-                signals.stick_name.c_str(), static_cast<double>(longest) * signals.data.period_s,
-                signals.response_name.c_str(), 100.0 * frozen.sum / all.sum);
-  return {{.what = "frozen", .signal = signals.stick_name, .text = text.data()}};
+  const std::string text = printed(
+      "%s holds one value for up to %.1f s while %s keeps moving; %.0f %% of the residual power lies there: "
+      "the column may be frozen",
+      signals.stick_name.c_str(), static_cast<double>(longest) * signals.data.period_s, signals.response_name.c_str(),
+      100.0 * frozen.sum / all.sum);
+  return {{.what = "frozen", .signal = signals.stick_name, .text = text}};
 }
 
 }  // namespace m100::lab::identify

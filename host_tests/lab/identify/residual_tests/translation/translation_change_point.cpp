@@ -2,9 +2,7 @@
 #include "host_tests/lab/identify/residual_tests/translation/translation_change_point.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <utility>
 
@@ -13,6 +11,7 @@
 #include "host_tests/lab/identify/model/translation/translation_family.h"
 #include "host_tests/lab/identify/model/translation/translation_regression.h"
 #include "host_tests/lab/identify/residual_tests/change_scan.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::identify::translation {
 namespace {
@@ -235,12 +234,10 @@ std::vector<Finding> position_force(const TranslationDataSet& training, const Fi
   if (ratio < kThreshold || pull_m_s2 < kMin_m_s2) {
     return {};
   }
-  std::array<char, 160> text{};
-  std::snprintf(
-      text.data(), text.size(),
+  const std::string text = printed(
       "a force pulls back the farther the vehicle is away (%.2f and %.2f m/s^2 per metre along x and y): a tether?",
       -solution(before), -solution(before + 1));
-  return {{.what = "position_force", .signal = "position", .text = text.data()}};
+  return {{.what = "position_force", .signal = "position", .text = text}};
 }
 
 }  // namespace m100::lab::identify::translation

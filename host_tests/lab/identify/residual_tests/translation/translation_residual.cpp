@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 
 #include "host_tests/lab/identify/model/translation/translation_family.h"
 #include "host_tests/lab/identify/residual_tests/residual_test.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::identify::translation {
 namespace {
@@ -37,10 +37,8 @@ std::string describe_oscillation(const std::vector<double>& residual, double per
   if (!(lowest < kOscillation)) {
     return "";
   }
-  std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(), "oscillation near %.2f Hz (autocorrelation %.2f half a period later)",
-                0.5 / (static_cast<double>(at) * period_s), lowest);
-  return text.data();
+  return printed("oscillation near %.2f Hz (autocorrelation %.2f half a period later)",
+                 0.5 / (static_cast<double>(at) * period_s), lowest);
 }
 
 /// One column for each lag: the channel that much earlier than the blocks' samples.
