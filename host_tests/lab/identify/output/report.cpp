@@ -96,11 +96,16 @@ std::string explained(const IdentifyResult& r) {
 std::string remains(const IdentifyResult& r) {
   const std::string floor =
       r.noise_floor > 0 ? " The noise floor is " + number(r.noise_floor) + " " + unit_of(r.axis) + "." : "";
+  const bool has_pattern = !r.remainder.empty() && r.remainder.front().predicted > r.remainder.front().chance;
+  const std::string pattern =
+      has_pattern ? " Most of the remainder that any channel predicts: " + described(r.remainder.front()) + " (" +
+                        number(100.0 * r.remainder.front().predicted) + " % on unseen data)."
+                  : "";
   return (r.verdict == "unexplained"
               ? "unexplained: " + (r.unexplained.empty() ? std::string("the residual") : joined(r.unexplained, "; "))
               : number(r.final_model.validation_rmse) + " " + unit_of(r.axis) +
                     ", in which no known effect was found") +
-         "." + floor;
+         "." + floor + pattern;
 }
 
 /// Errors of the declared and of the final model, and the final validation error over the training error.
@@ -326,6 +331,7 @@ plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin)
   plot::Page page("Identification: " + result.axis);
   summary(page, result, origin);
   effect_table(page, result);
+  remainder_figures(page, result, unit_of(result.axis));
   page.heading("Figures");
   residual_figures(page, result);
   autocorrelations(page, result);
