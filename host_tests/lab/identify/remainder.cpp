@@ -230,7 +230,7 @@ class Remainder {
     const Eigen::LDLT<Matrix> solver(normal);
     const Vector about = target_.array() - target_.mean();
     const Vector weights = solver.solve(x.transpose() * about);
-    const Vector left = about - x * weights;
+    Vector left = about - x * weights;
     Matrix scores = Matrix::Zero(static_cast<Eigen::Index>(block_.back()) + 1, columns);
     for (Eigen::Index row = 0; row < rows; ++row) {
       scores.row(static_cast<Eigen::Index>(block_[static_cast<std::size_t>(row)])) += left(row) * x.row(row);
@@ -324,8 +324,11 @@ std::vector<RemainderInput> remainder_of(const IdentifyResult& translation) {
   for (const std::string direction : {"x", "y", "z"}) {
     RemainderInput one{.direction = direction, .row_s = figures.sample_period_s, .t_s = figures.t_s};
     for (const Series& series : figures.series) {
-      one.error = series.name == "final_residual_" + direction ? series.values : std::move(one.error);
-      one.model = series.name == "input_" + direction ? series.values : std::move(one.model);
+      if (series.name == "final_residual_" + direction) {
+        one.error = series.values;
+      } else if (series.name == "input_" + direction) {
+        one.model = series.values;
+      }
     }
     if (one.error.size() == one.t_s.size() && !one.error.empty()) {
       out.push_back(std::move(one));

@@ -93,14 +93,18 @@ std::string explained(const IdentifyResult& r) {
          (before > 0.0 ? " (" + plot::percent(after / before - 1.0) + ")" : "") + ".";
 }
 
+/// Whether a channel predicts more of what the model leaves than chance reaches.
+bool has_pattern(const IdentifyResult& r) {
+  return !r.remainder.empty() && r.remainder.front().predicted > r.remainder.front().chance;
+}
+
 std::string remains(const IdentifyResult& r) {
   const std::string floor =
       r.noise_floor > 0 ? " The noise floor is " + number(r.noise_floor) + " " + unit_of(r.axis) + "." : "";
-  const bool has_pattern = !r.remainder.empty() && r.remainder.front().predicted > r.remainder.front().chance;
-  const std::string pattern =
-      has_pattern ? " Most of the remainder that any channel predicts: " + described(r.remainder.front()) + " (" +
-                        number(100.0 * r.remainder.front().predicted) + " % on unseen data)."
-                  : "";
+  const std::string pattern = has_pattern(r)
+                                  ? " Of the remainder, " + described(r.remainder.front()) + " would predict " +
+                                        number(100.0 * r.remainder.front().predicted) + " % on unseen data."
+                                  : "";
   return (r.verdict == "unexplained"
               ? "unexplained: " + (r.unexplained.empty() ? std::string("the residual") : joined(r.unexplained, "; "))
               : number(r.final_model.validation_rmse) + " " + unit_of(r.axis) +
@@ -206,7 +210,7 @@ void summary(plot::Page& page, const IdentifyResult& r, const ReportOrigin& orig
                      {"What it changes in flight", "not flown here: m100-lab loop flies both models."},
                      {"What remains", remains(r)}},
                     !misread.empty() || (r.verdict == "unexplained" && r.effects.empty()) ? "bad"
-                    : r.verdict == "unexplained"                                          ? "warn"
+                    : r.verdict == "unexplained" || has_pattern(r)                        ? "warn"
                                                                                           : "good");
   time_figure(page, r, r.axis == "translation" ? "_x" : "");
   page.end_answer();
