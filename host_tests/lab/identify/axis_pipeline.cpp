@@ -12,6 +12,7 @@
 #include "host_tests/lab/identify/common_structure.h"
 #include "host_tests/lab/identify/model/axis/flight_trims.h"
 #include "host_tests/lab/identify/processor_time.h"
+#include "host_tests/lab/identify/remainder.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_change_point.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_tether.h"
 #include "host_tests/lab/identify/residual_tests/axis/axis_time_offset.h"
@@ -59,7 +60,9 @@ class AxisPipeline {
         (this->*kTests[k])();
       }
     }
+    const RemainderInput remainder = remainder_of(*problem_, chosen_.final_model.fit);
     IdentifyResult result = conclude(*problem_, problem_->request(), std::move(chosen_), std::move(side_findings_));
+    result.remainder = remainder_curves({remainder}, *request_.log);
     result.elapsed_s = processor_s() - started_s;
     return result;
   }

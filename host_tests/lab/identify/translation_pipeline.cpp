@@ -8,6 +8,7 @@
 #include "host_tests/lab/identify/data/translation_repair.h"
 #include "host_tests/lab/identify/data/unit_consistency.h"
 #include "host_tests/lab/identify/processor_time.h"
+#include "host_tests/lab/identify/remainder.h"
 #include "host_tests/lab/identify/selection/problem.h"
 #include "host_tests/lab/identify/selection/regimes.h"
 #include "host_tests/lab/identify/translation_problem.h"
@@ -127,6 +128,7 @@ IdentifyResult identify_translation(const Request& request) {
   const std::vector<Finding> signs = misread_attitude(log, request.train);
   side_findings.findings.insert(side_findings.findings.end(), signs.begin(), signs.end());
   IdentifyResult result = TranslationPipeline(cleaned, std::move(side_findings)).run(!signs.empty());
+  result.remainder = remainder_curves(remainder_of(result), log);
   result.elapsed_s = processor_s() - started_s;
   return result;
 }

@@ -93,14 +93,23 @@ std::string explained(const IdentifyResult& r) {
          (before > 0.0 ? " (" + plot::percent(after / before - 1.0) + ")" : "") + ".";
 }
 
+/// Whether a channel predicts more of what the model leaves than chance reaches.
+bool has_pattern(const IdentifyResult& r) {
+  return !r.remainder.empty() && r.remainder.front().predicted > r.remainder.front().chance;
+}
+
 std::string remains(const IdentifyResult& r) {
   const std::string floor =
       r.noise_floor > 0 ? " The noise floor is " + number(r.noise_floor) + " " + unit_of(r.axis) + "." : "";
+  const std::string pattern = has_pattern(r)
+                                  ? " Of the remainder, " + described(r.remainder.front()) + " would predict " +
+                                        number(100.0 * r.remainder.front().predicted) + " % on unseen data."
+                                  : "";
   return (r.verdict == "unexplained"
               ? "unexplained: " + (r.unexplained.empty() ? std::string("the residual") : joined(r.unexplained, "; "))
               : number(r.final_model.validation_rmse) + " " + unit_of(r.axis) +
                     ", in which no known effect was found") +
-         "." + floor;
+         "." + floor + pattern;
 }
 
 /// Errors of the declared and of the final model, and the final validation error over the training error.
@@ -201,7 +210,7 @@ void summary(plot::Page& page, const IdentifyResult& r, const ReportOrigin& orig
                      {"What it changes in flight", "not flown here: m100-lab loop flies both models."},
                      {"What remains", remains(r)}},
                     !misread.empty() || (r.verdict == "unexplained" && r.effects.empty()) ? "bad"
-                    : r.verdict == "unexplained"                                          ? "warn"
+                    : r.verdict == "unexplained" || has_pattern(r)                        ? "warn"
                                                                                           : "good");
   time_figure(page, r, r.axis == "translation" ? "_x" : "");
   page.end_answer();
@@ -326,6 +335,7 @@ plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin)
   plot::Page page("Identification: " + result.axis);
   summary(page, result, origin);
   effect_table(page, result);
+  remainder_figures(page, result, unit_of(result.axis));
   page.heading("Figures");
   residual_figures(page, result);
   autocorrelations(page, result);

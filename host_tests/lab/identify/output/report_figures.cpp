@@ -129,7 +129,72 @@ void response(plot::Page& page, const Direction& d, const Stretches& pieces, dou
   page.figure(agree, "The part below one comes from air, noise, or a cause other than this input.");
 }
 
+std::string share_text(double share) { return std::to_string(std::lround(100.0 * std::max(0.0, share))) + " %"; }
+
+void remainder_panel(plot::Page& page, const RemainderCurve& curve, bool first, const std::string& unit) {
+  plot::Curve means{.name = "means of 30 groups", .color = plot::kOrange, .width = 5.0};
+  for (std::size_t k = 0; k < curve.mean_x.size(); ++k) {  // a point is a line of no length
+    const double next = curve.mean_x[std::min(k + 1, curve.mean_x.size() - 1)];
+    means.x.insert(means.x.end(), {curve.mean_x[k], 0.5 * (curve.mean_x[k] + next)});
+    means.y.insert(means.y.end(), {curve.mean[k], std::nan("")});
+  }
+  const plot::Curve low{
+      .name = "95 % from", .x = curve.x, .y = curve.low, .color = plot::kBlue, .width = 1.0, .dashed = true};
+  plot::Curve high = low;
+  high.name = "to";
+  high.y = curve.high;
+  const std::string shares =
+      share_text(curve.predicted) + " of the remainder on unseen data; chance reaches " + share_text(curve.chance);
+  page.figure(
+      plot::Figure{.title = (curve.is_gain ? "Gain of the command" : "Added to the command") +
+                            (curve.direction.empty() ? "" : ", direction " + curve.direction),
+                   .x_label = curve.channel + (curve.unit.empty() ? "" : " [" + curve.unit + "]"),
+                   .y_label = curve.is_gain ? "share of the gain" : unit,
+                   .lines = {means, low, high, {.name = "curve", .x = curve.x, .y = curve.value, .width = 2.2}},
+                   .levels = {{0.0, ""}},
+                   .height = 250},
+      curve.channel +
+          (curve.predicted > curve.chance ? " predicts " + shares : " predicts no more than chance: " + shares) +
+          (first ? "." : ". It predicts " + share_text(curve.after_first) + " of what the first curve leaves."));
+}
+
 }  // namespace
+
+std::string described(const RemainderCurve& curve) {
+  return (curve.is_gain ? "a gain that depends on " : "something added that depends on ") + curve.channel +
+         (curve.direction.empty() ? "" : " in direction " + curve.direction);
+}
+
+void remainder_figures(plot::Page& page, const IdentifyResult& result, const std::string& unit) {
+  if (result.remainder.empty()) {
+    return;
+  }
+  page.heading("What the final model leaves");
+  page.paragraph(
+      "The remainder is the command that the model would need in addition to answer as measured: the inverse dynamics "
+      "of the model, applied to measured minus simulated. So its cause is what a channel shows at the same moment. "
+      "Each "
+      "curve is judged on the fifth of the log that its fit has not seen, for every fifth in turn; those that predict "
+      "most come first. Sticks are shown as late as the model's delay lets them act.");
+  std::vector<std::string> drawn, more;
+  page.begin_grid();
+  for (const RemainderCurve& curve : result.remainder) {
+    const bool is_beyond_chance = curve.predicted > curve.chance;
+    if (!curve.x.empty() && (is_beyond_chance || result.verdict == "unexplained")) {
+      remainder_panel(page, curve, drawn.empty(), unit);
+      drawn.push_back(curve.channel);
+    } else if (is_beyond_chance) {
+      more.push_back(described(curve) + " " + share_text(curve.predicted));
+    }
+  }
+  page.end_grid();
+  if (drawn.empty()) {
+    page.paragraph("No channel of the log predicts more of the remainder than chance reaches (" +
+                   share_text(result.remainder.front().chance) + ").");
+  } else if (!more.empty()) {
+    page.paragraph("Also beyond chance: " + plot::joined(more, "; ") + ".");
+  }
+}
 
 const Series* series_named(const IdentifyResult& result, const std::string& name) {
   for (const Series& series : result.figures.series) {

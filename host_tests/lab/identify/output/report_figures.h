@@ -11,6 +11,13 @@ namespace m100::lab::identify {
 /// "input", "measured", "declared" and "final" with their residuals; a direction without "input" is left out.
 void specialist_figures(plot::Page& page, const IdentifyResult& result);
 
+/// Adds what the final model leaves, against the channels that predict most of it on unseen data: the first curves of a
+/// verdict "unexplained", otherwise those that predict more than chance. @param unit  of the response
+void remainder_figures(plot::Page& page, const IdentifyResult& result, const std::string& unit);
+
+/// The curve in words.
+std::string described(const RemainderCurve& curve);
+
 /// The series of a result by its name; null: there is none of this name.
 const Series* series_named(const IdentifyResult& result, const std::string& name);
 

@@ -118,6 +118,20 @@ struct Refitted {
   bool matters = false;  ///< `believed` is outside `found` and far from it; in m100-lab loop it also predicts worse
 };
 
+/// What the final model leaves, as a function of one channel of the log (remainder.h).
+struct RemainderCurve {
+  std::string channel;    ///< e.g. "stick_roll", "battery"
+  std::string unit;       ///< of the channel; empty: unknown
+  std::string direction;  ///< of motion (translation): "x", ...
+  bool is_gain = false;  ///< the command's gain changes with the channel, in shares of it; otherwise something is added
+  double predicted = 0.0;    ///< share of the remainder's variance, on data unseen by the curve; below 0: nothing
+  double chance = 0.0;       ///< the largest share that any curve reaches on a shifted remainder
+  double after_first = 0.0;  ///< share that it predicts of what the first curve leaves; 0 without points
+  std::vector<double> x{}, value{};      ///< the curve; empty: it is not among the first
+  std::vector<double> low{}, high{};     ///< 95 %
+  std::vector<double> mean_x{}, mean{};  ///< of groups with the same number of rows each
+};
+
 /// A series for a figure: one value per sample time; NaN where there is none.
 struct Series {
   std::string name;  ///< e.g. "measured", "declared", "final", "declared_residual", "final_residual"
@@ -151,6 +165,7 @@ struct IdentifyResult {
   std::vector<Refitted> refitted;         ///< filled only where a believed vehicle file was given
   double validation_over_training = 0.0;  ///< ratio of the root mean squares of the final model
   std::vector<CandidateRow> candidates;
+  std::vector<RemainderCurve> remainder;  ///< the largest share first
   Figures figures;
   double elapsed_s = 0.0;  ///< processor time of everything that led to this result
 };

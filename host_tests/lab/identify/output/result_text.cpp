@@ -96,6 +96,24 @@ Json change_points(const IdentifyResult& result) {
   return out;
 }
 
+Json remainder_of(const IdentifyResult& result) {
+  Json out = Json::array();
+  for (const RemainderCurve& curve : result.remainder) {
+    Json one{{"channel", curve.channel},        {"unit", curve.unit},
+             {"direction", curve.direction},    {"curve", curve.is_gain ? "gain" : "added"},
+             {"predicted", curve.predicted},    {"chance", curve.chance},
+             {"after_first", curve.after_first}};
+    if (!curve.x.empty()) {
+      one["x"] = curve.x;
+      one["value"] = curve.value;
+      one["low"] = curve.low;
+      one["high"] = curve.high;
+    }
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
 class Text {
  public:
   [[gnu::format(printf, 2, 3)]] void line(const char* format, ...) {
@@ -172,6 +190,7 @@ nlohmann::ordered_json to_json(const IdentifyResult& result) {
           {"findings", findings_of(result)},
           {"changes", change_points(result)},
           {"refitted", to_json(result.refitted)},
+          {"remainder", remainder_of(result)},
           {"validation_over_training", result.validation_over_training},
           {"candidates", std::move(candidates)},
           {"elapsed_s", result.elapsed_s}};

@@ -16,7 +16,6 @@ using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
 constexpr double kWorkRate_hz = 10.0;
-constexpr double kRidge = 0.02;  // of a column's own power: assumed share of noise in it
 
 /// Ridge regression of many targets on one group, cross-validated; normal equations are made once per fold.
 class GroupRegression {
@@ -42,7 +41,7 @@ class GroupRegression {
       }
       kept.triangularView<Eigen::StrictlyUpper>() = kept.transpose();
       for (Eigen::Index k = 1; k < kept.rows(); ++k) {
-        kept(k, k) += kRidge * static_cast<double>(rows);
+        kept(k, k) += group.ridge * static_cast<double>(rows);
       }
       kept(0, 0) += 1e-9 * static_cast<double>(rows);
       solvers_.emplace_back(kept);

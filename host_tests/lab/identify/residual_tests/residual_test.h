@@ -14,6 +14,7 @@ namespace m100::lab::identify {
 struct RegressorGroup {
   std::string source;  ///< its name in reports: "stick_roll", "stick_roll * stick_pitch", "battery"
   std::vector<std::vector<double>> columns;
+  double ridge = 0.02;  ///< penalty, in shares of a column's own power: assumed share of noise in it
 };
 
 struct ResidualInput {
