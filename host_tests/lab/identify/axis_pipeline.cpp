@@ -27,7 +27,7 @@
 namespace m100::lab::identify {
 namespace {
 
-/// Selects the structure of a log under its trims, and then runs the tests of one table in order (kTests).
+/// Selects the structure of a log under its trims, and then runs the tests in order.
 class AxisPipeline {
  public:
   explicit AxisPipeline(const Request& request) : request_(request) {
@@ -45,21 +45,16 @@ class AxisPipeline {
       }
       side_findings_.findings.push_back(note(describe(flight_trims_)));
     }
-    using Test = void (AxisPipeline::*)();
-    constexpr std::array<Test, 8> kTests{&AxisPipeline::detect_stick_freeze,
-                                         &AxisPipeline::detect_time_offset,
-                                         &AxisPipeline::detect_tether,
-                                         &AxisPipeline::settle_names,
-                                         &AxisPipeline::detect_change_point,
-                                         &AxisPipeline::check_flight_trims,
-                                         &AxisPipeline::withdraw_unconfirmed_effects,
-                                         &AxisPipeline::report_weak_effect};
-    constexpr std::size_t kSearches = 5;  // the first of them search for effects, clocks and changes
-    for (std::size_t k = 0; k < kTests.size(); ++k) {
-      if (!has_other_cause_ || k >= kSearches) {
-        (this->*kTests[k])();
+    for (const auto search :
+         {&AxisPipeline::detect_stick_freeze, &AxisPipeline::detect_time_offset, &AxisPipeline::detect_tether,
+          &AxisPipeline::settle_names, &AxisPipeline::detect_change_point}) {
+      if (!has_other_cause_) {
+        (this->*search)();
       }
     }
+    check_flight_trims();
+    withdraw_unconfirmed_effects();
+    report_weak_effect();
     const RemainderInput remainder = remainder_of(*problem_, chosen_.final_model.fit);
     IdentifyResult result = conclude(*problem_, problem_->request(), std::move(chosen_), std::move(side_findings_));
     result.remainder = remainder_curves({remainder}, *request_.log);
