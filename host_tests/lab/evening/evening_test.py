@@ -384,7 +384,7 @@ def whole(evening):
         expect(numbers["horizontal_m.corrected"] < 0.7 * numbers["horizontal_m.course"], "and makes the flight better")
     code, said = evening.call()
     expect(code == 0 and "the evening is complete" in said, "called again, it says that it is complete")
-    return numbers
+    return numbers | {"withdrawn.climb": "NOT KEPT: the corrected climb is worse as flown" in said}
 
 
 def all_evenings(m100, lab, work):
@@ -399,7 +399,8 @@ def all_evenings(m100, lab, work):
             continue
         before, after = numbers["pose_m.course"], numbers["pose_m.corrected"]
         for channel in ("climb", "yaw_rate"):
-            if f"axis.{channel}" in hidden and not numbers[f"found.{channel}"]:
+            withdrawn = numbers.get(f"withdrawn.{channel}")  # found, but worse as flown
+            if f"axis.{channel}" in hidden and not numbers[f"found.{channel}"] and not withdrawn:
                 wrong.append(f"{name}: {channel} was hidden and not found")
         print(f"{name}: distance from the course, root mean square: {before:.4f} m before, {after:.4f} m after "
               f"({100 * (after / before - 1):.0f} %); horizontal {numbers['horizontal_m.course']:.4f} and "
