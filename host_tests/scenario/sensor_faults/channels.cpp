@@ -242,6 +242,7 @@ FaultEffect effect_of(const Channel& channel, const Fault& fault, std::uint64_t 
   const FlightResult struck = lab::experiments::fly(plan);
   FaultEffect effect;
   bool commanded = true;
+  auto noticed_m = struck.trace.front().position_m;
   for (std::size_t i = 0; i < std::min(fault_free.trace.size(), struck.trace.size()); ++i) {
     const lab::experiments::TracePoint& point = struck.trace[i];
     const auto& a = fault_free.trace[i].position_m;
@@ -254,6 +255,10 @@ FaultEffect effect_of(const Channel& channel, const Fault& fault, std::uint64_t 
                            ? point.t_s - beginning_of(fault)
                            : FaultEffect::kNever;
     }
+    noticed_m = effect.after_s == FaultEffect::kNever ? b : noticed_m;
+    effect.went_on_m =
+        silent ? effect.went_on_m
+               : std::max(effect.went_on_m, std::hypot(b[0] - noticed_m[0], b[1] - noticed_m[1], b[2] - noticed_m[2]));
     effect.farthest_m = silent ? effect.farthest_m : std::max(effect.farthest_m, away_m);
     if (silent && commanded) {
       effect.speed_m_s = std::max(effect.speed_m_s, std::hypot(point.velocity_m_s[0], point.velocity_m_s[1]));

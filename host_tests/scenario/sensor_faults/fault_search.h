@@ -42,6 +42,7 @@ struct FaultEffect {
   double after_s = kNever;  ///< from the fault's beginning until the failsafe left its top
   double away_m = 0.0;      ///< largest distance from the flight without the fault, until after_s or kWatched_s
   double farthest_m = 0.0;  ///< largest distance until the pilot had the sticks, or until kWatched_s
+  double went_on_m = 0.0;   ///< from its place after after_s until the pilot had the sticks
   double speed_m_s = 0.0;   ///< horizontal, when the pilot got the sticks; 0 if never
 };
 /// How long a flight is watched after its course began; the tasks begin to move at 8 s.
