@@ -90,6 +90,8 @@ std::string open_svg(double width, double height, const Sheet& s, bool maps) {
   return out.str();
 }
 
+double y_tick_step(const Sheet& s) { return tick_step(s.y, std::max(2, static_cast<int>(s.height / 37.0))); }
+
 void draw_grid(std::ostream& out, const Sheet& s) {
   const double x_step = tick_step(s.x, std::max(2, static_cast<int>(s.width / 85.0)));
   for (double v = std::ceil(s.x.low / x_step) * x_step; v <= s.x.high + 1e-9 * x_step; v += x_step) {
@@ -97,7 +99,7 @@ void draw_grid(std::ostream& out, const Sheet& s) {
         << "\" stroke=\"#e6e6e6\"/>\n";
     text(out, s.px(v), s.top + s.height + 16, tick_label(v, x_step), "middle");
   }
-  const double y_step = tick_step(s.y, std::max(2, static_cast<int>(s.height / 37.0)));
+  const double y_step = y_tick_step(s);
   for (double v = std::ceil(s.y.low / y_step) * y_step; v <= s.y.high + 1e-9 * y_step; v += y_step) {
     out << "<line y1=\"" << s.py(v) << "\" y2=\"" << s.py(v) << "\" x1=\"" << s.left << "\" x2=\"" << s.left + s.width
         << "\" stroke=\"#e6e6e6\"/>\n";
@@ -173,6 +175,12 @@ Sheet sheet_of(const Figure& figure, bool bare) {
   }
   s.x = shown(figure.x_range, s.x, 0.0);
   s.y = shown(figure.y_range, s.y, 0.06);
+  const std::size_t longest =
+      std::max(tick_label(s.y.low, y_tick_step(s)).size(), tick_label(s.y.high, y_tick_step(s)).size());
+  const double wider =
+      std::max(0.0, 6.0 + 7.0 * static_cast<double>(longest) - left);  // 7 px a character, 6 to the axis
+  s.left += wider;
+  s.width -= wider;
   if (figure.equal_axes) {
     const double metre = std::min(s.width / s.x.size(), s.height / s.y.size());
     const double x_air = (s.width / metre - s.x.size()) / 2;
