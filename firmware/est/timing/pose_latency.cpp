@@ -12,9 +12,9 @@ constexpr double kHalfWindow_s = 0.5;
 constexpr double kMemoryPerWindow = 0.98347145382161749;  // exp(-1/60)
 constexpr std::uint32_t kFewest = 12;                     // poses in a useful window
 constexpr double kMinResidual_m = 5e-4;                   // no pose is better than this
-/// Errors of the model (gusts, the attitude loop) are correlated over half a second, whatever the rate of the poses:
-/// half of a window's poses count as one sample.
-constexpr double kSamplesPerWindow = 2.0;
+/// Errors of the model are correlated over a quarter of a second (gusts, the attitude loop), and over some ten poses:
+/// so many poses count as one sample.
+constexpr std::uint32_t kSamplesPerWindow = 4, kPosesPerSample = 10;
 /// Range of the latency without the jitter: no pose comes before its capture.
 constexpr double kEarliest_s = 0.0, kLatest_s = 0.25;
 /// Smallest latency that a window assumes. The newest attitude is older than the newest pose, so a window needs to look
@@ -208,8 +208,9 @@ void PoseLatency<T>::close_window() {
     const T spare = static_cast<T>(2 * sums_.count - 7);
     const T left = (rates > T(0) ? remainders - products * products / rates : remainders) / spare;
     constexpr T kMin = static_cast<T>(kMinResidual_m * kMinResidual_m);
-    const T per_pose = static_cast<T>(kSamplesPerWindow) / static_cast<T>(sums_.count);
-    const T weight = per_pose / (left > kMin ? left : kMin);
+    const std::uint32_t by_time = sums_.count / kSamplesPerWindow;
+    const T per_sample = static_cast<T>(by_time > kPosesPerSample ? by_time : kPosesPerSample);
+    const T weight = T(1) / ((left > kMin ? left : kMin) * per_sample);
     if (rates > T(0)) {
       information_ = static_cast<T>(kMemoryPerWindow) * information_ + rates * weight;
       weighted_ = static_cast<T>(kMemoryPerWindow) * weighted_ + weight * (products + rates * tau_in_window_s_);
