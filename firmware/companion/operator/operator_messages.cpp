@@ -74,6 +74,12 @@ void add_refusal(TextLine& line, const safety::Observation& observed) {
   add_causes(line, causes);
 }
 
+void add_lost_estimate(TextLine& line, const safety::Observation& seen) {
+  line.add("no estimate of the flight: newest pose ").add(core::seconds<double>(seen.estimate.pose_age), 2);
+  line.add(" s old, telemetry ").add(core::seconds<double>(seen.link.telemetry_age), 2).add(" s");
+  add_causes(line, RefusalCauses(FailsafeReason::kEstimateLost, seen));
+}
+
 std::string_view failure_text(safety::FlightFailure failure) {
   switch (failure) {
     case safety::FlightFailure::kTilt:
@@ -147,9 +153,7 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
     case FailsafeReason::kTelemetrySilent:
       return add_age(line, "telemetry silent", seen.link.telemetry_age, limits.telemetry_dead);
     case FailsafeReason::kEstimateLost:
-      line.add("no estimate of the flight: newest pose ").add(core::seconds<double>(seen.estimate.pose_age), 2);
-      line.add(" s old, telemetry ").add(core::seconds<double>(seen.link.telemetry_age), 2).add(" s");
-      return add_causes(line, RefusalCauses(cause, seen));
+      return add_lost_estimate(line, seen);
     case FailsafeReason::kControlGone:
       line.add(seen.link.in_control ? "the mode switch left F" : "control is not ours any more");
       return;

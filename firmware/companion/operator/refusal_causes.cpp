@@ -32,7 +32,7 @@ struct Row {
 
 // Where the same sign shows several, the likelier comes first: a false specific force or attitude falsifies the path
 // with which the poses are compared, and what was seen does not tell it from false poses.
-constexpr std::array kRows{
+constexpr std::array<Row, kRefusalCauseCount> kRows{{
     Row{RefusalCause::kLeverArm, "a lever arm", kJumped | kForce | kMotion, kLever, ""},
     Row{RefusalCause::kClimb, "the autopilot's climb speed or height", kClimb | kHeight, 0,
         "compare the autopilot's height with the room's while a hand lifts the aircraft"},
@@ -47,7 +47,7 @@ constexpr std::array kRows{
         kUnknownTilt | kRates | kAnswer | kForce | kMotion, 0,
         "calibrate the autopilot's inertial sensors, and see that it is fastened"},
     Row{RefusalCause::kAnswer, "a hand, a load or a damage that keeps the aircraft from answering", kAnswer, 0, ""},
-};
+}};
 
 constexpr const Row& row(RefusalCause cause) { return kRows[static_cast<std::size_t>(cause)]; }
 static_assert(std::all_of(kRows.begin(), kRows.end(), [](const Row& one) { return &row(one.cause) == &one; }));

@@ -24,6 +24,7 @@ enum class RefusalCause : std::uint8_t {
   kAttitude,
   kAnswer
 };
+inline constexpr std::size_t kRefusalCauseCount = 9;
 
 /// Whether poses come but are refused; the newest used one may be too old before they were refused for long enough.
 bool poses_are_refused(safety::FailsafeReason reason, const safety::Observation& seen);
@@ -37,7 +38,7 @@ class RefusalCauses {
   std::span<const RefusalCause> list() const { return std::span(causes_).first(count_); }
 
  private:
-  std::array<RefusalCause, 9> causes_{};
+  std::array<RefusalCause, kRefusalCauseCount> causes_{};
   std::size_t count_ = 0;
 };
 

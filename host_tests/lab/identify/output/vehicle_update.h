@@ -19,7 +19,7 @@ std::vector<std::string> put_axis(const IdentifyResult& result, model::Vehicle& 
 std::vector<Refitted> refitted(const model::Vehicle& believed, const IdentifyResult& result);
 
 /// Updates the axis' section of a vehicle file, or creates the file; `source` names the log that gave the numbers. The
-/// axis' former intervals and rivals are removed. @returns what put_axis returns. @throws VehicleFileError.
+/// axis' former intervals and rivals are removed. @returns what put_axis returns. @throws FileError.
 std::vector<std::string> update_vehicle_file(const std::string& path, const IdentifyResult& result,
                                              const std::string& source);
 
