@@ -150,7 +150,7 @@ class Command(unittest.TestCase):
 
 
 class FirstPage(unittest.TestCase):
-    NAMES = ("Matrice 100", "C++20", "Debian 12", "BSD-3-Clause")
+    NAMES = ("Matrice 100", "A3, N3 and M600 up to firmware 3.2", "C++20", "Debian 12", "BSD-3-Clause")
 
     @classmethod
     def bare_numbers(cls, page):

@@ -7,7 +7,7 @@ from measure.marked import Figure
 from measure.workspace import Source
 
 PROMISES, THREATS, MPC = "firmware/safety/PROMISES.md", "firmware/safety/THREATS.md", "firmware/mpc/README.md"
-LIMITS = "firmware/companion/guide/LIMITS.md"
+LIMITS, TESTS = "firmware/companion/guide/LIMITS.md", "host_tests/README.md"
 
 
 def figure_of(workspace, page, name):
@@ -39,6 +39,7 @@ def numbers(workspace):
     return {"first.release": Figure(first(r"within ([\d.]+ s) of the death or the hang of the program", promise)),
             "first.drift": Figure(f"{hover} in hover, {motion} if it begins in a motion"),
             "first.handed_over": Figure(first(r"([\d.]+ m/s)", figure_of(workspace, LIMITS, "fence.handed_over"))),
+            "first.main_job": Figure(figure_of(workspace, TESTS, "run.main_job")),
             "first.margins": Figure(f"{nominal} ms of delay margin become {corner} ms if gain and frequency are 20 % off")}
 
 
