@@ -17,7 +17,7 @@ struct Air : model::TranslationNumbers {
   /// from 0.392 / 0.618 to 1.044 / 0.697 deg, that is by 0.968 / 0.322 deg (roots of differences of squares). The jet's
   /// turbulence accounts for 0.27 deg of it on each axis (in this simulation), which leaves 0.930 / 0.175 deg of steady
   /// tilt: g tan(0.946 deg) = 0.162 m/s^2 at 11.25 m/s. This is the drag of an aircraft partly inside a jet; the drag
-  /// in a wide wind is more than ten times as large (published rotor drag: 0.2..0.5 1/s), see the README.
+  /// in a wide wind is more than ten times as large (published rotor drag: 0.2..0.5 1/s).
   static constexpr double kMeasuredDrag_per_s = 0.0144;
   Air() { linear_drag_per_s = kMeasuredDrag_per_s; }
   core::Vector<double, 3> wind_m_s = core::Vector<double, 3>::Zero();  ///< velocity of the air, world frame
@@ -77,7 +77,7 @@ struct Sensors {
   double attitude_noise_rad = 5e-5;
   double imu_rate_noise_rad_s = 0.003;
   double imu_acceleration_noise_m_s2 = 0.02;
-  // Errors of the autopilot's own estimates, from pitch_roll.csv and height.csv (figures in sim/README.md).
+  // Errors of the autopilot's own estimates, from pitch_roll.csv and height.csv (decision sim 5).
   double imu_offset_m_s2 = 0.2;       ///< of the specific force, drawn for each flight and axis
   double imu_vibration_m_s2 = 0.1;    ///< of the specific force, caused by the rotors; root mean square
   double velocity_zero_share = 0.45;  ///< share of time in which the horizontal velocity reads zero; 0: true velocity
