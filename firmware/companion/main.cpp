@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100: the program on the companion board. The subcommands are in the folders beside this file.
-#include <CLI/CLI.hpp>
-
 #include "firmware/companion/command_line.h"
-#include "firmware/companion/preflight/check.h"
-#include "firmware/companion/preflight/doctor.h"
-#include "firmware/companion/preflight/handshake.h"
-#include "firmware/companion/record/record.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/companion/version.h"
 
@@ -30,11 +24,10 @@ constexpr Example kExamples[]{
 }  // namespace
 
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of memory, which ends it as well
-  m100::companion::fill_standard_streams();
-  CLI::App m100{"m100: fly a Matrice 100 from a companion board"};
-  m100.require_subcommand(1);
-  m100.set_version_flag("--version", m100::companion::version_text("m100"));
-  m100.option_defaults()->always_capture_default();  // --help of every subcommand shows the default values
+  m100::companion::CommandLine m100{"m100: fly a Matrice 100 from a companion board"};
+  m100.require_subcommand();
+  m100.set_version(m100::companion::version_text("m100"));
+  m100.show_defaults();
   m100.footer("Exit codes: 0 done, 1 the answer is no, 2 wrong use or bad input (one line on stderr).");
   m100::companion::add_fly(m100);
   m100::companion::add_handshake(m100);
@@ -43,5 +36,5 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
   m100::companion::add_doctor(m100);
   m100::companion::add_check(m100);
   m100::companion::add_replay(m100);
-  return m100::companion::run_subcommand(m100, "m100", kExamples, {argv, static_cast<std::size_t>(argc)}, kFlights);
+  return m100.run("m100", kExamples, {argv, static_cast<std::size_t>(argc)}, kFlights);
 }

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <CLI/CLI.hpp>
-
+#include "firmware/companion/command_line.h"
 #include "host_tests/sim/body/body_choice.h"
 
 namespace m100::lab {
 
 /// Adds --body and --body-command.
-inline void add_body_options(CLI::App& command, sim::BodyChoice& body) {
+inline void add_body_options(const companion::Subcommand& command, sim::BodyChoice& body) {
   command.add_option("--body", body.body,
                      "identified: the response that was measured; json:HOST:PORT: a body whose physics another program "
                      "computes (ArduPilot's SIM_JSON), flown by the autopilot's own loops");

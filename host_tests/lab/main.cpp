@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab: the PC's program for the aircraft. Each subcommand is in its own folder (subcommands.h).
-#include <CLI/CLI.hpp>
-
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/version.h"
 #include "host_tests/lab/interruption.h"
@@ -42,14 +40,14 @@ constexpr Example kExamples[]{
 
 }  // namespace
 
-// Nothing outside of run_subcommand() depends on the command line, so only a lack of memory can throw there.
+// Nothing outside of run() depends on the command line, so only a lack of memory can throw there.
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see above
-  m100::companion::fill_standard_streams();
   m100::lab::explain_interruption("\nm100-lab: stopped before the end: the same command begins again\n");
-  CLI::App lab{"m100-lab: identify a Matrice 100 from its logs, make its gain tables, fly it in simulation"};
-  lab.require_subcommand(1);
-  lab.set_version_flag("--version", m100::companion::version_text("m100-lab"));
-  lab.option_defaults()->always_capture_default();  // --help of every subcommand shows them
+  m100::companion::CommandLine lab{
+      "m100-lab: identify a Matrice 100 from its logs, make its gain tables, fly it in simulation"};
+  lab.require_subcommand();
+  lab.set_version(m100::companion::version_text("m100-lab"));
+  lab.show_defaults();
   lab.footer("Exit codes: 0 done, 1 the answer is no, 2 wrong use or bad input (one line on stderr).");
   m100::lab::add_campaign(lab);
   m100::lab::add_convert(lab);
@@ -71,5 +69,5 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see abo
   m100::lab::add_reference(lab);
   m100::lab::add_evening(lab);
   m100::lab::add_bridge(lab);
-  return m100::companion::run_subcommand(lab, "m100-lab", kExamples, {argv, static_cast<std::size_t>(argc)});
+  return lab.run("m100-lab", kExamples, {argv, static_cast<std::size_t>(argc)});
 }

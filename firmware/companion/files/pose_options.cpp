@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/files/pose_options.h"
 
-#include <CLI/CLI.hpp>
-
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/flight_file.h"
 #include "hal/linux/udp_port.h"
 
@@ -23,28 +22,31 @@ mavlink::Address set_points_sender(const PoseOptions& options) {
 
 }  // namespace
 
-void add_pose_options(CLI::App& app, PoseOptions& options, const CLI::Validator& bauds) {
-  app.add_option("--pose-port", options.port,
-                 "where the pose comes from (MAVLink: ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY): a serial "
-                 "port; udp:PORT, which needs --mavlink-key; or udp:127.0.0.1:PORT, for unsigned poses of a program on "
-                 "this board, which needs --pose-from. Example: udp:14560");
-  app.add_option("--pose-baud", options.baud, "baud rate of the pose port, if it is a serial port")->check(bauds);
-  app.add_option("--pose-from", options.from,
-                 "whose poses are used, if several send on the line: SYS or SYS:COMP, MAVLink's system and component")
-      ->type_name("SYS[:COMP]");
-  app.add_option("--set-points-from", options.set_points_from,
-                 "whose unsigned goals and set points are flown, on udp:127.0.0.1:PORT only; default: nobody's")
-      ->type_name("SYS:COMP");
-  app.add_flag("--accept-clock", options.accept_clock,
-               "a signer whose time stamps begin behind this machine's clock is accepted; its stamps must rise, and "
-               "frames that were sent before stay refused");
-  app.add_option("--mavlink-key", options.key_file,
-                 "file with the key of the signatures (64 hexadecimal digits, readable by its owner only); frames that "
-                 "are not signed with it, or that were sent before, are refused");
-}
-
-void add_pose_options(CLI::App& app, PoseOptions& options) {
-  add_pose_options(app, options, CLI::IsMember({115200, 230400, 460800, 921600}));
+void add_pose_options(const Subcommand& command, PoseOptions& options, bool any_baud) {
+  command.add_option(
+      "--pose-port", options.port,
+      "where the pose comes from (MAVLink: ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY): a serial "
+      "port; udp:PORT, which needs --mavlink-key; or udp:127.0.0.1:PORT, for unsigned poses of a program on "
+      "this board, which needs --pose-from. Example: udp:14560");
+  const Option baud =
+      command.add_option("--pose-baud", options.baud, "baud rate of the pose port, if it is a serial port");
+  any_baud ? baud.in_range(1200, 4000000) : baud.one_of({115200, 230400, 460800, 921600});
+  command
+      .add_option("--pose-from", options.from,
+                  "whose poses are used, if several send on the line: SYS or SYS:COMP, MAVLink's system and component")
+      .type_name("SYS[:COMP]");
+  command
+      .add_option("--set-points-from", options.set_points_from,
+                  "whose unsigned goals and set points are flown, on udp:127.0.0.1:PORT only; default: nobody's")
+      .type_name("SYS:COMP");
+  command.add_flag(
+      "--accept-clock", options.accept_clock,
+      "a signer whose time stamps begin behind this machine's clock is accepted; its stamps must rise, and "
+      "frames that were sent before stay refused");
+  command.add_option(
+      "--mavlink-key", options.key_file,
+      "file with the key of the signatures (64 hexadecimal digits, readable by its owner only); frames that "
+      "are not signed with it, or that were sent before, are refused");
 }
 
 std::string conflict_of(const PoseOptions& options) {

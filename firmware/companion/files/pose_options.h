@@ -9,12 +9,9 @@
 #include "firmware/link/pose/pose_senders.h"
 #include "protocol/mavlink/frame.h"
 
-namespace CLI {
-class App;
-class Validator;
-}  // namespace CLI
-
 namespace m100::companion {
+
+class Subcommand;
 
 /// Where the pose comes from, as the operator gives it.
 struct PoseOptions {
@@ -26,9 +23,9 @@ struct PoseOptions {
   bool accept_clock = false;    ///< the first time stamp of a signer may be old
 };
 
-/// Adds the options, the same for every command. @param bauds those that the command takes
-void add_pose_options(CLI::App& app, PoseOptions& options, const CLI::Validator& bauds);
-void add_pose_options(CLI::App& app, PoseOptions& options);
+/// Adds the options, the same for every command. @param any_baud --pose-baud takes 1200 to 4 000 000; else the rates
+/// that DJI supports
+void add_pose_options(const Subcommand& command, PoseOptions& options, bool any_baud = false);
 
 /// Why the options do not go together: one sentence that begins with the option; empty: they do. Unsigned frames come
 /// over a network from this machine alone and from a sender that is named.

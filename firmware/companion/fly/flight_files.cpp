@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/fly/flight_files.h"
 
-#include <CLI/Error.hpp>
 #include <algorithm>
 #include <iostream>
 #include <memory>
@@ -189,12 +188,12 @@ ref::Waypoint<double> find_start_position(PosePort& port, const FlyOptions& opti
     }
   }
   if (stop_requested()) {
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw AnswerIsNo();
   }
   const std::string why = port.name() + ": " + why_no_start(place, link, port, exchanged);
   if (link.stats().last_fault == link::PoseFault::kQuality) {  // the input is right: the source itself has failed
     std::cerr << "m100: control is not asked for: " << printable(why) << "\n";
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw AnswerIsNo();
   }
   throw UsageError(why);
 }

@@ -40,7 +40,7 @@ link::LeverArm lever_arm_of(const FlightFiles& files);
 /// What a flight begins with, known as soon as poses come. A dry run prepares the same.
 struct FlightPreparation {
   /// Waits at most 5 s for the first poses that agree, lays the course from there and checks it. Errors: UsageError,
-  /// also if several senders send poses and none was chosen; CLI::RuntimeError after a signal; CourseError, also if the
+  /// also if several senders send poses and none was chosen; AnswerIsNo after a signal; CourseError, also if the
   /// course exceeds its limits; FileError if it, or the throttle's excitation, leaves the fence.
   FlightPreparation(PosePort& port, const FlyOptions& options, const FlightFiles& files, const link::LinkConfig& link);
 

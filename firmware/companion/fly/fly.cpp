@@ -4,16 +4,14 @@
 
 #include <termios.h>
 #include <unistd.h>
-#include <CLI/CLI.hpp>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
-#include <memory>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/course/course.h"
 #include "firmware/companion/files/course/course_words.h"
 #include "firmware/companion/files/file_use.h"
@@ -81,7 +79,7 @@ void run(const FlyOptions& options) {
   const bool done =
       options.dry_run ? dry_run(options, prepared.config, port) : fly_course(options, prepared.config, port);
   if (!done) {
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw AnswerIsNo();
   }
 }
 
@@ -179,15 +177,14 @@ core::TimePoint TickClock::next() {
   return woken;
 }
 
-void add_link_options(CLI::App& app, FlyOptions& options) {
-  app.add_option("--port", options.port, "serial port of the autopilot")->required();
+void add_link_options(const Subcommand& app, FlyOptions& options) {
+  app.add_option("--port", options.port, "serial port of the autopilot").required();
   app.add_option("--baud", options.baud, "baud rate, as set in DJI's assistant")
-      ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
+      .one_of({115200, 230400, 460800, 921600});
   app.add_option("--app-id", options.app_id, "app id from DJI's developer site");
   app.add_option("--key-file", options.key_file,
                  "file with the app's key (64 hexadecimal digits, readable by its owner only); encrypts the commands");
-  app.add_option("--channel", options.channel, "how commands are sent")
-      ->check(CLI::IsMember({"virtual_rc", "movement"}));
+  app.add_option("--channel", options.channel, "how commands are sent").one_of({"virtual_rc", "movement"});
   app.add_option("--rate", options.rate_hz,
                  "commands per second, inside the channel's window; 0: the channel's default");
   app.add_flag("--paper-100hz", options.paper_100_hz,
@@ -195,48 +192,42 @@ void add_link_options(CLI::App& app, FlyOptions& options) {
   app.add_option("--json", options.json, "result as JSON");
 }
 
-void add_fly(CLI::App& m100) {
-  CLI::App* app =
-      m100.add_subcommand("fly", "fly a course by the pose at a second port, inside the flight file's fence");
-  auto options = std::make_shared<FlyOptions>();
-  add_link_options(*app, *options);
-  app->add_flag(
-      "--dry-run", options->dry_run,
-      "send nothing at all: read and check the files, listen, estimate and log for --hold seconds; then exit");
-  CLI::Option* const take_control =
-      app->add_flag("--take-control", options->take_control,
-                    "ask for control once as soon as all is ready, and give it back after --hold");
-  app->add_flag("--take-off", options->take_off,
-                "an aircraft on the ground takes off first, by the autopilot's own task, when the operator orders the "
-                "flight; the course begins 1.2 m above the ground, and --hold counts from there");
-  app->add_flag("--land", options->land,
-                "land at the end of --hold, by the autopilot's own task, and give control back on the ground")
-      ->needs(take_control);
-  app->add_flag("--once", options->once,
-                "for scripts: end (exit code 1) where the program would wait for the operator");
-  app->add_option("--hold", options->hold_s, "seconds in control, with --take-control; length of a dry run")
-      ->check(CLI::Range(0.0, 3600.0));
-  add_pose_options(*app, options->pose);
-  app->add_option("--vehicle", options->vehicle, "vehicle file (TOML)");
-  app->add_option("--gains", options->gains, "gain table file, made from that vehicle file by m100-lab gains");
-  app->add_option("--flight", options->flight, "flight file (TOML): the fence and the other limits of the flight");
-  add_mode_option(*app, options->mode, "tuning; default: as in the flight file");
-  app->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline, for comparison")
-      ->check(CLI::IsMember({"mpc", "lqr"}));
-  app->add_option("--override", options->disabled_checks,
-                  "switch off one check of the pose against the autopilot's telemetry, or fly in spite of what m100 "
-                  "check finds wrong: give the name of either; may be repeated")
-      ->check(CLI::IsMember(names_for_override()));
-  CLI::Option* const course =
-      app->add_option("--course", options->course, "course file; default: hover where the aircraft is");
-  app->add_option("--excite", options->excite,
-                  "stick movements of m100-lab excite --out, flown stick by stick around where the aircraft is; with "
-                  "--take-control, --hold counts from their end")
-      ->excludes(course);
-  app->footer(course_help());
-  add_live_options(*app, options->live);
-  app->add_option("--log", options->log, "flight log to write (ULog); must not exist");
-  app->callback([options] { run(*options); });
+void add_fly(CommandLine& m100) {
+  const auto [app, options] = m100.add_subcommand<FlyOptions>(
+      "fly", "fly a course by the pose at a second port, inside the flight file's fence", run);
+  add_link_options(app, *options);
+  app.add_flag("--dry-run", options->dry_run,
+               "send nothing at all: read and check the files, listen, estimate and log for --hold seconds; then exit");
+  app.add_flag("--take-control", options->take_control,
+               "ask for control once as soon as all is ready, and give it back after --hold");
+  app.add_flag("--take-off", options->take_off,
+               "an aircraft on the ground takes off first, by the autopilot's own task, when the operator orders the "
+               "flight; the course begins 1.2 m above the ground, and --hold counts from there");
+  app.add_flag("--land", options->land,
+               "land at the end of --hold, by the autopilot's own task, and give control back on the ground")
+      .needs("--take-control");
+  app.add_flag("--once", options->once, "for scripts: end (exit code 1) where the program would wait for the operator");
+  app.add_option("--hold", options->hold_s, "seconds in control, with --take-control; length of a dry run")
+      .in_range(0.0, 3600.0);
+  add_pose_options(app, options->pose);
+  app.add_option("--vehicle", options->vehicle, "vehicle file (TOML)");
+  app.add_option("--gains", options->gains, "gain table file, made from that vehicle file by m100-lab gains");
+  app.add_option("--flight", options->flight, "flight file (TOML): the fence and the other limits of the flight");
+  add_mode_option(app, options->mode, "tuning; default: as in the flight file");
+  app.add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline, for comparison")
+      .one_of({"mpc", "lqr"});
+  app.add_option("--override", options->disabled_checks,
+                 "switch off one check of the pose against the autopilot's telemetry, or fly in spite of what m100 "
+                 "check finds wrong: give the name of either; may be repeated")
+      .one_of(names_for_override());
+  app.add_option("--course", options->course, "course file; default: hover where the aircraft is");
+  app.add_option("--excite", options->excite,
+                 "stick movements of m100-lab excite --out, flown stick by stick around where the aircraft is; with "
+                 "--take-control, --hold counts from their end")
+      .excludes("--course");
+  app.footer(course_help());
+  add_live_options(app, options->live);
+  app.add_option("--log", options->log, "flight log to write (ULog); must not exist");
 }
 
 }  // namespace m100::companion

@@ -16,11 +16,9 @@
 #include "hal/linux/serial_port.h"
 #include "protocol/aes256.h"
 
-namespace CLI {
-class App;
-}  // namespace CLI
-
 namespace m100::companion {
+
+class Subcommand;
 
 /// The options of `fly`; `handshake` uses those of the link, too.
 struct FlyOptions {
@@ -55,7 +53,7 @@ struct FlyOptions {
 };
 
 /// Adds the options of the link to a subcommand.
-void add_link_options(CLI::App& app, FlyOptions& options);
+void add_link_options(const Subcommand& app, FlyOptions& options);
 
 /// The configuration of the link by the options, with its key. Errors: UsageError, FileUseError.
 struct PreparedLink {

@@ -6,14 +6,13 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
-#include <CLI/CLI.hpp>
-
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/operator/terminal.h"
 #include "firmware/companion/subcommands.h"
 
@@ -35,14 +34,14 @@ double milliseconds(double seconds) { return 1000.0 * seconds; }
 
 }  // namespace
 
-void add_live_options(CLI::App& app, LiveOptions& options) {
+void add_live_options(const Subcommand& app, LiveOptions& options) {
   app.add_option("--live", options.to,
                  "send the state of the flight as JSON over UDP, 50 times a second, unsigned, to HOST:PORT; HOST is an "
                  "IPv4 address; default: off. Example, for PlotJuggler on this machine: --live 127.0.0.1:9870");
   app.add_option("--status", options.status,
                  "show a line on the terminal with failsafe state, position, error, pose and link; auto: if the "
                  "standard output is a terminal. Example: --status never")
-      ->check(CLI::IsMember({"auto", "always", "never"}));
+      .one_of({"auto", "always", "never"});
 }
 
 std::optional<sockaddr_in> receiver_of(const std::string& text) {

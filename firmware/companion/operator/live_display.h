@@ -14,11 +14,9 @@
 #include "firmware/app/flight_controller.h"
 #include "firmware/core/spsc_ring.h"
 
-namespace CLI {
-class App;
-}  // namespace CLI
-
 namespace m100::companion {
+
+class Subcommand;
 
 /// What the operator wants to see during the flight.
 struct LiveOptions {
@@ -26,7 +24,7 @@ struct LiveOptions {
   std::string status = "auto";  ///< auto: if the standard output is a terminal; always, never
 };
 
-void add_live_options(CLI::App& app, LiveOptions& options);
+void add_live_options(const Subcommand& app, LiveOptions& options);
 
 /// Parses an IPv4 address and a port; empty text: nullopt. Errors: UsageError if it is neither.
 std::optional<sockaddr_in> receiver_of(const std::string& text);

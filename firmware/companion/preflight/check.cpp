@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 check: do the vehicle file, the gain table, the flight file, the course and the limits of the program agree?
 // Nothing flies.
-#include "firmware/companion/preflight/check.h"
-
-#include <CLI/CLI.hpp>
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/course/course.h"
 #include "firmware/companion/files/course/course_words.h"
 #include "firmware/companion/files/file_use.h"
@@ -93,23 +90,21 @@ void run(const CheckOptions& options) {
     write_json(options.json, to_json(all, mode, agrees));
   }
   if (!agrees) {
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw AnswerIsNo();
   }
 }
 
 }  // namespace
 
-void add_check(CLI::App& m100) {
-  auto options = std::make_shared<CheckOptions>();
-  CLI::App* app =
-      m100.add_subcommand("check", "check whether vehicle file, gain table, flight file, course and limits agree");
-  app->add_option("--vehicle", options->vehicle, "vehicle file (TOML)")->required();
-  app->add_option("--gains", options->gains, "gain table file made from it by m100-lab gains --table")->required();
-  app->add_option("--flight", options->flight, "flight file (TOML), as fly takes it");
-  app->add_option("--course", options->course, "course file, as fly takes it");
-  app->add_option("--json", options->json, "each finding, and whether all agree, as JSON");
-  app->footer(course_help());
-  app->callback([options] { run(*options); });
+void add_check(CommandLine& m100) {
+  const auto [app, options] = m100.add_subcommand<CheckOptions>(
+      "check", "check whether vehicle file, gain table, flight file, course and limits agree", run);
+  app.add_option("--vehicle", options->vehicle, "vehicle file (TOML)").required();
+  app.add_option("--gains", options->gains, "gain table file made from it by m100-lab gains --table").required();
+  app.add_option("--flight", options->flight, "flight file (TOML), as fly takes it");
+  app.add_option("--course", options->course, "course file, as fly takes it");
+  app.add_option("--json", options->json, "each finding, and whether all agree, as JSON");
+  app.footer(course_help());
 }
 
 }  // namespace m100::companion

@@ -1,21 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 doctor: finds what on this board may prevent a flight, and the remedy for each; and m100 probe, its part that
 // listens to the autopilot's port.
-#include "firmware/companion/preflight/doctor.h"
-
-#include <CLI/CLI.hpp>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/operator/link_report.h"
@@ -167,7 +163,7 @@ void run_probe(const DoctorOptions& options) {
     std::cout << "remedy: " << printable(remedy + holders_note(best.port)) << "\n";
   }
   if (best.verdict != Verdict::kAutopilot) {
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw AnswerIsNo();
   }
 }
 
@@ -200,58 +196,54 @@ void run(const DoctorOptions& options) {
     write_json(options.json, out);
   }
   if (bad) {
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw AnswerIsNo();
   }
 }
 
 /// The options of both commands.
-void add_line_options(CLI::App& app, DoctorOptions& options, const std::string& port) {
+void add_line_options(const Subcommand& app, DoctorOptions& options, const std::string& port) {
   app.add_option("--port", options.port, port);
   app.add_option("--baud", options.baud,
                  "baud rate of the autopilot, as set in DJI's assistant; 0: every rate that DJI supports")
-      ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
-  app.add_option("--seconds", options.listen_s, "seconds to listen at each baud rate")->check(CLI::Range(0.1, 60.0));
+      .one_of({115200, 230400, 460800, 921600});
+  app.add_option("--seconds", options.listen_s, "seconds to listen at each baud rate").in_range(0.1, 60.0);
   app.add_option("--json", options.json, "result as JSON");
 }
 
 }  // namespace
 
-void add_probe(CLI::App& m100) {
-  CLI::App* app = m100.add_subcommand(
-      "probe", "listen only: find port and baud rate, or name what is wrong; doctor --port does it too");
-  auto options = std::make_shared<DoctorOptions>();
-  add_line_options(*app, *options, "serial port; default: every port that looks like one");
-  app->callback([options] { run_probe(*options); });
+void add_probe(CommandLine& m100) {
+  const auto [app, options] = m100.add_subcommand<DoctorOptions>(
+      "probe", "listen only: find port and baud rate, or name what is wrong; doctor --port does it too", run_probe);
+  add_line_options(app, *options, "serial port; default: every port that looks like one");
 }
 
-void add_doctor(CLI::App& m100) {
-  CLI::App* app = m100.add_subcommand("doctor", "find what on this board prevents a flight; print remedies");
-  auto options = std::make_shared<DoctorOptions>();
-  add_line_options(*app, *options,
+void add_doctor(CommandLine& m100) {
+  const auto [app, options] =
+      m100.add_subcommand<DoctorOptions>("doctor", "find what on this board prevents a flight; print remedies", run);
+  add_line_options(app, *options,
                    "serial port of the autopilot; m100 listens there, tells what m100 probe tells, and measures the "
                    "vibration for four seconds; default: every port that looks like one, without listening for an "
                    "autopilot");
-  app->add_option("--folder", options->folder, "where flight logs go");
-  app->add_option(
-         "--load", options->load_s,
-         "seconds in which every processor and the disk are kept busy while the lateness of ticks is measured; "
-         "0: not measured")
-      ->check(CLI::Range(0.0, 600.0));
+  app.add_option("--folder", options->folder, "where flight logs go");
+  app.add_option("--load", options->load_s,
+                 "seconds in which every processor and the disk are kept busy while the lateness of ticks is measured; "
+                 "0: not measured")
+      .in_range(0.0, 600.0);
   // A line may be planned at a baud rate that no port of this board has.
-  add_pose_options(*app, options->pose.source, CLI::Range(1200, 4000000));
-  app->add_option("--pose-message", options->pose.message, "the message in which poses will come")
-      ->check(CLI::IsMember(preflight::pose_messages()));
-  app->add_option("--pose-rate", options->pose.rate_hz, "poses per second")->check(CLI::Range(1.0, 1000.0));
-  CLI::Option* const frames = app->add_flag(
+  add_pose_options(app, options->pose.source, /*any_baud=*/true);
+  app.add_option("--pose-message", options->pose.message, "the message in which poses will come")
+      .one_of(preflight::pose_messages());
+  app.add_option("--pose-rate", options->pose.rate_hz, "poses per second").in_range(1.0, 1000.0);
+  app.add_flag(
       "--frames", options->frames,
       "propellers off: move the aircraft by hand; m100 says which axis of the pose disagrees with the autopilot's "
       "attitude and specific force; needs --port and --pose-port, and listens at 230400 baud without --baud. Example: "
       "m100 doctor --frames --port /dev/ttyUSB0 "
       "--pose-port udp:14560 --mavlink-key mavlink.key");
-  app->add_option("--hold", options->by_hand.hold_s, "with --frames: seconds to move the aircraft")
-      ->check(CLI::Range(1.0, 600.0))
-      ->needs(frames);
-  app->callback([options] { run(*options); });
+  app.add_option("--hold", options->by_hand.hold_s, "with --frames: seconds to move the aircraft")
+      .in_range(1.0, 600.0)
+      .needs("--frames");
 }
 
 }  // namespace m100::companion

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 handshake: start-up, control, neutral commands, release; on the bench, with the propellers off.
-#include "firmware/companion/preflight/handshake.h"
-
-#include <CLI/CLI.hpp>
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <vector>
 
 #include "firmware/companion/backup/backup_process.h"
 #include "firmware/companion/backup/release.h"
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/fly/monitor/release_monitor.h"
@@ -195,7 +192,7 @@ void shake_hands(const FlyOptions& options) {
   PreparedLink prepared(options);
   if (options.release_only) {
     if (!release_only(options, prepared.config)) {
-      throw CLI::RuntimeError(kAnswerIsNo);
+      throw AnswerIsNo();
     }
     return;
   }
@@ -230,22 +227,21 @@ void shake_hands(const FlyOptions& options) {
   write_with_timeout(words.str());
   write_result(options.json, result_of(options, session, link, clock));
   if (!session.succeeded()) {
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw AnswerIsNo();
   }
 }
 
 }  // namespace
 
-void add_handshake(CLI::App& m100) {
-  CLI::App* app = m100.add_subcommand(
-      "handshake", "on the bench, propellers off: take control, hold it with neutral commands, give it back");
-  auto options = std::make_shared<FlyOptions>();
-  add_link_options(*app, *options);
-  app->add_option("--hold", options->hold_s, "seconds in control")->check(CLI::Range(0.0, 3600.0));
-  app->add_option("--patience", options->patience_s, "seconds to wait for start-up")->check(CLI::Range(1.0, 3600.0));
-  app->add_flag("--release-only", options->release_only,
-                "only send the release of control, for a flight whose two processes are dead; the service does so");
-  app->callback([options] { shake_hands(*options); });
+void add_handshake(CommandLine& m100) {
+  const auto [app, options] = m100.add_subcommand<FlyOptions>(
+      "handshake", "on the bench, propellers off: take control, hold it with neutral commands, give it back",
+      shake_hands);
+  add_link_options(app, *options);
+  app.add_option("--hold", options->hold_s, "seconds in control").in_range(0.0, 3600.0);
+  app.add_option("--patience", options->patience_s, "seconds to wait for start-up").in_range(1.0, 3600.0);
+  app.add_flag("--release-only", options->release_only,
+               "only send the release of control, for a flight whose two processes are dead; the service does so");
 }
 
 }  // namespace m100::companion

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 record: listens only, and writes the autopilot's telemetry and the pose into a log for m100-lab identify.
-#include "firmware/companion/record/record.h"
-
-#include <CLI/CLI.hpp>
 #include <array>
 #include <cmath>
 #include <iomanip>
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/log_file.h"
 #include "firmware/companion/files/text/key_file.h"
 #include "firmware/companion/fly/fly.h"
@@ -246,29 +243,27 @@ void run(const RecordOptions& options) {
     if (!session.is_cut()) {  // otherwise the reason was already printed
       std::cerr << "m100: " << printable(trouble) << "\n";
     }
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw AnswerIsNo();
   }
 }
 
 }  // namespace
 
-void add_record(CLI::App& m100) {
-  CLI::App* app = m100.add_subcommand(
-      "record", "listen only: write telemetry, the pilot's sticks and the pose into a log for m100-lab identify");
-  auto options = std::make_shared<RecordOptions>();
-  app->add_option("--port", options->port, "serial port of the autopilot")->required();
-  app->add_option("--baud", options->baud, "baud rate, as set in DJI's assistant")
-      ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
-  app->add_option("--key-file", options->key_file, "file with the app's key, if the autopilot encrypts its telemetry");
-  add_pose_options(*app, options->pose);
-  app->add_option(
+void add_record(CommandLine& m100) {
+  const auto [app, options] = m100.add_subcommand<RecordOptions>(
+      "record", "listen only: write telemetry, the pilot's sticks and the pose into a log for m100-lab identify", run);
+  app.add_option("--port", options->port, "serial port of the autopilot").required();
+  app.add_option("--baud", options->baud, "baud rate, as set in DJI's assistant")
+      .one_of({115200, 230400, 460800, 921600});
+  app.add_option("--key-file", options->key_file, "file with the app's key, if the autopilot encrypts its telemetry");
+  add_pose_options(app, options->pose);
+  app.add_option(
          "--log", options->log,
          "log to write (ULog); must not exist. Its column maps, on the PC: /usr/share/m100-lab/maps/m100_recording*")
-      ->required();
-  app->add_option("--hold", options->hold_s, "seconds to record; 0: until Ctrl-C")->check(CLI::Range(0.0, 86400.0));
-  app->add_option("--json", options->json, "rates, gaps and stick travel as JSON");
-  app->footer("Exit codes: 0 recorded, 1 nothing that identification could use, or the disk is full, 2 wrong use.");
-  app->callback([options] { run(*options); });
+      .required();
+  app.add_option("--hold", options->hold_s, "seconds to record; 0: until Ctrl-C").in_range(0.0, 86400.0);
+  app.add_option("--json", options->json, "rates, gaps and stick travel as JSON");
+  app.footer("Exit codes: 0 recorded, 1 nothing that identification could use, or the disk is full, 2 wrong use.");
 }
 
 }  // namespace m100::companion

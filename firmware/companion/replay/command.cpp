@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 replay: feeds the same bytes at the same times through the same code.
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/replay/replay.h"
 
-#include <CLI/CLI.hpp>
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -103,22 +102,20 @@ void run(const ReplayOptions& options) {
   if (judged && result.different_ticks > 0) {
     std::cerr << "m100: " << printable(options.log) << ": the replay differs from the log: " << unlike_text(result)
               << "\n";
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw AnswerIsNo();
   }
 }
 
 }  // namespace
 
-void add_replay(CLI::App& m100) {
-  CLI::App* app = m100.add_subcommand("replay", "feed a flight log's bytes and times through the flight code again");
-  auto options = std::make_shared<ReplayOptions>();
-  app->add_option("log", options->log, "flight log (ULog) of this program")->required();
-  app->add_option("--scalar", options->scalar, "arithmetic of the replay")
-      ->check(CLI::IsMember({"double", "float", "fixed"}));
-  app->add_option("--key-file", options->key_file, "file with the app's key, for a flight with encrypted commands");
-  app->add_flag("--hash", options->hash_only, "print only the SHA-256 over output bytes and state records");
-  app->add_option("--json", options->json, "hash, ticks and differences as JSON");
-  app->callback([options] { run(*options); });
+void add_replay(CommandLine& m100) {
+  const auto [app, options] = m100.add_subcommand<ReplayOptions>(
+      "replay", "feed a flight log's bytes and times through the flight code again", run);
+  app.add_option("log", options->log, "flight log (ULog) of this program").required();
+  app.add_option("--scalar", options->scalar, "arithmetic of the replay").one_of({"double", "float", "fixed"});
+  app.add_option("--key-file", options->key_file, "file with the app's key, for a flight with encrypted commands");
+  app.add_flag("--hash", options->hash_only, "print only the SHA-256 over output bytes and state records");
+  app.add_option("--json", options->json, "hash, ticks and differences as JSON");
 }
 
 }  // namespace m100::companion

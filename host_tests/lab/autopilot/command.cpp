@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab autopilot: emulates an N1 autopilot with its vehicle, on a pseudo-terminal in real time, on simulated ports
 // that also carry the simulated time, or in lockstep with a flight image in QEMU.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <iostream>
-#include <memory>
 #include <optional>
 #include <string>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "hal/linux/simulated_port.h"
 #include "host_tests/lab/autopilot/event_file.h"
@@ -18,7 +17,6 @@
 #include "host_tests/lab/body_options.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/key_file.h"
-#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
 #include "host_tests/sim/autopilot/real_autopilot_file.h"
@@ -93,7 +91,7 @@ void check_files(const Options& options) {
 
 /// Runs the flight image in QEMU, for 30 s without --duration: its UART1 is the autopilot's line, its UART2 the pose,
 /// and the simulation drives its clock. The operator requests control after 6 s and releases it 3 s before the end.
-/// @throws CLI::RuntimeError  the image ended with another exit status than 0
+/// @throws companion::AnswerIsNo  the image ended with another exit status than 0
 void run_with_board(const Options& options, const sim::Plant& plant, const sim::N1Config& config) {
   sim::World world(plant, {.seed = options.seed, .autopilot = config});
   std::optional<EventFile> events;
@@ -126,7 +124,7 @@ void run_with_board(const Options& options, const sim::Plant& plant, const sim::
     events->summarise(world.now(), world.autopilot(), core::Duration{0});
   }
   if (exit_status != 0) {
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw companion::AnswerIsNo();
   }
 }
 
@@ -159,7 +157,7 @@ void run(const Options& options) {
   }
 }
 
-void add_options(CLI::App& app, Options& options) {
+void add_options(const companion::Subcommand& app, Options& options) {
   app.add_option(
       "--pty", options.pty,
       "symbolic link to create; clients open it like a serial port. sim:SOCKET: join another program's simulated time "
@@ -168,23 +166,23 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--sim", options.simulated,
                  "socket to create: clients open sim:SOCKET, and sim:SOCKET.pose for the pose, and fly faster than "
                  "real time; simulated time starts when the first client connects")
-      ->excludes("--pty");
+      .excludes("--pty");
   app.add_option(
          "--board", options.board,
          "flight image to run in QEMU instead (m100_mps2.elf): its UART1 is the line, its UART2 the pose, in lockstep")
-      ->excludes("--pty");
+      .excludes("--pty");
   app.add_option("--course", options.course, "course that the board flies")
-      ->check(CLI::IsMember({"hover", "step", "trajectory"}))
-      ->needs("--board");
+      .one_of({"hover", "step", "trajectory"})
+      .needs("--board");
   add_body_options(app, options.body);
   app.add_option("--plant", options.plant, "plant file (TOML); default: the measured aircraft");
   app.add_option(
       "--plant-from", options.plant_from,
       "vehicle file that gives the world its axes, drag and thrust instead of the measured ones; --plant lists the "
       "differences from it");
-  app.add_option("--seed", options.seed, "seed of all noise")->check(whole_number());
+  app.add_option("--seed", options.seed, "seed of all noise").whole_number();
   app.add_option("--rc-mode", options.mode, "mode switch of the remote controller at the start")
-      ->check(CLI::IsMember({"F", "A", "P"}));
+      .one_of({"F", "A", "P"});
   app.add_option(
       "--script", options.script,
       "events with their times: lines of SECONDS WHAT [VALUE], e.g. '12.5 mode A', '20 take mobile', '25 restart'; "
@@ -197,18 +195,17 @@ void add_options(CLI::App& app, Options& options) {
       "summary");
   app.add_option("--baud", options.baud,
                  "line rate in both directions; bytes are garbled if the client's rate differs; 0: no rate limit")
-      ->check(CLI::IsMember({0, 115200, 230400, 460800, 921600}));
+      .one_of({0, 115200, 230400, 460800, 921600});
   app.add_option("--app-id", options.app_id, "the only app id to activate; default: any");
   app.add_option("--key-file", options.key_file,
                  "file with the app's AES key (64 hexadecimal digits, readable by its owner only)");
-  app.add_option("--loss", options.loss, "share of the frames that is lost in each direction")
-      ->check(CLI::Range(0.0, 1.0));
+  app.add_option("--loss", options.loss, "share of the frames that is lost in each direction").in_range(0.0, 1.0);
   app.add_option("--duration", options.duration_s, "seconds; default: until interrupted, with --board 30")
-      ->check(CLI::Range(0.001, 1e6));
+      .in_range(0.001, 1e6);
   app.add_flag(
          "--on-ground", options.on_ground,
          "the aircraft stands on the ground, motors stopped, until a take-off; default: held at 1.5 m by its pilot")
-      ->excludes("--board");
+      .excludes("--board");
   app.add_flag("--lenient-virtual-rc", options.lenient_virtual_rc,
                "accept 64 bytes under the on/off id as stick data, as clients of SDK 3.3 to 4.1 send them");
 }
@@ -219,12 +216,10 @@ bool stop_requested() { return stop_signal != 0; }
 
 }  // namespace autopilot
 
-void add_autopilot(CLI::App& lab) {
-  CLI::App* app = lab.add_subcommand("autopilot", "emulate an N1 autopilot with a vehicle on a pseudo-terminal");
-  auto options = std::make_shared<autopilot::Options>();
-  app->option_defaults()->always_capture_default();
-  autopilot::add_options(*app, *options);
-  app->callback([options] { autopilot::run(*options); });
+void add_autopilot(companion::CommandLine& lab) {
+  const auto [app, options] = lab.add_subcommand<autopilot::Options>(
+      "autopilot", "emulate an N1 autopilot with a vehicle on a pseudo-terminal", autopilot::run);
+  autopilot::add_options(app, *options);
 }
 
 }  // namespace m100::lab

@@ -5,8 +5,6 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
-#include <CLI/CLI.hpp>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -17,6 +15,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/link/pose/pose_fault.h"
 #include "hal/linux/udp_port.h"
@@ -27,7 +26,6 @@
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/key_file.h"
-#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
 #include "protocol/mavlink/parser.h"
@@ -246,57 +244,55 @@ void run(const BridgeOptions& options) {
                                                   {"not_sent", counts.lost},
                                                   {"answers", counts.asked}});
   if (counts.sent == 0) {
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw companion::AnswerIsNo();
   }
 }
 
 }  // namespace
 
-void add_bridge(CLI::App& lab) {
-  CLI::App* const app = lab.add_subcommand("bridge",
-                                           "send poses of a room, from plain UDP packets or a VRPN server, "
-                                           "on to m100 fly --pose-port udp:PORT as signed MAVLink");
-  auto options = std::make_shared<BridgeOptions>();
-  CLI::Option* const listen = app->add_option(
+void add_bridge(companion::CommandLine& lab) {
+  const auto [app, options] =
+      lab.add_subcommand<BridgeOptions>("bridge",
+                                        "send poses of a room, from plain UDP packets or a VRPN server, "
+                                        "on to m100 fly --pose-port udp:PORT as signed MAVLink",
+                                        run);
+  app.add_option(
       "--listen", options->listen,
       "port to which the room sends, udp:PORT; only this machine is heard unless --from names another. Example: "
       "--listen udp:9763");
-  CLI::Option* const from = app->add_option(
+  app.add_option(
       "--from", options->from,
       "IPv4 address of the room's sender; packets from other addresses are refused. Packets are not signed: anyone who "
       "can send from this address can move the aircraft. Example: --from 192.168.1.10");
-  CLI::Option* const vrpn = app->add_option("--vrpn", options->vrpn,
-                                            "VRPN server to use instead of packets: TRACKER@HOST or "
-                                            "TRACKER@HOST:PORT, HOST an IPv4 address; default: "
-                                            "none. Example: --vrpn m100@192.168.1.10")
-                                ->excludes(listen)
-                                ->excludes(from);
-  app->add_option("--sensor", options->sensor, "sensor of the tracker. Example: --sensor 1")
-      ->check(CLI::Range(0, 10000))
-      ->needs(vrpn);
-  app->add_option("--to", options->to, "IPv4 address and UDP port of m100. Example: --to 192.168.1.20:14560");
-  app->add_option(
-         "--mavlink-key", options->key_file,
-         "file with the key of the signatures (64 hexadecimal digits, readable by its owner only), the same as "
-         "m100's. Example: --mavlink-key mavlink.key")
-      ->required();
-  app->add_option("--axes", options->axes,
-                  "axes of the room and the body: nwu (x forward, y left, z up), "
-                  "ned (MAVLink's own), enu (ROS). Example: "
-                  "--axes enu")
-      ->check(CLI::IsMember({"nwu", "ned", "enu"}));
-  app->add_option(
-         "--stamp", options->stamp,
-         "time stamp of a pose. sender: the packet's own time, of a clock that m100 does not see; arrival: the "
-         "time of arrival on this machine's clock, which m100 asks for. Example: --stamp arrival")
-      ->check(CLI::IsMember({"sender", "arrival"}));
-  app->add_option("--duration", options->duration_s, "seconds; 0: until Ctrl-C. Example: --duration 60")
-      ->check(from_to(0.0, 1e6));
-  app->add_option("--json", options->json, "counts as JSON. Example: --json bridge.json");
-  app->footer(
+  app.add_option("--vrpn", options->vrpn,
+                 "VRPN server to use instead of packets: TRACKER@HOST or "
+                 "TRACKER@HOST:PORT, HOST an IPv4 address; default: "
+                 "none. Example: --vrpn m100@192.168.1.10")
+      .excludes("--listen")
+      .excludes("--from");
+  app.add_option("--sensor", options->sensor, "sensor of the tracker. Example: --sensor 1")
+      .in_range(0, 10000)
+      .needs("--vrpn");
+  app.add_option("--to", options->to, "IPv4 address and UDP port of m100. Example: --to 192.168.1.20:14560");
+  app.add_option("--mavlink-key", options->key_file,
+                 "file with the key of the signatures (64 hexadecimal digits, readable by its owner only), the same as "
+                 "m100's. Example: --mavlink-key mavlink.key")
+      .required();
+  app.add_option("--axes", options->axes,
+                 "axes of the room and the body: nwu (x forward, y left, z up), "
+                 "ned (MAVLink's own), enu (ROS). Example: "
+                 "--axes enu")
+      .one_of({"nwu", "ned", "enu"});
+  app.add_option("--stamp", options->stamp,
+                 "time stamp of a pose. sender: the packet's own time, of a clock that m100 does not see; arrival: the "
+                 "time of arrival on this machine's clock, which m100 asks for. Example: --stamp arrival")
+      .one_of({"sender", "arrival"});
+  app.add_option("--duration", options->duration_s, "seconds; 0: until Ctrl-C. Example: --duration 60")
+      .from_to(0.0, 1e6);
+  app.add_option("--json", options->json, "counts as JSON. Example: --json bridge.json");
+  app.footer(
       "A packet is one pose: t x y z qw qx qy qz, as text separated by spaces or commas, or as 64 bytes of doubles, "
       "little endian. Exit codes: 0 poses were passed on, 1 no pose was passed on, 2 wrong use or bad input.");
-  app->callback([options] { run(*options); });
 }
 
 }  // namespace m100::lab

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab campaign: flies worlds x tasks x seeds on all cores, and joins the parts that other machines flew.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <span>
 #include <thread>
 #include <utility>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/recorded_flight.h"
 #include "firmware/companion/mode_option.h"
@@ -23,7 +22,6 @@
 #include "host_tests/lab/flight/page.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
-#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
@@ -217,54 +215,46 @@ void run(const Options& options) {
     std::cout << "wrote " << printable(options.report) << "/campaign.html\n";
   }
   if (!all_stayed(report)) {
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw companion::AnswerIsNo();
   }
 }
 
 }  // namespace
 }  // namespace campaign
 
-void add_campaign(CLI::App& lab) {
-  auto options = std::make_shared<campaign::Options>();
-  CLI::App* command =
-      lab.add_subcommand("campaign", "fly many simulated flights in many worlds, and report which of them stay");
-  command->footer(
+void add_campaign(companion::CommandLine& lab) {
+  const auto [command, options] = lab.add_subcommand<campaign::Options>(
+      "campaign", "fly many simulated flights in many worlds, and report which of them stay", campaign::run);
+  command.footer(
       "Exit code 0: every flight stayed inside its fence and never went below the state coast; 1: at least one did "
       "not.");
-  command->add_option("worlds", options->worlds, "plant files (TOML), each a world");
-  command->add_option("--flights", options->flights, "flights of each task in each world, each with the next seed")
-      ->check(CLI::Range(1, 100000));
-  command->add_option("--seed", options->seed, "first seed")->check(whole_number());
-  command->add_option("--vehicle", options->vehicle,
-                      "vehicle file that the controller uses (TOML); default: the project's");
-  command->add_option("--plant-from", options->plant_from,
-                      "vehicle file that gives the worlds their axes, drag and thrust instead of the measured ones");
-  command->add_option("--tasks", options->tasks, "tasks to fly, separated by commas");
+  command.add_option("worlds", options->worlds, "plant files (TOML), each a world");
+  command.add_option("--flights", options->flights, "flights of each task in each world, each with the next seed")
+      .in_range(1, 100000);
+  command.add_option("--seed", options->seed, "first seed").whole_number();
+  command.add_option("--vehicle", options->vehicle,
+                     "vehicle file that the controller uses (TOML); default: the project's");
+  command.add_option("--plant-from", options->plant_from,
+                     "vehicle file that gives the worlds their axes, drag and thrust instead of the measured ones");
+  command.add_option("--tasks", options->tasks, "tasks to fly, separated by commas");
   command
-      ->add_option("--law", options->law,
-                   "control law; lqr: the clipped baseline; paper: the paper's models and PID with the weights of its "
-                   "authors' Firefly")
-      ->check(CLI::IsMember({"mpc", "lqr", "paper"}));
-  companion::add_mode_option(*command, options->mode, "tuning");
-  command->add_option("--channel", options->channel, "how commands reach the autopilot")
-      ->check(CLI::IsMember({"virtual_rc", "movement"}));
-  command->add_option("--rate", options->rate_hz, "commands per second [Hz]; default: the channel's highest");
-  add_body_options(*command, options->body);
-  command->add_option("--jobs", options->jobs, "flights at the same time; 0: one per core")->check(CLI::Range(0, 4096));
-  command->add_option("--split", options->split, "I/N: fly only part I of N, to be joined by --merge");
-  CLI::Option* const merge =
-      command->add_option("--merge", options->merge, "results of parts (--json) to join instead of flying");
-  for (CLI::Option* const option : command->get_options()) {
-    const std::string name = option->get_name();
-    if (name != "--merge" && name != "--help") {
-      merge->excludes(option);  // each part already records how it was flown
-    }
-  }
-  command->add_option("--json", options->json, "file for the numbers");
-  command->add_option(
+      .add_option("--law", options->law,
+                  "control law; lqr: the clipped baseline; paper: the paper's models and PID with the weights of its "
+                  "authors' Firefly")
+      .one_of({"mpc", "lqr", "paper"});
+  companion::add_mode_option(command, options->mode, "tuning");
+  command.add_option("--channel", options->channel, "how commands reach the autopilot")
+      .one_of({"virtual_rc", "movement"});
+  command.add_option("--rate", options->rate_hz, "commands per second [Hz]; default: the channel's highest");
+  add_body_options(command, options->body);
+  command.add_option("--jobs", options->jobs, "flights at the same time; 0: one per core").in_range(0, 4096);
+  command.add_option("--split", options->split, "I/N: fly only part I of N, to be joined by --merge");
+  command.add_option("--merge", options->merge, "results of parts (--json) to join instead of flying");
+  command.exclude_others("--merge");  // each part already records how it was flown
+  command.add_option("--json", options->json, "file for the numbers");
+  command.add_option(
       "--report", options->report,
       "folder for the page with heat maps (campaign.html), and a page of the worst flight of each world");
-  command->callback([options] { campaign::run(*options); });
 }
 
 }  // namespace m100::lab

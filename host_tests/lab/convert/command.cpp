@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab convert: writes any readable log as CSV in canonical units on a uniform clock.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/logs/write_csv.h"
-#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
 
@@ -106,18 +104,16 @@ void run(const ConvertOptions& options) {
 
 }  // namespace
 
-void add_convert(CLI::App& lab) {
-  CLI::App* app =
-      lab.add_subcommand("convert", "convert any log (CSV, MAT, ULog, ArduPilot, ROS bags) to CSV in canonical units");
-  auto options = std::make_shared<ConvertOptions>();
-  app->add_option("--log,log", options->log, "log file")->required();
-  app->add_option("--columns", options->columns, "column map (TOML)");
-  app->add_option("--out", options->out, "CSV to write");
-  app->add_option("--map", options->map, "also write the column map that reads it back");
-  app->add_option("--rate", options->rate_hz, "samples per second")->check(from_to(1.0, 10000.0));
-  app->add_option("--json", options->json, "summary of the written file, or with --list the columns, as JSON");
-  app->add_flag("--list", options->list, "only list the columns that the log has");
-  app->callback([options] { run(*options); });
+void add_convert(companion::CommandLine& lab) {
+  const auto [app, options] = lab.add_subcommand<ConvertOptions>(
+      "convert", "convert any log (CSV, MAT, ULog, ArduPilot, ROS bags) to CSV in canonical units", run);
+  app.add_option("--log,log", options->log, "log file").required();
+  app.add_option("--columns", options->columns, "column map (TOML)");
+  app.add_option("--out", options->out, "CSV to write");
+  app.add_option("--map", options->map, "also write the column map that reads it back");
+  app.add_option("--rate", options->rate_hz, "samples per second").from_to(1.0, 10000.0);
+  app.add_option("--json", options->json, "summary of the written file, or with --list the columns, as JSON");
+  app.add_flag("--list", options->list, "only list the columns that the log has");
 }
 
 }  // namespace m100::lab

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab course: draws a course before a flight, and reports its demands and whether it can be flown.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/course/course_inside_fence.h"
 #include "firmware/companion/files/course/course_words.h"
 #include "firmware/companion/files/file_use.h"
@@ -150,21 +150,20 @@ void run(const Options& options) {
   }
   write_json(options.json, nlohmann::ordered_json{{"courses", all}});
   if (!flyable) {
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw companion::AnswerIsNo();
   }
 }
 
 }  // namespace
 
-void add_course(CLI::App& lab) {
-  CLI::App* app = lab.add_subcommand("course", "draw courses, report their demands and whether they can be flown");
-  auto options = std::make_shared<Options>();
-  app->add_option("courses", options->courses, "course files, as m100 fly takes them")->required();
-  app->add_option("--flight", options->flight, "flight file (TOML): its fence and course limits are checked too");
-  app->add_option("--out", options->out, "folder for a picture of each course (NAME.svg)");
-  app->add_option("--json", options->json, "the demands of each course, as JSON");
-  app->footer(companion::course_help() + "\nExit code 1: one of the courses cannot be flown; it is still drawn.");
-  app->callback([options] { run(*options); });
+void add_course(companion::CommandLine& lab) {
+  const auto [app, options] =
+      lab.add_subcommand<Options>("course", "draw courses, report their demands and whether they can be flown", run);
+  app.add_option("courses", options->courses, "course files, as m100 fly takes them").required();
+  app.add_option("--flight", options->flight, "flight file (TOML): its fence and course limits are checked too");
+  app.add_option("--out", options->out, "folder for a picture of each course (NAME.svg)");
+  app.add_option("--json", options->json, "the demands of each course, as JSON");
+  app.footer(companion::course_help() + "\nExit code 1: one of the courses cannot be flown; it is still drawn.");
 }
 
 }  // namespace m100::lab

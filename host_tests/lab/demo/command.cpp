@@ -2,13 +2,12 @@
 // m100-lab demo: replaces itself by the demonstration, a script that is installed beside the program.
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <iostream>
-#include <memory>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/subcommands.h"
@@ -22,7 +21,7 @@ struct DemoOptions {
 };
 
 /// Does not return. Errors: InputError if the script is not installed, or a folder cannot be used.
-void become_demonstration(DemoOptions& options) {
+void become_demonstration(const DemoOptions& options) {
   namespace fs = std::filesystem;
   companion::FileUse().fills("--out", options.out, "report.html").check();
   const auto has = [logs = fs::path(options.logs)](const char* name) { return fs::exists(logs / name); };
@@ -33,8 +32,8 @@ void become_demonstration(DemoOptions& options) {
   }
   std::string program = fs::read_symlink("/proc/self/exe").string();
   std::string script = (fs::path(program).parent_path().parent_path() / "share/m100-lab/demonstration").string();
-  char* const words[] = {script.data(), program.data(), options.out.data(),
-                         options.logs.empty() ? nullptr : options.logs.data(), nullptr};
+  std::string out = options.out, logs = options.logs;
+  char* const words[] = {script.data(), program.data(), out.data(), logs.empty() ? nullptr : logs.data(), nullptr};
   std::cout.flush();
   execv(words[0], words);
   throw InputError(script, 0, "",
@@ -44,20 +43,19 @@ void become_demonstration(DemoOptions& options) {
 
 }  // namespace
 
-void add_demo(CLI::App& lab) {
-  CLI::App* const command = lab.add_subcommand(
+void add_demo(companion::CommandLine& lab) {
+  const auto [command, options] = lab.add_subcommand<DemoOptions>(
       "demo",
-      "run the demonstration: identify a log, find the residual, compute gains, fly (minutes); writes report.html");
-  auto options = std::make_shared<DemoOptions>();
-  command->add_option("--out", options->out, "folder for the page and everything that leads to it");
+      "run the demonstration: identify a log, find the residual, compute gains, fly (minutes); writes report.html",
+      become_demonstration);
+  command.add_option("--out", options->out, "folder for the page and everything that leads to it");
   command
-      ->add_option(
+      .add_option(
           "--logs", options->logs,
           "folder with the measured flights: pitch_roll.csv and height.csv, or the published "
           "ExperimentPitchRoll.mat and ExperimentHeight.mat, with the former perhaps falcon2_height.csv and its map "
           "falcon2.toml; default: a simulated flight with a hidden effect")
-      ->check(CLI::ExistingDirectory);
-  command->callback([options] { become_demonstration(*options); });
+      .existing_folder();
 }
 
 }  // namespace m100::lab

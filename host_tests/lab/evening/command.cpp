@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab evening: guides one aircraft, in one folder, from the first byte to the corrected flight, step by step.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
@@ -8,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/lab/evening/board.h"
 #include "host_tests/lab/evening/corrected_vehicle.h"
@@ -202,9 +202,9 @@ class Evening {
     const bool own = command.front() == "m100-lab";
     command.front() = own ? fs::read_symlink("/proc/self/exe").string() : folder_.settings().m100;
     const int code = evening::run_program(command, folder_.path(), {.out = said});
-    return code == kDone ? ""
-                         : "the command ended with exit code " + std::to_string(code) + "; its output is in " +
-                               step.name + ".txt";
+    return code == companion::kDone ? ""
+                                    : "the command ended with exit code " + std::to_string(code) +
+                                          "; its output is in " + step.name + ".txt";
   }
 
   void accept(const Step& step, const std::string& why) {
@@ -229,7 +229,7 @@ class Evening {
                   {"sentence", step.sentence},
                   {"argv", step.commands.front()},
                   {"not_passed", why}});
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw companion::AnswerIsNo();
   }
 
   /// Moves the step's files to not_passed, because a log is never overwritten.
@@ -257,7 +257,7 @@ class Evening {
   void make_page(Command words, const std::string& page) const {
     words.insert(words.begin(), fs::read_symlink("/proc/self/exe").string());
     words.insert(words.end(), {"--out", page});
-    if (evening::run_program(words, folder_.path(), {.out = "/dev/null"}) != kDone) {
+    if (evening::run_program(words, folder_.path(), {.out = "/dev/null"}) != companion::kDone) {
       throw InputError(folder_.file(page), 0, "", "cannot be written");
     }
   }
@@ -291,9 +291,9 @@ class Evening {
 };
 
 /// Replaces the settings of the folder by those that the command line gives.
-void take_given(const CLI::App& command, const evening::Settings& from, evening::Settings& to) {
+void take_given(const companion::Subcommand& command, const evening::Settings& from, evening::Settings& to) {
   const auto take = [&](const char* option, const auto& given, auto& into) {
-    into = command.count(option) > 0 ? given : into;
+    into = command.is_given(option) ? given : into;
   };
   take("--port", from.port, to.port);
   take("--baud", from.baud, to.baud);
@@ -320,7 +320,7 @@ void check_ports(const evening::Settings& settings) {
   }
 }
 
-void run(const CLI::App& command, const EveningOptions& options) {
+void run(const companion::Subcommand& command, const EveningOptions& options) {
   const bool is_new = !fs::exists(fs::path(options.folder) / "evening.json");
   if (is_new && options.list) {
     throw InputError(options.folder, 0, "--list", "no evening has begun in this folder");
@@ -362,38 +362,38 @@ void run(const CLI::App& command, const EveningOptions& options) {
 
 }  // namespace
 
-void add_evening(CLI::App& lab) {
-  CLI::App* const command = lab.add_subcommand(
+void add_evening(companion::CommandLine& lab) {
+  const companion::Subcommand command = lab.add_subcommand(
       "evening",
       "guide one aircraft from the first byte to the corrected flight: name the next step, run the PC's steps");
   const auto options = std::make_shared<EveningOptions>();
   evening::Settings& settings = options->settings;
-  command->add_option("folder", options->folder, "folder of this aircraft; created if it does not exist")->required();
-  command->add_option("--port", settings.port, "serial port of the autopilot, as the board names it");
-  command->add_option("--baud", settings.baud, "baud rate of the autopilot's port, as set in DJI's assistant")
-      ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
-  companion::add_pose_options(*command, settings.pose);
-  command->add_option("--app-id", settings.app_id, "app id from DJI's developer site");
+  command.add_option("folder", options->folder, "folder of this aircraft; created if it does not exist").required();
+  command.add_option("--port", settings.port, "serial port of the autopilot, as the board names it");
+  command.add_option("--baud", settings.baud, "baud rate of the autopilot's port, as set in DJI's assistant")
+      .one_of({115200, 230400, 460800, 921600});
+  companion::add_pose_options(command, settings.pose);
+  command.add_option("--app-id", settings.app_id, "app id from DJI's developer site");
   command
-      ->add_option("--flights", settings.flights,
-                   "flights of the course, before and after the correction; two or more give the difference an "
-                   "interval")
-      ->check(CLI::Range(1, 20));
-  command->add_option("--key-file", settings.key_file,
-                      "file with the app's key, on the board; commands are then encrypted");
-  command->add_flag("--keep-worse", settings.keep_worse,
-                    "take the corrected law even if it is worse as flown; else that of vehicle.toml stays");
-  command->add_option("--m100", settings.m100, "the program m100 on this machine, for the step `check`");
+      .add_option("--flights", settings.flights,
+                  "flights of the course, before and after the correction; two or more give the difference an "
+                  "interval")
+      .in_range(1, 20);
+  command.add_option("--key-file", settings.key_file,
+                     "file with the app's key, on the board; commands are then encrypted");
+  command.add_flag("--keep-worse", settings.keep_worse,
+                   "take the corrected law even if it is worse as flown; else that of vehicle.toml stays");
+  command.add_option("--m100", settings.m100, "the program m100 on this machine, for the step `check`");
   command
-      ->add_option(
+      .add_option(
           "--board", options->board,
           "where ssh reaches the board: USER@HOST or ssh://USER@HOST:PORT; its commands then run there, on this "
           "terminal, and files are copied; default: you do both")
-      ->check([](const std::string& word) {
+      .check([](const std::string& word) {
         return word.rfind('-', 0) == 0 ? "--board: '" + word + "' is no USER@HOST" : std::string();
       });
-  command->add_flag("--list", options->list, "print the steps and which are done; run none");
-  command->callback([command, options] { run(*command, *options); });
+  command.add_flag("--list", options->list, "print the steps and which are done; run none");
+  command.callback([command, options] { run(command, *options); });
 }
 
 }  // namespace m100::lab

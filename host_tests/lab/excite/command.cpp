@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab excite: makes stick movements for identification, and forecasts how well they separate the candidates.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/suggestion.h"
 #include "firmware/companion/files/vehicle_file.h"
@@ -20,7 +19,6 @@
 #include "host_tests/lab/excite/manoeuvre.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
-#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
 
@@ -248,29 +246,27 @@ void run(const ExciteOptions& options) {
   if (std::none_of(all.begin(), all.end(), any_enough)) {
     std::fprintf(stderr,
                  "m100-lab: excite: no effect but a trim would be found: take a larger --amplitude or --duration\n");
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw companion::AnswerIsNo();
   }
 }
 
 }  // namespace
 
-void add_excite(CLI::App& lab) {
-  CLI::App* app =
-      lab.add_subcommand("excite", "make stick movements inside a fence, and forecast which effects they separate");
-  auto options = std::make_shared<ExciteOptions>();
-  app->add_option("--axis", options->axes, "roll, pitch, climb or yaw_rate; several with commas, flown in that order");
-  app->add_option("--kind", options->design.kind,
-                  "doublet, 3211, chirp, mixed, or sweep: slow ramps through neutral, which show the dead zone");
-  app->add_option("--amplitude", options->design.amplitude_counts, "amplitude in stick counts");
-  app->add_option("--duration", options->design.duration_s, "seconds for each axis");
-  app->add_option("--fence", options->design.fence_m, "largest distance from the start in metres (yaw_rate: rad)")
-      ->check(from_to(0.1, 1000.0));
-  app->add_option("--brake", options->design.brake_m_s2,
-                  "deceleration that the abort assumes [m/s^2; yaw_rate: rad/s^2]");
-  app->add_option("--vehicle", options->vehicle, "vehicle file; default: the project's");
-  app->add_option("--out", options->out, "CSV of the sticks, for m100 fly --excite");
-  app->add_option("--json", options->json, "the forecast as JSON");
-  app->callback([options] { run(*options); });
+void add_excite(companion::CommandLine& lab) {
+  const auto [app, options] = lab.add_subcommand<ExciteOptions>(
+      "excite", "make stick movements inside a fence, and forecast which effects they separate", run);
+  app.add_option("--axis", options->axes, "roll, pitch, climb or yaw_rate; several with commas, flown in that order");
+  app.add_option("--kind", options->design.kind,
+                 "doublet, 3211, chirp, mixed, or sweep: slow ramps through neutral, which show the dead zone");
+  app.add_option("--amplitude", options->design.amplitude_counts, "amplitude in stick counts");
+  app.add_option("--duration", options->design.duration_s, "seconds for each axis");
+  app.add_option("--fence", options->design.fence_m, "largest distance from the start in metres (yaw_rate: rad)")
+      .from_to(0.1, 1000.0);
+  app.add_option("--brake", options->design.brake_m_s2,
+                 "deceleration that the abort assumes [m/s^2; yaw_rate: rad/s^2]");
+  app.add_option("--vehicle", options->vehicle, "vehicle file; default: the project's");
+  app.add_option("--out", options->out, "CSV of the sticks, for m100 fly --excite");
+  app.add_option("--json", options->json, "the forecast as JSON");
 }
 
 }  // namespace m100::lab

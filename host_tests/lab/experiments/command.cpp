@@ -2,7 +2,6 @@
 // m100-lab experiments: flies the paper's tasks with the whole program against the emulated autopilot.
 #include <sys/resource.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <iostream>
@@ -10,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/suggestion.h"
 #include "firmware/companion/mode_option.h"
@@ -21,7 +21,6 @@
 #include "host_tests/lab/flight/page.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
-#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
@@ -123,10 +122,10 @@ Kind kind_of(const ExperimentsOptions& options) {
 }
 
 /// Refuses an option that would be ignored, a task that the set does not have, and a rate outside the channel's window.
-void check_together(const CLI::App& command, const ExperimentsOptions& options) {
+void check_together(const companion::Subcommand& command, const ExperimentsOptions& options) {
   const Kind kind = kind_of(options);
   for (const char* const option : kind.not_its) {
-    if (command.count(option) > 0) {
+    if (command.is_given(option)) {
       throw InputError(option, 0, "", std::string("cannot be combined with ") + kind.words);
     }
   }
@@ -136,7 +135,7 @@ void check_together(const CLI::App& command, const ExperimentsOptions& options) 
         "--only", 0, options.only,
         std::string("is not a task of ") + kind.words + companion::did_you_mean(options.only, kind.has_only));
   }
-  if (options.law == kPaperLaw && (command.count("--mode") > 0 || options.baseline)) {
+  if (options.law == kPaperLaw && (command.is_given("--mode") || options.baseline)) {
     throw InputError(options.baseline ? "--baseline" : "--mode", 0, "", "cannot be combined with --law paper");
   }
   const link::ChannelConfig channel{.channel = channel_of(options), .rate_hz = options.rate_hz};
@@ -149,7 +148,7 @@ void check_together(const CLI::App& command, const ExperimentsOptions& options) 
 void exit_unless(bool all_flown) {
   if (!all_flown) {
     std::cerr << "m100-lab: some flights never obtained control: they were not flown and are left out of the means\n";
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw companion::AnswerIsNo();
   }
 }
 
@@ -219,47 +218,46 @@ void run(const ExperimentsOptions& options) {
 
 }  // namespace
 
-void add_experiments(CLI::App& lab) {
+void add_experiments(companion::CommandLine& lab) {
   auto options = std::make_shared<ExperimentsOptions>();
-  CLI::App* command = lab.add_subcommand(
+  const companion::Subcommand command = lab.add_subcommand(
       "experiments", "fly the paper's tasks in simulation and compare the results with the paper's table");
-  command->add_option("--plant", options->plant,
-                      "plant file of the simulated world (TOML); default: the measured plant");
-  command->add_option(
+  command.add_option("--plant", options->plant,
+                     "plant file of the simulated world (TOML); default: the measured plant");
+  command.add_option(
       "--plant-from", options->plant_from,
       "vehicle file that gives the world its axes, drag and thrust instead of the measured ones; --plant lists the "
       "differences from it");
-  command->add_option("--vehicle", options->vehicle,
-                      "vehicle file that the controller uses (TOML); default: the project's");
+  command.add_option("--vehicle", options->vehicle,
+                     "vehicle file that the controller uses (TOML); default: the project's");
   command
-      ->add_option("--tasks", options->tasks,
-                   "paper: the tasks of the paper; far: five tasks in which the limits are active, each with both laws "
-                   "(without --law, --report, --baseline and --paper-100-hz)")
-      ->check(CLI::IsMember({"paper", "far"}));
-  command->add_option("--only", options->only, "fly only this task")
-      ->check(CLI::IsMember({"hover", "step", "trajectory", "simulator", "step_6m", "step_2m", "step_10m_tail_wind",
-                             "step_30m", "square_3m", "brake_at_fence"}));
-  command->add_option("--seed", options->seed, "first seed")->check(whole_number());
-  command->add_option("--seeds", options->seeds, "flights per cell, each with the next seed")
-      ->check(CLI::Range(1, 1000));
-  command->add_option("--channel", options->channel, "how commands reach the autopilot")
-      ->check(CLI::IsMember({"virtual_rc", "movement"}));
-  command->add_option("--rate", options->rate_hz, "commands per second [Hz]; default: the channel's highest");
-  command->add_flag("--paper-100-hz", options->paper_100_hz,
-                    "use the paper's command rate, which is higher than DJI allows");
+      .add_option("--tasks", options->tasks,
+                  "paper: the tasks of the paper; far: five tasks in which the limits are active, each with both laws "
+                  "(without --law, --report, --baseline and --paper-100-hz)")
+      .one_of({"paper", "far"});
+  command.add_option("--only", options->only, "fly only this task")
+      .one_of({"hover", "step", "trajectory", "simulator", "step_6m", "step_2m", "step_10m_tail_wind", "step_30m",
+               "square_3m", "brake_at_fence"});
+  command.add_option("--seed", options->seed, "first seed").whole_number();
+  command.add_option("--seeds", options->seeds, "flights per cell, each with the next seed").in_range(1, 1000);
+  command.add_option("--channel", options->channel, "how commands reach the autopilot")
+      .one_of({"virtual_rc", "movement"});
+  command.add_option("--rate", options->rate_hz, "commands per second [Hz]; default: the channel's highest");
+  command.add_flag("--paper-100-hz", options->paper_100_hz,
+                   "use the paper's command rate, which is higher than DJI allows");
   command
-      ->add_option("--law", options->law,
-                   "control law; lqr: the clipped baseline; paper: the paper's models and height PID, with the "
-                   "weights of its authors' Firefly, at 100 commands a second")
-      ->check(CLI::IsMember({"mpc", "lqr", "paper"}));
-  companion::add_mode_option(*command, options->mode, "tuning");
-  command->add_flag("--baseline", options->baseline,
-                    "fly each task with the clipped LQR and with --law paper too, and show the results");
-  add_body_options(*command, options->body);
-  command->add_option("--report", options->report, "folder for the page with figures");
-  command->add_option("--json", options->json, "file for the numbers");
-  command->callback([options, command] {
-    check_together(*command, *options);
+      .add_option("--law", options->law,
+                  "control law; lqr: the clipped baseline; paper: the paper's models and height PID, with the "
+                  "weights of its authors' Firefly, at 100 commands a second")
+      .one_of({"mpc", "lqr", "paper"});
+  companion::add_mode_option(command, options->mode, "tuning");
+  command.add_flag("--baseline", options->baseline,
+                   "fly each task with the clipped LQR and with --law paper too, and show the results");
+  add_body_options(command, options->body);
+  command.add_option("--report", options->report, "folder for the page with figures");
+  command.add_option("--json", options->json, "file for the numbers");
+  command.callback([options, command] {
+    check_together(command, *options);
     check_files(*options);
     options->body.check();
     options->tasks == "far" ? run_far(*options) : run(*options);

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab flight: the page of a flight, or of two flights on the same axes.
-#include <CLI/CLI.hpp>
 #include <iostream>
-#include <memory>
 #include <optional>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/flight/page.h"
 #include "host_tests/lab/flight/predictions.h"
@@ -85,18 +84,16 @@ void run(const FlightOptions& options) {
 
 }  // namespace
 
-void add_flight(CLI::App& lab) {
-  auto options = std::make_shared<FlightOptions>();
-  CLI::App* command = lab.add_subcommand(
-      "flight", "the page of a flight: path, error, failsafe, pose, commands, battery; of two: before and after");
-  command->add_option("log", options->logs, "log of 'm100 fly' or recording of 'm100 record'; two: before and after")
-      ->required();
-  command->add_option("--out", options->out, "the page to write (HTML)")->required();
-  command->add_option("--json", options->json, "the errors as JSON");
-  command->add_option("--key-file", options->key_file, "file with the app's key, for a flight with encrypted commands");
-  command->add_option("--title", options->title, "title of the page; default: names of the logs");
-  command->add_option("--note", options->note, "a sentence under the title");
-  command->callback([options] { run(*options); });
+void add_flight(companion::CommandLine& lab) {
+  const auto [command, options] = lab.add_subcommand<FlightOptions>(
+      "flight", "the page of a flight: path, error, failsafe, pose, commands, battery; of two: before and after", run);
+  command.add_option("log", options->logs, "log of 'm100 fly' or recording of 'm100 record'; two: before and after")
+      .required();
+  command.add_option("--out", options->out, "the page to write (HTML)").required();
+  command.add_option("--json", options->json, "the errors as JSON");
+  command.add_option("--key-file", options->key_file, "file with the app's key, for a flight with encrypted commands");
+  command.add_option("--title", options->title, "title of the page; default: names of the logs");
+  command.add_option("--note", options->note, "a sentence under the title");
 }
 
 }  // namespace m100::lab

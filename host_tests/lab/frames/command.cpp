@@ -2,8 +2,6 @@
 // m100-lab frames: converts bytes of the DJI link to JSON lines, and back.
 #include <fcntl.h>
 #include <unistd.h>
-#include <CLI/CLI.hpp>
-
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -13,6 +11,7 @@
 #include <span>
 #include <sstream>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/frames/frame_text.h"
 #include "host_tests/lab/frames/hex.h"
@@ -139,22 +138,23 @@ void encode(const FramesOptions& options) {
 
 }  // namespace
 
-void add_frames(CLI::App& lab) {
-  CLI::App* const frames = lab.add_subcommand("frames", "Convert bytes of the DJI link to JSON lines, and back");
-  frames->require_subcommand(1);
+void add_frames(companion::CommandLine& lab) {
+  const companion::Subcommand frames =
+      lab.add_subcommand("frames", "Convert bytes of the DJI link to JSON lines, and back");
+  frames.require_subcommand();
   const auto options = std::make_shared<FramesOptions>();
-  CLI::App* const decoder = frames->add_subcommand(
+  const companion::Subcommand decoder = frames.add_subcommand(
       "decode", "Raw bytes in, one JSON line per delivered frame out; the last line has the statistics");
-  CLI::App* const encoder =
-      frames->add_subcommand("encode", "JSON lines in, one frame in hexadecimal a line out; 'statistics' is skipped");
-  for (CLI::App* const each : {decoder, encoder}) {
-    each->add_option("file", options->file, "Input; standard input if left out");
-    each->add_option("--key-file", options->key_file,
-                     "file with the AES-256 key (64 hexadecimal digits, readable by its owner only)");
+  const companion::Subcommand encoder =
+      frames.add_subcommand("encode", "JSON lines in, one frame in hexadecimal a line out; 'statistics' is skipped");
+  for (const companion::Subcommand& each : {decoder, encoder}) {
+    each.add_option("file", options->file, "Input; standard input if left out");
+    each.add_option("--key-file", options->key_file,
+                    "file with the AES-256 key (64 hexadecimal digits, readable by its owner only)");
   }
-  encoder->footer("A line may contain its own key_hex, and padding_hex (the filler of an encrypted frame).");
-  decoder->callback([options] { decode(*options); });
-  encoder->callback([options] { encode(*options); });
+  encoder.footer("A line may contain its own key_hex, and padding_hex (the filler of an encrypted frame).");
+  decoder.callback([options] { decode(*options); });
+  encoder.callback([options] { encode(*options); });
 }
 
 }  // namespace m100::lab

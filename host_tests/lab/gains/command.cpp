@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab gains: makes the gain tables of a vehicle file, and reports their margins.
 #include <unistd.h>
-#include <CLI/CLI.hpp>
-
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -10,9 +8,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <memory>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/mode.h"
 #include "firmware/companion/files/vehicle_file.h"
@@ -25,7 +23,6 @@
 #include "host_tests/lab/gains/write_tables.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
-#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
@@ -145,7 +142,7 @@ void stop(int) {
   constexpr std::string_view kSaid =
       "\nm100-lab: gains: stopped, no table was written; the same command starts again\n";
   (void)!::write(STDERR_FILENO, kSaid.data(), kSaid.size());
-  std::_Exit(kAnswerIsNo);
+  std::_Exit(companion::kAnswerIsNo);
 }
 
 /// Prints on a terminal which stage runs.
@@ -218,49 +215,39 @@ void run(const GainsOptions& options) {
   }
   std::signal(SIGINT, SIG_IGN);  // from here on the files are written
   if (!write_tables(file, set, table, options)) {
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw companion::AnswerIsNo();
   }
 }
 
 }  // namespace
 
-void add_gains(CLI::App& lab) {
-  CLI::App* command =
-      lab.add_subcommand("gains", "make the controller's tables from a vehicle file, and report their margins");
-  auto options = std::make_shared<GainsOptions>();
-  command->add_option("--vehicle", options->vehicle, "vehicle file (TOML)")->required();
-  command->add_option("--out", options->header, "C++ header for the firmware");
-  command->add_option("--table", options->table, "gain table file for `m100 fly`");
-  command->add_option("--json", options->json, "margins as JSON");
-  command->add_option(
-      "--rival", options->rivals,
-      "vehicle file of another structure that the log allows; reports its margins too; may be repeated");
-  command->add_option("--tune", options->tuned,
-                      "make the design of the modes field and robust by the margins as flown and simulated flights, "
-                      "write this vehicle file and make the tables from it");
-  command->add_option(
-      "--present", options->present,
-      "vehicle file that flies now, default --vehicle: where its law keeps the limits on the new model, "
-      "the design of --tune flies no worse than it");
-  companion::add_mode_option(*command, options->mode, "mode whose margins are reported; the table file has all modes");
+void add_gains(companion::CommandLine& lab) {
+  const auto [command, options] = lab.add_subcommand<GainsOptions>(
+      "gains", "make the controller's tables from a vehicle file, and report their margins", run);
+  command.add_option("--vehicle", options->vehicle, "vehicle file (TOML)").required();
+  command.add_option("--out", options->header, "C++ header for the firmware");
+  command.add_option("--table", options->table, "gain table file for `m100 fly`");
+  command.add_option("--json", options->json, "margins as JSON");
+  command.add_option("--rival", options->rivals,
+                     "vehicle file of another structure that the log allows; reports its margins too; may be repeated");
+  command.add_option("--tune", options->tuned,
+                     "make the design of the modes field and robust by the margins as flown and simulated flights, "
+                     "write this vehicle file and make the tables from it");
+  command.add_option("--present", options->present,
+                     "vehicle file that flies now, default --vehicle: where its law keeps the limits on the new model, "
+                     "the design of --tune flies no worse than it");
+  companion::add_mode_option(command, options->mode, "mode whose margins are reported; the table file has all modes");
   command
-      ->add_option("--setpoint-box", options->box,
-                   "range of the set-point law: position error [m], velocity [m/s], tilt [rad], tilt rate [rad/s], "
-                   "previous input [rad], steady input [rad]; default: 6 4 0.5 2 0.75 0.31")
-      ->expected(6)
-      ->check(from_to(1e-6, 1e6));
-  command
-      ->add_flag_callback("--certify",
-                          [] {
-                            throw CLI::ValidationError("--certify",
-                                                       "is gone: --corners samples the box and states its worst point");
-                          })
-      ->group("");
-  command->add_flag(
+      .add_option("--setpoint-box", options->box,
+                  "range of the set-point law: position error [m], velocity [m/s], tilt [rad], tilt rate [rad/s], "
+                  "previous input [rad], steady input [rad]; default: 6 4 0.5 2 0.75 0.31")
+      .takes(6)
+      .from_to(1e-6, 1e6);
+  command.add_former_flag("--certify", "is gone: --corners samples the box and states its worst point");
+  command.add_flag(
       "--corners", options->corners,
       "report the margins as flown over gain and frequency +-20 % of every structure, and over the whole box");
-  command->add_flag("--check", options->check, "compare with the existing files instead of writing them");
-  command->callback([options] { run(*options); });
+  command.add_flag("--check", options->check, "compare with the existing files instead of writing them");
 }
 
 }  // namespace m100::lab

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // hidden_effects: flies logs with hidden effects, analyses them without knowing the effects, and counts right answers.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/command_line.h"
 #include "host_tests/lab/hidden/confusion.h"
 #include "host_tests/lab/logs/join.h"
 #include "host_tests/lab/logs/write_csv.h"
@@ -75,7 +75,8 @@ void write_page(const std::string& file, const std::vector<Outcome>& outcomes) {
 
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of memory, which ends it as well
   using namespace m100::lab::hidden;
-  CLI::App app{"hidden_effects: a confusion matrix of the residual analysis on simulated logs with hidden effects"};
+  m100::companion::CommandLine app{
+      "hidden_effects: a confusion matrix of the residual analysis on simulated logs with hidden effects"};
   std::size_t count = 600;
   std::uint64_t seed = 1;
   unsigned threads = 2;
@@ -92,7 +93,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
   app.add_option("--report", report, "HTML page with the table and the matrix");
   app.add_option("--write", write, "folder for the logs as CSV with their column maps");
   app.add_flag("--verbose", verbose, "print each wrong answer at once");
-  CLI11_PARSE(app, argc, argv);
+  app.read(argc, argv);
   std::vector<Case> list = cases(count, seed);
   std::erase_if(list, [&](const Case& one) { return one.label.find(only) == std::string::npos; });
   for (std::size_t k = 0; !write.empty() && k < list.size(); ++k) {

@@ -5,11 +5,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <vector>
 
+#include "firmware/companion/command_line.h"
 #include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
@@ -94,12 +94,12 @@ void write_page(const std::string& file, const std::vector<Cost>& costs) {
 
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of memory, which ends it as well
   using namespace m100::lab::hidden;
-  CLI::App app{"identify_scaling: time and memory of identify against the length of the log"};
+  m100::companion::CommandLine app{"identify_scaling: time and memory of identify against the length of the log"};
   std::vector<double> minutes{1, 2, 4, 8, 16, 30, 60};
   std::string report;
-  app.add_option("--minutes", minutes, "lengths of the logs [min], separated by commas")->delimiter(',');
+  app.add_option("--minutes", minutes, "lengths of the logs [min], separated by commas").takes_commas();
   app.add_option("--report", report, "HTML page with the figure");
-  CLI11_PARSE(app, argc, argv);
+  app.read(argc, argv);
   std::vector<Cost> costs;
   std::printf("%8s %10s %14s %10s\n", "min", "cpu [s]", "per minute [s]", "MB");
   bool all_right = true;

@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab identify: finds the effects that a declared model lacks in a log, and how much they improve it.
 #include <unistd.h>
-#include <CLI/CLI.hpp>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
@@ -29,7 +27,6 @@
 #include "host_tests/lab/logs/alignment/capture_alignment.h"
 #include "host_tests/lab/logs/flight_log.h"
 #include "host_tests/lab/logs/join.h"
-#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/read_json.h"
@@ -333,66 +330,61 @@ void run(const IdentifyOptions& options) {
   write_page(options, result);
   if (!options.vehicle.empty() && !wrong.empty()) {
     std::cerr << printable(options.vehicle + ": '--vehicle': not written: " + wrong) << "\n";
-    throw CLI::RuntimeError(kAnswerIsNo);
+    throw companion::AnswerIsNo();
   }
 }
 
 }  // namespace
 
-void add_identify(CLI::App& lab) {
-  CLI::App* app =
-      lab.add_subcommand("identify", "find, name and add the effects of a flight log that the declared model lacks");
-  auto options = std::make_shared<IdentifyOptions>();
-  app->add_option("--log", options->logs,
-                  "flight log: CSV, MATLAB 5 MAT-file, ULog, ArduPilot .bin, ROS bag; may be repeated")
-      ->required()
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  app->add_option("--columns", options->columns, "column map (TOML): one for all logs, or one for each")
-      ->required()
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  app->add_option("--axis", options->axis, "roll, pitch, yaw_rate, climb or translation")
-      ->required()
-      ->check(CLI::IsMember({"roll", "pitch", "yaw_rate", "climb", "translation"}));
-  app->add_option("--declare", options->declare,
-                  "model to start from: first_order or second_order (translation: rigid_body), then names of effects, "
-                  "separated by commas")
-      ->required();
-  app->add_option("--train", options->train,
-                  "FROM:TO[,FROM:TO...] in seconds of the log's clock; with several logs 1@FROM:TO,2@FROM:TO");
-  app->add_option("--validate", options->validate,
-                  "validation ranges, in the same form; they must not overlap the training ranges");
-  app->add_option(
+void add_identify(companion::CommandLine& lab) {
+  const auto [app, options] = lab.add_subcommand<IdentifyOptions>(
+      "identify", "find, name and add the effects of a flight log that the declared model lacks", run);
+  app.add_option("--log", options->logs,
+                 "flight log: CSV, MATLAB 5 MAT-file, ULog, ArduPilot .bin, ROS bag; may be repeated")
+      .required()
+      .takes_one_each();
+  app.add_option("--columns", options->columns, "column map (TOML): one for all logs, or one for each")
+      .required()
+      .takes_one_each();
+  app.add_option("--axis", options->axis, "roll, pitch, yaw_rate, climb or translation")
+      .required()
+      .one_of({"roll", "pitch", "yaw_rate", "climb", "translation"});
+  app.add_option("--declare", options->declare,
+                 "model to start from: first_order or second_order (translation: rigid_body), then names of effects, "
+                 "separated by commas")
+      .required();
+  app.add_option("--train", options->train,
+                 "FROM:TO[,FROM:TO...] in seconds of the log's clock; with several logs 1@FROM:TO,2@FROM:TO");
+  app.add_option("--validate", options->validate,
+                 "validation ranges, in the same form; they must not overlap the training ranges");
+  app.add_option(
       "--split", options->split,
       "instead of --train and --validate: alternate:SECONDS, pieces used for training and validation in turn");
-  app->add_option("--within", options->within, "ranges that --split divides; default: the whole log");
-  app->add_option("--validate-log", options->validation_log, "another log, for the validation ranges");
-  app->add_option("--validate-columns", options->validation_columns,
-                  "column map of --validate-log; default: the first --columns");
-  app->add_option("--noise-floor", options->noise_floor,
-                  "root mean square error that air and noise alone cause, in the unit of the axis")
-      ->check(from_to(0.0, 1e6));
-  app->add_option(
-      "--wind-from-first", options->wind_from_first_s,
-      "translation: estimate the wind of each flight from its first SECONDS (10 in a wind tunnel); no error "
-      "is counted in them");
-  app->add_option("--vehicle", options->vehicle, "vehicle file to write; an existing one keeps its other sections");
-  app->add_option(
+  app.add_option("--within", options->within, "ranges that --split divides; default: the whole log");
+  app.add_option("--validate-log", options->validation_log, "another log, for the validation ranges");
+  app.add_option("--validate-columns", options->validation_columns,
+                 "column map of --validate-log; default: the first --columns");
+  app.add_option("--noise-floor", options->noise_floor,
+                 "root mean square error that air and noise alone cause, in the unit of the axis")
+      .from_to(0.0, 1e6);
+  app.add_option("--wind-from-first", options->wind_from_first_s,
+                 "translation: estimate the wind of each flight from its first SECONDS (10 in a wind tunnel); no error "
+                 "is counted in them");
+  app.add_option("--vehicle", options->vehicle, "vehicle file to write; an existing one keeps its other sections");
+  app.add_option(
       "--vehicle-declared", options->vehicle_declared,
       "vehicle file to write with the declared model, beside --vehicle with the identified one; for translation, "
       "both then predict the position from the sticks");
-  app->add_option("--vehicle-believed", options->believed,
-                  "vehicle file that was believed so far: its numbers are compared with those found");
-  app->add_option(
+  app.add_option("--vehicle-believed", options->believed,
+                 "vehicle file that was believed so far: its numbers are compared with those found");
+  app.add_option(
       "--forecast", options->forecast,
       "JSON of m100-lab excite: the effects that the flight was designed to show, compared with those found");
-  app->add_option("--json", options->json, "file for the result as JSON");
-  app->add_option("--report", options->report, "folder for the HTML report, and the numbers of its figures as CSV");
-  app->add_option("--refits,--draws", options->refits,
-                  "number of refits with some blocks left out, for the intervals: at most 40; 0: no intervals")
-      ->check(CLI::Range(0, 10000));
-  app->callback([options] { run(*options); });
+  app.add_option("--json", options->json, "file for the result as JSON");
+  app.add_option("--report", options->report, "folder for the HTML report, and the numbers of its figures as CSV");
+  app.add_option("--refits,--draws", options->refits,
+                 "number of refits with some blocks left out, for the intervals: at most 40; 0: no intervals")
+      .in_range(0, 10000);
 }
 
 }  // namespace m100::lab

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab inject: adds an effect to a measured flight, to test whether the analysis finds it.
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
@@ -23,7 +22,7 @@ namespace m100::lab {
 namespace {
 
 struct InjectOptions {
-  std::string log, columns, axis, declare, train, effect, out, map, json;
+  std::string log, columns, axis, declare = "second_order", train, effect, out, map, json;
 };
 
 hidden::HiddenEffects effects_of(const std::string& text, const std::string& axis) {
@@ -105,24 +104,22 @@ void run(const InjectOptions& options) {
 
 }  // namespace
 
-void add_inject(CLI::App& lab) {
-  CLI::App* app = lab.add_subcommand("inject", "add a named effect to a measured flight and keep its residual");
-  auto options = std::make_shared<InjectOptions>();
-  app->add_option("--log", options->log, "flight log")->required();
-  app->add_option("--columns", options->columns, "column map (TOML)")->required();
-  app->add_option("--axis", options->axis, "roll, pitch, yaw_rate, climb or translation")
-      ->required()
-      ->check(CLI::IsMember({"roll", "pitch", "yaw_rate", "climb", "translation"}));
-  app->add_option("--declare", options->declare, "model to which the effect is added, as for identify")
-      ->default_val("second_order");
-  app->add_option("--train", options->train,
-                  "FROM:TO in seconds, the part on which that model is fitted; not for translation");
-  app->add_option("--effect", options->effect, "NAME=VALUE[,NAME=VALUE...], value in the effect's first unit")
-      ->required();
-  app->add_option("--out", options->out, "CSV to write")->required();
-  app->add_option("--map", options->map, "also write its column map");
-  app->add_option("--json", options->json, "the added effects and the fitted model, as JSON");
-  app->callback([options] { run(*options); });
+void add_inject(companion::CommandLine& lab) {
+  const auto [app, options] =
+      lab.add_subcommand<InjectOptions>("inject", "add a named effect to a measured flight and keep its residual", run);
+  app.add_option("--log", options->log, "flight log").required();
+  app.add_option("--columns", options->columns, "column map (TOML)").required();
+  app.add_option("--axis", options->axis, "roll, pitch, yaw_rate, climb or translation")
+      .required()
+      .one_of({"roll", "pitch", "yaw_rate", "climb", "translation"});
+  app.add_option("--declare", options->declare, "model to which the effect is added, as for identify");
+  app.add_option("--train", options->train,
+                 "FROM:TO in seconds, the part on which that model is fitted; not for translation");
+  app.add_option("--effect", options->effect, "NAME=VALUE[,NAME=VALUE...], value in the effect's first unit")
+      .required();
+  app.add_option("--out", options->out, "CSV to write").required();
+  app.add_option("--map", options->map, "also write its column map");
+  app.add_option("--json", options->json, "the added effects and the fitted model, as JSON");
 }
 
 }  // namespace m100::lab

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab logs: lists the content of a log of any format, and proposes a column map for recognised names.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -8,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/proposal/example_map.h"
@@ -130,7 +130,7 @@ void run(const LogsOptions& options) {
         "%sCheck the signs and units. m100-lab reference column_keys prints every signal that a map may have.\n",
         logs::example_map(*log).c_str());
     if (!options.map.empty()) {
-      throw CLI::RuntimeError(kAnswerIsNo);
+      throw companion::AnswerIsNo();
     }
     return;
   }
@@ -144,14 +144,12 @@ void run(const LogsOptions& options) {
 
 }  // namespace
 
-void add_logs(CLI::App& lab) {
-  CLI::App* app =
-      lab.add_subcommand("logs", "list the content of a log of any format, and propose a column map for it");
-  auto options = std::make_shared<LogsOptions>();
-  app->add_option("log,--log", options->log, "CSV, MAT-file, ULog, ArduPilot .bin, ROS 1 or ROS 2 bag")->required();
-  app->add_option("--json", options->json, "the content as JSON");
-  app->add_option("--propose", options->map, "column map (TOML) to write; exit code 1 if the names are unknown");
-  app->callback([options] { run(*options); });
+void add_logs(companion::CommandLine& lab) {
+  const auto [app, options] = lab.add_subcommand<LogsOptions>(
+      "logs", "list the content of a log of any format, and propose a column map for it", run);
+  app.add_option("log,--log", options->log, "CSV, MAT-file, ULog, ArduPilot .bin, ROS 1 or ROS 2 bag").required();
+  app.add_option("--json", options->json, "the content as JSON");
+  app.add_option("--propose", options->map, "column map (TOML) to write; exit code 1 if the names are unknown");
 }
 
 }  // namespace m100::lab

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab loop: fly, identify the effects that the vehicle file lacks, add them, make new tables, fly again.
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/suggestion.h"
 #include "firmware/mpc/generated/gain_table.h"
@@ -19,7 +18,6 @@
 #include "host_tests/lab/loop/page.h"
 #include "host_tests/lab/loop/results.h"
 #include "host_tests/lab/loop/world_numbers.h"
-#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
@@ -132,38 +130,35 @@ void run(const LoopOptions& options) {
 
 }  // namespace
 
-void add_loop(CLI::App& lab) {
-  auto options = std::make_shared<LoopOptions>();
-  CLI::App* command =
-      lab.add_subcommand("loop", "fly, identify the effects that the vehicle file lacks, add them, fly again");
-  command->add_option("--plant", options->plant,
-                      "plant file of the simulated world (TOML); only the simulator reads it");
-  command->add_option(
+void add_loop(companion::CommandLine& lab) {
+  const auto [command, options] = lab.add_subcommand<LoopOptions>(
+      "loop", "fly, identify the effects that the vehicle file lacks, add them, fly again", run);
+  command.add_option("--plant", options->plant,
+                     "plant file of the simulated world (TOML); only the simulator reads it");
+  command.add_option(
       "--plant-from", options->plant_from,
       "vehicle file from which the world takes its axes, drag and thrust instead of the measured ones; the keys of "
       "--plant override it");
-  add_body_options(*command, options->body);
-  command->add_option("--vehicle", options->vehicle,
-                      "vehicle file that the controller uses at first; default: the project's");
-  command->add_option("--out", options->out,
-                      "vehicle file to write: the new one, or the former one if the new one is worse");
-  command->add_flag("--keep-worse", options->keep_worse, "write the new vehicle file even if a task is worse as flown");
-  command->add_option("--models", options->models,
-                      "vehicle files to compare on the aircraft of --plant-from, instead of identifying: prediction, "
-                      "errors in flight and margins, each with its interval over the seeds");
-  command->add_option("--json", options->json, "file for the numbers");
-  command->add_option(
+  add_body_options(command, options->body);
+  command.add_option("--vehicle", options->vehicle,
+                     "vehicle file that the controller uses at first; default: the project's");
+  command.add_option("--out", options->out,
+                     "vehicle file to write: the new one, or the former one if the new one is worse");
+  command.add_flag("--keep-worse", options->keep_worse, "write the new vehicle file even if a task is worse as flown");
+  command.add_option("--models", options->models,
+                     "vehicle files to compare on the aircraft of --plant-from, instead of identifying: prediction, "
+                     "errors in flight and margins, each with its interval over the seeds");
+  command.add_option("--json", options->json, "file for the numbers");
+  command.add_option(
       "--logs", options->logs,
       "folder for the logs of the three identification flights and their column map; default: they are not kept");
-  command->add_option("--report", options->report, "folder for the HTML report (loop.html)");
-  command->add_option("--tasks", options->tasks,
-                      "tasks to fly before and after: any of hover,step,trajectory, or none");
-  command->add_option("--law", options->law, "horizontal control law; lqr: the clipped LQR baseline")
-      ->check(CLI::IsMember({"mpc", "lqr"}));
-  command->add_option("--seed", options->seed, "first seed")->check(whole_number());
-  command->add_option("--seeds", options->seeds, "flights per task and condition, before and after with the same seeds")
-      ->check(CLI::Range(2, 100));
-  command->callback([options] { run(*options); });
+  command.add_option("--report", options->report, "folder for the HTML report (loop.html)");
+  command.add_option("--tasks", options->tasks, "tasks to fly before and after: any of hover,step,trajectory, or none");
+  command.add_option("--law", options->law, "horizontal control law; lqr: the clipped LQR baseline")
+      .one_of({"mpc", "lqr"});
+  command.add_option("--seed", options->seed, "first seed").whole_number();
+  command.add_option("--seeds", options->seeds, "flights per task and condition, before and after with the same seeds")
+      .in_range(2, 100);
 }
 
 }  // namespace m100::lab

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab mpc solve: solves quadratic programs from a file with the controller's own solver.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <memory>
@@ -8,6 +7,7 @@
 #include <sstream>
 #include <vector>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/mpc/horizontal_mpc.h"
 #include "host_tests/lab/gains/gain_tables.h"
@@ -105,30 +105,30 @@ void solve(const gains::InstanceFile& file, bool setpoint) {
   }
 }
 
+void run(const MpcOptions& options) {
+  companion::FileUse().reads("FILE", options.file).check();
+  std::istringstream stream(whole_file(options.file));
+  const gains::InstanceFile file = gains::read_instances(stream, options.file);
+  if (options.scalar == "double") {
+    solve<double>(file, options.law == "setpoint");
+  } else {
+    solve<float>(file, options.law == "setpoint");
+  }
+}
+
 }  // namespace
 
-void add_mpc(CLI::App& lab) {
-  CLI::App* mpc = lab.add_subcommand("mpc", "run the horizontal MPC alone");
-  mpc->require_subcommand(1);
-  CLI::App* command = mpc->add_subcommand("solve", "solve quadratic programs: JSON lines in, JSON lines out");
-  auto options = std::make_shared<MpcOptions>();
-  command->add_option("FILE", options->file, "model records, then problems (JSON lines)")->required();
-  command->add_option("--scalar", options->scalar, "arithmetic of the controller")
-      ->check(CLI::IsMember({"double", "float"}));
+void add_mpc(companion::CommandLine& lab) {
+  const companion::Subcommand mpc = lab.add_subcommand("mpc", "run the horizontal MPC alone");
+  mpc.require_subcommand();
+  const auto [command, options] =
+      mpc.add_subcommand<MpcOptions>("solve", "solve quadratic programs: JSON lines in, JSON lines out", run);
+  command.add_option("FILE", options->file, "model records, then problems (JSON lines)").required();
+  command.add_option("--scalar", options->scalar, "arithmetic of the controller").one_of({"double", "float"});
   command
-      ->add_option("--law", options->law,
-                   "preview: the whole input sequence; setpoint: the explicit law inside its range")
-      ->check(CLI::IsMember({"preview", "setpoint"}));
-  command->callback([options] {
-    companion::FileUse().reads("FILE", options->file).check();
-    std::istringstream stream(whole_file(options->file));
-    const gains::InstanceFile file = gains::read_instances(stream, options->file);
-    if (options->scalar == "double") {
-      solve<double>(file, options->law == "setpoint");
-    } else {
-      solve<float>(file, options->law == "setpoint");
-    }
-  });
+      .add_option("--law", options->law,
+                  "preview: the whole input sequence; setpoint: the explicit law inside its range")
+      .one_of({"preview", "setpoint"});
 }
 
 }  // namespace m100::lab

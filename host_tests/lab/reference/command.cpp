@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab reference: prints the keys, words and messages of the programs with their meanings, as pages or as JSON.
-#include <CLI/CLI.hpp>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -16,6 +14,7 @@
 #include <variant>
 #include <vector>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/course/course.h"
 #include "firmware/companion/files/flight_file.h"
 #include "firmware/companion/files/vehicle_file.h"
@@ -318,13 +317,16 @@ void print_page(const Json& page) {
 }  // namespace
 }  // namespace reference
 
-void add_reference(CLI::App& lab) {
-  CLI::App* const command = lab.add_subcommand(
+void add_reference(companion::CommandLine& lab) {
+  const companion::Subcommand command = lab.add_subcommand(
       "reference", "print every key, word, message and exit code of the programs, with range, default and meaning");
   const auto page = std::make_shared<std::string>();
-  command->add_option("page", *page, "page to print as Markdown; without it, all pages as JSON")
-      ->check(CLI::IsMember(reference::page_texts()));
-  command->callback([page] {
+  std::vector<std::string> names;
+  for (const auto& [name, text] : reference::page_texts()) {
+    names.push_back(name);
+  }
+  command.add_option("page", *page, "page to print as Markdown; without it, all pages as JSON").one_of(names);
+  command.callback([page] {
     const nlohmann::ordered_json pages = reference::all_pages();
     if (page->empty()) {
       std::cout << pages.dump(1) << "\n";

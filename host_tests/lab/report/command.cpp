@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab report: joins the pages that other subcommands wrote into one self-contained page.
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
-#include <memory>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/plot/html.h"
@@ -86,23 +85,22 @@ void run(const ReportOptions& options) {
 
 }  // namespace
 
-void add_report(CLI::App& lab) {
-  auto options = std::make_shared<ReportOptions>();
-  CLI::App* command = lab.add_subcommand("report", "join the pages of identify, gains, experiments and loop into one");
-  command->add_option("pages", options->pages, "pages (HTML) in their order")->required();
-  command->add_option("--out", options->out, "the page to write")->required();
-  command->add_option("--title", options->title, "its title");
-  command->add_option("--lead", options->lead, "page (HTML) to show on the first screen, before the links");
-  command->add_option("--asked", options->asked, "the question that the page answers, shown on its first line");
-  command->add_option("--note", options->note, "a sentence under the title");
-  command->add_option("--identified", options->sources.identified,
-                      "result of identify (JSON), for the summary; may be repeated");
-  command->add_option("--source", options->sources.origin, "origin of the identified logs; default: not stated")
-      ->check(CLI::IsMember({"measured", "simulated"}));
-  command->add_option("--experiments", options->sources.experiments, "result of experiments (JSON), for the summary");
-  command->add_option("--loop", options->sources.loop, "result of loop (JSON), for the summary");
-  command->add_option("--margins", options->sources.margins, "result of gains (JSON), for the summary");
-  command->callback([options] { run(*options); });
+void add_report(companion::CommandLine& lab) {
+  const auto [command, options] = lab.add_subcommand<ReportOptions>(
+      "report", "join the pages of identify, gains, experiments and loop into one", run);
+  command.add_option("pages", options->pages, "pages (HTML) in their order").required();
+  command.add_option("--out", options->out, "the page to write").required();
+  command.add_option("--title", options->title, "its title");
+  command.add_option("--lead", options->lead, "page (HTML) to show on the first screen, before the links");
+  command.add_option("--asked", options->asked, "the question that the page answers, shown on its first line");
+  command.add_option("--note", options->note, "a sentence under the title");
+  command.add_option("--identified", options->sources.identified,
+                     "result of identify (JSON), for the summary; may be repeated");
+  command.add_option("--source", options->sources.origin, "origin of the identified logs; default: not stated")
+      .one_of({"measured", "simulated"});
+  command.add_option("--experiments", options->sources.experiments, "result of experiments (JSON), for the summary");
+  command.add_option("--loop", options->sources.loop, "result of loop (JSON), for the summary");
+  command.add_option("--margins", options->sources.margins, "result of gains (JSON), for the summary");
 }
 
 }  // namespace m100::lab

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Searches, channel by channel, for the fault that moves the aircraft farthest before it is noticed.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 
+#include "firmware/companion/command_line.h"
 #include "host_tests/scenario/sensor_faults/recorded_faults.h"
 
 namespace m100::scenario {
@@ -26,15 +26,16 @@ int run(int argc, char** argv) {
   std::string only, kept_file;
   int flights = 300;
   std::uint64_t seed = 15;
-  CLI::App app(
+  companion::CommandLine app(
       "Searches for the fault of one channel that moves the aircraft farthest before it is noticed. Exit code "
       "1: a fault was found that is worse than the kept one.");
+  app.show_defaults();
   app.add_option("--channel", only, "Only this channel (default: all)");
-  app.add_option("--flights", flights, "Flights for each channel")->check(CLI::PositiveNumber)->capture_default_str();
-  app.add_option("--seed", seed, "Seed of the search")->capture_default_str();
+  app.add_option("--flights", flights, "Flights for each channel").positive();
+  app.add_option("--seed", seed, "Seed of the search");
   app.add_option("--kept", kept_file, "File of the worst faults found so far; the search starts from them")
-      ->check(CLI::ExistingFile);
-  CLI11_PARSE(app, argc, argv);
+      .existing_file();
+  app.read(argc, argv);
   const auto recorded =
       kept_file.empty() ? std::map<std::string, RecordedFault, std::less<>>() : recorded_faults(kept_file);
   bool sound = true;

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <CLI/CLI.hpp>
+#include "firmware/companion/command_line.h"
 
 namespace m100::companion {
 namespace {
@@ -65,12 +65,10 @@ TEST(PoseOptionsRight, AreAcceptedAndWrittenAsWordsThatMeanTheSame) {
         options_of("udp:14560", "", "", "k"), options_of("/dev/ttyUSB1", "", "", ""),
         options_of("/dev/ttyUSB1", "2:1", "", "k")}) {
     EXPECT_EQ(conflict_of(options), "");
-    std::vector<std::string> words = words_of(options);
-    std::reverse(words.begin(), words.end());  // as CLI11 takes them
-    CLI::App app;
+    CommandLine app("test");
     PoseOptions read;
     add_pose_options(app, read);
-    app.parse(words);
+    app.parse(words_of(options));
     EXPECT_EQ(words_of(read), words_of(options));
   }
   EXPECT_FALSE(unsigned_sender(options_of(kHere, "", "", "k"))) << "signed: everybody with the key";

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The command line of `m100-lab experiments`: inputs that it refuses before it flies.
 #include <gtest/gtest.h>
-#include <CLI/CLI.hpp>
 
 #include <string>
 #include <vector>
 
+#include "firmware/companion/command_line.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/subcommands.h"
 
@@ -13,12 +13,12 @@ namespace m100::lab {
 namespace {
 
 /// The message with which the subcommand refuses.
-std::string refused(std::vector<const char*> words) {
-  CLI::App lab{"test"};
+std::string refused(std::vector<std::string> words) {
+  companion::CommandLine lab{"test"};
   add_experiments(lab);
-  words.insert(words.begin(), {"m100-lab", "experiments"});
+  words.insert(words.begin(), "experiments");
   try {
-    lab.parse(static_cast<int>(words.size()), words.data());
+    lab.parse(words);
   } catch (const InputError& wrong) {
     return wrong.what();
   }
@@ -28,10 +28,9 @@ std::string refused(std::vector<const char*> words) {
 // Catches a rate that fails an assertion, unknown tasks, and options that have no effect.
 TEST(ExperimentsOptions, ThatDoNotGoTogetherAreRefused) {
   for (const char* const rate : {"30", "1000", "nan", "-1"}) {
-    for (const std::vector<const char*>& kind : {std::vector{"--tasks", "far"}, {"--tasks", "paper"}}) {
-      std::vector<const char*> words = kind;
-      words.insert(words.end(), {"--rate", rate});
-      EXPECT_NE(refused(words).find("--rate: outside the window"), std::string::npos) << kind.front() << " " << rate;
+    for (const char* const kind : {"far", "paper"}) {
+      EXPECT_NE(refused({"--tasks", kind, "--rate", rate}).find("--rate: outside the window"), std::string::npos)
+          << kind << " " << rate;
     }
   }
   EXPECT_NE(refused({"--only", "hover", "--tasks", "far"}).find("hover"), std::string::npos);

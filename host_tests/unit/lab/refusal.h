@@ -1,22 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <CLI/CLI.hpp>
-
-#include <algorithm>
 #include <exception>
 #include <string>
 #include <vector>
 
+#include "firmware/companion/command_line.h"
+
 namespace m100::lab {
 
 /// Runs a subcommand as the program does. @returns the message with which it refuses; empty: it was done.
-inline std::string refusal_of(void (*add)(CLI::App&), std::vector<std::string> words) {
-  CLI::App lab{"test"};
+inline std::string refusal_of(void (*add)(companion::CommandLine&), std::vector<std::string> words) {
+  companion::CommandLine lab{"test"};
   add(lab);
-  std::reverse(words.begin(), words.end());  // the order that CLI11 asks for
   try {
-    lab.parse(words);
+    lab.parse(std::move(words));
   } catch (const std::exception& wrong) {
     return wrong.what();
   }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab paper: reproduces the paper's numbers from its own logs, and shows what correct alignment changes.
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/model/default_vehicle.h"
@@ -70,19 +70,18 @@ void run(const PaperOptions& options) {
 
 }  // namespace
 
-void add_paper(CLI::App& lab) {
-  CLI::App* app =
+void add_paper(companion::CommandLine& lab) {
+  const companion::Subcommand app =
       lab.add_subcommand("paper", "reproduce the paper's scale factors and climb dynamics from its own logs");
   auto options = std::make_shared<PaperOptions>();
-  CLI::Option* tilt = app->add_option("--pitch-roll", options->pitch_roll, "ExperimentPitchRoll.mat");
-  CLI::Option* height = app->add_option("--height", options->height, "ExperimentHeight.mat");
-  tilt->needs(height);
-  height->needs(tilt);
-  app->add_option("--yaw", options->yaw, "ExperimentYaw.mat: adds the yaw rate")->needs(tilt);
-  app->add_option("--json", options->json, "file for the table as JSON")->needs(tilt);
-  app->add_option("--configuration", options->configuration,
-                  "writes the paper's configuration as a vehicle file, to be flown with --paper-100-hz");
-  app->callback([options] {
+  const companion::Option tilt = app.add_option("--pitch-roll", options->pitch_roll, "ExperimentPitchRoll.mat");
+  app.add_option("--height", options->height, "ExperimentHeight.mat").needs("--pitch-roll");
+  tilt.needs("--height");
+  app.add_option("--yaw", options->yaw, "ExperimentYaw.mat: adds the yaw rate").needs("--pitch-roll");
+  app.add_option("--json", options->json, "file for the table as JSON").needs("--pitch-roll");
+  app.add_option("--configuration", options->configuration,
+                 "writes the paper's configuration as a vehicle file, to be flown with --paper-100-hz");
+  app.callback([options] {
     if (options->pitch_roll.empty() && options->configuration.empty()) {
       throw InputError("--pitch-roll", 0, "", "is missing: give both logs, or --configuration");
     }
