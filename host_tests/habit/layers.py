@@ -65,6 +65,9 @@ LAYERS = {
     ROOM + "paper/": LAB + [ROOM + "model/*.h"],
 }
 
+# A library whose headers cost more than what uses them -> the only file that may include them; others use its header.
+ONE_FILE = {"CLI/": "firmware/companion/command_line.cpp", "toml++/": "firmware/companion/files/text/toml_text.cpp"}
+
 # Parts that run before the first tick or beside it, on a host: they may use the whole library.
 HOST_PARTS = ("firmware/companion/", "hal/linux/", "hal/mock/")
 ROOMS = ("firmware/", "protocol/", "hal/", "host_tests/", "linker/")
@@ -113,6 +116,9 @@ def offences(path, lines):
         eigen = include and include.group(1).startswith("Eigen/")
         if eigen and path != "firmware/core/eigen.h" and not path.startswith("host_tests/"):
             yield number, "include Eigen through firmware/core/eigen.h only"
+        for library, only in ONE_FILE.items():
+            if include and include.group(1).startswith(library) and path != only:
+                yield number, f"only {only} may include {include.group(1)}"
         if "Deviation:" in line or not real_time:
             continue
         if HEAP_HEADERS.match(line):
@@ -164,6 +170,9 @@ def self_test():
         ("firmware/est/x.inc", '#include "protocol/dji/telemetry.h"'),
         ("firmware/est/x.h", "#include <Eigen/Dense>"),
         ("firmware/est/x.h", "#include <vector>"),
+        ("host_tests/lab/mpc/command.cpp", "#include <CLI/CLI.hpp>"),
+        ("firmware/companion/command_line.h", "#include <CLI/App.hpp>"),
+        ("host_tests/unit/x.cpp", "#include <toml++/toml.h>"),
         ("firmware/est/x.cpp", "  return std::sin(x);"),
         ("firmware/est/x.cpp", "  throw 3;"),
         ("firmware/est/x.cpp", "  auto* p = new int;"),
@@ -171,6 +180,7 @@ def self_test():
     sound = [
         ("firmware/est/x.h", '#include "firmware/est/filter/kalman.h"'),
         ("firmware/est/x.h", "#include <array>"),
+        ("firmware/companion/command_line.cpp", "#include <CLI/CLI.hpp>"),
         ("firmware/est/x.h", "// an import of goods"),
         ("host_tests/target/x.cpp", "#include M100_A_HEADER  // Deviation: the board decides"),
     ]
