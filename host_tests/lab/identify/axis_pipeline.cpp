@@ -3,7 +3,6 @@
 #include "host_tests/lab/identify/axis_pipeline.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -20,6 +19,7 @@
 #include "host_tests/lab/identify/residual_tests/axis/ground_check.h"
 #include "host_tests/lab/identify/residual_tests/axis/intersample_hypotheses.h"
 #include "host_tests/lab/identify/residual_tests/axis/stick_freeze.h"
+#include "host_tests/lab/identify/residual_tests/axis/stick_reading.h"
 #include "host_tests/lab/identify/selection/regimes.h"
 #include "host_tests/lab/identify/selection/verdict.h"
 #include "host_tests/lab/printed.h"
@@ -46,8 +46,8 @@ class AxisPipeline {
       side_findings_.findings.push_back(note(describe(flight_trims_)));
     }
     for (const auto search :
-         {&AxisPipeline::detect_stick_freeze, &AxisPipeline::detect_time_offset, &AxisPipeline::detect_tether,
-          &AxisPipeline::settle_names, &AxisPipeline::detect_change_point}) {
+         {&AxisPipeline::detect_stick_freeze, &AxisPipeline::detect_other_stick, &AxisPipeline::detect_time_offset,
+          &AxisPipeline::detect_tether, &AxisPipeline::settle_names, &AxisPipeline::detect_change_point}) {
       if (!has_other_cause_) {
         (this->*search)();
       }
@@ -63,12 +63,6 @@ class AxisPipeline {
   }
 
  private:
-  /// Schwarz's penalty of the parameters that a model has more than another one.
-  static double price_of(std::size_t parameters, std::size_t fewer, const FreeRun& run) {
-    const double more = static_cast<double>(parameters) - static_cast<double>(fewer);
-    return std::max(0.0, more) * std::log(static_cast<double>(run.size()));
-  }
-
   /// Whether the log or its trims already forbid a clean bill.
   bool is_doubted() const {
     return !side_findings_.unexplained.empty() || std::ranges::any_of(side_findings_.findings, forbids_nothing_missing);
@@ -93,7 +87,7 @@ class AxisPipeline {
     }
     flight_trims_ = std::move(more);
     trims_ = std::move(values);
-    problem_ = std::make_unique<AxisProblem>(request_, shift_s_, trims_);
+    problem_ = std::make_unique<AxisProblem>(request_, clock_, trims_);
     return true;
   }
 
@@ -107,6 +101,31 @@ class AxisPipeline {
     if (!found.empty() && request_.acts(SpecialTest::kFrozenStick)) {
       side_findings_.findings.insert(side_findings_.findings.end(), found.begin(), found.end());
       has_other_cause_ = true;
+    }
+  }
+
+  /// Tests whether the vehicle received another stick than the logged one. If the clocks run apart, the sticks are read
+  /// by the other clock, and the structure is selected again.
+  void detect_other_stick() {
+    const AxisData& data = problem_->training().signals.data;
+    const AxisFamily& family = problem_->axis_family();
+    const std::string held = held_stick(data, problem_->free_ranges(), family, chosen_.final_model.fit);
+    const std::optional<ClockRate> clock =
+        held.empty() ? clock_rate(data, problem_->free_ranges(), family, chosen_.final_model.fit) : std::nullopt;
+    if (!request_.acts(SpecialTest::kClock)) {
+      return;
+    }
+    if (!held.empty()) {
+      side_findings_.unexplained.push_back(problem_->stick_name() + held);
+      withdraw(chosen_, "lead_zero");  // a held stick is late, and the response seems to begin before it
+      has_other_cause_ = true;
+    } else if (clock) {
+      clock_.rate = clock->rate;
+      problem_ = std::make_unique<AxisProblem>(request_, clock_, trims_);
+      chosen_ = select_effects(*problem_, request_, {});
+      const std::string text = describe(*clock);
+      side_findings_.findings.push_back({.what = "clock_shift", .signal = problem_->stick_name(), .text = text});
+      side_findings_.unexplained.push_back(text);
     }
   }
 
@@ -141,7 +160,7 @@ class AxisPipeline {
     }
     for (const std::string& name : open) {
       side_findings_.unexplained.push_back(name + " would fit, but the stick was logged too slowly to confirm it");
-      withdraw(name);
+      withdraw(chosen_, name);
     }
   }
 
@@ -165,7 +184,8 @@ class AxisPipeline {
       withdraw_doubtful_lead_zero(first);
       return;
     }
-    auto moved = std::make_unique<AxisProblem>(request_, -first.shift_s, trims_);
+    const StickClock shifted{-first.shift_s, clock_.rate};
+    auto moved = std::make_unique<AxisProblem>(request_, shifted, trims_);
     Selection chosen = select_effects(*moved, request_, {});
     const TimeOffset clock =
         first.within_row ? first : time_offset(problem_->free_run(), moved->axis_family(), chosen.final_model.fit);
@@ -173,7 +193,7 @@ class AxisPipeline {
       withdraw_doubtful_lead_zero(first);
       return;
     }
-    shift_s_ = -first.shift_s;
+    clock_ = shifted;
     problem_ = std::move(moved);
     chosen_ = std::move(chosen);
     if (first.within_row) {
@@ -183,14 +203,11 @@ class AxisPipeline {
       withdraw_doubtful_lead_zero(first);
       return;
     }
-    const std::string text =
-        printed("the response begins %.3f s (+-%.3f) before its stick: %s", -clock.shift_s, 2.0 * clock.sigma_s,
-                clock.certain ? "the clocks disagree; the stick samples were shifted"
-                              : "the clocks may disagree, but these data cannot confirm it");
+    const std::string text = describe(clock);
     side_findings_.findings.push_back(
         {.what = "clock_shift", .signal = problem_->stick_name(), .text = text, .certain = clock.certain});
     side_findings_.unexplained.push_back(text);
-    withdraw("lead_zero");  // a response that begins before its stick imitates it
+    withdraw(chosen_, "lead_zero");  // a response that begins before its stick imitates it
   }
 
   /// Removes the name of a lead zero if the rows of the log are too slow to distinguish it from a time shift.
@@ -206,7 +223,7 @@ class AxisPipeline {
       side_findings_.unexplained.emplace_back(
           "these data cannot distinguish a lead zero from a response that begins before its stick");
     }
-    withdraw("lead_zero");
+    withdraw(chosen_, "lead_zero");
   }
 
   /// Tests for a climb speed that falls with the height flown, with the selected model and with the declared one,
@@ -255,7 +272,7 @@ class AxisPipeline {
     }
     std::optional<Regime<AxisProblem>> regime =
         first.found && request_.acts(SpecialTest::kOneSide)
-            ? select_regime<AxisProblem>(request_, first.change, {}, shift_s_, trims_)
+            ? select_regime<AxisProblem>(request_, first.change, {}, clock_, trims_)
             : std::nullopt;
     const AxisFamily& family = (regime ? regime->problem : problem_)->axis_family();
     const std::optional<WeakEffect> lacking = regime ? settle(*regime->problem, regime->chosen) : lacking_;
@@ -302,15 +319,6 @@ class AxisPipeline {
     return false;
   }
 
-  /// Adds `first` as a rival of `change`, which was found with the structure of one side of it. It does so if the names
-  /// differ and `change` is not clearly better after the penalty of its additional parameters.
-  static void add_rival_change(const ChangePoint& first, const FreeRun& run, ChangePoint& change) {
-    if (change.found && change.change.name != first.change.name &&
-        first.score < change.score + price_of(change.numbers, first.numbers, run) + kNameMargin) {
-      change.change.rivals.push_back(first.change.name);
-    }
-  }
-
   /// Whether the change may be named: no effect without a date explains it, and it is temporary, or certain under every
   /// hypothesis about an undersampled stick. A temporary change is also reported as unexplained, and so is one that is
   /// likely but not certain.
@@ -352,14 +360,8 @@ class AxisPipeline {
       side_findings_.unexplained.push_back(reason);
       return;
     }
-    withdraw(change.name);
+    withdraw(chosen_, change.name);
     add_change(side_findings_, change);
-  }
-
-  /// Removes the effect's name from the result. The model keeps the effect.
-  void withdraw(const std::string& name) {
-    std::erase_if(chosen_.steps, [&](const SelectionStep& step) { return step.name == name; });
-    std::erase_if(chosen_.not_separable, [&](const auto& group) { return has(group, name); });
   }
 
   /// The change found with the final structure. The one found with the declared structure is returned instead if it
@@ -381,7 +383,7 @@ class AxisPipeline {
   }
 
   Request request_;
-  double shift_s_ = 0.0;
+  StickClock clock_;
   std::vector<FlightTrim> flight_trims_;  ///< empty: the flights do not differ
   std::vector<double> trims_;             ///< the values of flight_trims_, in the unit of the stick
   std::unique_ptr<AxisProblem> problem_;

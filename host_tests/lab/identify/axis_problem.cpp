@@ -90,13 +90,12 @@ void widen_to_stick_values(const AxisDataSet& part, const model::StickAxis& mode
 
 }  // namespace
 
-AxisProblem::AxisProblem(const Request& request, double stick_earlier_s, const std::vector<double>& flight_trims)
+AxisProblem::AxisProblem(const Request& request, const StickClock& clock, const std::vector<double>& flight_trims)
     : request_(request),
-      training_(*request.log, request.axis, request.train, requested_ranges(request, true), stick_earlier_s,
-                flight_trims),
+      training_(*request.log, request.axis, request.train, requested_ranges(request, true), clock, flight_trims),
       validation_(in_one_log(request) ? AxisDataSet(training_, request.validate)
                                       : AxisDataSet(*request.validation_log, request.axis, request.validate,
-                                                    requested_ranges(request, false), stick_earlier_s)) {
+                                                    requested_ranges(request, false), clock)) {
   check_and_make_family();
 }
 
@@ -276,6 +275,10 @@ void AxisProblem::add_doubts(const Selection& selection, IdentifyResult& result)
     result.unexplained.push_back("the named effects remove " + std::to_string(std::lround(100.0 * share)) +
                                  " % of the error; most of it is still unexplained (fit " +
                                  std::to_string(std::lround(fit_percent)) + " %)");
+  }
+  for (const std::size_t at : family_->parameters_at_bound(fit)) {
+    const auto [effect, name] = family_->parameter_names(fit.structure)[at];
+    result.unexplained.push_back(name + " of " + effect + " ends at the edge of its range: its true value is unknown");
   }
   if (travel(validation_, validation_.signals.data.stick) <
       kMinTravelShare * travel(training_, training_.signals.data.stick)) {

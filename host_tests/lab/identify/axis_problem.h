@@ -18,9 +18,8 @@ namespace m100::lab::identify {
 /// One stick axis of a request: its models, its errors, its own tests.
 class AxisProblem final : public Problem {
  public:
-  /// @param stick_earlier_s  time by which the sticks are shifted earlier, for clocks that disagree
   /// @param flight_trims  the trim of each flight of a joined log, subtracted from its stick; empty: none
-  explicit AxisProblem(const Request& request, double stick_earlier_s = 0.0,
+  explicit AxisProblem(const Request& request, const StickClock& clock = {},
                        const std::vector<double>& flight_trims = {});
   /// The problem with training and validation part exchanged. Precondition: both are of one log. @throws InputError if
   /// the validation part is too short, or its stick does not move.

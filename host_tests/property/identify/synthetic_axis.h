@@ -59,13 +59,17 @@ struct SyntheticAxis {
   /// "transport_delay" [s] and "air" (factor of the disturbance).
   double change_s = 1e9;
   std::map<std::string, double> hidden_later;
+  double calm_from_s = 1e9;  ///< from then on the pilot moves both sticks by calm_share only
+  double calm_share = 1.0;
+  double level_counts = 0.0;     ///< both sticks take multiples of this only; 0: any value
+  std::size_t held_samples = 1;  ///< for which both sticks hold each value
   std::uint64_t seed = 1;
 
   lab::logs::FlightLog fly() const {
     const auto size = static_cast<std::size_t>(duration_s / kPeriod_s);
     std::mt19937_64 random(seed);
-    const std::vector<double> roll = hand(size, random);
-    const std::vector<double> pitch = hand(size, random);
+    const std::vector<double> roll = moved(hand(size, random));
+    const std::vector<double> pitch = moved(hand(size, random));
     const std::vector<double> command = commands(roll, pitch, random);
     lab::logs::FlightLog log;
     log.file = "synthetic";
@@ -272,6 +276,15 @@ struct SyntheticAxis {
       out[i] = value;
     }
     return out;
+  }
+  /// The sticks as the pilot or a program moves them.
+  std::vector<double> moved(std::vector<double> stick) const {
+    for (std::size_t i = 0; i < stick.size(); ++i) {
+      const double value = stick[i / held_samples * held_samples];
+      stick[i] = level_counts > 0.0 ? level_counts * std::round(value / level_counts) : value;
+      stick[i] *= static_cast<double>(i) * kPeriod_s < calm_from_s ? 1.0 : calm_share;
+    }
+    return stick;
   }
   static std::vector<double> rounded(std::vector<double> values) {
     for (double& value : values) {

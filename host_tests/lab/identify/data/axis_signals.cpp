@@ -40,20 +40,6 @@ constexpr Choice kChoices[] = {
 
 bool has(const logs::FlightLog& log, Signal signal) { return signal != Signal::kCount && log.has(signal); }
 
-// Shifts a series earlier by `samples`, interpolating linearly; the last value is held.
-void move_earlier(std::vector<double>& values, double samples) {
-  if (!(samples > 0.0) || values.empty()) {
-    return;
-  }
-  const auto whole = static_cast<std::size_t>(samples);
-  const double part = samples - std::floor(samples);
-  const std::size_t last = values.size() - 1;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const double now = values[std::min(i + whole, last)];
-    values[i] = now + part * (values[std::min(i + whole + 1, last)] - now);
-  }
-}
-
 /// `used` without the gaps and without 0.1 s on either side of each. A stick that jumps at a gap is no outlier: the log
 /// holds or interpolates it there.
 std::vector<char> exclude_gap_edges(std::vector<char> used, const std::vector<std::uint8_t>& gap, double period_s) {
@@ -104,15 +90,15 @@ void append(std::vector<Finding> more, AxisSignals& out) {
   out.findings.insert(out.findings.end(), more.begin(), more.end());
 }
 
-/// Takes the axis' stick and the other stick from the log, repairs them and shifts them earlier.
+/// Takes the axis' stick and the other stick from the log, repairs them and reads them by their clock.
 void read_sticks(const logs::FlightLog& log, const AxisChannels& picked, const std::vector<Range>& requested,
-                 double stick_earlier_s, AxisSignals& out) {
+                 const StickClock& clock, AxisSignals& out) {
   const auto repaired = [&](Signal stick, std::vector<double>& counts, std::string& name) {
     name = logs::name_of(stick);
     counts = log.of(stick);
     const auto near = exclude_gap_edges(mask_ranges(log, requested, kMemory_s), log.gap_of({stick}), log.period_s);
     append(repair_stick(counts, near, {log.start_s, log.period_s, log.row_of(stick)}, name), out);
-    move_earlier(counts, stick_earlier_s / log.period_s);
+    read_at_times(counts, clock.earlier_s / log.period_s, clock.rate);
   };
   out.data.stick_row_s = log.logged_row_of(picked.stick);
   repaired(picked.stick, out.data.stick, out.stick_name);
@@ -148,6 +134,21 @@ void repair_response(const logs::FlightLog& log, const std::string& axis, const 
 
 }  // namespace
 
+void read_at_times(std::vector<double>& values, double earlier, double rate) {
+  if ((earlier == 0.0 && rate == 0.0) || values.empty()) {
+    return;
+  }
+  const std::vector<double> logged = values;
+  const auto last = static_cast<double>(values.size() - 1);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const auto at = static_cast<double>(i);
+    const double from = std::clamp(at + earlier + rate * (at - 0.5 * last), 0.0, last);
+    const auto whole = static_cast<std::size_t>(from);
+    const double next = logged[std::min(whole + 1, logged.size() - 1)];
+    values[i] = logged[whole] + (from - std::floor(from)) * (next - logged[whole]);
+  }
+}
+
 double central_difference(const std::vector<double>& values, std::size_t sample, double period_s) {
   const std::size_t from = sample > 5 ? sample - 5 : 0;
   const std::size_t to = std::min(values.size() - 1, sample + 5);
@@ -180,7 +181,7 @@ std::vector<double> derivative(const std::vector<double>& values, double period_
 }
 
 AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, const std::vector<Range>& requested,
-                         double stick_earlier_s) {
+                         const StickClock& clock) {
   const AxisChannels picked = pick(log, axis);
   AxisSignals out;
   out.data.start_s = log.start_s;
@@ -190,7 +191,7 @@ AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, co
   }
   const auto ground = ground_times(log);
   out.findings = ground_findings(ground);
-  read_sticks(log, picked, requested, stick_earlier_s, out);
+  read_sticks(log, picked, requested, clock, out);
   read_response(log, picked, out);
   out.data.valid.assign(log.size, 1);
   mask_unusable(log, log.gap_of({picked.stick, picked.response}), ground, kInputMemory_s, out.data.valid);

@@ -19,13 +19,21 @@ struct AxisSignals {
   std::vector<Finding> findings;  ///< defects of the log: what was excluded or repaired, and why
 };
 
+/// The clock of the sticks against that of the response.
+struct StickClock {
+  double earlier_s = 0.0;  ///< time by which both sticks are shifted earlier, at least 0
+  double rate = 0.0;       ///< seconds per second by which they are shifted more from sample to sample
+};
+/// The series read at other times: sample i at i + earlier + rate * (i - its middle), interpolated linearly. Beyond the
+/// ends the first and the last value are held. @param earlier  in samples
+void read_at_times(std::vector<double>& values, double earlier, double rate);
+
 /// Takes the stick (or command in SI units), the other axis' stick and the measured response of `axis` from a log. A
 /// climb speed or yaw rate that was not logged is computed as the derivative() of height or yaw.
 /// @param requested  ranges outside of which spoilt samples do not matter; empty: all samples matter
-/// @param stick_earlier_s  time by which both sticks are shifted earlier, at least 0: for clocks that disagree
 /// @throws InputError naming file and signal.
 AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, const std::vector<Range>& requested,
-                         double stick_earlier_s = 0.0);
+                         const StickClock& clock = {});
 
 /// Central difference over +-5 samples, i.e. over ten sample periods; over fewer at the ends. At 100 Hz it attenuates
 /// an oscillation of 6 rad/s by 1.5 %.

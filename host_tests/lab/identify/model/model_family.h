@@ -64,6 +64,10 @@ class Family {
   virtual Structure completed(const Structure& declared) const { return declared; }
   /// The structure without effect `name`; the same structure if the effect cannot be removed.
   virtual Structure without(const Structure& structure, const std::string& name) const = 0;
+  /// The model of `fit` without effect `name`. Default: all other parameters are fitted again.
+  virtual Fit switched_off(const Fit& fit, const std::string& name) const {
+    return this->fit(without(fit.structure, name), std::vector<int>(block_count(), 1), &fit);
+  }
   /// Whether the size of effect `name` in this fit is physically significant.
   virtual bool is_significant(const Fit& fit, const std::string& name) const = 0;
   /// Whether a parameter of the fit is at the edge of its physical range: then it probably compensates another effect,

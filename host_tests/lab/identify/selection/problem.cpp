@@ -11,6 +11,7 @@
 #include "firmware/model/translation.h"
 #include "host_tests/lab/identify/data/log_ranges.h"
 #include "host_tests/lab/identify/residual_tests/residual_test.h"
+#include "host_tests/lab/identify/selection/criteria.h"
 #include "host_tests/lab/identify/selection/jackknife.h"
 #include "host_tests/lab/identify/selection/structure_spread.h"
 #include "host_tests/lab/identify/selection/verdict.h"
@@ -49,8 +50,7 @@ void withdraw_unconfirmed(const Problem& problem, Selection& selection) {
       continue;
     }
     selection.notes.push_back(name + " improves the training error but not the validation error: it was withdrawn");
-    std::erase_if(selection.not_separable, [&](const auto& group) { return has(group, name); });
-    selection.steps.erase(selection.steps.begin() + static_cast<std::ptrdiff_t>(at));
+    withdraw(selection, name);
     fit = stays ? fit : plain;
   }
 }
@@ -95,6 +95,7 @@ class Conclusion {
         compared(final_fit, family_.errors(final_fit, all), problem_.validation_errors(final_fit));
     parts.across_a_change = across_a_change();
     check_completeness(parts, CompletenessLimits{}, result_);
+    report_untested(final_fit);
     result_.verdict = verdict_of(result_);
     if (result_.verdict == "unexplained" && result_.unexplained.empty()) {
       for (const Finding& finding : result_.findings) {
@@ -120,6 +121,30 @@ class Conclusion {
     known.ratio = whole.ratio;
     known.are_starts_measured = whole.are_starts_measured;
     return known.probability > whole.probability ? known : whole;
+  }
+
+  /// Reports effects that the unseen commands do not exercise, e.g. a limit that they never reach: switched off, with
+  /// all other parameters known, they change the prediction of the unseen data by less than a standard error.
+  void report_untested(const Fit& fit) {
+    const std::vector<std::vector<double>> with = problem_.validation_errors(fit);
+    for (const SelectionStep& step : selection_.steps) {
+      if (family_.without(fit.structure, step.name) == fit.structure) {
+        continue;  // another effect needs it, and is tested with it
+      }
+      std::vector<std::vector<double>> more = problem_.validation_errors(family_.switched_off(fit, step.name));
+      std::vector<std::vector<double>> less = more;
+      for (std::size_t block = 0; block < with.size(); ++block) {
+        std::transform(with[block].begin(), with[block].end(), more[block].begin(), less[block].begin(),
+                       [](double error, double other) { return 2.0 * error - other; });
+      }
+      // The mean over both signs of the change does not depend on how the noise happens to agree with it.
+      const double ratio = 0.5 * (whitened_criterion(more, with, 0) + whitened_criterion(less, with, 0));
+      if (ratio < 1.0) {
+        result_.unexplained.push_back(
+            printed("%s is not tested on unseen data: without it their prediction changes by %.2g standard errors",
+                    step.name.c_str(), std::sqrt(std::max(0.0, ratio))));
+      }
+    }
   }
 
   /// Whether a change lies between the first and the last time of both parts; if they are of two logs, any change does.
@@ -288,6 +313,11 @@ Selection select_effects(const Problem& problem, const Request& request, Selecti
   Selection selection = select(problem.family(), request.declared, options);
   withdraw_unconfirmed(problem, selection);
   return selection;
+}
+
+void withdraw(Selection& selection, const std::string& name) {
+  std::erase_if(selection.steps, [&](const SelectionStep& step) { return step.name == name; });
+  std::erase_if(selection.not_separable, [&](const auto& group) { return has(group, name); });
 }
 
 IdentifyResult conclude(const Problem& problem, const Request& request, Selection selection,

@@ -82,6 +82,9 @@ class Problem {
 /// structure is one of the problem's family (see check_declared); options as for select(). Cost: that of select().
 Selection select_effects(const Problem& problem, const Request& request, SelectionOptions options);
 
+/// Removes the effect's name from the result. The model keeps the effect.
+void withdraw(Selection& selection, const std::string& name);
+
 /// Results about a log that do not come from the selection.
 struct SideFindings {
   std::vector<Finding> findings;

@@ -355,6 +355,14 @@ Structure AxisFamily::without(const Structure& structure, const std::string& nam
   return without_effect(structure, name);
 }
 
+Fit AxisFamily::switched_off(const Fit& fit, const std::string& name) const {
+  const Structure reduced = without(fit.structure, name);
+  if (reduced.front() != fit.structure.front()) {
+    return Family::switched_off(fit, name);
+  }
+  return with_parameters_of({reduced, std::vector<double>(parameters_of(reduced).size()), fit.shape}, model(fit));
+}
+
 bool AxisFamily::is_significant(const Fit& fit, const std::string& name) const {
   const Parameters parameters = parameters_of(fit.structure);
   for (std::size_t i = 0; i < parameters.size(); ++i) {
@@ -365,25 +373,17 @@ bool AxisFamily::is_significant(const Fit& fit, const std::string& name) const {
   return true;
 }
 
-bool AxisFamily::is_parameter_at_bound(const Fit& fit, std::size_t parameter, const AxisNumber& number) {
-  const double in_unit = from_fitted(number, fit.parameters[parameter]);
-  const double margin = 1e-3 * (number.fit.high - number.fit.low);
-  return in_unit > number.fit.high - margin || (number.fit.low != 0.0 && in_unit < number.fit.low + margin);
-}
-
-bool AxisFamily::is_at_bound(const Fit& fit) const {
+std::vector<std::size_t> AxisFamily::parameters_at_bound(const Fit& fit) const {
   const Parameters parameters = parameters_of(fit.structure);
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    if (is_parameter_at_bound(fit, i, *parameters[i].number)) {
-      return true;
-    }
-  }
-  return false;
+  std::vector<std::size_t> out(parameters.size());
+  std::iota(out.begin(), out.end(), 0U);
+  std::erase_if(out, [&](std::size_t i) { return !identify::is_at_bound(*parameters[i].number, fit.parameters[i]); });
+  return out;
 }
 
 bool AxisFamily::is_parameter_significant(const Fit& fit, std::size_t parameter, const AxisNumber& number) const {
   // An effect whose fit ends at the edge of its physical range explains something else.
-  if (is_parameter_at_bound(fit, parameter, number)) {
+  if (identify::is_at_bound(number, fit.parameters[parameter])) {
     return false;
   }
   if (number.min_relevant <= 0.0) {

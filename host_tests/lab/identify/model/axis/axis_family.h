@@ -25,8 +25,12 @@ class AxisFamily final : public Family {
   std::vector<Edit> edits(const Structure& present) const override;
   Structure completed(const Structure& declared) const override;
   Structure without(const Structure& structure, const std::string& name) const override;
+  /// All other parameters keep their values, unless the base model changes.
+  Fit switched_off(const Fit& fit, const std::string& name) const override;
   bool is_significant(const Fit& fit, const std::string& name) const override;
-  bool is_at_bound(const Fit& fit) const override;
+  bool is_at_bound(const Fit& fit) const override { return !parameters_at_bound(fit).empty(); }
+  /// The indices of the parameters at the edge of their physical range.
+  std::vector<std::size_t> parameters_at_bound(const Fit& fit) const;
   /// If the fit has a dead zone: the same with a jump at its edge, or without that jump if it has one.
   std::vector<Fit> variants(const Fit& fit) const override;
 
@@ -57,7 +61,6 @@ class AxisFamily final : public Family {
   /// The best fit from several starts after a few iterations; of many starts only the best quarter after two iterations
   /// continues. A single start is returned without a fit. Precondition: there is at least one start.
   Fit best_of(std::vector<Fit> starts, std::span<const int> weights) const;
-  static bool is_parameter_at_bound(const Fit& fit, std::size_t parameter, const model::AxisNumber& number);
   bool is_parameter_significant(const Fit& fit, std::size_t parameter, const model::AxisNumber& number) const;
   std::size_t samples_of(std::span<const int> weights) const;
   Fit run(Fit start, std::span<const int> weights, int iterations) const;

@@ -73,4 +73,10 @@ std::string without_token(std::string shape, std::string_view token) {
   return shape;
 }
 
+bool is_at_bound(const model::AxisNumber& number, double fitted) {
+  const double in_unit = from_fitted(number, fitted);
+  const double margin = 1e-3 * (number.fit.high - number.fit.low);
+  return in_unit > number.fit.high - margin || (number.fit.low != 0.0 && in_unit < number.fit.low + margin);
+}
+
 }  // namespace m100::lab::identify

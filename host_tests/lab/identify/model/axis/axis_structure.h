@@ -28,6 +28,8 @@ std::vector<AxisParameter> parameters_of(const Structure& structure);
 /// Converts a number in the parameter's unit to the fitted number, and back.
 double to_fitted(const model::AxisNumber& number, double in_unit);
 double from_fitted(const model::AxisNumber& number, double fitted);
+/// Whether a fitted number is at the edge of its physical range; zero is no edge.
+bool is_at_bound(const model::AxisNumber& number, double fitted);
 
 /// The structures with one more effect, or with a more complex base model.
 /// @param has_other  whether the log holds the other axis' stick

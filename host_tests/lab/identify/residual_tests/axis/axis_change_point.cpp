@@ -18,10 +18,6 @@ namespace {
 
 constexpr double kWorthRefitting =
     14.0;  // a step of a dead zone is not linear: the scan sees less of it than the refit
-/// A smaller change of a delay is no effect, whatever its statistics: the lag of motors and what a loop feeds back
-/// shift the delay of healthy logs by up to 12 ms, with likelihood ratios of 50 and more.
-constexpr double kMinDelayChange_s = 0.015;
-
 /// A number that may change in flight (model::MidFlight), in the units of this log and fit.
 struct Candidate {
   const model::MidFlight* change;

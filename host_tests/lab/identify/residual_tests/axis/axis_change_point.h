@@ -20,6 +20,10 @@ inline constexpr double kLikelyChange = 24.0;
 /// Below this likelihood ratio a change is chance: over all times and five parameters, 1 healthy log of 100 exceeds it.
 inline constexpr double kChanceChange = 16.0;
 
+/// A smaller change of a delay is no effect, whatever its statistics: the lag of motors and what a loop feeds back
+/// shift the delay of healthy logs by up to 12 ms, with likelihood ratios of 50 and more.
+inline constexpr double kMinDelayChange_s = 0.015;
+
 /// A change of one parameter in flight: gain, frequency, damping, transport_delay, dead_zone or trim_offset.
 struct ChangePoint {
   bool found = false;

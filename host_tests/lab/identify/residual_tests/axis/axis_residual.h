@@ -18,15 +18,14 @@ AxisSignals without_trims(AxisSignals signals, const std::vector<double>& trims)
 /// One log with its axis, its ranges and its blocks.
 struct AxisDataSet {
   /// The log must outlive the part. @param requested  as for axis_signals
-  /// @param stick_earlier_s  time by which the sticks are shifted earlier
   /// @param trims  the trim of each flight of a joined log, subtracted from its stick; empty: none
   /// @throws InputError as axis_signals does.
   AxisDataSet(const logs::FlightLog& flight_log, const std::string& axis, const std::vector<Range>& given,
-              const std::vector<Range>& requested, double stick_earlier_s = 0.0, const std::vector<double>& trims = {})
-      : AxisDataSet(flight_log,
-                    std::make_shared<const AxisSignals>(
-                        without_trims(axis_signals(flight_log, axis, requested, stick_earlier_s), trims)),
-                    given) {}
+              const std::vector<Range>& requested, const StickClock& clock = {}, const std::vector<double>& trims = {})
+      : AxisDataSet(
+            flight_log,
+            std::make_shared<const AxisSignals>(without_trims(axis_signals(flight_log, axis, requested, clock), trims)),
+            given) {}
   /// Other ranges of the same log: the signals are shared with `other`.
   AxisDataSet(const AxisDataSet& other, const std::vector<Range>& given)
       : AxisDataSet(other.log, other.shared_signals_, given) {}

@@ -8,6 +8,7 @@
 
 #include "host_tests/lab/identify/residual_tests/axis/axis_residual.h"
 #include "host_tests/lab/identify/residual_tests/axis/intersample_hypotheses.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -116,6 +117,12 @@ TimeOffset time_offset(const FreeRun& run, const AxisFamily& family, const Fit& 
   const WhitenedFit late = with(-explained_s, best.before.lead_zero_s, -explained_s, &best == &free);
   decide(run.data(), likelier, late.score - best.score, out);
   return out;
+}
+
+std::string describe(const TimeOffset& clock) {
+  return printed("the response begins %.3f s (+-%.3f) before its stick: %s", -clock.shift_s, 2.0 * clock.sigma_s,
+                 clock.certain ? "the clocks disagree; the stick samples were shifted"
+                               : "the clocks may disagree, but these data cannot confirm it");
 }
 
 }  // namespace m100::lab::identify

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
+
 #include "host_tests/lab/identify/model/axis/axis_family.h"
 #include "host_tests/lab/identify/model/axis/free_run.h"
 
@@ -24,5 +26,8 @@ struct TimeOffset {
 /// becomes negative; otherwise it is indistinguishable from a delay. Precondition: the fit is of `family`. Cost: at
 /// most five fits of free runs; none if the delay is clear.
 TimeOffset time_offset(const FreeRun& run, const AxisFamily& family, const Fit& fit);
+
+/// A sentence about a likely shift.
+std::string describe(const TimeOffset& clock);
 
 }  // namespace m100::lab::identify

@@ -74,4 +74,16 @@ std::optional<Change> second_change_point(const AxisData& data, const std::vecto
   return std::nullopt;
 }
 
+double price_of(std::size_t parameters, std::size_t fewer, const FreeRun& run) {
+  const double more = static_cast<double>(parameters) - static_cast<double>(fewer);
+  return std::max(0.0, more) * std::log(static_cast<double>(run.size()));
+}
+
+void add_rival_change(const ChangePoint& first, const FreeRun& run, ChangePoint& change) {
+  if (change.found && change.change.name != first.change.name &&
+      first.score < change.score + price_of(change.numbers, first.numbers, run) + kNameMargin) {
+    change.change.rivals.push_back(first.change.name);
+  }
+}
+
 }  // namespace m100::lab::identify

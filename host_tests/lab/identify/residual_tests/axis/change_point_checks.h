@@ -21,4 +21,11 @@ double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>&
 std::optional<Change> second_change_point(const AxisData& data, const std::vector<Range>& ranges,
                                           const AxisFamily& family, const Fit& fit, const ChangePoint& change);
 
+/// Schwarz's penalty of the parameters that a model has more than another one.
+double price_of(std::size_t parameters, std::size_t fewer, const FreeRun& run);
+
+/// Adds `first` as a rival of `change`, which was found with the structure of one side of it. It does so if the names
+/// differ and `change` is not clearly better after the penalty of its additional parameters.
+void add_rival_change(const ChangePoint& first, const FreeRun& run, ChangePoint& change);
+
 }  // namespace m100::lab::identify

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/residual_tests/axis/stick_reading.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <utility>
+
+#include "host_tests/lab/identify/data/axis_signals.h"
+#include "host_tests/lab/identify/model/axis/free_run.h"
+#include "host_tests/lab/identify/residual_tests/axis/axis_change_point.h"
+#include "host_tests/lab/identify/residual_tests/axis/axis_residual.h"
+#include "host_tests/lab/printed.h"
+
+namespace m100::lab::identify {
+namespace {
+
+/// The samples at which the stick takes a new value.
+std::vector<std::size_t> steps_of(const std::vector<double>& stick) {
+  std::vector<std::size_t> out;
+  for (std::size_t i = 1; i < stick.size(); ++i) {
+    if (stick[i] != stick[i - 1]) {
+      out.push_back(i);
+    }
+  }
+  return out;
+}
+
+/// A line through each new value. A value is held for `held` samples at most; what stays longer has not moved.
+AxisData through_new_values(AxisData data, const std::vector<std::size_t>& steps, std::size_t held) {
+  for (std::size_t k = 1; k < steps.size(); ++k) {
+    const std::size_t from = steps[k] - std::min(steps[k] - steps[k - 1], held);
+    const double before = data.stick[from];
+    const double after = data.stick[steps[k]];
+    for (std::size_t i = from; i < steps[k]; ++i) {
+      data.stick[i] = std::lerp(before, after, static_cast<double>(i - from) / static_cast<double>(steps[k] - from));
+    }
+  }
+  return data;
+}
+
+double score_of(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family, const Fit& fit) {
+  return unchanged_score(FreeRun(data, ranges), family, fit);
+}
+
+/// The ranges within `half_s` of their middle.
+std::vector<Range> middle_of(std::vector<Range> ranges, double half_s) {
+  std::sort(ranges.begin(), ranges.end());
+  const double middle_s = 0.5 * (ranges.front().first + ranges.back().second);
+  std::vector<Range> out;
+  for (const Range& range : ranges) {
+    const Range cut{std::max(range.first, middle_s - half_s), std::min(range.second, middle_s + half_s)};
+    if (cut.first < cut.second) {
+      out.push_back(cut);
+    }
+  }
+  return out;
+}
+
+/// Squared errors of a model in windows of the log, for delays that are longer or shorter by whole steps.
+class DelayProfile {
+ public:
+  static constexpr double kStep_s = 0.01;
+
+  /// @param reach  the largest number of steps, longer and shorter
+  DelayProfile(const FreeRun& run, const model::StickAxis& model, int reach) : reach_(reach) {
+    const std::vector<double>& time_s = run.time_s();
+    begin_s_ = time_s.front();
+    const auto windows = static_cast<std::size_t>((time_s.back() - begin_s_) / kWindow_s) + 1;
+    for (int k = -reach; k <= reach; ++k) {
+      model::StickAxis moved = model;
+      moved.transport_delay_s += kStep_s * k;
+      const Rows error = run.error(moved);
+      std::vector<double>& squares = squares_.emplace_back(windows, 0.0);
+      for (std::size_t i = 0; i < time_s.size(); ++i) {
+        const double one = error(static_cast<Eigen::Index>(i));
+        squares[static_cast<std::size_t>((time_s[i] - begin_s_) / kWindow_s)] += one * one;
+      }
+    }
+  }
+  /// The least sum of squares of a delay that grows steadily, by `steps` from the middle of the log to its end.
+  double best(int steps) const {
+    double least = std::numeric_limits<double>::infinity();
+    for (int offset = -reach_ + std::abs(steps); offset <= reach_ - std::abs(steps); ++offset) {
+      double sum = 0.0;
+      const auto windows = static_cast<double>(squares_.front().size());
+      for (std::size_t w = 0; w < squares_.front().size(); ++w) {
+        const double from_middle = (2.0 * static_cast<double>(w) + 1.0 - windows) / windows;
+        const auto at = static_cast<int>(std::lround(from_middle * steps)) + offset + reach_;
+        sum += squares_[static_cast<std::size_t>(at)][w];
+      }
+      least = std::min(least, sum);
+    }
+    return least;
+  }
+
+ private:
+  static constexpr double kWindow_s = 2.0;
+  int reach_;
+  double begin_s_ = 0.0;
+  std::vector<std::vector<double>> squares_;  ///< of each delay, window by window
+};
+
+}  // namespace
+
+std::string held_stick(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
+                       const Fit& fit) {
+  const std::vector<std::size_t> steps = steps_of(data.stick);
+  constexpr std::size_t kEnough = 20;
+  if (is_stick_undersampled(data) || steps.size() < kEnough) {
+    return "";
+  }
+  std::vector<std::size_t> held;
+  for (std::size_t k = 1; k < steps.size(); ++k) {
+    held.push_back(steps[k] - steps[k - 1]);
+  }
+  const auto middle = held.begin() + std::ssize(held) / 2;
+  std::nth_element(held.begin(), middle, held.end());
+  if (*middle < 2 ||
+      score_of(data, ranges, family, fit) - score_of(through_new_values(data, steps, *middle), ranges, family, fit) <
+          kChanceChange) {
+    return "";
+  }
+  return printed(" is logged anew every %.2g s only, but the response follows a smoother motion: ",
+                 static_cast<double>(*middle) * data.period_s) +
+         "what is shorter cannot be told";
+}
+
+std::optional<ClockRate> clock_rate(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
+                                    const Fit& fit) {
+  constexpr double kHalf_s = 60.0;
+  constexpr double kFastest = 0.012;
+  constexpr double kMin_s = 20.0;
+  const std::vector<Range> middle = middle_of(ranges, kHalf_s);
+  const FreeRun run(data, middle);
+  if (data.flights.size() > 1 || run.seconds() < kMin_s) {
+    return std::nullopt;
+  }
+  const double half_s = 0.5 * (run.time_s().back() - run.time_s().front());
+  const auto most = static_cast<int>(std::ceil(kFastest * half_s / DelayProfile::kStep_s));
+  const DelayProfile profile(run, family.model(fit), most + 5);
+  int found = 0;
+  for (int steps = -most; steps <= most; ++steps) {
+    found = profile.best(steps) < profile.best(found) ? steps : found;
+  }
+  // A delay that grows means sticks that are logged earlier and earlier: they must be read back in time.
+  const double step = DelayProfile::kStep_s / half_s;
+  std::vector<FreeParameter> free_parameters = free_parameters_of(family, fit);
+  for (FreeParameter& one : free_parameters) {  // clocks that agree at the start do not agree in the middle
+    one.low = one.member == &model::StickAxis::transport_delay_s ? -kFastest * half_s : one.low;
+  }
+  const auto score_at = [&](double rate) {
+    AxisData moved = data;
+    read_at_times(moved.stick, 0.0, rate);
+    read_at_times(moved.other, 0.0, rate);
+    return fit_to_convergence(FreeRun(moved, middle), family.model(fit), free_parameters).score;
+  };
+  const double none = score_at(0.0);
+  double rate = -step * found;
+  double sigma = step;
+  double score = score_at(rate);
+  for (int pass = 0; pass < 3; ++pass) {  // to the vertex of the parabola through three scores
+    const double before = score_at(rate - sigma);
+    const double after = score_at(rate + sigma);
+    const double bend = before - 2.0 * score + after;
+    if (!(bend > 0.0)) {
+      break;
+    }
+    rate += sigma * std::clamp(0.5 * (before - after) / bend, -1.0, 1.0);
+    sigma = std::clamp(sigma * std::sqrt(2.0 / bend), 0.05 * step, step);
+    score = score_at(rate);
+  }
+  // The delays of the two halves differ by rate * half_s; a smaller difference is one of healthy delays or of rows.
+  const double least_s = std::max(kMinDelayChange_s, 0.5 * family.stick_row_s());
+  if (none - score < kChanceChange || std::abs(rate) * half_s < least_s + 2.0 * sigma * half_s) {
+    return std::nullopt;
+  }
+  const ChangePoint change = change_point(run, family, fit);
+  return change.found && change.score + kChanceChange < score ? std::nullopt : std::optional(ClockRate{rate, sigma});
+}
+
+std::string describe(const ClockRate& clock) {
+  return printed(
+      "the clock of the sticks runs %.2f %% (+-%.2f) %s than that of the response: the sticks were read by the other "
+      "clock",
+      100.0 * std::abs(clock.rate), 200.0 * clock.sigma, clock.rate < 0.0 ? "slower" : "faster");
+}
+
+}  // namespace m100::lab::identify
