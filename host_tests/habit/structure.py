@@ -20,10 +20,11 @@ MAX_MEMBERS, MAX_FOLDER = 20, 25
 BARS = {"sources without a header of their name": (15, 15, 54), "classes with more than 20 data members": (0, 0, 8),
         "folders with more than 25 sources": (0, 0, 8), "words of README.md": (900, 900, 3596),
         "words of all Markdown": (43470, 35000, 79403), "words of Markdown outside generated figures": (32712, 24000, 48078),
-        "lines of C++ without generated code": (157723, 128000, 129815)}
-# The lines rose five times: vibration and lever arm before a flight, what limits an aircraft; then unsigned poses on the
+        "lines of C++ without generated code": (158130, 128000, 129815)}
+# The lines rose six times: vibration and lever arm before a flight, what limits an aircraft; then unsigned poses on the
 # loopback (791), streamed set points (1030) and what false headings and attitudes do in the air (223).
-# Last came the names that both parts of a log settle (425); what they make unnecessary is to be found by ablation. The words
+# The type that keeps the JSON library in one source (407) saves compile time, not lines.
+# Before it came the names that both parts of a log settle (425); what they make unnecessary is to be found by ablation. The words
 # rose by guide/ROOMS.md and by the rule for both parts in METHOD.md.
 GENERATED = re.compile(r"<!-- figure: .*?<!-- end -->", re.DOTALL)
 PARTS = {"flight code": ("firmware/", "protocol/", "hal/"), "lab": "host_tests/lab/", "simulation": "host_tests/sim/"}

@@ -10,13 +10,13 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/text/json.h"
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/preflight/board_checks.h"
@@ -116,8 +116,8 @@ std::vector<CheckResult> examine(const DoctorOptions& options, std::optional<Por
   return checks;
 }
 
-nlohmann::json to_json(const std::vector<CheckResult>& checks) {
-  nlohmann::json all = nlohmann::json::array();
+Json to_json(const std::vector<CheckResult>& checks) {
+  Json all = Json::array();
   for (const CheckResult& check : checks) {
     all.push_back(
         {{"name", check.name}, {"health", word(check.health)}, {"finding", check.finding}, {"remedy", check.remedy}});
@@ -193,7 +193,7 @@ void run(const DoctorOptions& options) {
     print(std::cout, line->health);
   }
   if (!options.json.empty()) {
-    nlohmann::json out = to_json(checks);
+    Json out = to_json(checks);
     if (line) {
       out.update(companion::to_json(*line));
     }

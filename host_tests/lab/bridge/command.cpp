@@ -15,7 +15,6 @@
 #include <csignal>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "firmware/companion/files/file_use.h"
 #include "firmware/link/pose/pose_fault.h"
@@ -240,11 +239,11 @@ void run(const BridgeOptions& options) {
   std::cout << counts.sent << " poses passed on, " << counts.refused << " packets refused, " << counts.lost
             << " not sent, " << counts.asked << " time requests answered\n"
             << describe_refusals(counts);
-  write_json(options.json, nlohmann::ordered_json{{"packets", counts.packets},
-                                                  {"refused", counts.refused},
-                                                  {"sent", counts.sent},
-                                                  {"not_sent", counts.lost},
-                                                  {"answers", counts.asked}});
+  write_json(options.json, Json{{"packets", counts.packets},
+                                {"refused", counts.refused},
+                                {"sent", counts.sent},
+                                {"not_sent", counts.lost},
+                                {"answers", counts.asked}});
   if (counts.sent == 0) {
     throw CLI::RuntimeError(kAnswerIsNo);
   }

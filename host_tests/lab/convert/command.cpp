@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/input_error.h"
@@ -49,8 +48,8 @@ double end_of(const logs::FlightLog& log) {
   return last.start_s + static_cast<double>(last.end - 1 - last.begin) * log.period_s;
 }
 
-nlohmann::ordered_json to_json(const ConvertOptions& options, const logs::FlightLog& log) {
-  nlohmann::ordered_json signals = nlohmann::ordered_json::array();
+Json to_json(const ConvertOptions& options, const logs::FlightLog& log) {
+  Json signals = Json::array();
   for (std::size_t i = 0; i < logs::kSignals; ++i) {
     if (log.has(static_cast<logs::Signal>(i))) {
       signals.push_back(logs::kSignalNames[i]);
@@ -73,7 +72,7 @@ void list(const ConvertOptions& options) {
   for (const std::string& name : names) {
     std::cout << printable(name) << "\n";
   }
-  write_json(options.json, nlohmann::ordered_json{{"log", options.log}, {"columns", names}});
+  write_json(options.json, Json{{"log", options.log}, {"columns", names}});
 }
 
 void run(const ConvertOptions& options) {

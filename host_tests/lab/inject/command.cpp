@@ -4,7 +4,6 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "firmware/companion/files/file_use.h"
@@ -53,16 +52,16 @@ hidden::HiddenEffects effects_of(const std::string& text, const std::string& axi
 
 void write_answer(const InjectOptions& options, const identify::ModelResult& fitted,
                   const hidden::HiddenEffects& effects) {
-  nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
+  Json parameters = Json::object();
   for (const identify::NamedValue& one : fitted.parameters) {
     parameters[one.name] = one.value;
   }
-  write_json(options.json, nlohmann::ordered_json{
-                               {"log", options.log},
-                               {"out", options.out},
-                               {"axis", options.axis},
-                               {"effects", effects},
-                               {"declared", {{"structure", fitted.structure}, {"parameters", std::move(parameters)}}}});
+  write_json(options.json,
+             Json{{"log", options.log},
+                  {"out", options.out},
+                  {"axis", options.axis},
+                  {"effects", effects},
+                  {"declared", {{"structure", fitted.structure}, {"parameters", std::move(parameters)}}}});
 }
 
 void run(const InjectOptions& options) {

@@ -5,7 +5,6 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/suggestion.h"
@@ -71,7 +70,7 @@ void run_models(const LoopOptions& options, const loop::LoopOptions& loop) {
   const std::vector<loop::ModelScore> scores =
       loop::compare_models(loop, models, companion::load_vehicle(options.plant_from).vehicle);
   loop::print(std::cout, scores);
-  write_json(options.json, loop::to_json(scores), 2);
+  write_json(options.json, loop::to_json(scores).sorted(), 2);
 }
 
 void run(const LoopOptions& options) {
@@ -125,9 +124,9 @@ void run(const LoopOptions& options) {
     loop::write_page(result, page);
     std::cout << "wrote " << printable(page) << "\n";
   }
-  nlohmann::json json = loop::to_json(result);
+  Json json = loop::to_json(result);
   json["world"] = loop::world_numbers(loop.plant, loop.vehicle.vehicle);
-  write_json(options.json, json, 2);
+  write_json(options.json, json.sorted(), 2);
 }
 
 }  // namespace
